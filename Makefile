@@ -1,0 +1,70 @@
+# make demo    the table of pulled strips: simulate, tabulate, plot, into out/strip_pull
+# make test    all tests but the slow ones
+# make lint    ruff, mypy, import-linter
+#
+# Needs Python 3.11 to 3.14 and make; everything else goes into .venv. Another Python: make PYTHON=python3.12 demo
+
+PYTHON ?= python3
+WORKERS ?= 2
+VENV := .venv
+BIN := $(VENV)/bin
+# what .venv holds: the package, or the package and the tools; inside .venv, so that they go with it
+RUN := $(VENV)/.fsm-run
+DEV := $(VENV)/.fsm-dev
+
+VERSION_CHECK := import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 14))
+
+.PHONY: help demo test test-all lint check clean distclean
+.DELETE_ON_ERROR:
+
+help:
+	@sed -n '1,/^$$/s/^# \{0,1\}//p' Makefile
+
+demo: $(RUN)
+	$(BIN)/fsm table folding_cases/strip_pull/table.csv --out out/strip_pull
+
+test: $(DEV)
+	$(BIN)/python -m pytest -m "not slow" -n $(WORKERS)
+
+test-all: $(DEV)
+	$(BIN)/python -m pytest -n $(WORKERS)
+
+lint: $(DEV)
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+check: lint test
+
+# An environment that is there already, made by hand or by another version, is kept and brought up to date.
+$(BIN)/python:
+	@command -v $(PYTHON) >/dev/null || { \
+	  echo "fsm needs Python 3.11 to 3.14, and there is no $(PYTHON) here: try make PYTHON=python3.12" >&2; exit 1; }
+	@$(PYTHON) -c '$(VERSION_CHECK)' || { \
+	  echo "fsm needs Python 3.11 to 3.14, and $(PYTHON) is $$($(PYTHON) --version): try make PYTHON=python3.12" >&2; exit 1; }
+	@rm -f $(RUN) $(DEV)
+	$(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); exit 1; }
+
+$(RUN): pyproject.toml | $(BIN)/python
+	$(call install,.)
+	@touch $@
+
+$(DEV): pyproject.toml | $(BIN)/python
+	$(call install,.[test$(comma)dev])
+	@touch $(RUN) $@
+
+comma := ,
+define install
+@$(BIN)/python -c '$(VERSION_CHECK)' || { \
+  echo "$(VENV) holds $$($(BIN)/python --version), fsm needs Python 3.11 to 3.14: make distclean, then again" >&2; \
+  exit 1; }
+@$(BIN)/python -m pip --version >/dev/null 2>&1 || $(BIN)/python -m ensurepip
+$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '$(1)'
+endef
+
+clean:
+	rm -rf out build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis .benchmarks *.egg-info
+	find . -path ./$(VENV) -prune -o -name __pycache__ -type d -exec rm -rf {} +
+
+distclean: clean
+	rm -rf $(VENV)

@@ -1,0 +1,315 @@
+"""The command line. Everything heavy is imported by the command that needs it."""
+
+from __future__ import annotations
+
+import errno
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NoReturn, TypeVar
+
+import click
+
+from fsm.errors import CaseError, ExpectationFailed, FsmError
+
+__all__ = ["cli", "main"]
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+EXIT_CODES = """
+Exit codes: 0 done; 1 internal error; 2 usage or case file; 3 not converged; 4 an [expect] missed;
+5 energy balance lost; 130 interrupted (go on with --resume).
+"""
+
+
+class Group(click.Group):
+    """A group whose commands end in an exit code and a line for every mistake, never in a traceback."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the command."""
+        try:
+            return super().invoke(ctx)
+        except (click.exceptions.Exit, click.ClickException, click.Abort):
+            raise
+        except KeyboardInterrupt:
+            _end(["interrupted"], 130)
+        except FsmError as error:
+            _trace(ctx)
+            _end(error.lines() if isinstance(error, CaseError) else str(error).splitlines(), error.exit_code)
+        except OSError as error:
+            if error.errno == errno.EPIPE:  # `fsm check ... | head`; click ends quietly
+                raise
+            _trace(ctx)
+            _end([_file_error(error)], 2)
+        except Exception as error:
+            _trace(ctx)
+            hint = "" if _wants_trace(ctx) else "; run it again with --debug, and send us what it prints"
+            text = " ".join(str(error).split())
+            _end([f"internal error: {type(error).__name__}: {text}{hint}"], 1)
+
+
+def _say(lines: Iterable[str]) -> None:
+    for line in lines:
+        click.echo(line)
+
+
+def _end(lines: list[str], code: int) -> NoReturn:
+    for line in lines:
+        click.echo(line, err=True)
+    raise click.exceptions.Exit(code)
+
+
+def _wants_trace(ctx: click.Context) -> bool:
+    return bool(ctx.meta.get("fsm.debug"))
+
+
+def _trace(ctx: click.Context) -> None:
+    if _wants_trace(ctx):
+        import traceback
+
+        click.echo(traceback.format_exc(), err=True)
+
+
+def _file_error(error: OSError) -> str:
+    what = error.strerror or str(error)
+    return f"{error.filename}: {what}" if error.filename else what
+
+
+def _debug(ctx: click.Context, parameter: click.Parameter, value: bool) -> None:
+    if value:
+        ctx.meta["fsm.debug"] = True
+
+
+def debug_option(command: Command) -> Command:
+    """Add ``--debug``."""
+    text = "Show where in the program an error arose."
+    return click.option("--debug", is_flag=True, expose_value=False, callback=_debug, help=text)(command)
+
+
+def set_option(command: Command) -> Command:
+    """Add ``--set``."""
+    text = 'Override a value, e.g. strip.fold_angle="75 deg"; none removes it.'
+    return click.option("--set", "overrides", multiple=True, metavar="PATH=VALUE", help=text)(command)
+
+
+def spatial_option(command: Command) -> Command:
+    """Add ``--spatial``."""
+    text = "Six degrees of freedom a body even if all lies in one plane."
+    return click.option("--spatial", is_flag=True, help=text)(command)
+
+
+def resume_option(command: Command) -> Command:
+    """Add ``--resume``."""
+    return click.option("--resume", is_flag=True, help="Go on with a run that was cut off.")(command)
+
+
+def method_option(command: Command) -> Command:
+    """Add ``--method``."""
+    text = "Integration method, instead of solve.method."
+    return click.option("--method", metavar="NAME", help=text)(command)
+
+
+def _version(ctx: click.Context, parameter: click.Parameter, value: bool) -> None:
+    if value and not ctx.resilient_parsing:
+        import fsm
+
+        click.echo(f"fsm {fsm.__version__}")
+        ctx.exit()
+
+
+@click.group(cls=Group, epilog=EXIT_CODES, context_settings={"help_option_names": ["-h", "--help"]})
+@click.option(
+    "--version", is_flag=True, is_eager=True, expose_value=False, callback=_version, help="Show the version."
+)
+@debug_option
+def cli() -> None:
+    """Deployment of folded strips and creased sheets by finite-segment multibody dynamics."""
+
+
+@cli.command()
+@click.argument("case", metavar="CASE.toml")
+@click.option("--out", required=True, metavar="DIR", help="Folder for the results.")
+@set_option
+@spatial_option
+@method_option
+@resume_option
+@click.option("--quiet", is_flag=True, help="Print nothing but errors.")
+@debug_option
+def run(
+    case: str,
+    out: str,
+    overrides: tuple[str, ...],
+    spatial: bool,
+    method: str | None,
+    resume: bool,
+    quiet: bool,
+) -> None:
+    """Solve a case and write its results and plots."""
+    from fsm.scene.load_case import load_case
+
+    loaded = load_case(case, [*overrides, *_solve_overrides(spatial, method)])
+    folder = _out_folder(out)
+
+    from fsm.run import run_case
+
+    try:
+        with naming(case):
+            summary = run_case(loaded, folder, progress=not quiet, resume=resume)
+    except ExpectationFailed:  # the run itself is done and written
+        if not quiet:
+            import json
+
+            _say(summary_lines(json.loads((folder / "summary.json").read_text(encoding="utf-8")), folder))
+        raise
+    if not quiet:
+        _say(summary_lines(summary, folder))
+
+
+@cli.command()
+@click.argument("table", metavar="TABLE.csv")
+@click.option("--out", required=True, metavar="DIR", help="Folder for the results, one folder a row in it.")
+@set_option
+@click.option("--workers", type=click.IntRange(min=1), metavar="N", help="Processes; default: one a core.")
+@method_option
+@resume_option
+@click.option("--quiet", is_flag=True, help="Print nothing but errors.")
+@debug_option
+def table(
+    table: str,
+    out: str,
+    overrides: tuple[str, ...],
+    workers: int | None,
+    method: str | None,
+    resume: bool,
+    quiet: bool,
+) -> None:
+    """Solve every row of a table of cases, on all cores.
+
+    The columns of the table are dotted paths into a base case, case.toml beside it.
+    """
+    from fsm.table import failures, format_table, run_table
+
+    folder = _out_folder(out)
+    rows = run_table(table, folder, overrides, workers, resume, method, progress=not quiet)
+    if not quiet:
+        click.echo(format_table(rows))
+        click.echo(f"results: {folder}")
+    failed = [row for row in rows if row.get("error")]
+    if failed:
+        lines = [f"{row['case']}: {line}" for row in failed for line in row["error"].splitlines()]
+        _end([*(lines if quiet else []), f"{len(failed)} of {len(rows)} cases failed"], failures(rows))
+
+
+@cli.command()
+@click.argument("case", metavar="CASE.toml")
+@set_option
+@spatial_option
+@debug_option
+def check(case: str, overrides: tuple[str, ...], spatial: bool) -> None:
+    """Check a case and say what it is made of, without solving it."""
+    from fsm.scene.load_case import load_case
+
+    loaded = load_case(case, [*overrides, *_solve_overrides(spatial, None)])
+
+    from fsm.segments.report import describe
+
+    with naming(case):
+        lines = describe(loaded.case)
+    _say(lines)
+
+
+@cli.command()
+@click.argument("case", metavar="CASE.toml")
+@click.option("--out", required=True, metavar="FILE.gif", help="Animation to write.")
+@set_option
+@debug_option
+def preview(case: str, out: str, overrides: tuple[str, ...]) -> None:
+    """Animate how a case unfolds with rigid panels: quick, and only roughly right."""
+    from fsm.scene.load_case import load_case
+
+    loaded = load_case(case, overrides)
+
+    from fsm.preview import preview as animate
+
+    with naming(case):
+        animate(loaded.case, Path(out))
+    click.echo(out)
+
+
+@cli.command()
+@click.argument("result", metavar="RESULT.h5")
+@click.option("--out", metavar="DIR", help="Folder for the plots; default: that of the result.")
+@debug_option
+def plot(result: str, out: str | None) -> None:
+    """Draw force, motion and energy of a result again."""
+    from fsm.results.store import read_solution
+
+    solution = read_solution(Path(result))
+    folder = _out_folder(out) if out else Path(result).parent
+    folder.mkdir(parents=True, exist_ok=True)
+
+    from fsm.plots.energy import plot_energy
+    from fsm.plots.force import plot_force
+    from fsm.plots.motion import plot_motion
+
+    for draw, name in ((plot_force, "force.png"), (plot_motion, "motion.png"), (plot_energy, "energy.png")):
+        draw(solution, folder / name)
+        click.echo(str(folder / name))
+
+
+@cli.command()
+@debug_option
+def warmup() -> None:
+    """Compile all kernels now, so that the first run need not."""
+    from fsm.run import warm_up
+
+    for spatial in (False, True):
+        warm_up(spatial=spatial)
+
+
+@contextmanager
+def naming(source: str) -> Iterator[None]:
+    """Put the name of the case file in front of faults that the compiler finds: it does not know the file."""
+    try:
+        yield
+    except CaseError as error:
+        if error.source or not all(fault.path for fault in error.faults):
+            raise
+        raise CaseError(error.faults, source) from error
+
+
+def _solve_overrides(spatial: bool, method: str | None) -> list[str]:
+    return [*(["solve.spatial=true"] if spatial else []), *([f"solve.method={method}"] if method else [])]
+
+
+def _out_folder(out: str) -> Path:
+    """The folder for results; not made yet."""
+    folder = Path(out)
+    if folder.exists() and not folder.is_dir():
+        raise click.BadParameter(f"{out} is a file; give a folder", param_hint="--out")
+    return folder
+
+
+def summary_lines(summary: Mapping[str, Any], folder: Path) -> list[str]:
+    """What a user wants to know of a run: peak, stages, warnings, where the files are."""
+    lines = []
+    if "peak_force" in summary:
+        lines.append(
+            f"peak force  {summary['peak_force']:.4g} N at {summary['peak_travel'] * 1e3:.2f} mm of travel"
+        )
+    for stage in summary.get("stages", ()):
+        lines.append(
+            f"stage       {stage['name']} from {stage['travel'] * 1e3:.2f} mm, {stage['force']:.4g} N"
+        )
+    lines += [f"warning     {text}" for text in summary.get("warnings", ())]
+    lines.append(f"results     {folder}")
+    return lines
+
+
+def main() -> None:
+    """Entry point of the command ``fsm``."""
+    try:
+        cli(prog_name="fsm")
+    except KeyboardInterrupt:  # before or after the command itself
+        sys.exit(130)

@@ -1,0 +1,389 @@
+"""Gap between a probe point of one panel and the surface of another, in the plane.
+
+    g = n . (p - C(s)) - clearance,     (p - C(s)) . C_s(s) = 0,     n = side * normal of the curve
+
+The signed distance and its derivatives follow from the closest-point condition; with t = C_s/|C_s|, L = |C_s|, d the
+distance and A = L^2 - d n.C_ss,
+
+    ds = [L t.(dp - dC) + d n.dC_s]/A,   dn = -t beta,   beta = n.(dC_s + C_ss ds)/L,   dg = n.(dp - dC)
+
+Slip is the relative velocity along t of the two bodies' material at ONE point, x_c = p - inset n, so that action and
+reaction keep the angular momentum.
+
+Coordinates of a contact: (x, z, phi) of the probe's body, then of the piece's bodies a and b.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.interactions.surface import blend
+from fsm.kernels.jit import kernel
+from fsm.kernels.scatter import add_block
+
+__all__ = ["find_contacts_planar", "measure_gap_planar", "tangent_gap_planar", "window_probes_planar"]
+
+
+@kernel(inline=True)
+def _curve(
+    poses: np.ndarray, a: int, b: int, weights: np.ndarray, out: np.ndarray
+) -> None:
+    """C, C_s, C_ss in the rows of `out` (3, 2) from the blend weights (3, 4)."""
+    ca, sa = np.cos(poses[a, 2]), np.sin(poses[a, 2])
+    cb, sb = np.cos(poses[b, 2]), np.sin(poses[b, 2])
+    for d in range(3):
+        wa, xa, wb, xb = weights[d]
+        out[d, 0] = wa * poses[a, 0] + wb * poses[b, 0] + ca * xa + cb * xb
+        out[d, 1] = wa * poses[a, 1] + wb * poses[b, 1] - sa * xa - sb * xb
+
+
+@kernel(inline=True)
+def _chord_distance(
+    poses: np.ndarray, owners: np.ndarray, stations: np.ndarray, j: int, px: float, pz: float
+) -> float:
+    """Squared distance of a point from the straight line between the ends of piece j."""
+    a, b = owners[j, 0], owners[j, 1]
+    ca, sa = np.cos(poses[a, 2]), np.sin(poses[a, 2])
+    cb, sb = np.cos(poses[b, 2]), np.sin(poses[b, 2])
+    x0 = poses[a, 0] + ca * stations[j, 0]
+    z0 = poses[a, 1] - sa * stations[j, 0]
+    x1 = poses[b, 0] + cb * stations[j, 3]
+    z1 = poses[b, 1] - sb * stations[j, 3]
+    ex, ez = x1 - x0, z1 - z0
+    share = ((px - x0) * ex + (pz - z0) * ez) / (ex * ex + ez * ez)
+    share = min(1.0, max(0.0, share))
+    dx, dz = px - x0 - share * ex, pz - z0 - share * ez
+    return dx * dx + dz * dz
+
+
+@kernel
+def window_probes_planar(
+    poses: np.ndarray,
+    probe_body: np.ndarray,
+    probe_x: np.ndarray,
+    first_piece: np.ndarray,
+    last_piece: np.ndarray,
+    owners: np.ndarray,
+    stations: np.ndarray,
+    reach: np.ndarray,
+    window: np.ndarray,
+) -> None:
+    """Broad phase: the pieces of its surface that each probe could touch before something has moved by its margin.
+
+    Parameters
+    ----------
+    reach : (n,) array, m
+        Clearance plus margin of each probe.
+    window : (n, 2) int array, changed in place
+        First and one-past-last piece within reach; equal when there is none.
+    """
+    for i in range(probe_body.shape[0]):
+        c, s = np.cos(poses[probe_body[i], 2]), np.sin(poses[probe_body[i], 2])
+        px = poses[probe_body[i], 0] + c * probe_x[i]
+        pz = poses[probe_body[i], 1] - s * probe_x[i]
+        low, high = last_piece[i], first_piece[i]
+        for j in range(first_piece[i], last_piece[i]):
+            if _chord_distance(poses, owners, stations, j, px, pz) < reach[i] * reach[i]:
+                low = min(low, j)
+                high = max(high, j + 1)
+        window[i, 0] = low
+        window[i, 1] = max(low, high)
+
+
+@kernel
+def find_contacts_planar(
+    poses: np.ndarray,
+    probe_body: np.ndarray,
+    probe_x: np.ndarray,
+    side: np.ndarray,
+    clearance: np.ndarray,
+    depth_limit: np.ndarray,
+    window: np.ndarray,
+    owners: np.ndarray,
+    stations: np.ndarray,
+    below: float,
+    found_probe: np.ndarray,
+    found_piece: np.ndarray,
+    found_s: np.ndarray,
+    found_gap: np.ndarray,
+) -> int:
+    """Closest points of all probes whose gap is below a bound.
+
+    Parameters
+    ----------
+    below : float, m
+        0 for contacts; larger to see how near others are.
+    found_probe, found_piece, found_s, found_gap : arrays as long as the probes, changed in place
+
+    Returns
+    -------
+    int
+        How many were found. A probe beyond the ends of its surface, or deeper than its depth limit (on the other side
+        of a face it went round), touches nothing.
+    """
+    weights = np.empty((3, 4))
+    curve = np.empty((3, 2))
+    count = 0
+    for i in range(probe_body.shape[0]):
+        if window[i, 0] >= window[i, 1]:
+            continue
+        c, s = np.cos(poses[probe_body[i], 2]), np.sin(poses[probe_body[i], 2])
+        px = poses[probe_body[i], 0] + c * probe_x[i]
+        pz = poses[probe_body[i], 1] - s * probe_x[i]
+        piece, nearest = -1, np.inf
+        for j in range(window[i, 0], window[i, 1]):
+            distance = _chord_distance(poses, owners, stations, j, px, pz)
+            if distance < nearest:
+                piece, nearest = j, distance
+        at = 0.5
+        for _ in range(40):
+            blend(at, stations[piece], weights)
+            _curve(poses, owners[piece, 0], owners[piece, 1], weights, curve)
+            dx, dz = px - curve[0, 0], pz - curve[0, 1]
+            residual = dx * curve[1, 0] + dz * curve[1, 1]
+            metric = curve[1, 0] ** 2 + curve[1, 1] ** 2
+            slope = metric - dx * curve[2, 0] - dz * curve[2, 1]
+            if slope < 0.1 * metric:
+                slope = metric
+            step = min(0.5, max(-0.5, residual / slope))
+            new = at + step
+            if new > 1.0 and piece + 1 < window[i, 1]:
+                piece, at = piece + 1, 0.0
+                continue
+            if new < 0.0 and piece > window[i, 0]:
+                piece, at = piece - 1, 1.0
+                continue
+            at = min(stations[piece, 5] + 0.5, max(stations[piece, 4] - 0.5, new))
+            if abs(step) < 1e-14:
+                break
+        if at < stations[piece, 4] - 1e-12 or at > stations[piece, 5] + 1e-12:
+            continue
+        length = np.sqrt(curve[1, 0] ** 2 + curve[1, 1] ** 2)
+        normal_x, normal_z = -side[i] * curve[1, 1] / length, side[i] * curve[1, 0] / length
+        gap = normal_x * (px - curve[0, 0]) + normal_z * (pz - curve[0, 1]) - clearance[i]
+        if gap < below and gap > -depth_limit[i]:
+            found_probe[count] = i
+            found_piece[count] = piece
+            found_s[count] = at
+            found_gap[count] = gap
+            count += 1
+    return count
+
+
+@kernel(inline=True)
+def _geometry(
+    poses: np.ndarray,
+    bodies: np.ndarray,
+    probe_x: float,
+    side: float,
+    s: float,
+    stations: np.ndarray,
+    weights: np.ndarray,
+    curve: np.ndarray,
+    vectors: np.ndarray,
+) -> tuple[float, float, float, float, float, float, float]:
+    """First variations at a closest point.
+
+    Rows of `vectors` (5, 9), changed in place: t.(dp - dC), n.(dp - dC), t.dC_s, n.dC_s, n.dC_ss (dC_ss at fixed s).
+    Returns tx, tz, nx, nz, L, distance, n.C_ss.
+    """
+    blend(s, stations, weights)
+    _curve(poses, bodies[1], bodies[2], weights, curve)
+    length = np.sqrt(curve[1, 0] ** 2 + curve[1, 1] ** 2)
+    tx, tz = curve[1, 0] / length, curve[1, 1] / length
+    nx, nz = -side * tz, side * tx
+    c, si = np.cos(poses[bodies[0], 2]), np.sin(poses[bodies[0], 2])
+    arm_x, arm_z = c * probe_x, -si * probe_x
+    px, pz = poses[bodies[0], 0] + arm_x, poses[bodies[0], 1] + arm_z
+    distance = nx * (px - curve[0, 0]) + nz * (pz - curve[0, 1])
+    vectors[:] = 0.0
+    vectors[0, 0], vectors[0, 1], vectors[0, 2] = tx, tz, tx * arm_z - tz * arm_x
+    vectors[1, 0], vectors[1, 1], vectors[1, 2] = nx, nz, nx * arm_z - nz * arm_x
+    for k in range(2):
+        body = bodies[1 + k]
+        cb, sb = np.cos(poses[body, 2]), np.sin(poses[body, 2])
+        for d in range(3):
+            weight, station = weights[d, 2 * k], weights[d, 2 * k + 1]
+            ax, az = cb * station, -sb * station
+            for row, ux, uz in ((0, tx, tz), (1, nx, nz)):
+                target = row + 2 * d if d < 2 else 4
+                if d == 2 and row == 0:
+                    continue
+                sign = -1.0 if d == 0 else 1.0
+                vectors[target, 3 + 3 * k] = sign * weight * ux
+                vectors[target, 4 + 3 * k] = sign * weight * uz
+                vectors[target, 5 + 3 * k] = sign * (ux * az - uz * ax)
+    return tx, tz, nx, nz, length, distance, nx * curve[2, 0] + nz * curve[2, 1]
+
+
+@kernel
+def measure_gap_planar(
+    poses: np.ndarray,
+    rates: np.ndarray,
+    count: int,
+    found_probe: np.ndarray,
+    found_piece: np.ndarray,
+    found_s: np.ndarray,
+    probe_body: np.ndarray,
+    probe_x: np.ndarray,
+    side: np.ndarray,
+    inset: np.ndarray,
+    owners: np.ndarray,
+    stations: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Rates and gradients of gap and slip of the contacts found.
+
+    Returns
+    -------
+    bodies : (count, 3) int array
+    rate : (count, 2) array, m/s
+        Rate of the gap and slip velocity.
+    gradient : (count, 2, 9) array
+        dg/dx, and the vector whose product with the rates is the slip velocity.
+    """
+    bodies = np.empty((count, 3), dtype=np.int64)
+    rate = np.empty((count, 2))
+    gradient = np.zeros((count, 2, 9))
+    weights = np.empty((3, 4))
+    curve = np.empty((3, 2))
+    vectors = np.empty((5, 9))
+    for i in range(count):
+        probe, piece = found_probe[i], found_piece[i]
+        bodies[i, 0] = probe_body[probe]
+        bodies[i, 1] = owners[piece, 0]
+        bodies[i, 2] = owners[piece, 1]
+        _, _, _, _, length, distance, _ = _geometry(
+            poses, bodies[i], probe_x[probe], side[probe], found_s[i], stations[piece], weights, curve, vectors
+        )
+        lever = (distance - inset[probe]) / length
+        for m in range(9):
+            gradient[i, 0, m] = vectors[1, m]
+            gradient[i, 1, m] = vectors[0, m] + lever * vectors[3, m]
+        gradient[i, 1, 2] -= side[probe] * inset[probe]
+        for k in range(2):
+            total = 0.0
+            for b in range(3):
+                for c in range(3):
+                    total += gradient[i, k, 3 * b + c] * rates[bodies[i, b], c]
+            rate[i, k] = total
+    return bodies, rate, gradient
+
+
+@kernel
+def tangent_gap_planar(
+    poses: np.ndarray,
+    rates: np.ndarray,
+    count: int,
+    bodies: np.ndarray,
+    gradient: np.ndarray,
+    rate: np.ndarray,
+    found_probe: np.ndarray,
+    found_piece: np.ndarray,
+    found_s: np.ndarray,
+    probe_x: np.ndarray,
+    side: np.ndarray,
+    inset: np.ndarray,
+    stations: np.ndarray,
+    normal: np.ndarray,
+    effort: np.ndarray,
+    slopes: np.ndarray,
+    with_friction: bool,
+    dof: np.ndarray,
+    indptr: np.ndarray,
+    indices: np.ndarray,
+    stiffness_data: np.ndarray,
+    damping_data: np.ndarray,
+) -> None:
+    """Add K and D of the contacts found.
+
+    Parameters
+    ----------
+    normal : (count,) array, N
+    effort : (count, 2) array, N
+        Efforts conjugate to gap (minus the normal force) and slip (friction).
+    slopes : (count, 4) array
+        dN/d penetration, dN/d closing rate, mu/|v|, d mu/d|v|.
+    with_friction : bool
+        False skips the slip's derivatives; the scene has no friction then.
+    """
+    weights = np.empty((3, 4))
+    curve = np.empty((3, 2))
+    vec = np.empty((5, 9))
+    hessian = np.zeros((9, 9))
+    slip_gradient = np.zeros((9, 9))
+    block_k = np.empty((9, 9))
+    block_d = np.empty((9, 9))
+    ds = np.empty(9)
+    beta = np.empty(9)
+    curvature = np.zeros((3, 9))
+    speed = np.empty(9)
+    for i in range(count):
+        probe, piece = found_probe[i], found_piece[i]
+        tx, tz, nx, nz, length, distance, bend = _geometry(
+            poses, bodies[i], probe_x[probe], side[probe], found_s[i], stations[piece], weights, curve, vec
+        )
+        turn = tx * curve[2, 0] + tz * curve[2, 1]
+        metric = length * length - distance * bend
+        for b in range(3):
+            body = bodies[i, b]
+            for c in range(3):
+                speed[3 * b + c] = rates[body, c]
+            # second derivatives of p - C and of C_s by the body's own angle: -arm
+            cb, sb = np.cos(poses[body, 2]), np.sin(poses[body, 2])
+            place = 3 * b + 2
+            if b == 0:
+                ax, az = cb * probe_x[probe], -sb * probe_x[probe]
+                curvature[0, place] = -(tx * ax + tz * az)
+                curvature[1, place] = -(nx * ax + nz * az)
+            else:
+                ax, az = cb * weights[0, 2 * b - 1], -sb * weights[0, 2 * b - 1]
+                curvature[0, place] = tx * ax + tz * az
+                curvature[1, place] = nx * ax + nz * az
+                ax, az = cb * weights[1, 2 * b - 1], -sb * weights[1, 2 * b - 1]
+                curvature[2, place] = -(nx * ax + nz * az)
+        for m in range(9):
+            ds[m] = (length * vec[0, m] + distance * vec[3, m]) / metric
+            beta[m] = (vec[3, m] + bend * ds[m]) / length
+        for m in range(9):
+            for n in range(9):
+                hessian[m, n] = -beta[n] * vec[0, m] - vec[3, m] * ds[n]
+            hessian[m, m] += curvature[1, m]
+        by_depth, by_rate = slopes[i, 0], slopes[i, 1]
+        by_slip, by_normal = normal[i] * slopes[i, 3], slopes[i, 2] * rate[i, 1]
+        if with_friction:
+            lever = (distance - inset[probe]) / length
+            for m in range(9):
+                for n in range(9):
+                    stretch = vec[2, n] + turn * ds[n]
+                    slope_n = -beta[n] * vec[2, m] + vec[4, m] * ds[n]
+                    if m == n:
+                        slope_n += curvature[2, m]
+                    slip_gradient[m, n] = (
+                        beta[n] * vec[1, m]
+                        - vec[2, m] * ds[n]
+                        + vec[1, n] / length * vec[3, m]
+                        + lever * (slope_n - vec[3, m] * stretch / length)
+                    )
+                slip_gradient[m, m] += curvature[0, m]
+        for n in range(9):
+            gap_rate = 0.0
+            slip_rate = 0.0
+            for m in range(9):
+                gap_rate += hessian[m, n] * speed[m]
+                slip_rate += slip_gradient[m, n] * speed[m]
+            normal_x = -by_depth * gradient[i, 0, n] - by_rate * gap_rate
+            normal_u = -by_rate * gradient[i, 0, n]
+            friction_x = by_slip * slip_rate + by_normal * normal_x
+            friction_u = by_slip * gradient[i, 1, n] + by_normal * normal_u
+            for m in range(9):
+                block_k[m, n] = -normal[i] * hessian[m, n] - gradient[i, 0, m] * normal_x
+                block_d[m, n] = -gradient[i, 0, m] * normal_u
+                if with_friction:
+                    block_k[m, n] += gradient[i, 1, m] * friction_x + effort[i, 1] * slip_gradient[m, n]
+                    block_d[m, n] += gradient[i, 1, m] * friction_u
+        add_block(block_k, dof, bodies[i], indptr, indices, stiffness_data)
+        add_block(block_d, dof, bodies[i], indptr, indices, damping_data)
+
+
+KERNELS = (window_probes_planar, find_contacts_planar, measure_gap_planar, tangent_gap_planar)
+"""Broad phase, closest points, measure and tangent, in the order `ContactKernels` wants."""

@@ -1,0 +1,148 @@
+"""Relative pose of two bodies in the plane: (Z1, Z3, psi) in the joint axes of the outer body (seed 003, eqs. 5 to 7).
+
+    Z_k = e_k . (A_b^T (r_a + A_a c_a - r_b) - c_b),      psi = phi_a - phi_b + psi_0
+
+A pose is (x, z, phi); phi turns about +y, so it takes the x axis towards -z. W v = (v_z, -v_x) is that turn's generator.
+Coordinates of an element: (x, z, phi) of the inner body a, then of the outer body b.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.kernels.jit import kernel
+from fsm.kernels.scatter import add_block
+
+__all__ = ["measure_pose_planar", "tangent_pose_planar"]
+
+
+@kernel
+def measure_pose_planar(
+    poses: np.ndarray,
+    rates: np.ndarray,
+    bodies: np.ndarray,
+    point_inner: np.ndarray,
+    point_outer: np.ndarray,
+    axes_angle: np.ndarray,
+    angle_offset: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Deformations of all force elements, their rates and gradients.
+
+    Parameters
+    ----------
+    poses, rates : (n_bodies, 3) arrays
+    bodies : (m, 2) int array
+        Inner and outer body.
+    point_inner, point_outer : (m, 2) arrays, m, body axes
+    axes_angle : (m,) array, rad
+        Angle of the joint axes in the outer body.
+    angle_offset : (m,) array, rad
+        psi_0.
+
+    Returns
+    -------
+    value, rate : (m, 3) arrays, m and rad, m/s and rad/s
+    gradient : (m, 3, 6) array
+    """
+    count = bodies.shape[0]
+    value = np.empty((count, 3))
+    rate = np.empty((count, 3))
+    gradient = np.zeros((count, 3, 6))
+    for i in range(count):
+        a, b = bodies[i, 0], bodies[i, 1]
+        ca, sa = np.cos(poses[a, 2]), np.sin(poses[a, 2])
+        armx = ca * point_inner[i, 0] + sa * point_inner[i, 1]
+        armz = -sa * point_inner[i, 0] + ca * point_inner[i, 1]
+        dx = poses[a, 0] + armx - poses[b, 0]
+        dz = poses[a, 1] + armz - poses[b, 1]
+        turn = poses[b, 2] + axes_angle[i]
+        ct, st = np.cos(turn), np.sin(turn)
+        cb, sb = np.cos(axes_angle[i]), np.sin(axes_angle[i])
+        # world axes e1 = (ct, -st), e3 = (st, ct); the same in the body with the axes' own angle
+        for k in range(2):
+            ex, ez = (ct, -st) if k == 0 else (st, ct)
+            bx, bz = (cb, -sb) if k == 0 else (sb, cb)
+            value[i, k] = ex * dx + ez * dz - (bx * point_outer[i, 0] + bz * point_outer[i, 1])
+            gradient[i, k, 0] = ex
+            gradient[i, k, 1] = ez
+            gradient[i, k, 2] = ex * armz - ez * armx
+            gradient[i, k, 3] = -ex
+            gradient[i, k, 4] = -ez
+            gradient[i, k, 5] = ez * dx - ex * dz
+        value[i, 2] = poses[a, 2] - poses[b, 2] + angle_offset[i]
+        gradient[i, 2, 2] = 1.0
+        gradient[i, 2, 5] = -1.0
+        for k in range(3):
+            total = 0.0
+            for c in range(3):
+                total += gradient[i, k, c] * rates[a, c] + gradient[i, k, 3 + c] * rates[b, c]
+            rate[i, k] = total
+    return value, rate, gradient
+
+
+@kernel
+def tangent_pose_planar(
+    poses: np.ndarray,
+    rates: np.ndarray,
+    bodies: np.ndarray,
+    point_inner: np.ndarray,
+    point_outer: np.ndarray,
+    axes_angle: np.ndarray,
+    angle_offset: np.ndarray,
+    gradient: np.ndarray,
+    effort: np.ndarray,
+    stiffness: np.ndarray,
+    damping: np.ndarray,
+    dof: np.ndarray,
+    indptr: np.ndarray,
+    indices: np.ndarray,
+    stiffness_data: np.ndarray,
+    damping_data: np.ndarray,
+) -> None:
+    """Add K = -dh/dx and D = -dh/du of all force elements to the block matrices.
+
+    K = sum_k g_k (k_k g_k + c_k H_k u)^T + e_k H_k,  D = sum_k c_k g_k g_k^T, with H_k the second derivative of Z_k:
+    the geometric stiffness, and what the damper's rate gains when the bodies turn.
+    """
+    second = np.zeros((6, 6))
+    block_k = np.zeros((6, 6))
+    block_d = np.zeros((6, 6))
+    speed = np.empty(6)
+    turned = np.empty(6)
+    for i in range(bodies.shape[0]):
+        a, b = bodies[i, 0], bodies[i, 1]
+        ca, sa = np.cos(poses[a, 2]), np.sin(poses[a, 2])
+        armx = ca * point_inner[i, 0] + sa * point_inner[i, 1]
+        armz = -sa * point_inner[i, 0] + ca * point_inner[i, 1]
+        dx = poses[a, 0] + armx - poses[b, 0]
+        dz = poses[a, 1] + armz - poses[b, 1]
+        turn = poses[b, 2] + axes_angle[i]
+        ct, st = np.cos(turn), np.sin(turn)
+        speed[:3] = rates[a]
+        speed[3:] = rates[b]
+        block_k[:] = 0.0
+        block_d[:] = 0.0
+        for k in range(3):
+            g = gradient[i, k]
+            if k < 2:
+                ex, ez = (ct, -st) if k == 0 else (st, ct)
+                wx, wz = ez, -ex
+                second[0, 5] = wx
+                second[1, 5] = wz
+                second[2, 2] = -(ex * armx + ez * armz)
+                second[2, 5] = ex * armx + ez * armz
+                second[3, 5] = -wx
+                second[4, 5] = -wz
+                second[5, 5] = -(ex * dx + ez * dz)
+                for m in range(5):
+                    second[5, m] = second[m, 5]
+                turned[:] = second @ speed
+                block_k += effort[i, k] * second
+            else:
+                turned[:] = 0.0
+            for m in range(6):
+                for n in range(6):
+                    block_k[m, n] += g[m] * (stiffness[i, k] * g[n] + damping[i, k] * turned[n])
+                    block_d[m, n] += damping[i, k] * g[m] * g[n]
+        add_block(block_k, dof, bodies[i], indptr, indices, stiffness_data)
+        add_block(block_d, dof, bodies[i], indptr, indices, damping_data)

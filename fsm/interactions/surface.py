@@ -1,0 +1,84 @@
+"""The contact surface of a panel: a C1 curve through the middle of every segment (PHYSICS section 4).
+
+Piece j of a surface of N segments (j = 0 ... N) is a cubic Bezier curve between the middles of segments j-1 and j, whose
+inner control points lie on the axes of the two segments, two thirds of the way to the joint. With the joint closed this
+is the quadratic B-spline whose control points are the joints; it stays C1 when the joint's springs give, and every
+control point belongs to one body. Pieces 0 and N are the straight half segments at the ends. It departs from the polygon
+of segments by l alpha/8 at a joint turned by alpha.
+
+At its ends the surface goes on straight for `TIP` of its length: two creases that meet tip to tip (panels 3 and 4 of the
+pulled strip do, on their mirror plane) must not slip past each other. A fold has a round tip of about that size.
+
+    C(s) = sum_k B_k(s) (r_k + A_k (X_k, 0)),     k = 0 ... 3, the first two on body a, the last two on body b
+
+In space the same with y e2 added to every control point: a ruled surface S(s, y).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.kernels.jit import kernel
+
+__all__ = ["TIP", "blend", "pieces_of"]
+
+TIP = 0.025
+"""Length by which a surface goes on straight beyond its ends, as a fraction of its own."""
+
+
+def pieces_of(bodies: np.ndarray, half_lengths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Pieces of one surface.
+
+    Parameters
+    ----------
+    bodies : (n,) int array
+        Bodies of the segments in order.
+    half_lengths : (n,) array, m
+
+    Returns
+    -------
+    owners : (n + 1, 2) int array
+        Bodies a and b of every piece.
+    stations : (n + 1, 6) array
+        X of the four control points along their body's axis, m; the lowest and highest s of the piece.
+    """
+    count = len(bodies)
+    tip = TIP * 2.0 * float(np.sum(half_lengths))
+    owners = np.empty((count + 1, 2), dtype=np.int64)
+    stations = np.empty((count + 1, 6))
+    owners[0] = bodies[0]
+    stations[0, :4] = half_lengths[0] * np.array([-1.0, -2 / 3, -1 / 3, 0.0])
+    owners[count] = bodies[-1]
+    stations[count, :4] = half_lengths[-1] * np.array([0.0, 1 / 3, 2 / 3, 1.0])
+    for j in range(1, count):
+        owners[j] = bodies[j - 1], bodies[j]
+        stations[j, :4] = [0.0, 2 / 3 * half_lengths[j - 1], -2 / 3 * half_lengths[j], 0.0]
+    stations[:, 4], stations[:, 5] = 0.0, 1.0
+    stations[0, 4] = -tip / half_lengths[0]
+    stations[count, 5] = 1.0 + tip / half_lengths[-1]
+    return owners, stations
+
+
+@kernel(inline=True)
+def blend(s: float, stations: np.ndarray, out: np.ndarray) -> None:
+    """Weights and stations of a piece at s with two derivatives.
+
+    `out` (3, 4), changed in place: row d holds the d-th derivative of (W_a, W_a-weighted X, W_b, W_b-weighted X), so
+    that C^(d) = W_a r_a + A_a (x_a, 0) + W_b r_b + A_b (x_b, 0).
+    """
+    r = 1.0 - s
+    b0, b1, b2, b3 = r * r * r, 3 * s * r * r, 3 * s * s * r, s * s * s
+    d0, d1, d2, d3 = -3 * r * r, 3 * r * r - 6 * s * r, 6 * s * r - 3 * s * s, 3 * s * s
+    e0, e1, e2, e3 = 6 * r, 6 * s - 12 * r, 6 * r - 12 * s, 6 * s
+    out[0, 0] = b0 + b1
+    out[0, 1] = b0 * stations[0] + b1 * stations[1]
+    out[0, 2] = b2 + b3
+    out[0, 3] = b2 * stations[2] + b3 * stations[3]
+    out[1, 0] = d0 + d1
+    out[1, 1] = d0 * stations[0] + d1 * stations[1]
+    out[1, 2] = d2 + d3
+    out[1, 3] = d2 * stations[2] + d3 * stations[3]
+    out[2, 0] = e0 + e1
+    out[2, 1] = e0 * stations[0] + e1 * stations[1]
+    out[2, 2] = e2 + e3
+    out[2, 3] = e2 * stations[2] + e3 * stations[3]

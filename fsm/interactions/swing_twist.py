@@ -1,0 +1,163 @@
+"""Swing and twist of a relative rotation, with derivatives (PHYSICS section 1).
+
+q = swing(s1, 0, s3) twist(psi about e2):   psi = 2 atan2(q2, q0),   (s1, s3) = the swing's rotation vector.
+
+The relative quaternion of two joint frames is q = conj(q_b) q_a. For body-axis increments d_a, d_b (in joint axes)
+
+    dq = 1/2 q d_a - 1/2 d_b q ,    d(dq_a,i)/dd_a,j = 1/4 q e_j e_i ,   d(dq_a,i)/dd_b,j = -1/4 e_j q e_i , ...
+
+A quaternion that evolves continuously carries psi through +-180 degrees; joint axes are anchored at the initial angle, so
+the range is the initial angle +-360 degrees.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.kernels.jit import kernel
+
+__all__ = ["increments", "product", "relative_quaternion", "second_increment", "swing_measures", "twist_measure"]
+
+
+@kernel(inline=True)
+def product(p: np.ndarray, r: np.ndarray, out: np.ndarray) -> None:
+    """Quaternion product p r into `out` (4,)."""
+    out[0] = p[0] * r[0] - p[1] * r[1] - p[2] * r[2] - p[3] * r[3]
+    out[1] = p[0] * r[1] + p[1] * r[0] + p[2] * r[3] - p[3] * r[2]
+    out[2] = p[0] * r[2] - p[1] * r[3] + p[2] * r[0] + p[3] * r[1]
+    out[3] = p[0] * r[3] + p[1] * r[2] - p[2] * r[1] + p[3] * r[0]
+
+
+@kernel
+def relative_quaternion(
+    pose_a: np.ndarray, pose_b: np.ndarray, axes_a: np.ndarray, axes_b: np.ndarray, work: np.ndarray, out: np.ndarray
+) -> None:
+    """conj(q_b axes_b) q_a axes_a into `out` (4,); `work` (2, 4) is scratch."""
+    product(pose_a[3:], axes_a, work[0])
+    product(pose_b[3:], axes_b, work[1])
+    work[1, 1] = -work[1, 1]
+    work[1, 2] = -work[1, 2]
+    work[1, 3] = -work[1, 3]
+    product(work[1], work[0], out)
+
+
+@kernel
+def increments(q: np.ndarray, out: np.ndarray) -> None:
+    """dq/d(increments) into `out` (6, 4): rows 0-2 by the inner body, 1/2 q e_i; rows 3-5 by the outer, -1/2 e_i q."""
+    w, x, y, z = 0.5 * q[0], 0.5 * q[1], 0.5 * q[2], 0.5 * q[3]
+    out[0, 0], out[0, 1], out[0, 2], out[0, 3] = -x, w, z, -y
+    out[1, 0], out[1, 1], out[1, 2], out[1, 3] = -y, -z, w, x
+    out[2, 0], out[2, 1], out[2, 2], out[2, 3] = -z, y, -x, w
+    out[3, 0], out[3, 1], out[3, 2], out[3, 3] = x, -w, z, -y
+    out[4, 0], out[4, 1], out[4, 2], out[4, 3] = y, -z, -w, x
+    out[5, 0], out[5, 1], out[5, 2], out[5, 3] = z, y, -x, -w
+
+
+@kernel
+def second_increment(row: int, column: int, steps: np.ndarray, out: np.ndarray) -> None:
+    """d(dq_row)/d(increment column) into `out` (4,), from the `increments`.
+
+    dq_row = 1/2 q e_i for the inner body, so its change is 1/2 (dq_column) e_i; likewise -1/2 e_i (dq_column).
+    """
+    d0, d1, d2, d3 = 0.5 * steps[column, 0], 0.5 * steps[column, 1], 0.5 * steps[column, 2], 0.5 * steps[column, 3]
+    if row == 0:
+        out[0], out[1], out[2], out[3] = -d1, d0, d3, -d2
+    elif row == 1:
+        out[0], out[1], out[2], out[3] = -d2, -d3, d0, d1
+    elif row == 2:
+        out[0], out[1], out[2], out[3] = -d3, d2, -d1, d0
+    elif row == 3:
+        out[0], out[1], out[2], out[3] = d1, -d0, d3, -d2
+    elif row == 4:
+        out[0], out[1], out[2], out[3] = d2, -d3, -d0, d1
+    else:
+        out[0], out[1], out[2], out[3] = d3, d2, -d1, -d0
+
+
+@kernel
+def twist_measure(q: np.ndarray, first: np.ndarray, second: np.ndarray) -> float:
+    """psi = 2 atan2(q2, q0), its gradient `first` (4,) and Hessian `second` (4, 4) by q."""
+    square = q[0] * q[0] + q[2] * q[2]
+    first[:] = 0.0
+    second[:] = 0.0
+    first[0] = -2.0 * q[2] / square
+    first[2] = 2.0 * q[0] / square
+    second[0, 0] = 4.0 * q[0] * q[2] / (square * square)
+    second[2, 2] = -second[0, 0]
+    second[0, 2] = 2.0 * (q[2] * q[2] - q[0] * q[0]) / (square * square)
+    second[2, 0] = second[0, 2]
+    return 2.0 * np.arctan2(q[2], q[0])
+
+
+@kernel
+def _stretch(n: float) -> tuple[float, float, float]:
+    """f = 2 acos(n)/sqrt(1 - n^2) and two derivatives: turns the swing's vector part into its rotation vector."""
+    e = 1.0 - n
+    if e < 0.02:
+        # f = 2 sum_k k!/(2k+1)!! e^k
+        value = first = second = 0.0
+        term = 2.0
+        power_0, power_1, power_2 = 1.0, 0.0, 0.0
+        for k in range(12):
+            value += term * power_0
+            first += term * k * power_1
+            second += term * k * (k - 1) * power_2
+            power_2 = power_1
+            power_1 = power_0
+            power_0 = power_0 * e
+            term = term * (k + 1) / (2 * k + 3)
+        return value, -first, second
+    square = 1.0 - n * n
+    value = 2.0 * np.arccos(n) / np.sqrt(square)
+    first = (n * value - 2.0) / square
+    second = (value + 3.0 * n * first) / square
+    return value, first, second
+
+
+@kernel
+def swing_measures(q: np.ndarray, values: np.ndarray, first: np.ndarray, second: np.ndarray) -> None:
+    """s1 and s3 into `values` (2,), gradients `first` (2, 4) and Hessians `second` (2, 4, 4) by q.
+
+    n = sqrt(q0^2 + q2^2),  s1 = f(n) (q1 q0 + q3 q2)/n,  s3 = f(n) (q3 q0 - q1 q2)/n.
+    Written as s = f(n)/n * B(q) with a bilinear form B; h(n) = f/n.
+    """
+    n = np.sqrt(q[0] * q[0] + q[2] * q[2])
+    f, f1, f2 = _stretch(min(n, 1.0))
+    h = f / n
+    h1 = (f1 - h) / n
+    h2 = (f2 - 2.0 * h1) / n
+    # gradient and Hessian of n by (q0, q2)
+    n0, n2 = q[0] / n, q[2] / n
+    n00, n22, n02 = n2 * n2 / n, n0 * n0 / n, -n0 * n2 / n
+    for k in range(2):
+        if k == 0:
+            form = q[1] * q[0] + q[3] * q[2]
+            b0, b1, b2, b3 = q[1], q[0], q[3], q[2]
+        else:
+            form = q[3] * q[0] - q[1] * q[2]
+            b0, b1, b2, b3 = q[3], -q[2], -q[1], q[0]
+        values[k] = h * form
+        first[k, 0] = h1 * n0 * form + h * b0
+        first[k, 1] = h * b1
+        first[k, 2] = h1 * n2 * form + h * b2
+        first[k, 3] = h * b3
+        s = second[k]
+        s[:] = 0.0
+        s[0, 0] = (h2 * n0 * n0 + h1 * n00) * form + 2.0 * h1 * n0 * b0
+        s[2, 2] = (h2 * n2 * n2 + h1 * n22) * form + 2.0 * h1 * n2 * b2
+        s[0, 2] = (h2 * n0 * n2 + h1 * n02) * form + h1 * (n0 * b2 + n2 * b0)
+        s[0, 1] = h1 * n0 * b1
+        s[2, 1] = h1 * n2 * b1
+        s[0, 3] = h1 * n0 * b3
+        s[2, 3] = h1 * n2 * b3
+        if k == 0:
+            s[0, 1] += h
+            s[2, 3] += h
+        else:
+            s[0, 3] += h
+            s[2, 1] -= h
+        s[2, 0] = s[0, 2]
+        s[1, 0] = s[0, 1]
+        s[1, 2] = s[2, 1]
+        s[3, 0] = s[0, 3]
+        s[3, 2] = s[2, 3]

@@ -1,0 +1,1 @@
+"""Compiled functions that the rest of the package is built on."""

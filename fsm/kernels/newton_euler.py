@@ -1,0 +1,124 @@
+"""Newton-Euler in space: gyroscopic moments, and quaternions whose norm is held at one.
+
+    p' = 1/2 p (0, w) + 1/2 HOLD (1 - p.p) p
+
+The last term is zero on the unit sphere and pulls a drifting quaternion back to it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.kernels.jit import kernel
+from fsm.kernels.scatter import find_slot
+
+__all__ = [
+    "HOLD",
+
+    "add_gyroscopic",
+    "gyroscopic_damping",
+    "quaternion_jacobian",
+    "quaternion_rates",
+    "tangent_from_quaternion",
+]
+
+HOLD = 50.0
+"""Rate at which the quaternion norm returns to one, 1/s."""
+
+
+@kernel
+def add_gyroscopic(rates: np.ndarray, inertia: np.ndarray, force: np.ndarray) -> None:
+    """Add -w x J w to the moments of all bodies; rates, inertia, force are (n_bodies, 6)."""
+    for i in range(rates.shape[0]):
+        wx, wy, wz = rates[i, 3], rates[i, 4], rates[i, 5]
+        jx, jy, jz = inertia[i, 3], inertia[i, 4], inertia[i, 5]
+        force[i, 3] -= (jz - jy) * wy * wz
+        force[i, 4] -= (jx - jz) * wz * wx
+        force[i, 5] -= (jy - jx) * wx * wy
+
+
+@kernel
+def gyroscopic_damping(
+    rates: np.ndarray,
+    inertia: np.ndarray,
+    dof: np.ndarray,
+    indptr: np.ndarray,
+    indices: np.ndarray,
+    damping_data: np.ndarray,
+) -> None:
+    """Add d(w x J w)/dw of all free bodies to D."""
+    for i in range(rates.shape[0]):
+        slot = find_slot(indptr, indices, dof[i], dof[i])
+        if slot < 0:
+            continue
+        wx, wy, wz = rates[i, 3], rates[i, 4], rates[i, 5]
+        jx, jy, jz = inertia[i, 3], inertia[i, 4], inertia[i, 5]
+        damping_data[slot, 3, 4] += (jz - jy) * wz
+        damping_data[slot, 3, 5] += (jz - jy) * wy
+        damping_data[slot, 4, 3] += (jx - jz) * wz
+        damping_data[slot, 4, 5] += (jx - jz) * wx
+        damping_data[slot, 5, 3] += (jy - jx) * wy
+        damping_data[slot, 5, 4] += (jy - jx) * wx
+
+
+@kernel
+def quaternion_rates(poses: np.ndarray, rates: np.ndarray) -> np.ndarray:
+    """(n, 7) rates of position and quaternion from poses (n, 7) and velocities (n, 6)."""
+    out = np.empty(poses.shape)
+    for i in range(poses.shape[0]):
+        w, x, y, z = poses[i, 3], poses[i, 4], poses[i, 5], poses[i, 6]
+        a, b, c = rates[i, 3], rates[i, 4], rates[i, 5]
+        hold = 0.5 * HOLD * (1.0 - w * w - x * x - y * y - z * z)
+        out[i, 0] = rates[i, 0]
+        out[i, 1] = rates[i, 1]
+        out[i, 2] = rates[i, 2]
+        out[i, 3] = 0.5 * (-x * a - y * b - z * c) + hold * w
+        out[i, 4] = 0.5 * (w * a + y * c - z * b) + hold * x
+        out[i, 5] = 0.5 * (w * b + z * a - x * c) + hold * y
+        out[i, 6] = 0.5 * (w * c + x * b - y * a) + hold * z
+    return out
+
+
+@kernel
+def quaternion_jacobian(poses: np.ndarray, rates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Derivatives of `quaternion_rates` by pose, (n, 7, 7), and by rate, (n, 7, 6)."""
+    count = poses.shape[0]
+    by_pose = np.zeros((count, 7, 7))
+    by_rate = np.zeros((count, 7, 6))
+    for i in range(count):
+        p = poses[i, 3:]
+        w, x, y, z = p[0], p[1], p[2], p[3]
+        a, b, c = rates[i, 3], rates[i, 4], rates[i, 5]
+        excess = 1.0 - w * w - x * x - y * y - z * z
+        m = by_pose[i, 3:, 3:]
+        m[0, 1], m[0, 2], m[0, 3] = -0.5 * a, -0.5 * b, -0.5 * c
+        m[1, 0], m[1, 2], m[1, 3] = 0.5 * a, 0.5 * c, -0.5 * b
+        m[2, 0], m[2, 1], m[2, 3] = 0.5 * b, -0.5 * c, 0.5 * a
+        m[3, 0], m[3, 1], m[3, 2] = 0.5 * c, 0.5 * b, -0.5 * a
+        for j in range(4):
+            m[j, j] += 0.5 * HOLD * excess
+            for k in range(4):
+                m[j, k] -= HOLD * p[j] * p[k]
+        for j in range(3):
+            by_rate[i, j, j] = 1.0
+        by_rate[i, 3, 3], by_rate[i, 3, 4], by_rate[i, 3, 5] = -0.5 * x, -0.5 * y, -0.5 * z
+        by_rate[i, 4, 3], by_rate[i, 4, 4], by_rate[i, 4, 5] = 0.5 * w, -0.5 * z, 0.5 * y
+        by_rate[i, 5, 3], by_rate[i, 5, 4], by_rate[i, 5, 5] = 0.5 * z, 0.5 * w, -0.5 * x
+        by_rate[i, 6, 3], by_rate[i, 6, 4], by_rate[i, 6, 5] = -0.5 * y, 0.5 * x, 0.5 * w
+    return by_pose, by_rate
+
+
+@kernel
+def tangent_from_quaternion(poses: np.ndarray) -> np.ndarray:
+    """d(tangent increment)/d(pose), (n, 6, 7): dtheta = 2 conj(p) dp / p.p, the radial part of dp left out."""
+    count = poses.shape[0]
+    out = np.zeros((count, 6, 7))
+    for i in range(count):
+        w, x, y, z = poses[i, 3], poses[i, 4], poses[i, 5], poses[i, 6]
+        factor = 2.0 / (w * w + x * x + y * y + z * z)
+        for j in range(3):
+            out[i, j, j] = 1.0
+        out[i, 3, 3], out[i, 3, 4], out[i, 3, 5], out[i, 3, 6] = -factor * x, factor * w, factor * z, -factor * y
+        out[i, 4, 3], out[i, 4, 4], out[i, 4, 5], out[i, 4, 6] = -factor * y, -factor * z, factor * w, factor * x
+        out[i, 5, 3], out[i, 5, 4], out[i, 5, 5], out[i, 5, 6] = -factor * z, factor * y, -factor * x, factor * w
+    return out

@@ -1,0 +1,58 @@
+"""Unit quaternions, scalar first, and rotation matrices. A(p) maps body components to inertial ones."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.kernels.jit import kernel
+
+__all__ = ["exponential", "fill_rotation", "multiply", "rotation_matrix"]
+
+
+@kernel(inline=True)
+def fill_rotation(p: np.ndarray, out: np.ndarray) -> None:
+    """Write the rotation matrix of a unit quaternion into `out` (3, 3)."""
+    w, x, y, z = p[0], p[1], p[2], p[3]
+    out[0, 0] = 1.0 - 2.0 * (y * y + z * z)
+    out[0, 1] = 2.0 * (x * y - w * z)
+    out[0, 2] = 2.0 * (x * z + w * y)
+    out[1, 0] = 2.0 * (x * y + w * z)
+    out[1, 1] = 1.0 - 2.0 * (x * x + z * z)
+    out[1, 2] = 2.0 * (y * z - w * x)
+    out[2, 0] = 2.0 * (x * z - w * y)
+    out[2, 1] = 2.0 * (y * z + w * x)
+    out[2, 2] = 1.0 - 2.0 * (x * x + y * y)
+
+
+def rotation_matrix(p: np.ndarray) -> np.ndarray:
+    """Rotation matrix (3, 3) of a quaternion of any length."""
+    w, x, y, z = np.asarray(p, dtype=float) / np.linalg.norm(p)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def multiply(p: np.ndarray, r: np.ndarray) -> np.ndarray:
+    """Quaternion product p r; arrays (..., 4)."""
+    p0, p1, p2, p3 = np.moveaxis(np.asarray(p, dtype=float), -1, 0)
+    r0, r1, r2, r3 = np.moveaxis(np.asarray(r, dtype=float), -1, 0)
+    return np.stack(
+        [
+            p0 * r0 - p1 * r1 - p2 * r2 - p3 * r3,
+            p0 * r1 + p1 * r0 + p2 * r3 - p3 * r2,
+            p0 * r2 - p1 * r3 + p2 * r0 + p3 * r1,
+            p0 * r3 + p1 * r2 - p2 * r1 + p3 * r0,
+        ],
+        axis=-1,
+    )
+
+
+def exponential(vector: np.ndarray) -> np.ndarray:
+    """Quaternion of a rotation vector (..., 3), rad."""
+    angle = np.linalg.norm(vector, axis=-1, keepdims=True)
+    # np.sinc(x) = sin(pi x)/(pi x), so this is sin(angle/2)/angle, right at zero too
+    return np.concatenate([np.cos(angle / 2), 0.5 * np.sinc(angle / (2 * np.pi)) * vector], axis=-1)

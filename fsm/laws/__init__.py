@@ -1,0 +1,1 @@
+"""Scalar laws: deformations and rates in, effort and slopes out; no geometry."""

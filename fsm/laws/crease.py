@@ -1,0 +1,185 @@
+"""Moment of a crease against its opening, from a table.
+
+A curve is M(o), where the opening o = rest - s psi is how far the crease has turned from its rest angle towards flat
+(s: the side it is folded to). Series flexibility of half cells is put into the table once (`add_flexibility`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline, PchipInterpolator, PPoly
+
+from fsm.kernels.jit import kernel
+from fsm.kernels.spline import evaluate_curve
+
+__all__ = ["Curve", "CurveTable", "add_flexibility", "crease_energy", "crease_moment", "curve_from_data", "join_curves"]
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One piecewise cubic M(o): `knots` (n,) rad, `coefficients` (n, 4), `energies` (n,) J; see `evaluate_curve`."""
+
+    knots: np.ndarray
+    coefficients: np.ndarray
+    energies: np.ndarray
+
+    def __call__(self, opening: float) -> tuple[float, float, float]:
+        """Energy (J), moment (N m) and slope (N m/rad) at an opening (rad)."""
+        energy, moment, slope = evaluate_curve(
+            float(opening), 0, len(self.knots), self.knots, self.coefficients, self.energies
+        )
+        return energy, moment, slope
+
+
+def curve_from_data(angle: np.ndarray, moment: np.ndarray, interpolation: str = "cubic") -> Curve:
+    """Interpolate measured (angle, moment); continue linearly outside; integrate exactly.
+
+    Parameters
+    ----------
+    angle : (n,) array, rad, increasing
+    moment : (n,) array, N m
+    interpolation : "cubic" (not-a-knot, C2) or "pchip" (C1, monotone where the data are)
+
+    Notes
+    -----
+    The energy is counted from zero opening, so it is zero there even if the data begin elsewhere.
+    """
+    polynomial = CubicSpline(angle, moment) if interpolation == "cubic" else PchipInterpolator(angle, moment)
+    return _from_polynomial(polynomial)
+
+
+def _from_polynomial(polynomial: PPoly) -> Curve:
+    knots = np.ascontiguousarray(polynomial.x, dtype=float)
+    last_value = float(polynomial(knots[-1]))
+    last_slope = float(polynomial(knots[-1], 1))
+    coefficients = np.vstack([polynomial.c.T, [0.0, 0.0, last_slope, last_value]])
+    energies = np.concatenate([[0.0], np.cumsum([polynomial.integrate(a, b) for a, b in zip(knots, knots[1:])])])
+    curve = Curve(knots, np.ascontiguousarray(coefficients), energies)
+    return Curve(knots, curve.coefficients, energies - curve(0.0)[0])
+
+
+def add_flexibility(curve: Curve, flexibility: float, subdivisions: int = 32) -> Curve:
+    """The curve of a crease in series with a linear flexibility (the half-cell correction).
+
+    o_total = o + M(o) f                                               PHYSICS section 1
+
+    Parameters
+    ----------
+    curve : Curve of the crease alone
+    flexibility : f, rad/(N m)
+    subdivisions : int
+        New knots in each old interval; values and slopes at them are exact, cubic Hermite between (error O(h^4)).
+
+    Raises
+    ------
+    ValueError
+        1 + M' f <= 0: the crease softens faster than the flexibility beside it can follow (it would snap).
+    """
+    if flexibility == 0.0:
+        return curve
+    fractions = np.arange(subdivisions) / subdivisions
+    widths = np.diff(curve.knots)
+    opening = np.append((curve.knots[:-1, None] + widths[:, None] * fractions).ravel(), curve.knots[-1])
+    values = np.array([curve(o) for o in opening])
+    moment, slope = values[:, 1], values[:, 2]
+    stretch = 1.0 + slope * flexibility
+    if stretch.min() <= 0.0:
+        worst = int(np.argmin(stretch))
+        raise ValueError(
+            f"at an opening of {np.degrees(opening[worst]):.4g} deg the crease softens by {slope[worst]:.4g} N m/rad, "
+            "more than the half segments beside it can follow; use shorter segments or half_cell = false"
+        )
+    total = opening + moment * flexibility
+    return _hermite(total, moment, slope / stretch)
+
+
+def _hermite(x: np.ndarray, y: np.ndarray, dydx: np.ndarray) -> Curve:
+    from scipy.interpolate import CubicHermiteSpline
+
+    return _from_polynomial(CubicHermiteSpline(x, y, dydx))
+
+
+@dataclass(frozen=True)
+class CurveTable:
+    """Several curves end to end: curve i has the knots ``bounds[i]:bounds[i + 1]``."""
+
+    bounds: np.ndarray
+    knots: np.ndarray
+    coefficients: np.ndarray
+    energies: np.ndarray
+
+
+def join_curves(curves: list[Curve]) -> CurveTable:
+    """One table of many curves, for the kernels."""
+    bounds = np.concatenate([[0], np.cumsum([len(c.knots) for c in curves])]).astype(np.int64)
+    return CurveTable(
+        bounds,
+        np.concatenate([c.knots for c in curves]),
+        np.concatenate([c.coefficients for c in curves]),
+        np.concatenate([c.energies for c in curves]),
+    )
+
+
+@kernel
+def crease_moment(
+    angle: np.ndarray,
+    rate: np.ndarray,
+    rest: np.ndarray,
+    side: np.ndarray,
+    damping: np.ndarray,
+    curve: np.ndarray,
+    bounds: np.ndarray,
+    knots: np.ndarray,
+    coefficients: np.ndarray,
+    energies: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Moment dU/dpsi + c psi' of every crease and its slope d2U/dpsi2.
+
+    Parameters
+    ----------
+    angle, rate : (m,) arrays
+        Hinge angle psi, rad, and its rate, rad/s.
+    rest, side : (m,) arrays
+        o = rest - side psi; side is +1 or -1.
+    damping : (m,) array, N m s/rad
+    curve : (m,) int array
+        Number of each crease's curve in the table.
+    bounds, knots, coefficients, energies : the `CurveTable`
+
+    Returns
+    -------
+    effort, stiffness : (m, 1) arrays, N m and N m/rad
+    """
+    effort = np.empty((angle.shape[0], 1))
+    stiffness = np.empty((angle.shape[0], 1))
+    for i in range(angle.shape[0]):
+        opening = rest[i] - side[i] * angle[i]
+        _, moment, slope = evaluate_curve(
+            opening, bounds[curve[i]], bounds[curve[i] + 1], knots, coefficients, energies
+        )
+        effort[i, 0] = -side[i] * moment + damping[i] * rate[i]
+        stiffness[i, 0] = slope
+    return effort, stiffness
+
+
+@kernel
+def crease_energy(
+    angle: np.ndarray,
+    rest: np.ndarray,
+    side: np.ndarray,
+    curve: np.ndarray,
+    bounds: np.ndarray,
+    knots: np.ndarray,
+    coefficients: np.ndarray,
+    energies: np.ndarray,
+) -> np.ndarray:
+    """Potential energy of every crease, (m,), J; arguments as in `crease_moment`."""
+    energy = np.empty(angle.shape[0])
+    for i in range(angle.shape[0]):
+        opening = rest[i] - side[i] * angle[i]
+        energy[i] = evaluate_curve(
+            opening, bounds[curve[i]], bounds[curve[i] + 1], knots, coefficients, energies
+        )[0]
+    return energy

@@ -1,0 +1,1 @@
+"""Plots of a solution, fit for a paper."""

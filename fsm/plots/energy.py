@@ -1,0 +1,69 @@
+"""Where the work goes: energies against travel, and how well they balance."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from fsm.plots.style import COLOURS, GREY, WIDE, abscissa, energy_unit, figure
+from fsm.results.solution import Floats, Solution
+
+__all__ = ["plot_energy"]
+
+STACK = {
+    "creases": ("creases", COLOURS[0]),
+    "panels": ("panels", COLOURS[1]),
+    "contact": ("contact", COLOURS[3]),
+    "drives": ("drives", COLOURS[7]),
+    "gravity": ("gravity", COLOURS[5]),
+    "kinetic": ("kinetic", COLOURS[4]),
+    "dissipated": ("dissipated", "#999999"),
+}
+
+
+def plot_energy(solution: Solution, path: str | Path) -> None:
+    """Energies since the start, stacked, against the work done; below, the error of the balance.
+
+    What has fallen since the start is stacked below zero and added to the work, since it was spent as well:
+    the dashed line is the top of the stack if all is well. Kinds that stay at zero are left out.
+    """
+    x, label = abscissa(solution)
+    changes = {name: solution.energy[name] - solution.energy[name][0] for name in STACK}
+    work = solution.energy["work"] - solution.energy["work"][0]
+    factor, unit = energy_unit(np.array([work, *changes.values()]))
+    with figure(path, (WIDE[0], 5.0)) as fig:
+        top, bottom = fig.subplots(2, 1, sharex=True, height_ratios=[3, 1])
+        _draw_stack(top, x, {name: values * factor for name, values in changes.items()})
+        released = -sum(np.minimum(values, 0.0) for values in changes.values())
+        noted = np.any(released > 1e-3 * np.max(np.abs(work)))
+        name = "work done and\nenergy released" if noted else "work done"
+        top.plot(x, (work + released) * factor, "--", color="black", linewidth=1.2, label=name)
+        top.axhline(0, color=GREY, linewidth=0.6)
+        top.set_ylabel(f"energy since the start ({unit})")
+        top.margins(x=0)
+        handles, names = top.get_legend_handles_labels()
+        fig.legend(handles[::-1], names[::-1], loc="outside right upper")
+        _draw_error(bottom, x, solution.energy["error"])
+        bottom.set_xlabel(label)
+
+
+def _draw_stack(ax: Axes, x: Floats, changes: dict[str, Floats]) -> None:
+    largest = max(float(np.max(np.abs(values), initial=0.0)) for values in changes.values())
+    above, below = np.zeros_like(x), np.zeros_like(x)
+    for name, values in changes.items():
+        if not np.any(np.abs(values) > 1e-9 * largest):
+            continue
+        text, colour = STACK[name]
+        high, low = above + np.maximum(values, 0.0), below + np.minimum(values, 0.0)
+        ax.fill_between(x, above, high, color=colour, linewidth=0, label=text)
+        ax.fill_between(x, below, low, color=colour, linewidth=0)
+        above, below = high, low
+
+
+def _draw_error(ax: Axes, x: Floats, error: Floats) -> None:
+    factor, unit = energy_unit(error)
+    ax.axhline(0, color=GREY, linewidth=0.6)
+    ax.plot(x, error * factor, color=COLOURS[6], linewidth=1.0)
+    ax.set_ylabel(f"balance error ({unit})")

@@ -1,0 +1,115 @@
+"""Pull force against travel: one run with its stages and its peak, or all curves of a table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import Patch
+
+from fsm.plots.style import COLOURS, GREY, SINGLE, STAGE_COLOURS, WIDE, abscissa, figure, rounded
+from fsm.results.quantities import STAGES, peak, summarise
+from fsm.results.solution import Solution
+
+__all__ = ["plot_force", "plot_overlay"]
+
+DASHES = ("-", "--", "-.", ":")
+
+
+def plot_force(solution: Solution, path: str | Path) -> None:
+    """Force against travel in mm, the stages shaded and named, the peak marked with its value.
+
+    Without a drive: the normal forces of the contact pairs against time.
+    """
+    with figure(path, SINGLE) as fig:
+        ax = fig.add_subplot()
+        x, label = abscissa(solution)
+        ax.set_xlabel(label)
+        if not solution.travel.shape[1]:
+            _draw_pairs(ax, solution)
+            return
+        names = solution.layout.drive_names
+        for k in range(solution.force.shape[1]):
+            name = names[k] if k < len(names) else f"drive {k + 1}"
+            colour = COLOURS[k % len(COLOURS)]
+            ax.plot(solution.travel[:, k] * 1e3, solution.force[:, k], color=colour, label=name)
+        ax.set_ylabel("force (N)")
+        ax.margins(x=0)
+        if solution.force.shape[1] > 1:
+            ax.legend(loc="best")
+        summary = solution.summary if "stages" in solution.summary else summarise(solution)
+        stages = _shade_stages(ax, summary["stages"], float(x[-1]))
+        fig.legend(handles=stages, loc="outside upper center", ncols=3, columnspacing=1.2, handlelength=1.4)
+        _mark_peak(ax, solution)
+
+
+def plot_overlay(curves: Sequence[tuple[str, Solution]], path: str | Path) -> None:
+    """The curves of a table in one figure, peaks marked, names and peak values in the legend.
+
+    Curves without a drive are left out.
+    """
+    with figure(path, WIDE) as fig:
+        ax = fig.add_subplot()
+        drawn = [(name, run) for name, run in curves if run.travel.shape[1]]
+        for k, (name, run) in enumerate(drawn):
+            colour, dashes = COLOURS[k % len(COLOURS)], DASHES[k // len(COLOURS) % len(DASHES)]
+            force, travel = peak(run.travel[:, 0], run.force[:, 0])
+            label = f"{name}: {rounded(force)} N at {rounded(travel * 1e3)} mm"
+            ax.plot(run.travel[:, 0] * 1e3, run.force[:, 0], color=colour, linestyle=dashes, label=label)
+            ax.plot(travel * 1e3, force, "o", color=colour, markersize=4.5, markeredgecolor="white", zorder=4)
+        ax.set_xlabel("travel (mm)")
+        ax.set_ylabel("force (N)")
+        ax.margins(x=0)
+        if not drawn:
+            _say(ax, "no curve: none of the runs has a drive")
+        elif len(drawn) <= 8:
+            ax.set_ylim(top=ax.get_ylim()[1] + 0.04 * (len(drawn) + 1) * float(np.ptp(ax.get_ylim())))
+            ax.legend(loc="upper right", ncols=min(2, len(drawn)))
+        else:
+            fig.legend(loc="outside right upper", ncols=1 + (len(drawn) - 1) // 20)
+
+
+def _draw_pairs(ax: Axes, solution: Solution) -> None:
+    """Contact forces over time, for a scene that nothing pulls."""
+    ax.set_ylabel("normal force of contact (N)")
+    ax.margins(x=0)
+    for k, name in enumerate(solution.layout.pair_names):
+        if solution.pair_force[:, k].any():
+            colour, dashes = COLOURS[k % len(COLOURS)], DASHES[k // len(COLOURS) % len(DASHES)]
+            ax.plot(solution.time, solution.pair_force[:, k], dashes, color=colour, label=name)
+    if ax.lines:
+        ax.legend(loc="best")
+    else:
+        _say(ax, "no drive and no contact force")
+
+
+def _say(ax: Axes, text: str) -> None:
+    ax.text(0.5, 0.5, text, transform=ax.transAxes, ha="center", va="center", color=GREY)
+
+
+def _shade_stages(ax: Axes, stages: Sequence[dict[str, Any]], last: float) -> list[Patch]:
+    """Bands behind the curve; gives back what names them."""
+    begins = [1e3 * stage["travel"] for stage in stages]
+    patches: list[Patch] = []
+    for stage, begin, end in zip(stages, begins, [*begins[1:], last], strict=True):
+        colour = STAGE_COLOURS[STAGES.index(stage["name"]) if stage["name"] in STAGES else 0]
+        ax.axvspan(begin, max(begin, end), color=colour, alpha=0.2, linewidth=0)
+        name = stage["name"] if not patches else f"{stage['name']} from {rounded(begin)} mm"
+        patches.append(Patch(facecolor=colour, alpha=0.35, label=name))
+    return patches
+
+
+def _mark_peak(ax: Axes, solution: Solution) -> None:
+    travel = solution.travel[:, 0] * 1e3
+    force, at = peak(travel, solution.force[:, 0])
+    ax.plot(at, force, "o", color=COLOURS[1], markersize=5, zorder=4, clip_on=False)
+    bottom, top = ax.get_ylim()
+    ax.set_ylim(bottom, top + 0.08 * (top - bottom))
+    right = at > travel[0] + 0.6 * (travel[-1] - travel[0])
+    ax.annotate(
+        f"peak {rounded(force)} N at {rounded(at)} mm", (at, force), xytext=(-8 if right else 8, 3),
+        textcoords="offset points", ha="right" if right else "left", va="bottom",
+    )  # fmt: skip

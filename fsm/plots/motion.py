@@ -1,0 +1,121 @@
+"""The motion as a row of pictures: what the structure looks like at six travels."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+from fsm.plots.style import COLOURS, GREY, WIDE, abscissa, figure, rounded
+from fsm.results.solution import Floats, Integers, Solution
+
+__all__ = ["leaves_plane", "pick_records", "plot_motion"]
+
+
+def plot_motion(solution: Solution, path: str | Path, views: int = 6) -> None:
+    """The shape at `views` travels evenly spread from start to end, the nearest one moved onto the peak.
+
+    Motion in the x-z plane is drawn in that plane, a line for each plate (its middle; the thickness could not
+    be seen) in the colour of its panel; anything else in space. All pictures have the same scale.
+    """
+    chosen = pick_records(solution, views)
+    columns = 3 if len(chosen) > 2 else max(len(chosen), 1)
+    rows = max(1, -(-len(chosen) // columns))
+    space = leaves_plane(solution.shape)
+    with figure(path, (WIDE[0], _height(solution.shape, columns, rows, space))) as fig:
+        for k, record in enumerate(chosen):
+            if space:
+                _draw_space(fig, (rows, columns, k + 1), solution, record)
+            else:
+                first = fig.axes[0] if fig.axes else None
+                ax = fig.add_subplot(rows, columns, k + 1, sharex=first, sharey=first)
+                _draw_plane(ax, solution, record)
+                ax.set_xlabel("x (mm)" if k + columns >= len(chosen) else "")
+                ax.set_ylabel("z (mm)" if k % columns == 0 else "")
+                ax.tick_params(labelbottom=k + columns >= len(chosen), labelleft=k % columns == 0)
+
+
+def pick_records(solution: Solution, views: int = 6) -> list[int]:
+    """Numbers of `views` records or fewer: evenly spread, first and last, and the peak of the force."""
+    x, _ = abscissa(solution)
+    if len(x) == 0:
+        return []
+    wanted = np.linspace(x[0], x[-1], views)
+    chosen = [int(np.argmin(np.abs(x - value))) for value in wanted]
+    chosen[0], chosen[-1] = 0, len(x) - 1
+    if solution.force.shape[1] and views > 2:
+        top = int(np.argmax(solution.force[:, 0]))
+        if top not in chosen:
+            nearest = 1 + int(np.argmin([abs(x[record] - x[top]) for record in chosen[1:-1]]))
+            chosen[nearest] = top
+    return sorted(set(chosen))
+
+
+def leaves_plane(shape: Floats) -> bool:
+    """Whether plates leave the one strip across the x-z plane, by more than 0.1 % of its size."""
+    if shape.size == 0:
+        return False
+    size = float(np.max(np.ptp(shape.reshape(-1, 3), axis=0)))
+    across = np.max(np.abs((shape[:, :, 3] - shape[:, :, 0])[..., [0, 2]]), initial=0.0)
+    return bool(np.ptp(shape[..., 1].mean(axis=2)) > 1e-3 * size or across > 1e-3 * size)
+
+
+def _height(shape: Floats, columns: int, rows: int, space: bool) -> float:
+    """Of the figure, inches, so that pictures of equal scale fill it."""
+    if space or shape.size == 0:
+        return 3.0 * rows
+    width, height = np.ptp(shape[..., 0]), np.ptp(shape[..., 2])
+    ratio = float(height / width) if width > 0 else 1.0
+    return rows * (0.55 + float(np.clip((WIDE[0] - 0.7) / columns * ratio, 0.8, 3.4)))
+
+
+def _title(solution: Solution, record: int) -> str:
+    if not solution.travel.shape[1]:
+        return f"{rounded(solution.time[record])} s"
+    return f"{rounded(solution.travel[record, 0] * 1e3)} mm, {rounded(solution.force[record, 0])} N"
+
+
+def _colours(panel: Integers, quads: int) -> list[str]:
+    numbers = panel if len(panel) == quads else np.zeros(quads, dtype=np.int64)
+    return [COLOURS[(int(n) - 1) % (len(COLOURS) - 1)] if n > 0 else GREY for n in numbers]
+
+
+def _draw_plane(ax: Axes, solution: Solution, record: int) -> None:
+    quads = solution.shape[record] * 1e3
+    ends = np.stack([quads[:, [0, 3]].mean(axis=1), quads[:, [1, 2]].mean(axis=1)], axis=1)[..., [0, 2]]
+    colours = _colours(solution.layout.panel, len(quads))
+    ax.add_collection(LineCollection(list(ends), colors=colours, linewidths=1.8, capstyle="round"))
+    everything = solution.shape[..., [0, 2]].reshape(-1, 2) * 1e3
+    if len(everything):
+        margin = 0.05 * float(np.max(np.ptp(everything, axis=0)))
+        ax.set_xlim(everything[:, 0].min() - margin, everything[:, 0].max() + margin)
+        ax.set_ylim(everything[:, 1].min() - margin, everything[:, 1].max() + margin)
+    ax.set_aspect("equal", adjustable="box")
+    ax.set_title(_title(solution, record))
+
+
+def _draw_space(fig: Figure, place: tuple[int, int, int], solution: Solution, record: int) -> None:
+    ax: Any = fig.add_subplot(*place, projection="3d")
+    quads = solution.shape[record] * 1e3
+    colours = _colours(solution.layout.panel, len(quads))
+    ax.add_collection3d(
+        Poly3DCollection(list(quads), facecolors=colours, edgecolors="white", linewidths=0.3, alpha=0.85)
+    )
+    low, high = (pick(solution.shape.reshape(-1, 3), axis=0) * 1e3 for pick in (np.min, np.max))
+    reach = np.maximum(high - low, 0.05 * float(np.max(high - low)))
+    middle = (low + high) / 2
+    for name, centre, extent in zip("xyz", middle, reach, strict=True):
+        ax.set(**{f"{name}lim": (centre - extent / 2, centre + extent / 2)})
+    ax.set_box_aspect(reach, zoom=0.85)
+    for axis, name in ((ax.xaxis, "x (mm)"), (ax.yaxis, "y (mm)"), (ax.zaxis, "z (mm)")):
+        axis.set_label_text(name, fontsize=7)
+        axis.labelpad = -1 if axis is ax.zaxis else -4
+        axis.set_major_locator(MaxNLocator(4))
+    ax.tick_params(labelsize=6, pad=-2)
+    ax.set_title(_title(solution, record), y=1.06, pad=0)

@@ -1,0 +1,97 @@
+"""One look for all figures: fit for a paper, colour-blind safe, no pyplot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from fsm.results.solution import Floats, Solution
+
+__all__ = [
+    "COLOURS",
+    "GREY",
+    "SINGLE",
+    "STAGE_COLOURS",
+    "STYLE",
+    "WIDE",
+    "abscissa",
+    "energy_unit",
+    "figure",
+    "rounded",
+]
+
+# Okabe and Ito's palette, told apart by all common kinds of colour blindness
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#F0E442")
+GREY = "#666666"
+STAGE_COLOURS = ("#56B4E9", "#E69F00", "#CC79A7")
+
+SINGLE = (4.8, 3.4)
+WIDE = (7.2, 4.6)
+"""Sizes in inches: a column, and the width of a page."""
+
+STYLE: dict[str, Any] = {
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans"],
+    "font.size": 9.0,
+    "axes.labelsize": 9.0,
+    "axes.titlesize": 9.0,
+    "xtick.labelsize": 8.0,
+    "ytick.labelsize": 8.0,
+    "legend.fontsize": 8.0,
+    "legend.frameon": False,
+    "lines.linewidth": 1.4,
+    "axes.linewidth": 0.7,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": False,
+    "axes.prop_cycle": matplotlib.cycler(color=COLOURS),
+    "savefig.dpi": 200,
+    "svg.fonttype": "none",
+    "pdf.fonttype": 42,
+}
+
+
+@contextmanager
+def figure(path: str | Path, size: tuple[float, float] = SINGLE) -> Iterator[Figure]:
+    """A figure in our style, saved to `path` (png, pdf, svg) when the block ends without an error.
+
+    Parameters
+    ----------
+    path : where it goes; its folder is made
+    size : (width, height), inches
+    """
+    path = Path(path)
+    with matplotlib.rc_context(STYLE):
+        fig = Figure(figsize=size, layout="constrained")
+        FigureCanvasAgg(fig)
+        yield fig
+        path.parent.mkdir(parents=True, exist_ok=True)
+        fig.savefig(path)
+
+
+def abscissa(solution: Solution) -> tuple[Floats, str]:
+    """What curves are drawn over, with its label: travel of the first drive in mm; without a drive, time."""
+    if solution.travel.shape[1]:
+        return solution.travel[:, 0] * 1e3, "travel (mm)"
+    return solution.time, "time (s)"
+
+
+def rounded(value: float) -> str:
+    """Three significant digits, trailing zeros kept: 2.00, 27.1, 150."""
+    return f"{value:#.3g}".rstrip(".") if value else "0"
+
+
+def energy_unit(values: Floats) -> tuple[float, str]:
+    """Factor from J and name of the unit that suits the largest of `values`: J, mJ, µJ, nJ or pJ."""
+    largest = float(np.max(np.abs(values), initial=0.0))
+    for factor, unit in ((1.0, "J"), (1e3, "mJ"), (1e6, "µJ"), (1e9, "nJ")):
+        if largest * factor >= 1.0:
+            return factor, unit
+    return (1e12, "pJ") if largest > 0 else (1.0, "J")

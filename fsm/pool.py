@@ -1,0 +1,190 @@
+"""Independent jobs on several processes; one that fails, or dies, takes no other with it."""
+
+from __future__ import annotations
+
+import contextlib
+import multiprocessing
+import os
+import signal
+import traceback
+from collections import deque
+from collections.abc import Callable, Generator, Iterator, Sequence
+from dataclasses import dataclass
+from multiprocessing.connection import Connection, wait
+from multiprocessing.context import SpawnContext, SpawnProcess
+from typing import Any
+
+from fsm.errors import FsmError
+
+__all__ = ["Outcome", "run_jobs"]
+
+THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+"""One thread each: as many processes as cores, and none that takes the cores of its neighbours."""
+
+GRACE = 20.0
+"""Seconds that interrupted workers get to write their checkpoints."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a job ended.
+
+    Attributes
+    ----------
+    job : number of the job, from 0
+    value : what it returned
+    error : what went wrong, a line each; None if nothing did
+    exit_code : that of the error
+    trace : traceback of an error that was not foreseen
+    """
+
+    job: int
+    value: Any = None
+    error: tuple[str, ...] | None = None
+    exit_code: int = 0
+    trace: str = ""
+
+
+@dataclass
+class _Worker:
+    process: SpawnProcess
+    channel: Connection
+    job: int | None = None
+
+
+def run_jobs(work: Callable[[Any], Any], jobs: Sequence[Any], workers: int) -> Generator[Outcome, None, None]:
+    """Do jobs on worker processes; outcomes come in the order in which they are done.
+
+    Parameters
+    ----------
+    work : callable
+        Top-level function of an importable module; called with one job in a worker.
+    jobs : sequence
+        What can be pickled.
+    workers : int
+        Processes, at least one.
+
+    Notes
+    -----
+    Workers stay for several jobs, so imports and compiled kernels are loaded once each. A worker that dies
+    (out of memory, say) is an error of its job, and is replaced. When the consumer stops early or is
+    interrupted, every worker is interrupted once, so that it can write its checkpoint, and ended after
+    `GRACE` seconds at the latest.
+    """
+    context = multiprocessing.get_context("spawn")
+    waiting = deque(range(len(jobs)))
+    team: list[_Worker] = []
+    try:
+        for _ in range(min(max(workers, 1), len(jobs))):
+            team.append(_start(context, work))
+            _give(team[-1], waiting, jobs)
+        while team:
+            yield from _collect(team)
+            for worker in [worker for worker in team if worker.job is None]:
+                if not worker.process.is_alive():
+                    team.remove(worker)
+                    worker = _start(context, work)
+                    team.append(worker)
+                if not _give(worker, waiting, jobs):
+                    team.remove(worker)
+                    worker.channel.close()
+    finally:
+        _stop(team)
+
+
+def _start(context: SpawnContext, work: Callable[[Any], Any]) -> _Worker:
+    here, there = context.Pipe()
+    process = context.Process(target=_serve, args=(there, work), name="fsm worker", daemon=True)
+    before = {name: os.environ.get(name) for name in THREAD_VARIABLES}
+    os.environ.update(dict.fromkeys(THREAD_VARIABLES, "1"))
+    try:
+        with _no_interrupt():
+            process.start()
+    finally:
+        for name, value in before.items():
+            os.environ.pop(name) if value is None else os.environ.update({name: value})
+    there.close()
+    return _Worker(process, here)
+
+
+@contextlib.contextmanager
+def _no_interrupt() -> Iterator[None]:
+    """A process started here begins with interrupts held back, until it says that it is ready for them."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _give(worker: _Worker, waiting: deque[int], jobs: Sequence[Any]) -> bool:
+    """Give a worker the next job; False if there is none left."""
+    if not waiting:
+        return False
+    worker.job = waiting.popleft()
+    with contextlib.suppress(OSError):  # it died: `_collect` sees that next
+        worker.channel.send((worker.job, jobs[worker.job]))
+    return True
+
+
+def _collect(team: Sequence[_Worker]) -> list[Outcome]:
+    """Wait until a worker is done, or dead; what they did."""
+    ready = wait([worker.channel for worker in team])
+    outcomes = []
+    for worker in team:
+        if worker.channel not in ready or worker.job is None:
+            continue
+        try:
+            outcomes.append(worker.channel.recv())
+        except (EOFError, OSError):
+            worker.process.join(GRACE)
+            outcomes.append(_died(worker.job, worker.process.exitcode))
+        worker.job = None
+    return outcomes
+
+
+def _died(job: int, code: int | None) -> Outcome:
+    how = f"by signal {-code}" if code is not None and code < 0 else f"with code {code}"
+    hint = "; out of memory? try fewer workers" if code == -9 else ""
+    return Outcome(job, error=(f"the worker process ended {how}{hint}",), exit_code=1)
+
+
+def _stop(team: Sequence[_Worker]) -> None:
+    for worker in team:
+        worker.channel.close()
+        if worker.process.is_alive() and worker.process.pid is not None:
+            with contextlib.suppress(OSError):
+                os.kill(worker.process.pid, signal.SIGINT)
+    for worker in team:
+        worker.process.join(GRACE)
+        if worker.process.is_alive():
+            worker.process.kill()
+            worker.process.join()
+
+
+def _serve(channel: Connection, work: Callable[[Any], Any]) -> None:
+    """Life of a worker: one job after the other until the channel closes."""
+    # a group of its own: Ctrl-C reaches it once, from the parent, and not from the terminal as well
+    if hasattr(os, "setpgrp"):
+        os.setpgrp()
+    try:
+        if hasattr(signal, "pthread_sigmask"):
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+        while True:
+            job, argument = channel.recv()
+            channel.send(_do(work, job, argument))
+    except (KeyboardInterrupt, EOFError, OSError):
+        return
+
+
+def _do(work: Callable[[Any], Any], job: int, argument: Any) -> Outcome:
+    try:
+        return Outcome(job, value=work(argument))
+    except FsmError as error:
+        return Outcome(job, error=tuple(str(error).splitlines()), exit_code=error.exit_code)
+    except Exception as error:
+        what = f"internal error: {type(error).__name__}: {error}".splitlines()[0]
+        return Outcome(job, error=(what,), exit_code=1, trace=traceback.format_exc())

@@ -1,0 +1,345 @@
+"""A first look at a planar scene: a short film of how it moves.
+
+The film is a sketch (rigid pieces, rotary springs, pymunk), good for finding a wrong angle or a wrong crease;
+forces and buckling are the business of the solver. Everything here lies in the x-z plane.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fsm.errors import CaseError, Fault
+from fsm.overlap import (
+    Outline,
+    axes_of,
+    distance,
+    find_overlaps,
+    length_of,
+    outlines,
+    panel_of_body,
+    points_at,
+)
+from fsm.scene.builders.strip import build_scene
+from fsm.scene.case import Case
+from fsm.scene.loads import Drive
+from fsm.scene.scene import GROUND, Body, ForceElement, Scene
+
+__all__ = ["Outline", "find_overlaps", "outlines", "preview"]
+
+Points = NDArray[np.float64]
+Shot = list[list[Points]]
+"""One picture: for each panel the ends of its pieces, (2, 2) arrays in m."""
+
+FILM_TIME, FRAMES = 3.0, 60
+PIECES = 4
+"""Rigid pieces a panel is cut into when panels can touch: uncut they would only jam."""
+UNIT = 100.0
+"""Length of a mean panel in the film's own units; its other units are a panel's mass and the second."""
+STIFFNESS = 1e6
+"""Of a crease, in these units: panels settle in a small part of the film."""
+WORK_BUDGET = 350_000
+"""Steps times bodies; about a third of a second."""
+SIZE = (480, 400)
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+
+
+def preview(case: Case, path: str | Path) -> None:
+    """Write a film (GIF, 3 s) of the panels following the drives over their travel.
+
+    Panels are rigid, creases are rotary springs at rest as folded, and the drives pull slowly compared with
+    how fast the panels settle. Where the case has contact, panels are cut into `PIECES` rigid pieces joined
+    by springs, and they touch; where it has none they pass through each other, as in the simulation. Loads
+    and gravity are left out.
+
+    Raises
+    ------
+    CaseError
+        The scene does not lie in the x-z plane, or a drive does not pull in it.
+    """
+    mechanism = _mechanism(build_scene(case))
+    shots, kept = _run(mechanism, PIECES if mechanism.touching else 1)
+    if not kept:  # the pieces came apart: show the plain linkage
+        shots, _ = _run(mechanism, 1)
+    _write_film(mechanism, shots, Path(path))
+
+
+# -- what is filmed -----------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Joint:
+    """A point where two panels, or one and the ground (-1), are joined; with a spring or without."""
+
+    first: int
+    second: int
+    point: Points
+    spring: bool
+
+
+@dataclass(frozen=True)
+class _Pull:
+    """A drive: a point of a panel (or the whole panel, when `point` is None) moved along a direction."""
+
+    panel: int
+    point: Points | None
+    direction: Points
+    travel: float
+    duration: float
+    guide: bool
+
+
+@dataclass(frozen=True)
+class _Mechanism:
+    """Lengths in m; `bending` is the stiffness of the spring between two pieces over that of a crease."""
+
+    lines: list[Points]
+    thickness: float
+    held: set[int]
+    joints: list[_Joint]
+    pulls: list[_Pull]
+    touching: bool
+    bending: float
+
+
+def _mechanism(scene: Scene) -> _Mechanism:
+    panels = outlines(scene)
+    if not panels:
+        raise CaseError(Fault("scene.bodies", "none of them has a plate: there is nothing to show"))
+    numbers = {panel.name: number for number, panel in enumerate(panels)}
+    member = {body: numbers[panel] for body, panel in panel_of_body(scene).items()}
+    bodies = {body.name: body for body in scene.bodies}
+    return _Mechanism(
+        lines=[panel.points for panel in panels],
+        thickness=max(panel.thickness for panel in panels),
+        held={member[body.name] for body in scene.bodies if body.held and body.name in member},
+        joints=_joints(scene, bodies, member),
+        pulls=[_pull(scene, drive, bodies, member) for drive in scene.drives],
+        touching=scene.contact is not None and bool(scene.pairs),
+        bending=_bending(scene, float(np.mean([length_of(panel.points) for panel in panels]))),
+    )
+
+
+def _place(element: ForceElement, bodies: dict[str, Body]) -> Points:
+    """Where the inner end of an element is."""
+    arm = np.array(element.point_inner)
+    if element.inner == GROUND:
+        return arm[[0, 2]]
+    body = bodies[element.inner]
+    return (np.array(body.position) + axes_of(body) @ arm)[[0, 2]]
+
+
+def _joints(scene: Scene, bodies: dict[str, Body], member: dict[str, int]) -> list[_Joint]:
+    """Elements between different panels, or between a panel and the ground."""
+    joints = []
+    for element in scene.elements:
+        ends = [-1 if name == GROUND else member.get(name, -2) for name in (element.inner, element.outer)]
+        if -2 in ends or ends[0] == ends[1]:
+            continue
+        spring = element.crease is not None or element.rotation[1] > 0
+        joints.append(_Joint(max(ends), min(ends), _place(element, bodies), spring))
+    return joints
+
+
+def _bending(scene: Scene, length: float) -> float:
+    """Bending stiffness of a piece of panel over the stiffness of a crease, within what the film can show."""
+    plates = {body.name: body.plate for body in scene.bodies}
+    rigidity, crease = [], []
+    for element in scene.elements:
+        inner, outer = plates.get(element.inner), plates.get(element.outer)
+        if element.kind == "panel" and inner is not None and outer is not None:
+            rigidity.append(element.rotation[1] * (inner.length + outer.length) / 2)
+        elif element.kind == "crease" and element.rotation[1] > 0:
+            crease.append(element.rotation[1])
+    if not rigidity:
+        return 10.0
+    if not crease:
+        return 2.0
+    return float(np.clip(np.median(rigidity) * PIECES / length / np.median(crease), 0.5, 10))
+
+
+def _pull(scene: Scene, drive: Drive, bodies: dict[str, Body], member: dict[str, int]) -> _Pull:
+    name = drive.body if drive.body is not None else f"crease {drive.crease}"
+    direction = np.array(drive.direction)[[0, 2]]
+    size = float(np.linalg.norm(direction))
+    if size == 0:
+        raise CaseError(Fault(f"drive of {name}", "does not pull in the x-z plane; nothing else is shown"))
+    rest = (direction / size, drive.travel, drive.travel / drive.speed, drive.guide)
+    if name in member:
+        return _Pull(member[name], None, *rest)
+    if name in bodies:  # a crease line: pulls the panels it is joined to
+        point = np.array(bodies[name].position)[[0, 2]]
+        for element in scene.elements:
+            other = {element.inner: element.outer, element.outer: element.inner}.get(name, "")
+            if other in member:
+                return _Pull(member[other], point, *rest)
+    raise CaseError(Fault(f"drive of {name}", "there is no panel to pull; `fsm check` lists the names"))
+
+
+# -- motion -------------------------------------------------------------------------------------------------
+
+
+def _run(mechanism: _Mechanism, pieces: int) -> tuple[list[Shot], bool]:
+    """Pictures of the motion, and whether the pieces of all panels held together."""
+    import pymunk
+
+    scale = UNIT / float(np.mean([length_of(line) for line in mechanism.lines]))
+    moving = max(1, (len(mechanism.lines) - len(mechanism.held)) * pieces)
+    steps = max(10, min(300, WORK_BUDGET // (moving * FRAMES)))
+    dt = FILM_TIME / (FRAMES * steps)
+    space = pymunk.Space()
+    space.iterations, space.damping, space.collision_slop = 30, 1e-4, 0.05
+    rows = [_add_panel(space, mechanism, number, pieces, scale) for number in range(len(mechanism.lines))]
+    inertia = (UNIT / pieces) ** 3 / (12 * UNIT)
+    limit = 0.1 * inertia / dt**2 / (max(1.0, mechanism.bending) if pieces > 1 else 1.0)  # explicit springs
+    _join(space, mechanism, rows, min(STIFFNESS, limit), scale)
+    hooks = [_hook(space, pull, rows, scale) for pull in mechanism.pulls]
+    shots: list[Shot] = []
+    for frame in range(FRAMES):
+        shots.append([[np.array(_ends(shape)) / scale for shape in row] for row in rows])
+        for pull, hook in zip(mechanism.pulls, hooks, strict=True):
+            speed = _speed(mechanism, pull, frame) * scale
+            for body in hook:
+                body.velocity = tuple(pull.direction * speed)
+        for _ in range(steps):
+            space.step(dt)
+    return shots, max(map(_gap, shots)) * scale < 0.05 * UNIT
+
+
+def _speed(mechanism: _Mechanism, pull: _Pull, frame: int) -> float:
+    """Of a drive after a picture, m per second of film; the slowest drive takes the whole film."""
+    share = pull.duration / max(other.duration for other in mechanism.pulls)
+    last = (FRAMES - 1) * share
+    left = min(1.0, max(0.0, last - frame))  # part of the time to the next picture
+    return left * pull.travel / last * FRAMES / FILM_TIME
+
+
+def _add_panel(space: Any, mechanism: _Mechanism, number: int, pieces: int, scale: float) -> list[Any]:
+    """The rigid pieces of one panel, as pymunk shapes; a held or driven panel is one piece a corner."""
+    import pymunk
+
+    line = mechanism.lines[number] * scale
+    driven = any(pull.panel == number and pull.point is None for pull in mechanism.pulls)
+    free = not driven and number not in mechanism.held
+    knots = points_at(line, np.linspace(0, length_of(line), 1 + (pieces if free else PIECES)))
+    row = []
+    for a, b in pairwise(knots):
+        length, centre = float(np.linalg.norm(b - a)), (a + b) / 2
+        if free:
+            body = pymunk.Body(length / UNIT, length**3 / (12 * UNIT))
+        else:
+            body = pymunk.Body(body_type=pymunk.Body.KINEMATIC if driven else pymunk.Body.STATIC)
+        body.position = tuple(centre)
+        radius = float(np.clip(mechanism.thickness * scale / 2, 0.3, 2.0))
+        shape = pymunk.Segment(body, tuple(a - centre), tuple(b - centre), radius)
+        shape.filter = pymunk.ShapeFilter(group=number + 1 if mechanism.touching and pieces > 1 else 1)
+        space.add(body, shape)
+        row.append(shape)
+    return row
+
+
+def _join(space: Any, mechanism: _Mechanism, rows: list[list[Any]], stiffness: float, scale: float) -> None:
+    """Pivots and rotary springs, between the pieces of a panel and between panels."""
+    for row in rows:
+        for a, b in pairwise(row):
+            _pivot(space, a.body, b.body, a.body.local_to_world(a.b), stiffness * mechanism.bending)
+    for joint in mechanism.joints:
+        point = joint.point * scale
+        first = _nearest(rows[joint.first], point)
+        second = space.static_body if joint.second < 0 else _nearest(rows[joint.second], point)
+        _pivot(space, first, second, tuple(point), stiffness if joint.spring else 0.0)
+
+
+def _pivot(space: Any, a: Any, b: Any, point: Any, stiffness: float) -> None:
+    import pymunk
+
+    if pymunk.Body.DYNAMIC not in (a.body_type, b.body_type):
+        return
+    pivot = pymunk.PivotJoint(a, b, a.world_to_local(point), b.world_to_local(point))
+    pivot.collide_bodies = False
+    space.add(pivot)
+    if stiffness > 0:
+        space.add(pymunk.DampedRotarySpring(a, b, 0.0, stiffness, 0.02 * stiffness))
+
+
+def _nearest(row: list[Any], point: Points) -> Any:
+    """The piece of a panel that a point belongs to."""
+    return min(row, key=lambda shape: float(distance(point[None], np.array(_ends(shape)))[0])).body
+
+
+def _ends(shape: Any) -> tuple[Any, Any]:
+    return shape.body.local_to_world(shape.a), shape.body.local_to_world(shape.b)
+
+
+def _hook(space: Any, pull: _Pull, rows: list[list[Any]], scale: float) -> list[Any]:
+    """The bodies that a drive moves: a hook at its point, or the whole panel."""
+    import pymunk
+
+    if pull.point is None:
+        return [shape.body for shape in rows[pull.panel]]
+    point = tuple(pull.point * scale)
+    hook = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
+    hook.position = point
+    body = _nearest(rows[pull.panel], pull.point * scale)
+    if pull.guide:
+        joint: Any = pymunk.PivotJoint(hook, body, (0, 0), body.world_to_local(point))
+    else:
+        across = np.array([-pull.direction[1], pull.direction[0]]) * 100 * UNIT
+        joint = pymunk.GrooveJoint(hook, body, tuple(-across), tuple(across), body.world_to_local(point))
+    joint.max_force = 1e3 * STIFFNESS / UNIT  # gives way when all is taut
+    space.add(hook, joint)
+    return [hook]
+
+
+def _gap(shot: Shot) -> float:
+    """Largest distance between two ends of pieces that should be in one place, m."""
+    gaps = [float(np.linalg.norm(a[1] - b[0])) for row in shot for a, b in pairwise(row)]
+    return max(gaps, default=0.0)
+
+
+# -- pictures -----------------------------------------------------------------------------------------------
+
+
+def _write_film(mechanism: _Mechanism, shots: list[Shot], path: Path) -> None:
+    """Draw every picture at twice its size, shrink it, and write all as a GIF that runs for ever."""
+    from PIL import Image, ImageDraw, ImageFont
+
+    points = np.array([end for shot in shots for row in shot for piece in row for end in piece])
+    low, high = points.min(axis=0), points.max(axis=0)
+    width, height = 2 * SIZE[0], 2 * SIZE[1]
+    margin, top = 50, 90
+    room = np.array([width - 2 * margin, height - margin - top])
+    scale = float(np.min(room / np.maximum(high - low, 1e-9)))
+    left = (width - scale * (high[0] - low[0])) / 2
+    font = ImageFont.load_default(size=26)
+    pictures = []
+    for frame, shot in enumerate(shots):
+        picture = Image.new("RGB", (width, height), "white")
+        draw = ImageDraw.Draw(picture)
+        for number, row in enumerate(shot):
+            knots = [row[0][0], *(piece[1] for piece in row)]
+            pixels = [(left + scale * (x - low[0]), height - margin - scale * (z - low[1])) for x, z in knots]
+            colour = "#777777" if number in mechanism.held else COLOURS[number % len(COLOURS)]
+            draw.line(pixels, fill=colour, width=7, joint="curve")
+        draw.text((margin, 20), _caption(mechanism, frame), fill="black", font=font)
+        small = picture.reduce(2)
+        pictures.append(small.quantize(48, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    step = round(1000 * FILM_TIME / FRAMES)
+    pictures[0].save(
+        path, save_all=True, append_images=pictures[1:], loop=0, duration=[step] * (FRAMES - 1) + [20 * step]
+    )
+
+
+def _caption(mechanism: _Mechanism, frame: int) -> str:
+    if not mechanism.pulls:
+        return "sketch, no drive"
+    first = mechanism.pulls[0]
+    share = first.duration / max(pull.duration for pull in mechanism.pulls)
+    travel = first.travel * min(1.0, frame / (FRAMES - 1) / share)
+    return f"sketch, travel {travel * 1e3:.0f} of {first.travel * 1e3:.0f} mm"

@@ -1,0 +1,1 @@
+"""Results: one `Solution`, one HDF5 layout; everything else reads it."""

@@ -1,0 +1,39 @@
+"""Dicts kept as HDF5 attributes: plain values as they are, lists and dicts as JSON under ``<name>_json``."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+
+__all__ = ["read_attributes", "write_attributes"]
+
+SUFFIX = "_json"
+
+
+def write_attributes(group: Any, values: dict[str, Any]) -> None:
+    """Add `values` to the attributes of an HDF5 group."""
+    for name, value in values.items():
+        if isinstance(value, bool | int | float | str | np.generic):
+            group.attrs[name] = value
+        else:
+            group.attrs[name + SUFFIX] = json.dumps(value, default=_plain)
+
+
+def read_attributes(group: Any) -> dict[str, Any]:
+    """All attributes of an HDF5 group as plain Python values, in the order of their names."""
+    values: dict[str, Any] = {}
+    for name, value in group.attrs.items():
+        if name.endswith(SUFFIX):
+            values[name.removesuffix(SUFFIX)] = json.loads(value)
+        else:
+            values[name] = value.item() if isinstance(value, np.generic) else value
+    return values
+
+
+def _plain(value: Any) -> Any:
+    """NumPy values as plain Python ones, for JSON."""
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    raise TypeError(f"a {type(value).__name__} cannot be kept in a results file")

@@ -1,0 +1,40 @@
+"""Results for other programs: the force curve as CSV."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from fsm.results.solution import ENERGIES, Floats, Solution
+
+__all__ = ["force_columns", "write_force_csv"]
+
+
+def force_columns(solution: Solution, energies: bool = False) -> dict[str, Floats]:
+    """The columns of the force curve by their headings, units in brackets.
+
+    One drive: ``travel (m)``, ``force (N)``, ``time (s)``. Several: travel and force of each, by name. No
+    drive: the time alone. `energies` adds all energies.
+    """
+    names = solution.layout.drive_names
+    columns: dict[str, Floats] = {}
+    for k in range(solution.travel.shape[1]):
+        of = f" of {names[k] if k < len(names) else f'drive {k + 1}'}" if solution.travel.shape[1] > 1 else ""
+        columns[f"travel{of} (m)"] = solution.travel[:, k]
+        columns[f"force{of} (N)"] = solution.force[:, k]
+    columns["time (s)"] = solution.time
+    if energies:
+        columns |= {f"energy {name} (J)": solution.energy[name] for name in ENERGIES}
+    return columns
+
+
+def write_force_csv(solution: Solution, path: str | Path, energies: bool = False) -> None:
+    """Write the force curve, one record a row, 12 significant digits; see `force_columns` for the columns."""
+    columns = force_columns(solution, energies)
+    rows = np.column_stack(list(columns.values()))
+    with Path(path).open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(columns)
+        writer.writerows([f"{value:.12g}" for value in row] for row in rows)

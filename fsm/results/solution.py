@@ -1,0 +1,156 @@
+"""What a run gives: records in time, what does not change, and both together as a `Solution`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["ENERGIES", "Floats", "Integers", "Layout", "Record", "Solution"]
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+ENERGIES: dict[str, str] = {
+    "kinetic": "kinetic energy",
+    "panels": "elastic energy of the plain panels",
+    "creases": "elastic energy of the creases",
+    "contact": "elastic energy of the contacts",
+    "gravity": "potential energy of gravity and of dead loads",
+    "drives": "elastic energy of the drives",
+    "dissipated": "energy dissipated since the start",
+    "work": "work done from outside since the start",
+    "error": "what the balance of all others is off by",
+}
+"""The energies of a record, J, and what each one is."""
+
+
+@dataclass
+class Record:
+    """One saved state.
+
+    Attributes
+    ----------
+    time : s
+    q, u : (nq,), (nu,) arrays
+        Configuration and velocity as the system defines them.
+    travel, force : (n_drives,) arrays, m, N
+        How far each drive has gone, and its reaction along its direction (a pull is positive).
+    energy : dict of float, J
+        Keys of `ENERGIES`; one that is left out is zero.
+    pair_force : (n_pairs,) array, N
+        Sum of the normal forces of a contact pair.
+    pair_gap : (n_pairs,) array, m
+        Smallest gap of a pair; negative where the faces penetrate.
+    shape : (n_quads, 4, 3) array, m
+        Corner points of every plate a person would see, in turn around it: (start, -y), (end, -y), (end, +y),
+        (start, +y), where start and end are along the x axis of the plate.
+    negative_pivots : int
+        Of the tangent; more than zero means an unstable equilibrium.
+    """
+
+    time: float
+    q: Floats
+    u: Floats
+    travel: Floats
+    force: Floats
+    energy: dict[str, float]
+    pair_force: Floats
+    pair_gap: Floats
+    shape: Floats
+    negative_pivots: int = 0
+
+
+@dataclass(frozen=True)
+class Layout:
+    """What does not change during a run.
+
+    Attributes
+    ----------
+    case_text : the case file as it was solved, TOML
+    provenance : versions, hashes, command, machine, wall time
+    dimension : "planar" or "spatial"
+    body_names, pair_names, drive_names : tuples of str
+        Pairs are named by their two surfaces, drives by what they pull.
+    panel : (n_quads,) array of int
+        Panel number of every quad of the shape, from 1; 0 for a quad of no panel.
+    thickness : m
+    """
+
+    case_text: str = ""
+    provenance: dict[str, str] = field(default_factory=dict)
+    dimension: Literal["planar", "spatial"] = "planar"
+    body_names: tuple[str, ...] = ()
+    panel: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    pair_names: tuple[str, ...] = ()
+    drive_names: tuple[str, ...] = ()
+    thickness: float = 0.0
+
+
+@dataclass
+class Solution:
+    """A run: the fields of `Record`, each stacked over time, and what goes with them.
+
+    Attributes
+    ----------
+    time, q, u, travel, force, pair_force, pair_gap, shape, negative_pivots : arrays, first axis time
+        Units as in `Record`.
+    energy : dict of (n,) arrays, J
+        All keys of `ENERGIES`.
+    layout : Layout
+    stats : dict
+        Steps, iterations, factorisations, ... of the solver.
+    summary : dict
+        Named results: peak_force, peak_travel, stages, ...
+    """
+
+    time: Floats
+    q: Floats
+    u: Floats
+    travel: Floats
+    force: Floats
+    energy: dict[str, Floats]
+    pair_force: Floats
+    pair_gap: Floats
+    shape: Floats
+    negative_pivots: Integers
+    layout: Layout = field(default_factory=Layout)
+    stats: dict[str, Any] = field(default_factory=dict)
+    summary: dict[str, Any] = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    @classmethod
+    def from_records(
+        cls,
+        records: Sequence[Record],
+        layout: Layout,
+        stats: dict[str, Any] | None = None,
+        summary: dict[str, Any] | None = None,
+    ) -> Solution:
+        """Stack records; at least one is needed, since sizes come from them."""
+        if not records:
+            raise ValueError("a solution needs at least one record")
+        return cls(
+            **stack(records),
+            energy=stack_energies(records),
+            negative_pivots=np.array([r.negative_pivots for r in records], dtype=np.int64),
+            layout=layout,
+            stats=dict(stats or {}),
+            summary=dict(summary or {}),
+        )
+
+
+def stack_energies(records: Sequence[Record]) -> dict[str, Floats]:
+    """The energies of records as arrays over time, by name; what a record leaves out is zero."""
+    return {name: np.array([r.energy.get(name, 0.0) for r in records], dtype=float) for name in ENERGIES}
+
+
+def stack(records: Sequence[Record]) -> dict[str, Floats]:
+    """The float fields of records as arrays over time, by field name."""
+    names = ("time", "q", "u", "travel", "force", "pair_force", "pair_gap", "shape")
+    return {name: np.array([getattr(r, name) for r in records], dtype=float) for name in names}

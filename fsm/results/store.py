@@ -1,0 +1,426 @@
+"""The results file: one HDF5 layout, written while the run goes on, readable after a kill.
+
+Layout (`n` records; groups and datasets of things a scene does not have are left out)::
+
+    /case                           text of the case file
+    /provenance                     attributes: versions, hashes, command, machine, wall time
+    /time                (time)
+    /state/q, u          (time, coordinate), (time, rate)
+    /energy/kinetic ...  (time)                 all of `fsm.results.solution.ENERGIES`
+    /drive/travel, force (time, drive_name)
+    /contact/pair_force, pair_gap   (time, pair)
+    /shape               (time, quad, corner, axis)
+    /stats               attributes, and negative_pivots (time)
+    /summary             attributes
+    /body, /pair, /drive_name, /panel           names, and the panel of every quad
+
+Every dataset has `units` and `long_name`, and dimension scales, so that the file opens with
+``xarray.open_datatree(path, engine="h5netcdf")`` or ``open_dataset(..., group="drive")``. What does not fit
+an attribute (lists, dicts) is kept there as JSON under ``<name>_json``.
+
+How it survives a kill: data go to ``result.part.h5`` in HDF5's single-writer mode, in which the file on disk
+is consistent at any moment; `/time` is written after all else, so that a record counts only when it is whole.
+In the end `finish` gives a copy its stats and its final name.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import TracebackType
+from typing import Any, NamedTuple, Self
+
+import h5py
+import numpy as np
+
+from fsm.errors import CaseError, FsmError
+from fsm.results.attributes import read_attributes, write_attributes
+from fsm.results.solution import ENERGIES, Floats, Layout, Record, Solution, stack, stack_energies
+from fsm.results.unfinished import is_marked_open, unmarked
+
+__all__ = ["ResultWriter", "part_path", "read_checkpoint", "read_solution", "write_checkpoint"]
+
+FORMAT, VERSION = "fsm result", 1
+CHECKPOINT_FORMAT = "fsm checkpoint"
+BUFFER_BYTES = 4_000_000
+CHUNK_BYTES = 65_536
+
+
+class _Variable(NamedTuple):
+    """A dataset over time: where it is, its dimensions after time, its unit and what it is."""
+
+    path: str
+    dims: tuple[str, ...]
+    units: str
+    text: str
+
+
+VARIABLES: dict[str, _Variable] = {
+    "q": _Variable("state/q", ("coordinate",), "m, rad", "configuration"),
+    "u": _Variable("state/u", ("rate",), "m/s, rad/s", "velocity"),
+    "travel": _Variable("drive/travel", ("drive_name",), "m", "travel of the drive"),
+    "force": _Variable("drive/force", ("drive_name",), "N", "force of the drive, a pull is positive"),
+    "pair_force": _Variable("contact/pair_force", ("pair",), "N", "sum of the normal forces of the pair"),
+    "pair_gap": _Variable("contact/pair_gap", ("pair",), "m", "smallest gap of the pair"),
+    "shape": _Variable("shape", ("quad", "corner", "axis"), "m", "corner points of the plates"),
+    "negative_pivots": _Variable("stats/negative_pivots", (), "1", "negative pivots of the tangent"),
+    **{name: _Variable(f"energy/{name}", (), "J", text) for name, text in ENERGIES.items()},
+}
+EMPTY: dict[str, tuple[int, ...]] = {"shape": (0, 4, 3)} | dict.fromkeys(
+    ("q", "u", "travel", "force", "pair_force", "pair_gap"), (0,)
+)
+
+
+def part_path(path: str | Path) -> Path:
+    """Where the results of a run that has not finished are: ``result.h5`` -> ``result.part.h5``."""
+    path = Path(path)
+    return path.with_name(f"{path.stem}.part.h5")
+
+
+class ResultWriter:
+    """Writes a results file record by record; a context manager.
+
+    Parameters
+    ----------
+    path : where the finished file goes; until `finish` the data are in `part_path(path)`
+    layout : Layout
+    resume_at : int, optional
+        Go on with the part file that is there, after its first `resume_at` records.
+    flush_every : s
+        Longest time a record stays in memory only, whether or not another one follows.
+
+    Raises
+    ------
+    CaseError
+        Resume: no part file, a damaged one, one of another scene, or one with fewer records.
+    FsmError
+        The file cannot be written (folder, disk full).
+    """
+
+    def __init__(
+        self, path: str | Path, layout: Layout, resume_at: int | None = None, flush_every: float = 5.0
+    ) -> None:
+        self.path = Path(path)
+        self.part = part_path(path)
+        self.layout = layout
+        self._records: list[Record] = []
+        self._record_bytes = 1
+        self._file: Any = None
+        self._written = 0
+        self._failure: Exception | None = None
+        self._lock = threading.Lock()
+        self._stop = threading.Event()
+        self._flush_every = flush_every
+        self._flushed_at = time.monotonic()
+        with self._explained():
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            if resume_at is not None:
+                self._resume(resume_at)
+            else:
+                self.part.unlink(missing_ok=True)
+        self._thread = threading.Thread(target=self._flush_now_and_then, name="fsm results", daemon=True)
+        self._thread.start()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        try:
+            self.close()
+        except FsmError:
+            if error is None:
+                raise
+
+    @property
+    def n_records(self) -> int:
+        """Records so far, those of a resumed run included."""
+        return self._written + len(self._records)
+
+    def append(self, record: Record) -> None:
+        """Take one record; it is on disk at the next flush, and must not be changed until then."""
+        with self._lock, self._explained():
+            if self._failure is not None:
+                raise self._failure
+            self._records.append(record)
+            self._record_bytes = record.shape.nbytes + record.q.nbytes + record.u.nbytes + 512
+            due = time.monotonic() - self._flushed_at >= self._flush_every
+            if self._file is None or due or len(self._records) * self._record_bytes > BUFFER_BYTES:
+                self._flush()
+
+    def flush(self) -> None:
+        """Write all records to disk now."""
+        with self._lock, self._explained():
+            self._flush()
+
+    def close(self) -> None:
+        """Write what is there and close; without `finish` before, the part file stays."""
+        self._stop.set()
+        self._thread.join()
+        with self._lock, self._explained():
+            try:
+                self._flush()
+            finally:
+                if self._file is not None:
+                    self._file.close()
+                self._file = None
+                self._records = []
+
+    def finish(self, stats: dict[str, Any], summary: dict[str, Any]) -> None:
+        """Close, add `stats` and `summary`, and give the file its final name."""
+        if self.n_records == 0:
+            raise ValueError("a results file needs at least one record")
+        self.close()
+        with self._explained():
+            new = self.path.with_name(self.path.name + ".new")  # a copy: the part file is whole until the end
+            shutil.copyfile(self.part, new)
+            with h5py.File(new, "r+", libver="latest", locking="best-effort") as file:
+                write_attributes(file["stats"], stats)
+                write_attributes(file["summary"], summary)
+            _replace(new, self.path)
+            self.part.unlink()
+
+    def _resume(self, n_records: int) -> None:
+        if not self.part.exists():
+            raise CaseError("there is no unfinished run to resume", source=str(self.part))
+        old = read_solution(self.part)
+        if len(old) < n_records:
+            text = f"holds {len(old)} records, fewer than the {n_records} to resume after"
+            raise CaseError(text, str(self.part))
+        for what in ("pair_names", "drive_names", "body_names", "dimension"):
+            if getattr(old.layout, what) != getattr(self.layout, what):
+                raise CaseError(f"belongs to another scene: its {what} differ", str(self.part))
+        if n_records == 0:
+            self.part.unlink()
+        else:
+            rows = {name: getattr(old, name)[:n_records] for name in VARIABLES if name not in ENERGIES}
+            self._open(rows | {name: old.energy[name][:n_records] for name in ENERGIES}, old.time[:n_records])
+
+    def _flush(self) -> None:
+        if not self._records:
+            return
+        rows = stack(self._records)
+        rows |= stack_energies(self._records)
+        rows["negative_pivots"] = np.array([r.negative_pivots for r in self._records])
+        times = rows.pop("time")
+        if self._file is None:
+            self._open(rows, times)
+        else:
+            _append_rows(self._file, rows, times, self._written)
+            self._written += len(times)
+        self._records = []
+        self._flushed_at = time.monotonic()
+
+    def _open(self, rows: dict[str, Any], times: Floats) -> None:
+        """Create the part file with its first rows in one go, then open it for a single writer."""
+        new = self.part.with_name(self.part.name + ".new")
+        with h5py.File(new, "w", libver="latest", locking="best-effort") as file:
+            _write_layout(file, self.layout)
+            _create_variables(file, rows)
+            _append_rows(file, rows, times, 0)
+        _replace(new, self.part)
+        self._file = h5py.File(self.part, "r+", libver="latest", locking="best-effort")
+        self._file.swmr_mode = True
+        self._written = len(times)
+
+    def _flush_now_and_then(self) -> None:
+        while not self._stop.wait(self._flush_every / 2):
+            with self._lock:
+                try:
+                    if time.monotonic() - self._flushed_at >= self._flush_every / 2:
+                        self._flush()
+                except Exception as error:  # raised where someone sees it, by the next append
+                    self._failure = error
+                    return
+
+    @contextmanager
+    def _explained(self) -> Iterator[None]:
+        try:
+            yield
+        except (OSError, RuntimeError) as error:
+            text = f"the results cannot be written ({error}); is there room, and may you write there?"
+            raise FsmError(f"{self.part}: {text}") from error
+
+
+def _write_layout(file: Any, layout: Layout) -> None:
+    """All that does not change, names and scales first."""
+    file.attrs.update(format=FORMAT, version=VERSION, dimension=layout.dimension, thickness=layout.thickness)
+    file.attrs["thickness_units"] = "m"
+    case = file.create_dataset("case", data=layout.case_text, dtype=h5py.string_dtype())
+    _described(case, "1", "the case file")
+    for group in ("provenance", "summary", "stats"):
+        file.create_group(group)
+    write_attributes(file["provenance"], dict(layout.provenance))
+    _scale(file, "body", list(layout.body_names), "body")
+    _scale(file, "pair", list(layout.pair_names), "contact pair")
+    _scale(file, "drive_name", list(layout.drive_names), "drive")
+    _scale(file, "corner", np.arange(4), "corner of a plate: (start, -y), (end, -y), (end, +y), (start, +y)")
+    _scale(file, "axis", ["x", "y", "z"], "inertial axis")
+    _scale(file, "quad", np.arange(len(layout.panel)), "plate, in order")
+    panel = file.create_dataset("panel", data=np.asarray(layout.panel, dtype=np.int64))
+    _described(panel, "1", "panel a plate belongs to, from 1; 0 for none")
+    panel.dims[0].attach_scale(file["quad"])
+
+
+def _scale(file: Any, name: str, values: Any, text: str) -> None:
+    """A dimension scale: its values are names (a list) or numbers (an array)."""
+    if isinstance(values, list):
+        scale = file.create_dataset(name, data=np.array(values, dtype=object), dtype=h5py.string_dtype())
+    else:
+        scale = file.create_dataset(name, data=values.astype(np.int64))
+    _described(scale, "1", text)
+    scale.make_scale(name)
+
+
+def _described(dataset: Any, units: str, text: str) -> None:
+    dataset.attrs["units"] = units
+    dataset.attrs["long_name"] = text
+
+
+def _create_variables(file: Any, rows: dict[str, Any]) -> None:
+    """Empty datasets that grow along time, with their scales attached."""
+    times = file.create_dataset("time", (0,), np.float64, maxshape=(None,), chunks=(256,), fillvalue=np.nan)
+    _described(times, "s", "time")
+    times.make_scale("time")
+    _scale(file, "coordinate", np.arange(rows["q"].shape[1]), "number of the coordinate")
+    _scale(file, "rate", np.arange(rows["u"].shape[1]), "number of the velocity")
+    for name, variable in VARIABLES.items():
+        tail = rows[name].shape[1:]
+        sizes = tuple(len(file[dim]) for dim in variable.dims)
+        if tail != sizes:
+            raise ValueError(f"{name} has the shape {tail} per record, the layout says {sizes}")
+        if 0 in tail:
+            continue
+        row_bytes = 8 * int(np.prod(tail, dtype=int))
+        chunk = (max(1, min(256, CHUNK_BYTES // row_bytes)), *tail)
+        kind = np.int64 if name == "negative_pivots" else np.float64
+        data = file.create_dataset(variable.path, (0, *tail), kind, maxshape=(None, *tail), chunks=chunk)
+        _described(data, variable.units, variable.text)
+        for axis, dim in enumerate(("time", *variable.dims)):
+            data.dims[axis].attach_scale(file[dim])
+
+
+def _append_rows(file: Any, rows: dict[str, Any], times: Floats, start: int) -> None:
+    """Rows after the first `start`; time last, since it is what makes a record count."""
+    stop = start + len(times)
+    for name, values in rows.items():
+        path = VARIABLES[name].path
+        if path in file:
+            file[path].resize(stop, axis=0)
+            file[path][start:stop] = values
+    file.flush()
+    file["time"].resize(stop, axis=0)
+    file["time"][start:stop] = times
+    file.flush()
+
+
+def read_solution(path: str | Path) -> Solution:
+    """Read a results file, finished or not (also one whose run was killed or is still going on).
+
+    Raises
+    ------
+    CaseError
+        There is no such file, it is not one of ours, or it is damaged; the message says which.
+    """
+    path = Path(path)
+    with _opened(path, FORMAT) as file:
+        if int(file.attrs["version"]) > VERSION:
+            raise CaseError(f"was written by a newer version (layout {file.attrs['version']})", str(path))
+        times = file["time"][()]
+        bad = ~np.isfinite(times)
+        n = int(np.argmax(bad)) if bad.any() else len(times)
+        values = {name: _read_rows(file, name, n) for name in VARIABLES}
+        return Solution(
+            time=times[:n],
+            energy={name: values.pop(name) for name in ENERGIES},
+            layout=_read_layout(file),
+            stats=read_attributes(file["stats"]),
+            summary=read_attributes(file["summary"]),
+            **values,
+        )
+
+
+def _read_rows(file: Any, name: str, n: int) -> Any:
+    path = VARIABLES[name].path
+    if path not in file:
+        return np.zeros((n, *EMPTY[name]))
+    values = file[path][:n]
+    if len(values) < n:
+        raise OSError(f"/{path} is shorter than /time")
+    return values
+
+
+def _read_layout(file: Any) -> Layout:
+    names = {key: tuple(file[key].asstr()[()].tolist()) for key in ("body", "pair", "drive_name")}
+    return Layout(
+        case_text=file["case"].asstr()[()],
+        provenance=read_attributes(file["provenance"]),
+        dimension=str(file.attrs["dimension"]),  # type: ignore[arg-type]
+        body_names=names["body"],
+        pair_names=names["pair"],
+        drive_names=names["drive_name"],
+        panel=file["panel"][()],
+        thickness=float(file.attrs["thickness"]),
+    )
+
+
+@contextmanager
+def _opened(path: Path, wanted: str) -> Iterator[Any]:
+    """An HDF5 file of the wanted kind, faults in plain words."""
+    if not path.is_file():
+        part = part_path(path)
+        hint = f"; the run did not finish, see {part.name}" if part != path and part.is_file() else ""
+        raise CaseError(f"there is no such file{hint}", str(path))
+    try:
+        if not h5py.is_hdf5(path):
+            raise CaseError(f"is not an {wanted} file (not HDF5), or its beginning is damaged", str(path))
+        with h5py.File(unmarked(path) if is_marked_open(path) else path, "r", locking="best-effort") as file:
+            if file.attrs.get("format") != wanted:
+                raise CaseError(f"is an HDF5 file, but not an {wanted} file", str(path))
+            yield file
+    except (OSError, KeyError, RuntimeError, ValueError, TypeError, AttributeError) as error:
+        raise CaseError(f"is damaged or cannot be read ({error})", str(path)) from error
+
+
+def write_checkpoint(path: str | Path, arrays: dict[str, np.ndarray], attributes: dict[str, Any]) -> None:
+    """Write arrays and attributes; at any moment `path` is the old checkpoint or the new one, whole."""
+    path = Path(path)
+    new = path.with_name(path.name + ".new")
+    with h5py.File(new, "w", locking="best-effort") as file:
+        file.attrs["format"] = CHECKPOINT_FORMAT
+        for name, values in arrays.items():
+            file.create_dataset(f"arrays/{name}", data=values)
+        write_attributes(file.create_group("attributes"), attributes)
+    _replace(new, path)
+
+
+def read_checkpoint(path: str | Path) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+    """Arrays and attributes of a checkpoint.
+
+    Raises
+    ------
+    CaseError
+        There is no such file, it is not a checkpoint, or it is damaged.
+    """
+    with _opened(Path(path), CHECKPOINT_FORMAT) as file:
+        arrays = {name: data[()] for name, data in file.get("arrays", {}).items()}
+        return arrays, read_attributes(file["attributes"])
+
+
+def _replace(source: Path, target: Path) -> None:
+    """Rename with the data and then the name on disk."""
+    with source.open("rb+") as file:
+        os.fsync(file.fileno())
+    os.replace(source, target)
+    if os.name == "posix":
+        folder = os.open(target.parent, os.O_RDONLY)
+        try:
+            os.fsync(folder)
+        finally:
+            os.close(folder)

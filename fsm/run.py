@@ -1,0 +1,429 @@
+"""One case from description to files: the glue between scene, compiler, solver, results and plots."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import platform
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fsm.crossing import first_crossings
+from fsm.errors import CaseError, ExpectationFailed, Fault, FsmError
+from fsm.kernels import jit
+from fsm.overlap import find_overlaps
+from fsm.plots.energy import plot_energy
+from fsm.plots.force import plot_force
+from fsm.plots.motion import plot_motion
+from fsm.progress import Progress
+from fsm.results.export import write_force_csv
+from fsm.results.quantities import peak, summarise
+from fsm.results.solution import Layout, Record, Solution
+from fsm.results.store import (
+    ResultWriter,
+    part_path,
+    read_checkpoint,
+    read_solution,
+    write_checkpoint,
+)
+from fsm.scene.builders.strip import build_scene
+from fsm.scene.case import Case
+from fsm.scene.load_case import LoadedCase
+from fsm.scene.planar import out_of_plane
+from fsm.scene.scene import Scene
+from fsm.segments.compile import compile_scene
+from fsm.segments.system import SegmentSystem
+from fsm.solve.newton import equilibrium, negative_pivots
+from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, choose_method, simulate
+
+__all__ = ["prepare", "run_case", "warm_up"]
+
+CHECKPOINT_EVERY = 5.0
+"""Seconds of wall time between checkpoints."""
+
+
+def prepare(case: Case, source: str = "") -> tuple[Scene, SegmentSystem]:
+    """Build and compile a case.
+
+    Raises
+    ------
+    CaseError
+        All faults of the scene, and panels that overlap as folded.
+    """
+    scene = build_scene(case)
+    try:
+        system = compile_scene(scene, case.solve.spatial)
+    except CaseError as error:
+        raise CaseError(error.faults, source) from None
+    if scene.contact is not None and not out_of_plane(scene):
+        faults = [
+            Fault(
+                "strip" if case.strip else "scene",
+                f"{first} and {second} overlap at the start by {1e3 * depth:.3g} mm; "
+                "use a smaller fold_angle or thickness, or thickness_in_gap = false",
+            )
+            for first, second, depth in find_overlaps(scene)
+        ]
+        if faults:
+            raise CaseError(faults, source)
+    return scene, system
+
+
+def run_case(
+    loaded: LoadedCase, out: Path, *, progress: bool | Callable[[float], None] = True, resume: bool = False
+) -> dict[str, Any]:
+    """Run a case and write result.h5, summary.json, force.csv, force.png, motion.png and energy.png into `out`.
+
+    Parameters
+    ----------
+    loaded : LoadedCase
+    out : folder for the results, made if needed
+    progress : bool or callable
+        A bar on standard error, or called with the fraction done.
+    resume : bool
+        Go on from the last checkpoint in `out` if there is one of this very case.
+
+    Returns
+    -------
+    dict
+        What summary.json holds.
+
+    Raises
+    ------
+    CaseError
+        Nothing has been written.
+    NotConverged, EnergyAbort
+        What was solved until then is in result.part.h5.
+    ExpectationFailed
+        Everything has been written.
+    KeyboardInterrupt
+        A checkpoint has been written.
+    """
+    begun = time.perf_counter()
+    compiled = jit.compile_time()
+    scene, system = prepare(loaded.case, str(loaded.path))
+    _check_expectations(loaded)
+    out.mkdir(parents=True, exist_ok=True)
+    solution, statistics, ledger, warnings = _Solve(loaded, scene, system, out, resume).run(progress)
+    summary = _summary(solution, scene, statistics, ledger, warnings)
+    summary |= {
+        "method": statistics.method,
+        "dof": system.nu,
+        "dimension": solution.layout.dimension,
+        "compile_time_s": jit.compile_time() - compiled,
+        "wall_time_s": time.perf_counter() - begun,
+    }
+    _write(solution, summary, out)
+    failed = _missed(loaded.case, summary)
+    if failed:
+        raise ExpectationFailed("\n".join(failed))
+    return summary
+
+
+def warm_up(spatial: bool = False) -> None:
+    """Compile (or load) every kernel a run needs, by solving the first instants of a small strip of every kind."""
+    from fsm.scene.builders.warm_up import warm_up_cases
+
+    for case in warm_up_cases(spatial):
+        _, system = prepare(case)
+        q, u = system.initial()
+        end = 1e-3 * (system.end_time() or 1.0)
+        simulate(system, Settings("Radau", 1e-3, end), [0.0, end], lambda saved: None)
+        negative_pivots(system, 0.0, q)
+
+
+class _Solve:
+    """The solve of one case, writing as it goes."""
+
+    def __init__(
+        self, loaded: LoadedCase, scene: Scene, system: SegmentSystem, out: Path, resume: bool
+    ) -> None:
+        self.loaded, self.scene, self.system, self.out = loaded, scene, system, out
+        self.case = loaded.case
+        self.warnings: list[str] = []
+        self.target = out / "result.h5"
+        self.checkpoint = out / "checkpoint.h5"
+        self.last_checkpoint = time.perf_counter()
+        self.resumed = self._read_checkpoint() if resume else None
+        self.records = 0
+
+    def run(
+        self, progress: bool | Callable[[float], None]
+    ) -> tuple[Solution, Statistics, Ledger, list[str]]:
+        method, reason = choose_method(self.case.solve.method)
+        end = self.system.end_time() if self.case.solve.end_time is None else self.case.solve.end_time
+        assert end is not None
+        settings = Settings(
+            method,
+            self.case.solve.rtol,
+            end,
+            self.case.solve.max_step or math.inf,
+            self.case.solve.max_steps,
+            self.case.solve.energy_abort,
+        )
+        start, ledger, at = self._start()
+        times = [t for t in self.save_times(end) if t > at or (at == 0.0 and t == 0.0)]
+        records = self.resumed[1] if self.resumed else None
+        self.records = records or 0
+        bar = Progress(progress, end, self.loaded.case.title or str(self.loaded.path), jit)
+        with ResultWriter(self.target, self._layout(method, reason), resume_at=records) as writer, bar:
+            statistics, ledger = simulate(
+                self.system, settings, times, lambda saved: self._save(writer, saved), bar.step, start, ledger
+            )
+            writer.finish(_plain(statistics), {})
+        self.checkpoint.unlink(missing_ok=True)
+        return read_solution(self.target), statistics, ledger, self.warnings
+
+    def save_times(self, end: float) -> list[float]:
+        """Times to save at; always the first and the last."""
+        save = self.case.save
+        if save.every is not None and self.system.motions:
+            motion = self.system.motions[0]
+            count = math.floor(motion.travel / save.every * (1 + 1e-12))
+            times = [motion.time_of(k * save.every) for k in range(count + 1)]
+        elif save.interval is not None:
+            times = [k * save.interval for k in range(math.floor(end / save.interval * (1 + 1e-12)) + 1)]
+        elif self.system.motions:
+            motion = self.system.motions[0]
+            times = [motion.time_of(x) for x in np.linspace(0.0, motion.travel, 201)]
+        else:
+            times = list(np.linspace(0.0, end, 201))
+        times[0] = 0.0
+        times = [t for t in times if t <= end]
+        if times[-1] < end * (1 - 1e-12):
+            times.append(end)
+        times[-1] = min(times[-1], end)
+        return times
+
+    def _start(self) -> tuple[tuple[float, np.ndarray, np.ndarray] | None, Ledger | None, float]:
+        if self.resumed is not None:
+            arrays, _ = self.resumed
+            ledger = Ledger(*(float(x) for x in arrays["ledger"]))
+            at = float(arrays["time"][0])
+            return (at, arrays["q"], arrays["u"]), ledger, at
+        return self._settled(), None, 0.0
+
+    def _settled(self) -> tuple[float, np.ndarray, np.ndarray] | None:
+        """A strip whose creases are not at rest as folded starts from its equilibrium; other scenes start as given."""
+        q, u = self.system.initial()
+        residual = float(np.abs(self.system.force(0.0, q, u)).max(initial=0.0))
+        if self.case.strip is None or residual < 1e-9:
+            return None
+        try:
+            q = equilibrium(self.system, q, np.array([0.0]))
+        except FsmError as error:
+            self.warnings.append(f"not in equilibrium at the start, and none was found: {error}")
+            return None
+        if self.case.contact is not None and find_overlaps_now(self.system, q):
+            self.warnings.append("at rest the strip's panels lie in each other; the creases open or close too far")
+        return 0.0, q, u
+
+    def _save(self, writer: ResultWriter, saved: Saved) -> None:
+        seen = saved.observation
+        stored = seen.energy.potential
+        writer.append(
+            Record(
+                time=saved.time,
+                q=saved.q,
+                u=saved.u,
+                travel=seen.drive.travel,
+                force=seen.drive.force,
+                energy={
+                    **stored,
+                    "kinetic": seen.energy.kinetic,
+                    "dissipated": saved.dissipated,
+                    "work": saved.work,
+                    "error": saved.error,
+                },
+                pair_force=seen.pair_force,
+                pair_gap=seen.pair_gap,
+                shape=self.system.shape(saved.time, saved.q),
+                negative_pivots=negative_pivots(self.system, saved.time, saved.q),
+            )
+        )
+        self.records += 1
+        if time.perf_counter() - self.last_checkpoint > CHECKPOINT_EVERY:
+            writer.flush()
+            self._write_checkpoint(saved)
+
+    def _write_checkpoint(self, saved: Saved) -> None:
+        start = saved.observation.energy.stored - saved.error + saved.dissipated - saved.work
+        ledger = asdict(Ledger(start, saved.dissipated, saved.work, saved.error, abs(saved.error), abs(saved.work)))
+        write_checkpoint(
+            self.checkpoint,
+            {"time": np.array([saved.time]), "q": saved.q, "u": saved.u, "ledger": np.array(list(ledger.values()))},
+            {"case": self.loaded.text, "records": self.records},
+        )
+        self.last_checkpoint = time.perf_counter()
+
+    def _read_checkpoint(self) -> tuple[dict[str, np.ndarray], int] | None:
+        """Arrays and number of records of a checkpoint of this very case; None if there is none."""
+        if not self.checkpoint.is_file() or not part_path(self.target).is_file():
+            return None
+        arrays, attributes = read_checkpoint(self.checkpoint)
+        if attributes.get("case") != self.loaded.text:
+            return None
+        return arrays, int(attributes["records"])
+
+    def _layout(self, method: str, reason: str) -> Layout:
+        bodies = self.system.bodies
+        return Layout(
+            case_text=self.loaded.text,
+            provenance=_provenance(f"{method}: {reason}"),
+            dimension="spatial" if self.system.spatial else "planar",
+            body_names=tuple(bodies.names[i] for i in bodies.free),
+            panel=np.array([panel for _, _, panel in bodies.plates], dtype=np.int64),
+            pair_names=self.system.pair_names,
+            drive_names=tuple(bodies.names[motion.body] for motion in self.system.motions),
+            thickness=max((plate.thickness for _, plate, _ in bodies.plates), default=0.0),
+        )
+
+
+def find_overlaps_now(system: SegmentSystem, q: np.ndarray) -> bool:
+    """Whether some pair of surfaces penetrates in a configuration."""
+    gaps = system.observe(0.0, q, np.zeros(system.nu)).pair_gap
+    return bool(len(gaps)) and float(gaps.min()) < -1e-4
+
+
+def _provenance(method: str) -> dict[str, str]:
+    import numba
+    import scipy
+
+    import fsm
+
+    return {
+        "fsm": fsm.__version__,
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "scipy": scipy.__version__,
+        "numba": numba.__version__,
+        "machine": f"{platform.machine()}, {os.cpu_count()} cores",
+        "command": " ".join([Path(sys.argv[0]).name, *sys.argv[1:]]),
+        "method": method,
+        "started": time.strftime("%Y-%m-%dT%H:%M:%S%z"),
+    }
+
+
+def _plain(statistics: Statistics) -> dict[str, Any]:
+    """Counters of a solve, without the curve."""
+    return {
+        "method": statistics.method,
+        "outcome": statistics.outcome.name.lower(),
+        "steps": statistics.steps,
+        "force_evaluations": statistics.force_evaluations,
+        "jacobian_evaluations": statistics.jacobian_evaluations,
+        "factorisations": statistics.factorisations,
+        "newton_iterations": statistics.newton_iterations,
+        "smallest_step_s": statistics.smallest_step if math.isfinite(statistics.smallest_step) else 0.0,
+        "solve_time_s": statistics.wall_time,
+    }
+
+
+def _summary(
+    solution: Solution, scene: Scene, statistics: Statistics, ledger: Ledger, warnings: list[str]
+) -> dict[str, Any]:
+    summary: dict[str, Any] = {"peak_force": 0.0, "peak_travel": 0.0, "stages": []}
+    summary |= summarise(solution)
+    if solution.travel.shape[1]:
+        # every step and Gauss point was looked at, so the peak does not depend on what is saved
+        travel = np.array([x[0] for x in statistics.travel])
+        force = np.array([x[0] for x in statistics.force])
+        order = np.argsort(travel, kind="stable")
+        fine = peak(travel[order], force[order])
+        if fine[0] > summary["peak_force"]:
+            summary["peak_force"], summary["peak_travel"] = fine
+    unstable = int(np.sum(solution.negative_pivots > 0))
+    summary |= {
+        "steps": statistics.steps,
+        "newton_iterations": statistics.newton_iterations,
+        "energy_error": ledger.relative_error,
+        "unstable_equilibria": unstable,
+        "solve_time_s": statistics.wall_time,
+    }
+    summary["warnings"] = [*warnings, *_warnings(solution, scene, summary)]
+    return summary
+
+
+def _warnings(solution: Solution, scene: Scene, summary: dict[str, Any]) -> list[str]:
+    found = []
+    if summary["energy_error"] > 1e-3:
+        found.append(f"energy balance off by {summary['energy_error']:.2g} of the energy turned over; tighten rtol")
+    if summary["unstable_equilibria"]:
+        first = float(solution.travel[np.argmax(solution.negative_pivots > 0), 0]) if solution.travel.size else 0.0
+        found.append(
+            f"{summary['unstable_equilibria']} saved states have an unstable tangent, the first at {1e3 * first:.4g} mm: "
+            "the strip snaps there, and its path depends on inertia and damping"
+        )
+    thickness = solution.layout.thickness
+    if solution.pair_gap.size and -solution.pair_gap.min() > 0.2 * thickness:
+        pair = solution.layout.pair_names[int(np.argmin(solution.pair_gap.min(axis=0)))]
+        found.append(
+            f"faces of {pair} penetrate by {-1e3 * solution.pair_gap.min():.3g} mm, more than a fifth of the thickness; "
+            "raise contact.stiffness"
+        )
+    for first_panel, second_panel, travel in first_crossings(solution, scene):
+        found.append(
+            f"panels {first_panel} and {second_panel} pass through each other from {1e3 * travel:.4g} mm of travel on: "
+            "they are not a contact pair, and the result beyond is not physical"
+        )
+    if solution.travel.size:
+        moving = solution.energy["kinetic"] > 0.01 * np.maximum.accumulate(
+            solution.energy["panels"] + solution.energy["creases"]
+        )
+        moving &= solution.travel[:, 0] > 0.02 * solution.travel[-1, 0]
+        if moving.any():
+            at = float(solution.travel[np.argmax(moving), 0])
+            found.append(
+                f"not quasi-static at {1e3 * at:.4g} mm: the kinetic energy is over 1 % of the elastic; pull slower"
+            )
+        if summary["peak_travel"] > 0.999 * solution.travel[-1, 0]:
+            found.append("the force is still rising at the end of the travel; the peak may lie beyond it")
+    return found
+
+
+def _write(solution: Solution, summary: dict[str, Any], out: Path) -> None:
+    """summary.json last and whole, so that its presence means the case is done."""
+    solution.summary = summary
+    write_force_csv(solution, out / "force.csv")
+    if solution.travel.shape[1]:
+        plot_force(solution, out / "force.png")
+    plot_motion(solution, out / "motion.png")
+    plot_energy(solution, out / "energy.png")
+    partial = out / "summary.json.part"
+    partial.write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
+    os.replace(partial, out / "summary.json")
+
+
+_SCALARS = (
+    "peak_force", "peak_travel", "final_travel", "final_force", "contact_travel", "contact_force", "bending_travel",
+    "bending_force", "dof", "steps", "newton_iterations", "energy_error", "unstable_equilibria", "wall_time_s",
+)  # fmt: skip
+
+
+def _check_expectations(loaded: LoadedCase) -> None:
+    faults = [
+        Fault(f"expect.{name}", f"is not a number of the summary; there are {', '.join(_SCALARS)}")
+        for name in loaded.case.expect
+        if name not in _SCALARS
+    ]
+    if faults:
+        raise CaseError(faults, str(loaded.path))
+
+
+def _missed(case: Case, summary: dict[str, Any]) -> list[str]:
+    lines = []
+    for name, expect in case.expect.items():
+        value = summary.get(name)
+        bound = (expect.atol or 0.0) + (expect.rtol or 0.0) * abs(expect.value)
+        if value is None:
+            lines.append(f"expect.{name}: {expect.value:g} expected, but the run never got there")
+        elif not abs(value - expect.value) <= bound:
+            lines.append(f"expect.{name}: {value:.6g}, expected {expect.value:g} +- {bound:.3g}")
+    return lines

@@ -1,0 +1,1 @@
+"""Descriptions: frozen models of a scene and a case, SI inside, no numerics."""

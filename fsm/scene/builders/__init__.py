@@ -1,0 +1,1 @@
+"""Builders: a few numbers in, a scene out."""

@@ -1,0 +1,302 @@
+"""The pulled strip: a zig-zag of panels cut into rigid segments (seed 003, figures 5 to 7 and 18).
+
+Panel i runs from crease i-1 to crease i, odd panels rise, even ones fall, at the fold angle. Segments are joined by 6-DOF
+springs, panels by creases; held panels are one rigid plate each, a pulled crease line is a massless body that each of its
+panels is hinged to by half a joint.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from fsm.scene.case import Case, Strip
+from fsm.scene.loads import Drive
+from fsm.scene.materials import Crease, LinearCrease, Material
+from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
+
+__all__ = ["build_scene", "build_strip", "segment_lengths"]
+
+
+def build_scene(case: Case) -> Scene:
+    """The scene of a case: the one written out, or the strip's, with the case's contact, friction, loads and drives."""
+    if case.strip is not None:
+        return build_strip(case)
+    assert case.scene is not None
+    update = {
+        name: value
+        for name, value in (
+            ("contact", case.contact),
+            ("friction", case.friction),
+            ("loads", case.load),
+            ("drives", case.drive),
+            ("gravity", case.gravity if any(case.gravity) else None),
+        )
+        if value
+    }
+    return case.scene.model_copy(update=update)
+
+
+def build_strip(case: Case) -> Scene:
+    """Scene of the case's strip.
+
+    Parameters
+    ----------
+    case : Case
+        With `strip`, `material` and `crease`.
+    """
+    assert case.strip is not None and case.material is not None and case.crease is not None
+    return _StripBuilder(case, case.strip, case.material, case.crease).scene()
+
+
+def segment_lengths(strip: Strip) -> np.ndarray:
+    """Lengths of the segments of one panel that can bend, (segments_per_panel,), m.
+
+    Graded as 1 + (g - 1) |2 x - 1| over the panel and scaled to its length: the middle ones are g times shorter than the
+    end ones for g > 1.
+    """
+    count = strip.segments_per_panel
+    middle = (np.arange(count) + 0.5) / count
+    density = 1.0 + (strip.grading - 1.0) * np.abs(2.0 * middle - 1.0)
+    return strip.length / strip.panels * density / density.sum()
+
+
+@dataclass(frozen=True)
+class _Segment:
+    """A segment while building: its body's name, length, panel (from 0), and whether it can bend."""
+
+    name: str
+    length: float
+    panel: int
+    held: bool
+
+
+class _StripBuilder:
+    def __init__(self, case: Case, strip: Strip, material: Material, crease: Crease) -> None:
+        self.case, self.strip, self.material, self.crease = case, strip, material, crease
+        self.held = set(strip.held if strip.held is not None else (1, strip.panels))
+        self.area = strip.width * strip.thickness
+        self.bending = material.young * strip.width * strip.thickness**3 / 12
+        if material.plate:
+            self.bending /= 1 - material.poisson**2
+        self.sideways = material.young * strip.thickness * strip.width**3 / 12
+        self.shear = material.young / (2 * (1 + material.poisson))
+        self.panel_length = strip.length / strip.panels
+
+    def scene(self) -> Scene:
+        """Put it together."""
+        panels = [self._segments(panel) for panel in range(self.strip.panels)]
+        bodies = [body for panel, segments in enumerate(panels) for body in self._bodies(panel, segments)]
+        elements = [self._joint(a, b) for segments in panels for a, b in zip(segments, segments[1:], strict=False)]
+        drives = []
+        driven = {drive.crease: drive for drive in self.case.drive if drive.crease is not None}
+        for number in range(1, self.strip.panels):
+            first, second = panels[number - 1][-1], panels[number][0]
+            if first.held and second.held:
+                continue
+            drive = driven.get(number)
+            elements.append(self._crease(number, first, second, drive))
+            if drive is not None:
+                bodies.append(self._line(number))
+                elements += self._half_joints(number, first, second, drive)
+                drives.append(drive.model_copy(update={"crease": None, "body": f"crease {number}"}))
+        drives += [drive for drive in self.case.drive if drive.body is not None]
+        return Scene(
+            bodies=tuple(bodies),
+            elements=tuple(elements),
+            surfaces=tuple(
+                Surface(name=f"panel {p + 1}", bodies=tuple(s.name for s in segments))
+                for p, segments in enumerate(panels)
+            ),
+            pairs=self._pairs(),
+            contact=self.case.contact,
+            friction=self.case.friction,
+            loads=self.case.load,
+            drives=tuple(drives),
+            gravity=self.case.gravity,
+        )
+
+    def _pairs(self) -> tuple[ContactPair, ...]:
+        """The pairs the case names, or every panel with the next (seed 003, section 3: (1,2) (2,3) ... (5,6))."""
+        if self.case.contact is None:
+            return ()
+        neighbours = [(i, i + 1) for i in range(1, self.strip.panels)]
+        chosen = neighbours if self.case.contact.pairs is None else self.case.contact.pairs
+        return tuple(
+            ContactPair(first=f"panel {i}", second=f"panel {j}", shared="end-start" if j == i + 1 else "none")
+            for i, j in (sorted(pair) for pair in chosen)
+            if not {i, j} <= self.held
+        )
+
+    def crease_point(self, number: int) -> tuple[float, float]:
+        """(x, z) of crease `number`; 0 and `panels` are the strip's ends."""
+        run = number * self.panel_length * math.cos(self.strip.fold_angle)
+        return run, (number % 2) * self.panel_length * math.sin(self.strip.fold_angle)
+
+    def _segments(self, panel: int) -> list[_Segment]:
+        if panel + 1 in self.held:
+            return [_Segment(f"panel {panel + 1}", self.panel_length, panel, True)]
+        return [
+            _Segment(f"panel {panel + 1} segment {k + 1}", float(length), panel, False)
+            for k, length in enumerate(segment_lengths(self.strip))
+        ]
+
+    def _bodies(self, panel: int, segments: list[_Segment]) -> list[Body]:
+        turn = self._turn(panel)
+        x, z = self.crease_point(panel)
+        axis = math.cos(turn), -math.sin(turn)
+        bodies, at = [], 0.0
+        for segment in segments:
+            centre = at + segment.length / 2
+            at += segment.length
+            mass = self.material.density * self.area * segment.length
+            squares = np.array([segment.length, self.strip.width, self.strip.thickness]) ** 2
+            inertia = mass / 12 * (squares.sum() - squares)
+            bodies.append(
+                Body(
+                    name=segment.name,
+                    mass=mass,
+                    inertia=(float(inertia[0]), float(inertia[1]), float(inertia[2])),
+                    position=(x + axis[0] * centre, 0.0, z + axis[1] * centre),
+                    orientation=(math.cos(turn / 2), 0.0, math.sin(turn / 2), 0.0),
+                    held=segment.held,
+                    plate=Plate(length=segment.length, width=self.strip.width, thickness=self.strip.thickness),
+                    panel=panel + 1,
+                )
+            )
+        return bodies
+
+    def _turn(self, panel: int) -> float:
+        """Angle of a panel's axis about +y: odd panels (from 1) rise, which is a negative turn."""
+        return self.strip.fold_angle * (1 if panel % 2 else -1)
+
+    def _springs(self, distance: float) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+        """Translation and rotation stiffness of a piece of strip `distance` long (PHYSICS section 1)."""
+        shear = 5 / 6 * self.shear * self.area / distance
+        torsion = self.shear * self.strip.width * self.strip.thickness**3 / (3 * distance)
+        return (
+            (self.material.young * self.area / distance, shear, shear),
+            (torsion, self.bending / distance, self.sideways / distance),
+        )
+
+    def _damped(self, stiffness: tuple[float, float, float]) -> tuple[float, float, float]:
+        beta = self.material.damping
+        return beta * stiffness[0], beta * stiffness[1], beta * stiffness[2]
+
+    def _joint(self, inner: _Segment, outer: _Segment) -> ForceElement:
+        translation, rotation = self._springs((inner.length + outer.length) / 2)
+        return ForceElement(
+            name=f"joint {inner.name} - {outer.name}",
+            inner=inner.name,
+            outer=outer.name,
+            point_inner=(inner.length / 2, 0.0, 0.0),
+            point_outer=(-outer.length / 2, 0.0, 0.0),
+            translation=translation,
+            rotation=rotation,
+            translation_damping=self._damped(translation),
+            rotation_damping=self._damped(rotation),
+            kind="panel",
+        )
+
+    def _crease(self, number: int, inner: _Segment, outer: _Segment, drive: Drive | None) -> ForceElement:
+        """The crease itself; at a guided drive only its moment, the rest is in the half joints to the line."""
+        distance = (self._flexible(inner) + self._flexible(outer)) / 2
+        translation, rotation = self._springs(distance)
+        if drive is not None and drive.guide:
+            translation, rotation = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+        folded = self._turn(inner.panel) - self._turn(outer.panel)
+        side = math.copysign(1.0, folded)
+        rest = abs(folded) if self.crease.rest_angle is None else self.crease.rest_angle
+        flexibility = distance / self.bending if self.strip.half_cell else 0.0
+        stiffness = self._crease_stiffness()
+        effective = stiffness / (1 + stiffness * flexibility)
+        linear = isinstance(self.crease, LinearCrease)
+        return ForceElement(
+            name=f"crease {number}",
+            inner=inner.name,
+            outer=outer.name,
+            point_inner=(inner.length / 2, 0.0, 0.0),
+            point_outer=(-outer.length / 2, 0.0, 0.0),
+            translation=translation,
+            rotation=(rotation[0], effective if linear else 0.0, rotation[2]),
+            translation_damping=self._damped(translation),
+            rotation_damping=self._damped((rotation[0], effective, rotation[2])),
+            rest_angle=side * rest,
+            initial_angle=folded,
+            crease=None if linear else self.crease,
+            crease_flexibility=0.0 if linear else flexibility,
+            kind="crease",
+        )
+
+    def _crease_stiffness(self) -> float:
+        """Stiffness of the crease, N m/rad; of a measured curve the slope between its ends (it only sets the damping)."""
+        if isinstance(self.crease, LinearCrease):
+            return self.crease.stiffness
+        angle, moment = self.crease.angle, self.crease.moment
+        assert angle is not None and moment is not None
+        return abs(moment[-1] - moment[0]) / (angle[-1] - angle[0]) * self.crease.scale
+
+    def _flexible(self, segment: _Segment) -> float:
+        """Length of the segment that can bend: none of a held panel, which is clamped as a whole."""
+        return 0.0 if segment.held else segment.length
+
+    def _line(self, number: int) -> Body:
+        x, z = self.crease_point(number)
+        return Body(name=f"crease {number}", mass=0.0, inertia=(0.0, 0.0, 0.0), position=(x, 0.0, z))
+
+    def _half_joints(self, number: int, inner: _Segment, outer: _Segment, drive: Drive) -> list[ForceElement]:
+        """Half a joint from the crease line to the segment on each side.
+
+        Guided: the segment keeps its place and its direction along the line, and turns about it. Not guided: it is only
+        pulled along the drive's direction.
+        """
+        elements = []
+        for segment, end in ((inner, 1), (outer, -1)):
+            if segment.held:
+                continue
+            translation, rotation = self._springs(segment.length / 2)
+            line, body = f"crease {number}", segment.name
+            point = (end * segment.length / 2, 0.0, 0.0)
+            common = {"name": f"{line} - {body}", "kind": "drive"}
+            if drive.guide:
+                turn = self._turn(segment.panel)
+                rotation = (rotation[0], 0.0, rotation[2])
+                elements.append(
+                    ForceElement(
+                        inner=line,
+                        outer=body,
+                        point_outer=point,
+                        axes_inner=(math.cos(turn / 2), 0.0, math.sin(turn / 2), 0.0),
+                        translation=translation,
+                        rotation=rotation,
+                        translation_damping=self._damped(translation),
+                        rotation_damping=self._damped(rotation),
+                        **common,
+                    )
+                )
+            else:
+                along = (translation[0], 0.0, 0.0)
+                elements.append(
+                    ForceElement(
+                        inner=body,
+                        outer=line,
+                        point_inner=point,
+                        axes_outer=_turned_to(drive.direction),
+                        translation=along,
+                        translation_damping=self._damped(along),
+                        **common,
+                    )
+                )
+        return elements
+
+
+def _turned_to(direction: tuple[float, float, float]) -> tuple[float, float, float, float]:
+    """Quaternion whose x axis points along a direction."""
+    unit = np.array(direction) / np.linalg.norm(direction)
+    if unit[0] < -1 + 1e-12:
+        return (0.0, 0.0, 1.0, 0.0)
+    quaternion = np.array([1 + unit[0], 0.0, -unit[2], unit[1]])
+    quaternion /= np.linalg.norm(quaternion)
+    return (float(quaternion[0]), float(quaternion[1]), float(quaternion[2]), float(quaternion[3]))

@@ -1,0 +1,132 @@
+"""The case: what a case file says, section by section, with every key a user may write."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from fsm.scene.contact import Contact, Friction
+from fsm.scene.loads import Drive, Load
+from fsm.scene.materials import Crease, Material
+from fsm.scene.model import Model
+from fsm.scene.scene import Scene
+from fsm.scene.units import Acceleration, Angle, Count, Length, Number, Time
+
+__all__ = ["Case", "Expect", "Save", "Solve", "Strip"]
+
+
+class Strip(Model):
+    """A zig-zag folded strip: panels 1, 3, 5 rise, 2, 4, 6 fall; crease i joins panels i and i + 1.
+
+    Attributes
+    ----------
+    length, width, thickness : m
+    panels : int
+    fold_angle : rad
+        Angle of every panel with the horizontal.
+    segments_per_panel : int
+        Segments of a panel that can bend; a held panel is one rigid plate.
+    grading : -
+        1 for equal segments; g > 1 makes the middle segment of a panel g times shorter than its end segments.
+    half_cell : bool
+        Put the bending flexibility of the half segments next to a crease in series with it: second-order
+        accurate.
+    held : panels that do not move; absent means the first and the last
+    """
+
+    length: Annotated[Length, Field(gt=0)]
+    width: Annotated[Length, Field(gt=0)]
+    thickness: Annotated[Length, Field(gt=0)]
+    panels: Annotated[Count, Field(ge=2, le=1000)]
+    fold_angle: Annotated[Angle, Field(gt=0, lt=1.5707963267948966)]
+    segments_per_panel: Annotated[Count, Field(ge=1, le=5000)] = 20
+    grading: Annotated[Number, Field(ge=0.1, le=10)] = 1.0
+    half_cell: bool = True
+    held: tuple[Count, ...] | None = None
+
+
+class Solve(Model):
+    """How to integrate.
+
+    Attributes
+    ----------
+    method : "auto", "Radau", "BDF" or "LSODA"
+    rtol : -
+        Relative tolerance; absolute tolerances follow from it and the sizes of the scene.
+    end_time : s
+        Needed only without a drive.
+    max_step : s
+    max_steps : int
+        The solve is given up (exit code 3) after so many steps.
+    spatial : bool
+        Six degrees of freedom a body even if everything lies in one plane.
+    energy_abort : -
+        Stop (exit code 5) when the energy balance is off by more than this part of the energy turned over.
+    """
+
+    method: Literal["auto", "Radau", "BDF", "LSODA"] = "auto"
+    rtol: Annotated[Number, Field(ge=1e-12, le=1e-2)] = 1e-6
+    end_time: Annotated[Time, Field(gt=0)] | None = None
+    max_step: Annotated[Time, Field(gt=0)] | None = None
+    max_steps: Annotated[Count, Field(ge=1)] = 200_000
+    spatial: bool = False
+    energy_abort: Annotated[Number, Field(gt=0)] = 0.05
+
+
+class Save(Model):
+    """What is kept: a record `every` so much travel of the first drive, or every `interval` of time.
+
+    200 records if neither is given.
+    """
+
+    every: Annotated[Length, Field(gt=0)] | None = None
+    interval: Annotated[Time, Field(gt=0)] | None = None
+
+    @model_validator(mode="after")
+    def _one(self) -> Self:
+        if self.every is not None and self.interval is not None:
+            raise ValueError("give `every` (travel) or `interval` (time), not both")
+        return self
+
+
+class Expect(Model):
+    """A number of the summary and how far off it may be; missed, the run ends with exit code 4."""
+
+    value: float
+    rtol: Annotated[float, Field(ge=0)] | None = None
+    atol: Annotated[float, Field(ge=0)] | None = None
+
+    @model_validator(mode="after")
+    def _one(self) -> Self:
+        if self.rtol is None and self.atol is None:
+            raise ValueError("give `rtol` or `atol`")
+        return self
+
+
+class Case(Model):
+    """A whole case: a strip (or a scene written out), what acts on it, how to solve it, what to keep."""
+
+    title: str = ""
+    units: Literal["SI", "mm-N-s"] = "SI"
+    analysis: Literal["deploy"] = "deploy"
+    strip: Strip | None = None
+    scene: Scene | None = None
+    material: Material | None = None
+    crease: Crease | None = None
+    contact: Contact | None = None
+    friction: Friction | None = None
+    drive: tuple[Drive, ...] = ()
+    load: tuple[Load, ...] = ()
+    gravity: tuple[Acceleration, Acceleration, Acceleration] = (0.0, 0.0, 0.0)
+    solve: Solve = Solve()
+    save: Save = Save()
+    expect: dict[str, Expect] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        if (self.strip is None) == (self.scene is None):
+            raise ValueError("give either [strip] or [scene]")
+        if self.strip is not None and (self.material is None or self.crease is None):
+            raise ValueError("[strip] needs [material] and [crease]")
+        return self

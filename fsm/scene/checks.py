@@ -1,0 +1,174 @@
+"""What no section can see alone: contradictions between the sections of a case."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+from fsm.errors import Fault
+from fsm.scene.case import Save, Solve, Strip
+from fsm.scene.contact import Contact, Friction
+from fsm.scene.loads import Drive
+from fsm.scene.materials import Crease, Material
+from fsm.scene.scene import Scene
+
+__all__ = ["Sections", "check_sections"]
+
+
+@dataclass(frozen=True)
+class Sections:
+    """The sections of a case that are valid by themselves, and which ones were written at all.
+
+    A section that was written but is not here is faulty, and is not judged again.
+
+    Attributes
+    ----------
+    written : names of the sections in the file
+    drives : number of the drive in the file, from 0, and the drive
+    """
+
+    written: frozenset[str] = frozenset()
+    strip: Strip | None = None
+    scene: Scene | None = None
+    material: Material | None = None
+    crease: Crease | None = None
+    contact: Contact | None = None
+    friction: Friction | None = None
+    solve: Solve | None = None
+    save: Save | None = None
+    drives: Mapping[int, Drive] = field(default_factory=dict)
+
+
+def check_sections(sections: Sections) -> list[Fault]:
+    """All contradictions between sections that could be read."""
+    return [
+        *_missing_sections(sections),
+        *_held_panels(sections.strip),
+        *_strip_drives(sections),
+        *_scene_drives(sections),
+        *_twice(sections.drives),
+        *_friction(sections),
+        *_end(sections),
+    ]
+
+
+def _missing_sections(sections: Sections) -> Iterable[Fault]:
+    if {"strip", "scene"} <= sections.written:
+        yield Fault("scene", "[scene] and [strip] both say what there is; give one of them")
+    elif not {"strip", "scene"} & sections.written:
+        yield Fault("strip", "section [strip] is missing; give it, or a [scene] written out")
+    if "strip" in sections.written:
+        for name in ("material", "crease"):
+            if name not in sections.written:
+                yield Fault(name, f"section [{name}] is missing; a strip needs it")
+
+
+def _held(strip: Strip) -> frozenset[int]:
+    return frozenset((1, strip.panels) if strip.held is None else strip.held)
+
+
+def _all_held(strip: Strip) -> bool:
+    return len(_held(strip) & set(range(1, strip.panels + 1))) == strip.panels
+
+
+def _held_panels(strip: Strip | None) -> Iterable[Fault]:
+    if strip is None:
+        return
+    for index, panel in enumerate(strip.held or ()):
+        if not 1 <= panel <= strip.panels:
+            yield Fault(
+                f"strip.held.{index}", f"must be a panel number from 1 to {strip.panels}; it is {panel}"
+            )
+    if _all_held(strip):
+        said = " (the first and the last, as it is not given)" if strip.held is None else ""
+        yield Fault(
+            "strip.held", f"all {strip.panels} panels are held{said} and nothing can move; leave some out"
+        )
+
+
+def _strip_drives(sections: Sections) -> Iterable[Fault]:
+    strip = sections.strip
+    if strip is None or _all_held(strip):
+        return
+    for index, drive in sections.drives.items():
+        if drive.crease is None:
+            continue
+        path, last = f"drive.{index}.crease", strip.panels - 1
+        if not 1 <= drive.crease <= last:
+            yield Fault(
+                path,
+                f"must be a crease number from 1 to {last}, with {strip.panels} panels; it is {drive.crease}",
+            )
+            continue
+        held = sorted(_held(strip) & {drive.crease, drive.crease + 1})
+        if held:
+            panels = " and ".join(str(panel) for panel in held)
+            what = f"panel {panels}, which is" if len(held) == 1 else f"panels {panels}, which are"
+            said = "as no `strip.held` is given" if strip.held is None else "by `strip.held`"
+            yield Fault(
+                path,
+                f"crease {drive.crease} is an edge of {what} held ({said}) and cannot move; choose another",
+            )
+
+
+def _scene_drives(sections: Sections) -> Iterable[Fault]:
+    scene = sections.scene
+    if scene is None or "strip" in sections.written:
+        return
+    held = {body.name for body in scene.bodies if body.held} | {"ground"}
+    listed = [("drive", index, drive) for index, drive in sections.drives.items()]
+    listed += [("scene.drives", index, drive) for index, drive in enumerate(scene.drives)]
+    for name, index, drive in listed:
+        if drive.crease is not None:
+            yield Fault(
+                f"{name}.{index}.crease", "creases are numbered in a [strip] only; give `body` in a [scene]"
+            )
+        elif drive.body in held:
+            yield Fault(
+                f"{name}.{index}.body",
+                f'body "{drive.body}" is held: it cannot be pulled; free it, or choose another',
+            )
+
+
+def _twice(drives: Mapping[int, Drive]) -> Iterable[Fault]:
+    first: dict[tuple[int | None, str | None], int] = {}
+    for index, drive in drives.items():
+        target = (drive.crease, drive.body)
+        if target in first:
+            what = f"crease {drive.crease}" if drive.crease is not None else f'body "{drive.body}"'
+            yield Fault(
+                f"drive.{index}", f"{what} is driven by drive.{first[target]} already; leave one of them"
+            )
+        first.setdefault(target, index)
+
+
+def _friction(sections: Sections) -> Iterable[Fault]:
+    scene = sections.scene
+    in_scene = scene is not None and scene.contact is not None
+    if "friction" in sections.written and "contact" not in sections.written and not in_scene:
+        yield Fault(
+            "friction",
+            "[friction] acts where faces touch, but there is no [contact]; add it, or remove [friction]",
+        )
+    if scene is not None and scene.friction and not in_scene and "contact" not in sections.written:
+        yield Fault(
+            "scene.friction",
+            "friction acts where faces touch, but there is no contact; add it, or remove friction",
+        )
+
+
+def _end(sections: Sections) -> Iterable[Fault]:
+    scene_unknown = "scene" in sections.written and sections.scene is None
+    driven = "drive" in sections.written or bool(sections.scene and sections.scene.drives)
+    if driven or scene_unknown:
+        return
+    if sections.solve is not None and sections.solve.end_time is None:
+        yield Fault(
+            "solve.end_time",
+            "missing, and there is no [[drive]] either: nothing says when to stop; give one of them",
+        )
+    if sections.save is not None and sections.save.every is not None:
+        yield Fault(
+            "save.every",
+            "counts the travel of a drive, but there is no [[drive]]; give `interval` (time) instead",
+        )

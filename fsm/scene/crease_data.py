@@ -1,0 +1,304 @@
+"""Moment-angle data of a crease, read from a CSV file.
+
+Columns are named in a header, with units if they are not those of the case::
+
+    # clamped side 20 mm, turned side 35 mm
+    angle (deg), moment (N mm)
+    0.0,  0.0
+    5.0,  1.2
+
+or ``angle [deg]; force [N]; lever_arm [mm]``, where the moment is force times lever arm. Lines that start
+with ``#`` are comments; values are separated by commas, semicolons, tabs or blanks. Two bare columns, angle
+and moment, are read when the case gives both units, ``angle_unit = "deg"`` and ``moment_unit = "mN m"``.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from fsm.errors import CaseError, Fault
+from fsm.scene.materials import SplineCrease
+from fsm.scene.units import nearest, to_si, unit_in
+
+__all__ = ["CreaseData", "check_curve", "read_crease_data"]
+
+FEWEST_ROWS = {"cubic": 4, "pchip": 2}
+MOST_FAULTS = 8
+_SI = {"angle": "rad", "moment": "N m", "force": "N", "lever_arm": "m"}
+_CHOICES = ({"angle", "moment"}, {"angle", "force", "lever_arm"})
+_HEADING = re.compile(r"\s*([A-Za-z_][\w -]*?)\s*(?:[(\[]\s*([^)\]]*?)\s*[)\]])?\s*$")
+_HEADING_AMONG_BLANKS = re.compile(r"[A-Za-z_]\w*(?:\s*[(\[][^)\]]*[)\]])?")
+
+
+@dataclass(frozen=True)
+class CreaseData:
+    """A measured curve, angles increasing.
+
+    Attributes
+    ----------
+    angle : rad
+    moment : N m
+    """
+
+    angle: tuple[float, ...]
+    moment: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class _Column:
+    name: str
+    unit: str
+
+
+def read_crease_data(
+    file: Path, crease: SplineCrease, system: str = "SI", path: str = "crease.data"
+) -> CreaseData:
+    """Read a crease file.
+
+    Parameters
+    ----------
+    file : Path
+    crease : SplineCrease
+        Gives the interpolation, and units where the file has none.
+    system : str
+        Unit system of plain numbers.
+    path : str
+        Dotted path of the key that names the file, for faults.
+
+    Raises
+    ------
+    CaseError
+        All faults of the file, each with the number of its row (counted as a text editor does).
+    """
+    rows = _rows(file, path)
+    separator = _separator(rows[0][1])
+    columns, rows = _columns(rows, separator, crease, path)
+    columns = _with_units(columns, crease, system, path)
+    numbers, faults = _numbers(rows, separator, len(columns), path)
+    if faults:
+        raise CaseError(_shorten(faults, path))
+    names = [column.name for column in columns]
+    scale = {column.name: to_si(f"1 {column.unit}", _SI[column.name]) for column in columns}
+    angle = [values[names.index("angle")] for _, values in numbers]
+    moment = [
+        math.prod(value * scale[name] for name, value in zip(names, values, strict=True) if name != "angle")
+        for _, values in numbers
+    ]
+    unit = next(column.unit for column in columns if column.name == "angle")
+    return check_curve(
+        angle,
+        moment,
+        crease.interpolation,
+        path,
+        places=[f"{path} row {row}" for row, _ in numbers],
+        unit=unit,
+    )
+
+
+def check_curve(
+    angle: Sequence[float],
+    moment: Sequence[float],
+    interpolation: str,
+    path: str,
+    places: Sequence[str],
+    unit: str = "rad",
+) -> CreaseData:
+    """A curve that can be interpolated: enough rows, and angles that increase. Falling angles are reversed.
+
+    Parameters
+    ----------
+    angle : sequence of float, in `unit`
+    moment : sequence of float, N m
+    interpolation : "cubic" or "pchip"
+    path : str
+        Dotted path of the curve, for faults.
+    places : sequence of str
+        Path of each row, for faults.
+    unit : str
+        Unit of the angles.
+
+    Raises
+    ------
+    CaseError
+        All rows that are out of order, or too few rows.
+    """
+    if len(angle) != len(moment):
+        raise CaseError(
+            Fault(path, f"has {len(angle)} angles and {len(moment)} moments; give as many of each")
+        )
+    fewest = FEWEST_ROWS[interpolation]
+    if len(angle) < fewest:
+        hint = '; or write interpolation = "pchip"' if 2 <= len(angle) < fewest else ""
+        raise CaseError(
+            Fault(path, f"has {len(angle)} rows; {interpolation} interpolation needs at least {fewest}{hint}")
+        )
+    faults = _order_faults(angle, places, unit) or _size_faults(angle, places, unit)
+    if faults:
+        raise CaseError(_shorten(faults, path))
+    turn = slice(None, None, -1 if angle[-1] < angle[0] else 1)
+    radians = [to_si(f"{value!r} {unit}", "rad") for value in angle]
+    return CreaseData(tuple(radians[turn]), tuple(moment[turn]))
+
+
+def _rows(file: Path, path: str) -> list[tuple[int, str]]:
+    """Lines with something in them, with their numbers."""
+    try:
+        raw = file.read_bytes()
+    except OSError as error:
+        raise CaseError(Fault(path, f"cannot read {file}: {(error.strerror or 'error').lower()}")) from None
+    try:
+        text = raw.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = raw.decode("latin-1")
+    if "\0" in text:
+        raise CaseError(Fault(path, f"{file} is not a text file; save it as CSV"))
+    lines = enumerate(text.splitlines(), start=1)
+    rows = [
+        (number, line) for number, line in lines if line.strip(" \t,;") and not line.lstrip().startswith("#")
+    ]
+    if not rows:
+        raise CaseError(Fault(path, f"{file} is empty; two columns are wanted, angle and moment"))
+    return rows
+
+
+def _separator(line: str) -> str:
+    """What separates the values; a blank stands for any run of blanks."""
+    return next((mark for mark in (";", "\t", ",") if mark in line), " ")
+
+
+def _cells(line: str, separator: str) -> list[str]:
+    if separator == " ":
+        return line.split()
+    cells = [cell.strip().strip('"').strip() for cell in line.split(separator)]
+    while cells and not cells[-1]:
+        cells.pop()
+    return cells
+
+
+def _number(cell: str, separator: str) -> float | None:
+    """The number in a cell; a decimal comma is one where commas do not separate."""
+    try:
+        return float(cell if separator == "," else cell.replace(",", "."))
+    except ValueError:
+        return None
+
+
+def _columns(
+    rows: list[tuple[int, str]], separator: str, crease: SplineCrease, path: str
+) -> tuple[list[_Column], list[tuple[int, str]]]:
+    """Columns of the file, and its rows below the header."""
+    number, line = rows[0]
+    cells = _HEADING_AMONG_BLANKS.findall(line) if separator == " " else _cells(line, separator)
+    if not cells or any(_number(cell, separator) is not None for cell in _cells(line, separator)):
+        return _bare_columns(_cells(line, separator), number, crease, path), rows
+    columns, faults = [], []
+    for cell in cells:
+        match = _HEADING.match(cell)
+        name = re.sub(r"[ -]+", "_", match[1]).lower() if match else cell
+        if name not in _SI:
+            known = nearest(name, _SI) or "; angle and moment, or angle, force and lever_arm, are read"
+            faults.append(Fault(f"{path} row {number}", f'unknown column "{cell}"{known}'))
+        columns.append(_Column(name, match[2] or "" if match else ""))
+    names = [column.name for column in columns]
+    if not faults and (set(names) not in _CHOICES or len(set(names)) < len(names)):
+        wanted = "wanted: angle and moment, or angle, force and lever_arm"
+        faults.append(Fault(f"{path} row {number}", f"columns are {', '.join(names)}; {wanted}"))
+    if faults:
+        raise CaseError(faults)
+    return columns, rows[1:]
+
+
+def _bare_columns(cells: list[str], number: int, crease: SplineCrease, path: str) -> list[_Column]:
+    """Columns of a file without a header."""
+    if len(cells) != 2:
+        raise CaseError(
+            Fault(
+                f"{path} row {number}",
+                f"no header, and not 2 columns but {len(cells)}; write `angle (deg), moment (N mm)` above",
+            )
+        )
+    if not (crease.angle_unit and crease.moment_unit):
+        raise CaseError(
+            Fault(
+                f"{path} row {number}",
+                "no header; write a first row such as `angle (deg), moment (N mm)`, or give `angle_unit` and "
+                "`moment_unit` beside `data`",
+            )
+        )
+    return [_Column("angle", crease.angle_unit), _Column("moment", crease.moment_unit)]
+
+
+def _with_units(columns: list[_Column], crease: SplineCrease, system: str, path: str) -> list[_Column]:
+    """Columns with a unit each: of the header, else of the case, else of plain numbers."""
+    of_case = {"angle": crease.angle_unit, "moment": crease.moment_unit}
+    full, faults = [], []
+    for column in columns:
+        si = _SI[column.name]
+        unit = column.unit or of_case.get(column.name) or unit_in(si, system)
+        try:
+            to_si(f"1 {unit}", si)
+        except ValueError as error:
+            faults.append(Fault(path, f"unit of the column {column.name}: {error}"))
+        full.append(_Column(column.name, unit))
+    if faults:
+        raise CaseError(faults)
+    return full
+
+
+def _numbers(
+    rows: list[tuple[int, str]], separator: str, width: int, path: str
+) -> tuple[list[tuple[int, list[float]]], list[Fault]]:
+    numbers, faults = [], []
+    for row, line in rows:
+        cells = _cells(line, separator)
+        values = [_number(cell, separator) for cell in cells]
+        good = [value for value in values if value is not None and math.isfinite(value)]
+        if len(cells) != width:
+            faults.append(Fault(f"{path} row {row}", f"has {len(cells)} values; {width} are wanted"))
+        elif len(good) < width:
+            bad = next(c for c, v in zip(cells, values, strict=True) if v is None or not math.isfinite(v))
+            faults.append(
+                Fault(f"{path} row {row}", f'"{bad}" is not a finite number; correct or delete the row')
+            )
+        else:
+            numbers.append((row, good))
+    return numbers, faults
+
+
+def _order_faults(angle: Sequence[float], places: Sequence[str], unit: str) -> list[Fault]:
+    """Rows whose angle does not go the way the whole column goes."""
+    sign = -1.0 if angle[-1] < angle[0] else 1.0
+    faults = []
+    for before, after, place in zip(angle, angle[1:], places[1:], strict=False):
+        if sign * (after - before) > 0:
+            continue
+        if after == before:
+            what = f"angle {after:g} {unit} stands twice; leave one row of each angle, or their mean"
+        else:
+            way = "goes back" if sign > 0 else "goes up again"
+            what = f"angle {way} ({after:g} {unit} after {before:g} {unit}); sort the rows, one branch only"
+        faults.append(Fault(place, what))
+    return faults
+
+
+def _size_faults(angle: Sequence[float], places: Sequence[str], unit: str) -> list[Fault]:
+    """The largest angle, if it is more than a turn: degrees that were taken for radians."""
+    worst = max(range(len(angle)), key=lambda index: abs(angle[index]))
+    if abs(to_si(f"{angle[worst]!r} {unit}", "rad")) <= 2 * math.pi * (1 + 1e-9):
+        return []
+    return [
+        Fault(
+            places[worst],
+            f"{angle[worst]:g} {unit} is more than a turn; if it is degrees, say so: `angle (deg)`",
+        )
+    ]
+
+
+def _shorten(faults: list[Fault], path: str) -> list[Fault]:
+    """The first faults of a file; thousands of the same kind help nobody."""
+    more = len(faults) - MOST_FAULTS
+    return faults if more <= 0 else [*faults[:MOST_FAULTS], Fault(path, f"and {more} more rows like these")]

@@ -1,0 +1,239 @@
+"""Case files: TOML in, a checked `Case` out, or all that is wrong with it at once."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any, get_args
+
+from pydantic import TypeAdapter, ValidationError
+
+from fsm.errors import CaseError, Fault
+from fsm.scene.case import Case, Save, Solve
+from fsm.scene.checks import Sections, check_sections
+from fsm.scene.crease_data import check_curve, read_crease_data
+from fsm.scene.faults import faults_of, unknown_key
+from fsm.scene.materials import SplineCrease
+from fsm.scene.overrides import apply_overrides, split_override
+from fsm.scene.scene import Scene
+from fsm.scene.toml_text import case_text
+from fsm.scene.units import SYSTEMS
+
+__all__ = ["LoadedCase", "load_case", "read_case", "read_text", "read_toml"]
+
+
+@dataclass(frozen=True)
+class LoadedCase:
+    """A case and where it came from.
+
+    Attributes
+    ----------
+    case : Case
+        SI throughout, measured crease curves included.
+    text : str
+        The same as TOML, overrides and defaults included; it gives the same case again without other files.
+    path : Path
+        The case file.
+    """
+
+    case: Case
+    text: str
+    path: Path
+
+
+def load_case(path: str | Path, overrides: Sequence[str] = ()) -> LoadedCase:
+    """Read and check a case file.
+
+    Parameters
+    ----------
+    path : str or Path
+    overrides : sequence of str
+        ``"strip.fold_angle=75 deg"``: dotted path and value (a TOML value, or bare text). Items of a list by
+        number, ``drive.0.speed``. ``friction=none`` takes a section or a key out.
+
+    Raises
+    ------
+    CaseError
+        All faults of the file, of its crease data and of the overrides.
+    """
+    data = read_toml(path)
+    split = [split_override(text) for text in overrides]
+    faults = [item for item in split if isinstance(item, Fault)]
+    data, unknown = apply_overrides(data, [item for item in split if not isinstance(item, Fault)])
+    case, found = read_case(data, Path(path).parent)
+    faults += unknown + found
+    if faults or case is None:
+        raise CaseError(faults, str(path))
+    return LoadedCase(case, case_text(case), Path(path))
+
+
+def read_toml(path: str | Path) -> dict[str, Any]:
+    """The tables of a TOML file.
+
+    Raises
+    ------
+    CaseError
+        No such file, or not TOML; the message names the line.
+    """
+    text = read_text(path)
+    try:
+        return tomllib.loads(text.replace("\r\n", "\n"))
+    except (ValueError, RecursionError) as error:  # numbers of thousands of digits, thousands of brackets
+        raise CaseError(_syntax_fault(str(error), text), str(path)) from None
+
+
+def read_text(path: str | Path) -> str:
+    """Text of a file.
+
+    Raises
+    ------
+    CaseError
+        It cannot be read, or is not text.
+    """
+    try:
+        return Path(path).read_bytes().decode("utf-8-sig")
+    except OSError as error:
+        raise CaseError(
+            f"cannot read the file: {(error.strerror or str(error)).lower()}", str(path)
+        ) from None
+    except UnicodeDecodeError as error:
+        raise CaseError(f"is not UTF-8 text (byte {error.start}); save it as UTF-8", str(path)) from None
+
+
+def read_case(data: Mapping[str, Any], folder: Path) -> tuple[Case | None, list[Fault]]:
+    """A case from the tables of its file, section by section, so that one fault does not hide another.
+
+    Parameters
+    ----------
+    data : mapping
+        As read from TOML, overrides applied.
+    folder : Path
+        Where the names of data files start.
+
+    Returns
+    -------
+    Case or None
+        None if there are faults.
+    list of Fault
+    """
+    units = data.get("units", "SI")
+    system = units if isinstance(units, str) and units in SYSTEMS else "SI"
+    known = list(Case.model_fields)
+    faults = [Fault(key, unknown_key(key, known)) for key in data if key not in known]
+    valid: dict[str, Any] = {}
+    for name in known:
+        if name in data:
+            valid[name], found = _read_section(name, data, system)
+            faults += found
+    valid, found = _read_curves(valid, folder, system)
+    faults += found
+    faults += check_sections(_sections(data, valid))
+    if faults:
+        return None, faults
+    values = {name: value for name, value in valid.items() if name != "units"}
+    values.update({name: tuple(values[name].values()) for name in _LISTS if name in values})
+    return Case(**values), []
+
+
+_LISTS = ("drive", "load")
+"""Sections that may stand several times."""
+
+
+@cache
+def _adapter(name: str, item: bool) -> TypeAdapter[Any]:
+    """Validator of a section, or of one item of a list of sections."""
+    field = Case.model_fields[name]
+    return TypeAdapter(get_args(field.annotation)[0] if item else field.rebuild_annotation())
+
+
+def _read_section(name: str, data: Mapping[str, Any], system: str) -> tuple[Any, list[Fault]]:
+    """One section, or None; a list of sections as a dict of its valid items by number."""
+    raw = data[name]
+    if name not in _LISTS or not isinstance(raw, list):
+        return _validate(_adapter(name, False), raw, data, (name,), system)
+    items: dict[int, Any] = {}
+    faults: list[Fault] = []
+    for index, entry in enumerate(raw):
+        item, found = _validate(_adapter(name, True), entry, data, (name, index), system)
+        faults += found
+        if item is not None:
+            items[index] = item
+    return items, faults
+
+
+def _validate(
+    adapter: TypeAdapter[Any], raw: Any, data: Mapping[str, Any], path: tuple[str | int, ...], system: str
+) -> tuple[Any, list[Fault]]:
+    try:
+        return adapter.validate_python(raw, context={"units": system}), []
+    except ValidationError as error:
+        return None, faults_of(error, data, path, system)
+
+
+def _sections(data: Mapping[str, Any], valid: Mapping[str, Any]) -> Sections:
+    names = ("strip", "scene", "material", "crease", "contact", "friction")
+    drives = valid.get("drive")
+    return Sections(
+        written=frozenset(name for name in data if data[name] != []),
+        solve=valid.get("solve") if "solve" in data else Solve(),
+        save=valid.get("save") if "save" in data else Save(),
+        drives=drives if isinstance(drives, dict) else {},
+        **{name: valid.get(name) for name in names},
+    )
+
+
+def _read_curves(valid: Mapping[str, Any], folder: Path, system: str) -> tuple[dict[str, Any], list[Fault]]:
+    """The sections with every measured crease curve read and in order."""
+    result: dict[str, Any] = dict(valid)
+    faults: list[Fault] = []
+    if isinstance(result.get("crease"), SplineCrease):
+        result["crease"], faults = _read_curve(result["crease"], folder, system, "crease")
+    scene = result.get("scene")
+    if isinstance(scene, Scene):
+        elements = list(scene.elements)
+        for index, element in enumerate(elements):
+            if isinstance(element.crease, SplineCrease):
+                crease, found = _read_curve(element.crease, folder, system, f"scene.elements.{index}.crease")
+                elements[index] = element.model_copy(update={"crease": crease})
+                faults += found
+        result["scene"] = scene.model_copy(update={"elements": tuple(elements)})
+    return result, faults
+
+
+def _read_curve(
+    crease: SplineCrease, folder: Path, system: str, path: str
+) -> tuple[SplineCrease, list[Fault]]:
+    try:
+        if crease.data is not None:
+            curve = read_crease_data(folder / crease.data, crease, system, f"{path}.data")
+        else:
+            angle, moment = crease.angle or (), crease.moment or ()
+            places = [f"{path}.angle.{index}" for index in range(len(angle))]
+            curve = check_curve(angle, moment, crease.interpolation, f"{path}.angle", places)
+    except CaseError as error:
+        return crease, list(error.faults)
+    read = {
+        "data": None,
+        "angle_unit": None,
+        "moment_unit": None,
+        "angle": curve.angle,
+        "moment": curve.moment,
+    }
+    return crease.model_copy(update=read), []
+
+
+def _syntax_fault(message: str, text: str) -> Fault:
+    """A TOML syntax error: line number, what is wrong, and the line itself."""
+    match = re.search(r"^(.*?) \(at line (\d+), column (\d+)\)$", message)
+    if match is None:
+        return Fault("", f"is not valid TOML: {message[:1].lower()}{message[1:]}")
+    what, number = match[1], int(match[2])
+    line = text.splitlines()[number - 1].strip() if number <= len(text.splitlines()) else ""
+    unquoted = "=" in line and (what == "Invalid value" or what.startswith("Expected newline"))
+    hint = "; text and numbers with a unit go in quotes" if unquoted else ""
+    shown = f" in `{line[:60]}`" if line else ""
+    return Fault(f"line {number}", f"{what[:1].lower()}{what[1:]}{shown}{hint}")

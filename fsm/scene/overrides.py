@@ -1,0 +1,127 @@
+"""Overrides: values put into a case by dotted path, from the command line or from a row of a table."""
+
+from __future__ import annotations
+
+import copy
+import itertools
+import tomllib
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from fsm.errors import Fault
+from fsm.scene.faults import unknown_key
+from fsm.scene.schema import top
+
+__all__ = ["REMOVE", "apply_overrides", "check_path", "parse_value", "split_override"]
+
+REMOVE = "none"
+"""Bare word that takes a key or a section out of the case: ``--set friction=none``."""
+
+
+def split_override(text: str) -> tuple[str, str] | Fault:
+    """``"a.b=value"`` as (path, value)."""
+    path, sign, value = text.partition("=")
+    if not sign or not path.strip() or not value.strip():
+        return Fault(f"--set {text}", "write it as path=value, for example strip.thickness=0.0003")
+    return path.strip(), value.strip()
+
+
+def parse_value(text: str) -> Any:
+    """A TOML value (``3``, ``true``, ``[0, 0, 1]``, ``"80 deg"``), or else the bare text (``80 deg``)."""
+    try:
+        parsed = tomllib.loads(f"value = {text}")
+    except (ValueError, RecursionError):
+        return text
+    return parsed["value"] if set(parsed) == {"value"} else text
+
+
+def apply_overrides(
+    data: Mapping[str, Any], pairs: Iterable[tuple[str, str]], label: str = "--set "
+) -> tuple[dict[str, Any], list[Fault]]:
+    """Put values into a copy of a case.
+
+    Parameters
+    ----------
+    data : mapping
+        The case as read from its file.
+    pairs : iterable of (path, text)
+    label : str
+        Put in front of the path of a fault.
+
+    Returns
+    -------
+    dict
+        The case with all overrides that could be applied.
+    list of Fault
+        One for each that could not: nothing is read at its path.
+    """
+    result: dict[str, Any] = copy.deepcopy(dict(data))
+    faults: list[Fault] = []
+    for path, text in pairs:
+        problem = check_path(path) or _put(result, _keys(path), text)
+        if problem:
+            faults.append(Fault(f"{label}{path}", problem))
+    return result, faults
+
+
+def check_path(path: str) -> str:
+    """What is wrong with a path; empty if a value may stand there in some case."""
+    place, walked = top({}), ""
+    for key in _keys(path):
+        following = place.step(key)
+        if following is None:
+            return _no_such_place(
+                place.keys(), place.is_list_of_sections() or bool(place.step(0)), key, walked
+            )
+        place, walked = following, f"{walked}.{key}" if walked else str(key)
+    return ""
+
+
+def _keys(path: str) -> list[str | int]:
+    return [int(key) if key.isascii() and key.isdigit() else key for key in path.split(".")]
+
+
+def _no_such_place(known: list[str], is_list: bool, key: str | int, walked: str) -> str:
+    if known:
+        message = unknown_key(str(key), known)
+        return message if "`" not in message or not walked else message.replace("`", f"`{walked}.", 1)
+    if is_list and isinstance(key, str):
+        return f"`{walked}` is a list; give the number of the item, from 0, before `{key}`"
+    if is_list:
+        return f"`{walked}` has no item {key}; items are counted from 0"
+    return f"`{walked}` is a value, nothing stands below it"
+
+
+def _put(data: dict[str, Any], keys: list[str | int], text: str) -> str:
+    """Set (or remove) one value in place; returns what went wrong."""
+    here: Any = data
+    for key, following in itertools.pairwise(keys):
+        empty: Any = [] if isinstance(following, int) else {}
+        problem = _reach(here, key, empty)
+        if problem:
+            return problem
+        here = here[key]
+        if not isinstance(here, list if isinstance(following, int) else dict):
+            return f"the case says `{key} = {here!r}`, which has nothing below it"
+    last = keys[-1]
+    if text.strip() == REMOVE:
+        if isinstance(here, dict):
+            here.pop(last, None)
+        elif isinstance(last, int) and last < len(here):
+            del here[last]
+        return ""
+    problem = _reach(here, last, None)
+    if not problem:
+        here[last] = parse_value(text)
+    return problem
+
+
+def _reach(here: Any, key: str | int, empty: Any) -> str:
+    """Make sure that `here[key]` is there; a list may grow by one."""
+    if isinstance(here, dict):
+        here.setdefault(key, empty)
+    elif isinstance(key, int) and key == len(here):
+        here.append(empty)
+    elif isinstance(key, int) and key > len(here):
+        return f"the case has only {len(here)} items there; the next one is number {len(here)}"
+    return ""

@@ -1,0 +1,248 @@
+"""Units of input: every number may be a plain number or a string with a unit.
+
+A quantity is declared once, as a type (`Length`, `Angle`, ...). Reading it accepts
+
+* a plain number, taken in the unit system of the file (``SI`` or ``mm-N-s``; angles in radians in both);
+* a string, ``"80 deg"``, ``"9 N mm/rad"``, ``"1e9 N/m^1.5"``; one without a unit is a plain number.
+
+Inside, everything is SI.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, GetCoreSchemaHandler
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+__all__ = ["Count", "Unit", "nearest", "parse_unit", "to_si", "unit_in", "with_unit"]
+
+# exponents of (length, mass, time, angle)
+Dimension = tuple[float, float, float, float]
+
+_L: Dimension = (1, 0, 0, 0)
+_M: Dimension = (0, 1, 0, 0)
+_T: Dimension = (0, 0, 1, 0)
+_A: Dimension = (0, 0, 0, 1)
+_NONE: Dimension = (0, 0, 0, 0)
+_FORCE: Dimension = (1, 1, -2, 0)
+_STRESS: Dimension = (-1, 1, -2, 0)
+_ENERGY: Dimension = (2, 1, -2, 0)
+
+UNITS: dict[str, tuple[float, Dimension]] = {
+    "m": (1.0, _L), "km": (1e3, _L), "cm": (1e-2, _L), "mm": (1e-3, _L), "um": (1e-6, _L), "µm": (1e-6, _L),
+    "nm": (1e-9, _L), "in": (0.0254, _L), "ft": (0.3048, _L),
+    "kg": (1.0, _M), "g": (1e-3, _M), "mg": (1e-6, _M), "t": (1e3, _M), "lb": (0.45359237, _M),
+    "s": (1.0, _T), "ms": (1e-3, _T), "us": (1e-6, _T), "min": (60.0, _T), "h": (3600.0, _T),
+    "day": (86400.0, _T),
+    "rad": (1.0, _A), "mrad": (1e-3, _A), "deg": (math.pi / 180, _A), "°": (math.pi / 180, _A),
+    "rev": (2 * math.pi, _A), "turn": (2 * math.pi, _A),
+    "N": (1.0, _FORCE), "mN": (1e-3, _FORCE), "uN": (1e-6, _FORCE), "kN": (1e3, _FORCE), "MN": (1e6, _FORCE),
+    "gf": (9.80665e-3, _FORCE), "kgf": (9.80665, _FORCE), "lbf": (4.4482216152605, _FORCE),
+    "Pa": (1.0, _STRESS), "kPa": (1e3, _STRESS), "MPa": (1e6, _STRESS), "GPa": (1e9, _STRESS),
+    "psi": (6894.757293168361, _STRESS),
+    "J": (1.0, _ENERGY), "mJ": (1e-3, _ENERGY), "Hz": (1.0, (0, 0, -1, 0)),
+    "rpm": (2 * math.pi / 60, (0, 0, -1, 1)), "%": (1e-2, _NONE), "1": (1.0, _NONE),
+}  # fmt: skip
+
+# SI value of one (length, mass, time, angle) unit of a file's unit system
+SYSTEMS: dict[str, tuple[float, float, float, float]] = {
+    "SI": (1.0, 1.0, 1.0, 1.0),
+    "mm-N-s": (1e-3, 1e3, 1.0, 1.0),
+}
+
+_QUANTITY = re.compile(r"^\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*$")
+_FACTOR = re.compile(r"^([A-Za-zµ°%]+|1)(?:(?:\^|\*\*)?([-+]?\d+(?:\.\d+)?))?$")
+_TYPED = str.maketrans({"\u03bc": "µ", "²": "^2", "³": "^3", "−": "-"})
+# the names of the base units of mm-N-s in place of those of SI
+_NAMES_MM = {"m": "mm", "kg": "t", "Pa": "MPa"}
+
+
+def parse_unit(text: str) -> tuple[float, Dimension]:
+    """SI value and dimension of a unit such as ``N mm/rad``, ``kg/m^3`` or ``N/m^1.5``.
+
+    Every ``/`` divides by the one factor after it (``N/m/s``); a blank, ``*`` or ``·`` multiplies.
+
+    Raises
+    ------
+    ValueError
+        The unit is not known; the message says which part.
+    """
+    value, dimension = 1.0, [0.0, 0.0, 0.0, 0.0]
+    for position, part in enumerate(text.translate(_TYPED).replace("**", "^").split("/")):
+        factors = [f for f in re.split(r"[\s*·]+", part.strip()) if f]
+        if not factors and (position > 0 or "/" in text):
+            raise ValueError(f"something is missing beside the / of the unit {text!r}")
+        for index, factor in enumerate(factors):
+            match = _FACTOR.match(factor)
+            if match is None or match[1] not in UNITS:
+                raise ValueError(f"unknown unit {factor!r}{nearest(match[1] if match else factor, UNITS)}")
+            scale, dims = UNITS[match[1]]
+            power = float(match[2]) if match[2] else 1.0
+            if position > 0 and index == 0:
+                power = -power
+            value *= scale**power
+            dimension = [d + power * e for d, e in zip(dimension, dims, strict=True)]
+    length, mass, time, angle = dimension
+    return value, (length, mass, time, angle)
+
+
+def to_si(value: float | str, unit: str, system: str = "SI") -> float:
+    """A number of the file in SI.
+
+    Parameters
+    ----------
+    value : float or str
+        Plain number in the file's unit system, or text with a unit.
+    unit : str
+        SI unit of the quantity, e.g. ``"N m/rad"``; gives the dimension that is wanted.
+    system : str
+        Unit system of plain numbers, a key of `SYSTEMS`.
+
+    Raises
+    ------
+    ValueError
+        Not a number, an unknown unit, or a unit of another kind of quantity.
+    """
+    wanted = f"a value in {unit_in(unit, system)} is wanted" if unit else "a plain number is wanted"
+    _, dimension = parse_unit(unit)
+    number, text = _split(value, wanted)
+    if text:
+        scale, given = _given_unit(value, text, wanted)
+        _check_dimension(given, dimension, f'"{value}" has the wrong unit; {wanted}')
+        if dimension[3] != 0 and re.search(r"\bHz\b", text):
+            raise ValueError(f'"{value}" may mean turns or radians; write rev/s or rad/s')
+    else:
+        scale = math.prod(base**power for base, power in zip(SYSTEMS[system], dimension, strict=True))
+    result = number * scale
+    if not math.isfinite(result):
+        raise ValueError(f"{value} is not a finite number; {wanted}")
+    return result
+
+
+def _split(value: float | str, wanted: str) -> tuple[float, str]:
+    """Number and unit text of an input value."""
+    if isinstance(value, str):
+        match = _QUANTITY.match(value)
+        if match is None:
+            raise ValueError(f"{with_unit(value, None)} is not a number; {wanted}")
+        return float(match[1]), match[2]
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise ValueError(f"{with_unit(value, None)} is not a number; {wanted}")
+    try:
+        return float(value), ""
+    except OverflowError:
+        raise ValueError(f"a whole number of so many digits is too large; {wanted}") from None
+
+
+def _given_unit(value: float | str, text: str, wanted: str) -> tuple[float, Dimension]:
+    try:
+        return parse_unit(text)
+    except ValueError as error:
+        raise ValueError(f'"{value}": {error}; {wanted}') from None
+
+
+def _check_dimension(given: Dimension, wanted: Dimension, message: str) -> None:
+    same = [abs(a - b) < 1e-9 for a, b in zip(given, wanted, strict=True)]
+    # radians are often left out ("N m" for a torsional stiffness): no angle given means radians
+    if not all(same[:3]) or not (same[3] or given[3] == 0):
+        raise ValueError(message)
+
+
+def unit_in(unit: str, system: str = "SI") -> str:
+    """Name of an SI unit in a unit system: ``"kg/m^3"`` is ``"t/mm^3"`` in ``mm-N-s``."""
+    if system == "SI":
+        return unit
+    return re.sub(r"[A-Za-z]+", lambda match: _NAMES_MM.get(match[0], match[0]), unit)
+
+
+def with_unit(value: object, unit: str | None, system: str = "SI") -> str:
+    """A value of the file as text: a plain number with the unit it is taken in, else as it stands."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, dict):
+        return "a section"
+    text = f'"{value}"' if isinstance(value, str) else str(value)
+    if len(text) > 60:
+        text = f"{text[:57]}..."
+    plain = isinstance(value, int | float)
+    return f"{text} {unit_in(unit, system)}" if unit and plain else text
+
+
+def nearest(name: str, names: Iterable[str]) -> str:
+    """``; did you mean `length`?``, or nothing if no name is near."""
+    found = [known for known in names if known.lower() == name.lower()]
+    found = found or difflib.get_close_matches(name, list(names), n=1, cutoff=0.6)
+    return f"; did you mean `{found[0]}`?" if found else ""
+
+
+@dataclass(frozen=True)
+class Unit:
+    """Annotation that makes a float field a physical quantity: ``Annotated[float, Unit("m")]``.
+
+    The unit system of plain numbers is taken from the validation context, ``{"units": "mm-N-s"}``; without
+    one it is SI.
+
+    Parameters
+    ----------
+    symbol : str
+        SI unit.
+    power : str
+        Name of an earlier field of the model; its value is the power of the unit's last factor.
+    """
+
+    symbol: str
+    power: str = ""
+
+    def text(self, fields: Mapping[str, Any]) -> str:
+        """SI unit, given the fields beside this one; empty if the one that says the power is not known."""
+        if not self.power:
+            return self.symbol
+        power = fields.get(self.power)
+        if isinstance(power, bool) or not isinstance(power, int | float):
+            return ""
+        return f"{self.symbol}^{power:.12g}"
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        def read(value: Any, info: core_schema.ValidationInfo) -> float:
+            system = (info.context or {}).get("units", "SI")
+            try:
+                return to_si(value, self.text(info.data if self.power else {}), system)
+            except ValueError as error:
+                raise PydanticCustomError("quantity", "{text}", {"text": str(error)}) from None
+
+        return core_schema.with_info_before_validator_function(read, handler(source))
+
+
+Length = Annotated[float, Unit("m")]
+Mass = Annotated[float, Unit("kg")]
+Time = Annotated[float, Unit("s")]
+Angle = Annotated[float, Unit("rad")]
+Force = Annotated[float, Unit("N")]
+Moment = Annotated[float, Unit("N m")]
+Stress = Annotated[float, Unit("Pa")]
+Density = Annotated[float, Unit("kg/m^3")]
+Inertia = Annotated[float, Unit("kg m^2")]
+Speed = Annotated[float, Unit("m/s")]
+AngularSpeed = Annotated[float, Unit("rad/s")]
+Acceleration = Annotated[float, Unit("m/s^2")]
+Stiffness = Annotated[float, Unit("N/m")]
+AngularStiffness = Annotated[float, Unit("N m/rad")]
+Damping = Annotated[float, Unit("N s/m")]
+AngularDamping = Annotated[float, Unit("N m s/rad")]
+Number = Annotated[float, Unit("")]
+
+
+def _not_bool(value: object) -> object:
+    if isinstance(value, bool):
+        raise PydanticCustomError("int_type", "a whole number is wanted")
+    return value
+
+
+Count = Annotated[int, BeforeValidator(_not_bool)]
+"""A whole number; `true` is not one."""

@@ -1,0 +1,1 @@
+"""Finite segments: compilation of a scene into arrays, and the System made of them."""

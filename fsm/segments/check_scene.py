@@ -1,0 +1,103 @@
+"""What is wrong with a scene, all of it, before anything is built."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections import Counter
+from collections.abc import Iterator
+
+from fsm.errors import Fault
+from fsm.scene.scene import GROUND, Scene
+
+__all__ = ["check_scene"]
+
+
+def check_scene(scene: Scene) -> list[Fault]:
+    """All faults of a scene; empty when it can be compiled."""
+    return [
+        *_bodies(scene),
+        *_references(scene),
+        *_surfaces(scene),
+        *_drives(scene),
+    ]
+
+
+def _bodies(scene: Scene) -> Iterator[Fault]:
+    if not scene.bodies:
+        yield Fault("scene.bodies", "there are none; give at least one body")
+    for name, count in Counter(body.name for body in scene.bodies).items():
+        if count > 1:
+            yield Fault("scene.bodies", f"the name {name!r} is used {count} times; names must differ")
+    driven = {drive.body for drive in scene.drives}
+    for i, body in enumerate(scene.bodies):
+        path = f"scene.bodies.{i}"
+        if body.name == GROUND:
+            yield Fault(f"{path}.name", f"{GROUND!r} is the fixed body every scene has; choose another name")
+        if abs(math.hypot(*body.orientation) - 1.0) > 1e-6:
+            yield Fault(f"{path}.orientation", f"length {math.hypot(*body.orientation):g}; give a unit quaternion")
+        if body.held or body.name in driven:
+            continue
+        if body.mass <= 0:
+            yield Fault(f"{path}.mass", f"{body.mass:g} kg of a body that can move ({body.name!r}); it must be positive")
+        if min(body.inertia) <= 0:
+            yield Fault(f"{path}.inertia", f"{body.inertia} kg m^2 of {body.name!r}; all three must be positive")
+        largest = max(body.inertia)
+        if largest > (sum(body.inertia) - largest) * (1 + 1e-9):
+            yield Fault(f"{path}.inertia", f"{body.inertia} kg m^2: one moment exceeds the sum of the others")
+
+
+def _references(scene: Scene) -> Iterator[Fault]:
+    names = [GROUND, *(body.name for body in scene.bodies)]
+    for i, element in enumerate(scene.elements):
+        for end in ("inner", "outer"):
+            name = getattr(element, end)
+            if name not in names:
+                yield Fault(f"scene.elements.{i}.{end}", f"no body is called {name!r}{nearest(name, names)}")
+        if element.inner == element.outer:
+            yield Fault(f"scene.elements.{i}", f"joins {element.inner!r} to itself")
+    for i, load in enumerate(scene.loads):
+        if load.body not in names:
+            yield Fault(f"load.{i}.body", f"no body is called {load.body!r}{nearest(load.body, names)}")
+
+
+def _surfaces(scene: Scene) -> Iterator[Fault]:
+    bodies = {body.name: body for body in scene.bodies}
+    surfaces = [surface.name for surface in scene.surfaces]
+    for i, surface in enumerate(scene.surfaces):
+        if not surface.bodies:
+            yield Fault(f"scene.surfaces.{i}.bodies", "there are none")
+        for name in surface.bodies:
+            if name not in bodies:
+                yield Fault(f"scene.surfaces.{i}.bodies", f"no body is called {name!r}{nearest(name, list(bodies))}")
+            elif bodies[name].plate is None:
+                yield Fault(f"scene.surfaces.{i}.bodies", f"body {name!r} has no plate, so it has no face to touch")
+    for i, pair in enumerate(scene.pairs):
+        for end in ("first", "second"):
+            name = getattr(pair, end)
+            if name not in surfaces:
+                yield Fault(f"scene.pairs.{i}.{end}", f"no surface is called {name!r}{nearest(name, surfaces)}")
+    if scene.friction is not None and scene.contact is None:
+        yield Fault("friction", "needs a [contact] section to act in")
+
+
+def _drives(scene: Scene) -> Iterator[Fault]:
+    bodies = {body.name: body for body in scene.bodies}
+    for i, drive in enumerate(scene.drives):
+        if drive.body is None:
+            yield Fault(f"drive.{i}.crease", "a scene without a strip has no numbered creases; give `body`")
+        elif drive.body not in bodies:
+            yield Fault(f"drive.{i}.body", f"no body is called {drive.body!r}{nearest(drive.body, list(bodies))}")
+        elif bodies[drive.body].held:
+            yield Fault(f"drive.{i}.body", f"{drive.body!r} is held; a held body cannot be driven")
+        if drive.run_up is not None and drive.run_up > drive.travel:
+            yield Fault(f"drive.{i}.run_up", f"{drive.run_up:g} m is more than the travel, {drive.travel:g} m")
+    for name, count in Counter(drive.body for drive in scene.drives).items():
+        if count > 1:
+            yield Fault("drive", f"{name!r} is driven {count} times; one drive a body")
+
+
+def nearest(name: str, names: list[str]) -> str:
+    """'; did you mean ...?' or nothing."""
+    close = difflib.get_close_matches(name, names, n=1)
+    return f"; did you mean {close[0]!r}?" if close else ""

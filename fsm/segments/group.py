@@ -1,0 +1,39 @@
+"""What a group of interactions owes the system."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+
+from fsm.segments.pattern import BlockPattern
+
+__all__ = ["Group"]
+
+
+class Group(Protocol):
+    """A batch of interactions of one kind. Poses and rates are of all bodies, (n_bodies, 3 or 7) and (n_bodies, 3 or 6)."""
+
+    def add_force(self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray) -> None:
+        """Add generalised forces to `force` (n_bodies, 3 or 6)."""
+        ...
+
+    def add_tangent(
+        self,
+        t: float,
+        poses: np.ndarray,
+        rates: np.ndarray,
+        pattern: BlockPattern,
+        stiffness: np.ndarray,
+        damping: np.ndarray,
+    ) -> None:
+        """Add -dh/dx and -dh/du to the block data."""
+        ...
+
+    def energy(self, t: float, poses: np.ndarray, rates: np.ndarray) -> tuple[dict[str, float], float, float]:
+        """Potential energy by what stores it (J), dissipated power (W), input power (W)."""
+        ...
+
+    def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:
+        """Pairs of bodies that act on each other, (m, 2), and a number that changes when they do."""
+        ...

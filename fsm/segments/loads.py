@@ -1,0 +1,145 @@
+"""Wrenches on bodies and gravity as a group, in the plane and in space."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fsm.kernels.rotation import rotation_matrix
+from fsm.scene.loads import TimeFunction
+from fsm.segments.pattern import BlockPattern
+from fsm.segments.time_function import factor
+
+__all__ = ["AppliedLoad", "GravityGroup", "LoadGroup"]
+
+_TURN = np.array([[0.0, 1.0], [-1.0, 0.0]])
+
+
+@dataclass(frozen=True)
+class AppliedLoad:
+    """One wrench: body index, point (body axes, m), force (N), moment (N m), follower or dead, function of time.
+
+    Vectors have the components of the dimension: (x, z) and one moment in the plane, three each in space.
+    """
+
+    body: int
+    point: np.ndarray
+    force: np.ndarray
+    moment: np.ndarray
+    follower: bool
+    time: TimeFunction
+
+
+@dataclass(frozen=True)
+class LoadGroup:
+    """All applied wrenches. Dead ones keep their direction in space, followers turn with their body."""
+
+    loads: tuple[AppliedLoad, ...]
+
+    def add_force(self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray) -> None:
+        """See `Group`."""
+        for load in self.loads:
+            force[load.body] += factor(load.time, t) * _wrench(load, poses[load.body])
+
+    def add_tangent(
+        self,
+        t: float,
+        poses: np.ndarray,
+        rates: np.ndarray,
+        pattern: BlockPattern,
+        stiffness: np.ndarray,
+        damping: np.ndarray,
+    ) -> None:
+        """See `Group`."""
+        for load in self.loads:
+            row = pattern.dof[load.body]
+            if row < 0:
+                continue
+            start, end = pattern.indptr[row], pattern.indptr[row + 1]
+            slot = start + int(np.searchsorted(pattern.indices[start:end], row))
+            stiffness[slot] += factor(load.time, t) * _wrench_stiffness(load, poses[load.body])
+
+    def energy(self, t: float, poses: np.ndarray, rates: np.ndarray) -> tuple[dict[str, float], float, float]:
+        """See `Group`; loads are work done from outside, not potential."""
+        power = sum(
+            factor(load.time, t) * float(_wrench(load, poses[load.body]) @ rates[load.body]) for load in self.loads
+        )
+        return {}, 0.0, power
+
+    def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:
+        """See `Group`."""
+        return np.zeros((0, 2), dtype=np.int64), 0
+
+
+def _wrench(load: AppliedLoad, pose: np.ndarray) -> np.ndarray:
+    """Generalised force on one body: force in inertial axes, moment about y (plane) or in body axes (space)."""
+    if len(pose) == 3:
+        rotation = _planar_rotation(pose[2])
+        push = rotation @ load.force if load.follower else load.force
+        arm = rotation @ load.point
+        return np.array([push[0], push[1], push @ _TURN @ arm + load.moment[0]])
+    rotation = rotation_matrix(pose[3:])
+    if load.follower:
+        return np.concatenate([rotation @ load.force, np.cross(load.point, load.force) + load.moment])
+    turned = rotation.T @ load.force
+    return np.concatenate([load.force, np.cross(load.point, turned) + rotation.T @ load.moment])
+
+
+def _wrench_stiffness(load: AppliedLoad, pose: np.ndarray) -> np.ndarray:
+    """-d(wrench)/dx of one body."""
+    if len(pose) == 3:
+        block = np.zeros((3, 3))
+        rotation = _planar_rotation(pose[2])
+        if load.follower:
+            block[:2, 2] = -_TURN @ rotation @ load.force
+        else:
+            block[2, 2] = load.force @ rotation @ load.point
+        return block
+    block = np.zeros((6, 6))
+    rotation = rotation_matrix(pose[3:])
+    for j, axis in enumerate(np.eye(3)):
+        if load.follower:
+            block[:3, 3 + j] = -rotation @ np.cross(axis, load.force)
+        else:
+            block[3:, 3 + j] = np.cross(load.point, np.cross(axis, rotation.T @ load.force)) + np.cross(
+                axis, rotation.T @ load.moment
+            )
+    return block
+
+
+def _planar_rotation(angle: float) -> np.ndarray:
+    cosine, sine = np.cos(angle), np.sin(angle)
+    return np.array([[cosine, sine], [-sine, cosine]])
+
+
+@dataclass(frozen=True)
+class GravityGroup:
+    """Weight of every body: `mass` (n_bodies,), `acceleration` (2 or 3,) m/s^2. Its energy is zero at the origin."""
+
+    mass: np.ndarray
+    acceleration: np.ndarray
+
+    def add_force(self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray) -> None:
+        """See `Group`."""
+        force[:, : len(self.acceleration)] += self.mass[:, None] * self.acceleration
+
+    def add_tangent(
+        self,
+        t: float,
+        poses: np.ndarray,
+        rates: np.ndarray,
+        pattern: BlockPattern,
+        stiffness: np.ndarray,
+        damping: np.ndarray,
+    ) -> None:
+        """See `Group`; a uniform field has no stiffness."""
+
+    def energy(self, t: float, poses: np.ndarray, rates: np.ndarray) -> tuple[dict[str, float], float, float]:
+        """See `Group`."""
+        height = poses[:, : len(self.acceleration)] @ self.acceleration
+        return {"gravity": -float(self.mass @ height)}, 0.0, 0.0
+
+    def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:
+        """See `Group`."""
+        return np.zeros((0, 2), dtype=np.int64), 0

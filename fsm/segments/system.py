@@ -1,0 +1,281 @@
+"""The System of rigid segments: poses from q, groups of interactions, Newton-Euler (seed 003, eqs. 15 and 16).
+
+u holds inertial velocities and body rates, so the mass matrix is diagonal and constant (principal axes). Held and driven
+bodies have no degrees of freedom; the forces on them are summed like all others and are their reactions.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from fsm.kernels.newton_euler import (
+    add_gyroscopic,
+    gyroscopic_damping,
+    quaternion_jacobian,
+    quaternion_rates,
+    tangent_from_quaternion,
+)
+from fsm.kernels.rotation import exponential, multiply
+from fsm.scene.scene import Plate
+from fsm.segments.contacts import ContactGroup
+from fsm.segments.drive import PrescribedMotion
+from fsm.segments.group import Group
+from fsm.segments.pattern import BlockPattern, block_pattern
+from fsm.system import DriveState, Energy, Observation, Scales
+
+__all__ = ["Bodies", "SegmentSystem"]
+
+
+@dataclass(frozen=True)
+class Bodies:
+    """All bodies, the ground first.
+
+    Attributes
+    ----------
+    names : names
+    pose : (n, 3) or (n, 7) array
+        (x, z, phi), or position and unit quaternion, at time zero.
+    rate : (n, 3) or (n, 6) array
+        At time zero.
+    inertia : (n, 3) or (n, 6) array
+        Mass and moments of inertia, one a degree of freedom.
+    free : int array
+        Bodies with degrees of freedom.
+    plates : (body, plate, panel) of what is drawn
+    """
+
+    names: tuple[str, ...]
+    pose: np.ndarray
+    rate: np.ndarray
+    inertia: np.ndarray
+    free: np.ndarray
+    plates: tuple[tuple[int, Plate, int], ...]
+
+
+class SegmentSystem:
+    """Finite segments behind the `System` protocol; made by `compile_scene`.
+
+    Parameters
+    ----------
+    bodies : Bodies
+    motions : prescribed motions
+    groups : interactions
+    contacts : the contact group among them, or None
+    pair_names : names of the contact pairs
+    """
+
+    def __init__(
+        self,
+        bodies: Bodies,
+        motions: tuple[PrescribedMotion, ...],
+        groups: tuple[Group, ...],
+        contacts: ContactGroup | None,
+        pair_names: tuple[str, ...],
+    ) -> None:
+        self.bodies = bodies
+        self.motions = motions
+        self.groups = groups
+        self.contacts = contacts
+        self.pair_names = pair_names
+        self.size = bodies.rate.shape[1]
+        self.spatial = self.size == 6
+        self.n_free = len(bodies.free)
+        self.nq = self.n_free * bodies.pose.shape[1]
+        self.nu = self.n_free * self.size
+        self._mass = bodies.inertia[bodies.free].ravel()
+        self._dof = np.full(len(bodies.names), -1, dtype=np.int64)
+        self._dof[bodies.free] = np.arange(self.n_free)
+        self._pattern: BlockPattern | None = None
+        self._pattern_version: tuple[int, ...] = ()
+
+    # protocol: configuration ----------------------------------------------------------------------------------------
+
+    def initial(self) -> tuple[np.ndarray, np.ndarray]:
+        """See `System`."""
+        return self.bodies.pose[self.bodies.free].ravel(), self.bodies.rate[self.bodies.free].ravel()
+
+    def end_time(self) -> float | None:
+        """See `System`."""
+        return max((motion.end_time for motion in self.motions), default=None)
+
+    def scales(self) -> Scales:
+        """See `System`.
+
+        The length is that of the median segment (without plates, the distance between bodies). The speed is the fastest
+        at the start or, with a drive, that of a segment's length in a thousandth of the drive's time: far above the
+        drive's own speed, since vibrations that no one asks for need not be followed to a millionth of it.
+        """
+        lengths = [plate.length for body, plate, _ in self.bodies.plates if self._dof[body] >= 0]
+        n = 3 if self.spatial else 2
+        spread = float(np.ptp(self.bodies.pose[:, :n], axis=0).max())
+        length = float(np.median(lengths)) if lengths else (spread or 1.0)
+        end = self.end_time()
+        fastest = float(np.abs(self.bodies.rate[:, :n]).max(initial=0.0))
+        speed = fastest or length if end is None else 1000.0 * length / end
+        q = np.ones((self.n_free, self.bodies.pose.shape[1]))
+        u = np.full((self.n_free, self.size), speed / length)
+        q[:, :n] = length
+        u[:, :n] = speed
+        return Scales(length, q.ravel(), u.ravel())
+
+    def kinematic_map(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """See `System`."""
+        return quaternion_rates(q.reshape(-1, 7), u.reshape(-1, 6)).ravel() if self.spatial else u
+
+    def kinematic_jacobian(self, q: np.ndarray, u: np.ndarray) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
+        """See `System`."""
+        if not self.spatial:
+            return sparse.csr_matrix((self.nq, self.nq)), sparse.eye_array(self.nu, format="csr")
+        by_q, by_u = quaternion_jacobian(q.reshape(-1, 7), u.reshape(-1, 6))
+        return _block_diagonal(by_q), _block_diagonal(by_u)
+
+    def tangent_map(self, q: np.ndarray) -> sparse.csr_matrix:
+        """See `System`."""
+        if not self.spatial:
+            return sparse.eye_array(self.nu, format="csr")
+        return _block_diagonal(tangent_from_quaternion(q.reshape(-1, 7)))
+
+    def retract(self, q: np.ndarray, dx: np.ndarray) -> np.ndarray:
+        """See `System`."""
+        if not self.spatial:
+            return q + dx
+        pose, step = q.reshape(-1, 7).copy(), dx.reshape(-1, 6)
+        pose[:, :3] += step[:, :3]
+        pose[:, 3:] = multiply(pose[:, 3:], exponential(step[:, 3:]))
+        pose[:, 3:] /= np.linalg.norm(pose[:, 3:], axis=1, keepdims=True)
+        return pose.ravel()
+
+    # protocol: mechanics --------------------------------------------------------------------------------------------
+
+    def mass(self, q: np.ndarray) -> sparse.csr_matrix:
+        """See `System`; diagonal and constant."""
+        return sparse.diags_array(self._mass, format="csr")
+
+    def acceleration(self, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """See `System`."""
+        return self.force(t, q, u) / self._mass
+
+    def force(self, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """See `System`."""
+        return np.asarray(self._all_forces(t, *self.place(t, q, u))[self.bodies.free]).ravel()
+
+    def tangent(self, t: float, q: np.ndarray, u: np.ndarray) -> tuple[sparse.bsr_matrix, sparse.bsr_matrix]:
+        """See `System`. The pattern is fixed until the broad phase of contact is renewed."""
+        poses, rates = self.place(t, q, u)
+        pattern = self._current_pattern(poses)
+        stiffness, damping = pattern.zeros(), pattern.zeros()
+        for group in self.groups:
+            group.add_tangent(t, poses, rates, pattern, stiffness, damping)
+        if self.spatial:
+            gyroscopic_damping(rates, self.bodies.inertia, *pattern.index, damping)
+        return pattern.matrix(stiffness), pattern.matrix(damping)
+
+    def energy(self, t: float, q: np.ndarray, u: np.ndarray) -> Energy:
+        """See `System`."""
+        poses, rates = self.place(t, q, u)
+        return self._energy(t, poses, rates, self._reactions(t, poses, rates))
+
+    def reactions(self, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """See `System`."""
+        return self._reactions(t, *self.place(t, q, u))
+
+    def observe(self, t: float, q: np.ndarray, u: np.ndarray) -> Observation:
+        """See `System`."""
+        poses, rates = self.place(t, q, u)
+        reactions = self._reactions(t, poses, rates)
+        contacts = {}
+        if self.contacts is not None:
+            contacts["pair_force"], contacts["pair_gap"] = self.contacts.observe(poses, rates)
+        return Observation(self._drive_state(t, reactions), self._energy(t, poses, rates, reactions), **contacts)
+
+    def shape(self, t: float, q: np.ndarray) -> np.ndarray:
+        """See `System`: the outline of every plate."""
+        poses, _ = self.place(t, q, np.zeros(self.nu))
+        corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) / 2
+        quads = np.empty((len(self.bodies.plates), 4, 3))
+        for i, (body, plate, _) in enumerate(self.bodies.plates):
+            local = np.zeros((4, 3))
+            local[:, :2] = corners * (plate.length, plate.width)
+            quads[i] = _outline(poses[body], local)
+        return quads
+
+    def blame(self, vector: np.ndarray) -> str:
+        """See `System`."""
+        worst = int(np.argmax(np.abs(np.nan_to_num(vector, nan=np.inf)))) // self.size
+        return self.bodies.names[self.bodies.free[worst]]
+
+    # inside ---------------------------------------------------------------------------------------------------------
+
+    def place(self, t: float, q: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Poses and rates of all bodies, the driven ones at time t included; quaternions of unit norm."""
+        poses, rates = self.bodies.pose.copy(), np.zeros_like(self.bodies.rate)
+        free = q.reshape(self.n_free, -1)
+        poses[self.bodies.free] = free
+        if self.spatial:
+            poses[self.bodies.free, 3:] /= np.linalg.norm(free[:, 3:], axis=1, keepdims=True)
+        rates[self.bodies.free] = u.reshape(self.n_free, -1)
+        for motion in self.motions:
+            travel, speed, _ = motion.at(t)
+            n = len(motion.direction)
+            poses[motion.body, :n] += travel * motion.direction
+            rates[motion.body, :n] = speed * motion.direction
+        return poses, rates
+
+    def _all_forces(self, t: float, poses: np.ndarray, rates: np.ndarray) -> np.ndarray:
+        force = np.zeros_like(rates)
+        for group in self.groups:
+            group.add_force(t, poses, rates, force)
+        if self.spatial:
+            add_gyroscopic(rates, self.bodies.inertia, force)
+        return force
+
+    def _reactions(self, t: float, poses: np.ndarray, rates: np.ndarray) -> np.ndarray:
+        reactions = -self._all_forces(t, poses, rates)
+        reactions[self.bodies.free] = 0.0
+        for motion in self.motions:
+            _, _, acceleration = motion.at(t)
+            n = len(motion.direction)
+            reactions[motion.body, :n] += self.bodies.inertia[motion.body, :n] * acceleration * motion.direction
+        return reactions
+
+    def _drive_state(self, t: float, reactions: np.ndarray) -> DriveState:
+        travel = np.array([motion.at(t)[0] for motion in self.motions])
+        force = [reactions[m.body, : len(m.direction)] @ m.direction for m in self.motions]
+        return DriveState(travel, np.array(force))
+
+    def _energy(self, t: float, poses: np.ndarray, rates: np.ndarray, reactions: np.ndarray) -> Energy:
+        potential: dict[str, float] = {}
+        dissipated = power = 0.0
+        for group in self.groups:
+            stored, lost, gained = group.energy(t, poses, rates)
+            for name, value in stored.items():
+                potential[name] = potential.get(name, 0.0) + value
+            dissipated += lost
+            power += gained
+        kinetic = 0.5 * float(np.sum(self.bodies.inertia * rates**2))
+        return Energy(kinetic, potential, dissipated, power + float(np.sum(reactions * rates)))
+
+    def _current_pattern(self, poses: np.ndarray) -> BlockPattern:
+        pairs, versions = zip(*(group.pairs(poses) for group in self.groups), strict=True) if self.groups else ((), ())
+        if self._pattern is None or versions != self._pattern_version:
+            self._pattern = block_pattern(self._dof, list(pairs), self.size)
+            self._pattern_version = versions
+        return self._pattern
+
+
+def _outline(pose: np.ndarray, local: np.ndarray) -> np.ndarray:
+    from fsm.kernels.rotation import rotation_matrix
+
+    if len(pose) == 3:
+        cosine, sine = np.cos(pose[2]), np.sin(pose[2])
+        return np.column_stack([pose[0] + cosine * local[:, 0], local[:, 1], pose[1] - sine * local[:, 0]])
+    return np.asarray(pose[:3] + local @ rotation_matrix(pose[3:]).T)
+
+
+def _block_diagonal(blocks: np.ndarray) -> sparse.csr_matrix:
+    count = len(blocks)
+    shape = (count * blocks.shape[1], count * blocks.shape[2])
+    return sparse.bsr_matrix((blocks, np.arange(count), np.arange(count + 1)), shape=shape).tocsr()

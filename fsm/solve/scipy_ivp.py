@@ -1,0 +1,171 @@
+"""Radau, BDF and LSODA of SciPy over the System protocol: y = (q, u), with the exact Jacobian.
+
+These are the references that users know, and what faster methods are measured against.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+from scipy.integrate import BDF, LSODA, OdeSolver, Radau
+from scipy.sparse.csgraph import reverse_cuthill_mckee
+
+from fsm.system import System
+
+__all__ = ["FirstOrder", "make_solver"]
+
+_BAND_WORTHWHILE = 0.25
+"""LSODA takes the banded Jacobian when the band is at most this fraction of the matrix."""
+
+
+class FirstOrder:
+    """The system as y' = f(t, y).
+
+    Parameters
+    ----------
+    system : System
+
+    Attributes
+    ----------
+    force_calls, jacobian_calls : int
+    """
+
+    def __init__(self, system: System) -> None:
+        self.system = system
+        self.nq = system.nq
+        self.force_calls = 0
+        self.jacobian_calls = 0
+        q, _ = system.initial()
+        self._inverse_mass = sparse.diags_array(1.0 / system.mass(q).diagonal())
+
+    def initial(self) -> np.ndarray:
+        """y at time zero."""
+        return np.concatenate(self.system.initial())
+
+    def split(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """q and u of a state."""
+        return y[: self.nq], y[self.nq :]
+
+    def rate(self, t: float, y: np.ndarray) -> np.ndarray:
+        """y' = (T u, M^-1 h)."""
+        self.force_calls += 1
+        q, u = self.split(y)
+        return np.concatenate([self.system.kinematic_map(q, u), self.system.acceleration(t, q, u)])
+
+    def jacobian(self, t: float, y: np.ndarray) -> sparse.csc_matrix:
+        """dy'/dy = [[dq'/dq, T], [-M^-1 K dx/dq, -M^-1 D]], without stored zeros."""
+        self.jacobian_calls += 1
+        q, u = self.split(y)
+        stiffness, damping = self.system.tangent(t, q, u)
+        by_q, by_u = self.system.kinematic_jacobian(q, u)
+        lower_left = -self._inverse_mass @ (stiffness.tocsr() @ self.system.tangent_map(q))
+        lower_right = -self._inverse_mass @ damping.tocsr()
+        jacobian = sparse.block_array([[by_q, by_u], [lower_left, lower_right]], format="csc")
+        jacobian.eliminate_zeros()
+        return sparse.csc_matrix(jacobian)
+
+    def absolute_tolerance(self, rtol: float) -> np.ndarray:
+        """Absolute tolerance of every component of y: rtol times the typical sizes of the system's `scales`."""
+        scales = self.system.scales()
+        return rtol * np.concatenate([scales.configuration, scales.velocity])
+
+
+def make_solver(
+    method: str, equations: FirstOrder, t: float, y: np.ndarray, end: float, rtol: float, max_step: float
+) -> OdeSolver:
+    """A SciPy solver ready to step.
+
+    Parameters
+    ----------
+    method : "Radau", "BDF" or "LSODA"
+    equations : FirstOrder
+    t, y, end : start time and state, end time
+    rtol : relative tolerance
+    max_step : s
+    """
+    atol = equations.absolute_tolerance(rtol)
+    if method == "LSODA":
+        return _lsoda(equations, t, y, end, rtol, atol, max_step)
+    kind: Callable[..., OdeSolver] = {"Radau": Radau, "BDF": BDF}[method]
+    return kind(equations.rate, t, y, end, rtol=rtol, atol=atol, max_step=max_step, jac=equations.jacobian)
+
+
+def _lsoda(
+    equations: FirstOrder, t: float, y: np.ndarray, end: float, rtol: float, atol: np.ndarray, max_step: float
+) -> OdeSolver:
+    """LSODA with its band where the scene has one: states reordered by reverse Cuthill-McKee."""
+    pattern = _structure(equations, t, y)
+    order = np.asarray(reverse_cuthill_mckee(pattern + pattern.T, symmetric_mode=True))
+    position = np.empty(len(order), dtype=np.int64)
+    position[order] = np.arange(len(order))
+    row, column = pattern.nonzero()
+    reach = position[row] - position[column]
+    lower, upper = int(max(reach.max(initial=0), 0)), int(max((-reach).max(initial=0), 0))
+    options: dict[str, Any] = {"rtol": rtol, "max_step": max_step}
+    banded = lower + upper + 1 <= _BAND_WORTHWHILE * len(y) and not _has_contact(equations)
+    if not banded:
+        return LSODA(
+            equations.rate, t, y, end, atol=atol, jac=lambda t, y: equations.jacobian(t, y).toarray(), **options
+        )
+    return _ReorderedLSODA(equations, order, position, (lower, upper), t, y, end, atol=atol, **options)
+
+
+def _structure(equations: FirstOrder, t: float, y: np.ndarray) -> sparse.csr_matrix:
+    """Places where the Jacobian can be non-zero, from states slightly off the start (a straight strip has zeros there)."""
+    rng = np.random.default_rng(0)
+    scale = equations.absolute_tolerance(1e-3)
+    pattern = sparse.csr_matrix((len(y), len(y)))
+    for _ in range(2):
+        pattern = pattern + abs(equations.jacobian(t, y + scale * rng.standard_normal(len(y)))).tocsr()
+    return sparse.csr_matrix(pattern)
+
+
+def _has_contact(equations: FirstOrder) -> bool:
+    return getattr(equations.system, "contacts", None) is not None
+
+
+class _ReorderedLSODA(LSODA):
+    """LSODA on reordered states with a packed band Jacobian; `y` and the dense output are in the caller's order."""
+
+    def __init__(
+        self,
+        equations: FirstOrder,
+        order: np.ndarray,
+        position: np.ndarray,
+        band: tuple[int, int],
+        t: float,
+        y: np.ndarray,
+        end: float,
+        *,
+        atol: np.ndarray,
+        **options: Any,
+    ) -> None:
+        self._order, self._position = order, position
+        lower, upper = band
+
+        def rate(t: float, z: np.ndarray) -> np.ndarray:
+            return equations.rate(t, z[position])[order]
+
+        def jacobian(t: float, z: np.ndarray) -> np.ndarray:
+            entries = equations.jacobian(t, z[position]).tocoo()
+            row, column = position[entries.row], position[entries.col]
+            # scipy wants room for the pivots below the band
+            packed = np.zeros((2 * lower + upper + 1, len(z)))
+            packed[row - column + upper, column] = entries.data
+            return packed[: lower + upper + 1]
+
+        super().__init__(
+            rate, t, y[order], end, atol=atol[order], jac=jacobian, lband=lower, uband=upper, **options
+        )
+
+    def state(self) -> np.ndarray:
+        """y in the caller's order."""
+        return np.asarray(self.y)[self._position]
+
+    def interpolant(self) -> Callable[[float], np.ndarray]:
+        """Dense output over the last step, in the caller's order."""
+        inner = self.dense_output()
+        return lambda t: np.asarray(inner(t))[self._position]

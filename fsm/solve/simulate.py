@@ -1,0 +1,270 @@
+"""Step a system through time, keep the energy ledger, and hand states over as they are wanted.
+
+The ledger is stored energy + dissipated - work done = const. Dissipated and input power are integrated over every step
+by Gauss's three points on the solver's dense output. The reaction of the drives is looked at there too, so a peak
+between steps is not missed.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from fsm.errors import EnergyAbort, NotConverged
+from fsm.solve.scipy_ivp import FirstOrder, make_solver
+from fsm.solve.status import Outcome
+from fsm.system import Observation, System
+
+__all__ = ["Ledger", "Saved", "Settings", "Statistics", "choose_method", "simulate"]
+
+_NODES = 0.5 + 0.5 * np.array([-math.sqrt(0.6), 0.0, math.sqrt(0.6)])
+_WEIGHTS = np.array([5.0, 8.0, 5.0]) / 18.0
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How to integrate; see `fsm.scene.case.Solve`. `method` is "Radau", "BDF" or "LSODA"."""
+
+    method: str
+    rtol: float
+    end_time: float
+    max_step: float = math.inf
+    max_steps: int = 200_000
+    energy_abort: float = math.inf
+
+
+@dataclass
+class Ledger:
+    """Energy bookkeeping, J.
+
+    `error` is the present imbalance, `worst` the largest so far, `turnover` the largest energy stored, dissipated or put
+    in so far, which errors are measured against.
+    """
+
+    start: float = 0.0
+    dissipated: float = 0.0
+    work: float = 0.0
+    error: float = 0.0
+    worst: float = 0.0
+    turnover: float = 0.0
+    kinetic_worst: float = 0.0
+
+    def balance(self, stored: float, kinetic: float) -> None:
+        """Compare with the energy stored now."""
+        self.error = stored - self.start + self.dissipated - self.work
+        self.worst = max(self.worst, abs(self.error))
+        self.kinetic_worst = max(self.kinetic_worst, kinetic)
+        self.turnover = max(
+            self.turnover, abs(stored - self.start), abs(self.dissipated), abs(self.work), self.kinetic_worst
+        )
+
+    @property
+    def relative_error(self) -> float:
+        """Worst imbalance over the energy turned over; 0 when nothing happened."""
+        return self.worst / self.turnover if self.turnover > 0.0 else 0.0
+
+
+@dataclass(frozen=True)
+class Saved:
+    """A state that was asked for: time (s), q, u, what was observed, and the ledger's dissipated, work, error (J)."""
+
+    time: float
+    q: np.ndarray
+    u: np.ndarray
+    observation: Observation
+    dissipated: float
+    work: float
+    error: float
+
+
+@dataclass
+class Statistics:
+    """What a solve took, and the curve at every point looked at.
+
+    `travel` and `force` are lists of (n_drives,) arrays at the Gauss points and ends of all steps.
+    """
+
+    method: str
+    outcome: Outcome = Outcome.FINISHED
+    steps: int = 0
+    force_evaluations: int = 0
+    jacobian_evaluations: int = 0
+    factorisations: int = 0
+    newton_iterations: int = 0
+    wall_time: float = 0.0
+    smallest_step: float = math.inf
+    travel: list[np.ndarray] = field(default_factory=list)
+    force: list[np.ndarray] = field(default_factory=list)
+
+
+def choose_method(name: str) -> tuple[str, str]:
+    """The method for `auto`, and why.
+
+    Returns
+    -------
+    method, reason : str
+    """
+    if name != "auto":
+        return name, "asked for"
+    return "Radau", "L-stable: contact and overdamped springs do not limit its step (fewest steps on the pulled strip)"
+
+
+def simulate(
+    system: System,
+    settings: Settings,
+    save_times: Sequence[float],
+    on_save: Callable[[Saved], None],
+    on_step: Callable[[float, int], None] | None = None,
+    start: tuple[float, np.ndarray, np.ndarray] | None = None,
+    ledger: Ledger | None = None,
+) -> tuple[Statistics, Ledger]:
+    """Integrate a system and report states at the times asked for.
+
+    Parameters
+    ----------
+    system : System
+    settings : Settings
+    save_times : increasing times, s
+    on_save : called with each saved state, in order
+    on_step : called with (time, steps so far) after every step
+    start : time, q, u to go on from; the system's initial state if absent
+    ledger : to go on with
+
+    Raises
+    ------
+    NotConverged
+        With the time, the worst body and what to try. What was saved until then has been handed over.
+    EnergyAbort
+    """
+    run = _Run(system, settings, on_save, start, ledger)
+    run.go(list(save_times), on_step)
+    return run.statistics, run.ledger
+
+
+class _Run:
+    def __init__(
+        self,
+        system: System,
+        settings: Settings,
+        on_save: Callable[[Saved], None],
+        start: tuple[float, np.ndarray, np.ndarray] | None,
+        ledger: Ledger | None,
+    ) -> None:
+        self.system, self.settings, self.on_save = system, settings, on_save
+        self.equations = FirstOrder(system)
+        self.statistics = Statistics(settings.method)
+        # below this, imbalance is noise: the kinetic energy at the speeds that tolerances are counted in
+        masses = system.mass(system.initial()[0]).diagonal()
+        self.noise = 0.5 * float(masses @ system.scales().velocity ** 2)
+        if start is None:
+            start = (0.0, *system.initial())
+        self.time, q, u = start
+        self.state = np.concatenate([q, u])
+        first = system.observe(self.time, q, u)
+        if ledger is None:
+            ledger = Ledger(start=first.energy.stored)
+        self.ledger = ledger
+        self.ledger.balance(first.energy.stored, first.energy.kinetic)
+        self.statistics.travel.append(first.drive.travel)
+        self.statistics.force.append(first.drive.force)
+
+    def go(self, save_times: list[float], on_step: Callable[[float, int], None] | None) -> None:
+        begun = time.perf_counter()
+        settings = self.settings
+        pending = [t for t in save_times if t >= self.time]
+        if pending and pending[0] <= self.time:
+            self._save(self.time, self.state, self.ledger)
+            pending.pop(0)
+        solver = make_solver(
+            settings.method, self.equations, self.time, self.state, settings.end_time, settings.rtol, settings.max_step
+        )
+        try:
+            while solver.status == "running":
+                message = solver.step()
+                self._count(solver, begun)
+                if solver.status == "failed":
+                    self._fail(Outcome.STEP_TOO_SMALL, str(message))
+                state = solver.state() if hasattr(solver, "state") else solver.y
+                if not np.all(np.isfinite(state)):
+                    self._fail(Outcome.NOT_FINITE)
+                dense = solver.interpolant() if hasattr(solver, "interpolant") else solver.dense_output()
+                before = (self.ledger.dissipated, self.ledger.work)
+                self._account(solver.t, state, dense)
+                while pending and pending[0] <= solver.t:
+                    self._save_between(pending.pop(0), solver.t, state, dense, before)
+                self.time, self.state = solver.t, state.copy()
+                if self.ledger.worst > settings.energy_abort * max(self.ledger.turnover, self.noise):
+                    self._fail(Outcome.ENERGY)
+                if self.statistics.steps >= settings.max_steps and solver.status == "running":
+                    self._fail(Outcome.TOO_MANY_STEPS)
+                if on_step is not None:
+                    on_step(self.time, self.statistics.steps)
+        finally:
+            self._count(solver, begun, step=False)
+
+    def _count(self, solver: object, begun: float, step: bool = True) -> None:
+        statistics = self.statistics
+        statistics.steps += int(step)
+        statistics.force_evaluations = self.equations.force_calls
+        statistics.jacobian_evaluations = self.equations.jacobian_calls
+        statistics.factorisations = int(getattr(solver, "nlu", 0))
+        statistics.newton_iterations = int(getattr(solver, "nfev", self.equations.force_calls))
+        statistics.wall_time = time.perf_counter() - begun
+        size = getattr(solver, "step_size", None)
+        if step and size:
+            statistics.smallest_step = min(statistics.smallest_step, float(size))
+
+    def _account(self, end: float, state: np.ndarray, dense: Callable[[float], np.ndarray]) -> None:
+        """Integrate the powers over the step and check the balance at its end."""
+        step = end - self.time
+        for node, weight in zip(_NODES, _WEIGHTS, strict=True):
+            at = self.time + node * step
+            seen = self.system.observe(at, *self.equations.split(dense(at)))
+            self.ledger.dissipated += weight * step * seen.energy.dissipated_power
+            self.ledger.work += weight * step * seen.energy.input_power
+            self._look(seen)
+        seen = self.system.observe(end, *self.equations.split(state))
+        self._look(seen)
+        self.ledger.balance(seen.energy.stored, seen.energy.kinetic)
+
+    def _look(self, seen: Observation) -> None:
+        self.statistics.travel.append(seen.drive.travel)
+        self.statistics.force.append(seen.drive.force)
+
+    def _save_between(
+        self, at: float, end: float, state: np.ndarray, dense: Callable[[float], np.ndarray], before: tuple[float, float]
+    ) -> None:
+        """Save inside or at the end of a step; the integrals there are taken up to the very time."""
+        if at >= end:
+            self._save(end, state, self.ledger)
+            return
+        step = at - self.time
+        dissipated, work = before
+        for node, weight in zip(_NODES, _WEIGHTS, strict=True):
+            t = self.time + node * step
+            energy = self.system.energy(t, *self.equations.split(dense(t)))
+            dissipated += weight * step * energy.dissipated_power
+            work += weight * step * energy.input_power
+        self._save(at, dense(at), Ledger(self.ledger.start, dissipated, work))
+
+    def _save(self, at: float, state: np.ndarray, ledger: Ledger) -> None:
+        q, u = self.equations.split(state)
+        seen = self.system.observe(at, q, u)
+        error = seen.energy.stored - ledger.start + ledger.dissipated - ledger.work
+        self.on_save(Saved(at, q.copy(), u.copy(), seen, ledger.dissipated, ledger.work, error))
+
+    def _fail(self, outcome: Outcome, detail: str = "") -> None:
+        self.statistics.outcome = outcome
+        q, u = self.equations.split(self.state)
+        worst = self.system.blame(self.system.acceleration(self.time, q, u))
+        travel = ", ".join(f"{1e3 * x:.4g} mm" for x in self.statistics.travel[-1])
+        where = f"at t = {self.time:.6g} s" + (f" (travel {travel})" if travel else "")
+        text = f"{where}, step {self.statistics.steps}, method {self.settings.method}: {outcome.value}"
+        text += f". Fastest changing body: {worst}" + (f". Solver: {detail}" if detail else "")
+        if outcome is Outcome.ENERGY:
+            raise EnergyAbort(f"{text}. Energy error {self.ledger.worst:.3g} J of {self.ledger.turnover:.3g} J turned over")
+        raise NotConverged(text)

@@ -1,0 +1,146 @@
+"""The one interface that solvers know: a mechanical system M(q) u' = h(t, q, u), q' = T(q) u.
+
+Finite segments and (later) ANCF are implementations. Conventions: SI; q holds configurations (quaternions scalar first,
+one of unit norm a body), u velocities (inertial axes) and body rates; increments dx live in the tangent space, as u does.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from scipy import sparse
+
+__all__ = ["DriveState", "Energy", "Observation", "Scales", "System"]
+
+
+@dataclass(frozen=True)
+class Energy:
+    """Energies and powers of one state.
+
+    Attributes
+    ----------
+    kinetic : J
+    potential : J, by what stores it
+    dissipated_power : W, >= 0
+    input_power : W
+        Of loads and drives.
+    """
+
+    kinetic: float
+    potential: dict[str, float]
+    dissipated_power: float
+    input_power: float
+
+    @property
+    def stored(self) -> float:
+        """Kinetic plus all potential energy, J."""
+        return self.kinetic + sum(self.potential.values())
+
+
+@dataclass(frozen=True)
+class DriveState:
+    """Travel (m) and reaction along the pull (N) of every drive, (n_drives,) arrays."""
+
+    travel: np.ndarray
+    force: np.ndarray
+
+
+@dataclass(frozen=True)
+class Scales:
+    """Typical sizes that tolerances follow from.
+
+    Attributes
+    ----------
+    length : m
+    configuration : (nq,) array
+        Size of each component of q: the length for positions, one for angles and quaternions.
+    velocity : (nu,) array
+        Size of each component of u.
+    """
+
+    length: float
+    configuration: np.ndarray
+    velocity: np.ndarray
+
+
+@dataclass(frozen=True)
+class Observation:
+    """What a result file keeps of one state besides q and u."""
+
+    drive: DriveState
+    energy: Energy
+    pair_force: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    pair_gap: np.ndarray = field(default_factory=lambda: np.zeros(0))
+
+
+class System(Protocol):
+    """See the module docstring; shapes: q (nq,), u and h and dx (nu,), K and D (nu, nu) sparse on one pattern."""
+
+    nq: int
+    nu: int
+
+    def initial(self) -> tuple[np.ndarray, np.ndarray]:
+        """Configuration and velocity at time zero."""
+        ...
+
+    def end_time(self) -> float | None:
+        """Time at which the last drive has done its travel, s; None without a drive."""
+        ...
+
+    def scales(self) -> Scales:
+        """Typical sizes of q and u."""
+        ...
+
+    def kinematic_map(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """Rate of the configuration, q' = T(q) u; holds quaternion norms at one."""
+        ...
+
+    def kinematic_jacobian(self, q: np.ndarray, u: np.ndarray) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
+        """d(q')/dq (nq, nq) and d(q')/du = T (nq, nu)."""
+        ...
+
+    def tangent_map(self, q: np.ndarray) -> sparse.csr_matrix:
+        """dx/dq (nu, nq): the increment in the tangent space that a change of q amounts to."""
+        ...
+
+    def retract(self, q: np.ndarray, dx: np.ndarray) -> np.ndarray:
+        """Configuration moved by an increment of the tangent space."""
+        ...
+
+    def mass(self, q: np.ndarray) -> sparse.csr_matrix:
+        """Mass matrix (nu, nu)."""
+        ...
+
+    def acceleration(self, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """M(q)^-1 h(t, q, u), (nu,)."""
+        ...
+
+    def force(self, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """h: applied + elastic + contact - gyroscopic, (nu,), N and N m."""
+        ...
+
+    def tangent(self, t: float, q: np.ndarray, u: np.ndarray) -> tuple[sparse.bsr_matrix, sparse.bsr_matrix]:
+        """K = -dh/dx and D = -dh/du, exact."""
+        ...
+
+    def energy(self, t: float, q: np.ndarray, u: np.ndarray) -> Energy:
+        """Energies and powers of a state."""
+        ...
+
+    def reactions(self, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """Wrench that holds or drives each body without degrees of freedom, (n_bodies, 3 or 6); zero for free bodies."""
+        ...
+
+    def observe(self, t: float, q: np.ndarray, u: np.ndarray) -> Observation:
+        """Drive, energies and contacts of a state."""
+        ...
+
+    def shape(self, t: float, q: np.ndarray) -> np.ndarray:
+        """Corner points (n_quads, 4, 3) of what a person would see, m."""
+        ...
+
+    def blame(self, vector: np.ndarray) -> str:
+        """Name of the body that the largest entry of a (nu,) vector belongs to, for messages."""
+        ...

@@ -1,0 +1,313 @@
+"""Run a table of cases on all cores and gather their results."""
+
+from __future__ import annotations
+
+import csv
+import itertools
+import json
+import os
+import re
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from fsm.errors import CaseError, Fault
+from fsm.pool import Outcome, run_jobs
+from fsm.scene.load_case import LoadedCase
+from fsm.scene.table import TableCase, load_table
+
+__all__ = ["RESOLVED", "failures", "format_table", "run_table"]
+
+RESOLVED = "case.resolved.toml"
+"""The case of a row as it was run, beside its results."""
+
+SUMMARY = "summary.json"
+RESULT = "result.h5"
+FAILURE = "error.txt"
+"""Why a row failed; not there for one that is finished or was cut off."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """A row to be run, for a worker: the case, its folder, and whether to go on from a checkpoint there."""
+
+    loaded: LoadedCase
+    out: Path
+    resume: bool
+
+
+def run_table(
+    path: str | Path,
+    out: str | Path,
+    overrides: Sequence[str] = (),
+    workers: int | None = None,
+    resume: bool = False,
+    method: str | None = None,
+    progress: bool = True,
+) -> list[dict[str, Any]]:
+    """Run every row of a table.
+
+    Writes ``summary.csv``, ``overlay.png`` and a folder of results for each row, with the case as it was run.
+
+    Parameters
+    ----------
+    path : str or Path
+        Table file, see `fsm.scene.table`.
+    out : str or Path
+        Folder for the results.
+    overrides : sequence of str
+        ``"path=value"``, for all rows.
+    workers : int, optional
+        Processes; as many as there are cores and rows if not given.
+    resume : bool
+        Skip rows that are finished and whose case is still the same, go on with those that were cut off, and
+        run those again that failed.
+    method : str, optional
+        Integration method, for all rows.
+    progress : bool
+        Tell on standard error how far it is.
+
+    Returns
+    -------
+    list of dict
+        In the order of the table: `case` (its name), the cells of the row, the numbers of its summary (stages
+        as ``stage_<name>_travel``); a row that failed has `error` (text) and `exit_code` as well.
+
+    Raises
+    ------
+    CaseError
+        All faults of all rows; nothing has been run or written.
+    KeyboardInterrupt
+        Interrupted; what had been finished by then is in ``summary.csv``.
+    """
+    folder = Path(out)
+    cases = load_table(path, [*overrides, *([f"solve.method={method}"] if method else [])])
+    dimensions = _check_scenes(cases, str(path))
+    rows: dict[int, dict[str, Any]] = {}
+    jobs: dict[int, Job] = {}
+    for index, case in enumerate(cases):
+        where = folder / case.name
+        same = resume and _same_case(where, case.loaded) and not (where / FAILURE).exists()
+        if same and (where / SUMMARY).is_file():
+            rows[index] = _row(case, where)
+        else:
+            jobs[index] = Job(case.loaded, where, same)
+    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        _run_rows(cases, jobs, rows, dimensions, workers, progress)
+    finally:
+        done = [rows[index] for index in sorted(rows)]
+        paths = dict.fromkeys(path for case in cases for path in case.overrides)
+        _write_csv(folder / "summary.csv", done, ["case", *paths])
+    _plot_overlay(folder, done)
+    return done
+
+
+def failures(rows: Sequence[Mapping[str, Any]]) -> int:
+    """Exit code of a table: 0, or 4 if all that failed missed an expectation, else 3."""
+    codes = {row["exit_code"] for row in rows if row.get("error")}
+    return 0 if not codes else 4 if codes == {4} else 3
+
+
+def format_table(rows: Sequence[Mapping[str, Any]]) -> str:
+    """The results as text: one line a case, travel in mm; what failed says why below the table."""
+    stages = list(dict.fromkeys(key for row in rows for key in row if _stage_name(key)))
+    lines = [
+        [
+            "condition",
+            "peak force (N)",
+            "at travel (mm)",
+            *(f"{_stage_name(key)} from (mm)" for key in stages),
+            "steps",
+            "run time (s)",
+            "warnings",
+        ]
+    ]
+    for row in rows:
+        lines.append(
+            [
+                str(row["case"]),
+                _cell(row.get("peak_force"), 1, 4),
+                _cell(row.get("peak_travel"), 1e3, 2),
+                *(_cell(row.get(key), 1e3, 2) for key in stages),
+                _cell(row.get("steps"), 1, 0),
+                _cell(row.get("wall_time_s"), 1, 2),
+                _cell(row.get("warnings"), 1, 0),
+            ]
+        )
+    widths = [max(len(line[column]) for line in lines) for column in range(len(lines[0]))]
+    text = [
+        "  ".join([line[0].ljust(widths[0]), *map(str.rjust, line[1:], widths[1:])]).rstrip()
+        for line in lines
+    ]
+    text.insert(1, "-" * (sum(widths) + 2 * len(widths) - 2))
+    text += [f"{row['case']}: {line}" for row in rows for line in str(row.get("error", "")).splitlines()]
+    return "\n".join(text)
+
+
+def _cell(value: object, factor: float, digits: int) -> str:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return "-"
+    return f"{value * factor:.{digits}f}"
+
+
+def _stage_name(key: str) -> str:
+    """Name of a stage from the key of its travel; empty for any other key."""
+    match = re.fullmatch(r"stage_(.+)_travel", key)
+    return match[1].replace("_", " ") if match else ""
+
+
+def run_row(job: Job) -> dict[str, Any]:
+    """Run one row in a worker; the folder says what was run as soon as it holds anything of it."""
+    from fsm.run import run_case
+
+    job.out.mkdir(parents=True, exist_ok=True)
+    for name in (SUMMARY, FAILURE):
+        (job.out / name).unlink(missing_ok=True)
+    (job.out / RESOLVED).write_text(job.loaded.text, encoding="utf-8")
+    return run_case(job.loaded, job.out, progress=False, resume=job.resume)
+
+
+def _same_case(folder: Path, loaded: LoadedCase) -> bool:
+    """Whether the folder holds results of this very case."""
+    try:
+        return (folder / RESOLVED).read_text(encoding="utf-8") == loaded.text
+    except (OSError, UnicodeDecodeError):
+        return False
+
+
+def _check_scenes(cases: Sequence[TableCase], source: str) -> set[bool]:
+    """Compile every case, so that what the compiler refuses is known before the first one runs.
+
+    Returns
+    -------
+    set of bool
+        Whether spatial and whether planar systems are among them.
+    """
+    from fsm.scene.builders.strip import build_scene
+    from fsm.scene.planar import out_of_plane
+    from fsm.segments.compile import compile_scene
+
+    faults, dimensions = [], set()
+    for case in cases:
+        spatial = case.loaded.case.solve.spatial
+        try:
+            scene = build_scene(case.loaded.case)
+            compile_scene(scene, spatial)
+            dimensions.add(spatial or bool(out_of_plane(scene)))
+        except CaseError as error:
+            faults += [
+                Fault(f"{case.name}: {f.path}" if f.path else case.name, f.message) for f in error.faults
+            ]
+    if faults:
+        raise CaseError(faults, source)
+    return dimensions
+
+
+def _run_rows(
+    cases: Sequence[TableCase],
+    jobs: Mapping[int, Job],
+    rows: dict[int, dict[str, Any]],
+    dimensions: set[bool],
+    workers: int | None,
+    progress: bool,
+) -> None:
+    """Run the jobs and put their rows with the others as they come."""
+    if not jobs:
+        return
+    from fsm.run import warm_up
+
+    for spatial in sorted(dimensions):
+        warm_up(spatial=spatial)
+    numbers = list(jobs)
+    count = min(workers or os.cpu_count() or 1, len(numbers))
+    with (
+        _progress(len(cases), len(rows), progress) as tell,
+        closing(run_jobs(run_row, list(jobs.values()), count)) as outcomes,
+    ):
+        for outcome in outcomes:
+            index = numbers[outcome.job]
+            rows[index] = _row(cases[index], jobs[index].out, outcome)
+            tell(rows[index])
+
+
+def _row(case: TableCase, folder: Path, outcome: Outcome | None = None) -> dict[str, Any]:
+    """Row of the summary: name, cells, numbers; and what went wrong."""
+    row: dict[str, Any] = {"case": case.name, **case.overrides}
+    with suppress(OSError, ValueError):
+        row |= _scalars(json.loads((folder / SUMMARY).read_text(encoding="utf-8")))
+    if outcome is not None and outcome.error:
+        row |= {"error": "\n".join(outcome.error), "exit_code": outcome.exit_code}
+        (folder / FAILURE).write_text(f"{row['error']}\n{outcome.trace}", encoding="utf-8")
+        if outcome.trace:
+            row["error"] += f" (more in {folder / FAILURE})"
+    return row
+
+
+def _scalars(summary: Mapping[str, Any]) -> dict[str, Any]:
+    """The numbers and words of a summary; of the stages their beginnings, of the warnings how many."""
+    flat: dict[str, Any] = {}
+    for key, value in summary.items():
+        if key == "stages":
+            flat |= {f"stage_{stage['name'].replace(' ', '_')}_travel": stage["travel"] for stage in value}
+        elif key == "warnings":
+            flat[key] = len(value)
+        elif isinstance(value, Mapping):
+            flat |= {f"{key}_{below}": number for below, number in _scalars(value).items()}
+        elif not isinstance(value, list):
+            flat[key] = value
+    return flat
+
+
+def _write_csv(path: Path, rows: Sequence[Mapping[str, Any]], first: Sequence[str]) -> None:
+    """Write the rows; the columns `first` come first, what went wrong last."""
+    if not rows:
+        return
+    last = ("error", "exit_code")
+    columns = list(dict.fromkeys([*first, *(key for row in rows for key in row if key not in last), *last]))
+    part = path.with_suffix(".csv.part")
+    with part.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, columns, restval="")
+        writer.writeheader()
+        writer.writerows({**row, "error": row.get("error", "").replace("\n", "; ")} for row in rows)
+    part.replace(path)
+
+
+def _plot_overlay(folder: Path, rows: Sequence[Mapping[str, Any]]) -> None:
+    names = [row["case"] for row in rows if (folder / row["case"] / RESULT).is_file() and "peak_force" in row]
+    if not names:
+        return
+    from fsm.plots.force import plot_overlay
+    from fsm.results.store import read_solution
+
+    plot_overlay([(name, read_solution(folder / name / RESULT)) for name in names], folder / "overlay.png")
+
+
+@contextmanager
+def _progress(total: int, done: int, wanted: bool) -> Iterator[Callable[[Mapping[str, Any]], None]]:
+    """Tells on standard error that a row is done: a bar on a terminal, else a line a row."""
+    if not wanted:
+        yield lambda row: None
+    elif sys.stderr.isatty():
+        from tqdm import tqdm
+
+        with tqdm(total=total, initial=done, unit="case") as bar:
+            yield lambda row: _advance(bar, row)
+    else:
+        count = itertools.count(done + 1)
+        yield lambda row: print(f"[{next(count)}/{total}] {_line(row)}", file=sys.stderr, flush=True)
+
+
+def _advance(bar: Any, row: Mapping[str, Any]) -> None:
+    bar.update()
+    bar.set_postfix_str(_line(row))
+
+
+def _line(row: Mapping[str, Any]) -> str:
+    if row.get("error"):
+        return f"{row['case']}: failed: {str(row['error']).splitlines()[0]}"
+    force, travel = _cell(row.get("peak_force"), 1, 4), _cell(row.get("peak_travel"), 1e3, 2)
+    return f"{row['case']}: peak {force} N at {travel} mm, {_cell(row.get('run_time'), 1, 1)} s"

@@ -1,0 +1,447 @@
+"""Wrong input through the command line: exit code 2, a line for each mistake, no traceback, no file."""
+
+import re
+import string
+import tomllib
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from fsm.cli import cli
+from fsm.errors import CaseError
+from fsm.scene.load_case import load_case
+
+CASE = """
+[strip]
+length = 0.48
+width = 0.04
+thickness = 3e-4
+panels = 6
+fold_angle = "80 deg"
+[material]
+young = 3e9
+density = 800
+[crease]
+law = "linear"
+stiffness = 9.0e-3
+[[drive]]
+crease = 3
+speed = "2 mm/s"
+travel = "150 mm"
+"""
+
+SPLINE = CASE.replace('law = "linear"\nstiffness = 9.0e-3', 'law = "spline"\ndata = "crease.csv"')
+CURVE = "angle (deg), moment (N mm)\n0, 0\n10, 1\n20, 2\n30, 3\n"
+
+
+def run(folder: Path, text: str = CASE, *options: str, command: str = "run") -> Result:
+    """Run a case file; whatever is wrong with it, nothing may be written."""
+    case = folder / "case.toml"
+    case.write_text(text, encoding="utf-8")
+    out = [] if command == "check" else ["--out", str(folder / "out")]
+    before = sorted(folder.iterdir())
+    result = CliRunner().invoke(cli, [command, str(case), *out, *options])
+    assert sorted(folder.iterdir()) == before, "something was written"
+    return result
+
+
+def faults(result: Result, source: Path) -> list[str]:
+    """The lines of a refusal, without the name of the file that stands in front of each."""
+    assert result.exit_code == 2, result.output
+    assert result.stdout == ""
+    assert "Traceback" not in result.stderr
+    lines = result.stderr.splitlines()
+    assert all(line.startswith(f"{source}: ") for line in lines), result.stderr
+    return [line.removeprefix(f"{source}: ") for line in lines]
+
+
+ONE_MISTAKE = {
+    "unknown key": (
+        ("thickness = 3e-4", "thickness = 3e-4\nlenght = 1"),
+        "strip.lenght: unknown key; did you mean `length`?",
+    ),
+    "misspelt key": (("length = 0.48", "lenght = 0.48"), "strip.lenght: unknown key; did you mean `length`?"),
+    "unknown section": (
+        ("[material]", "[frition]\n[material]"),
+        "frition: unknown key; did you mean `friction`?",
+    ),
+    "missing key": (("width = 0.04\n", ""), "strip.width: missing; a value in m is wanted"),
+    "missing section": (
+        ("[material]\nyoung = 3e9\ndensity = 800\n", ""),
+        "material: section [material] is missing; a strip needs it",
+    ),
+    "negative thickness": (
+        ("thickness = 3e-4", "thickness = -0.0003"),
+        "strip.thickness: must be greater than 0; it is -0.0003 m",
+    ),
+    "wrong unit": (
+        ("width = 0.04", 'width = "40 kg"'),
+        'strip.width: "40 kg" has the wrong unit; a value in m is wanted',
+    ),
+    "unknown unit": (
+        ("young = 3e9", 'young = "3 gpa"'),
+        "material.young: \"3 gpa\": unknown unit 'gpa'; did you mean `GPa`?; a value in Pa is wanted",
+    ),
+    "not a number": (
+        ("width = 0.04", "width = nan"),
+        "strip.width: nan is not a finite number; a value in m is wanted",
+    ),
+    "infinite": (
+        ("young = 3e9", "young = inf"),
+        "material.young: inf is not a finite number; a value in Pa is wanted",
+    ),
+    "text": (
+        ("young = 3e9", 'young = "stiff"'),
+        'material.young: "stiff" is not a number; a value in Pa is wanted',
+    ),
+    "degrees as a number": (
+        ('fold_angle = "80 deg"', "fold_angle = 80"),
+        'strip.fold_angle: must be less than 1.5708 rad; it is 80 rad; write degrees as text, "80 deg"',
+    ),
+    "fold angle too large": (
+        ('fold_angle = "80 deg"', 'fold_angle = "95 deg"'),
+        'strip.fold_angle: must be less than 1.5708 rad; it is "95 deg"',
+    ),
+    "zero segments": (
+        ("panels = 6", "panels = 6\nsegments_per_panel = 0"),
+        "strip.segments_per_panel: must be at least 1; it is 0",
+    ),
+    "half a segment": (
+        ("panels = 6", "panels = 6\nsegments_per_panel = 2.5"),
+        "strip.segments_per_panel: must be a whole number; it is 2.5",
+    ),
+    "true for a count": (("panels = 6", "panels = true"), "strip.panels: must be a whole number; it is true"),
+    "crease out of range": (
+        ("crease = 3", "crease = 6"),
+        "drive.0.crease: must be a crease number from 1 to 5, with 6 panels; it is 6",
+    ),
+    "crease zero": (
+        ("crease = 3", "crease = 0"),
+        "drive.0.crease: must be a crease number from 1 to 5, with 6 panels; it is 0",
+    ),
+    "held panel out of range": (
+        ("panels = 6", "panels = 6\nheld = [1, 7]"),
+        "strip.held.1: must be a panel number from 1 to 6; it is 7",
+    ),
+    "all panels held": (
+        ("panels = 6", "panels = 6\nheld = [1, 2, 3, 4, 5, 6]"),
+        "strip.held: all 6 panels are held and nothing can move; leave some out",
+    ),
+    "two panels, both held": (
+        ("panels = 6", "panels = 2"),
+        "strip.held: all 2 panels are held (the first and the last, as it is not given) and nothing can move",
+    ),
+    "drive against a support": (
+        ("panels = 6", "panels = 6\nheld = [3, 4]"),
+        "drive.0.crease: crease 3 is an edge of panels 3 and 4, which are held (by `strip.held`) and "
+        "cannot move; choose another",
+    ),
+    "drive at the end of a held panel": (
+        ("crease = 3", "crease = 1"),
+        "drive.0.crease: crease 1 is an edge of panel 1, which is held (as no `strip.held` is given) and "
+        "cannot move; choose another",
+    ),
+    "two drives on one crease": (
+        ("[[drive]]", "[[drive]]\ncrease = 3\nspeed = 1\ntravel = 0.1\n[[drive]]"),
+        "drive.1: crease 3 is driven by drive.0 already; leave one of them",
+    ),
+    "drive of nothing": (
+        ("crease = 3\n", ""),
+        "drive.0: give either `crease` (its number) or `body` (its name)",
+    ),
+    "drive not a list": (
+        ("[[drive]]", "[drive]"),
+        "drive: must be a list of sections; write its name in two brackets",
+    ),
+    "no end": (
+        ('[[drive]]\ncrease = 3\nspeed = "2 mm/s"\ntravel = "150 mm"\n', ""),
+        "solve.end_time: missing, and there is no [[drive]] either: nothing says when to stop; "
+        "give one of them",
+    ),
+    "friction without contact": (
+        ("[[drive]]", '[friction]\nlaw = "tanh"\nmu_dynamic = 0.2\nv_static = 0.001\n[[drive]]'),
+        "friction: [friction] acts where faces touch, but there is no [contact]; "
+        "add it, or remove [friction]",
+    ),
+    "unknown law": (
+        ('law = "linear"', 'law = "liner"'),
+        'crease.law: must be "linear" or "spline"; it is "liner"; did you mean `linear`?',
+    ),
+    "no law": (('law = "linear"\n', ""), 'crease.law: missing; it must be "linear" or "spline"'),
+    "key of another law": (
+        ("stiffness = 9.0e-3", 'stiffness = 9.0e-3\ndata = "a.csv"'),
+        'crease.data: not used with law = "linear"; remove it',
+    ),
+    "section that is a number": (
+        ("[[drive]]", "[[load]]\nbody = 3\n[[drive]]"),
+        "load.0.body: must be text in quotes; it is 3",
+    ),
+    "too few components": (
+        ("crease = 3", "crease = 3\ndirection = [0, 1]"),
+        "drive.0.direction: has only 2 values; value number 3 is missing",
+    ),
+    "too many components": (
+        ("crease = 3", "crease = 3\ndirection = [0, 1, 0, 0]"),
+        "drive.0.direction: must have 3 values, not 4; it is [0, 1, 0, 0]",
+    ),
+    "contact of another exponent": (
+        ("[[drive]]", '[contact]\nexponent = 2\nstiffness = "1e9 N/m^1.5"\n[[drive]]'),
+        'contact.stiffness: "1e9 N/m^1.5" has the wrong unit; a value in N/m^2 is wanted',
+    ),
+    "strip and scene": (
+        ("[[drive]]", "[scene]\n[[drive]]"),
+        "scene: [scene] and [strip] both say what there is; give one of them",
+    ),
+    "unquoted unit": (
+        ("width = 0.04", "width = 40 mm"),
+        "line 4: expected newline or end of document after a statement in `width = 40 mm`; "
+        "text and numbers with a unit go in quotes",
+    ),
+    "broken TOML": (("[material]", "[material"), "line 8: expected ']' at the end of a table declaration"),
+}
+
+
+@pytest.mark.parametrize("mistake", ONE_MISTAKE)
+def test_one_mistake_is_one_line(tmp_path, mistake):
+    (old, new), expected = ONE_MISTAKE[mistake]
+    assert CASE.count(old) == 1
+    lines = faults(run(tmp_path, CASE.replace(old, new)), tmp_path / "case.toml")
+    assert len(lines) == 1, lines
+    assert lines[0].startswith(expected)
+
+
+@pytest.mark.parametrize("command", ["run", "check", "preview"])
+def test_all_mistakes_at_once(tmp_path, command):
+    """A broken section hides neither the faults of others nor contradictions among the sound ones."""
+    text = CASE.replace("young = 3e9", "young = -3\ncolour = 1").replace("crease = 3", "crease = 9")
+    text = text.replace("stiffness = 9.0e-3", 'stiffness = "9 N"').replace("[crease]", "[solv]\n[crease]")
+    lines = faults(run(tmp_path, text, command=command), tmp_path / "case.toml")
+    assert [line.split(":")[0] for line in lines] == [
+        "solv",
+        "material.young",
+        "material.colour",
+        "crease.stiffness",
+        "drive.0.crease",
+    ]
+
+
+def test_mistakes_in_millimetres_are_told_in_millimetres(tmp_path):
+    text = CASE.replace("[strip]", 'units = "mm-N-s"\n[strip]').replace(
+        "thickness = 3e-4", "thickness = -0.3"
+    )
+    lines = faults(run(tmp_path, text.replace("travel = ", "travl = ")), tmp_path / "case.toml")
+    assert lines == [
+        "strip.thickness: must be greater than 0; it is -0.3 mm",
+        "drive.0.travl: unknown key; did you mean `travel`?",
+    ]
+
+
+@pytest.mark.parametrize("command", ["run", "check", "preview", "table", "plot"])
+def test_missing_file(tmp_path, command):
+    missing = tmp_path / "nowhere" / "case.toml"
+    out = [] if command == "check" else ["--out", str(tmp_path / "out")]
+    result = CliRunner().invoke(cli, [command, str(missing), *out])
+    assert result.exit_code == 2, result.output
+    assert len(result.stderr.splitlines()) == 1
+    assert str(missing) in result.stderr
+    assert re.search("no such file", result.stderr, re.IGNORECASE)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"\xff\xfe\x00[", "is not UTF-8 text"),
+        (b"\x00\x01\x02", "line 1: "),
+        (b"", "section [strip] is missing"),
+    ],
+)
+def test_not_a_case_at_all(tmp_path, content, words):
+    case = tmp_path / "case.toml"
+    case.write_bytes(content)
+    result = CliRunner().invoke(cli, ["run", str(case), "--out", str(tmp_path / "out")])
+    assert words in faults(result, case)[0]
+    assert not (tmp_path / "out").exists()
+
+
+CURVE_MISTAKES = {
+    "empty": ("", ["crease.data: .*crease.csv is empty; two columns are wanted, angle and moment"]),
+    "only a header": (
+        "angle (deg), moment (N mm)\n",
+        ["crease.data: has 0 rows; cubic .* needs at least 4$"],
+    ),
+    "three rows": (
+        CURVE.replace("30, 3\n", ""),
+        ['crease.data: has 3 rows; cubic .* at least 4; or write interpolation = "pchip"'],
+    ),
+    "unsorted": (
+        CURVE.replace("20, 2", "5, 2"),
+        [r"crease.data row 4: angle goes back \(5 deg after 10 deg\); sort the rows"],
+    ),
+    "unsorted, falling": (
+        "angle (deg), moment (N mm)\n30, 3\n10, 1\n20, 2\n0, 0\n",
+        [r"crease.data row 4: angle goes up again \(20 deg after 10 deg\); sort the rows"],
+    ),
+    "twice": (CURVE.replace("20, 2", "10, 2"), ["crease.data row 4: angle 10 deg stands twice"]),
+    "not a number": (
+        CURVE.replace("10, 1", "10, nan").replace("30, 3", "30, -"),
+        ['crease.data row 3: "nan" is not a finite number', 'crease.data row 5: "-" is not a finite number'],
+    ),
+    "hole": (CURVE.replace("10, 1", "10,"), ["crease.data row 3: has 1 values; 2 are wanted"]),
+    "no header": (CURVE.split("\n", 1)[1], ["crease.data row 1: no header; write a first row such as"]),
+    "unknown column": (
+        CURVE.replace("moment", "momnt"),
+        ['crease.data row 1: unknown column "momnt .N mm."; did you mean `moment`'],
+    ),
+    "half a pair": (
+        CURVE.replace("moment", "force").replace("N mm", "N"),
+        ["crease.data row 1: columns are angle, force"],
+    ),
+    "wrong unit": (
+        CURVE.replace("N mm", "N"),
+        ["crease.data: unit of the column moment: .* has the wrong unit; a value in N m is wanted"],
+    ),
+    "degrees for radians": (
+        CURVE.replace("(deg)", "(rad)"),
+        ["crease.data row 5: 30 rad is more than a turn; if it is degrees, say so"],
+    ),
+    "binary": ("\x00\x01", ["crease.data: .*crease.csv is not a text file"]),
+}
+
+
+@pytest.mark.parametrize("mistake", CURVE_MISTAKES)
+def test_bad_crease_data(tmp_path, mistake):
+    content, expected = CURVE_MISTAKES[mistake]
+    (tmp_path / "crease.csv").write_text(content, encoding="utf-8")
+    lines = faults(run(tmp_path, SPLINE), tmp_path / "case.toml")
+    assert len(lines) == len(expected), lines
+    for line, pattern in zip(lines, expected, strict=True):
+        assert re.match(pattern, line), line
+
+
+def test_missing_crease_data_and_a_long_list_of_bad_rows(tmp_path):
+    lines = faults(run(tmp_path, SPLINE), tmp_path / "case.toml")
+    assert lines == [f"crease.data: cannot read {tmp_path / 'crease.csv'}: no such file or directory"]
+    (tmp_path / "crease.csv").write_text(CURVE + "x, y\n" * 1000)
+    lines = faults(run(tmp_path, SPLINE), tmp_path / "case.toml")
+    assert len(lines) == 9
+    assert lines[-1] == "crease.data: and 992 more rows like these"
+
+
+def test_bad_lists_of_a_crease(tmp_path):
+    def refused(angle: str, moment: str) -> list[str]:
+        text = SPLINE.replace('data = "crease.csv"', f"angle = {angle}\nmoment = {moment}")
+        return faults(run(tmp_path, text), tmp_path / "case.toml")
+
+    assert refused("[0, 1, 0.5, 2]", "[0, 1, 2, 3]")[0].startswith(
+        "crease.angle.2: angle goes back (0.5 rad after 1 rad)"
+    )
+    assert refused("[0, 1, 2, 3]", "[0, 1, 2]") == [
+        "crease.angle: has 4 angles and 3 moments; give as many of each"
+    ]
+    assert refused("[0, 30, 60, 90]", "[0, 1, 2, 3]")[0].startswith(
+        "crease.angle.3: 90 rad is more than a turn"
+    )
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--set", "strip.lenght=1"], "--set strip.lenght: unknown key; did you mean `strip.length`?"),
+        (["--set", "strip.length"], "--set strip.length: write it as path=value"),
+        (["--method", "RK45"], 'solve.method: must be "auto", "Radau", "BDF" or "LSODA"; it is "RK45"'),
+    ],
+)
+def test_bad_options(tmp_path, options, words):
+    assert faults(run(tmp_path, CASE, *options), tmp_path / "case.toml")[0].startswith(words)
+
+
+def test_bad_usage(tmp_path):
+    (tmp_path / "file").write_text("mine")
+    result = run(tmp_path, CASE, "--out", str(tmp_path / "file"))
+    assert result.exit_code == 2
+    assert "is a file; give a folder" in result.stderr
+    assert (tmp_path / "file").read_text() == "mine"
+    assert CliRunner().invoke(cli, ["run"]).exit_code == 2
+    assert CliRunner().invoke(cli, ["rnu"]).exit_code == 2
+
+
+def test_internal_errors_and_interrupts_are_told_apart(tmp_path, monkeypatch):
+    case = tmp_path / "case.toml"
+    case.write_text(CASE)
+
+    def fail(error: BaseException):
+        def load(*arguments):
+            raise error
+
+        monkeypatch.setattr("fsm.scene.load_case.load_case", load)
+        return CliRunner()
+
+    result = fail(ZeroDivisionError("a\nb")).invoke(cli, ["check", str(case)])
+    assert result.exit_code == 1
+    assert result.stderr.startswith("internal error: ZeroDivisionError: a b; run it again with --debug")
+    assert "Traceback" not in result.stderr
+    for arguments in (["check", str(case), "--debug"], ["--debug", "check", str(case)]):
+        result = CliRunner().invoke(cli, arguments)
+        assert result.exit_code == 1
+        assert "Traceback" in result.stderr
+    result = fail(KeyboardInterrupt()).invoke(cli, ["check", str(case)])
+    assert (result.exit_code, result.stderr) == (130, "interrupted\n")
+    result = fail(PermissionError(13, "Permission denied", "/out")).invoke(cli, ["check", str(case)])
+    assert (result.exit_code, result.stderr) == (2, "/out: Permission denied\n")
+
+
+LINES = CASE.splitlines()
+VALUES = st.sampled_from(
+    [
+        "-1",
+        "0",
+        "1e400",
+        "nan",
+        "true",
+        '""',
+        '"1 m"',
+        "[]",
+        "[1, 2]",
+        "{}",
+        "{ a = 1 }",
+        "1979-05-27",
+        '"80 deg"',
+        "1e9",
+    ]
+)
+
+
+@settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.data())
+def test_random_damage_is_refused_in_words_or_read(tmp_path, data):
+    """Whatever happens to the lines of a case: a checked case, or faults in words; no other exception."""
+    lines = list(LINES)
+    for _ in range(data.draw(st.integers(1, 4))):
+        index = data.draw(st.integers(1, len(lines) - 1))
+        match data.draw(st.sampled_from(["drop", "double", "value", "key", "text"])):
+            case "drop":
+                lines[index] = ""
+            case "double":
+                lines.insert(index, lines[index])
+            case "value":
+                lines[index] = f"{lines[index].split('=')[0]} = {data.draw(VALUES)}"
+            case "key":
+                key = data.draw(st.text(string.ascii_lowercase + "._", min_size=1, max_size=8))
+                lines[index] = f"{key} = {data.draw(VALUES)}"
+            case "text":
+                lines[index] = data.draw(st.text(max_size=20))
+    path = tmp_path / "case.toml"
+    path.write_text("\n".join(lines), encoding="utf-8", errors="replace")
+    try:
+        text, faults = load_case(path).text, ()
+    except CaseError as error:
+        text, faults = "", error.faults
+    assert bool(text) != bool(faults)
+    assert not text or tomllib.loads(text)["units"] == "SI"
+    for fault in faults:
+        assert fault.message
+        assert not re.search(r"\n|pydantic|Input should|is not accepted", fault.message)

@@ -1,0 +1,365 @@
+"""The cache of compiled kernels: kept between processes, never stale, never in the way.
+
+Every test gives a toy package, with a copy of `fsm/kernels/jit.py`, to fresh Python processes.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from textwrap import dedent
+from typing import Any
+
+import pytest
+
+JIT = Path(__file__).resolve().parents[2] / "fsm" / "kernels" / "jit.py"
+
+CALLEE = """
+    from toy.kernels.jit import kernel
+
+    @kernel(inline=True)
+    def scale(x):
+        return FACTOR * x
+"""
+CALLER = """
+    from typing import NamedTuple
+    import numpy as np
+    from toy.kernels.callee import scale
+    from toy.kernels.jit import kernel
+
+    class Params(NamedTuple):
+        stiffness: np.ndarray
+
+    @kernel
+    def effort(x, params, power=1):
+        total = 0.0
+        for i in range(x.size):
+            total += scale(x[i]) * params.stiffness[i] ** power
+        return total
+"""
+PLAIN_CALLEE = """
+    import numba
+
+    @numba.njit(cache=True)
+    def scale(x):
+        return FACTOR * x
+"""
+PLAIN_CALLER = """
+    import numba
+    from toy.plain.callee import scale
+
+    @numba.njit(cache=True)
+    def effort(x):
+        return scale(x)
+"""
+RUN = """
+    import json
+    import numba
+    import numpy as np
+    from numba.core import event
+
+    def settings():
+        return [numba.config.CACHE_DIR, numba.config.CACHE_LOCATOR_CLASSES]
+
+    before = settings()
+    from toy.kernels import jit
+    compiled = []
+    forget = jit.on_compile(compiled.append)
+    from toy.laws.caller import Params, effort
+    config_kept = settings() == before
+    with event.install_listener("numba:compile", event.TimingListener()) as clock:
+        value = effort(np.ones(3), Params(np.full(3, 2.0)))
+    integers = lambda: effort(np.arange(3), Params(np.full(3, 2.0)))
+    extra = {}
+"""
+REPORT = """
+    folder = jit.cache_folder()
+    clock = clock.duration if clock.done else 0.0
+    report = dict(value=value, compiled=compiled, clock=clock, config_kept=config_kept)
+    report |= dict(misses=jit.cache_misses(), compile_time=jit.compile_time(), known=jit.kernel_names())
+    report |= dict(folder=folder and str(folder))
+    print(json.dumps(report | extra))
+"""
+KERNELS = ["toy.laws.caller.effort", "toy.kernels.callee.scale"]
+
+
+@dataclass
+class Toy:
+    """A package of two kernels, the caller in one file and the callee in another."""
+
+    root: Path
+    stderr: str = ""
+
+    def __post_init__(self) -> None:
+        for package in ("__init__.py", "kernels/__init__.py", "laws/__init__.py", "plain/__init__.py"):
+            self.write(package, "")
+        shutil.copy(JIT, self.root / "toy" / "kernels" / "jit.py")
+        self.write("laws/caller.py", CALLER)
+        self.write("plain/caller.py", PLAIN_CALLER)
+        self.set_factor(5)
+
+    @property
+    def cache(self) -> Path:
+        return self.root / "cache"
+
+    def write(self, name: str, text: str) -> None:
+        path = self.root / "toy" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(dedent(text).lstrip())
+
+    def set_factor(self, factor: int) -> None:
+        self.write("kernels/callee.py", CALLEE.replace("FACTOR", f"{factor}.0"))
+        self.write("plain/callee.py", PLAIN_CALLEE.replace("FACTOR", f"{factor}.0"))
+
+    def run(self, extra: str = "", **environment: str) -> dict[str, Any]:
+        """Run both kernels, then the lines `extra`, in a new process."""
+        clean = {k: v for k, v in os.environ.items() if not k.startswith(("NUMBA_", "COV", "XDG_"))}
+        # without .pyc files, because Python knows an edit only by the size and the second of the file
+        ours = {
+            "PYTHONPATH": str(self.root),
+            "PYTHONDONTWRITEBYTECODE": "1",
+            "NUMBA_CACHE_DIR": str(self.cache),
+        }
+        done = subprocess.run(
+            [sys.executable, "-c", dedent(RUN) + dedent(extra) + dedent(REPORT)],
+            env=clean | ours | environment,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        self.stderr = done.stderr
+        assert done.returncode == 0, done.stderr
+        report: dict[str, Any] = json.loads(done.stdout)
+        return report
+
+    def entries(self, pattern: str = "*.nbc") -> list[Path]:
+        return sorted(self.cache.rglob(pattern))
+
+
+@pytest.fixture
+def toy(tmp_path: Path) -> Toy:
+    return Toy(tmp_path)
+
+
+def test_second_process_compiles_nothing(toy: Toy) -> None:
+    cold = toy.run()
+    assert cold["value"] == 30.0
+    assert cold["misses"] == 2
+    assert cold["compiled"] == KERNELS
+    assert sorted(cold["known"]) == sorted(KERNELS)
+    # the callee is compiled inside the caller, and its time counted once
+    assert cold["compile_time"] == pytest.approx(cold["clock"], rel=0.05)
+
+    warm = toy.run()
+    assert warm["value"] == 30.0
+    assert warm["misses"] == 0
+    assert warm["compiled"] == []
+    assert warm["compile_time"] == 0.0
+    assert warm["folder"] == cold["folder"]
+    assert Path(warm["folder"]).is_relative_to(toy.cache / "toy" / "kernels")
+
+
+def test_edit_of_a_callee_is_seen(toy: Toy) -> None:
+    plain = "from toy.plain.caller import effort as plain; extra['plain'] = plain(1.0)"
+    first = toy.run(plain)
+    toy.set_factor(7)
+    second = toy.run(plain)
+    toy.set_factor(5)
+    third = toy.run()
+
+    assert (first["value"], second["value"], third["value"]) == (30.0, 42.0, 30.0)
+    assert second["misses"] == 2
+    assert second["folder"] != first["folder"]
+    assert third["misses"] == 0  # back to the first sources: their machine code is still there
+    # What numba does by itself, and why all this is needed. Should it fail one day, numba has learned it.
+    assert (first["plain"], second["plain"]) == (5.0, 5.0)
+
+
+def test_edit_during_the_run_is_not_stored_under_the_old_name(toy: Toy) -> None:
+    callee = toy.root / "toy" / "kernels" / "callee.py"
+    toy.run(f"open({str(callee)!r}, 'a').write('# edited'); integers()")
+    assert len(toy.entries("caller.effort*.nbc")) == 1  # of the two signatures the one before the edit
+
+
+@pytest.mark.parametrize("setting", ["NUMBA_BOUNDSCHECK", "NUMBA_CPU_NAME"])
+def test_options_are_part_of_the_key(toy: Toy, setting: str) -> None:
+    value = {"NUMBA_BOUNDSCHECK": "1", "NUMBA_CPU_NAME": "generic"}[setting]
+    assert toy.run()["misses"] == 2
+    assert toy.run(**{setting: value})["misses"] == 2
+    assert toy.run()["misses"] == 0
+
+
+def test_unwritable_folder_is_one_warning(toy: Toy) -> None:
+    (toy.root / "file").write_text("")
+    report = toy.run(NUMBA_CACHE_DIR=str(toy.root / "file" / "cache"))  # not even root can write there
+    assert report["value"] == 30.0
+    assert report["misses"] == 2
+    assert report["folder"] is None
+    assert len(toy.stderr.splitlines()) == 1
+    assert "NUMBA_CACHE_DIR" in toy.stderr
+    assert not list(toy.root.rglob("*.nbi"))
+
+
+def test_pure_python(toy: Toy) -> None:
+    report = toy.run("extra['kind'] = type(effort).__name__", NUMBA_DISABLE_JIT="1")
+    assert report["value"] == 30.0
+    assert report["kind"] == "function"
+    assert report["misses"] == 0
+    assert report["folder"] is None
+    assert toy.stderr == ""
+    assert not toy.cache.exists()
+
+
+@pytest.mark.parametrize("locators", ["", "InTreeCacheLocator"])
+def test_other_users_of_numba_keep_their_settings(toy: Toy, locators: str) -> None:
+    report = toy.run(
+        "from toy.plain.caller import effort as plain\nplain(1.0); extra['plain'] = plain.stats.cache_path",
+        NUMBA_CACHE_LOCATOR_CLASSES=locators,
+    )
+    assert report["config_kept"]
+    ours = {path.parent for path in toy.entries()} - {Path(report["plain"])}
+    assert ours
+    assert all(path.is_relative_to(report["folder"]) for path in ours)
+    assert not Path(report["plain"]).is_relative_to(report["folder"])
+
+
+def test_entry_of_another_signature_is_refused(toy: Toy) -> None:
+    """Two processes that race can leave an index entry pointing at the code of the other signature."""
+    integers = "extra['integers'] = integers()"
+    toy.run(integers)
+    first, second = toy.entries("caller.effort*.nbc")
+    for path in (first, second):
+        path.rename(path.with_suffix(".swap"))
+    first.with_suffix(".swap").rename(second)
+    second.with_suffix(".swap").rename(first)
+
+    report = toy.run(integers)
+    assert (report["value"], report["integers"]) == (30.0, 30.0)
+    assert report["compiled"] == ["toy.laws.caller.effort"] * 2
+    assert toy.run(integers)["misses"] == 0
+
+
+@pytest.mark.parametrize("pattern", ["*.nbi", "*.nbc"])
+def test_damaged_entries_are_replaced(toy: Toy, pattern: str) -> None:
+    toy.run()
+    for path in toy.entries(pattern):
+        path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    report = toy.run()
+    assert (report["value"], report["misses"]) == (30.0, 2)
+    assert toy.run()["misses"] == 0
+
+
+def test_processes_side_by_side(toy: Toy) -> None:
+    with ThreadPoolExecutor(3) as pool:
+        reports = list(pool.map(lambda _: toy.run(), range(3)))
+    assert [report["value"] for report in reports] == [30.0] * 3
+    assert toy.run()["misses"] == 0
+
+
+def test_folders_out_of_use_are_removed(toy: Toy) -> None:
+    parent = toy.cache / "toy" / "kernels"
+    aged = {name: parent / name for name in ("a" * 20, "b" * 20, "c" * 20 + ".old-" + "0" * 32, "not-ours")}
+    for folder in aged.values():
+        folder.mkdir(parents=True)
+        (folder / ".last_used").touch()
+    now = time.time()
+    for name, days in (
+        ("a" * 20, 31),
+        ("b" * 20, 29),
+        ("c" * 20 + ".old-" + "0" * 32, 31),
+        ("not-ours", 400),
+    ):
+        os.utime(aged[name] / ".last_used", (now - 86400 * days,) * 2)
+    (toy.root / "elsewhere").mkdir()
+    (parent / ("d" * 20)).symlink_to(toy.root / "elsewhere")
+    os.utime(toy.root / "elsewhere", (now - 86400 * 400,) * 2)
+
+    report = toy.run()
+    left = {path.name for path in parent.iterdir()}
+    assert left == {"b" * 20, "not-ours", "d" * 20, Path(report["folder"]).name}
+    assert (toy.root / "elsewhere").exists()
+
+
+def test_folder_in_use_is_dated_once_a_day(toy: Toy) -> None:
+    stamp = Path(toy.run()["folder"]) / ".last_used"
+    for hours, redated in ((23, False), (25, True)):
+        then = time.time() - 3600 * hours
+        os.utime(stamp, (then, then))
+        toy.run()
+        assert (stamp.stat().st_mtime > then + 60) is redated
+
+
+@pytest.mark.parametrize(
+    ("variable", "value", "expected"),
+    [("XDG_CACHE_HOME", "ROOT/xdg", "ROOT/xdg"), ("XDG_CACHE_HOME", "relative", "ROOT/home/.cache")],
+)
+@pytest.mark.skipif(sys.platform != "linux", reason="the rule of Linux")
+def test_user_cache_folder(toy: Toy, variable: str, value: str, expected: str) -> None:
+    root = str(toy.root)
+    report = toy.run(NUMBA_CACHE_DIR="", HOME=root + "/home", **{variable: value.replace("ROOT", root)})
+    assert Path(report["folder"]).parent == Path(expected.replace("ROOT", root)) / "toy" / "kernels"
+
+
+def test_kernel_outside_of_the_package_is_not_cached(toy: Toy) -> None:
+    (toy.root / "mine.py").write_text(
+        "from toy.kernels.callee import scale\nfrom toy.kernels.jit import kernel\n"
+        "@kernel\ndef mine(x):\n    return 2.0 * scale(x)\n"
+    )
+    for _ in range(2):
+        report = toy.run("from mine import mine; extra['mine'] = mine(1.0)")
+        assert report["mine"] == 10.0
+        assert "mine.mine" in report["compiled"]
+    assert not toy.entries("mine.*")
+
+
+UNCOVERED = """
+    from toy.kernels.jit import kernel
+
+    @kernel
+    def identity(x):
+        return x
+"""
+INNER = """
+    from toy.kernels.jit import kernel
+
+    def make(factor):
+        @kernel
+        def times(x):
+            return factor * x
+        return times
+
+    double = make(2.0)
+"""
+
+
+@pytest.mark.parametrize(
+    ("module", "text", "complaint"),
+    [("plots.late", UNCOVERED, "move it to one of"), ("laws.inner", INNER, "top of the module")],
+)
+def test_kernel_that_the_hash_cannot_cover_is_refused(
+    toy: Toy, module: str, text: str, complaint: str
+) -> None:
+    name = module.replace(".", "/") + ".py"
+    toy.write(name, text)
+    attempt = f"""
+        try:
+            import toy.{module}
+        except RuntimeError as fault:
+            extra["fault"] = str(fault)
+    """
+    fault = toy.run(attempt)["fault"]
+    assert complaint in fault
+    assert name in fault
+
+
+def test_callback_is_forgotten(toy: Toy) -> None:
+    report = toy.run("forget(); forget(); integers()")
+    assert report["compiled"] == KERNELS
+    assert report["misses"] > 2

@@ -1,0 +1,251 @@
+"""Plots: the figures are drawn, say what they show, and carry units on their axes."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from PIL import Image
+
+from fsm.plots.energy import plot_energy
+from fsm.plots.force import plot_force, plot_overlay
+from fsm.plots.motion import leaves_plane, pick_records, plot_motion
+from fsm.plots.style import STYLE, energy_unit
+from fsm.results.quantities import summarise
+from fsm.results.solution import ENERGIES, Layout, Record, Solution
+
+PANEL, HALF_WIDTH, FOLD, CELLS = 0.08, 0.02, np.radians(80), 8
+
+
+def panel_line(start: np.ndarray, end: np.ndarray, side: float) -> np.ndarray:
+    """Joints of a panel between two points, bowed to one side when they are too near."""
+    chord = end - start
+    reach = float(np.hypot(*chord))
+    bow = np.sqrt(max(0.0, 3 * reach * (PANEL - reach) / 8)) if reach < PANEL else 0.0
+    s = np.linspace(0, 1, CELLS + 1)[:, None]
+    normal = side * np.array([-chord[1], chord[0]]) / max(reach, 1e-9)
+    return start + s * chord + 4 * bow * s * (1 - s) * normal
+
+
+def strip_shape(rise: float, out: float = 0.0) -> np.ndarray:
+    """Quads of a pulled six-panel strip; not mechanics, only something that looks like it."""
+    dx, dz = PANEL * np.cos(FOLD), PANEL * np.sin(FOLD)
+    knots = np.array([[i * dx, dz * (i % 2)] for i in range(7)])
+    knots[3, 1] += rise
+    share = rise / 0.157
+    for side, k in ((1, 2), (-1, 4)):
+        knots[k] += [side * dx * min(1, 6 * share) * 0.9 * (1 - share), rise * share**0.5]
+    quads = []
+    for i in range(6):
+        points = panel_line(knots[i], knots[i + 1], 1.0 if i < 3 else -1.0)
+        for a, b in pairwise(points):
+            near, far = -HALF_WIDTH + out * share, HALF_WIDTH + out * share
+            quads.append([[a[0], near, a[1]], [b[0], near, b[1]], [b[0], far, b[1]], [a[0], far, a[1]]])
+    return np.array(quads)
+
+
+def strip_run(n: int = 151, drives: int = 1, peak: float = 2.0, out: float = 0.0) -> Solution:
+    """A run with the three stages: contact at 13 mm, the peak near 27 mm."""
+    travel = np.linspace(0, 0.15, n)
+    force = peak * (travel / 0.027) * np.exp(1 - travel / 0.027) + 0.3 * peak * (travel / 0.15) ** 4
+    work = np.concatenate([[0.0], np.cumsum(np.diff(travel) * (force[1:] + force[:-1]) / 2)])
+    share = np.clip((travel - 0.013) / 0.05, 0, 0.6)
+    records = [
+        Record(
+            time=s / 0.002, q=np.zeros(3), u=np.zeros(3), travel=np.full(drives, s), force=np.full(drives, f),
+            energy={
+                "panels": w * h, "creases": w * (0.95 - h), "contact": 0.02 * w, "gravity": -0.05 * w,
+                "dissipated": 0.08 * w, "work": w, "error": 1e-7 * w * np.sin(300 * s),
+            },
+            pair_force=np.array([0.0, max(0.0, s - 0.013) * 20]), pair_gap=np.array([1e-3, 0.013 - s]),
+            shape=strip_shape(s, out),
+        )
+        for s, f, w, h in zip(travel, force, work, share, strict=True)
+    ]  # fmt: skip
+    layout = Layout(
+        panel=np.repeat(np.arange(1, 7), CELLS), pair_names=("1-2", "3-4"), thickness=3e-4,
+        drive_names=tuple(f"crease {3 + k}" for k in range(drives)), dimension="spatial" if out else "planar",
+    )  # fmt: skip
+    run = Solution.from_records(records, layout)
+    run.summary = summarise(run)
+    return run
+
+
+def undriven(run: Solution) -> Solution:
+    """The same run with its drives taken away."""
+    none = np.zeros((len(run), 0))
+    layout = Layout(panel=run.layout.panel, pair_names=run.layout.pair_names)
+    return Solution(**{**vars(run), "travel": none, "force": none, "layout": layout, "summary": {}})
+
+
+@pytest.fixture
+def figures(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
+    """The figures that are saved while a test runs."""
+    saved: list[Figure] = []
+    save = Figure.savefig
+
+    def keep(self: Figure, *args: Any, **options: Any) -> None:
+        saved.append(self)
+        save(self, *args, **options)
+
+    monkeypatch.setattr(Figure, "savefig", keep)
+    return saved
+
+
+def words(fig: Figure) -> str:
+    """All that is written in a figure."""
+    texts = [text.get_text() for text in fig.findobj(matplotlib.text.Text)]
+    return "\n".join(text for text in texts if text)
+
+
+def ink(path: Path) -> float:
+    """Share of the picture that is not white."""
+    with Image.open(path) as picture:
+        return float((np.asarray(picture.convert("L")) < 250).mean())
+
+
+def labels(fig: Figure) -> list[str]:
+    return [ax.get_xlabel() for ax in fig.axes if ax.get_xlabel()] + [
+        ax.get_ylabel() for ax in fig.axes if ax.get_ylabel()
+    ]
+
+
+def test_force(tmp_path: Path, figures: list[Figure]) -> None:
+    run = strip_run()
+    plot_force(run, tmp_path / "plots" / "force.png")
+    assert ink(tmp_path / "plots" / "force.png") > 0.02
+    assert labels(figures[0]) == ["travel (mm)", "force (N)"]
+    written = words(figures[0])
+    assert "peak 2.00 N at 27.0 mm" in written
+    assert "initial deformation" in written
+    assert "contact from 13.0 mm" in written
+    assert f"bending from {run.summary['bending_travel'] * 1e3:.1f} mm" in written
+    line = figures[0].axes[0].lines[0]
+    np.testing.assert_allclose(line.get_xdata(), run.travel[:, 0] * 1e3)
+    np.testing.assert_allclose(line.get_ydata(), run.force[:, 0])
+
+
+def test_force_finds_the_stages_where_the_summary_lacks_them(tmp_path: Path, figures: list[Figure]) -> None:
+    run = strip_run()
+    run.summary = {}
+    plot_force(run, tmp_path / "force.svg")
+    assert "contact from 13.0 mm" in words(figures[0])
+
+
+def test_force_of_several_drives(tmp_path: Path, figures: list[Figure]) -> None:
+    plot_force(strip_run(drives=2), tmp_path / "force.pdf")
+    assert {"crease 3", "crease 4"} <= set(words(figures[0]).splitlines())
+    assert (tmp_path / "force.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_overlay(tmp_path: Path, figures: list[Figure]) -> None:
+    curves = [(f"(80, {name})", strip_run(peak=peak)) for name, peak in (("low", 2.0), ("high", 3.0))]
+    plot_overlay(curves, tmp_path / "overlay.png")
+    assert ink(tmp_path / "overlay.png") > 0.01
+    assert labels(figures[0]) == ["travel (mm)", "force (N)"]
+    assert "(80, low): 2.00 N at 27.0 mm" in words(figures[0])
+    assert "(80, high): 3.00 N at 27.0 mm" in words(figures[0])
+
+
+def test_overlay_of_many_curves_tells_them_apart(tmp_path: Path, figures: list[Figure]) -> None:
+    run = strip_run(31)
+    plot_overlay([(f"run {k}", run) for k in range(24)], tmp_path / "overlay.png")
+    curves = [line for line in figures[0].axes[0].lines if len(np.atleast_1d(line.get_xdata())) > 1]
+    assert len({(line.get_color(), line.get_linestyle()) for line in curves}) == 24
+
+
+def test_motion_in_the_plane(tmp_path: Path, figures: list[Figure]) -> None:
+    run = strip_run()
+    plot_motion(run, tmp_path / "motion.png")
+    assert ink(tmp_path / "motion.png") > 0.01
+    assert len(figures[0].axes) == 6
+    assert set(labels(figures[0])) == {"x (mm)", "z (mm)"}
+    assert all(ax.get_aspect() == 1.0 for ax in figures[0].axes)
+    assert len({ax.get_xlim() + ax.get_ylim() for ax in figures[0].axes}) == 1
+    assert "27.0 mm, 2.00 N" in words(figures[0])
+    drawn = figures[0].axes[0].collections[0].get_segments()
+    assert len(drawn) == 6 * CELLS
+    np.testing.assert_allclose(drawn[0][0], [0, 0], atol=1e-9)
+    ends = run.shape[0, CELLS, 1] * 1e3
+    np.testing.assert_allclose(drawn[CELLS][1], ends[[0, 2]])
+
+
+def test_motion_out_of_the_plane_is_drawn_in_space(tmp_path: Path, figures: list[Figure]) -> None:
+    run = strip_run(31, out=0.02)
+    plot_motion(run, tmp_path / "motion.png")
+    assert all(ax.name == "3d" for ax in figures[0].axes)
+    assert ink(tmp_path / "motion.png") > 0.01
+
+
+def test_what_counts_as_leaving_the_plane() -> None:
+    flat = strip_run(5).shape
+    assert not leaves_plane(flat)
+    assert leaves_plane(strip_run(5, out=0.002).shape)
+    twisted = flat.copy()
+    twisted[-1, :, 3, 2] += 1e-3
+    assert leaves_plane(twisted)
+    assert not leaves_plane(np.zeros((3, 0, 4, 3)))
+
+
+def test_records_of_the_motion() -> None:
+    run = strip_run()
+    chosen = pick_records(run)
+    assert len(chosen) == 6
+    assert chosen[0] == 0
+    assert chosen[-1] == len(run) - 1
+    assert int(np.argmax(run.force)) in chosen
+    assert pick_records(strip_run(3)) == [0, 1, 2]
+    assert pick_records(strip_run(1)) == [0]
+
+
+def test_energy(tmp_path: Path, figures: list[Figure]) -> None:
+    run = strip_run()
+    plot_energy(run, tmp_path / "energy.png")
+    assert ink(tmp_path / "energy.png") > 0.1
+    assert labels(figures[0]) == ["travel (mm)", "energy since the start (mJ)", "balance error (nJ)"]
+    written = words(figures[0])
+    assert "panels" in written
+    assert "kinetic" not in written  # it is zero throughout
+    top = max(path.vertices[:, 1].max() for c in figures[0].axes[0].collections for path in c.get_paths())
+    work = figures[0].axes[0].lines[0].get_ydata()
+    assert top == pytest.approx(work.max(), rel=1e-9)  # stack and dashed line end together
+
+
+def test_scene_without_a_drive_is_drawn_over_time(tmp_path: Path, figures: list[Figure]) -> None:
+    run = undriven(strip_run(31))
+    plot_force(run, tmp_path / "force.png")
+    plot_energy(run, tmp_path / "energy.png")
+    plot_motion(run, tmp_path / "motion.png")
+    plot_overlay([("free", run)], tmp_path / "overlay.png")
+    assert labels(figures[0]) == ["time (s)", "normal force of contact (N)"]
+    assert labels(figures[1])[0] == "time (s)"
+    assert "75.0 s" in words(figures[2])
+    assert "none of the runs has a drive" in words(figures[3])
+
+
+@pytest.mark.parametrize("n", [1, 2])
+def test_very_short_runs_are_drawn(tmp_path: Path, n: int) -> None:
+    run = strip_run(n)
+    run.energy = {name: np.zeros(n) for name in ENERGIES}
+    plot_force(run, tmp_path / "force.png")
+    plot_energy(run, tmp_path / "energy.png")
+    plot_motion(run, tmp_path / "motion.png")
+    plot_overlay([("short", run)], tmp_path / "overlay.png")
+
+
+def test_no_global_state_is_left_behind(tmp_path: Path) -> None:
+    before = {name: matplotlib.rcParams[name] for name in STYLE}
+    plot_force(strip_run(31), tmp_path / "force.png")
+    assert {name: matplotlib.rcParams[name] for name in STYLE} == before
+
+
+@pytest.mark.parametrize(
+    ("value", "unit"), [(2.0, "J"), (0.02, "mJ"), (3e-6, "µJ"), (3e-9, "nJ"), (1e-12, "pJ"), (0, "J")]
+)
+def test_energy_unit(value: float, unit: str) -> None:
+    assert energy_unit(np.array([0.0, -value]))[1] == unit

@@ -1,0 +1,234 @@
+"""Overlap of the folded state, and the film."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from PIL import Image
+
+from fsm import preview as module
+from fsm.errors import CaseError
+from fsm.preview import Outline, find_overlaps, outlines, preview
+from fsm.scene.builders.strip import build_scene
+from fsm.scene.case import Case
+from fsm.scene.scene import Scene
+
+CONTACT = {"stiffness": 1e5}
+
+
+def strip_case(angle: float = 80.0, contact: dict[str, Any] | None = CONTACT, **changes: Any) -> Case:
+    strip = {"length": 0.48, "width": 0.04, "thickness": 3e-4, "panels": 6, "fold_angle": f"{angle} deg"}
+    drive = {"crease": 3, "speed": "2 mm/s", "travel": changes.pop("travel", "150 mm")}
+    drive |= changes.pop("drive", {})
+    data: dict[str, Any] = {
+        "strip": strip | {"segments_per_panel": 5} | changes,
+        "material": {"young": 3e9, "density": 800},
+        "crease": {"law": "linear", "stiffness": 9e-3},
+        "drive": [drive],
+    }
+    return Case.model_validate(data | ({"contact": contact} if contact else {}))
+
+
+def vee(opening: float, thickness: float = 1e-3, joined: bool = True) -> list[Outline]:
+    """Two panels 0.1 m long that meet at the origin."""
+    arms = [np.array([[0.0, 0.0], [0.1 * math.cos(a), 0.1 * math.sin(a)]]) for a in (0.0, opening)]
+    near = ("a", "b") if joined else ()
+    return [Outline(name, arm, thickness, near) for name, arm in zip("ab", arms, strict=True)]
+
+
+def panel(name: str, *points: tuple[float, float], thickness: float = 1e-3) -> Outline:
+    return Outline(name, np.array(points), thickness)
+
+
+@pytest.mark.parametrize("angle", [10, 45, 80, 83, 89])
+def test_the_trial_strips_do_not_overlap(angle: float) -> None:
+    assert find_overlaps(strip_case(angle)) == []
+
+
+def test_strip_outlines_are_the_zigzag() -> None:
+    panels = outlines(build_scene(strip_case(80)))
+    assert [p.name for p in panels] == [f"panel {n}" for n in range(1, 7)]
+    a, b = 0.08 * math.cos(math.radians(80)), 0.08 * math.sin(math.radians(80))
+    for n, p in enumerate(panels):
+        ends = [[n * a, b * (n % 2)], [(n + 1) * a, b * ((n + 1) % 2)]]
+        np.testing.assert_allclose(p.points[[0, -1]], ends, atol=1e-15)
+    assert panels[2].neighbours == ("panel 2", "panel 4")
+
+
+def test_a_strip_folded_too_far_for_its_thickness() -> None:
+    """At 89.9 degrees the layers of 0.3 mm overlap up to 86 mm from the crease: more than the whole panel."""
+    depth = {(a, b): d for a, b, d in find_overlaps(strip_case(89.9))}
+    for n in range(1, 6):
+        at_quarter = 3e-4 - 2 * 0.02 * math.tan(math.radians(0.1))
+        assert depth[f"panel {n}", f"panel {n + 1}"] == pytest.approx(at_quarter)
+    parallel = 0.16 * math.sin(math.radians(89.9)) * math.cos(math.radians(89.9))
+    assert depth["panel 1", "panel 3"] == pytest.approx(3e-4 - parallel)
+    assert find_overlaps(strip_case(89.9, {"thickness_in_gap": False, **CONTACT})) == []
+    assert find_overlaps(strip_case(89.9, None)) == []
+
+
+def test_zone_at_a_crease_may_be_a_quarter_of_the_panel() -> None:
+    limit = 2 * math.atan(1e-3 / (2 * 0.025))  # the zone t/(2 tan(opening/2)) is 25 mm
+    assert find_overlaps(vee(1.001 * limit)) == []
+    found = find_overlaps(vee(0.999 * limit))
+    assert len(found) == 1
+    assert 0 < found[0][2] < 1e-5
+
+
+@given(opening=st.floats(0.05, math.pi), pieces=st.integers(1, 7))
+def test_straight_neighbours_overlap_nowhere_else(opening: float, pieces: int) -> None:
+    share = np.linspace(0, 1, pieces + 1)[:, None]
+    cut = [Outline(p.name, share * p.points[1], p.thickness, p.neighbours) for p in vee(opening)]
+    reverse = Outline("b", cut[1].points[::-1], 1e-3, ("a",))
+    assert find_overlaps(cut) == find_overlaps([cut[0], reverse]) == []
+
+
+def test_neighbours_that_come_back_to_each_other_overlap() -> None:
+    straight = panel("a", (0, 0), (0.1, 0))
+    curved = panel("b", (0, 0), (0.02, 0.04), (0.06, 0.04), (0.08, 0.0005))
+    joined = [Outline(p.name, p.points, p.thickness, ("a", "b")) for p in (straight, curved)]
+    assert find_overlaps(joined) == [("a", "b", pytest.approx(0.0005))]
+    assert find_overlaps(joined, thickness_in_gap=False) == []
+
+
+@given(gap=st.floats(-0.9e-3, 3e-3), shift=st.floats(-0.09, 0.09))
+def test_parallel_panels(gap: float, shift: float) -> None:
+    two = [panel("a", (0, 0), (0.1, 0)), panel("b", (shift, 1e-3 + gap), (0.1 + shift, 1e-3 + gap))]
+    found = find_overlaps(two)
+    if gap < -1e-9:
+        assert found == [("a", "b", pytest.approx(-gap))]
+    elif gap > 1e-9:
+        assert found == []
+    assert find_overlaps(two, thickness_in_gap=False) == []
+
+
+@given(pieces=st.integers(1, 6), past=st.floats(0.001, 0.02))
+def test_crossing_panels_are_found_with_and_without_thickness(pieces: int, past: float) -> None:
+    share = np.linspace(0, 1, pieces + 1)[:, None]
+    a = Outline("a", np.array([[-0.05, 0.0]]) + share * [[0.1, 0.0]], 1e-3)
+    b = Outline("b", np.array([[0.0, 0.05]]) - share * [[0.0, 0.05 + past]], 1e-3)
+    assert find_overlaps([a, b], thickness_in_gap=False) == [("a", "b", pytest.approx(past))]
+    assert find_overlaps([a, b]) == [("a", "b", pytest.approx(past + 1e-3))]
+
+
+def test_a_cross_through_the_corners_of_both_is_found() -> None:
+    a = panel("a", (-1, 0), (0, 0), (1, 0))
+    b = panel("b", (0, -0.5), (0, 0), (0, 0.5))
+    assert find_overlaps([a, b], thickness_in_gap=False) == [("a", "b", pytest.approx(0.5))]
+
+
+def test_panels_that_end_on_a_common_point_without_being_neighbours_overlap() -> None:
+    assert len(find_overlaps(vee(1.0, joined=False))) == 1
+    assert find_overlaps(vee(1.0)) == []
+
+
+def test_few_panels() -> None:
+    assert find_overlaps([]) == []
+    assert find_overlaps([panel("a", (0, 0), (1, 0))]) == []
+
+
+def test_a_long_strip_is_checked_quickly_enough_to_be_checked_always() -> None:
+    a, b = 0.08 * math.cos(1.4), 0.08 * math.sin(1.4)
+    knots = np.array([[n * a, b * (n % 2)] for n in range(1001)])
+    names = [f"panel {n}" for n in range(1000)]
+    near = [tuple(names[max(0, n - 1) : n + 2]) for n in range(1000)]
+    many = [Outline(names[n], knots[n : n + 2], 3e-4, near[n]) for n in range(1000)]
+    assert find_overlaps(many) == []
+
+
+def test_a_plate_tilted_out_of_the_plane_is_refused() -> None:
+    body = {
+        "name": "flap", "mass": 1, "inertia": [1, 1, 1], "orientation": [math.cos(0.2), math.sin(0.2), 0, 0],
+        "plate": {"length": 1, "width": 1, "thickness": 0.01},
+    }  # fmt: skip
+    with pytest.raises(CaseError, match=r"scene\.bodies\.flap: .*x-z plane"):
+        find_overlaps(Scene.model_validate({"bodies": [body]}))
+
+
+def frames(path: Path) -> list[np.ndarray]:
+    with Image.open(path) as film:
+        pictures = []
+        for k in range(film.n_frames):
+            film.seek(k)
+            pictures.append(np.asarray(film.convert("L")))
+        return pictures
+
+
+def tallest(picture: np.ndarray) -> int:
+    """Height of what is drawn, below the caption."""
+    rows = np.flatnonzero((picture[40:] < 200).any(axis=1))
+    return int(rows[-1] - rows[0])
+
+
+@pytest.mark.parametrize("contact", [CONTACT, None])
+def test_film(tmp_path: Path, contact: dict[str, Any] | None) -> None:
+    preview(strip_case(contact=contact), tmp_path / "film" / "preview.gif")
+    pictures = frames(tmp_path / "film" / "preview.gif")
+    assert len(pictures) == module.FRAMES
+    heights = [tallest(picture) for picture in pictures]
+    # crease 3 rises from 79 mm to 229 mm over the lowest crease
+    assert heights[-1] / heights[0] == pytest.approx(229 / 79, rel=0.05)
+    assert all(np.diff(heights) >= -2)
+
+
+def test_driven_crease_follows_the_drive_and_held_panels_stay() -> None:
+    mechanism = module._mechanism(build_scene(strip_case()))
+    shots, kept = module._run(mechanism, module.PIECES)
+    assert kept
+    crease = np.array([shot[2][-1][1] for shot in shots])
+    share = np.linspace(0, 1, module.FRAMES)
+    np.testing.assert_allclose(crease[:, 1], crease[0, 1] + 0.15 * share, atol=1.5e-3)
+    np.testing.assert_allclose(crease[:, 0], crease[0, 0], atol=1.5e-3)
+    for held in (0, 5):
+        np.testing.assert_allclose(shots[-1][held], shots[0][held], atol=1e-12)
+
+
+def test_touching_panels_keep_out_of_each_other() -> None:
+    """The film with contact is not the linkage that passes through itself."""
+    mechanism = module._mechanism(build_scene(strip_case(travel="30 mm")))
+    shots, _ = module._run(mechanism, module.PIECES)
+    lines = [np.array([row[0][0], *(piece[1] for piece in row)]) for row in shots[-1]]
+    final = [Outline(str(n), line, 0.0, (str(n - 1), str(n + 1))) for n, line in enumerate(lines)]
+    assert not [pair for pair in find_overlaps(final, thickness_in_gap=False) if pair[2] > 1e-4]
+    through, _ = module._run(mechanism, 1)
+    crossed = [Outline(str(n), row[0], 0.0, (str(n - 1), str(n + 1))) for n, row in enumerate(through[-1])]
+    assert [pair for pair in find_overlaps(crossed, thickness_in_gap=False) if pair[2] > 1e-2]
+
+
+def test_unguided_drive_leaves_the_crease_free_sideways() -> None:
+    case = strip_case(held=[1], panels=4, length=0.32, drive={"crease": 2, "guide": False}, travel="100 mm")
+    shots, _ = module._run(module._mechanism(build_scene(case)), 1)
+    crease = np.array([shot[1][0][1] for shot in shots])
+    assert crease[-1, 1] - crease[0, 1] == pytest.approx(0.1, abs=2e-3)
+    assert abs(crease[-1, 0] - crease[0, 0]) > 0.01
+
+
+def test_pieces_that_come_apart_are_not_shown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    tried = []
+    run = module._run
+
+    def apart(mechanism: Any, pieces: int) -> Any:
+        tried.append(pieces)
+        return run(mechanism, pieces)[0], False
+
+    monkeypatch.setattr(module, "_run", apart)
+    preview(strip_case(travel="20 mm"), tmp_path / "preview.gif")
+    assert tried == [module.PIECES, 1]
+
+
+def test_a_drive_across_the_plane_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(CaseError, match="x-z plane"):
+        preview(strip_case(drive={"direction": [0, 1, 0]}), tmp_path / "preview.gif")
+
+
+def test_scene_without_a_drive_stands_still(tmp_path: Path) -> None:
+    case = strip_case().model_copy(update={"drive": ()})
+    preview(case, tmp_path / "preview.gif")
+    pictures = frames(tmp_path / "preview.gif")
+    assert np.abs(pictures[0].astype(int) - pictures[-1]).max() < 40

@@ -1,0 +1,326 @@
+"""Tables of cases: which rows are read, how they are run, what comes out."""
+
+import csv
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+import time
+import types
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from fsm.cli import cli
+from fsm.errors import CaseError, NotConverged
+from fsm.pool import Outcome, run_jobs
+from fsm.scene.table import load_table
+from fsm.table import RESOLVED, failures, format_table, run_table
+
+CASE = """
+[strip]
+length = 0.48
+width = 0.04
+thickness = 3e-4
+panels = 6
+fold_angle = "80 deg"
+segments_per_panel = 2
+[material]
+young = 3e9
+density = 800
+[crease]
+law = "linear"
+stiffness = 9.0e-3
+[contact]
+stiffness = 1e5
+[[drive]]
+crease = 3
+speed = "2 mm/s"
+travel = "150 mm"
+"""
+
+TABLE = """# four conditions
+case, strip.fold_angle, crease.stiffness, contact
+80 low, 80 deg, 2 N mm,
+80 high, 80 deg, 9e-3,
+83 low, "83 deg", 2 N mm, none
+
+base,,,
+"""
+
+
+def write(folder: Path, table: str = TABLE, case: str = CASE, base: str = "case.toml") -> Path:
+    (folder / base).write_text(case, encoding="utf-8")
+    path = folder / "table.csv"
+    path.write_text(table, encoding="utf-8")
+    return path
+
+
+def faults(path: Path, *overrides: str) -> list[str]:
+    with pytest.raises(CaseError) as caught:
+        load_table(path, overrides)
+    assert caught.value.source == str(path)
+    return [str(fault) for fault in caught.value.faults]
+
+
+def test_rows(tmp_path):
+    cases = load_table(write(tmp_path))
+    assert [case.name for case in cases] == ["80_low", "80_high", "83_low", "base"]
+    assert cases[0].overrides == {"strip.fold_angle": "80 deg", "crease.stiffness": "2 N mm"}
+    assert [case.loaded.case.crease.stiffness for case in cases] == [2e-3, 9e-3, 2e-3, 9e-3]
+    assert [case.loaded.case.strip.fold_angle for case in cases[2:]] == [math.radians(83), math.radians(80)]
+    assert [case.loaded.case.contact is None for case in cases] == [False, False, True, False]
+    assert all(case.loaded.path == tmp_path / "case.toml" for case in cases)
+
+
+def test_another_base_and_overrides_for_all(tmp_path):
+    table = "# base = other.toml\nstrip.fold_angle;drive.0.direction\n80 deg;[0, 0, 1]\n83 deg;\n"
+    cases = load_table(write(tmp_path, table, base="other.toml"), ["strip.panels=4", "drive.0.crease=2"])
+    assert [case.name for case in cases] == ["fold_angle-80_deg_direction-_0_0_1", "fold_angle-83_deg"]
+    assert [case.loaded.case.strip.panels for case in cases] == [4, 4]
+
+
+def test_all_faults_of_all_rows(tmp_path):
+    table = "case,strip.thickness,drive.0.crease\na,-1,\nb,,9\nc,1 kg,0\n"
+    assert faults(write(tmp_path, table, CASE.replace("young = 3e9", "young = -3"))) == [
+        f"base {tmp_path / 'case.toml'}: material.young: must be greater than 0; it is -3 Pa",
+        "row 2: strip.thickness: must be greater than 0; it is -1 m",
+        "row 3: drive.0.crease: must be a crease number from 1 to 5, with 6 panels; it is 9",
+        'row 4: strip.thickness: "1 kg" has the wrong unit; a value in m is wanted',
+    ]
+
+
+@pytest.mark.parametrize(
+    ("table", "expected"),
+    [
+        ("", "has no rows"),
+        ("case,strip.length\n", "has no rows"),
+        ("case,strip.lenght\na,1\n", "column strip.lenght: unknown key; did you mean `strip.length`?"),
+        ("case,strip.length,strip.length\na,1,2\n", "column strip.length: stands twice in the header"),
+        ("case,\na,1\n", "column 2: column without a name"),
+        ("case,strip.length\na,1,2\n", "row 2: has 3 cells; the header has 2"),
+        ("case,strip.length\na,1\nA,2\n", 'row 3: the name "A" is in row 2 already'),
+        ("strip.length\n1\n1\n", "row 3: the same values are in row 2 already"),
+        ("# base = nowhere.toml\ncase\na\n", "base "),
+    ],
+)
+def test_bad_tables(tmp_path, table, expected):
+    assert faults(write(tmp_path, table))[0].startswith(expected)
+
+
+def test_bad_overrides_of_a_table(tmp_path):
+    assert faults(write(tmp_path), "strip.lenght=1") == [
+        "--set strip.lenght: unknown key; did you mean `strip.length`?"
+    ]
+    assert faults(write(tmp_path), "strip") == [
+        "--set strip: write it as path=value, for example strip.thickness=0.0003"
+    ]
+
+
+def test_names_cannot_leave_the_folder(tmp_path):
+    cases = load_table(write(tmp_path, 'case,title\n../../etc/x,1\n..,"b"\n', CASE), ["title=t"])
+    assert [case.name for case in cases] == ["etc_x", "base"]
+
+
+def test_a_bad_table_through_the_command_line(tmp_path):
+    path = write(tmp_path, "case,strip.thickness\na,-1\n")
+    result = CliRunner().invoke(cli, ["table", str(path), "--out", str(tmp_path / "out")])
+    assert result.exit_code == 2
+    assert result.stderr == f"{path}: row 2: strip.thickness: must be greater than 0; it is -1 m\n"
+    assert not (tmp_path / "out").exists()
+
+
+# -- running -------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def fake_run(monkeypatch):
+    """Stand-in for the solver, and for the processes: the calls it got."""
+    calls: list[tuple[str, bool]] = []
+
+    def run_case(loaded, out, *, progress, resume):
+        calls.append((out.name, resume))
+        if out.name == "83_low":
+            raise NotConverged("panel 2 segment 1: no equilibrium at 27 mm\ntry more segments")
+        summary = {
+            "peak_force": 1.992,
+            "peak_travel": 0.0271,
+            "stages": [
+                {"name": "initial deformation", "travel": 0.0, "force": 0.1},
+                {"name": "contact", "travel": 0.013},
+            ],
+            "warnings": ["coarse mesh"],
+            "steps": 812,
+            "wall_time_s": 3.5,
+            "touches": [{"pair": "a"}],
+        }
+        (out / "summary.json").write_text(json.dumps(summary))
+        return summary
+
+    def run_here(work, jobs, workers):
+        for index, job in enumerate(jobs):
+            try:
+                yield Outcome(index, value=work(job))
+            except NotConverged as error:
+                yield Outcome(index, error=tuple(str(error).splitlines()), exit_code=3)
+
+    module = types.ModuleType("fsm.run")
+    module.run_case = run_case  # type: ignore[attr-defined]
+    module.warm_up = lambda spatial: calls.append(("warm up", spatial))  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "fsm.run", module)
+    monkeypatch.setattr("fsm.table.run_jobs", run_here)
+    return calls
+
+
+def test_one_failure_loses_no_other(tmp_path, fake_run, capsys):
+    rows = run_table(write(tmp_path), tmp_path / "out")
+    assert fake_run == [
+        ("warm up", False),
+        ("80_low", False),
+        ("80_high", False),
+        ("83_low", False),
+        ("base", False),
+    ]
+    assert [row["case"] for row in rows] == ["80_low", "80_high", "83_low", "base"]
+    assert rows[0]["stage_contact_travel"] == 0.013
+    assert rows[0]["crease.stiffness"] == "2 N mm"
+    assert rows[0]["warnings"] == 1
+    assert "touches" not in rows[0]
+    assert rows[2]["error"] == "panel 2 segment 1: no equilibrium at 27 mm\ntry more segments"
+    assert failures(rows) == 3
+    assert failures(rows[:2]) == 0
+    assert capsys.readouterr().err.splitlines()[1] == "[2/4] 80_high: peak 1.9920 N at 27.10 mm, 3.5 s"
+    with (tmp_path / "out" / "summary.csv").open() as file:
+        table = list(csv.DictReader(file))
+    assert [row["peak_force"] for row in table] == ["1.992", "1.992", "", "1.992"]
+    assert table[0]["stage_initial_deformation_travel"] == "0.0"
+    assert list(table[0])[:5] == ["case", "strip.fold_angle", "crease.stiffness", "contact", "peak_force"]
+    assert table[2]["error"] == "panel 2 segment 1: no equilibrium at 27 mm; try more segments"
+    assert table[2]["exit_code"] == "3"
+    assert (tmp_path / "out" / "80_low" / RESOLVED).read_text() == load_table(tmp_path / "table.csv")[
+        0
+    ].loaded.text
+
+
+def test_resume_runs_only_what_is_not_there_or_has_changed(tmp_path, fake_run):
+    path = write(tmp_path)
+    first = run_table(path, tmp_path / "out", progress=False)
+    fake_run.clear()
+    again = run_table(path, tmp_path / "out", resume=True, progress=False)
+    assert fake_run == [("warm up", False), ("83_low", False)]
+    assert again == first
+    fake_run.clear()
+    path.write_text(TABLE.replace("80 high, 80 deg, 9e-3", "80 high, 80 deg, 8e-3"))
+    run_table(path, tmp_path / "out", resume=True, progress=False)
+    assert fake_run == [("warm up", False), ("80_high", False), ("83_low", False)]
+    fake_run.clear()
+    (tmp_path / "out" / "80_low" / "summary.json").unlink()  # as if it had been cut off
+    run_table(path, tmp_path / "out", resume=True, progress=False)
+    assert fake_run == [("warm up", False), ("80_low", True), ("83_low", False)]
+    fake_run.clear()
+    run_table(path, tmp_path / "out", progress=False)
+    assert len(fake_run) == 5
+
+
+def test_stale_results_of_a_row_that_fails_are_not_shown(tmp_path, fake_run):
+    path = write(tmp_path)
+    folder = tmp_path / "out" / "83_low"
+    folder.mkdir(parents=True)
+    (folder / "summary.json").write_text('{"peak_force": 99}')
+    rows = run_table(path, tmp_path / "out", progress=False)
+    assert "peak_force" not in rows[2]
+
+
+def test_the_command_reports_failures_at_the_end(tmp_path, fake_run):
+    result = CliRunner().invoke(cli, ["table", str(write(tmp_path)), "--out", str(tmp_path / "out")])
+    assert result.exit_code == 3
+    assert result.stderr.splitlines()[-1] == "1 of 4 cases failed"
+    assert "83_low: panel 2 segment 1: no equilibrium at 27 mm" in result.stdout
+
+
+def test_printed_table():
+    rows = [
+        {
+            "case": "80_low",
+            "peak_force": 1.9923,
+            "peak_travel": 0.02712,
+            "stage_contact_travel": 0.01301,
+            "steps": 812,
+        },
+        {"case": "a", "error": "no equilibrium", "exit_code": 3, "wall_time_s": 12.345, "warnings": 0},
+    ]
+    assert format_table(rows).splitlines() == [
+        "condition  peak force (N)  at travel (mm)  contact from (mm)  steps  run time (s)  warnings",
+        "-------------------------------------------------------------------------------------------",
+        "80_low             1.9923           27.12              13.01    812             -         -",
+        "a                       -               -                  -      -         12.35         0",
+        "a: no equilibrium",
+    ]
+
+
+# -- processes -----------------------------------------------------------------------------------------------
+
+
+def test_jobs_that_fail_or_die_take_no_other_with_them():
+    jobs = [
+        "6 * 7",
+        "1 / 0",
+        "__import__('os')._exit(7)",
+        "__import__('os').environ['OMP_NUM_THREADS']",
+        "[1]",
+    ]
+    before = os.environ.get("OMP_NUM_THREADS")
+    outcomes = sorted(run_jobs(eval, jobs, 2), key=lambda outcome: outcome.job)
+    assert [outcome.value for outcome in outcomes] == [42, None, None, "1", [1]]
+    assert outcomes[1].error == ("internal error: ZeroDivisionError: division by zero",)
+    assert "Traceback" in outcomes[1].trace
+    assert outcomes[2].error == ("the worker process ended with code 7",)
+    assert os.environ.get("OMP_NUM_THREADS") == before
+
+
+def test_foreseen_errors_keep_their_exit_code():
+    (outcome,) = run_jobs(exec, ["from fsm.errors import NotConverged; raise NotConverged('a\\nb')"], 4)
+    assert (outcome.error, outcome.exit_code, outcome.trace) == (("a", "b"), 3, "")
+
+
+@pytest.mark.skipif(not hasattr(os, "getpgrp"), reason="needs POSIX process groups")
+def test_the_interrupt_of_a_terminal_does_not_reach_workers_twice():
+    (outcome,) = run_jobs(eval, ["__import__('os').getpgrp()"], 1)
+    assert outcome.value != os.getpgrp()
+
+
+@pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="needs POSIX signals")
+def test_an_interrupt_reaches_every_worker_once_and_ends_all(tmp_path):
+    """Each worker writes what it would write into a checkpoint; nobody is left over."""
+    job = (
+        "import sys, time, pathlib\n"
+        "pathlib.Path({0!r} + '.started').touch()\n"
+        "try:\n    time.sleep(60)\n"
+        "except KeyboardInterrupt:\n    time.sleep(0.3); pathlib.Path({0!r} + '.saved').touch(); raise\n"
+    )
+    jobs = [job.format(str(tmp_path / name)) for name in "abc"]
+    code = f"from fsm.pool import run_jobs\nfor outcome in run_jobs(exec, {jobs!r}, 2): print(outcome)"
+    process = subprocess.Popen(
+        [sys.executable, "-c", code],
+        stderr=subprocess.PIPE,
+        env={"PYTHONPATH": ":".join(sys.path)},
+        start_new_session=True,
+    )
+    try:
+        deadline = time.monotonic() + 60
+        while len(list(tmp_path.glob("*.started"))) < 2 and time.monotonic() < deadline:
+            time.sleep(0.02)
+        os.killpg(process.pid, signal.SIGINT)  # as a terminal does it: to the whole group
+        _, errors = process.communicate(timeout=30)
+    finally:
+        process.kill()
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "a.saved",
+        "a.started",
+        "b.saved",
+        "b.started",
+    ]
+    assert errors.decode().count("Traceback") == 1  # of the parent only
