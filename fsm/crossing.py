@@ -7,7 +7,10 @@ import numpy as np
 from fsm.results.solution import Solution
 from fsm.scene.scene import Scene
 
-__all__ = ["first_crossings"]
+__all__ = ["TIP", "first_crossings"]
+
+TIP = 0.05
+"""Fraction of its length next to the end of a panel where a crossing does not count."""
 
 
 def first_crossings(solution: Solution, scene: Scene) -> list[tuple[int, int, float]]:
@@ -17,7 +20,8 @@ def first_crossings(solution: Solution, scene: Scene) -> list[tuple[int, int, fl
     -------
     list of (panel, panel, travel)
         The first saved travel (m; the time in s without a drive) at which their middle lines cross. Contact pairs are
-        left out: they may lie in each other by their penetration. Spatial runs are not looked at.
+        left out: they may lie in each other by their penetration, and so may the tips of the panels next to them, so
+        crossings within `TIP` of the end of a panel do not count. Spatial runs are not looked at.
     """
     if solution.layout.dimension != "planar" or not len(solution.layout.panel):
         return []
@@ -29,6 +33,8 @@ def first_crossings(solution: Solution, scene: Scene) -> list[tuple[int, int, fl
         start = solution.shape[number, :, 0][:, [0, 2]]
         end = solution.shape[number, :, 1][:, [0, 2]]
         for i, j in zip(*np.nonzero(_crossing(start, end)), strict=True):
+            if _at_a_tip(start, end, panel, i, j):
+                continue
             pair = (int(min(panel[i], panel[j])), int(max(panel[i], panel[j])))
             if pair[0] != pair[1] and pair[0] > 0 and pair not in watched:
                 found.setdefault(pair, float(at[number]))
@@ -53,6 +59,20 @@ def _crossing(start: np.ndarray, end: np.ndarray) -> np.ndarray:
     tiny = 1e-9 * float(np.max(np.sum(along**2, axis=1)))
     apart = (side_start * side_end < 0.0) & (np.abs(side_start) > tiny) & (np.abs(side_end) > tiny)
     return np.asarray(apart & apart.T)
+
+
+def _at_a_tip(start: np.ndarray, end: np.ndarray, panel: np.ndarray, i: int, j: int) -> bool:
+    """Whether lines i and j cross next to an end of the panel of either."""
+    along, other = end[i] - start[i], end[j] - start[j]
+    offset = start[j] - start[i]
+    point = start[i] + along * (offset[0] * other[1] - offset[1] * other[0]) / (along[0] * other[1] - along[1] * other[0])
+    for number in (panel[i], panel[j]):
+        of_panel = np.flatnonzero(panel == number)
+        ends = np.array([start[of_panel[0]], end[of_panel[-1]]])
+        length = np.linalg.norm(end[of_panel] - start[of_panel], axis=1).sum()
+        if np.linalg.norm(ends - point, axis=1).min() < TIP * length:
+            return True
+    return False
 
 
 def _side(along: np.ndarray, origin: np.ndarray, point: np.ndarray) -> np.ndarray:

@@ -24,7 +24,7 @@ from fsm.plots.force import plot_force
 from fsm.plots.motion import plot_motion
 from fsm.progress import Progress
 from fsm.results.export import write_force_csv
-from fsm.results.quantities import peak, summarise
+from fsm.results.quantities import Curve, summarise
 from fsm.results.solution import Layout, Record, Solution
 from fsm.results.store import (
     ResultWriter,
@@ -34,6 +34,7 @@ from fsm.results.store import (
     write_checkpoint,
 )
 from fsm.scene.builders.strip import build_scene
+from fsm.scene.builders.warm_up import WARM_UP_SHIFT, warm_up_cases
 from fsm.scene.case import Case
 from fsm.scene.load_case import LoadedCase
 from fsm.scene.planar import out_of_plane
@@ -111,16 +112,9 @@ def run_case(
     scene, system = prepare(loaded.case, str(loaded.path))
     _check_expectations(loaded)
     out.mkdir(parents=True, exist_ok=True)
-    solution, statistics, ledger, warnings = _Solve(loaded, scene, system, out, resume).run(progress)
-    summary = _summary(solution, scene, statistics, ledger, warnings)
-    summary |= {
-        "method": statistics.method,
-        "dof": system.nu,
-        "dimension": solution.layout.dimension,
-        "compile_time_s": jit.compile_time() - compiled,
-        "wall_time_s": time.perf_counter() - begun,
-    }
-    _write(solution, summary, out)
+    solution = _Solve(loaded, scene, system, out, resume).run(progress, begun, compiled)
+    _write(solution, out)
+    summary = solution.summary
     failed = _missed(loaded.case, summary)
     if failed:
         raise ExpectationFailed("\n".join(failed))
@@ -129,14 +123,18 @@ def run_case(
 
 def warm_up(spatial: bool = False) -> None:
     """Compile (or load) every kernel a run needs, by solving the first instants of a small strip of every kind."""
-    from fsm.scene.builders.warm_up import warm_up_cases
-
     for case in warm_up_cases(spatial):
         _, system = prepare(case)
         q, u = system.initial()
         end = 1e-3 * (system.end_time() or 1.0)
         simulate(system, Settings("Radau", 1e-3, end), [0.0, end], lambda saved: None)
         negative_pivots(system, 0.0, q)
+        pushed = np.zeros((system.n_free, system.size))
+        names = [system.bodies.names[i] for i in system.bodies.free]
+        pushed[[name.startswith("panel 3") for name in names], 0] = WARM_UP_SHIFT
+        touching = system.retract(q, pushed.ravel())
+        system.tangent(0.0, touching, u)
+        system.observe(0.0, touching, u)
 
 
 class _Solve:
@@ -154,9 +152,8 @@ class _Solve:
         self.resumed = self._read_checkpoint() if resume else None
         self.records = 0
 
-    def run(
-        self, progress: bool | Callable[[float], None]
-    ) -> tuple[Solution, Statistics, Ledger, list[str]]:
+    def run(self, progress: bool | Callable[[float], None], begun: float, compiled: float) -> Solution:
+        """Solve, write the results file and read it back; `begun` and `compiled` are clocks at the start of the run."""
         method, reason = choose_method(self.case.solve.method)
         end = self.system.end_time() if self.case.solve.end_time is None else self.case.solve.end_time
         assert end is not None
@@ -177,9 +174,18 @@ class _Solve:
             statistics, ledger = simulate(
                 self.system, settings, times, lambda saved: self._save(writer, saved), bar.step, start, ledger
             )
-            writer.finish(_plain(statistics), {})
+            writer.flush()
+            solution = read_solution(part_path(self.target))
+            summary = _summary(solution, self.scene, statistics, ledger, self.warnings) | {
+                "method": statistics.method,
+                "dof": self.system.nu,
+                "dimension": solution.layout.dimension,
+                "compile_time_s": jit.compile_time() - compiled,
+                "wall_time_s": time.perf_counter() - begun,
+            }
+            writer.finish(_plain(statistics), summary)
         self.checkpoint.unlink(missing_ok=True)
-        return read_solution(self.target), statistics, ledger, self.warnings
+        return read_solution(self.target)
 
     def save_times(self, end: float) -> list[float]:
         """Times to save at; always the first and the last."""
@@ -330,15 +336,8 @@ def _summary(
     solution: Solution, scene: Scene, statistics: Statistics, ledger: Ledger, warnings: list[str]
 ) -> dict[str, Any]:
     summary: dict[str, Any] = {"peak_force": 0.0, "peak_travel": 0.0, "stages": []}
-    summary |= summarise(solution)
     if solution.travel.shape[1]:
-        # every step and Gauss point was looked at, so the peak does not depend on what is saved
-        travel = np.array([x[0] for x in statistics.travel])
-        force = np.array([x[0] for x in statistics.force])
-        order = np.argsort(travel, kind="stable")
-        fine = peak(travel[order], force[order])
-        if fine[0] > summary["peak_force"]:
-            summary["peak_force"], summary["peak_travel"] = fine
+        summary |= summarise(_fine_curve(solution, statistics), solution.layout.pair_names)
     unstable = int(np.sum(solution.negative_pivots > 0))
     summary |= {
         "steps": statistics.steps,
@@ -349,6 +348,17 @@ def _summary(
     }
     summary["warnings"] = [*warnings, *_warnings(solution, scene, summary)]
     return summary
+
+
+def _fine_curve(solution: Solution, statistics: Statistics) -> Curve:
+    """Records and every point looked at on the way, so that peak and stages do not depend on what is saved."""
+    pairs = solution.pair_force.shape[1]
+    seen = Curve(
+        np.array([drive.travel[0] for drive, _ in statistics.seen]),
+        np.array([drive.force[0] for drive, _ in statistics.seen]),
+        np.array([force for _, force in statistics.seen]).reshape(-1, pairs),
+    )
+    return Curve.of(solution).merged(seen)
 
 
 def _warnings(solution: Solution, scene: Scene, summary: dict[str, Any]) -> list[str]:
@@ -388,16 +398,15 @@ def _warnings(solution: Solution, scene: Scene, summary: dict[str, Any]) -> list
     return found
 
 
-def _write(solution: Solution, summary: dict[str, Any], out: Path) -> None:
-    """summary.json last and whole, so that its presence means the case is done."""
-    solution.summary = summary
+def _write(solution: Solution, out: Path) -> None:
+    """Curve, plots, and summary.json last and whole, so that its presence means the case is done."""
     write_force_csv(solution, out / "force.csv")
     if solution.travel.shape[1]:
         plot_force(solution, out / "force.png")
     plot_motion(solution, out / "motion.png")
     plot_energy(solution, out / "energy.png")
     partial = out / "summary.json.part"
-    partial.write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
+    partial.write_text(json.dumps(solution.summary, indent=2) + "\n", encoding="utf-8")
     os.replace(partial, out / "summary.json")
 
 

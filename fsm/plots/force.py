@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
 from fsm.plots.style import COLOURS, GREY, SINGLE, STAGE_COLOURS, WIDE, abscissa, figure, rounded
-from fsm.results.quantities import STAGES, peak, summarise
+from fsm.results.quantities import STAGES, Curve, peak, summarise
 from fsm.results.solution import Solution
 
 __all__ = ["plot_force", "plot_overlay"]
@@ -40,7 +40,9 @@ def plot_force(solution: Solution, path: str | Path) -> None:
         ax.margins(x=0)
         if solution.force.shape[1] > 1:
             ax.legend(loc="best")
-        summary = solution.summary if "stages" in solution.summary else summarise(solution)
+        summary = solution.summary
+        if "stages" not in summary:
+            summary = summarise(Curve.of(solution), solution.layout.pair_names)
         stages = _shade_stages(ax, summary["stages"], float(x[-1]))
         fig.legend(handles=stages, loc="outside upper center", ncols=3, columnspacing=1.2, handlelength=1.4)
         _mark_peak(ax, solution)

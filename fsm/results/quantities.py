@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,11 +11,15 @@ from numpy.typing import ArrayLike
 
 from fsm.results.solution import Floats, Solution
 
-__all__ = ["CONTACT_THRESHOLD", "STAGES", "Stage", "find_stages", "first_touch", "peak", "summarise"]
+__all__ = ["CONTACT_THRESHOLD", "STAGES", "Curve", "Stage", "find_stages", "first_touch", "peak", "summarise"]
 
 STAGES = ("initial deformation", "contact", "bending")
 CONTACT_THRESHOLD = 1e-4
 """Share of the largest pair force of the run from which on a pair counts as touching."""
+KNEE = 0.5
+"""Fraction of the steepest slope since contact below which the rise of the force is over."""
+RESAMPLED = 200
+"""Even intervals of travel that slopes are taken over."""
 
 
 class Stage(NamedTuple):
@@ -65,47 +71,61 @@ def peak(travel: ArrayLike, force: ArrayLike) -> tuple[float, float]:
     return float(f[top] + b * x + c * x * x), float(s[top] + x)
 
 
-def find_stages(
-    travel: ArrayLike,
-    pair_force: ArrayLike,
-    energy_panels: ArrayLike,
-    energy_creases: ArrayLike,
-    force: ArrayLike,
-) -> list[Stage]:
-    """Where the stages of a pulled strip begin: initial deformation, contact, bending.
+@dataclass(frozen=True)
+class Curve:
+    """Pull force and contact forces against travel, as finely as they are known.
 
-    * "initial deformation" begins with the first record: the panels are all but rigid and the creases turn.
-    * "contact" begins at the travel at which the first of the pairs is touched (`first_touch`).
-    * "bending" begins, not before contact, where the plain panels start to take more than half of every
-      increment of elastic energy, dU_panels/ds > dU_creases/ds with dU_panels/ds > 0, and go on so over at
-      least two intervals between records. Rates are differences between records; the beginning is where the
-      rates, taken as linear between the middles of the intervals, cross.
-
-    A stage that is not reached is absent. Records at which the drive stands still or goes back are left out.
-
-    Parameters
+    Attributes
     ----------
-    travel : (n,) array, m
-    pair_force : (n, n_pairs) array, N              normal force of every contact pair
-    energy_panels, energy_creases : (n,) arrays, J  elastic energies
-    force : (n,) array, N                           of the drive, reported with each stage
+    travel, force : (n,) arrays, m, N        of the first drive
+    pair_force : (n, n_pairs) array, N       normal force of every contact pair
+    """
+
+    travel: Floats
+    force: Floats
+    pair_force: Floats
+
+    @classmethod
+    def of(cls, solution: Solution) -> Curve:
+        """The curve through the records of a solution, which must have a drive."""
+        return cls(solution.travel[:, 0], solution.force[:, 0], solution.pair_force)
+
+    def merged(self, other: Curve) -> Curve:
+        """Both curves' points in the order of travel."""
+        travel = np.concatenate([self.travel, other.travel])
+        order = np.argsort(travel, kind="stable")
+        return Curve(
+            travel[order],
+            np.concatenate([self.force, other.force])[order],
+            np.concatenate([self.pair_force, other.pair_force])[order],
+        )
+
+
+def find_stages(curve: Curve) -> list[Stage]:
+    """Where the stages of a pulled strip begin (seed 003, figure 20): initial deformation, contact, bending.
+
+    * "initial deformation" begins with the first record: the creases turn and the panels bend little.
+    * "contact" begins at the travel at which the first of the pairs is touched (`first_touch`): the creases have
+      swung inwards, the force rises steeply, since the panels that led them in are now pressed along their length.
+    * "bending" begins where that rise is over: the slope dF/ds has fallen below `KNEE` times its largest value
+      since contact, because the pressed panels have buckled. Slopes are differences of the curve resampled at
+      `RESAMPLED` even travels from contact to the end, and must stay low over two of them.
+
+    A stage that is not reached is absent. Points at which the drive stands still or goes back are left out.
 
     Returns
     -------
     list of Stage, in the order in which they are reached
     """
-    s = np.asarray(travel, dtype=float)
-    if len(s) == 0:
+    if len(curve.travel) == 0:
         return []
-    keep = _advancing(s)
-    s, f = s[keep], np.asarray(force, dtype=float)[keep]
-    pairs = np.asarray(pair_force, dtype=float)[keep]
+    keep = _advancing(curve.travel)
+    s, f = curve.travel[keep], curve.force[keep]
     begins = [float(s[0])]
-    touches = [x for x in first_touch(s, pairs) if x is not None]
+    touches = [x for x in first_touch(s, curve.pair_force[keep]) if x is not None]
     if touches:
         begins.append(min(touches))
-        panels, creases = (np.asarray(e, dtype=float)[keep] for e in (energy_panels, energy_creases))
-        bending = _panels_take_over(s, panels, creases, begins[1])
+        bending = _end_of_rise(s, f, begins[1])
         if bending is not None:
             begins.append(bending)
     return [Stage(name, x, float(np.interp(x, s, f))) for name, x in zip(STAGES, begins, strict=False)]
@@ -142,24 +162,16 @@ def _onset(s: Floats, f: Floats, touching: np.ndarray) -> float:
     return float(np.clip(s[k] - f[k] * (s[k + 1] - s[k]) / rise, s[k - 1], s[k]))
 
 
-def _panels_take_over(s: Floats, panels: Floats, creases: Floats, contact: float) -> float | None:
-    """Travel from which the panels take more than half of the elastic energy; None if they never do."""
-    if len(s) < 3:
+def _end_of_rise(s: Floats, f: Floats, contact: float) -> float | None:
+    """Travel after contact at which the slope of the force has fallen below `KNEE` of its largest; None if never."""
+    if s[-1] <= contact:
         return None
-    middle, ds = (s[1:] + s[:-1]) / 2, np.diff(s)
-    panel_rate, crease_rate = np.diff(panels) / ds, np.diff(creases) / ds
-    excess = np.minimum(panel_rate - crease_rate, panel_rate)
-    noise = 1e-9 * float(np.max(np.abs(np.concatenate([panel_rate, crease_rate]))))
-    first = int(np.searchsorted(s, contact, side="left"))  # intervals after the one of the onset
-    more = excess > noise
-    sustained = np.flatnonzero(more[first:-1] & more[first + 1 :])
-    if len(sustained) == 0:
-        return None
-    k = first + int(sustained[0])
-    if k == 0 or more[k - 1]:  # they did so before contact already
-        return contact
-    low, high = excess[k - 1], excess[k]
-    return max(contact, float(middle[k - 1] - low / (high - low) * (middle[k] - middle[k - 1])))
+    grid = np.linspace(contact, s[-1], RESAMPLED + 1)
+    slope = np.diff(np.interp(grid, s, f)) / np.diff(grid)
+    largest = np.maximum.accumulate(slope)
+    low = (slope < KNEE * largest) & (largest > 0.0)
+    sustained = np.flatnonzero(low[:-1] & low[1:])
+    return float(grid[sustained[0]]) if len(sustained) else None
 
 
 def _advancing(s: Floats) -> np.ndarray:
@@ -168,42 +180,35 @@ def _advancing(s: Floats) -> np.ndarray:
     return np.flatnonzero(s > before)
 
 
-def summarise(solution: Solution) -> dict[str, Any]:
-    """Named results of a run, SI, ready to be stored and compared with an expectation.
+def summarise(curve: Curve, pair_names: Sequence[str]) -> dict[str, Any]:
+    """Named results of a pull, SI, ready to be stored and compared with an expectation.
 
-    Keys (of the first drive; a scene without a drive has none of them):
-
-    * `peak_force`, `peak_travel`: see `peak`; `final_travel`, `final_force`: of the last record
+    * `peak_force`, `peak_travel`: see `peak`; `final_travel`, `final_force`: of the last point
     * `stages`: list of {name, travel, force}, see `find_stages`
     * `contact_travel`, `contact_force`, `bending_travel`, `bending_force`: the same as numbers, if reached
     * `touches`: list of {pair, travel, force}: first touch of every pair that touches, in the order of travel
     """
-    if solution.travel.shape[1] == 0 or len(solution) == 0:
-        return {}
-    travel, force = solution.travel[:, 0], solution.force[:, 0]
-    peak_force, peak_travel = peak(travel, force)
-    energy = solution.energy
-    stages = find_stages(travel, solution.pair_force, energy["panels"], energy["creases"], force)
+    peak_force, peak_travel = peak(curve.travel, curve.force)
+    stages = find_stages(curve)
     summary: dict[str, Any] = {
         "peak_force": peak_force,
         "peak_travel": peak_travel,
-        "final_travel": float(travel[-1]),
-        "final_force": float(force[-1]),
+        "final_travel": float(curve.travel[-1]),
+        "final_force": float(curve.force[-1]),
         "stages": [stage._asdict() for stage in stages],
-        "touches": _touches(solution),
+        "touches": _touches(curve, pair_names),
     }
     for stage in stages[1:]:
         summary |= {f"{stage.name}_travel": stage.travel, f"{stage.name}_force": stage.force}
     return summary
 
 
-def _touches(solution: Solution) -> list[dict[str, Any]]:
-    keep = _advancing(solution.travel[:, 0])
-    travel, force = solution.travel[keep, 0], solution.force[keep, 0]
-    onsets = first_touch(travel, solution.pair_force[keep])
+def _touches(curve: Curve, pair_names: Sequence[str]) -> list[dict[str, Any]]:
+    keep = _advancing(curve.travel)
+    travel, force = curve.travel[keep], curve.force[keep]
     found = [
         {"pair": name, "travel": x, "force": float(np.interp(x, travel, force))}
-        for name, x in zip(solution.layout.pair_names, onsets, strict=True)
+        for name, x in zip(pair_names, first_touch(travel, curve.pair_force[keep]), strict=True)
         if x is not None
     ]
     return sorted(found, key=lambda touch: touch["travel"])

@@ -394,4 +394,7 @@ def _curve(element: ForceElement) -> Curve:
         curve = curve_from_data(
             np.array(crease.angle), crease.scale * np.array(crease.moment), crease.interpolation
         )
-    return add_flexibility(curve, element.crease_flexibility)
+    try:
+        return add_flexibility(curve, element.crease_flexibility)
+    except ValueError as error:
+        raise CaseError(Fault("crease.data", str(error))) from None

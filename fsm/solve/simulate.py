@@ -17,7 +17,7 @@ import numpy as np
 from fsm.errors import EnergyAbort, NotConverged
 from fsm.solve.scipy_ivp import FirstOrder, make_solver
 from fsm.solve.status import Outcome
-from fsm.system import Observation, System
+from fsm.system import DriveState, Observation, System
 
 __all__ = ["Ledger", "Saved", "Settings", "Statistics", "choose_method", "simulate"]
 
@@ -85,7 +85,7 @@ class Saved:
 class Statistics:
     """What a solve took, and the curve at every point looked at.
 
-    `travel` and `force` are lists of (n_drives,) arrays at the Gauss points and ends of all steps.
+    `seen` holds the drives and contact forces at the Gauss points and ends of all steps, in order of time.
     """
 
     method: str
@@ -97,8 +97,7 @@ class Statistics:
     newton_iterations: int = 0
     wall_time: float = 0.0
     smallest_step: float = math.inf
-    travel: list[np.ndarray] = field(default_factory=list)
-    force: list[np.ndarray] = field(default_factory=list)
+    seen: list[tuple[DriveState, np.ndarray]] = field(default_factory=list)
 
 
 def choose_method(name: str) -> tuple[str, str]:
@@ -169,8 +168,7 @@ class _Run:
             ledger = Ledger(start=first.energy.stored)
         self.ledger = ledger
         self.ledger.balance(first.energy.stored, first.energy.kinetic)
-        self.statistics.travel.append(first.drive.travel)
-        self.statistics.force.append(first.drive.force)
+        self._look(first)
 
     def go(self, save_times: list[float], on_step: Callable[[float, int], None] | None) -> None:
         begun = time.perf_counter()
@@ -232,8 +230,7 @@ class _Run:
         self.ledger.balance(seen.energy.stored, seen.energy.kinetic)
 
     def _look(self, seen: Observation) -> None:
-        self.statistics.travel.append(seen.drive.travel)
-        self.statistics.force.append(seen.drive.force)
+        self.statistics.seen.append((seen.drive, seen.pair_force))
 
     def _save_between(
         self, at: float, end: float, state: np.ndarray, dense: Callable[[float], np.ndarray], before: tuple[float, float]
@@ -261,7 +258,7 @@ class _Run:
         self.statistics.outcome = outcome
         q, u = self.equations.split(self.state)
         worst = self.system.blame(self.system.acceleration(self.time, q, u))
-        travel = ", ".join(f"{1e3 * x:.4g} mm" for x in self.statistics.travel[-1])
+        travel = ", ".join(f"{1e3 * x:.4g} mm" for x in self.statistics.seen[-1][0].travel)
         where = f"at t = {self.time:.6g} s" + (f" (travel {travel})" if travel else "")
         text = f"{where}, step {self.statistics.steps}, method {self.settings.method}: {outcome.value}"
         text += f". Fastest changing body: {worst}" + (f". Solver: {detail}" if detail else "")

@@ -16,7 +16,7 @@ from fsm.plots.energy import plot_energy
 from fsm.plots.force import plot_force, plot_overlay
 from fsm.plots.motion import leaves_plane, pick_records, plot_motion
 from fsm.plots.style import STYLE, energy_unit
-from fsm.results.quantities import summarise
+from fsm.results.quantities import Curve, summarise
 from fsm.results.solution import ENERGIES, Layout, Record, Solution
 
 PANEL, HALF_WIDTH, FOLD, CELLS = 0.08, 0.02, np.radians(80), 8
@@ -72,7 +72,7 @@ def strip_run(n: int = 151, drives: int = 1, peak: float = 2.0, out: float = 0.0
         drive_names=tuple(f"crease {3 + k}" for k in range(drives)), dimension="spatial" if out else "planar",
     )  # fmt: skip
     run = Solution.from_records(records, layout)
-    run.summary = summarise(run)
+    run.summary = summarise(Curve.of(run), run.layout.pair_names)
     return run
 
 

@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fsm.results.quantities import find_stages, first_touch, peak, summarise
-from fsm.results.solution import Layout, Record, Solution
+from fsm.results.quantities import Curve, find_stages, first_touch, peak, summarise
 
 
 @given(
@@ -58,28 +57,33 @@ def test_peak_of_a_flat_curve() -> None:
 
 
 CONTACT, BENDING = 0.0133, 0.0217
+SLOPES = 3.0, 50.0, 10.0
 
 
-def synthetic(n: int, contact: float = CONTACT, bending: float = BENDING) -> dict[str, np.ndarray]:
-    """Energies whose rates cross at `bending`, and a pair that touches at `contact`."""
+def synthetic(n: int, slopes: tuple[float, float, float] = SLOPES) -> Curve:
+    """Three straight lines that meet at `CONTACT` and `BENDING`, and a pair that touches at `CONTACT`."""
     s = np.linspace(0, 0.06, n)
-    panels = 5 * s + 2000 * np.maximum(0, s - bending / 2) ** 2 / 2
-    excess = 2000 * (bending - bending / 2)
-    creases = (5 + excess) * s
-    pairs = np.column_stack([np.zeros(n), 40 * np.maximum(0, s - contact)])
-    energies = {"energy_panels": panels, "energy_creases": creases}
-    return {"travel": s, "pair_force": pairs, "force": 3 * s} | energies
+    first, second, third = slopes
+    force = first * np.minimum(s, CONTACT) + second * np.clip(s - CONTACT, 0, BENDING - CONTACT)
+    force += third * np.maximum(s - BENDING, 0)
+    pairs = np.column_stack([np.zeros(n), 40 * np.maximum(0, s - CONTACT)])
+    return Curve(s, force, pairs)
 
 
-@pytest.mark.parametrize("n", [31, 61, 601])
+def names(curve: Curve) -> list[str]:
+    return [stage.name for stage in find_stages(curve)]
+
+
+@pytest.mark.parametrize("n", [121, 601, 6001])
 def test_stages_of_a_known_curve(n: int) -> None:
-    stages = find_stages(**synthetic(n))
+    curve = synthetic(n)
+    stages = find_stages(curve)
     assert [stage.name for stage in stages] == ["initial deformation", "contact", "bending"]
     assert stages[0].travel == 0.0
     assert stages[1].travel == pytest.approx(CONTACT, abs=2e-5)
-    assert stages[2].travel == pytest.approx(BENDING, abs=2e-5)
+    assert stages[2].travel == pytest.approx(BENDING, abs=0.06 / n + 1e-4)
     for stage in stages:
-        assert stage.force == pytest.approx(3 * stage.travel, abs=1e-9)
+        assert stage.force == pytest.approx(np.interp(stage.travel, curve.travel, curve.force), abs=1e-9)
 
 
 def test_contact_onset_of_a_hertz_force_lies_between_its_records() -> None:
@@ -92,65 +96,39 @@ def test_contact_onset_of_a_hertz_force_lies_between_its_records() -> None:
 
 def test_noise_below_the_threshold_is_no_contact() -> None:
     curve = synthetic(61)
-    curve["pair_force"][:, 0] = 1e-6
-    assert find_stages(**curve)[1].travel == pytest.approx(CONTACT, abs=2e-5)
+    curve.pair_force[:, 0] = 1e-6
+    assert find_stages(curve)[1].travel == pytest.approx(CONTACT, abs=2e-5)
 
 
-def test_bending_before_contact_counts_from_contact() -> None:
-    stages = find_stages(**synthetic(121, contact=0.03, bending=0.01))
-    assert stages[2].travel == stages[1].travel == pytest.approx(0.03, abs=1e-6)
+def test_a_rise_that_goes_on_is_not_bending() -> None:
+    assert names(synthetic(601, (3.0, 50.0, 26.0))) == ["initial deformation", "contact"]
+    assert names(synthetic(601, (3.0, 50.0, 24.0))) == ["initial deformation", "contact", "bending"]
 
 
 def test_stages_not_reached_are_absent() -> None:
     curve = synthetic(61)
-    none = curve | {"pair_force": np.zeros((61, 0))}
-    assert [stage.name for stage in find_stages(**none)] == ["initial deformation"]
-    apart = curve | {"pair_force": np.zeros((61, 2))}
-    assert [stage.name for stage in find_stages(**apart)] == ["initial deformation"]
-    stiff = curve | {"energy_panels": 0.4 * curve["energy_creases"]}
-    assert [stage.name for stage in find_stages(**stiff)] == ["initial deformation", "contact"]
-    assert find_stages(**{name: values[:0] for name, values in curve.items()}) == []
-
-
-def test_one_interval_is_not_bending() -> None:
-    curve = synthetic(61)
-    curve["energy_panels"] = 0.3 * curve["energy_creases"]
-    curve["energy_panels"][40:] += 5 * np.diff(curve["energy_creases"])[0]
-    assert len(find_stages(**curve)) == 2
-    curve["energy_panels"][41:] += 5 * np.diff(curve["energy_creases"])[0]
-    assert find_stages(**curve)[2].travel == pytest.approx(0.039, abs=1e-3)
-
-
-def test_creases_and_panels_both_giving_back_is_not_bending() -> None:
-    curve = synthetic(61)
-    back = curve | {"energy_panels": -curve["travel"], "energy_creases": -2 * curve["travel"]}
-    assert len(find_stages(**back)) == 2
+    assert names(Curve(curve.travel, curve.force, np.zeros((61, 0)))) == ["initial deformation"]
+    assert names(Curve(curve.travel, curve.force, np.zeros((61, 2)))) == ["initial deformation"]
+    assert find_stages(Curve(np.zeros(0), np.zeros(0), np.zeros((0, 2)))) == []
 
 
 def test_records_at_rest_after_the_drive_change_nothing() -> None:
     curve = synthetic(61)
-    longer = {name: np.concatenate([values, values[-1:], values[-1:]]) for name, values in curve.items()}
-    assert find_stages(**longer) == find_stages(**curve)
+    longer = Curve(*(np.concatenate([values, values[-1:], values[-1:]]) for values in vars(curve).values()))
+    assert find_stages(longer) == find_stages(curve)
 
 
-def run(n: int = 121, drives: int = 1) -> Solution:
-    curve = synthetic(n)
-    force = 2 - 3000 * (curve["travel"] - 0.03) ** 2
-    records = [
-        Record(
-            time=float(k), q=np.zeros(2), u=np.zeros(2), travel=np.full(drives, curve["travel"][k]),
-            force=np.full(drives, force[k]),
-            energy={"panels": curve["energy_panels"][k], "creases": curve["energy_creases"][k]},
-            pair_force=curve["pair_force"][k], pair_gap=np.zeros(2), shape=np.zeros((1, 4, 3)),
-        )
-        for k in range(n)
-    ]  # fmt: skip
-    names = tuple(f"crease {k}" for k in range(drives))
-    return Solution.from_records(records, Layout(pair_names=("1-2", "3-4"), drive_names=names))
+def test_merged_curves_are_in_order() -> None:
+    merged = synthetic(61).merged(synthetic(50))
+    assert len(merged.travel) == 111
+    assert np.all(np.diff(merged.travel) >= 0)
+    assert find_stages(merged)[2].travel == pytest.approx(BENDING, abs=1e-3)
 
 
 def test_summary() -> None:
-    summary = summarise(run())
+    curve = synthetic(121)
+    curve = Curve(curve.travel, 2 - 3000 * (curve.travel - 0.03) ** 2, curve.pair_force)
+    summary = summarise(curve, ["1-2", "3-4"])
     assert summary["peak_force"] == pytest.approx(2.0, abs=1e-9)
     assert summary["peak_travel"] == pytest.approx(0.03, abs=1e-9)
     assert summary["final_travel"] == 0.06
@@ -159,7 +137,3 @@ def test_summary() -> None:
     assert summary["bending_force"] == summary["stages"][2]["force"]
     assert [touch["pair"] for touch in summary["touches"]] == ["3-4"]
     assert summary["touches"][0]["travel"] == pytest.approx(CONTACT, abs=1e-6)
-
-
-def test_summary_without_a_drive_is_empty() -> None:
-    assert summarise(run(drives=0)) == {}

@@ -1,0 +1,129 @@
+"""Strip of rigid panels against the closed form of the zig-zag (PHYSICS.md section 3; exact).
+
+With the panels rigid, crease 2 is the tip of a dyad of two bars of length a between crease 1 (fixed) and crease 3 (pulled,
+h above crease 1, D beside it). In the closed form's own angles the strip as folded, h = 0, has gamma = 0, beta = theta and
+chi = pi - 2 theta, so creases at rest as folded have
+
+    phi1 = gamma - beta = -theta,   phi2 = chi = pi - 2 theta,   phi3 = 2 (gamma + beta) = 2 theta.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from fsm.scene.builders.strip import build_scene
+from fsm.scene.case import Case, Strip
+from fsm.scene.loads import Drive
+from fsm.scene.materials import LinearCrease, Material
+from fsm.scene.scene import Scene
+from fsm.segments.compile import compile_scene
+from fsm.segments.system import SegmentSystem
+from fsm.solve.newton import equilibrium
+from fsm.solve.simulate import Settings, simulate
+
+PANEL = 0.08
+FOLD = math.radians(80.0)
+YOUNG, WIDTH, THICKNESS = 3e9, 0.04, 3e-4
+CREASE = YOUNG * WIDTH * THICKNESS**3 / 12 / 0.03
+TRAVELS = np.linspace(0.0075, 0.15, 20)
+
+
+def closed_form(
+    h: np.ndarray | float, a: float, D: float, k: tuple[float, float, float], phi: tuple[float, float, float]
+) -> np.ndarray:
+    """Pull force of rigid panels, PHYSICS.md section 3."""
+    h = np.asarray(h, dtype=float)
+    R = np.hypot(D, h)
+    gamma, beta, chi = np.arctan2(h, D), np.arccos(R / (2 * a)), 2 * np.arcsin(R / (2 * a))
+    root = R * np.sqrt(4 * a * a - R * R)
+    d_gamma, d_beta, d_chi = D / R**2, -h / root, 2 * h / root
+    return (
+        2 * k[0] * (gamma - beta - phi[0]) * (d_gamma - d_beta)
+        + 2 * k[1] * (chi - phi[1]) * d_chi
+        + 2 * k[2] * (2 * (gamma + beta) - phi[2]) * (d_gamma + d_beta)
+    )
+
+
+def strip_force(travel: np.ndarray) -> np.ndarray:
+    """Closed form of the test strip."""
+    phi = (-FOLD, math.pi - 2 * FOLD, 2 * FOLD)
+    return closed_form(travel, PANEL, 2 * PANEL * math.cos(FOLD), (CREASE,) * 3, phi)
+
+
+def rigid_strip(speed: float = 2e-3, damping: float = 1e-3, stiffen: float = 1.0) -> SegmentSystem:
+    """Six rigid panels; the springs against stretching and shear `stiffen` times the strip's own."""
+    case = Case(
+        strip=Strip(
+            length=6 * PANEL, width=WIDTH, thickness=THICKNESS, panels=6, fold_angle=FOLD, segments_per_panel=1,
+            half_cell=False,
+        ),
+        material=Material(young=YOUNG, density=800, damping=damping),
+        crease=LinearCrease(stiffness=CREASE),
+        drive=(Drive(crease=3, speed=speed, travel=float(TRAVELS[-1])),),
+    )  # fmt: skip
+    return compile_scene(stiffened(build_scene(case), stiffen))
+
+
+def stiffened(scene: Scene, factor: float) -> Scene:
+    """The scene with all translation springs multiplied."""
+    elements = tuple(
+        e.model_copy(
+            update={
+                "translation": tuple(factor * k for k in e.translation),
+                "translation_damping": tuple(factor * c for c in e.translation_damping),
+            }
+        )
+        for e in scene.elements
+    )
+    return scene.model_copy(update={"elements": elements})
+
+
+def static_error(stiffen: float) -> float:
+    """Largest relative error of the static force over 20 travels."""
+    system = rigid_strip(stiffen=stiffen)
+    forces: list[float] = []
+    motion = system.motions[0]
+    steps = np.linspace(0.0, TRAVELS[-1], 101)[1:]
+    wanted = {motion.time_of(x) for x in TRAVELS}
+    times = np.array(sorted({motion.time_of(x) for x in steps} | wanted))
+
+    def keep(t: float, q: np.ndarray) -> None:
+        if t in wanted:
+            forces.append(system.observe(t, q, np.zeros(system.nu)).drive.force[0])
+
+    equilibrium(system, system.initial()[0], times, on_state=keep)
+    return float(np.abs(np.array(forces) / strip_force(TRAVELS) - 1).max())
+
+
+def test_closed_form_gives_the_check_value() -> None:
+    # PHYSICS.md section 3
+    force = closed_form(0.06, a=0.08, D=0.02, k=(1e-3, 2e-3, 1.5e-3), phi=(-0.3, 0.2, 2.0))
+    assert force == pytest.approx(0.028115041423768604, rel=1e-14)
+
+
+def test_closed_form_is_the_derivative_of_the_creases_energy() -> None:
+    D, h, step = 2 * PANEL * math.cos(FOLD), 0.05, 1e-6
+
+    def energy(h: float) -> float:
+        R = math.hypot(D, h)
+        gamma, beta, chi = math.atan2(h, D), math.acos(R / 2 / PANEL), 2 * math.asin(R / 2 / PANEL)
+        turns = (gamma - beta + FOLD, chi - math.pi + 2 * FOLD, 2 * (gamma + beta) - 2 * FOLD)
+        # creases 1, 5 and 2, 4 twice each, crease 3 once
+        return CREASE * (turns[0] ** 2 + turns[1] ** 2 + 0.5 * turns[2] ** 2)
+
+    slope = (energy(h + step) - energy(h - step)) / (2 * step)
+    assert float(strip_force(np.array(h))) == pytest.approx(slope, rel=1e-8)
+
+
+def test_static_pull_with_the_strips_own_springs() -> None:
+    assert static_error(1.0) < 1e-4
+
+
+def test_error_is_that_of_the_springs() -> None:
+    errors = [static_error(factor) for factor in (1.0, 10.0, 100.0, 1000.0)]
+    orders = np.log10(np.array(errors[:-1]) / errors[1:])
+    assert orders == pytest.approx(1.0, abs=0.1)
+    assert errors[-1] < 1e-7
