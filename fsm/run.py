@@ -151,6 +151,7 @@ class _Solve:
         self.last_checkpoint = time.perf_counter()
         self.resumed = self._read_checkpoint() if resume else None
         self.records = 0
+        self.last: Saved | None = None
 
     def run(self, progress: bool | Callable[[float], None], begun: float, compiled: float) -> Solution:
         """Solve, write the results file and read it back; `begun` and `compiled` are clocks at the start of the run."""
@@ -171,9 +172,15 @@ class _Solve:
         self.records = records or 0
         bar = Progress(progress, end, self.loaded.case.title or str(self.loaded.path), jit)
         with ResultWriter(self.target, self._layout(method, reason), resume_at=records) as writer, bar:
-            statistics, ledger = simulate(
-                self.system, settings, times, lambda saved: self._save(writer, saved), bar.step, start, ledger
-            )
+            try:
+                statistics, ledger = simulate(
+                    self.system, settings, times, lambda saved: self._save(writer, saved), bar.step, start, ledger
+                )
+            except KeyboardInterrupt:
+                writer.flush()
+                if self.last is not None:
+                    self._write_checkpoint(self.last)
+                raise
             writer.flush()
             solution = read_solution(part_path(self.target))
             summary = _summary(solution, self.scene, statistics, ledger, self.warnings) | {
@@ -255,6 +262,7 @@ class _Solve:
             )
         )
         self.records += 1
+        self.last = saved
         if time.perf_counter() - self.last_checkpoint > CHECKPOINT_EVERY:
             writer.flush()
             self._write_checkpoint(saved)

@@ -310,4 +310,4 @@ def _line(row: Mapping[str, Any]) -> str:
     if row.get("error"):
         return f"{row['case']}: failed: {str(row['error']).splitlines()[0]}"
     force, travel = _cell(row.get("peak_force"), 1, 4), _cell(row.get("peak_travel"), 1e3, 2)
-    return f"{row['case']}: peak {force} N at {travel} mm, {_cell(row.get('run_time'), 1, 1)} s"
+    return f"{row['case']}: peak {force} N at {travel} mm, {_cell(row.get('wall_time_s'), 1, 1)} s"

@@ -7,9 +7,10 @@ A curve is M(o), where the opening o = rest - s psi is how far the crease has tu
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
-from scipy.interpolate import CubicSpline, PchipInterpolator, PPoly
+from scipy.interpolate import CubicHermiteSpline, CubicSpline, PchipInterpolator, PPoly
 
 from fsm.kernels.jit import kernel
 from fsm.kernels.spline import evaluate_curve
@@ -55,7 +56,7 @@ def _from_polynomial(polynomial: PPoly) -> Curve:
     last_value = float(polynomial(knots[-1]))
     last_slope = float(polynomial(knots[-1], 1))
     coefficients = np.vstack([polynomial.c.T, [0.0, 0.0, last_slope, last_value]])
-    energies = np.concatenate([[0.0], np.cumsum([polynomial.integrate(a, b) for a, b in zip(knots, knots[1:])])])
+    energies = np.concatenate([[0.0], np.cumsum([polynomial.integrate(a, b) for a, b in pairwise(knots)])])
     curve = Curve(knots, np.ascontiguousarray(coefficients), energies)
     return Curve(knots, curve.coefficients, energies - curve(0.0)[0])
 
@@ -96,8 +97,6 @@ def add_flexibility(curve: Curve, flexibility: float, subdivisions: int = 32) ->
 
 
 def _hermite(x: np.ndarray, y: np.ndarray, dydx: np.ndarray) -> Curve:
-    from scipy.interpolate import CubicHermiteSpline
-
     return _from_polynomial(CubicHermiteSpline(x, y, dydx))
 
 

@@ -78,7 +78,10 @@ def _height(shape: Floats, columns: int, rows: int, space: bool) -> float:
 def _title(solution: Solution, record: int) -> str:
     if not solution.travel.shape[1]:
         return f"{rounded(solution.time[record])} s"
-    return f"{rounded(solution.travel[record, 0] * 1e3)} mm, {rounded(solution.force[record, 0])} N"
+    force = solution.force[:, 0]
+    # noise of the solver at rest is no force
+    here = force[record] if abs(force[record]) > 1e-4 * np.max(np.abs(force)) else 0.0
+    return f"{rounded(solution.travel[record, 0] * 1e3)} mm, {rounded(here)} N"
 
 
 def _colours(panel: Integers, quads: int) -> list[str]:

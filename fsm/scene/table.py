@@ -145,7 +145,7 @@ def _name(values: Mapping[str, str]) -> str:
         name = "_".join(
             f"{path.split('.')[-1]}-{value}" for path, value in values.items() if value and path != NAME
         )
-    safe = re.sub(r"[^\w.+-]+", "_", name).strip("._")
+    safe = re.sub(r"[^\w.+ -]+", "_", " ".join(name.split())).strip("._ ")
     return safe[:100] or "base"
 
 

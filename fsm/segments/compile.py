@@ -10,16 +10,15 @@ import math
 import numpy as np
 
 from fsm.errors import CaseError, Fault
-from fsm.interactions import gap_planar, gap_spatial, hinge_planar, hinge_spatial, pose_planar, pose_spatial
-from fsm.interactions.surface import pieces_of
-from fsm.kernels.rotation import multiply, rotation_matrix
+from fsm.interactions import hinge_planar, hinge_spatial, pose_planar, pose_spatial
+from fsm.kernels.rotation import multiply
 from fsm.laws.crease import Curve, add_flexibility, curve_from_data, join_curves
-from fsm.laws.friction import LAW_STEP, LAW_TANH
+from fsm.scene.loads import Drive, Load
 from fsm.scene.materials import LinearCrease, SplineCrease
 from fsm.scene.planar import out_of_plane
-from fsm.scene.scene import GROUND, Body, ContactPair, ForceElement, Scene
+from fsm.scene.scene import GROUND, Body, ForceElement, Scene
 from fsm.segments.check_scene import check_scene
-from fsm.segments.contacts import ContactGroup, ContactKernels, FrictionLaw, NormalLaw, Probes
+from fsm.segments.compile_contacts import compile_contacts
 from fsm.segments.drive import PrescribedMotion
 from fsm.segments.elements import BushingGroup, CreaseGroup
 from fsm.segments.group import Group
@@ -73,7 +72,7 @@ class _Compiler:
         creases = self._creases()
         if creases is not None:
             groups.append(creases)
-        contacts = self._contacts()
+        contacts = compile_contacts(self.scene, self.all_bodies, self.spatial)
         if contacts is not None:
             groups.append(contacts)
         if self.scene.loads:
@@ -117,20 +116,15 @@ class _Compiler:
             plates=tuple((i, body.plate, body.panel) for i, body in enumerate(self.all_bodies) if body.plate),
         )
 
-    def _motion(self, drive: object) -> PrescribedMotion:
-        from fsm.scene.loads import Drive
-
-        assert isinstance(drive, Drive) and drive.body is not None
+    def _motion(self, drive: Drive) -> PrescribedMotion:
+        assert drive.body is not None  # check_scene has seen to it
         direction = np.array(self._vector(drive.direction), dtype=float)
         run_up = 0.01 * drive.travel if drive.run_up is None else drive.run_up
         return PrescribedMotion(
             self.index[drive.body], direction / np.linalg.norm(direction), drive.speed, drive.travel, run_up
         )
 
-    def _load(self, load: object) -> AppliedLoad:
-        from fsm.scene.loads import Load
-
-        assert isinstance(load, Load)
+    def _load(self, load: Load) -> AppliedLoad:
         moment = np.array(load.moment if self.spatial else (load.moment[1],), dtype=float)
         return AppliedLoad(
             self.index[load.body],
@@ -155,16 +149,13 @@ class _Compiler:
         tabulated = [e.crease is not None for e in elements]
         damping[tabulated, 4] = 0.0
         keep = slice(None) if self.spatial else [0, 2, 4]
-        kernels = pose_spatial if self.spatial else pose_planar
-        measure = kernels.measure_pose_spatial if self.spatial else kernels.measure_pose_planar  # type: ignore[attr-defined]
-        tangent = kernels.tangent_pose_spatial if self.spatial else kernels.tangent_pose_planar  # type: ignore[attr-defined]
         points = (
             np.array([self._vector(e.point_inner) for e in elements], dtype=float),
             np.array([self._vector(e.point_outer) for e in elements], dtype=float),
         )
         return BushingGroup(
-            measure,
-            tangent,
+            pose_spatial.measure_pose_spatial if self.spatial else pose_planar.measure_pose_planar,
+            pose_spatial.tangent_pose_spatial if self.spatial else pose_planar.tangent_pose_planar,
             self._ends(elements),
             (*points, *self._joint_axes(elements)),
             np.ascontiguousarray(rest[:, keep]),
@@ -226,158 +217,6 @@ class _Compiler:
             outer.append(outer_axes)
             offset.append(element.initial_angle)
         return np.array(inner), np.array(outer), np.array(offset)
-
-    # contact --------------------------------------------------------------------------------------------------------
-
-    def _contacts(self) -> ContactGroup | None:
-        contact = self.scene.contact
-        pairs = [pair for pair in self.scene.pairs if not self._fixed(pair)]
-        if contact is None or not pairs:
-            return None
-        surfaces = {surface.name: surface for surface in self.scene.surfaces}
-        members = {
-            name: np.array([self.index[body] for body in surface.bodies], dtype=np.int64)
-            for name, surface in surfaces.items()
-        }
-        first_piece, owners, stations = {}, [], []
-        total = 0
-        for name, bodies in members.items():
-            half = np.array([self._plate(b).length / 2 for b in bodies])
-            own, stat = pieces_of(bodies, half)
-            first_piece[name] = (total, total + len(own))
-            owners.append(own)
-            stations.append(stat)
-            total += len(own)
-        rows = []
-        for number, pair in enumerate(self.scene.pairs):
-            if self._fixed(pair):
-                continue
-            rows += self._probes(number, pair, members, first_piece)
-        columns = [np.array(column) for column in zip(*rows, strict=True)]
-        place = columns[1] if self.spatial else np.ascontiguousarray(columns[1][:, 0])
-        probes = Probes(columns[0].astype(np.int64), place, *columns[2:7], *(c.astype(np.int64) for c in columns[7:]))
-        owner_table = np.vstack(owners)
-        extra: tuple[np.ndarray, ...] = ()
-        if self.spatial:
-            extra = (np.array([self._plate(a).width / 2 for a, _ in owner_table]),)
-        surface_bodies = np.unique(np.concatenate(list(members.values())))
-        radii = np.array([math.hypot(self._plate(b).length, self._plate(b).width) / 2 for b in surface_bodies])
-        longest = max(2 * self._plate(b).length for b in surface_bodies if not self.all_bodies[b].held)
-        friction = self.scene.friction
-        law = None
-        if friction is not None:
-            law = FrictionLaw(
-                LAW_STEP if friction.law == "step" else LAW_TANH,
-                friction.mu_static,
-                friction.mu_dynamic,
-                friction.v_static,
-                friction.v_dynamic or friction.v_static,
-            )
-        kernels = gap_spatial.KERNELS if self.spatial else gap_planar.KERNELS
-        return ContactGroup(
-            ContactKernels(*kernels),
-            probes,
-            owner_table,
-            np.vstack(stations),
-            extra,
-            surface_bodies,
-            radii,
-            longest + float(probes.clearance.max()),
-            NormalLaw(contact.stiffness, contact.exponent, contact.damping, contact.ramp),
-            law,
-            len(self.scene.pairs),
-        )
-
-    def _fixed(self, pair: ContactPair) -> bool:
-        """Nothing of the pair can move."""
-        names = [name for s in self.scene.surfaces if s.name in (pair.first, pair.second) for name in s.bodies]
-        return all(self.all_bodies[self.index[name]].held for name in names)
-
-    def _plate(self, body: int) -> "Plate":
-        plate = self.all_bodies[body].plate
-        assert plate is not None
-        return plate
-
-    def _probes(
-        self,
-        number: int,
-        pair: ContactPair,
-        members: dict[str, np.ndarray],
-        first_piece: dict[str, tuple[int, int]],
-    ) -> list[tuple[object, ...]]:
-        """Both panels probe each other, each with half the weight."""
-        assert self.scene.contact is not None
-        rows: list[tuple[object, ...]] = []
-        for own, other, at_end in ((pair.first, pair.second, True), (pair.second, pair.first, False)):
-            bodies, opposite = members[own], members[other]
-            lengths = np.array([self._plate(b).length for b in bodies])
-            starts = np.concatenate([[0.0], np.cumsum(lengths)])
-            side = self._side(bodies, opposite)
-            thickness = self._plate(opposite[0]).thickness / 2
-            for body, length, start in zip(bodies, lengths, starts, strict=False):
-                count = self._points(body, length)
-                nodes, weights = _lobatto(count)
-                for node, weight in zip(nodes, weights, strict=True):
-                    x = 0.5 * length * node
-                    inset = self._plate(body).thickness / 2
-                    clearance = inset + thickness if self.scene.contact.thickness_in_gap else 0.0
-                    if not self.scene.contact.thickness_in_gap:
-                        inset = 0.0
-                    elif pair.shared == "end-start":
-                        # layers joined at a crease: the thickness grows from nothing with the distance from it
-                        from_crease = starts[-1] - start - length / 2 - x if at_end else start + length / 2 + x
-                        reduced = min(clearance, 0.5 * from_crease * self._opening(bodies, opposite))
-                        inset *= reduced / clearance
-                        clearance = reduced
-                    share = 0.25 * weight * length / starts[-1]
-                    for lane, lane_share in self._lanes(body):
-                        rows.append(
-                            (body, (x, lane), side, inset, clearance, self._depth_limit(opposite), share * lane_share,
-                             number, *first_piece[other])
-                        )  # fmt: skip
-        return rows
-
-    def _points(self, body: int, length: float) -> int:
-        """Gauss points along a segment; a held panel is one long plate and gets as many as a bending panel of its length."""
-        assert self.scene.contact is not None
-        count = self.scene.contact.points_per_segment + 1
-        if not self.all_bodies[body].held:
-            return count
-        moving = [self._plate(i).length for i, b in enumerate(self.all_bodies) if b.plate and not b.held]
-        return max(count, round(count * length / float(np.mean(moving)))) if moving else count
-
-    def _lanes(self, body: int) -> list[tuple[float, float]]:
-        """Positions across the width and their shares: one line in the plane, two Gauss lines in space."""
-        if not self.spatial:
-            return [(0.0, 1.0)]
-        half = self._plate(body).width / 2
-        return [(-half / math.sqrt(3), 0.5), (half / math.sqrt(3), 0.5)]
-
-    def _axis(self, body: int, component: int) -> np.ndarray:
-        return np.asarray(rotation_matrix(np.array(self.all_bodies[body].orientation))[:, component])
-
-    def _side(self, bodies: np.ndarray, opposite: np.ndarray) -> float:
-        """Side of the opposite surface that the middle of this one is on: +1 along its z axis."""
-        middle = np.mean([self.all_bodies[b].position for b in bodies], axis=0)
-        facing = np.mean([self.all_bodies[b].position for b in opposite], axis=0)
-        return 1.0 if (middle - facing) @ self._axis(opposite[len(opposite) // 2], 2) >= 0 else -1.0
-
-    def _opening(self, bodies: np.ndarray, opposite: np.ndarray) -> float:
-        """Sine of the angle between two panels that share a crease."""
-        cross = np.cross(self._axis(bodies[0], 0), self._axis(opposite[0], 0))
-        return float(np.linalg.norm(cross))
-
-    def _depth_limit(self, opposite: np.ndarray) -> float:
-        """Deeper than this a probe is taken to be on the other side, having gone round the end."""
-        lengths = [self._plate(b).length for b in opposite]
-        return max(0.05 * sum(lengths), self._plate(opposite[0]).thickness)
-
-
-def _lobatto(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Gauss-Lobatto nodes and weights on [-1, 1]: both ends are nodes."""
-    legendre = np.polynomial.legendre.Legendre.basis(count - 1)
-    nodes = np.concatenate([[-1.0], np.sort(legendre.deriv().roots().real), [1.0]])
-    return nodes, 2.0 / (count * (count - 1) * legendre(nodes) ** 2)
 
 
 def _conjugate(q: np.ndarray) -> np.ndarray:

@@ -101,7 +101,7 @@ class ContactGroup:
     """Contacts of all pairs of surfaces.
 
     The broad phase keeps, for each probe, the window of pieces it could reach; it is renewed when a body of a surface
-    has moved by half the margin since, so what is found never depends on when that happened.
+    has moved by 0.4 of the margin since, so what is found never depends on when that happened.
 
     Parameters
     ----------
@@ -163,8 +163,8 @@ class ContactGroup:
             moved = np.sqrt((change[:, :n_position] ** 2).sum(axis=1))
             # a quaternion changes by half the angle turned; twice its change bounds the angle closely enough (x 1.1)
             turned = np.sqrt((change[:, n_position:] ** 2).sum(axis=1)) * (1.0 if n_position == 2 else 2.2)
-            # probe and surface may both have moved
-            if np.all(moved + turned * self.radii < 0.5 * self.margin):
+            # both may have moved; the rest of the margin is for what the surface departs from its chords
+            if np.all(moved + turned * self.radii < 0.4 * self.margin):
                 return
         self._reference = here
         probes = self.probes

@@ -398,7 +398,7 @@ def _of_friction(view: _View) -> str:
     assert law is not None
     if law.law == "step":
         return (
-            "friction creeps instead of sticking: on a slope a it slides at v_static tan(a)/mu_static at most, "
+            "friction creeps instead of sticking: on a slope a at v_static tan(a)/mu_static at most, "
             f"{_mm(law.v_static)}/s at the limit"
         )
     return (

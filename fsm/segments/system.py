@@ -18,7 +18,7 @@ from fsm.kernels.newton_euler import (
     quaternion_rates,
     tangent_from_quaternion,
 )
-from fsm.kernels.rotation import exponential, multiply
+from fsm.kernels.rotation import exponential, multiply, rotation_matrix
 from fsm.scene.scene import Plate
 from fsm.segments.contacts import ContactGroup
 from fsm.segments.drive import PrescribedMotion
@@ -267,8 +267,6 @@ class SegmentSystem:
 
 
 def _outline(pose: np.ndarray, local: np.ndarray) -> np.ndarray:
-    from fsm.kernels.rotation import rotation_matrix
-
     if len(pose) == 3:
         cosine, sine = np.cos(pose[2]), np.sin(pose[2])
         return np.column_stack([pose[0] + cosine * local[:, 0], local[:, 1], pose[1] - sine * local[:, 0]])

@@ -29,9 +29,10 @@ def equilibrium(
     q : (nq,) array
         Configuration to start from.
     times : increasing times, s
-        The loads' and drives' own time; small steps keep Newton on the branch it started on.
+        The loads' and drives' own time; small steps keep Newton on the branch it started on. Begin with the time at
+        which `q` is an equilibrium, if it is one: the tangent there is what predicts the next.
     tolerance : -
-        Largest residual over the largest force in the system at that time.
+        Largest last step of Newton, over the size of a segment or a radian.
     max_iterations : int
     on_state : called with (time, q) at each equilibrium
 
@@ -46,27 +47,50 @@ def equilibrium(
         With the time and the worst body.
     """
     rest = np.zeros(system.nu)
-    scales = system.scales()
+    before = times[0] if len(times) else 0.0
     for t in times:
-        reference = 0.0
+        size = _tangent_sizes(system, q)
+        if t != before:
+            q = system.retract(q, _limited(_prediction(system, before, t, q), size))
         for _ in range(max_iterations):
             residual = system.force(t, q, rest)
-            stiffness = system.tangent(t, q, rest)[0].tocsc()
-            step = splu(stiffness).solve(residual)
-            # a step of more than a segment or a radian leaves the region where the tangent means anything
-            step *= min(1.0, 0.5 * min(scales.length, 1.0) / max(np.abs(step).max(), 1e-300))
-            q = system.retract(q, step)
-            reference = max(reference, float(np.abs(residual).max()), float(np.abs(stiffness @ step).max()))
-            if np.abs(step).max() <= tolerance * scales.length:
+            step = splu(system.tangent(t, q, rest)[0].tocsc()).solve(residual)
+            q = system.retract(q, _limited(step, size))
+            if np.abs(step / size).max(initial=0.0) <= tolerance:
                 break
         else:
             raise NotConverged(
                 f"no equilibrium found at t = {t:.6g} s in {max_iterations} iterations; the largest residual, "
                 f"{np.abs(residual).max():.3g}, is at {system.blame(residual)}; take smaller steps"
             )
+        before = t
         if on_state is not None:
             on_state(float(t), q)
     return q
+
+
+def _prediction(system: System, before: float, t: float, q: np.ndarray) -> np.ndarray:
+    """Increment of the equilibrium from `before` to t, to first order.
+
+    A drive that moves alone by much stretches its springs so far that neither the forces nor the tangent mean anything.
+    So the change of the forces is taken over the beginning of the step, and its size by comparison with all of it.
+    """
+    rest = np.zeros(system.nu)
+    start = system.force(before, q, rest)
+    whole = system.force(t, q, rest) - start
+    change = system.force(before + 0.01 * (t - before), q, rest) - start
+    scale = float(whole @ change) / max(float(change @ change), 1e-300)
+    return np.asarray(splu(system.tangent(before, q, rest)[0].tocsc()).solve(start + scale * change))
+
+
+def _limited(step: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """A step of more than half a segment or half a radian leaves the region where the tangent means anything."""
+    return step * min(1.0, 0.5 / max(float(np.abs(step / size).max(initial=0.0)), 1e-300))
+
+
+def _tangent_sizes(system: System, q: np.ndarray) -> np.ndarray:
+    """Typical size of each component of an increment, (nu,): a segment for positions, about a radian for angles."""
+    return np.sqrt(system.tangent_map(q).power(2) @ system.scales().configuration ** 2)
 
 
 def negative_pivots(system: System, t: float, q: np.ndarray) -> int:

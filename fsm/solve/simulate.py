@@ -184,7 +184,7 @@ class _Run:
             while solver.status == "running":
                 message = solver.step()
                 self._count(solver, begun)
-                if solver.status == "failed":
+                if message is not None:
                     self._fail(Outcome.STEP_TOO_SMALL, str(message))
                 state = solver.state() if hasattr(solver, "state") else solver.y
                 if not np.all(np.isfinite(state)):

@@ -28,7 +28,8 @@ PANEL = 0.08
 FOLD = math.radians(80.0)
 YOUNG, WIDTH, THICKNESS = 3e9, 0.04, 3e-4
 CREASE = YOUNG * WIDTH * THICKNESS**3 / 12 / 0.03
-TRAVELS = np.linspace(0.0075, 0.15, 20)
+TRAVELS = np.linspace(0.006, 0.12, 20)
+"""Short of 130 mm, where the strip goes taut (158 mm) and its stretching, which rigid panels have not, takes over."""
 
 
 def closed_form(
@@ -53,7 +54,7 @@ def strip_force(travel: np.ndarray) -> np.ndarray:
     return closed_form(travel, PANEL, 2 * PANEL * math.cos(FOLD), (CREASE,) * 3, phi)
 
 
-def rigid_strip(speed: float = 2e-3, damping: float = 1e-3, stiffen: float = 1.0) -> SegmentSystem:
+def rigid_strip(speed: float = 2e-3, damping: float = 0.0, stiffen: float = 1.0) -> SegmentSystem:
     """Six rigid panels; the springs against stretching and shear `stiffen` times the strip's own."""
     case = Case(
         strip=Strip(
@@ -82,20 +83,22 @@ def stiffened(scene: Scene, factor: float) -> Scene:
 
 
 def static_error(stiffen: float) -> float:
-    """Largest relative error of the static force over 20 travels."""
+    """Largest error of the static force at the 20 travels, over the largest force."""
+    # without damping: `equilibrium` would take the drive's speed for that of the line alone
     system = rigid_strip(stiffen=stiffen)
     forces: list[float] = []
-    motion = system.motions[0]
-    steps = np.linspace(0.0, TRAVELS[-1], 101)[1:]
-    wanted = {motion.time_of(x) for x in TRAVELS}
-    times = np.array(sorted({motion.time_of(x) for x in steps} | wanted))
+    times = [system.motions[0].time_of(x) for x in np.concatenate([[0.0], TRAVELS])]
+    equilibrium(
+        system,
+        system.initial()[0],
+        np.array(times),
+        on_state=lambda t, q: forces.append(system.observe(t, q, np.zeros(system.nu)).drive.force[0]),
+    )
+    return relative_error(np.array(forces[1:]), strip_force(TRAVELS))
 
-    def keep(t: float, q: np.ndarray) -> None:
-        if t in wanted:
-            forces.append(system.observe(t, q, np.zeros(system.nu)).drive.force[0])
 
-    equilibrium(system, system.initial()[0], times, on_state=keep)
-    return float(np.abs(np.array(forces) / strip_force(TRAVELS) - 1).max())
+def relative_error(force: np.ndarray, exact: np.ndarray) -> float:
+    return float(np.abs(force - exact).max() / np.abs(exact).max())
 
 
 def test_closed_form_gives_the_check_value() -> None:
@@ -127,3 +130,13 @@ def test_error_is_that_of_the_springs() -> None:
     orders = np.log10(np.array(errors[:-1]) / errors[1:])
     assert orders == pytest.approx(1.0, abs=0.1)
     assert errors[-1] < 1e-7
+
+
+def test_slow_pull_through_time() -> None:
+    # 20 mm/s: inertia and damping add less than 1e-4 of the force to the error of the strip's own springs
+    system = rigid_strip(speed=0.02, damping=1e-4)
+    forces: list[float] = []
+    times = [system.motions[0].time_of(x) for x in TRAVELS]
+    settings = Settings("Radau", 1e-6, times[-1])
+    simulate(system, settings, times, lambda saved: forces.append(saved.observation.drive.force[0]))
+    assert relative_error(np.array(forces), strip_force(TRAVELS)) < 2e-4

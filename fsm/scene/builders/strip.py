@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -89,7 +90,7 @@ class _StripBuilder:
         """Put it together."""
         panels = [self._segments(panel) for panel in range(self.strip.panels)]
         bodies = [body for panel, segments in enumerate(panels) for body in self._bodies(panel, segments)]
-        elements = [self._joint(a, b) for segments in panels for a, b in zip(segments, segments[1:], strict=False)]
+        elements = [self._joint(a, b) for segments in panels for a, b in pairwise(segments)]
         drives = []
         driven = {drive.crease: drive for drive in self.case.drive if drive.crease is not None}
         for number in range(1, self.strip.panels):
@@ -259,12 +260,12 @@ class _StripBuilder:
             translation, rotation = self._springs(segment.length / 2)
             line, body = f"crease {number}", segment.name
             point = (end * segment.length / 2, 0.0, 0.0)
-            common = {"name": f"{line} - {body}", "kind": "drive"}
             if drive.guide:
                 turn = self._turn(segment.panel)
                 rotation = (rotation[0], 0.0, rotation[2])
                 elements.append(
                     ForceElement(
+                        name=f"{line} - {body}",
                         inner=line,
                         outer=body,
                         point_outer=point,
@@ -273,20 +274,21 @@ class _StripBuilder:
                         rotation=rotation,
                         translation_damping=self._damped(translation),
                         rotation_damping=self._damped(rotation),
-                        **common,
+                        kind="drive",
                     )
                 )
             else:
                 along = (translation[0], 0.0, 0.0)
                 elements.append(
                     ForceElement(
+                        name=f"{line} - {body}",
                         inner=body,
                         outer=line,
                         point_inner=point,
                         axes_outer=_turned_to(drive.direction),
                         translation=along,
                         translation_damping=self._damped(along),
-                        **common,
+                        kind="drive",
                     )
                 )
         return elements

@@ -1,0 +1,228 @@
+"""K = -dh/dx, D = -dh/du and the Jacobian of y' = f(t, y) against central differences.
+
+Every entry is judged against the largest of its row and column, group by group, so that a soft spring beside a stiff one
+and a moment beside a force count.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fsm.scene.builders.strip import build_strip
+from fsm.scene.case import Case
+from fsm.scene.scene import Body, Scene
+from fsm.segments.compile import compile_scene
+from fsm.segments.contacts import ContactGroup
+from fsm.segments.loads import LoadGroup
+from fsm.segments.system import SegmentSystem
+from fsm.solve.scipy_ivp import FirstOrder
+
+RELATIVE = 1e-6
+SPATIAL = pytest.mark.parametrize("spatial", [False, True], ids=["planar", "spatial"])
+LINEAR = {"law": "linear", "stiffness": 3e-4}
+SPLINE = {
+    "law": "spline",
+    "angle": [-1.0, 0.0, 0.7, 1.5, 3.0],
+    "moment": [-3e-4, 0.0, 1e-4, 1.5e-4, 4e-4],
+}
+FRICTION = {
+    "none": None,
+    "step": {"mu_static": 0.3, "mu_dynamic": 0.2, "v_static": 0.1, "v_dynamic": 0.3},
+    "tanh": {"law": "tanh", "mu_dynamic": 0.25, "v_static": 0.1},
+}
+
+
+def strip_system(
+    spatial: bool,
+    crease: dict[str, Any] = LINEAR,
+    thickness: float = 3e-4,
+    contact: dict[str, Any] | None = None,
+    **sections: Any,
+) -> SegmentSystem:
+    """Six soft panels: bending, shear and contact are of like size, none hides in the rounding of another."""
+    data: dict[str, Any] = {
+        "strip": {
+            "length": 0.48, "width": 0.04, "thickness": thickness, "panels": 6, "fold_angle": "80 deg",
+            "segments_per_panel": 3,
+        },
+        "material": {"young": 3e3, "density": 800, "damping": 1e-2},
+        "crease": crease,
+        "drive": [{"crease": 3, "speed": "2 mm/s", "travel": "150 mm"}],
+    }  # fmt: skip
+    if contact is not None:
+        data["contact"] = contact
+    data |= {name: value for name, value in sections.items() if value is not None}
+    return compile_scene(build_strip(Case.model_validate(data)), spatial)
+
+
+def only(system: SegmentSystem, kind: type) -> SegmentSystem:
+    """The same bodies with the groups of one kind, so that others do not hide them."""
+    groups = tuple(group for group in system.groups if isinstance(group, kind))
+    assert groups
+    contacts = system.contacts if kind is ContactGroup else None
+    return SegmentSystem(system.bodies, system.motions, groups, contacts, system.pair_names)
+
+
+def steps(system: SegmentSystem, size: float) -> np.ndarray:
+    """A step in every direction: `size` rad, and as much of a segment's length."""
+    turns = 1 if system.size == 3 else 3
+    length = system.scales().length
+    return size * np.tile([length] * (system.size - turns) + [1.0] * turns, system.n_free)
+
+
+def random_state(system: SegmentSystem, size: float, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    rng = np.random.default_rng(seed)
+    q, _ = system.initial()
+    q = system.retract(q, steps(system, size) * rng.standard_normal(system.nu))
+    return q, rng.standard_normal(system.nu) * steps(system, 5.0)
+
+
+def pressed_state(system: SegmentSystem, size: float, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Panels 3 and 4 turned upright and 1.5 mm into each other, all a little out of place."""
+    pose, middle = system.bodies.pose, 3 * 0.08 * np.cos(np.radians(80))
+    move = np.zeros((system.n_free, system.size))
+    for row, body in enumerate(system.bodies.free):
+        panel = int(system.bodies.names[body].split()[1])
+        if panel in (3, 4):
+            side = 1.0 if panel == 3 else -1.0
+            move[row, 0] = middle + side * 7.5e-4 - pose[body, 0]
+            move[row, 2 if system.size == 3 else 4] = -side * np.radians(10)
+    rng = np.random.default_rng(seed)
+    q = system.retract(system.initial()[0], move.ravel())
+    q = system.retract(q, steps(system, size) * rng.standard_normal(system.nu))
+    return q, rng.standard_normal(system.nu) * 0.1
+
+
+def differences(function: Callable[[np.ndarray], np.ndarray], at: np.ndarray, step: np.ndarray) -> np.ndarray:
+    """Fourth-order central differences of f(at + dx), a column each."""
+    columns = []
+    for j, h in enumerate(step):
+        move = np.zeros(len(step))
+        move[j] = h
+        near = function(at + move) - function(at - move)
+        far = function(at + 2 * move) - function(at - 2 * move)
+        columns.append((8 * near - far) / (12 * h))
+    return np.column_stack(columns)
+
+
+def assert_same(exact: np.ndarray, found: np.ndarray, noise: float = 0.0) -> None:
+    rows, columns = np.abs(found).max(axis=1), np.abs(found).max(axis=0)
+    scale = np.sqrt(np.outer(rows, columns))
+    error = np.abs(exact - found) - noise
+    worst = np.unravel_index(np.argmax(error - RELATIVE * scale), error.shape)
+    assert np.all(error <= RELATIVE * scale), (
+        f"entry {worst}: {exact[worst]:.9g} against {found[worst]:.9g}, scale {scale[worst]:.3g}"
+    )
+
+
+def check(
+    system: SegmentSystem, q: np.ndarray, u: np.ndarray, t: float = 1.0, size: float = 1e-4
+) -> tuple[np.ndarray, np.ndarray]:
+    exact_k, exact_d = (matrix.toarray() for matrix in system.tangent(t, q, u))
+    zero = np.zeros(system.nu)
+    rounding = 1e-13 * np.abs(system.force(t, q, u)).max()
+    found = -differences(lambda dx: system.force(t, system.retract(q, dx), u), zero, steps(system, size))
+    assert_same(exact_k, found, rounding / steps(system, size).min())
+    # small enough that no contact opens within a step
+    found = -differences(lambda v: system.force(t, q, v), u, steps(system, 1e-3))
+    assert_same(exact_d, found, rounding / steps(system, 1e-3).min())
+    return exact_k, exact_d
+
+
+@SPATIAL
+@pytest.mark.parametrize("crease", [LINEAR, SPLINE], ids=["linear", "spline"])
+@pytest.mark.parametrize("guide", [True, False], ids=["guided", "unguided"])
+def test_springs_and_creases(spatial: bool, crease: dict[str, Any], guide: bool) -> None:
+    drive = [{"crease": 3, "speed": "2 mm/s", "travel": "150 mm", "guide": guide}]
+    # segments as thick as long: bending is as stiff as stretching
+    system = strip_system(spatial, crease, thickness=0.02, drive=drive)
+    check(system, *random_state(system, 0.2, seed=3), size=1e-3)
+
+
+@SPATIAL
+@pytest.mark.parametrize("crease", [LINEAR, SPLINE], ids=["linear", "spline"])
+def test_creases_alone(spatial: bool, crease: dict[str, Any]) -> None:
+    system = strip_system(spatial, crease, thickness=3e-4)
+    group = type(system.groups[-1])
+    check(only(system, group), *random_state(system, 0.1, seed=5), size=1e-3)
+
+
+@SPATIAL
+@pytest.mark.parametrize("friction", list(FRICTION))
+@pytest.mark.parametrize("thick", [False, True], ids=["middle", "thickness"])
+@pytest.mark.parametrize("seed", [3, 4])
+def test_contact_alone(spatial: bool, friction: str, thick: bool, seed: int) -> None:
+    contact = {"stiffness": 1e4, "damping": 10.0, "ramp": 1e-3, "thickness_in_gap": thick}
+    system = only(strip_system(spatial, contact=contact, friction=FRICTION[friction]), ContactGroup)
+    q, u = pressed_state(system, 0.02, seed)
+    assert system.contacts is not None
+    found = system.contacts._contacts(*system.place(1.0, q, u))
+    assert found is not None
+    assert found.count >= 5
+    assert np.unique(found.bodies).size >= 6
+    stiffness, damping = check(system, q, u, size=1e-6)
+    # friction makes the tangent unsymmetric; without it what damping leaves is the only part that does
+    assert (np.abs(damping - damping.T).max() > 1e-3 * np.abs(damping).max()) == (friction != "none")
+    assert np.abs(stiffness).max() > 0
+
+
+@SPATIAL
+@pytest.mark.parametrize("follower", [False, True], ids=["dead", "follower"])
+def test_loads_alone(spatial: bool, follower: bool) -> None:
+    load = {
+        "body": "panel 3 segment 2", "point": [0.01, 0.0, 2e-3], "force": [0.3, 0.0, -0.7], "follower": follower,
+        "moment": [0.0, 1e-3, 0.0], "time": {"kind": "ramp", "end": 3.0},
+    }  # fmt: skip
+    if spatial:
+        load |= {"point": [0.01, 5e-3, 2e-3], "force": [0.3, 0.2, -0.7], "moment": [2e-4, 1e-3, -3e-4]}
+    system = only(strip_system(spatial, load=[load]), LoadGroup)
+    stiffness, _ = check(system, *random_state(system, 0.3, seed=6), size=1e-3)
+    assert np.count_nonzero(stiffness) >= (2 if follower and not spatial else 1)
+
+
+@SPATIAL
+@pytest.mark.parametrize("thick", [False, True], ids=["middle", "thickness"])
+def test_everything_together(spatial: bool, thick: bool) -> None:
+    load = {"body": "panel 3 segment 2", "point": [0.01, 0.0, 0.0], "force": [1e-3, 0.0, -2e-3], "follower": True}
+    contact = {"stiffness": 1e4, "damping": 10.0, "ramp": 1e-3, "thickness_in_gap": thick}
+    system = strip_system(
+        spatial, SPLINE, contact=contact, friction=FRICTION["step"], load=[load], gravity=[0.0, 0.0, -9.81]
+    )
+    check(system, *pressed_state(system, 0.02, seed=8), size=1e-6)
+
+
+def test_gyroscopic_moments() -> None:
+    body = Body(name="top", mass=1.0, inertia=(1.0, 2.0, 2.5), position=(0.0, 1.0, 0.0))
+    system = compile_scene(Scene(bodies=(body,)), spatial=True)
+    q, _ = system.initial()
+    u = np.array([0.1, 0.2, 0.3, 1.0, -2.0, 3.0])
+    _, damping = check(system, q, u)
+    assert np.abs(damping[3:, 3:]).max() > 0.5
+
+
+@pytest.mark.parametrize(
+    ("spatial", "off"), [(False, 0.0), (True, 0.0), (True, 1e-3)], ids=["planar", "unit", "drifted"]
+)
+def test_first_order_jacobian(spatial: bool, off: float) -> None:
+    contact = {"stiffness": 1e4, "damping": 10.0, "ramp": 1e-3, "thickness_in_gap": False}
+    system = strip_system(spatial, SPLINE, contact=contact, friction=FRICTION["tanh"])
+    q, u = pressed_state(system, 0.02, seed=9)
+    if spatial:  # as in a run, where the solver holds the norm only to its tolerance
+        q = q.copy()
+        q.reshape(-1, 7)[:, 3:] *= 1.0 + off
+    equations = FirstOrder(system)
+    y = np.concatenate([q, u])
+    scales = system.scales()
+    step = np.concatenate([1e-6 * scales.configuration, np.full(system.nu, 1e-3) * steps(system, 1.0)])
+    found = differences(lambda state: equations.rate(1.0, state), y, step)
+    exact = equations.jacobian(1.0, y).toarray()
+    nq = system.nq
+    rate = np.abs(equations.rate(1.0, y))
+    for rows in (slice(0, nq), slice(nq, None)):
+        for columns in (slice(0, nq), slice(nq, None)):
+            noise = 1e-13 * rate[rows].max() / step[columns].min()
+            assert_same(exact[rows, columns], found[rows, columns], noise)
