@@ -68,7 +68,7 @@ def faults(path: Path, *overrides: str) -> list[str]:
 
 def test_rows(tmp_path):
     cases = load_table(write(tmp_path))
-    assert [case.name for case in cases] == ["80_low", "80_high", "83_low", "base"]
+    assert [case.name for case in cases] == ["80 low", "80 high", "83 low", "base"]
     assert cases[0].overrides == {"strip.fold_angle": "80 deg", "crease.stiffness": "2 N mm"}
     assert [case.loaded.case.crease.stiffness for case in cases] == [2e-3, 9e-3, 2e-3, 9e-3]
     assert [case.loaded.case.strip.fold_angle for case in cases[2:]] == [math.radians(83), math.radians(80)]
@@ -79,7 +79,7 @@ def test_rows(tmp_path):
 def test_another_base_and_overrides_for_all(tmp_path):
     table = "# base = other.toml\nstrip.fold_angle;drive.0.direction\n80 deg;[0, 0, 1]\n83 deg;\n"
     cases = load_table(write(tmp_path, table, base="other.toml"), ["strip.panels=4", "drive.0.crease=2"])
-    assert [case.name for case in cases] == ["fold_angle-80_deg_direction-_0_0_1", "fold_angle-83_deg"]
+    assert [case.name for case in cases] == ["fold_angle-80 deg_direction-_0_ 0_ 1", "fold_angle-83 deg"]
     assert [case.loaded.case.strip.panels for case in cases] == [4, 4]
 
 
@@ -143,7 +143,7 @@ def fake_run(monkeypatch):
 
     def run_case(loaded, out, *, progress, resume):
         calls.append((out.name, resume))
-        if out.name == "83_low":
+        if out.name == "83 low":
             raise NotConverged("panel 2 segment 1: no equilibrium at 27 mm\ntry more segments")
         summary = {
             "peak_force": 1.992,
@@ -179,12 +179,12 @@ def test_one_failure_loses_no_other(tmp_path, fake_run, capsys):
     rows = run_table(write(tmp_path), tmp_path / "out")
     assert fake_run == [
         ("warm up", False),
-        ("80_low", False),
-        ("80_high", False),
-        ("83_low", False),
+        ("80 low", False),
+        ("80 high", False),
+        ("83 low", False),
         ("base", False),
     ]
-    assert [row["case"] for row in rows] == ["80_low", "80_high", "83_low", "base"]
+    assert [row["case"] for row in rows] == ["80 low", "80 high", "83 low", "base"]
     assert rows[0]["stage_contact_travel"] == 0.013
     assert rows[0]["crease.stiffness"] == "2 N mm"
     assert rows[0]["warnings"] == 1
@@ -192,7 +192,7 @@ def test_one_failure_loses_no_other(tmp_path, fake_run, capsys):
     assert rows[2]["error"] == "panel 2 segment 1: no equilibrium at 27 mm\ntry more segments"
     assert failures(rows) == 3
     assert failures(rows[:2]) == 0
-    assert capsys.readouterr().err.splitlines()[1] == "[2/4] 80_high: peak 1.9920 N at 27.10 mm, 3.5 s"
+    assert capsys.readouterr().err.splitlines()[1] == "[2/4] 80 high: peak 1.9920 N at 27.10 mm, 3.5 s"
     with (tmp_path / "out" / "summary.csv").open() as file:
         table = list(csv.DictReader(file))
     assert [row["peak_force"] for row in table] == ["1.992", "1.992", "", "1.992"]
@@ -200,7 +200,7 @@ def test_one_failure_loses_no_other(tmp_path, fake_run, capsys):
     assert list(table[0])[:5] == ["case", "strip.fold_angle", "crease.stiffness", "contact", "peak_force"]
     assert table[2]["error"] == "panel 2 segment 1: no equilibrium at 27 mm; try more segments"
     assert table[2]["exit_code"] == "3"
-    assert (tmp_path / "out" / "80_low" / RESOLVED).read_text() == load_table(tmp_path / "table.csv")[
+    assert (tmp_path / "out" / "80 low" / RESOLVED).read_text() == load_table(tmp_path / "table.csv")[
         0
     ].loaded.text
 
@@ -210,16 +210,16 @@ def test_resume_runs_only_what_is_not_there_or_has_changed(tmp_path, fake_run):
     first = run_table(path, tmp_path / "out", progress=False)
     fake_run.clear()
     again = run_table(path, tmp_path / "out", resume=True, progress=False)
-    assert fake_run == [("warm up", False), ("83_low", False)]
+    assert fake_run == [("warm up", False), ("83 low", False)]
     assert again == first
     fake_run.clear()
     path.write_text(TABLE.replace("80 high, 80 deg, 9e-3", "80 high, 80 deg, 8e-3"))
     run_table(path, tmp_path / "out", resume=True, progress=False)
-    assert fake_run == [("warm up", False), ("80_high", False), ("83_low", False)]
+    assert fake_run == [("warm up", False), ("80 high", False), ("83 low", False)]
     fake_run.clear()
-    (tmp_path / "out" / "80_low" / "summary.json").unlink()  # as if it had been cut off
+    (tmp_path / "out" / "80 low" / "summary.json").unlink()  # as if it had been cut off
     run_table(path, tmp_path / "out", resume=True, progress=False)
-    assert fake_run == [("warm up", False), ("80_low", True), ("83_low", False)]
+    assert fake_run == [("warm up", False), ("80 low", True), ("83 low", False)]
     fake_run.clear()
     run_table(path, tmp_path / "out", progress=False)
     assert len(fake_run) == 5
@@ -227,7 +227,7 @@ def test_resume_runs_only_what_is_not_there_or_has_changed(tmp_path, fake_run):
 
 def test_stale_results_of_a_row_that_fails_are_not_shown(tmp_path, fake_run):
     path = write(tmp_path)
-    folder = tmp_path / "out" / "83_low"
+    folder = tmp_path / "out" / "83 low"
     folder.mkdir(parents=True)
     (folder / "summary.json").write_text('{"peak_force": 99}')
     rows = run_table(path, tmp_path / "out", progress=False)
@@ -238,13 +238,13 @@ def test_the_command_reports_failures_at_the_end(tmp_path, fake_run):
     result = CliRunner().invoke(cli, ["table", str(write(tmp_path)), "--out", str(tmp_path / "out")])
     assert result.exit_code == 3
     assert result.stderr.splitlines()[-1] == "1 of 4 cases failed"
-    assert "83_low: panel 2 segment 1: no equilibrium at 27 mm" in result.stdout
+    assert "83 low: panel 2 segment 1: no equilibrium at 27 mm" in result.stdout
 
 
 def test_printed_table():
     rows = [
         {
-            "case": "80_low",
+            "case": "80 low",
             "peak_force": 1.9923,
             "peak_travel": 0.02712,
             "stage_contact_travel": 0.01301,
@@ -255,7 +255,7 @@ def test_printed_table():
     assert format_table(rows).splitlines() == [
         "condition  peak force (N)  at travel (mm)  contact from (mm)  steps  run time (s)  warnings",
         "-------------------------------------------------------------------------------------------",
-        "80_low             1.9923           27.12              13.01    812             -         -",
+        "80 low             1.9923           27.12              13.01    812             -         -",
         "a                       -               -                  -      -         12.35         0",
         "a: no equilibrium",
     ]
