@@ -9,7 +9,7 @@ import platform
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -43,11 +43,12 @@ from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
 from fsm.solve.newton import equilibrium, negative_pivots
 from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, choose_method, simulate
+from fsm.system import Observation
 
 __all__ = ["prepare", "run_case", "warm_up"]
 
-CHECKPOINT_EVERY = 5.0
-"""Seconds of wall time between checkpoints."""
+CHECKPOINT_EVERY = 1.0
+"""Seconds of wall time between checkpoints; one takes about 10 ms."""
 
 
 def prepare(case: Case, source: str = "") -> tuple[Scene, SegmentSystem]:
@@ -89,7 +90,8 @@ def run_case(
     progress : bool or callable
         A bar on standard error, or called with the fraction done.
     resume : bool
-        Go on from the last checkpoint in `out` if there is one of this very case.
+        Go on from the last checkpoint in `out` if there is one of this very case; steps and times in the
+        summary are then those of the last part.
 
     Returns
     -------
@@ -137,21 +139,45 @@ def warm_up(spatial: bool = False) -> None:
         system.observe(0.0, touching, u)
 
 
+class _Watched(SegmentSystem):
+    """A system that remembers every point of the force curve that was looked at.
+
+    `points` holds a row each: travel (m) and force (N) of the first drive, normal force of every contact pair (N).
+    """
+
+    def __init__(self, system: SegmentSystem) -> None:
+        super().__init__(system.bodies, system.motions, system.groups, system.contacts, system.pair_names)
+        self.points: list[np.ndarray] = []
+
+    def observe(self, t: float, q: np.ndarray, u: np.ndarray) -> Observation:
+        """See `System`."""
+        seen = super().observe(t, q, u)
+        if self.motions:
+            self.points.append(np.concatenate([seen.drive.travel[:1], seen.drive.force[:1], seen.pair_force]))
+        return seen
+
+    def curve(self) -> np.ndarray:
+        """The points, a row each."""
+        return np.array(self.points).reshape(-1, 2 + len(self.pair_names))
+
+
 class _Solve:
     """The solve of one case, writing as it goes."""
 
-    def __init__(
-        self, loaded: LoadedCase, scene: Scene, system: SegmentSystem, out: Path, resume: bool
-    ) -> None:
-        self.loaded, self.scene, self.system, self.out = loaded, scene, system, out
+    def __init__(self, loaded: LoadedCase, scene: Scene, system: SegmentSystem, out: Path, resume: bool) -> None:
+        self.loaded, self.scene, self.system, self.out = loaded, scene, _Watched(system), out
         self.case = loaded.case
         self.warnings: list[str] = []
         self.target = out / "result.h5"
         self.checkpoint = out / "checkpoint.h5"
         self.last_checkpoint = time.perf_counter()
         self.resumed = self._read_checkpoint() if resume else None
+        (out / "summary.json").unlink(missing_ok=True)  # it says that the case in this folder is done
+        if self.resumed is None:
+            self.checkpoint.unlink(missing_ok=True)  # of another run, whose records go now
+        self.ledger = Ledger()
         self.records = 0
-        self.last: Saved | None = None
+        self.last: tuple[Saved, int] | None = None
 
     def run(self, progress: bool | Callable[[float], None], begun: float, compiled: float) -> Solution:
         """Solve, write the results file and read it back; `begun` and `compiled` are clocks at the start of the run."""
@@ -167,9 +193,9 @@ class _Solve:
             self.case.solve.energy_abort,
         )
         start, ledger, at = self._start()
-        times = [t for t in self.save_times(end) if t > at or (at == 0.0 and t == 0.0)]
         records = self.resumed[1] if self.resumed else None
         self.records = records or 0
+        times = [t for t in self.save_times(end) if records is None or t > at]
         bar = Progress(progress, end, self.loaded.case.title or str(self.loaded.path), jit)
         with ResultWriter(self.target, self._layout(method, reason), resume_at=records) as writer, bar:
             try:
@@ -179,11 +205,11 @@ class _Solve:
             except KeyboardInterrupt:
                 writer.flush()
                 if self.last is not None:
-                    self._write_checkpoint(self.last)
+                    self._write_checkpoint(*self.last)
                 raise
             writer.flush()
             solution = read_solution(part_path(self.target))
-            summary = _summary(solution, self.scene, statistics, ledger, self.warnings) | {
+            summary = _summary(solution, self.scene, statistics, ledger, self.warnings, self.system.curve()) | {
                 "method": statistics.method,
                 "dof": self.system.nu,
                 "dimension": solution.layout.dimension,
@@ -217,10 +243,11 @@ class _Solve:
 
     def _start(self) -> tuple[tuple[float, np.ndarray, np.ndarray] | None, Ledger | None, float]:
         if self.resumed is not None:
-            arrays, _ = self.resumed
-            ledger = Ledger(*(float(x) for x in arrays["ledger"]))
+            arrays, _, self.warnings = self.resumed
+            self.ledger = Ledger(*(float(x) for x in arrays["ledger"]))
+            self.system.points = list(arrays["curve"])
             at = float(arrays["time"][0])
-            return (at, arrays["q"], arrays["u"]), ledger, at
+            return (at, arrays["q"], arrays["u"]), replace(self.ledger), at
         return self._settled(), None, 0.0
 
     def _settled(self) -> tuple[float, np.ndarray, np.ndarray] | None:
@@ -241,6 +268,9 @@ class _Solve:
     def _save(self, writer: ResultWriter, saved: Saved) -> None:
         seen = saved.observation
         stored = seen.energy.potential
+        self.ledger.start = seen.energy.stored - saved.error + saved.dissipated - saved.work
+        self.ledger.dissipated, self.ledger.work = saved.dissipated, saved.work
+        self.ledger.balance(seen.energy.stored, seen.energy.kinetic)
         writer.append(
             Record(
                 time=saved.time,
@@ -262,29 +292,35 @@ class _Solve:
             )
         )
         self.records += 1
-        self.last = saved
+        self.last = saved, self.records
         if time.perf_counter() - self.last_checkpoint > CHECKPOINT_EVERY:
             writer.flush()
-            self._write_checkpoint(saved)
+            self._write_checkpoint(*self.last)
 
-    def _write_checkpoint(self, saved: Saved) -> None:
-        start = saved.observation.energy.stored - saved.error + saved.dissipated - saved.work
-        ledger = asdict(Ledger(start, saved.dissipated, saved.work, saved.error, abs(saved.error), abs(saved.work)))
+    def _write_checkpoint(self, saved: Saved, records: int) -> None:
+        """Write down where to go on: a saved state, how many records there are up to it, and the curve up to it."""
+        curve = self.system.curve()
         write_checkpoint(
             self.checkpoint,
-            {"time": np.array([saved.time]), "q": saved.q, "u": saved.u, "ledger": np.array(list(ledger.values()))},
-            {"case": self.loaded.text, "records": self.records},
+            {
+                "time": np.array([saved.time]),
+                "q": saved.q,
+                "u": saved.u,
+                "ledger": np.array(list(asdict(self.ledger).values())),
+                "curve": curve[curve[:, 0] <= saved.observation.drive.travel[:1]],
+            },
+            {"case": self.loaded.text, "records": records, "warnings": self.warnings},
         )
         self.last_checkpoint = time.perf_counter()
 
-    def _read_checkpoint(self) -> tuple[dict[str, np.ndarray], int] | None:
-        """Arrays and number of records of a checkpoint of this very case; None if there is none."""
+    def _read_checkpoint(self) -> tuple[dict[str, np.ndarray], int, list[str]] | None:
+        """Arrays, number of records and warnings of a checkpoint of this very case; None if there is none."""
         if not self.checkpoint.is_file() or not part_path(self.target).is_file():
             return None
         arrays, attributes = read_checkpoint(self.checkpoint)
         if attributes.get("case") != self.loaded.text:
             return None
-        return arrays, int(attributes["records"])
+        return arrays, int(attributes["records"]), list(attributes["warnings"])
 
     def _layout(self, method: str, reason: str) -> Layout:
         bodies = self.system.bodies
@@ -341,11 +377,11 @@ def _plain(statistics: Statistics) -> dict[str, Any]:
 
 
 def _summary(
-    solution: Solution, scene: Scene, statistics: Statistics, ledger: Ledger, warnings: list[str]
+    solution: Solution, scene: Scene, statistics: Statistics, ledger: Ledger, warnings: list[str], points: np.ndarray
 ) -> dict[str, Any]:
     summary: dict[str, Any] = {"peak_force": 0.0, "peak_travel": 0.0, "stages": []}
     if solution.travel.shape[1]:
-        summary |= summarise(_fine_curve(solution, statistics), solution.layout.pair_names)
+        summary |= summarise(_fine_curve(solution, points), solution.layout.pair_names)
     unstable = int(np.sum(solution.negative_pivots > 0))
     summary |= {
         "steps": statistics.steps,
@@ -358,15 +394,9 @@ def _summary(
     return summary
 
 
-def _fine_curve(solution: Solution, statistics: Statistics) -> Curve:
+def _fine_curve(solution: Solution, points: np.ndarray) -> Curve:
     """Records and every point looked at on the way, so that peak and stages do not depend on what is saved."""
-    pairs = solution.pair_force.shape[1]
-    seen = Curve(
-        np.array([drive.travel[0] for drive, _ in statistics.seen]),
-        np.array([drive.force[0] for drive, _ in statistics.seen]),
-        np.array([force for _, force in statistics.seen]).reshape(-1, pairs),
-    )
-    return Curve.of(solution).merged(seen)
+    return Curve.of(solution).merged(Curve(points[:, 0], points[:, 1], points[:, 2:]))
 
 
 def _warnings(solution: Solution, scene: Scene, summary: dict[str, Any]) -> list[str]:

@@ -80,6 +80,8 @@ class System(Protocol):
 
     nq: int
     nu: int
+    fixed_pattern: bool
+    """Whether K and D keep their pattern for ever: no bodies that can meet."""
 
     def initial(self) -> tuple[np.ndarray, np.ndarray]:
         """Configuration and velocity at time zero."""

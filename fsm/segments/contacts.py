@@ -201,7 +201,7 @@ class ContactGroup:
         slopes = np.zeros((count, 4))
         slopes[:, :2] = normal_slopes
         if self.friction is not None:
-            effort[:, 1:], slopes[:, 2:] = friction(rate[:, 1:], normal, *self.friction)
+            effort[:, 1:], slopes[:, 2:] = friction(np.ascontiguousarray(rate[:, 1:]), normal, *self.friction)
         return _Found(count, probe, piece, at, penetration, bodies, rate, gradient, normal, slopes, effort)
 
     def add_force(self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray) -> None:

@@ -105,7 +105,7 @@ def _lsoda(
     reach = position[row] - position[column]
     lower, upper = int(max(reach.max(initial=0), 0)), int(max((-reach).max(initial=0), 0))
     options: dict[str, Any] = {"rtol": rtol, "max_step": max_step}
-    banded = lower + upper + 1 <= _BAND_WORTHWHILE * len(y) and not _has_contact(equations)
+    banded = lower + upper + 1 <= _BAND_WORTHWHILE * len(y) and equations.system.fixed_pattern
     if not banded:
         return LSODA(
             equations.rate, t, y, end, atol=atol, jac=lambda t, y: equations.jacobian(t, y).toarray(), **options
@@ -121,10 +121,6 @@ def _structure(equations: FirstOrder, t: float, y: np.ndarray) -> sparse.csr_mat
     for _ in range(2):
         pattern = pattern + abs(equations.jacobian(t, y + scale * rng.standard_normal(len(y)))).tocsr()
     return sparse.csr_matrix(pattern)
-
-
-def _has_contact(equations: FirstOrder) -> bool:
-    return getattr(equations.system, "contacts", None) is not None
 
 
 class _ReorderedLSODA(LSODA):

@@ -128,7 +128,7 @@ def test_force_is_minus_the_slope_of_the_energy(spatial: bool, seed: int) -> Non
 @SEEDS
 def test_gradients_and_rates(spatial: bool, seed: int) -> None:
     c = chain(spatial, seed)
-    value, rate, gradient = c.measure(c.poses, c.rates)
+    _, rate, gradient = c.measure(c.poses, c.rates)
     found = gradient_of(lambda poses: c.measure(poses, c.rates)[0], c.poses, c.rates.shape[1])
     for i, (a, b) in enumerate(BODIES):
         np.testing.assert_allclose(gradient[i], np.concatenate([found[i, :, a], found[i, :, b]], axis=-1), atol=1e-9)

@@ -1,0 +1,125 @@
+"""Energy ledger: kinetic + potential + dissipated - work of loads and drives stays what it was."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+
+from fsm.scene.builders.strip import build_scene
+from fsm.scene.case import Case, Strip
+from fsm.scene.contact import Contact, Friction
+from fsm.scene.loads import Drive
+from fsm.scene.materials import LinearCrease, Material
+from fsm.scene.scene import GROUND, Body, ForceElement, Scene
+from fsm.segments.compile import compile_scene
+from fsm.segments.system import SegmentSystem
+from fsm.solve.simulate import Ledger, Saved, Settings, simulate
+
+# flexible pendulum released from the horizontal: tip (x, y) by time, to 1e-3, by 64 ANCF cable elements; REFERENCES.md
+PENDULUM = {
+    0.1: (1.200000, -0.049049), 0.2: (1.179924, -0.196180), 0.3: (1.078738, -0.441262),
+    0.4: (0.852851, -0.784469), 0.5: (0.394834, -1.215096),
+}  # fmt: skip
+
+
+@cache
+def rubbing_strip(rtol: float) -> tuple[list[Saved], Ledger]:
+    """A damped strip pulled until its panels touch and rub."""
+    case = Case(
+        strip=Strip(
+            length=0.48, width=0.04, thickness=3e-4, panels=6, fold_angle=math.radians(83.0), segments_per_panel=4
+        ),
+        material=Material(young=3e9, density=800, damping=1e-2),
+        crease=LinearCrease(stiffness=9e-3),
+        contact=Contact(stiffness=1e8, damping=10.0, ramp=1e-5),
+        friction=Friction(law="step", mu_static=0.3, mu_dynamic=0.2, v_static=1e-3, v_dynamic=5e-3),
+        drive=(Drive(crease=3, speed=0.05, travel=0.02),),
+    )
+    system = compile_scene(build_scene(case))
+    saved: list[Saved] = []
+    end = system.end_time()
+    assert end is not None
+    _, ledger = simulate(system, Settings("Radau", rtol, end), list(np.linspace(0.0, end, 21)), saved.append)
+    return saved, ledger
+
+
+def flexible_pendulum(count: int) -> SegmentSystem:
+    """The pendulum of REFERENCES.md: L = 1.2, A = .0018, I = 1.215e-8, rho = 5540, E = .7e6, g = 9.81; y there is our z."""
+    length, mass = 1.2 / count, 5540 * 0.0018 * 1.2 / count
+    stretch, bend = 0.7e6 * 0.0018 / length, 0.7e6 * 1.215e-8 / length
+    bodies = [
+        Body(
+            name=f"{i}",
+            mass=mass,
+            inertia=(mass * length**2 / 12,) * 3,
+            position=((i + 0.5) * length, 0.0, 0.0),
+        )
+        for i in range(count)
+    ]
+    elements = [
+        ForceElement(
+            name=f"joint {i}",
+            inner=f"{i - 1}" if i else GROUND,
+            outer=f"{i}",
+            point_inner=(length / 2 if i else 0.0, 0.0, 0.0),
+            point_outer=(-length / 2, 0.0, 0.0),
+            # half a segment stretches at the hinge, which carries no moment; shear as stiff as stretching
+            translation=(stretch * (1 if i else 2),) * 3,
+            rotation=(bend if i else 0.0,) * 3,
+        )
+        for i in range(count)
+    ]
+    return compile_scene(Scene(bodies=tuple(bodies), elements=tuple(elements), gravity=(0.0, 0.0, -9.81)))
+
+
+def swing(count: int, rtol: float) -> tuple[list[Saved], Ledger]:
+    saved: list[Saved] = []
+    _, ledger = simulate(flexible_pendulum(count), Settings("Radau", rtol, 0.5), list(PENDULUM), saved.append)
+    return saved, ledger
+
+
+def test_strip_with_contact_and_friction() -> None:
+    saved, ledger = rubbing_strip(1e-8)
+    touching = saved[-1].observation
+    assert touching.pair_force.sum() > 1e-3
+    assert touching.energy.potential["contact"] > 0.0
+    assert ledger.relative_error < 1e-6
+
+
+def test_records_add_up() -> None:
+    saved, ledger = rubbing_strip(1e-8)
+    for record in saved:
+        energy = record.observation.energy
+        total = energy.kinetic + sum(energy.potential.values()) + record.dissipated - record.work
+        assert total == pytest.approx(ledger.start, abs=1e-6 * ledger.turnover)
+
+
+def test_friction_and_damping_take_part() -> None:
+    _, ledger = rubbing_strip(1e-8)
+    # without them in the ledger the balance would be far off
+    assert ledger.dissipated > 1e-3 * ledger.turnover
+
+
+def test_imbalance_falls_with_the_tolerance() -> None:
+    assert rubbing_strip(1e-8)[1].relative_error < 1e-2 * rubbing_strip(1e-4)[1].relative_error
+
+
+def test_undamped_flexible_pendulum() -> None:
+    saved, ledger = swing(24, 1e-8)
+    assert ledger.dissipated == 0.0
+    assert ledger.relative_error < 1e-6
+    # it did swing: by a quarter turn, turning its weight's work into motion
+    assert saved[-1].observation.energy.kinetic > 0.9 * ledger.turnover
+
+
+def test_flexible_pendulum_is_where_it_should_be() -> None:
+    count = 128
+    saved, _ = swing(count, 1e-6)
+    half = 0.6 / count
+    for record, (x, z) in zip(saved, PENDULUM.values(), strict=True):
+        last = record.q[-3:]
+        tip = (last[0] + half * math.cos(last[2]), last[1] - half * math.sin(last[2]))
+        assert tip == pytest.approx((x, z), abs=1e-3)

@@ -1,0 +1,54 @@
+"""The pulled strip with three and with six degrees of freedom a segment: its crease line guided, it stays in the plane."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from fsm.scene.builders.strip import build_scene
+from fsm.scene.case import Case, Strip
+from fsm.scene.contact import Contact, Friction
+from fsm.scene.loads import Drive
+from fsm.scene.materials import LinearCrease, Material
+from fsm.segments.compile import compile_scene
+from fsm.solve.simulate import Saved, Settings, simulate
+
+TRAVEL = 8e-3
+
+
+def pulled(spatial: bool) -> list[Saved]:
+    """41 states up to 8 mm; the held panels are touched from 5 mm on."""
+    case = Case(
+        strip=Strip(
+            length=0.48, width=0.04, thickness=3e-4, panels=6, fold_angle=math.radians(80.0), segments_per_panel=4
+        ),
+        material=Material(young=3e9, density=800, damping=1e-2),
+        crease=LinearCrease(stiffness=9e-3),
+        contact=Contact(stiffness=1e8, damping=10.0, ramp=1e-5),
+        friction=Friction(law="step", mu_static=0.3, mu_dynamic=0.2, v_static=1e-3, v_dynamic=5e-3),
+        drive=(Drive(crease=3, speed=0.01, travel=TRAVEL),),
+    )
+    system = compile_scene(build_scene(case), spatial)
+    assert system.spatial == spatial
+    motion = system.motions[0]
+    saved: list[Saved] = []
+    times = [motion.time_of(x) for x in np.linspace(0.0, TRAVEL, 41)]
+    simulate(system, Settings("Radau", 1e-8, motion.end_time), times, saved.append)
+    return saved
+
+
+@pytest.mark.slow
+def test_spatial_force_curve_is_the_planar_one() -> None:
+    planar, spatial = pulled(False), pulled(True)
+    plane, space = (np.array([s.observation.drive.force[0] for s in run]) for run in (planar, spatial))
+    assert space == pytest.approx(plane, abs=1e-6 * plane.max())
+    pairs, pairs_in_space = (np.array([s.observation.pair_force for s in run]) for run in (planar, spatial))
+    # it touches within the travel, not from the start
+    assert pairs[0].max() < 1e-12
+    assert pairs[-1].max() > 0.5
+    assert pairs_in_space == pytest.approx(pairs, abs=1e-5 * pairs.max())
+    # and nothing has left the plane
+    out_of_plane = spatial[-1].q.reshape(-1, 7)[:, [1, 4, 6]]
+    assert np.abs(out_of_plane).max() < 1e-10

@@ -1,0 +1,63 @@
+"""Prescribed motion: speed is the rate of travel, acceleration that of speed, and time_of inverts it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fsm.segments.drive import PrescribedMotion
+
+
+def motion(speed: float = 0.002, travel: float = 0.15, run_up: float = 0.003) -> PrescribedMotion:
+    return PrescribedMotion(1, np.array([0.0, 1.0]), speed, travel, run_up)
+
+
+def test_rates_are_derivatives() -> None:
+    m, h = motion(), 1e-4
+    for t in np.linspace(0.01, m.end_time - 0.01, 300):
+        if abs(t - m.run_up_time) < 2 * h:
+            continue
+        ahead, behind = m.at(t + h), m.at(t - h)
+        _, speed, acceleration = m.at(t)
+        assert speed == pytest.approx((ahead[0] - behind[0]) / (2 * h), abs=1e-6 * m.speed)
+        assert acceleration == pytest.approx((ahead[1] - behind[1]) / (2 * h), abs=1e-6 * m.speed)
+
+
+def test_run_up_is_smooth() -> None:
+    """Travel, speed and acceleration meet at the start and at the end of the run-up."""
+    m = motion()
+    assert m.at(0.0) == (0.0, 0.0, 0.0)
+    assert m.at(-1.0) == (0.0, 0.0, 0.0)
+    np.testing.assert_allclose(m.at(m.run_up_time * (1 - 1e-10)), m.at(m.run_up_time), atol=1e-11)
+    assert m.at(m.run_up_time)[0] == pytest.approx(m.run_up, rel=1e-14)
+    assert m.at(m.run_up_time)[1] == m.speed
+
+
+def test_ends_at_the_travel_and_stays() -> None:
+    m = motion()
+    assert m.at(m.end_time)[0] == pytest.approx(m.travel, rel=1e-14)
+    assert m.at(m.end_time + 5.0) == (m.travel, 0.0, 0.0)
+
+
+@given(
+    share=st.floats(0, 1), run_up=st.floats(0, 1), speed=st.floats(1e-4, 1.0), travel=st.floats(1e-4, 1.0)
+)
+def test_time_of_inverts_travel(share: float, run_up: float, speed: float, travel: float) -> None:
+    m = motion(speed, travel, run_up * travel)
+    wanted = share * travel
+    t = m.time_of(wanted)
+    assert 0.0 <= t <= m.end_time * (1 + 1e-12)
+    assert m.at(t)[0] == pytest.approx(wanted, rel=1e-9, abs=1e-12 * travel)
+
+
+def test_time_of_more_than_the_travel_is_the_end() -> None:
+    m = motion()
+    assert m.time_of(2 * m.travel) == m.end_time
+
+
+def test_without_run_up_the_speed_is_there_at_once() -> None:
+    m = motion(run_up=0.0)
+    assert m.at(0.0) == (0.0, m.speed, 0.0)
+    assert m.end_time == pytest.approx(m.travel / m.speed)

@@ -1,0 +1,253 @@
+"""What `fsm check` says of a case, and that it needs no compiler to say it."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fsm.errors import CaseError
+from fsm.interactions.surface import TIP
+from fsm.run import _Solve, prepare
+from fsm.scene.case import Case
+from fsm.scene.load_case import LoadedCase
+from fsm.scene.scene import Body, ForceElement, Scene
+from fsm.segments import report
+from fsm.segments.report import describe, save_times
+from fsm.solve.simulate import choose_method
+
+CONTACT = {"stiffness": 1e6, "damping": 3.0}
+STEP = {"mu_static": 0.3, "mu_dynamic": 0.2, "v_static": 1e-3, "v_dynamic": 1e-2}
+SPLINE = {"law": "spline", "angle": [0.0, 1.0, 2.0], "moment": [0.0, 5e-3, 8e-3], "interpolation": "pchip"}
+CASE = Path(__file__).parents[2] / "folding_cases" / "strip_trial" / "case.toml"
+
+
+def strip_case(**sections: Any) -> Case:
+    strip = {
+        "length": 0.48, "width": 0.04, "thickness": 3e-4, "panels": 6, "fold_angle": "80 deg", "segments_per_panel": 4,
+    }  # fmt: skip
+    data: dict[str, Any] = {
+        "title": "a strip",
+        "strip": strip | sections.pop("strip", {}),
+        "material": {"young": 3e9, "density": 800} | sections.pop("material", {}),
+        "crease": {"law": "linear", "stiffness": 9e-3},
+        "drive": [{"crease": 3, "speed": "2 mm/s", "travel": "40 mm"} | sections.pop("pull", {})],
+    }
+    return Case.model_validate(data | sections)
+
+
+def text_of(**sections: Any) -> str:
+    return "\n".join(describe(strip_case(**sections)))
+
+
+def said(text: str, *wanted: str) -> None:
+    for words in wanted:
+        assert words in text, f"{words!r} is not in\n{text}"
+
+
+def not_said(text: str, *unwanted: str) -> None:
+    for words in unwanted:
+        assert words not in text, f"{words!r} is in\n{text}"
+
+
+def test_check_needs_no_compiler() -> None:
+    """The command in a process of its own: numba, h5py and matplotlib stay out of it."""
+    program = (
+        "import sys\n"
+        "from fsm.cli import cli\n"
+        f"cli(['check', {str(CASE)!r}], standalone_mode=False)\n"
+        "loaded = {'numba', 'llvmlite', 'h5py', 'matplotlib', 'pymunk'} & set(sys.modules)\n"
+        "sys.exit(f'loaded: {loaded}' if loaded else 0)\n"
+    )
+    result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stderr
+    said(result.stdout, "trial strip", "planar")
+
+
+def test_a_plain_strip() -> None:
+    text = text_of()
+    said(
+        text,
+        "a strip",
+        "planar: everything lies and moves in the plane y = 0",
+        "16 free, 2 held, 1 driven",
+        "48 degrees of freedom, 3 a free body",
+        "12 joints between the segments of panels",
+        "2 half joints from the pulled crease line",
+        "5 creases, linear",
+        "half cell     on",
+        "contact: no [contact]",
+        "crease curves: no crease is tabulated",
+        "degrees of freedom of 2 held bodies",
+        "gravity: none given",
+        "motion out of the plane",
+        "guide = false sets it free",
+        "every spring c = 1 ms x k (Kelvin-Voigt)",
+        "crease 3 pulled along (0, 0, 1) at 2 mm/s: run-up 0.4 mm, travel 40 mm, 20.2 s",
+        "guided",
+        "Radau, chosen by auto",
+        "201 records, evenly over the travel",
+        "segments of 20 mm: error O(l^2)",
+        "halve the speed",
+    )
+    not_said(text, "watched", "friction creeps", "l alpha/8", "edges", "friction: no", "tapered")
+
+
+def test_contact_and_friction() -> None:
+    text = text_of(contact=CONTACT, friction=STEP)
+    said(
+        text,
+        "5 pairs watched: panel 1 - panel 2, panel 2 - panel 3",
+        "K = 1e+06 N/m^1.5 of a whole face, damped: C = 3 N s/m",
+        "faces touch at half the sum of their thicknesses",
+        "two STEPs: 0.3 at 1 mm/s, 0.2 from 10 mm/s on",
+        "l alpha/8: 0.4363 mm at a joint bent by 10 deg",
+        "tapered to nothing",
+        "by 2.5 % of its length beyond its ends",
+        "faces of other panels pass through each other",
+        "v_static tan(a)/mu_static at most, 1 mm/s",
+    )
+    not_said(text, "contact: no", "friction: no", "edges")
+
+
+def test_contact_in_space_without_thickness_or_friction() -> None:
+    text = text_of(contact=CONTACT | {"thickness_in_gap": False, "damping": 0.0}, solve={"spatial": True})
+    said(
+        text,
+        "spatial: asked for, though everything lies in the plane",
+        "96 degrees of freedom, 6 a free body",
+        "middle surfaces touch: no thickness in the gap",
+        "not damped",
+        "friction: no [friction]; faces slide freely",
+        "edges do not touch",
+    )
+    not_said(text, "tapered", "motion out of the plane", "friction creeps")
+
+
+def test_no_pair_that_can_meet() -> None:
+    text = text_of(contact=CONTACT | {"pairs": []})
+    said(text, "no two surfaces of its pairs can meet")
+    not_said(text, "watched", "Hertz", "l alpha/8")
+
+
+@pytest.mark.parametrize("spatial", [False, True])
+@pytest.mark.parametrize("segments", [1, 3, 7])
+@pytest.mark.parametrize("pairs", [None, [[3, 4]], [[1, 3], [2, 5]]])
+def test_counts_are_the_compilers(spatial: bool, segments: int, pairs: list[list[int]] | None) -> None:
+    contact = CONTACT | {"points_per_segment": 3} | ({"pairs": pairs} if pairs else {})
+    case = strip_case(contact=contact, strip={"segments_per_panel": segments}, solve={"spatial": spatial})
+    _, system = prepare(case)
+    assert system.contacts is not None
+    said(
+        "\n".join(describe(case)),
+        f"{len(system.contacts.probes.body)} contact points",
+        f"{system.nu} degrees of freedom",
+        f"{len(system.bodies.free)} free, {int(sum(b.held for b in report.build_scene(case).bodies))} held",
+        f"{len(set(system.contacts.probes.pair))} pair",
+    )
+
+
+def test_half_cell_off() -> None:
+    text = text_of(strip={"half_cell": False})
+    said(text, "half cell     off", "error O(l) without the half cell")
+
+
+def test_tabulated_creases() -> None:
+    text = text_of(crease=SPLINE)
+    said(text, "5 creases, tabulated: monotone (PCHIP) curve through 3 points from 0 to 114.6 deg, straight outside")
+    not_said(text, "no crease is tabulated", "creases, linear")
+
+
+def test_unguided_is_spatial_and_says_why() -> None:
+    text = text_of(pull={"guide": False})
+    said(text, "spatial: an unguided crease line can sway out of the plane", "unguided: the line is free across")
+    not_said(text, "guide = false sets it free")
+
+
+def test_undamped_and_loaded() -> None:
+    load = {"body": "panel 3 segment 1", "force": [0.0, 0.0, 1.5], "follower": True, "time": {"kind": "ramp", "end": 1.0}}
+    text = text_of(material={"damping": 0.0}, load=[load], gravity=[0.0, 0.0, -9.81])
+    said(text, "none in the springs", "follower, force (0, 0, 1.5) N, moment (0, 0, 0) N m, ramp", "(0, 0, -9.81) m/s^2")
+    not_said(text, "halve material.damping", "gravity: none")
+
+
+def test_a_scene_written_out() -> None:
+    arm = Body(name="arm", mass=1.0, inertia=(1.0, 1.0, 1.0), position=(1.0, 0.0, 0.0))
+    hinge = ForceElement(name="hinge", inner="arm", outer="ground", translation=(1e3, 1e3, 1e3))
+    idle = ForceElement(name="idle", inner="arm", outer="ground")
+    case = Case(scene=Scene(bodies=(arm,), elements=(hinge, idle)), solve={"end_time": 3.0}, save={"interval": 0.5})
+    text = "\n".join(describe(case))
+    said(
+        text,
+        "1 free, 0 held, 0 driven",
+        "1 joint, linear springs",
+        "1 force element without stiffness",
+        "in 0 of 1 force element",
+        "none in the scene",
+        "7 records, one every 0.5 s",
+        "to 3 s",
+    )
+    not_said(text, "segments of", "halve the speed", "guide")
+
+
+def test_faults_all_at_once_with_their_file() -> None:
+    bodies = (Body(name="arm", mass=0.0, inertia=(1.0, 1.0, 1.0)), Body(name="arm", mass=1.0, inertia=(0.0, 1.0, 1.0)))
+    with pytest.raises(CaseError) as caught:
+        describe(Case(scene=Scene(bodies=bodies), solve={"end_time": 1.0}), "my.toml")
+    assert len(caught.value.faults) >= 3
+    assert all(line.startswith("my.toml: scene.bodies") for line in caught.value.lines())
+
+
+def test_nothing_says_when_to_stop() -> None:
+    body = Body(name="arm", mass=1.0, inertia=(1.0, 1.0, 1.0))
+    with pytest.raises(CaseError, match=r"solve\.end_time: missing"):
+        describe(Case(scene=Scene(bodies=(body,))))
+
+
+@pytest.mark.parametrize("contact", [None, CONTACT, CONTACT | {"thickness_in_gap": False}])
+@pytest.mark.parametrize("angle", ["80 deg", "89.9 deg"])
+def test_refuses_what_a_run_refuses(contact: dict[str, Any] | None, angle: str) -> None:
+    case = strip_case(strip={"fold_angle": angle}, **({"contact": contact} if contact else {}))
+    outcomes = []
+    for examine in (describe, prepare):
+        try:
+            examine(case, "case.toml")
+            outcomes.append([])
+        except CaseError as error:
+            outcomes.append(error.lines())
+    assert outcomes[0] == outcomes[1]
+    assert bool(outcomes[0]) == (angle == "89.9 deg" and contact is CONTACT)
+
+
+@pytest.mark.parametrize(
+    "sections",
+    [
+        {},
+        {"save": {"every": "1 mm"}},
+        {"save": {"every": "0.7 mm"}},
+        {"save": {"every": "0.1 m"}},
+        {"save": {"interval": 0.3}},
+        {"save": {"interval": 2.0}, "solve": {"end_time": 6.5}},
+        {"save": {"every": "1 mm"}, "solve": {"end_time": 6.5}},
+        {"save": {"every": "1 mm"}, "solve": {"end_time": 60.0}},
+        {"solve": {"end_time": 6.5}},
+    ],
+    ids=repr,
+)
+def test_records_are_those_of_the_run(sections: dict[str, Any], tmp_path: Path) -> None:
+    case = strip_case(**sections)
+    scene, system = prepare(case)
+    run = _Solve(LoadedCase(case, "", Path("case.toml")), scene, system, tmp_path, False)
+    end = case.solve.end_time or system.end_time()
+    assert end is not None
+    wanted = run.save_times(end)
+    assert save_times(case, system.motions[0], end) == pytest.approx(wanted)
+    said("\n".join(describe(case)), f"{len(wanted)} records")
+
+
+def test_constants_said_twice_agree() -> None:
+    assert choose_method("auto")[0] == report.AUTO
+    assert report.SURFACE_TIP == TIP

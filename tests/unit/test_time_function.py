@@ -1,0 +1,30 @@
+"""Functions of time that loads are multiplied by."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fsm.scene.loads import Constant, Ramp, Table
+from fsm.segments.time_function import factor
+
+
+def test_constant() -> None:
+    assert [factor(Constant(), t) for t in (-1.0, 0.0, 7.0)] == [1.0, 1.0, 1.0]
+
+
+def test_ramp_is_zero_then_smooth_then_one() -> None:
+    ramp = Ramp(kind="ramp", start=1.0, end=3.0)
+    assert [factor(ramp, t) for t in (-1.0, 1.0, 2.0, 3.0, 9.0)] == [0.0, 0.0, 0.5, 1.0, 1.0]
+    times = np.linspace(0.0, 4.0, 4001)
+    values = np.array([factor(ramp, t) for t in times])
+    slopes = np.diff(values) / np.diff(times)
+    assert slopes.min() >= 0.0
+    assert slopes.max() == pytest.approx(1.5 / 2.0, rel=1e-6)
+    assert np.abs(np.diff(slopes)).max() < 2e-3  # C1
+
+
+def test_table_is_linear_between_rows_and_constant_outside() -> None:
+    table = Table(kind="table", time=(1.0, 2.0, 4.0), value=(0.5, -1.0, 3.0))
+    found = [factor(table, t) for t in (0.0, 1.0, 1.5, 2.0, 3.0, 4.0, 100.0)]
+    assert found == pytest.approx([0.5, 0.5, -0.25, -1.0, 1.0, 3.0, 3.0])
