@@ -40,6 +40,7 @@ from fsm.scene.load_case import LoadedCase
 from fsm.scene.planar import out_of_plane
 from fsm.scene.scene import Scene
 from fsm.segments.compile import compile_scene
+from fsm.segments.save_times import save_times
 from fsm.segments.system import SegmentSystem
 from fsm.solve.newton import equilibrium, negative_pivots
 from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, choose_method, simulate
@@ -195,7 +196,8 @@ class _Solve:
         start, ledger, at = self._start()
         records = self.resumed[1] if self.resumed else None
         self.records = records or 0
-        times = [t for t in self.save_times(end) if records is None or t > at]
+        motion = self.system.motions[0] if self.system.motions else None
+        times = [t for t in save_times(self.case, motion, end) if records is None or t > at]
         bar = Progress(progress, end, self.loaded.case.title or str(self.loaded.path), jit)
         with ResultWriter(self.target, self._layout(method, reason), resume_at=records) as writer, bar:
             try:
@@ -219,27 +221,6 @@ class _Solve:
             writer.finish(_plain(statistics), summary)
         self.checkpoint.unlink(missing_ok=True)
         return read_solution(self.target)
-
-    def save_times(self, end: float) -> list[float]:
-        """Times to save at; always the first and the last."""
-        save = self.case.save
-        if save.every is not None and self.system.motions:
-            motion = self.system.motions[0]
-            count = math.floor(motion.travel / save.every * (1 + 1e-12))
-            times = [motion.time_of(k * save.every) for k in range(count + 1)]
-        elif save.interval is not None:
-            times = [k * save.interval for k in range(math.floor(end / save.interval * (1 + 1e-12)) + 1)]
-        elif self.system.motions:
-            motion = self.system.motions[0]
-            times = [motion.time_of(x) for x in np.linspace(0.0, motion.travel, 201)]
-        else:
-            times = list(np.linspace(0.0, end, 201))
-        times[0] = 0.0
-        times = [t for t in times if t <= end]
-        if times[-1] < end * (1 - 1e-12):
-            times.append(end)
-        times[-1] = min(times[-1], end)
-        return times
 
     def _start(self) -> tuple[tuple[float, np.ndarray, np.ndarray] | None, Ledger | None, float]:
         if self.resumed is not None:

@@ -138,15 +138,16 @@ class _Compiler:
     # force elements -------------------------------------------------------------------------------------------------
 
     def _bushings(self) -> BushingGroup | None:
-        elements = [e for e in self.scene.elements if any(e.translation) or any(e.rotation)]
+        elements = [e for e in self.scene.elements if _has_bushing(e)]
         if not elements:
             return None
         rest = np.zeros((len(elements), 6))
         rest[:, 4] = [e.rest_angle for e in elements]
         stiffness = np.array([[*e.translation, *e.rotation] for e in elements])
         damping = np.array([[*e.translation_damping, *e.rotation_damping] for e in elements])
-        # a tabulated crease carries its own damping
+        # a tabulated crease has its own moment and damping about e2
         tabulated = [e.crease is not None for e in elements]
+        stiffness[tabulated, 4] = 0.0
         damping[tabulated, 4] = 0.0
         keep = slice(None) if self.spatial else [0, 2, 4]
         points = (
@@ -180,13 +181,14 @@ class _Compiler:
             which.append(numbers[key])
         axes = self._joint_axes(elements)
         geometry = axes if self.spatial else axes[1:]
+        side = np.array([math.copysign(1.0, e.initial_angle or e.rest_angle) for e in elements])
         return CreaseGroup(
             hinge_spatial.measure_hinge_spatial if self.spatial else hinge_planar.measure_hinge_planar,
             hinge_spatial.tangent_hinge_spatial if self.spatial else hinge_planar.tangent_hinge_planar,
             self._ends(elements),
             geometry,
-            np.array([abs(e.rest_angle) for e in elements]),
-            np.array([math.copysign(1.0, e.rest_angle or e.initial_angle) for e in elements]),
+            side * np.array([e.rest_angle for e in elements]),
+            side,
             np.array([e.rotation_damping[1] for e in elements]),
             np.array(which, dtype=np.int64),
             join_curves(curves),
@@ -217,6 +219,16 @@ class _Compiler:
             outer.append(outer_axes)
             offset.append(element.initial_angle)
         return np.array(inner), np.array(outer), np.array(offset)
+
+
+def _has_bushing(element: ForceElement) -> bool:
+    """Whether any linear spring or damper acts; the twist of a tabulated crease is not one."""
+    turning = [0, 2] if element.crease is not None else [0, 1, 2]
+    return (
+        any(element.translation)
+        or any(element.translation_damping)
+        or any(element.rotation[k] or element.rotation_damping[k] for k in turning)
+    )
 
 
 def _conjugate(q: np.ndarray) -> np.ndarray:

@@ -122,10 +122,7 @@ class _ContactCompiler:
             side = self._side(bodies, opposite)
             thickness = self._plate(opposite[0]).thickness / 2
             for body, length, start in zip(bodies, lengths, starts, strict=False):
-                count = self._points(body, length)
-                nodes, weights = _lobatto(count)
-                for node, weight in zip(nodes, weights, strict=True):
-                    x = 0.5 * length * node
+                for x, weight in self._points(body, length):
                     inset = self._plate(body).thickness / 2
                     clearance = inset + thickness if self.scene.contact.thickness_in_gap else 0.0
                     if not self.scene.contact.thickness_in_gap:
@@ -136,7 +133,7 @@ class _ContactCompiler:
                         reduced = min(clearance, 0.5 * from_crease * self._opening(bodies, opposite))
                         inset *= reduced / clearance
                         clearance = reduced
-                    share = 0.25 * weight * length / starts[-1]
+                    share = 0.5 * weight / starts[-1]
                     for lane, lane_share in self._lanes(body):
                         rows.append(
                             (body, (x, lane), side, inset, clearance, self._depth_limit(opposite), share * lane_share,
@@ -144,14 +141,21 @@ class _ContactCompiler:
                         )  # fmt: skip
         return rows
 
-    def _points(self, body: int, length: float) -> int:
-        """Points along a segment; a held panel is one long plate and gets as many as a bending panel of its length."""
+    def _points(self, body: int, length: float) -> list[tuple[float, float]]:
+        """Places along a segment (m, from its centre) and the lengths they stand for: Gauss-Lobatto, ends included.
+
+        A held panel is one long plate: it is cut into cells about as long as the segments that move.
+        """
         assert self.scene.contact is not None
-        count = self.scene.contact.points_per_segment + 1
-        if not self.all_bodies[body].held:
-            return count
-        moving = [self._plate(i).length for i, b in enumerate(self.all_bodies) if b.plate and not b.held]
-        return max(count, round(count * length / float(np.mean(moving)))) if moving else count
+        moving = [plate.length for other in self.all_bodies if (plate := other.plate) and not other.held]
+        cells = max(1, round(length / float(np.mean(moving)))) if self.all_bodies[body].held and moving else 1
+        nodes, weights = _lobatto(self.scene.contact.points_per_segment + 1)
+        cell = length / cells
+        return [
+            (float((k + 0.5 + 0.5 * node) * cell - 0.5 * length), float(0.5 * weight * cell))
+            for k in range(cells)
+            for node, weight in zip(nodes, weights, strict=True)
+        ]
 
     def _lanes(self, body: int) -> list[tuple[float, float]]:
         """Positions across the width and their shares: one line in the plane, two Gauss lines in space."""

@@ -144,6 +144,9 @@ class ContactGroup:
         self.friction = friction_law
         self.n_pairs = n_pairs
         self.refreshes = 0
+        # a surface reaches beyond its chords by its tips, and a probe may be as deep as its limit
+        beyond = np.maximum(-stations[:, 4], stations[:, 5] - 1.0) * (stations[:, 3] - stations[:, 0])
+        self._reach = np.maximum(probes.clearance, probes.depth_limit) + float(beyond.max()) + margin
         count = len(probes.body)
         self._window = np.zeros((count, 2), dtype=np.int64)
         self._reference: np.ndarray | None = None
@@ -170,7 +173,7 @@ class ContactGroup:
         probes = self.probes
         self.kernels.window(
             poses, probes.body, probes.place, probes.first_piece, probes.last_piece, self.owners, self.stations,
-            *self.extra, probes.clearance + self.margin, self._window,
+            *self.extra, self._reach, self._window,
         )  # fmt: skip
         self._pairs = _coupled_bodies(probes.body, self._window, self.owners)
         self.refreshes += 1

@@ -20,8 +20,9 @@ from fsm.scene.planar import out_of_plane
 from fsm.scene.scene import Body, ContactPair, ForceElement, Scene
 from fsm.segments.check_scene import check_scene
 from fsm.segments.drive import PrescribedMotion
+from fsm.segments.save_times import save_times
 
-__all__ = ["AUTO", "SURFACE_TIP", "describe", "save_times"]
+__all__ = ["AUTO", "SURFACE_TIP", "describe"]
 
 AUTO = "Radau"
 """What `fsm.solve.simulate.choose_method` takes for "auto".
@@ -60,31 +61,6 @@ def describe(case: Case, source: str = "") -> list[str]:
             lines.append(f"{label:<{_LABEL}}{text}")
             label = ""
     return lines
-
-
-def save_times(case: Case, motion: PrescribedMotion | None, end: float) -> list[float]:
-    """Times (s) that a run saves at; the first and the last are always among them.
-
-    Parameters
-    ----------
-    case : Case
-    motion : motion of the first drive, if there is one
-    end : time at which the run ends, s
-    """
-    save = case.save
-    if save.every is not None and motion is not None:
-        count = math.floor(motion.travel / save.every * (1 + 1e-12))
-        times = [motion.time_of(k * save.every) for k in range(count + 1)]
-    elif save.interval is not None:
-        times = [k * save.interval for k in range(math.floor(end / save.interval * (1 + 1e-12)) + 1)]
-    elif motion is not None:
-        times = [motion.time_of(float(x)) for x in np.linspace(0.0, motion.travel, 201)]
-    else:
-        times = [float(t) for t in np.linspace(0.0, end, 201)]
-    times = [0.0, *(t for t in times[1:] if t <= end)]
-    if times[-1] < end * (1 - 1e-12):
-        times.append(end)
-    return times
 
 
 # faults -----------------------------------------------------------------------------------------------------
@@ -135,7 +111,10 @@ class _View:
     def elements(self) -> list[ForceElement]:
         """Those that do something."""
         return [
-            e for e in self.scene.elements if e.crease is not None or any(e.translation) or any(e.rotation)
+            e
+            for e in self.scene.elements
+            if e.crease is not None
+            or any((*e.translation, *e.rotation, *e.translation_damping, *e.rotation_damping))
         ]
 
     @cached_property
@@ -263,7 +242,8 @@ def _contact_points(view: _View) -> int:
             body = view.bodies[name]
             assert body.plate is not None  # checked
             held = body.held and mean > 0.0
-            total += max(per_segment, round(per_segment * body.plate.length / mean)) if held else per_segment
+            # a held plate is cut into cells about as long as the segments that move
+            total += per_segment * (max(1, round(body.plate.length / mean)) if held else 1)
     return total * (2 if view.spatial else 1)
 
 

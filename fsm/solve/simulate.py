@@ -156,13 +156,11 @@ class _Run:
         self.system, self.settings, self.on_save = system, settings, on_save
         self.equations = FirstOrder(system)
         self.statistics = Statistics(settings.method)
-        # below this, imbalance is noise: the kinetic energy at the speeds that tolerances are counted in
-        masses = system.mass(system.initial()[0]).diagonal()
-        self.noise = 0.5 * float(masses @ system.scales().velocity ** 2)
         if start is None:
             start = (0.0, *system.initial())
         self.time, q, u = start
         self.state = np.concatenate([q, u])
+        self.noise = _noise(system, settings.rtol, self.time, q, u)
         first = system.observe(self.time, q, u)
         if ledger is None:
             ledger = Ledger(start=first.energy.stored)
@@ -195,7 +193,7 @@ class _Run:
                 while pending and pending[0] <= solver.t:
                     self._save_between(pending.pop(0), solver.t, state, dense, before)
                 self.time, self.state = solver.t, state.copy()
-                if self.ledger.worst > settings.energy_abort * max(self.ledger.turnover, self.noise):
+                if self.ledger.worst > max(settings.energy_abort * self.ledger.turnover, self.noise):
                     self._fail(Outcome.ENERGY)
                 if self.statistics.steps >= settings.max_steps and solver.status == "running":
                     self._fail(Outcome.TOO_MANY_STEPS)
@@ -265,3 +263,12 @@ class _Run:
         if outcome is Outcome.ENERGY:
             raise EnergyAbort(f"{text}. Energy error {self.ledger.worst:.3g} J of {self.ledger.turnover:.3g} J turned over")
         raise NotConverged(text)
+
+
+def _noise(system: System, rtol: float, t: float, q: np.ndarray, u: np.ndarray) -> float:
+    """Imbalance (J) that the tolerances themselves allow: the stiffest spring off by its tolerance, all speeds by theirs."""
+    scales = system.scales()
+    stiffness = system.tangent(t, q, u)[0].diagonal()
+    shift = rtol * np.minimum(scales.length, 1.0)
+    speed = rtol * scales.velocity
+    return 0.5 * (float(stiffness.max(initial=0.0)) * shift**2 + float(system.mass(q).diagonal() @ speed**2))

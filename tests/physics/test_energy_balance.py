@@ -29,9 +29,7 @@ PENDULUM = {
 def rubbing_strip(rtol: float) -> tuple[list[Saved], Ledger]:
     """A damped strip pulled until its panels touch and rub."""
     case = Case(
-        strip=Strip(
-            length=0.48, width=0.04, thickness=3e-4, panels=6, fold_angle=math.radians(83.0), segments_per_panel=4
-        ),
+        strip=Strip(length=0.48, width=0.04, thickness=3e-4, panels=6, fold_angle=math.radians(83.0), segments_per_panel=4),
         material=Material(young=3e9, density=800, damping=1e-2),
         crease=LinearCrease(stiffness=9e-3),
         contact=Contact(stiffness=1e8, damping=10.0, ramp=1e-5),

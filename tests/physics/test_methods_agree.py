@@ -24,9 +24,7 @@ TRAVEL = 22e-3
 def force_curve(method: str) -> np.ndarray:
     """Pull force at every 0.25 mm of a strip folded at 83 degrees, past its peak at 19.3 mm."""
     case = Case(
-        strip=Strip(
-            length=0.48, width=0.04, thickness=3e-4, panels=6, fold_angle=math.radians(83.0), segments_per_panel=4
-        ),
+        strip=Strip(length=0.48, width=0.04, thickness=3e-4, panels=6, fold_angle=math.radians(83.0), segments_per_panel=4),
         material=Material(young=3e9, density=800, damping=1e-2),
         crease=LinearCrease(stiffness=9e-3),
         contact=Contact(stiffness=1e8, damping=10.0, ramp=1e-5, thickness_in_gap=False),

@@ -1,8 +1,8 @@
 """Momentum of free chains: two chains of plates, joined inside by springs and dampers, that touch and rub.
 
 Inner forces come in pairs that act at one point, so their sum and the sum of their moments vanish to round-off in any state.
-Over a run, linear momentum is a linear invariant, which Radau and BDF keep to round-off (and their Newton iterations too: the
-Jacobian has the same invariant). Angular momentum is quadratic; Radau IIA keeps it to its tolerance only.
+Over a run, linear momentum is a linear invariant, which Radau and BDF keep to round-off, and so do their Newton iterations,
+since the Jacobian has the same invariant. Angular momentum is quadratic; Radau IIA keeps it to its tolerance only.
 """
 
 from __future__ import annotations

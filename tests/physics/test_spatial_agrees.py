@@ -21,9 +21,7 @@ TRAVEL = 8e-3
 def pulled(spatial: bool) -> list[Saved]:
     """41 states up to 8 mm; the held panels are touched from 5 mm on."""
     case = Case(
-        strip=Strip(
-            length=0.48, width=0.04, thickness=3e-4, panels=6, fold_angle=math.radians(80.0), segments_per_panel=4
-        ),
+        strip=Strip(length=0.48, width=0.04, thickness=3e-4, panels=6, fold_angle=math.radians(80.0), segments_per_panel=4),
         material=Material(young=3e9, density=800, damping=1e-2),
         crease=LinearCrease(stiffness=9e-3),
         contact=Contact(stiffness=1e8, damping=10.0, ramp=1e-5),

@@ -238,3 +238,51 @@ def test_initial_overlap_is_refused() -> None:
     thin = CONTACT | {"thickness_in_gap": False}
     assert prepare(strip_case(contact=thin, strip={"fold_angle": "89.9 deg"}))[1].nu > 0
     assert prepare(strip_case(strip={"fold_angle": "89.9 deg"}))[1].nu > 0
+
+
+# known faults: what the scene's docstrings promise and the compiler does not do yet -----------------------------
+
+
+def test_a_crease_law_on_a_hand_made_element() -> None:
+    """Moment M = 2 psi about a hinge turned by 0.5 rad."""
+    assert turned_body_force() == pytest.approx([0.0, 0.0, -1.0])
+
+
+def test_a_crease_law_stands_instead_of_the_twist_spring() -> None:
+    assert turned_body_force(rotation=(0.0, 3.0, 0.0)) == pytest.approx([0.0, 0.0, -1.0])
+
+
+def turned_body_force(**changes: Any) -> np.ndarray:
+    turned = body("arm", orientation=(np.cos(0.25), 0.0, np.sin(0.25), 0.0))
+    law = {"law": "linear", "stiffness": 2.0}
+    hinge = ForceElement(name="hinge", inner="arm", outer="ground", crease=law, initial_angle=0.5, **changes)
+    system = compile_scene(Scene(bodies=(turned,), elements=(hinge,)))
+    return system.force(0.0, *system.initial())
+
+
+def test_a_damper_without_a_spring_damps() -> None:
+    damper = ForceElement(name="damper", inner="arm", outer="ground", translation_damping=(5.0, 5.0, 5.0))
+    system = compile_scene(Scene(bodies=(body("arm", velocity=(1.0, 0.0, 0.0)),), elements=(damper,)))
+    assert system.force(0.0, *system.initial()) == pytest.approx([-5.0, 0.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    "rest",
+    [
+        0.5,
+        0.0,
+        -0.1,
+    ],
+)
+def test_moment_of_a_folded_crease_is_that_of_its_curve(rest: float) -> None:
+    """At an opening of rest - 160 deg the curve goes on straight; the linear law of that slope and offset agrees."""
+    curve = {"law": "spline", "angle": [-1.0, 0.0, 1.0], "moment": [-8e-3, 0.0, 2e-3], "rest_angle": rest}
+    system = compiled(crease=curve, strip={"half_cell": False})
+    (creases,) = (group for group in system.groups if isinstance(group, CreaseGroup))
+    # not-a-knot through three points is a parabola: slope -3e-3 * 2 o + 5e-3 at o, 11e-3 at -1
+    opening = rest - np.radians(160)
+    moment = -8e-3 + 11e-3 * (opening + 1.0)
+    force = system.force(0.0, *system.initial()).reshape(-1, 3)
+    # the first free segment hangs on crease 1, whose fold is a turn of -160 degrees
+    assert creases.bodies[0].tolist() == [1, int(system.bodies.free[0])]
+    assert abs(force[0, 2]) == pytest.approx(abs(moment), rel=1e-9)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -11,12 +12,12 @@ import pytest
 
 from fsm.errors import CaseError
 from fsm.interactions.surface import TIP
-from fsm.run import _Solve, prepare
+from fsm.run import prepare
 from fsm.scene.case import Case
-from fsm.scene.load_case import LoadedCase
 from fsm.scene.scene import Body, ForceElement, Scene
 from fsm.segments import report
-from fsm.segments.report import describe, save_times
+from fsm.segments.report import describe
+from fsm.segments.save_times import save_times
 from fsm.solve.simulate import choose_method
 
 CONTACT = {"stiffness": 1e6, "damping": 3.0}
@@ -237,15 +238,19 @@ def test_refuses_what_a_run_refuses(contact: dict[str, Any] | None, angle: str) 
     ],
     ids=repr,
 )
-def test_records_are_those_of_the_run(sections: dict[str, Any], tmp_path: Path) -> None:
+def test_records_are_announced_as_they_will_be_saved(sections: dict[str, Any]) -> None:
     case = strip_case(**sections)
-    scene, system = prepare(case)
-    run = _Solve(LoadedCase(case, "", Path("case.toml")), scene, system, tmp_path, False)
+    _, system = prepare(case)
     end = case.solve.end_time or system.end_time()
     assert end is not None
-    wanted = run.save_times(end)
-    assert save_times(case, system.motions[0], end) == pytest.approx(wanted)
-    said("\n".join(describe(case)), f"{len(wanted)} records")
+    times = save_times(case, system.motions[0], end)
+    assert times[0] == 0.0
+    assert times[-1] == pytest.approx(end)
+    assert all(b > a for a, b in pairwise(times))
+    if "every" in sections.get("save", {}) and end <= system.motions[0].end_time:
+        travel = [system.motions[0].at(t)[0] for t in times[:-1]]
+        assert travel == pytest.approx([k * case.save.every for k in range(len(travel))], abs=1e-12)
+    said("\n".join(describe(case)), f"{len(times)} records")
 
 
 def test_constants_said_twice_agree() -> None:

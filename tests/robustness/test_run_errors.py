@@ -1,0 +1,140 @@
+"""Runs that cannot end well: exit code, what is said, what is left."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+
+from fsm.cli import cli
+from fsm.results.store import part_path, read_solution
+
+CASE = """
+[strip]
+length = "480 mm"
+width = "40 mm"
+thickness = "0.3 mm"
+panels = 6
+fold_angle = "80 deg"
+segments_per_panel = 2
+[material]
+young = "3 GPa"
+density = "800 kg/m^3"
+damping = "10 ms"
+[crease]
+law = "linear"
+stiffness = "9 N mm/rad"
+[contact]
+stiffness = "1e8 N/m^1.5"
+[[drive]]
+crease = 3
+speed = "2 mm/s"
+travel = "1 mm"
+[solve]
+rtol = 1e-4
+[save]
+every = "50 um"
+"""
+
+WRITTEN = ["energy.png", "force.csv", "force.png", "motion.png", "result.h5", "summary.json"]
+
+
+def run(folder: Path, *overrides: str, options: tuple[str, ...] = ("--quiet",)) -> tuple[Result, Path]:
+    case = folder / "case.toml"
+    case.write_text(CASE, encoding="utf-8")
+    settings = [word for override in overrides for word in ("--set", override)]
+    result = CliRunner().invoke(cli, ["run", str(case), "--out", str(folder / "out"), *options, *settings])
+    assert "Traceback" not in result.output
+    return result, folder / "out"
+
+
+def check_stopped(result: Result, out: Path, code: int) -> str:
+    """One line that says when, where and what to try; what was solved until then can be read, nothing looks finished."""
+    assert result.exit_code == code, result.output
+    (line,) = result.stderr.splitlines()
+    assert not (out / "summary.json").exists()
+    assert not (out / "result.h5").exists()
+    part = read_solution(part_path(out / "result.h5"))
+    assert len(part) >= 1
+    assert part.time[0] == 0.0
+    assert not part.summary
+    return line
+
+
+def test_overlap_at_the_start(tmp_path: Path) -> None:
+    """A strip too thick to be folded like that is refused before anything is written, a line a pair."""
+    result, out = run(tmp_path, "strip.thickness=20 mm")
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    lines = result.stderr.splitlines()
+    source = re.escape(str(tmp_path / "case.toml"))
+    pattern = rf"{source}: strip: panel (\d) and panel (\d) overlap at the start by [\d.]+ mm; use a smaller fold_angle .*"
+    found = [match.groups() for line in lines if (match := re.fullmatch(pattern, line))]
+    assert len(found) == len(lines) > 0, result.stderr
+    assert len(set(found)) == len(found), "a pair is named twice"
+    assert not out.exists()
+
+
+def test_not_converged(tmp_path: Path) -> None:
+    result, out = run(tmp_path, "solve.max_steps=3")
+    line = check_stopped(result, out, 3)
+    pattern = r"at t = [\d.e-]+ s \(travel [\d.e-]+ mm\), step 3, method Radau: (.*)\. Fastest changing body: panel \d segment \d"
+    match = re.fullmatch(pattern, line)
+    assert match is not None, line
+    assert match[1] == "more steps than [solve] max_steps; raise it, loosen rtol, or pull faster"
+
+
+def test_energy_lost(tmp_path: Path) -> None:
+    """A bound on the energy balance that no integration can keep."""
+    result, out = run(tmp_path, "solve.energy_abort=1e-30")
+    line = check_stopped(result, out, 5)
+    assert re.match(r"at t = [\d.e-]+ s \(travel [\d.e-]+ mm\), step \d+, method Radau: the energy balance is off", line)
+    assert "tighten rtol or set max_step" in line
+    assert re.search(r"Energy error [\d.e-]+ J of [\d.e-]+ J turned over$", line)
+
+
+def test_expectation_missed(tmp_path: Path) -> None:
+    """Everything is written; every number that was missed has a line, those that were met have none."""
+    result, out = run(
+        tmp_path,
+        'expect={peak_force={value=1000.0,rtol=0.01}, final_travel={value=1e-3,atol=1e-9}, peak_travel={value=5,rtol=0.1}}',
+        options=(),
+    )
+    assert result.exit_code == 4, result.output
+    said = [line for line in result.stderr.splitlines() if line.startswith("expect.")]
+    assert len(said) == 2
+    assert re.fullmatch(r"expect\.peak_force: 0\.\d+, expected 1000 \+- 10", said[0])
+    assert re.fullmatch(r"expect\.peak_travel: 0\.001, expected 5 \+- 0\.5", said[1])
+    assert "peak force" in result.stdout
+    assert sorted(path.name for path in out.iterdir()) == WRITTEN
+    summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+    assert read_solution(out / "result.h5").summary["peak_force"] == summary["peak_force"]
+
+
+def test_expectation_of_what_never_happens(tmp_path: Path) -> None:
+    result, _ = run(tmp_path, "expect.contact_travel={value=1e-3,rtol=0.1}", "contact=none")
+    assert result.exit_code == 4
+    assert result.stderr == "expect.contact_travel: 0.001 expected, but the run never got there\n"
+
+
+def test_expectation_met(tmp_path: Path) -> None:
+    result, _ = run(tmp_path, "expect.final_travel={value=1e-3,rtol=1e-9}")
+    assert (result.exit_code, result.output) == (0, "")
+
+
+def test_unknown_expectation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Refused before anything is solved or written."""
+
+    def solve(*_: object, **__: object) -> None:
+        raise AssertionError("it solves")
+
+    monkeypatch.setattr("fsm.run.simulate", solve)
+    result, out = run(tmp_path, "expect.peak_farce={value=1,rtol=0.1}", "expect.dof={value=30,atol=0}")
+    assert result.exit_code == 2
+    (line,) = result.stderr.splitlines()
+    assert line.startswith(f"{tmp_path / 'case.toml'}: expect.peak_farce: is not a number of the summary; there are ")
+    assert "peak_force" in line
+    assert not out.exists()
