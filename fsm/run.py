@@ -9,7 +9,7 @@ import platform
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -141,25 +141,54 @@ def warm_up(spatial: bool = False) -> None:
 
 
 class _Watched(SegmentSystem):
-    """A system that remembers every point of the force curve that was looked at.
+    """A system that remembers what was looked at while it was solved.
 
-    `points` holds a row each: travel (m) and force (N) of the first drive, normal force of every contact pair (N).
+    Attributes
+    ----------
+    points : rows of travel (m) and force (N) of the first drive, and normal force of every contact pair (N)
+    latest : time (s), q and u of the latest state; after a step that is its end
     """
 
     def __init__(self, system: SegmentSystem) -> None:
         super().__init__(system.bodies, system.motions, system.groups, system.contacts, system.pair_names)
         self.points: list[np.ndarray] = []
+        self.latest = (-math.inf, *self.initial())
 
     def observe(self, t: float, q: np.ndarray, u: np.ndarray) -> Observation:
         """See `System`."""
         seen = super().observe(t, q, u)
         if self.motions:
             self.points.append(np.concatenate([seen.drive.travel[:1], seen.drive.force[:1], seen.pair_force]))
+        if t > self.latest[0]:
+            self.latest = (t, q, u)
         return seen
 
-    def curve(self) -> np.ndarray:
-        """The points, a row each."""
-        return np.array(self.points).reshape(-1, 2 + len(self.pair_names))
+    def curve(self, count: int | None = None) -> np.ndarray:
+        """The points, or the first so many, a row each."""
+        return np.array(self.points[:count]).reshape(-1, 2 + len(self.pair_names))
+
+
+@dataclass(frozen=True)
+class _Point:
+    """Where a solve can go on: the end of a step.
+
+    A state between steps will not do: there the stiff modes are interpolated, and starting from it they ring.
+
+    Attributes
+    ----------
+    time : s
+    q, u : arrays
+    ledger : Ledger
+    curve : how many points of the force curve there are up to here
+    records : how many records
+    """
+
+    time: float
+    q: np.ndarray
+    u: np.ndarray
+    ledger: Ledger
+    curve: int
+    records: int
 
 
 class _Solve:
@@ -176,9 +205,8 @@ class _Solve:
         (out / "summary.json").unlink(missing_ok=True)  # it says that the case in this folder is done
         if self.resumed is None:
             self.checkpoint.unlink(missing_ok=True)  # of another run, whose records go now
-        self.ledger = Ledger()
         self.records = 0
-        self.last: tuple[Saved, int] | None = None
+        self.last: _Point | None = None
 
     def run(self, progress: bool | Callable[[float], None], begun: float, compiled: float) -> Solution:
         """Solve, write the results file and read it back; `begun` and `compiled` are clocks at the start of the run."""
@@ -201,13 +229,19 @@ class _Solve:
         bar = Progress(progress, end, self.loaded.case.title or str(self.loaded.path), jit)
         with ResultWriter(self.target, self._layout(method, reason), resume_at=records) as writer, bar:
             try:
-                statistics, ledger = simulate(
-                    self.system, settings, times, lambda saved: self._save(writer, saved), bar.step, start, ledger
+                statistics, _ = simulate(
+                    self.system,
+                    settings,
+                    times,
+                    lambda saved: self._save(writer, saved),
+                    lambda t, steps: self._step(writer, bar, ledger, t, steps),
+                    start,
+                    ledger,
                 )
             except KeyboardInterrupt:
                 writer.flush()
                 if self.last is not None:
-                    self._write_checkpoint(*self.last)
+                    self._write_checkpoint(self.last)
                 raise
             writer.flush()
             solution = read_solution(part_path(self.target))
@@ -222,14 +256,15 @@ class _Solve:
         self.checkpoint.unlink(missing_ok=True)
         return read_solution(self.target)
 
-    def _start(self) -> tuple[tuple[float, np.ndarray, np.ndarray] | None, Ledger | None, float]:
+    def _start(self) -> tuple[tuple[float, np.ndarray, np.ndarray], Ledger, float]:
+        """State to start from, the ledger that is kept from there on, and the time up to which there are records."""
         if self.resumed is not None:
             arrays, _, self.warnings = self.resumed
-            self.ledger = Ledger(*(float(x) for x in arrays["ledger"]))
             self.system.points = list(arrays["curve"])
             at = float(arrays["time"][0])
-            return (at, arrays["q"], arrays["u"]), replace(self.ledger), at
-        return self._settled(), None, 0.0
+            return (at, arrays["q"], arrays["u"]), Ledger(*(float(x) for x in arrays["ledger"])), at
+        start = self._settled() or (0.0, *self.system.initial())
+        return start, Ledger(start=self.system.energy(*start).stored), 0.0
 
     def _settled(self) -> tuple[float, np.ndarray, np.ndarray] | None:
         """A strip whose creases are not at rest as folded starts from its equilibrium; other scenes start as given."""
@@ -249,9 +284,6 @@ class _Solve:
     def _save(self, writer: ResultWriter, saved: Saved) -> None:
         seen = saved.observation
         stored = seen.energy.potential
-        self.ledger.start = seen.energy.stored - saved.error + saved.dissipated - saved.work
-        self.ledger.dissipated, self.ledger.work = saved.dissipated, saved.work
-        self.ledger.balance(seen.energy.stored, seen.energy.kinetic)
         writer.append(
             Record(
                 time=saved.time,
@@ -273,24 +305,26 @@ class _Solve:
             )
         )
         self.records += 1
-        self.last = saved, self.records
+
+    def _step(self, writer: ResultWriter, bar: Progress, ledger: Ledger, t: float, steps: int) -> None:
+        _, q, u = self.system.latest
+        self.last = _Point(t, q.copy(), u.copy(), replace(ledger), len(self.system.points), self.records)
         if time.perf_counter() - self.last_checkpoint > CHECKPOINT_EVERY:
             writer.flush()
-            self._write_checkpoint(*self.last)
+            self._write_checkpoint(self.last)
+        bar.step(t, steps)
 
-    def _write_checkpoint(self, saved: Saved, records: int) -> None:
-        """Write down where to go on: a saved state, how many records there are up to it, and the curve up to it."""
-        curve = self.system.curve()
+    def _write_checkpoint(self, point: _Point) -> None:
         write_checkpoint(
             self.checkpoint,
             {
-                "time": np.array([saved.time]),
-                "q": saved.q,
-                "u": saved.u,
-                "ledger": np.array(list(asdict(self.ledger).values())),
-                "curve": curve[curve[:, 0] <= saved.observation.drive.travel[:1]],
+                "time": np.array([point.time]),
+                "q": point.q,
+                "u": point.u,
+                "ledger": np.array(list(asdict(point.ledger).values())),
+                "curve": self.system.curve(point.curve),
             },
-            {"case": self.loaded.text, "records": records, "warnings": self.warnings},
+            {"case": self.loaded.text, "records": point.records, "warnings": self.warnings},
         )
         self.last_checkpoint = time.perf_counter()
 

@@ -17,6 +17,8 @@ from fsm.system import System
 
 __all__ = ["FirstOrder", "make_solver"]
 
+_FIRST_STEP = 1e-6
+"""LSODA's first step as a fraction of the time to go."""
 _BAND_WORTHWHILE = 0.25
 """LSODA takes the banded Jacobian when the band is at most this fraction of the matrix."""
 
@@ -104,7 +106,8 @@ def _lsoda(
     row, column = pattern.nonzero()
     reach = position[row] - position[column]
     lower, upper = int(max(reach.max(initial=0), 0)), int(max((-reach).max(initial=0), 0))
-    options: dict[str, Any] = {"rtol": rtol, "max_step": max_step}
+    # from rest its own first step is far too long for stiff springs, and it gives up after ten cuts
+    options: dict[str, Any] = {"rtol": rtol, "max_step": max_step, "first_step": min(_FIRST_STEP * (end - t), max_step)}
     banded = lower + upper + 1 <= _BAND_WORTHWHILE * len(y) and equations.system.fixed_pattern
     if not banded:
         return LSODA(

@@ -19,7 +19,7 @@ TRAVEL = 8e-3
 
 
 def pulled(spatial: bool) -> list[Saved]:
-    """41 states up to 8 mm; the held panels are touched from 5 mm on."""
+    """41 states up to 8 mm; panels 3 and 4 touch from 5 mm on."""
     case = Case(
         strip=Strip(length=0.48, width=0.04, thickness=3e-4, panels=6, fold_angle=math.radians(80.0), segments_per_panel=4),
         material=Material(young=3e9, density=800, damping=1e-2),
@@ -45,7 +45,7 @@ def test_spatial_force_curve_is_the_planar_one() -> None:
     pairs, pairs_in_space = (np.array([s.observation.pair_force for s in run]) for run in (planar, spatial))
     # it touches within the travel, not from the start
     assert pairs[0].max() < 1e-12
-    assert pairs[-1].max() > 0.5
+    assert pairs[-1].max() > 0.1
     assert pairs_in_space == pytest.approx(pairs, abs=1e-5 * pairs.max())
     # and nothing has left the plane
     out_of_plane = spatial[-1].q.reshape(-1, 7)[:, [1, 4, 6]]

@@ -29,7 +29,7 @@ class Check:
     travel: str
 
 
-# All contacts: 1.992 N +-0.5 %, the limit for many segments. Contact of panels 3 and 4 only: a value for each number of segments
+# All contacts: 1.992 N +-0.5 %, the limit for many segments. Panels 3 and 4 only: a value for each number of segments, all
 # with the half-cell correction, so the agreement is to be closer. PHYSICS.md sections 1 and 3.
 CHECKS = (
     Check(20, "", 1.992, 0.015, "40 mm"),

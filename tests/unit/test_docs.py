@@ -1,0 +1,152 @@
+"""The pages say what the program does: keys, examples, commands."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from click import Group
+from pydantic import BaseModel
+
+from fsm.cli import cli
+from fsm.run import run_case
+from fsm.scene.case import Case, Expect, Save, Solve, Strip
+from fsm.scene.contact import Contact, Friction
+from fsm.scene.load_case import load_case
+from fsm.scene.loads import Constant, Drive, Load, Ramp, Table
+from fsm.scene.materials import LinearCrease, Material, SplineCrease
+from fsm.scene.model import Model
+from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
+
+ROOT = Path(__file__).parents[2]
+PAGE = ROOT / "docs" / "case_file.md"
+README = ROOT / "README.md"
+CREASE = ROOT / "folding_cases" / "strip_pull" / "crease.csv"
+
+TABLES: list[tuple[type[BaseModel], ...]] = [
+    (Case,), (Strip,), (Material,), (LinearCrease, SplineCrease), (Contact,), (Friction,), (Drive,), (Load,),
+    (Constant, Ramp, Table), (Solve,), (Save,), (Expect,), (Scene,), (Body,), (Plate,), (ForceElement,), (Surface,),
+    (ContactPair,),
+]  # fmt: skip
+"""The sections in the order of the page."""
+
+
+def rows(heading: str) -> Iterator[list[list[str]]]:
+    """The cells of every table of the page that has this heading."""
+    for block in PAGE.read_text(encoding="utf-8").split("\n\n"):
+        lines = block.strip().splitlines()
+        if lines[0] == heading:
+            yield [[cell.strip() for cell in line.strip("|").split(" | ")] for line in lines[2:]]
+
+
+KEYS = list(rows("| key | unit | default | range | meaning |"))
+
+
+def test_every_section_has_its_table() -> None:
+    def below(model: type[BaseModel]) -> Iterator[type[BaseModel]]:
+        yield model
+        for child in model.__subclasses__():
+            yield from below(child)
+
+    models = {model for model in below(Model) if model is not Model and model.__module__.startswith("fsm.scene.")}
+    assert models == {model for group in TABLES for model in group}
+    assert len(KEYS) == len(TABLES)
+
+
+@pytest.mark.parametrize("index", range(len(TABLES)), ids=lambda i: "-".join(model.__name__ for model in TABLES[i]))
+def test_keys(index: int) -> None:
+    """Every key of a section is in its table, and no other."""
+    said = [row[0].strip("`") for row in KEYS[index]]
+    known = list(dict.fromkeys(key for model in TABLES[index] for key in model.model_fields))
+    assert len(said) == len(set(said))
+    assert sorted(said) == sorted(known)
+
+
+@pytest.mark.parametrize("index", range(len(TABLES)), ids=lambda i: "-".join(model.__name__ for model in TABLES[i]))
+def test_defaults(index: int) -> None:
+    """What must be given is called needed, and numbers, words and switches have the default that is written."""
+    for key, _, default, *_ in KEYS[index]:
+        fields = [m.model_fields[key.strip("`")] for m in TABLES[index] if key.strip("`") in m.model_fields]
+        field = fields[0]
+        tag = key in ("`law`", "`kind`", "`time`")
+        if not tag:
+            assert (default == "needed" or default.startswith("needed by")) >= all(f.is_required() for f in fields), key
+        if default == "needed" and not tag:
+            assert field.is_required(), key
+        if field.is_required() or tag:
+            continue
+        value = field.get_default(call_default_factory=True)
+        if isinstance(value, bool):
+            assert default == str(value).lower(), key
+        elif isinstance(value, int | float):
+            assert float(default) == value, key
+        elif isinstance(value, str) and value:
+            assert default == f'"{value}"', key
+        elif isinstance(value, tuple) and value and not isinstance(value[0], BaseModel):
+            assert default == str([int(x) if x == int(x) else x for x in value]), key
+
+
+def examples(page: Path) -> list[str]:
+    return re.findall(r"```toml\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
+
+
+@pytest.mark.parametrize("page", [README, PAGE], ids=lambda page: page.name)
+def test_examples_are_valid(page: Path, tmp_path: Path) -> None:
+    shutil.copy(CREASE, tmp_path / "crease.csv")
+    found = examples(page)
+    assert found
+    for text in found:
+        (tmp_path / "case.toml").write_text(text, encoding="utf-8")
+        load_case(tmp_path / "case.toml")
+
+
+def test_the_pendulum_swings(tmp_path: Path) -> None:
+    """The example of a scene runs and does what the page says."""
+    from fsm.results.store import read_solution
+
+    (tmp_path / "case.toml").write_text(examples(PAGE)[0], encoding="utf-8")
+    summary = run_case(load_case(tmp_path / "case.toml"), tmp_path / "out", progress=False)
+    solution = read_solution(tmp_path / "out" / "result.h5")
+    turned = solution.q[:, 2]
+    assert round(180 / 3.141592653589793 * turned.max()) == 167
+    assert solution.time[(turned > 1.5707963).argmax()] == pytest.approx(0.215, abs=0.006)
+    assert summary["energy_error"] < 1e-5
+
+
+def test_summary_is_described(tmp_path: Path) -> None:
+    """Every name of a summary is in its table, and no other."""
+    shutil.copy(CREASE, tmp_path / "crease.csv")
+    (tmp_path / "case.toml").write_text(examples(README)[0], encoding="utf-8")
+    small = ["strip.segments_per_panel=2", "drive.0.travel=6 mm", "solve.rtol=1e-3", "strip.fold_angle=83 deg"]
+    summary = run_case(load_case(tmp_path / "case.toml", small), tmp_path / "out", progress=False)
+    (table,) = rows("| name | |")
+    said = {name for row in table for name in re.findall(r"`(\w+)`", row[0])}
+    assert said == set(summary)
+
+
+def test_exit_codes_are_described() -> None:
+    (table,) = rows("| code | meaning |")
+    help_text = cli.get_help(cli.make_context("fsm", [], resilient_parsing=True))
+    assert {row[0] for row in table} == set(re.findall(r"\b\d+(?= )", help_text.split("Exit codes:")[1]))
+
+
+@pytest.mark.parametrize("page", [README, PAGE], ids=lambda page: page.name)
+def test_commands_exist(page: Path) -> None:
+    """Every `fsm ...` of a page is a command, and its options are known."""
+    assert isinstance(cli, Group)
+    text = page.read_text(encoding="utf-8")
+    lines = [line.strip() for line in text.splitlines() if line.startswith("    fsm ")]
+    lines += [quoted for quoted in re.findall(r"`(fsm [^`]*)`", text)]
+    assert lines
+    for line in lines:
+        _, name, *rest = line.split("#")[0].split()
+        if name == "--help":
+            continue
+        assert name in cli.commands, line
+        options = {option for parameter in cli.commands[name].params for option in parameter.opts}
+        assert {word for word in rest if word.startswith("--")} <= options, line
+    if page == README:
+        assert set(cli.commands) == {line.split()[1] for line in lines} - {"--help"}

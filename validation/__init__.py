@@ -1,0 +1,1 @@
+"""Checks against references that nobody here wrote, and measurements."""

@@ -1,0 +1,1 @@
+"""Is the slow dynamic pull slow enough?"""

@@ -1,0 +1,78 @@
+"""Does the peak of the pulled strip depend on how slowly it is pulled, or on the damping?
+
+`python -m validation.quasi_static.check` from the root of the repository; exit code 1 if halving the speed moves the
+peak by 1 % or more.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from fsm.scene.table import load_table
+from fsm.table import run_table
+
+TABLE = Path(__file__).parents[2] / "folding_cases" / "strip_pull" / "table.csv"
+CONDITION = "80 deg low"
+SPEEDS = (2.0, 1.0, 0.5)  # mm/s
+DAMPINGS = (10.0, 5.0)  # ms
+BOUND = 0.01
+
+
+@dataclass(frozen=True)
+class Pull:
+    """One run: what was asked for (mm/s, ms) and its peak (N, mm)."""
+
+    speed: float
+    damping: float
+    peak_force: float
+    peak_travel: float
+    wall_time: float
+
+
+def pulls(table: Path = TABLE, speeds: tuple[float, ...] = SPEEDS, dampings: tuple[float, ...] = DAMPINGS) -> list[Pull]:
+    """Run the condition at every speed and damping, on all cores."""
+    condition = next(case.overrides for case in load_table(table) if case.name == CONDITION)
+    header = [*condition, "drive.0.speed", "material.damping"]
+    asked = [(speed, damping) for speed in speeds for damping in dampings]
+    rows = [[*condition.values(), f"{speed} mm/s", f"{damping} ms"] for speed, damping in asked]
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "table.csv"
+        lines = [f"# base = {table.parent / 'case.toml'}", ",".join(header), *(",".join(row) for row in rows)]
+        path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        done = run_table(path, Path(folder) / "out")
+    failed = [f"{row['case']}: {row['error']}" for row in done if row.get("error")]
+    if failed:
+        raise SystemExit("\n".join(failed))
+    return [
+        Pull(*both, row["peak_force"], 1e3 * row["peak_travel"], row["wall_time_s"])
+        for both, row in zip(asked, done, strict=True)
+    ]
+
+
+def changes(found: list[Pull]) -> tuple[float, float]:
+    """Largest relative change of the peak force when the speed is halved, and when the damping is."""
+    peak = {(pull.speed, pull.damping): pull.peak_force for pull in found}
+    by_speed = [abs(peak[v / 2, b] / f - 1) for (v, b), f in peak.items() if (v / 2, b) in peak]
+    by_damping = [abs(peak[v, b / 2] / f - 1) for (v, b), f in peak.items() if (v, b / 2) in peak]
+    return max(by_speed), max(by_damping)
+
+
+def main() -> int:
+    found = pulls()
+    print("| speed (mm/s) | damping (ms) | peak force (N) | at travel (mm) | run time (s) |")
+    print("|---|---|---|---|---|")
+    for pull in found:
+        numbers = f"{pull.peak_force:.5f} | {pull.peak_travel:.2f} | {pull.wall_time:.1f}"
+        print(f"| {pull.speed:g} | {pull.damping:g} | {numbers} |")
+    by_speed, by_damping = changes(found)
+    print()
+    print(f"halving the speed moves the peak by up to {100 * by_speed:.3f} %, halving the damping by up to", end=" ")
+    print(f"{100 * by_damping:.3f} % (bound for the speed: {100 * BOUND:g} %)")
+    return int(by_speed >= BOUND)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
