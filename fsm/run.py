@@ -154,12 +154,12 @@ class _Watched(SegmentSystem):
         self.points: list[np.ndarray] = []
         self.latest = (-math.inf, *self.initial())
 
-    def observe(self, t: float, q: np.ndarray, u: np.ndarray) -> Observation:
+    def observe(self, t: float, q: np.ndarray, u: np.ndarray | None) -> Observation:
         """See `System`."""
         seen = super().observe(t, q, u)
         if self.motions:
             self.points.append(np.concatenate([seen.drive.travel[:1], seen.drive.force[:1], seen.pair_force]))
-        if t > self.latest[0]:
+        if u is not None and t > self.latest[0]:
             self.latest = (t, q, u)
         return seen
 

@@ -76,7 +76,10 @@ class Observation:
 
 
 class System(Protocol):
-    """See the module docstring; shapes: q (nq,), u and h and dx (nu,), K and D (nu, nu) sparse on one pattern."""
+    """See the module docstring; shapes: q (nq,), u and h and dx (nu,), K and D (nu, nu) sparse on one pattern.
+
+    Where u may be None, it means everything at rest, the drives too, which stand where they are at time t: statics.
+    """
 
     nq: int
     nu: int
@@ -119,23 +122,23 @@ class System(Protocol):
         """M(q)^-1 h(t, q, u), (nu,)."""
         ...
 
-    def force(self, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+    def force(self, t: float, q: np.ndarray, u: np.ndarray | None) -> np.ndarray:
         """h: applied + elastic + contact - gyroscopic, (nu,), N and N m."""
         ...
 
-    def tangent(self, t: float, q: np.ndarray, u: np.ndarray) -> tuple[sparse.bsr_matrix, sparse.bsr_matrix]:
+    def tangent(self, t: float, q: np.ndarray, u: np.ndarray | None) -> tuple[sparse.bsr_matrix, sparse.bsr_matrix]:
         """K = -dh/dx and D = -dh/du, exact."""
         ...
 
-    def energy(self, t: float, q: np.ndarray, u: np.ndarray) -> Energy:
+    def energy(self, t: float, q: np.ndarray, u: np.ndarray | None) -> Energy:
         """Energies and powers of a state."""
         ...
 
-    def reactions(self, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+    def reactions(self, t: float, q: np.ndarray, u: np.ndarray | None) -> np.ndarray:
         """Wrench that holds or drives each body without degrees of freedom, (n_bodies, 3 or 6); zero for free bodies."""
         ...
 
-    def observe(self, t: float, q: np.ndarray, u: np.ndarray) -> Observation:
+    def observe(self, t: float, q: np.ndarray, u: np.ndarray | None) -> Observation:
         """Drive, energies and contacts of a state."""
         ...
 

@@ -158,13 +158,15 @@ class SegmentSystem:
         """See `System`."""
         return self.force(t, q, u) / self._mass
 
-    def force(self, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+    def force(self, t: float, q: np.ndarray, u: np.ndarray | None) -> np.ndarray:
         """See `System`."""
         return np.asarray(self._all_forces(t, *self.place(t, q, u))[self.bodies.free]).ravel()
 
-    def tangent(self, t: float, q: np.ndarray, u: np.ndarray) -> tuple[sparse.bsr_matrix, sparse.bsr_matrix]:
+    def tangent(self, t: float, q: np.ndarray, u: np.ndarray | None) -> tuple[sparse.bsr_matrix, sparse.bsr_matrix]:
         """See `System`. The pattern is fixed until the broad phase of contact is renewed."""
-        poses, rates = self.place(t, q, u)
+        return self._tangent(t, *self.place(t, q, u))
+
+    def _tangent(self, t: float, poses: np.ndarray, rates: np.ndarray) -> tuple[sparse.bsr_matrix, sparse.bsr_matrix]:
         pattern = self._current_pattern(poses)
         stiffness, damping = pattern.zeros(), pattern.zeros()
         for group in self.groups:
@@ -173,16 +175,16 @@ class SegmentSystem:
             gyroscopic_damping(rates, self.bodies.inertia, *pattern.index, damping)
         return pattern.matrix(stiffness), pattern.matrix(damping)
 
-    def energy(self, t: float, q: np.ndarray, u: np.ndarray) -> Energy:
+    def energy(self, t: float, q: np.ndarray, u: np.ndarray | None) -> Energy:
         """See `System`."""
         poses, rates = self.place(t, q, u)
         return self._energy(t, poses, rates, self._reactions(t, poses, rates))
 
-    def reactions(self, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+    def reactions(self, t: float, q: np.ndarray, u: np.ndarray | None) -> np.ndarray:
         """See `System`."""
         return self._reactions(t, *self.place(t, q, u))
 
-    def observe(self, t: float, q: np.ndarray, u: np.ndarray) -> Observation:
+    def observe(self, t: float, q: np.ndarray, u: np.ndarray | None) -> Observation:
         """See `System`."""
         poses, rates = self.place(t, q, u)
         reactions = self._reactions(t, poses, rates)
@@ -193,7 +195,7 @@ class SegmentSystem:
 
     def shape(self, t: float, q: np.ndarray) -> np.ndarray:
         """See `System`: the outline of every plate."""
-        poses, _ = self.place(t, q, np.zeros(self.nu))
+        poses, _ = self.place(t, q, None)
         corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) / 2
         quads = np.empty((len(self.bodies.plates), 4, 3))
         for i, (body, plate, _) in enumerate(self.bodies.plates):
@@ -209,19 +211,21 @@ class SegmentSystem:
 
     # inside ---------------------------------------------------------------------------------------------------------
 
-    def place(self, t: float, q: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Poses and rates of all bodies, the driven ones at time t included; quaternions of unit norm."""
+    def place(self, t: float, q: np.ndarray, u: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+        """Poses and rates of all bodies, the driven ones at time t included; quaternions of unit norm. No u: at rest."""
         poses, rates = self.bodies.pose.copy(), np.zeros_like(self.bodies.rate)
         free = q.reshape(self.n_free, -1)
         poses[self.bodies.free] = free
         if self.spatial:
             poses[self.bodies.free, 3:] /= np.linalg.norm(free[:, 3:], axis=1, keepdims=True)
-        rates[self.bodies.free] = u.reshape(self.n_free, -1)
+        if u is not None:
+            rates[self.bodies.free] = u.reshape(self.n_free, -1)
         for motion in self.motions:
             travel, speed, _ = motion.at(t)
             n = len(motion.direction)
             poses[motion.body, :n] += travel * motion.direction
-            rates[motion.body, :n] = speed * motion.direction
+            if u is not None:
+                rates[motion.body, :n] = speed * motion.direction
         return poses, rates
 
     def _all_forces(self, t: float, poses: np.ndarray, rates: np.ndarray) -> np.ndarray:

@@ -46,15 +46,14 @@ def equilibrium(
     NotConverged
         With the time and the worst body.
     """
-    rest = np.zeros(system.nu)
     before = times[0] if len(times) else 0.0
     for t in times:
         size = _tangent_sizes(system, q)
         if t != before:
             q = system.retract(q, _limited(_prediction(system, before, t, q), size))
         for _ in range(max_iterations):
-            residual = system.force(t, q, rest)
-            step = splu(system.tangent(t, q, rest)[0].tocsc()).solve(residual)
+            residual = system.force(t, q, None)
+            step = splu(system.tangent(t, q, None)[0].tocsc()).solve(residual)
             q = system.retract(q, _limited(step, size))
             if np.abs(step / size).max(initial=0.0) <= tolerance:
                 break
@@ -75,12 +74,11 @@ def _prediction(system: System, before: float, t: float, q: np.ndarray) -> np.nd
     A drive that moves alone by much stretches its springs so far that neither the forces nor the tangent mean anything.
     So the change of the forces is taken over the beginning of the step, and its size by comparison with all of it.
     """
-    rest = np.zeros(system.nu)
-    start = system.force(before, q, rest)
-    whole = system.force(t, q, rest) - start
-    change = system.force(before + 0.01 * (t - before), q, rest) - start
+    start = system.force(before, q, None)
+    whole = system.force(t, q, None) - start
+    change = system.force(before + 0.01 * (t - before), q, None) - start
     scale = float(whole @ change) / max(float(change @ change), 1e-300)
-    return np.asarray(splu(system.tangent(before, q, rest)[0].tocsc()).solve(start + scale * change))
+    return np.asarray(splu(system.tangent(before, q, None)[0].tocsc()).solve(start + scale * change))
 
 
 def _limited(step: np.ndarray, size: np.ndarray) -> np.ndarray:
@@ -100,7 +98,7 @@ def negative_pivots(system: System, t: float, q: np.ndarray) -> int:
     """
     if system.nu == 0:
         return 0
-    stiffness = system.tangent(t, q, np.zeros(system.nu))[0].tocsc()
+    stiffness = system.tangent(t, q, None)[0].tocsc()
     symmetric = (0.5 * (stiffness + stiffness.T)).tocsc()
     factors = splu(
         symmetric, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}

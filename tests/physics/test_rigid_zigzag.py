@@ -28,8 +28,8 @@ PANEL = 0.08
 FOLD = math.radians(80.0)
 YOUNG, WIDTH, THICKNESS = 3e9, 0.04, 3e-4
 CREASE = YOUNG * WIDTH * THICKNESS**3 / 12 / 0.03
-TRAVELS = np.linspace(0.01, 0.12, 20)
-"""Short of 130 mm, where the strip goes taut (158 mm) and its stretching, which rigid panels have not, takes over."""
+TRAVELS = np.linspace(0.005, 0.1, 20)
+"""Beyond 100 mm the symmetric path is unstable in the plane and a static step may leave it."""
 
 
 def closed_form(
@@ -48,13 +48,15 @@ def closed_form(
     )
 
 
-def strip_force(travel: np.ndarray) -> np.ndarray:
+def strip_force(travel: np.ndarray, crease: float = CREASE) -> np.ndarray:
     """Closed form of the test strip."""
     phi = (-FOLD, math.pi - 2 * FOLD, 2 * FOLD)
-    return closed_form(travel, PANEL, 2 * PANEL * math.cos(FOLD), (CREASE,) * 3, phi)
+    return closed_form(travel, PANEL, 2 * PANEL * math.cos(FOLD), (crease,) * 3, phi)
 
 
-def rigid_strip(speed: float = 2e-3, damping: float = 0.0, stiffen: float = 1.0) -> SegmentSystem:
+def rigid_strip(
+    speed: float = 2e-3, damping: float = 1e-3, stiffen: float = 1.0, crease: float = CREASE
+) -> SegmentSystem:
     """Six rigid panels; the springs against stretching and shear `stiffen` times the strip's own."""
     case = Case(
         strip=Strip(
@@ -62,7 +64,7 @@ def rigid_strip(speed: float = 2e-3, damping: float = 0.0, stiffen: float = 1.0)
             half_cell=False,
         ),
         material=Material(young=YOUNG, density=800, damping=damping),
-        crease=LinearCrease(stiffness=CREASE),
+        crease=LinearCrease(stiffness=crease),
         drive=(Drive(crease=3, speed=speed, travel=float(TRAVELS[-1])),),
     )  # fmt: skip
     return compile_scene(stiffened(build_scene(case), stiffen))
@@ -82,19 +84,18 @@ def stiffened(scene: Scene, factor: float) -> Scene:
     return scene.model_copy(update={"elements": elements})
 
 
-def static_error(stiffen: float) -> float:
+def static_error(stiffen: float, crease: float = CREASE) -> float:
     """Largest error of the static force at the 20 travels, over the largest force."""
-    # without damping: `equilibrium` would take the drive's speed for that of the line alone
-    system = rigid_strip(stiffen=stiffen)
+    system = rigid_strip(stiffen=stiffen, crease=crease)
     forces: list[float] = []
     times = [system.motions[0].time_of(x) for x in np.concatenate([[0.0], TRAVELS])]
     equilibrium(
         system,
         system.initial()[0],
         np.array(times),
-        on_state=lambda t, q: forces.append(system.observe(t, q, np.zeros(system.nu)).drive.force[0]),
+        on_state=lambda t, q: forces.append(system.observe(t, q, None).drive.force[0]),
     )
-    return relative_error(np.array(forces[1:]), strip_force(TRAVELS))
+    return relative_error(np.array(forces[1:]), strip_force(TRAVELS, crease))
 
 
 def relative_error(force: np.ndarray, exact: np.ndarray) -> float:
@@ -121,8 +122,15 @@ def test_closed_form_is_the_derivative_of_the_creases_energy() -> None:
     assert float(strip_force(np.array(h))) == pytest.approx(slope, rel=1e-8)
 
 
-def test_static_pull_with_the_strips_own_springs() -> None:
-    assert static_error(1.0) < 1.2e-4  # it is 1.10e-4: the panels are the strip's, they stretch and shear
+@pytest.mark.parametrize(("crease", "bound"), [(1e-3, 1e-4), (2e-3, 1e-4), (CREASE, 1.2e-4)])
+def test_static_pull_with_the_strips_own_springs(crease: float, bound: float) -> None:
+    """Creases as stiff as those of the check value, and those of the trial strip, four times stiffer.
+
+    What is left is the strip's own shear and stretch, which rigid panels have not, in proportion to the force: 1.10e-4 of
+    the peak for the trial strip's creases (8.6e-5 N), 1.2e-5 and 2.4e-5 for the others.
+    """
+    assert static_error(1.0, crease) < bound
+    assert static_error(1.0, crease) == pytest.approx(1.10e-4 * crease / CREASE, rel=0.05)
 
 
 def test_error_is_that_of_the_springs() -> None:

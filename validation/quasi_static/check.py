@@ -35,9 +35,12 @@ class Pull:
 def pulls(table: Path = TABLE, speeds: tuple[float, ...] = SPEEDS, dampings: tuple[float, ...] = DAMPINGS) -> list[Pull]:
     """Run the condition at every speed and damping, on all cores."""
     condition = next(case.overrides for case in load_table(table) if case.name == CONDITION)
-    header = [*condition, "drive.0.speed", "material.damping"]
+    header = ["case", *condition, "drive.0.speed", "material.damping"]
     asked = [(speed, damping) for speed in speeds for damping in dampings]
-    rows = [[*condition.values(), f"{speed} mm/s", f"{damping} ms"] for speed, damping in asked]
+    rows = [
+        [f"speed {speed:g} damping {damping:g}", *condition.values(), f"{speed} mm/s", f"{damping} ms"]
+        for speed, damping in asked
+    ]
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "table.csv"
         lines = [f"# base = {table.parent / 'case.toml'}", ",".join(header), *(",".join(row) for row in rows)]
