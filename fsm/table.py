@@ -187,17 +187,12 @@ def _check_scenes(cases: Sequence[TableCase], source: str) -> set[bool]:
     set of bool
         Whether spatial and whether planar systems are among them.
     """
-    from fsm.scene.builders.strip import build_scene
-    from fsm.scene.planar import out_of_plane
-    from fsm.segments.compile import compile_scene
+    from fsm.prepare import prepare
 
     faults, dimensions = [], set()
     for case in cases:
-        spatial = case.loaded.case.solve.spatial
         try:
-            scene = build_scene(case.loaded.case)
-            compile_scene(scene, spatial)
-            dimensions.add(spatial or bool(out_of_plane(scene)))
+            dimensions.add(prepare(case.loaded.case)[1].spatial)
         except CaseError as error:
             faults += [
                 Fault(f"{case.name}: {f.path}" if f.path else case.name, f.message) for f in error.faults

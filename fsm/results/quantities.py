@@ -56,8 +56,10 @@ def peak(travel: ArrayLike, force: ArrayLike) -> tuple[float, float]:
     if len(f) == 0:
         raise ValueError("no record with a finite force")
     top = int(np.argmax(f))
-    before = np.flatnonzero(s[:top] < s[top])
-    after = np.flatnonzero(s[top:] > s[top])
+    # neighbours so close that the noise of the force would bend the parabola are passed over
+    apart = 1e-4 * (s.max() - s.min())
+    before = np.flatnonzero(s[:top] < s[top] - apart)
+    after = np.flatnonzero(s[top:] > s[top] + apart)
     if len(before) == 0 or len(after) == 0:
         return float(f[top]), float(s[top])
     i, j = int(before[-1]), top + int(after[0])

@@ -100,9 +100,16 @@ def negative_pivots(system: System, t: float, q: np.ndarray) -> int:
         return 0
     stiffness = system.tangent(t, q, None)[0].tocsc()
     symmetric = (0.5 * (stiffness + stiffness.T)).tocsc()
-    factors = splu(
-        symmetric, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-    )
+    try:
+        factors = splu(symmetric, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    except RuntimeError:  # exactly singular: a mechanism, or a body that nothing holds
+        return _negative_eigenvalues(symmetric.toarray())
     if not np.array_equal(factors.perm_r, factors.perm_c):
-        return int(np.sum(np.linalg.eigvalsh(symmetric.toarray()) < 0.0))
+        return _negative_eigenvalues(symmetric.toarray())
     return int(np.sum(factors.U.diagonal() < 0.0))
+
+
+def _negative_eigenvalues(matrix: np.ndarray) -> int:
+    """Eigenvalues below zero by more than round-off."""
+    values = np.linalg.eigvalsh(matrix)
+    return int(np.sum(values < -1e-12 * np.abs(values).max(initial=0.0)))

@@ -19,10 +19,12 @@ from fsm.solve.scipy_ivp import FirstOrder, make_solver
 from fsm.solve.status import Outcome
 from fsm.system import DriveState, Observation, System
 
-__all__ = ["Ledger", "Saved", "Settings", "Statistics", "choose_method", "simulate"]
+__all__ = ["Ledger", "Saved", "Settings", "Statistics", "StepEnd", "choose_method", "simulate"]
 
 _NODES = 0.5 + 0.5 * np.array([-math.sqrt(0.6), 0.0, math.sqrt(0.6)])
 _WEIGHTS = np.array([5.0, 8.0, 5.0]) / 18.0
+_STAGES = {"Radau": 3, "BDF": 1, "LSODA": 1}
+"""Right-hand sides that one Newton iteration evaluates."""
 _JUDGED_FROM = 0.1
 """Part of the run before which an energy error stops nothing: so little is turned over that tolerances look large."""
 
@@ -83,11 +85,22 @@ class Saved:
     error: float
 
 
+@dataclass(frozen=True)
+class StepEnd:
+    """End of a step: time (s), q, u, steps so far. A solve can go on from here; from between steps the stiff modes ring."""
+
+    time: float
+    q: np.ndarray
+    u: np.ndarray
+    steps: int
+
+
 @dataclass
 class Statistics:
     """What a solve took, and the curve at every point looked at.
 
-    `seen` holds the drives and contact forces at the Gauss points and ends of all steps, in order of time.
+    `seen` holds the drives and contact forces at the Gauss points and ends of all steps, in order of time;
+    `newton_iterations` counts evaluations of the right-hand side over the stages that one iteration evaluates.
     """
 
     method: str
@@ -119,9 +132,10 @@ def simulate(
     settings: Settings,
     save_times: Sequence[float],
     on_save: Callable[[Saved], None],
-    on_step: Callable[[float, int], None] | None = None,
+    on_step: Callable[[StepEnd], None] | None = None,
     start: tuple[float, np.ndarray, np.ndarray] | None = None,
     ledger: Ledger | None = None,
+    seen: list[tuple[DriveState, np.ndarray]] | None = None,
 ) -> tuple[Statistics, Ledger]:
     """Integrate a system and report states at the times asked for.
 
@@ -131,9 +145,9 @@ def simulate(
     settings : Settings
     save_times : increasing times, s
     on_save : called with each saved state, in order
-    on_step : called with (time, steps so far) after every step
+    on_step : called after every step
     start : time, q, u to go on from; the system's initial state if absent
-    ledger : to go on with
+    ledger, seen : to go on with; changed in place
 
     Raises
     ------
@@ -141,7 +155,7 @@ def simulate(
         With the time, the worst body and what to try. What was saved until then has been handed over.
     EnergyAbort
     """
-    run = _Run(system, settings, on_save, start, ledger)
+    run = _Run(system, settings, on_save, start, ledger, [] if seen is None else seen)
     run.go(list(save_times), on_step)
     return run.statistics, run.ledger
 
@@ -154,10 +168,11 @@ class _Run:
         on_save: Callable[[Saved], None],
         start: tuple[float, np.ndarray, np.ndarray] | None,
         ledger: Ledger | None,
+        seen: list[tuple[DriveState, np.ndarray]],
     ) -> None:
         self.system, self.settings, self.on_save = system, settings, on_save
         self.equations = FirstOrder(system)
-        self.statistics = Statistics(settings.method)
+        self.statistics = Statistics(settings.method, seen=seen)
         if start is None:
             start = (0.0, *system.initial())
         self.time, q, u = start
@@ -169,7 +184,7 @@ class _Run:
         self.ledger.balance(first.energy.stored, first.energy.kinetic)
         self._look(first)
 
-    def go(self, save_times: list[float], on_step: Callable[[float, int], None] | None) -> None:
+    def go(self, save_times: list[float], on_step: Callable[[StepEnd], None] | None) -> None:
         begun = time.perf_counter()
         settings = self.settings
         pending = [t for t in save_times if t >= self.time]
@@ -200,7 +215,7 @@ class _Run:
                 if self.statistics.steps >= settings.max_steps and solver.status == "running":
                     self._fail(Outcome.TOO_MANY_STEPS)
                 if on_step is not None:
-                    on_step(self.time, self.statistics.steps)
+                    on_step(StepEnd(self.time, *self.equations.split(self.state), self.statistics.steps))
         finally:
             self._count(solver, begun, step=False)
 
@@ -210,7 +225,7 @@ class _Run:
         statistics.force_evaluations = self.equations.force_calls
         statistics.jacobian_evaluations = self.equations.jacobian_calls
         statistics.factorisations = int(getattr(solver, "nlu", 0))
-        statistics.newton_iterations = int(getattr(solver, "nfev", self.equations.force_calls))
+        statistics.newton_iterations = self.equations.force_calls // _STAGES[statistics.method]
         statistics.wall_time = time.perf_counter() - begun
         size = getattr(solver, "step_size", None)
         if step and size:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-import fsm.run
+import fsm.recorder
 from fsm.results.solution import Solution
 from fsm.results.store import part_path, read_checkpoint, read_solution
 from fsm.run import run_case
@@ -54,7 +54,7 @@ rtol = 1e-6
 every = "0.1 mm"
 """
 
-EAGER = "import fsm.run; fsm.run.CHECKPOINT_EVERY = 0.05; from fsm.cli import main; main()"
+EAGER = "import fsm.recorder; fsm.recorder.CHECKPOINT_EVERY = 0.05; from fsm.cli import main; main()"
 """`fsm` with a checkpoint every twentieth of a second."""
 PATIENCE = 120.0
 
@@ -200,7 +200,7 @@ def test_a_fresh_start_takes_the_old_checkpoint_and_summary_away(
     def killed(*_: object, **__: object) -> None:
         raise OSError("killed here")
 
-    monkeypatch.setattr(fsm.run, "simulate", killed)
+    monkeypatch.setattr(fsm.recorder, "simulate", killed)
     with pytest.raises(OSError, match="killed here"):
         run_case(load_case(case), tmp_path, progress=False)
     assert not (tmp_path / "checkpoint.h5").exists()

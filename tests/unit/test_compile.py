@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fsm.errors import CaseError
-from fsm.run import prepare
+from fsm.prepare import prepare
 from fsm.scene.builders.strip import build_strip
 from fsm.scene.case import Case
 from fsm.scene.loads import Drive, Load

@@ -12,7 +12,7 @@ import pytest
 
 from fsm.errors import CaseError
 from fsm.interactions.surface import TIP
-from fsm.run import prepare
+from fsm.prepare import prepare
 from fsm.scene.case import Case
 from fsm.scene.scene import Body, ForceElement, Scene
 from fsm.segments import report
