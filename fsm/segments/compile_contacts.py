@@ -124,14 +124,16 @@ class _ContactCompiler:
             for body, length, start in zip(bodies, lengths, starts, strict=False):
                 for x, weight in self._points(body, length):
                     inset = self._plate(body).thickness / 2
-                    clearance = inset + thickness if self.scene.contact.thickness_in_gap else 0.0
+                    clearance = inset + thickness
                     if not self.scene.contact.thickness_in_gap:
-                        inset = 0.0
-                    elif pair.shared == "end-start":
-                        # layers joined at a crease: the thickness grows from nothing with the distance from it
+                        inset = clearance = 0.0
+                    if pair.shared == "end-start":
                         from_crease = starts[-1] - start - length / 2 - x if at_end else start + length / 2 + x
+                        if from_crease < 1e-9 * starts[-1]:
+                            continue  # the crease itself: the layers are one there, and their gap is noise
+                        # the thickness grows from nothing with the distance from the crease
                         reduced = min(clearance, 0.5 * from_crease * self._opening(bodies, opposite))
-                        inset *= reduced / clearance
+                        inset *= reduced / clearance if clearance else 1.0
                         clearance = reduced
                     share = 0.5 * weight / starts[-1]
                     for lane, lane_share in self._lanes(body):

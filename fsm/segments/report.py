@@ -238,6 +238,7 @@ def _contact_points(view: _View) -> int:
     mean = float(np.mean(moving)) if moving else 0.0
     total = 0
     for pair in view.pairs:
+        total -= 2 if pair.shared == "end-start" else 0  # none on the crease itself
         for name in (*members[pair.first], *members[pair.second]):
             body = view.bodies[name]
             assert body.plate is not None  # checked
