@@ -1,6 +1,6 @@
 """Relative pose of two bodies in space: (Z1, Z2, Z3, s1, psi, s3) in the joint axes of the outer body.
 
-    Z_k = e_k . (A_b^T (r_a + A_a c_a - r_b) - c_b)                  seed 003, eqs. (5) to (9); PHYSICS section 1
+    Z_k = e_k . (A_b^T (r_a + A_a c_a - r_b) - c_b)                  seed 003, eqs. (5) to (9); docs/theory.md
 
 The force of Z acts at ONE point, P+ of the inner body, on both: the outer body's arm is A_b^T (p_a - r_b), not c_b.
 Coordinates of an element: (dr, dtheta) of the inner body a, then of the outer body b; dtheta in body axes.

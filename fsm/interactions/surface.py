@@ -1,4 +1,4 @@
-"""The contact surface of a panel: a C1 curve through the middle of every segment (PHYSICS section 4).
+"""The contact surface of a panel: a C1 curve through the middle of every segment (docs/theory.md).
 
 Piece j of a surface of N segments (j = 0 ... N) is a cubic Bezier curve between the middles of segments j-1 and j, whose
 inner control points lie on the axes of the two segments, two thirds of the way to the joint. With the joint closed this

@@ -1,4 +1,4 @@
-"""Swing and twist of a relative rotation, with derivatives (PHYSICS section 1).
+"""Swing and twist of a relative rotation, with derivatives (docs/theory.md).
 
 q = swing(s1, 0, s3) twist(psi about e2):   psi = 2 atan2(q2, q0),   (s1, s3) = the swing's rotation vector.
 

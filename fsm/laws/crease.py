@@ -64,7 +64,7 @@ def _from_polynomial(polynomial: PPoly) -> Curve:
 def add_flexibility(curve: Curve, flexibility: float, subdivisions: int = 32) -> Curve:
     """The curve of a crease in series with a linear flexibility (the half-cell correction).
 
-    o_total = o + M(o) f                                               PHYSICS section 1
+    o_total = o + M(o) f                                               docs/theory.md
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Friction coefficient against slip velocity, continuous through zero (PHYSICS section 5).
+"""Friction coefficient against slip velocity, continuous through zero (docs/theory.md).
 
 Known limit of both laws: they creep. Under a steady tangential load below mu_s N the contact slides at the velocity at
 which mu(v) carries the load, a fraction of v_static.

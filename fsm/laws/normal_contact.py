@@ -1,4 +1,4 @@
-"""Normal force of a contact point: Hertz with STEP-ramped damping (PHYSICS section 4).
+"""Normal force of a contact point: Hertz with STEP-ramped damping (docs/theory.md).
 
     N = w max(0, K d^e + STEP(d, 0, 0, ramp, C) d')
 

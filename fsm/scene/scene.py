@@ -77,7 +77,7 @@ class Body(Model):
 
 
 class ForceElement(Model):
-    """A 6-DOF spring force element between two bodies (seed 003, eqs. 1 to 14; PHYSICS section 1).
+    """A 6-DOF spring force element between two bodies (seed 003, eqs. 1 to 14; docs/theory.md).
 
     It acts between P+ on the inner body and P- on the outer body. Translation Z = B_b^T A_b^T (p_a - p_b) in the joint
     axes of the outer body; relative rotation split into swing (s1, s3) and twist psi about the joint's e2.

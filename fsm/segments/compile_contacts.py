@@ -1,4 +1,4 @@
-"""Contact pairs of a scene become probes on pieces of surfaces (PHYSICS section 4)."""
+"""Contact pairs of a scene become probes on pieces of surfaces (docs/theory.md)."""
 
 from __future__ import annotations
 

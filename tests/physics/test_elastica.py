@@ -1,4 +1,4 @@
-"""Cantilever of finite segments against the elastica, planar and spatial (PHYSICS.md section 1).
+"""Cantilever of finite segments against the elastica, planar and spatial (validation/references.md).
 
 N equal segments, joints EI/l, and half a cell at the clamp, 2EI/l. With L = EI = 1. The exact values are for an inextensible
 beam; here EA = GA = 1e8, which is a strain of 1e-7 at the largest load.
@@ -19,7 +19,7 @@ from fsm.solve.newton import equilibrium
 
 STIFF = 1e8
 
-# a = P L^2/EI: (w/L, u/L, tip angle), by elliptic functions; REFERENCES.md, agrees with Mattiasson (1981), Int. J. Numer.
+# a = P L^2/EI: (w/L, u/L, tip angle), by elliptic functions; references.md, agrees with Mattiasson (1981), Int. J. Numer.
 # Methods Eng. 17, 145-153
 ELASTICA = {
     1.0: (0.3017207738, 0.0564332363, 0.4613519497),

@@ -18,7 +18,7 @@ from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
 from fsm.solve.simulate import Ledger, Saved, Settings, simulate
 
-# flexible pendulum released from the horizontal: tip (x, y) by time, to 1e-3, by 64 ANCF cable elements; REFERENCES.md
+# flexible pendulum released from the horizontal: tip (x, y) by time, to 1e-3, by 64 ANCF cable elements; references.md
 PENDULUM = {
     0.1: (1.200000, -0.049049), 0.2: (1.179924, -0.196180), 0.3: (1.078738, -0.441262),
     0.4: (0.852851, -0.784469), 0.5: (0.394834, -1.215096),
@@ -45,7 +45,7 @@ def rubbing_strip(rtol: float) -> tuple[list[Saved], Ledger]:
 
 
 def flexible_pendulum(count: int) -> SegmentSystem:
-    """The pendulum of REFERENCES.md: L = 1.2, A = .0018, I = 1.215e-8, rho = 5540, E = .7e6, g = 9.81; y there is our z."""
+    """The pendulum of references.md: L = 1.2, A = .0018, I = 1.215e-8, rho = 5540, E = .7e6, g = 9.81; y there is our z."""
     length, mass = 1.2 / count, 5540 * 0.0018 * 1.2 / count
     stretch, bend = 0.7e6 * 0.0018 / length, 0.7e6 * 1.215e-8 / length
     bodies = [

@@ -13,7 +13,7 @@ from fsm.segments.compile import compile_scene
 from fsm.solve.simulate import Saved, Settings, simulate
 
 # heavy top: energy, positions of the centre by time and the quaternion at t = 1, converged to 1e-13 by an independent
-# method; REFERENCES.md
+# method; validation/references.md
 TOP_ENERGY = 5435.696790865
 TOP_POSITION = {
     0.05: (0.2257411175, 0.9734319843, -0.0383551802),
@@ -22,7 +22,7 @@ TOP_POSITION = {
 }
 TOP_QUATERNION = (0.7329439807, -0.2782857193, 0.5318246113, -0.3201761427)
 
-# rotational spring pendulum: z of the centre by time, output of ADAMS in Chrono's test set; REFERENCES.md
+# rotational spring pendulum: z of the centre by time, output of ADAMS in Chrono's test set; validation/references.md
 ADAMS = {
     0.2: -0.1394122, 0.4: -0.2973064, 0.6: -0.2587179, 0.8: -0.1504189, 1.0: -0.1424453, 2.0: -0.1867703, 5.0: -0.1953254
 }  # fmt: skip

@@ -1,4 +1,4 @@
-"""Strip of rigid panels against the closed form of the zig-zag (PHYSICS.md section 3; exact).
+"""Strip of rigid panels against the closed form of the zig-zag (validation/references.md; exact).
 
 With the panels rigid, crease 2 is the tip of a dyad of two bars of length a between crease 1 (fixed) and crease 3 (pulled,
 h above crease 1, D beside it). In the closed form's own angles the strip as folded, h = 0, has gamma = 0, beta = theta and
@@ -35,7 +35,7 @@ TRAVELS = np.linspace(0.005, 0.1, 20)
 def closed_form(
     h: np.ndarray | float, a: float, D: float, k: tuple[float, float, float], phi: tuple[float, float, float]
 ) -> np.ndarray:
-    """Pull force of rigid panels, PHYSICS.md section 3."""
+    """Pull force of rigid panels, validation/references.md."""
     h = np.asarray(h, dtype=float)
     R = np.hypot(D, h)
     gamma, beta, chi = np.arctan2(h, D), np.arccos(R / (2 * a)), 2 * np.arcsin(R / (2 * a))
@@ -103,7 +103,7 @@ def relative_error(force: np.ndarray, exact: np.ndarray) -> float:
 
 
 def test_closed_form_gives_the_check_value() -> None:
-    # PHYSICS.md section 3
+    # validation/references.md
     force = closed_form(0.06, a=0.08, D=0.02, k=(1e-3, 2e-3, 1.5e-3), phi=(-0.3, 0.2, 2.0))
     assert force == pytest.approx(0.028115041423768604, rel=1e-14)
 

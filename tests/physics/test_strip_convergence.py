@@ -1,6 +1,6 @@
-"""Convergence of the pulled strip with the number of segments, before contact (PHYSICS.md section 1, half-cell correction).
+"""Convergence of the pulled strip with the number of segments before contact; validation/references.md: half cell.
 
-The reference, 0.11413 N at 4 mm of travel, is that of the brief for the trial strip of PHYSICS.md section 3 (E = 3 GPa,
+The reference, 0.11413 N at 4 mm of travel, is that of the trial strip (E = 3 GPa,
 t = 0.3 mm, nu = 0.3, beam stiffness, creases EI/(30 mm) at rest as folded, no contact); ours is 0.1141289 N.
 """
 

@@ -105,7 +105,7 @@ def test_hertz_energy_is_the_integral_of_the_force() -> None:
 
 
 def test_hertz_impact_lasts_as_long_as_hertz_says() -> None:
-    """2.943275 d_max/v0 without damping (PHYSICS section 4)."""
+    """2.943275 d_max/v0 without damping (docs/theory.md)."""
     mass, v0 = 0.1, 1.0
     deepest = (2.5 * 0.5 * mass * v0**2 / K) ** 0.4
     # t = 2 int dd/v, with d = d_max sin(a)^0.8 to take the root out of the end

@@ -1,6 +1,6 @@
 """Peak force of the demo strip by Radau, BDF and LSODA: three codes, one answer.
 
-    .venv/bin/python validation/methods/check.py [--segments 20] [--rtol 1e-6] [--out out/validation/methods]
+    python -m validation.methods.check [--segments 20] [--rtol 1e-6] [--out out/validation/methods]
 
 Exit code 1 if two peaks are apart by more than 0.1 %.
 """
@@ -29,7 +29,8 @@ def main() -> int:
     options = parser.parse_args()
     demo = FOLDER / "strip_pull" / "case.toml"
     path = demo if demo.is_file() else FOLDER / "strip_trial" / "case.toml"
-    overrides = [f"solve.rtol={options.rtol}", "expect=none"]
+    # past the peak at 24 mm is far enough
+    overrides = [f"solve.rtol={options.rtol}", "expect=none", 'drive.0.travel="28 mm"']
     if options.segments:
         overrides.append(f"strip.segments_per_panel={options.segments}")
     print(f"{path.parent.name}, rtol = {options.rtol:g}\n")

@@ -1,6 +1,6 @@
-"""Peak force of the trial strip against the independent quasi-static computation of PHYSICS.md section 3.
+"""Peak force of the trial strip against the independent quasi-static computation of validation/references.md.
 
-    .venv/bin/python validation/strip_trial/check.py [--out out/validation/strip_trial] [--quick]
+    python -m validation.strip_trial.check [--out out/validation/strip_trial] [--quick]
 
 Exit code 1 if a number is off by more than its tolerance.
 """
@@ -30,7 +30,7 @@ class Check:
 
 
 # All contacts: 1.992 N +-0.5 %, the limit for many segments. Panels 3 and 4 only: a value for each number of segments, all
-# with the half-cell correction, so the agreement is to be closer. PHYSICS.md sections 1 and 3.
+# with the half-cell correction, so the agreement is to be closer. validation/references.md.
 CHECKS = (
     Check(20, "", 1.992, 0.015, "40 mm"),
     Check(40, "", 1.992, 0.006, "40 mm"),

@@ -174,7 +174,7 @@ class _StripBuilder:
         return self.strip.fold_angle * (1 if panel % 2 else -1)
 
     def _springs(self, distance: float) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-        """Translation and rotation stiffness of a piece of strip `distance` long (PHYSICS section 1)."""
+        """Translation and rotation stiffness of a piece of strip `distance` long (docs/theory.md)."""
         shear = 5 / 6 * self.shear * self.area / distance
         torsion = self.shear * self.strip.width * self.strip.thickness**3 / (3 * distance)
         return (
