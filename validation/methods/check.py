@@ -34,7 +34,7 @@ def main() -> int:
     if options.segments:
         overrides.append(f"strip.segments_per_panel={options.segments}")
     print(f"{path.parent.name}, rtol = {options.rtol:g}\n")
-    print("| method | peak, N | at, mm | steps | force calls | energy error | time, s |")
+    print("| method | peak, N | at, mm | steps | Newton iterations | energy error | time, s |")
     print("|---|---|---|---|---|---|---|")
     peaks, failed = [], 0
     for method in METHODS:
