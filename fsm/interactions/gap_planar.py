@@ -383,7 +383,3 @@ def tangent_gap_planar(
                     block_d[m, n] += gradient[i, 1, m] * friction_u
         add_block(block_k, dof, bodies[i], indptr, indices, stiffness_data)
         add_block(block_d, dof, bodies[i], indptr, indices, damping_data)
-
-
-KERNELS = (window_probes_planar, find_contacts_planar, measure_gap_planar, tangent_gap_planar)
-"""Broad phase, closest points, measure and tangent, in the order `ContactKernels` wants."""

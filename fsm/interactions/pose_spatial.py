@@ -15,15 +15,9 @@ from fsm.interactions.swing_twist import increments, relative_quaternion, swing_
 from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
 from fsm.kernels.scatter import add_block
+from fsm.kernels.vector import cross
 
 __all__ = ["measure_pose_spatial", "tangent_pose_spatial"]
-
-
-@kernel
-def _cross(a: np.ndarray, b: np.ndarray, out: np.ndarray) -> None:
-    out[0] = a[1] * b[2] - a[2] * b[1]
-    out[1] = a[2] * b[0] - a[0] * b[2]
-    out[2] = a[0] * b[1] - a[1] * b[0]
 
 
 @kernel
@@ -61,8 +55,8 @@ def _translation_gradient(
         in_a[i] = rot_a[0, i] * world[0] + rot_a[1, i] * world[1] + rot_a[2, i] * world[2]
         out[i] = world[i]
         out[6 + i] = -world[i]
-    _cross(point, in_a, out[3:6])
-    _cross(axis, place, out[9:12])
+    cross(point, in_a, out[3:6])
+    cross(axis, place, out[9:12])
 
 
 @kernel
@@ -156,39 +150,39 @@ def _translation_hessian(
         unit[:] = 0.0
         unit[j] = 1.0
         # inner body turns about its axis j: c_a x (-e_j x A_a^T E), and y moves by A_b^T A_a (e_j x c_a)
-        _cross(unit, in_a, turned)
-        _cross(turned, point, moved)
+        cross(unit, in_a, turned)
+        cross(turned, point, moved)
         for i in range(3):
             out[3 + i, 3 + j] = moved[i]
-        _cross(unit, point, turned)
+        cross(unit, point, turned)
         for i in range(3):
             total = 0.0
             for k in range(3):
                 for m in range(3):
                     total += rot_b[k, i] * rot_a[k, m] * turned[m]
             moved[i] = total
-        _cross(axis, moved, turned)
+        cross(axis, moved, turned)
         for i in range(3):
             out[9 + i, 3 + j] = turned[i]
         # outer body turns about its axis j: E by A_b (e_j x e), y by -e_j x y
-        _cross(unit, axis, turned)
+        cross(unit, axis, turned)
         for i in range(3):
             moved[i] = rot_b[i, 0] * turned[0] + rot_b[i, 1] * turned[1] + rot_b[i, 2] * turned[2]
             out[i, 9 + j] = moved[i]
             out[6 + i, 9 + j] = -moved[i]
         for i in range(3):
             turned[i] = rot_a[0, i] * moved[0] + rot_a[1, i] * moved[1] + rot_a[2, i] * moved[2]
-        _cross(point, turned, moved)
+        cross(point, turned, moved)
         for i in range(3):
             out[3 + i, 9 + j] = moved[i]
-        _cross(place, unit, turned)
-        _cross(axis, turned, moved)
+        cross(place, unit, turned)
+        cross(axis, turned, moved)
         for i in range(3):
             out[9 + i, 9 + j] = moved[i]
         # either body moves along inertial axis j: y by +-A_b^T e_j
         for i in range(3):
             turned[i] = rot_b[j, i]
-        _cross(axis, turned, moved)
+        cross(axis, turned, moved)
         for i in range(3):
             out[9 + i, j] = moved[i]
             out[9 + i, 6 + j] = -moved[i]

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from fsm.interactions import gap_planar, gap_spatial
+from fsm.interactions import gap_planar, gap_spatial, gap_spatial_tangent
 from fsm.interactions.surface import pieces_of
 from fsm.kernels.rotation import rotation_matrix
 from fsm.laws.friction import LAW_STEP, LAW_TANH
@@ -15,6 +15,19 @@ from fsm.scene.scene import Body, ContactPair, Plate, Scene
 from fsm.segments.contacts import ContactGroup, ContactKernels, FrictionLaw, NormalLaw, Probes
 
 __all__ = ["compile_contacts"]
+
+_PLANAR = ContactKernels(
+    gap_planar.window_probes_planar,
+    gap_planar.find_contacts_planar,
+    gap_planar.measure_gap_planar,
+    gap_planar.tangent_gap_planar,
+)
+_SPATIAL = ContactKernels(
+    gap_spatial.window_probes_spatial,
+    gap_spatial.find_contacts_spatial,
+    gap_spatial.measure_gap_spatial,
+    gap_spatial_tangent.tangent_gap_spatial,
+)
 
 
 def compile_contacts(scene: Scene, bodies: tuple[Body, ...], spatial: bool) -> ContactGroup | None:
@@ -68,9 +81,8 @@ class _ContactCompiler:
         surface_bodies = np.unique(np.concatenate(list(members.values())))
         radii = np.array([math.hypot(self._plate(b).length, self._plate(b).width) / 2 for b in surface_bodies])
         longest = max(2 * self._plate(b).length for b in surface_bodies if not self.all_bodies[b].held)
-        kernels = gap_spatial.KERNELS if self.spatial else gap_planar.KERNELS
         return ContactGroup(
-            ContactKernels(*kernels),
+            _SPATIAL if self.spatial else _PLANAR,
             probes,
             owner_table,
             np.vstack(stations),

@@ -1,0 +1,30 @@
+"""Products of 3-vectors, without allocation."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.kernels.jit import kernel
+
+__all__ = ["cross", "dot", "rotate"]
+
+
+@kernel
+def rotate(rotation: np.ndarray, vector: np.ndarray, out: np.ndarray) -> None:
+    """Matrix times vector into `out` (3,)."""
+    for i in range(3):
+        out[i] = rotation[i, 0] * vector[0] + rotation[i, 1] * vector[1] + rotation[i, 2] * vector[2]
+
+
+@kernel
+def dot(a: np.ndarray, b: np.ndarray) -> float:
+    """Scalar product of two 3-vectors."""
+    return float(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+
+
+@kernel
+def cross(a: np.ndarray, b: np.ndarray, out: np.ndarray) -> None:
+    """Vector product of two 3-vectors into `out` (3,)."""
+    out[0] = a[1] * b[2] - a[2] * b[1]
+    out[1] = a[2] * b[0] - a[0] * b[2]
+    out[2] = a[0] * b[1] - a[1] * b[0]
