@@ -12,7 +12,9 @@ from typing import Protocol
 import numpy as np
 from scipy import sparse
 
-__all__ = ["DriveState", "Energy", "Observation", "Scales", "System"]
+from fsm.blocks import BlockMatrix, BlockPattern
+
+__all__ = ["DriveState", "Energy", "Linearised", "Observation", "Scales", "System"]
 
 
 @dataclass(frozen=True)
@@ -75,6 +77,15 @@ class Observation:
     pair_gap: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
 
+@dataclass(frozen=True)
+class Linearised:
+    """Force h and its derivatives K = -dh/dx and D = -dh/du, on one pattern."""
+
+    force: np.ndarray
+    stiffness: BlockMatrix
+    damping: BlockMatrix
+
+
 class System(Protocol):
     """See the module docstring; shapes: q (nq,), u and h and dx (nu,), K and D (nu, nu) sparse on one pattern.
 
@@ -114,8 +125,23 @@ class System(Protocol):
         """Configuration moved by an increment of the tangent space."""
         ...
 
+    def difference(self, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+        """The increment dx that moves configuration `start` to `end`: the inverse of `retract`."""
+        ...
+
+    def increment_map(self, dx: np.ndarray) -> np.ndarray | None:
+        """Change of an increment by a small one after it, a block a node, (n, size, size); None where it is the identity.
+
+        difference(q, retract(retract(q, dx), d)) = dx + increment_map(dx) d + O(d^2)
+        """
+        ...
+
     def mass(self, q: np.ndarray) -> sparse.csr_matrix:
         """Mass matrix (nu, nu)."""
+        ...
+
+    def inertia(self, q: np.ndarray, pattern: BlockPattern) -> np.ndarray:
+        """The mass matrix as block data on the pattern of `linearise`."""
         ...
 
     def acceleration(self, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
@@ -128,6 +154,10 @@ class System(Protocol):
 
     def tangent(self, t: float, q: np.ndarray, u: np.ndarray | None) -> tuple[sparse.bsr_matrix, sparse.bsr_matrix]:
         """K = -dh/dx and D = -dh/du, exact."""
+        ...
+
+    def linearise(self, t: float, q: np.ndarray, u: np.ndarray | None) -> Linearised:
+        """Force and both tangents in one pass; the pattern is the same object until bodies come near that were not."""
         ...
 
     def energy(self, t: float, q: np.ndarray, u: np.ndarray | None) -> Energy:

@@ -6,7 +6,7 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["exponential", "fill_rotation", "multiply", "rotation_matrix"]
+__all__ = ["conjugate", "exponential", "fill_rotation", "inverse_tangent_map", "logarithm", "multiply", "rotation_matrix"]
 
 
 @kernel(inline=True)
@@ -56,3 +56,42 @@ def exponential(vector: np.ndarray) -> np.ndarray:
     angle = np.linalg.norm(vector, axis=-1, keepdims=True)
     # np.sinc(x) = sin(pi x)/(pi x), so this is sin(angle/2)/angle, right at zero too
     return np.concatenate([np.cos(angle / 2), 0.5 * np.sinc(angle / (2 * np.pi)) * vector], axis=-1)
+
+
+def conjugate(p: np.ndarray) -> np.ndarray:
+    """Inverse of unit quaternions (..., 4)."""
+    return np.asarray(p, dtype=float) * np.array([1.0, -1.0, -1.0, -1.0])
+
+
+def logarithm(p: np.ndarray) -> np.ndarray:
+    """Rotation vector (..., 3), rad, of unit quaternions (..., 4); its length is at most pi."""
+    p = np.asarray(p, dtype=float)
+    p = np.where(p[..., :1] < 0.0, -p, p)
+    sine = np.linalg.norm(p[..., 1:], axis=-1, keepdims=True)
+    angle = 2.0 * np.arctan2(sine, p[..., :1])
+    # angle/sine tends to 2/p0 as both vanish
+    return p[..., 1:] * np.where(sine > 1e-12, angle / np.maximum(sine, 1e-300), 2.0 / np.maximum(p[..., :1], 0.5))
+
+
+def inverse_tangent_map(vector: np.ndarray) -> np.ndarray:
+    """Change of a rotation vector by a small rotation d applied after it: log(exp(v) exp(d)) = v + T^-1(v) d.
+
+    T^-1(v) = I + 1/2 [v] + (1 - a/2 cot(a/2))/a^2 [v]^2 with a = |v|           (Arnold, Bruls 2007, in body axes)
+
+    Parameters
+    ----------
+    vector : (n, 3) array, rad
+
+    Returns
+    -------
+    (n, 3, 3) array
+    """
+    vector = np.asarray(vector, dtype=float)
+    square = np.einsum("ij,ij->i", vector, vector)
+    half = 0.5 * np.sqrt(square)
+    exact = (1.0 - half / np.tan(np.where(half > 1e-3, half, 1.0))) / np.where(half > 1e-3, square, 1.0)
+    factor = np.where(half > 1e-3, exact, 1.0 / 12.0 + square / 720.0)
+    skew = np.zeros((len(vector), 3, 3))
+    skew[:, 0, 1], skew[:, 0, 2], skew[:, 1, 2] = -vector[:, 2], vector[:, 1], -vector[:, 0]
+    skew -= np.transpose(skew, (0, 2, 1))
+    return np.eye(3) + 0.5 * skew + factor[:, None, None] * (skew @ skew)

@@ -11,7 +11,7 @@ import numpy as np
 from fsm.kernels.scatter import scatter_efforts
 from fsm.laws.friction import friction
 from fsm.laws.normal_contact import hertz, hertz_energy
-from fsm.segments.pattern import BlockPattern
+from fsm.segments.pattern import BodyPattern
 
 __all__ = ["ContactGroup", "ContactKernels", "FrictionLaw", "NormalLaw", "Probes"]
 
@@ -213,12 +213,13 @@ class ContactGroup:
         if found is not None:
             scatter_efforts(found.bodies, found.gradient, found.effort, found.count, force)
 
-    def add_tangent(
+    def add_linearised(
         self,
         t: float,
         poses: np.ndarray,
         rates: np.ndarray,
-        pattern: BlockPattern,
+        pattern: BodyPattern,
+        force: np.ndarray,
         stiffness: np.ndarray,
         damping: np.ndarray,
     ) -> None:
@@ -226,6 +227,7 @@ class ContactGroup:
         found = self._contacts(poses, rates)
         if found is None:
             return
+        scatter_efforts(found.bodies, found.gradient, found.effort, found.count, force)
         probes = self.probes
         self.kernels.tangent(
             poses, rates, found.count, found.bodies, found.gradient, found.rate, found.probe, found.piece, found.at,

@@ -11,7 +11,7 @@ import numpy as np
 from fsm.kernels.scatter import scatter_efforts
 from fsm.laws.bushing import bushing, bushing_energy
 from fsm.laws.crease import CurveTable, crease_energy, crease_moment
-from fsm.segments.pattern import BlockPattern
+from fsm.segments.pattern import BodyPattern
 
 __all__ = ["BushingGroup", "CreaseGroup"]
 
@@ -49,18 +49,20 @@ class BushingGroup:
         effort = bushing(value, rate, self.rest, self.stiffness, self.damping)
         scatter_efforts(self.bodies, gradient, effort, len(self.bodies), force)
 
-    def add_tangent(
+    def add_linearised(
         self,
         t: float,
         poses: np.ndarray,
         rates: np.ndarray,
-        pattern: BlockPattern,
+        pattern: BodyPattern,
+        force: np.ndarray,
         stiffness: np.ndarray,
         damping: np.ndarray,
     ) -> None:
         """See `Group`."""
         value, rate, gradient = self.measure(poses, rates, self.bodies, *self.geometry)
         effort = bushing(value, rate, self.rest, self.stiffness, self.damping)
+        scatter_efforts(self.bodies, gradient, effort, len(self.bodies), force)
         self.tangent(
             poses, rates, self.bodies, *self.geometry, gradient, effort, self.stiffness, self.damping,
             *pattern.index, stiffness, damping,
@@ -115,18 +117,20 @@ class CreaseGroup:
         effort, _ = crease_moment(angle, rate, self.rest, self.side, self.damping, *self._curves())
         scatter_efforts(self.bodies, gradient, effort, len(self.bodies), force)
 
-    def add_tangent(
+    def add_linearised(
         self,
         t: float,
         poses: np.ndarray,
         rates: np.ndarray,
-        pattern: BlockPattern,
+        pattern: BodyPattern,
+        force: np.ndarray,
         stiffness: np.ndarray,
         damping: np.ndarray,
     ) -> None:
         """See `Group`."""
-        angle, rate, _ = self.measure(poses, rates, self.bodies, *self.geometry)
+        angle, rate, gradient = self.measure(poses, rates, self.bodies, *self.geometry)
         effort, slope = crease_moment(angle, rate, self.rest, self.side, self.damping, *self._curves())
+        scatter_efforts(self.bodies, gradient, effort, len(self.bodies), force)
         self.tangent(
             poses, rates, self.bodies, *self.geometry, effort, slope, self.damping,
             *pattern.index, stiffness, damping,

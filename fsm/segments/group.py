@@ -6,7 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
-from fsm.segments.pattern import BlockPattern
+from fsm.segments.pattern import BodyPattern
 
 __all__ = ["Group"]
 
@@ -18,16 +18,17 @@ class Group(Protocol):
         """Add generalised forces to `force` (n_bodies, 3 or 6)."""
         ...
 
-    def add_tangent(
+    def add_linearised(
         self,
         t: float,
         poses: np.ndarray,
         rates: np.ndarray,
-        pattern: BlockPattern,
+        pattern: BodyPattern,
+        force: np.ndarray,
         stiffness: np.ndarray,
         damping: np.ndarray,
     ) -> None:
-        """Add -dh/dx and -dh/du to the block data."""
+        """Add the forces to `force`, and -dh/dx and -dh/du to the block data."""
         ...
 
     def energy(self, t: float, poses: np.ndarray, rates: np.ndarray) -> tuple[dict[str, float], float, float]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from fsm.kernels.rotation import rotation_matrix
 from fsm.scene.loads import TimeFunction
-from fsm.segments.pattern import BlockPattern
+from fsm.segments.pattern import BodyPattern
 from fsm.segments.time_function import factor
 
 __all__ = ["AppliedLoad", "GravityGroup", "LoadGroup"]
@@ -42,16 +42,18 @@ class LoadGroup:
         for load in self.loads:
             force[load.body] += factor(load.time, t) * _wrench(load, poses[load.body])
 
-    def add_tangent(
+    def add_linearised(
         self,
         t: float,
         poses: np.ndarray,
         rates: np.ndarray,
-        pattern: BlockPattern,
+        pattern: BodyPattern,
+        force: np.ndarray,
         stiffness: np.ndarray,
         damping: np.ndarray,
     ) -> None:
         """See `Group`."""
+        self.add_force(t, poses, rates, force)
         for load in self.loads:
             row = pattern.dof[load.body]
             if row < 0:
@@ -124,16 +126,18 @@ class GravityGroup:
         """See `Group`."""
         force[:, : len(self.acceleration)] += self.mass[:, None] * self.acceleration
 
-    def add_tangent(
+    def add_linearised(
         self,
         t: float,
         poses: np.ndarray,
         rates: np.ndarray,
-        pattern: BlockPattern,
+        pattern: BodyPattern,
+        force: np.ndarray,
         stiffness: np.ndarray,
         damping: np.ndarray,
     ) -> None:
         """See `Group`; a uniform field has no stiffness."""
+        self.add_force(t, poses, rates, force)
 
     def energy(self, t: float, poses: np.ndarray, rates: np.ndarray) -> tuple[dict[str, float], float, float]:
         """See `Group`."""

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
+from fsm.blocks import BlockMatrix, BlockPattern
 from fsm.kernels.newton_euler import (
     add_gyroscopic,
     gyroscopic_damping,
@@ -18,13 +19,13 @@ from fsm.kernels.newton_euler import (
     quaternion_rates,
     tangent_from_quaternion,
 )
-from fsm.kernels.rotation import exponential, multiply, rotation_matrix
+from fsm.kernels.rotation import conjugate, exponential, inverse_tangent_map, logarithm, multiply, rotation_matrix
 from fsm.scene.scene import Plate
 from fsm.segments.contacts import ContactGroup
 from fsm.segments.drive import PrescribedMotion
 from fsm.segments.group import Group
-from fsm.segments.pattern import BlockPattern, block_pattern
-from fsm.system import DriveState, Energy, Observation, Scales
+from fsm.segments.pattern import BodyPattern, body_pattern
+from fsm.system import DriveState, Energy, Linearised, Observation, Scales
 
 __all__ = ["Bodies", "SegmentSystem"]
 
@@ -89,7 +90,7 @@ class SegmentSystem:
         self._mass = bodies.inertia[bodies.free].ravel()
         self._dof = np.full(len(bodies.names), -1, dtype=np.int64)
         self._dof[bodies.free] = np.arange(self.n_free)
-        self._pattern: BlockPattern | None = None
+        self._pattern: BodyPattern | None = None
         self._pattern_version: tuple[int, ...] = ()
 
     # protocol: configuration ----------------------------------------------------------------------------------------
@@ -148,11 +149,35 @@ class SegmentSystem:
         pose[:, 3:] /= np.linalg.norm(pose[:, 3:], axis=1, keepdims=True)
         return pose.ravel()
 
+    def difference(self, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+        """See `System`."""
+        if not self.spatial:
+            return end - start
+        first, second = start.reshape(-1, 7), end.reshape(-1, 7)
+        turned = logarithm(multiply(conjugate(first[:, 3:]), second[:, 3:]))
+        return np.hstack([second[:, :3] - first[:, :3], turned]).ravel()
+
+    def increment_map(self, dx: np.ndarray) -> np.ndarray | None:
+        """See `System`."""
+        if not self.spatial:
+            return None
+        blocks = np.zeros((self.n_free, 6, 6))
+        blocks[:, range(3), range(3)] = 1.0
+        blocks[:, 3:, 3:] = inverse_tangent_map(dx.reshape(-1, 6)[:, 3:])
+        return blocks
+
     # protocol: mechanics --------------------------------------------------------------------------------------------
 
     def mass(self, q: np.ndarray) -> sparse.csr_matrix:
         """See `System`; diagonal and constant."""
         return sparse.diags_array(self._mass, format="csr")
+
+    def inertia(self, q: np.ndarray, pattern: BlockPattern) -> np.ndarray:
+        """See `System`."""
+        data = pattern.zeros()
+        diagonal = range(self.size)
+        data[pattern.diagonal[:, None], diagonal, diagonal] = self._mass.reshape(-1, self.size)
+        return data
 
     def acceleration(self, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
         """See `System`."""
@@ -164,16 +189,22 @@ class SegmentSystem:
 
     def tangent(self, t: float, q: np.ndarray, u: np.ndarray | None) -> tuple[sparse.bsr_matrix, sparse.bsr_matrix]:
         """See `System`. The pattern is fixed until the broad phase of contact is renewed."""
-        return self._tangent(t, *self.place(t, q, u))
+        linear = self.linearise(t, q, u)
+        return linear.stiffness.bsr(), linear.damping.bsr()
 
-    def _tangent(self, t: float, poses: np.ndarray, rates: np.ndarray) -> tuple[sparse.bsr_matrix, sparse.bsr_matrix]:
+    def linearise(self, t: float, q: np.ndarray, u: np.ndarray | None) -> Linearised:
+        """See `System`."""
+        poses, rates = self.place(t, q, u)
         pattern = self._current_pattern(poses)
-        stiffness, damping = pattern.zeros(), pattern.zeros()
+        force, stiffness, damping = np.zeros_like(rates), pattern.zeros(), pattern.zeros()
         for group in self.groups:
-            group.add_tangent(t, poses, rates, pattern, stiffness, damping)
-        if self.spatial:
+            group.add_linearised(t, poses, rates, pattern, force, stiffness, damping)
+        if self.spatial and u is not None:
+            add_gyroscopic(rates, self.bodies.inertia, force)
             gyroscopic_damping(rates, self.bodies.inertia, *pattern.index, damping)
-        return pattern.matrix(stiffness), pattern.matrix(damping)
+        return Linearised(
+            force[self.bodies.free].ravel(), BlockMatrix(pattern, stiffness), BlockMatrix(pattern, damping)
+        )
 
     def energy(self, t: float, q: np.ndarray, u: np.ndarray | None) -> Energy:
         """See `System`."""
@@ -262,10 +293,10 @@ class SegmentSystem:
         kinetic = 0.5 * float(np.sum(self.bodies.inertia * rates**2))
         return Energy(kinetic, potential, dissipated, power + float(np.sum(reactions * rates)))
 
-    def _current_pattern(self, poses: np.ndarray) -> BlockPattern:
+    def _current_pattern(self, poses: np.ndarray) -> BodyPattern:
         pairs, versions = zip(*(group.pairs(poses) for group in self.groups), strict=True) if self.groups else ((), ())
         if self._pattern is None or versions != self._pattern_version:
-            self._pattern = block_pattern(self._dof, list(pairs), self.size)
+            self._pattern = body_pattern(self._dof, list(pairs), self.size)
             self._pattern_version = versions
         return self._pattern
 

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fsm.kernels.scatter import add_block, find_slot, scatter_efforts
-from fsm.segments.pattern import block_pattern
+from fsm.blocks import BlockMatrix
+from fsm.segments.pattern import body_pattern
 
 DOF = np.array([-1, 0, 1, -1, 2, 3])
 PAIRS = np.array([[0, 1], [1, 2], [4, 2], [3, 4], [5, 5]])
 
 
 @pytest.mark.parametrize("size", [3, 6])
+@settings(deadline=None)  # the first call may compile
 @given(
     pairs=st.lists(st.tuples(st.integers(0, 5), st.integers(0, 5)), min_size=1, max_size=12),
     seed=st.integers(0, 100),
@@ -22,7 +24,7 @@ PAIRS = np.array([[0, 1], [1, 2], [4, 2], [3, 4], [5, 5]])
 def test_blocks_add_up_as_in_a_dense_matrix(size: int, pairs: list[tuple[int, int]], seed: int) -> None:
     rng = np.random.default_rng(seed)
     bodies = np.array(pairs, dtype=np.int64)
-    pattern = block_pattern(DOF, [bodies], size)
+    pattern = body_pattern(DOF, [bodies], size)
     data, dense = pattern.zeros(), np.zeros((6 * size, 6 * size))
     for pair in bodies:
         block = rng.normal(size=(2 * size, 2 * size))
@@ -30,11 +32,11 @@ def test_blocks_add_up_as_in_a_dense_matrix(size: int, pairs: list[tuple[int, in
         rows = np.concatenate([np.arange(size) + body * size for body in pair])
         np.add.at(dense, np.ix_(rows, rows), block)  # a body that stands twice adds up
     keep = np.concatenate([np.arange(size) + body * size for body in np.flatnonzero(DOF >= 0)])
-    np.testing.assert_allclose(pattern.matrix(data).toarray(), dense[np.ix_(keep, keep)], atol=1e-14)
+    np.testing.assert_allclose(BlockMatrix(pattern, data).bsr().toarray(), dense[np.ix_(keep, keep)], atol=1e-14)
 
 
 def test_pattern_is_symmetric_sorted_and_has_the_diagonal() -> None:
-    pattern = block_pattern(DOF, [PAIRS[:2], PAIRS[2:]], 3)
+    pattern = body_pattern(DOF, [PAIRS[:2], PAIRS[2:]], 3)
     filled = np.zeros((4, 4), dtype=bool)
     for row in range(4):
         columns = pattern.indices[pattern.indptr[row] : pattern.indptr[row + 1]]
@@ -53,7 +55,7 @@ def _links(*pairs: tuple[int, int]) -> np.ndarray:
 
 
 def test_find_slot() -> None:
-    pattern = block_pattern(DOF, [PAIRS], 3)
+    pattern = body_pattern(DOF, [PAIRS], 3)
     for row in range(4):
         for column in range(4):
             slot = find_slot(pattern.indptr, pattern.indices, row, column)
@@ -67,8 +69,8 @@ def test_find_slot() -> None:
 
 
 def test_no_free_body_is_an_empty_pattern() -> None:
-    pattern = block_pattern(np.array([-1, -1]), [np.array([[0, 1]])], 6)
-    assert pattern.matrix(pattern.zeros()).shape == (0, 0)
+    pattern = body_pattern(np.array([-1, -1]), [np.array([[0, 1]])], 6)
+    assert BlockMatrix(pattern, pattern.zeros()).bsr().shape == (0, 0)
 
 
 def test_efforts_scatter_to_minus_the_gradient() -> None:

@@ -1,0 +1,67 @@
+"""Square matrices made of dense square blocks, one for each pair of nodes that act on each other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy import sparse
+
+__all__ = ["BlockMatrix", "BlockPattern"]
+
+
+@dataclass(frozen=True, eq=False)
+class BlockPattern:
+    """Where the blocks are: block compressed sparse rows, symmetric in structure, every diagonal block there.
+
+    Compared by identity: a solver keeps what it has worked out for a pattern as long as it meets the same object.
+
+    Attributes
+    ----------
+    indptr, indices : int arrays
+        Columns of each row are sorted.
+    size : rows of a block: 3 in the plane, 6 in space
+    """
+
+    indptr: np.ndarray
+    indices: np.ndarray
+    size: int
+
+    @property
+    def order(self) -> int:
+        """Block rows."""
+        return len(self.indptr) - 1
+
+    @cached_property
+    def diagonal(self) -> np.ndarray:
+        """Number of the diagonal block of every row, (order,)."""
+        row = np.repeat(np.arange(self.order), np.diff(self.indptr))
+        return np.flatnonzero(row == self.indices)
+
+    def zeros(self) -> np.ndarray:
+        """Empty block data, (n_blocks, size, size)."""
+        return np.zeros((len(self.indices), self.size, self.size))
+
+
+@dataclass(frozen=True, eq=False)
+class BlockMatrix:
+    """Blocks on a pattern.
+
+    Attributes
+    ----------
+    pattern : BlockPattern
+    data : (n_blocks, size, size) array
+    """
+
+    pattern: BlockPattern
+    data: np.ndarray
+
+    @property
+    def order(self) -> int:
+        """Rows."""
+        return self.pattern.order * self.pattern.size
+
+    def bsr(self) -> sparse.bsr_matrix:
+        """The same as SciPy's block matrix, which shares the data."""
+        return sparse.bsr_matrix((self.data, self.pattern.indices, self.pattern.indptr), shape=(self.order, self.order))
