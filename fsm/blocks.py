@@ -34,10 +34,19 @@ class BlockPattern:
         return len(self.indptr) - 1
 
     @cached_property
+    def rows(self) -> np.ndarray:
+        """Row of every block, (n_blocks,)."""
+        return np.repeat(np.arange(self.order), np.diff(self.indptr))
+
+    @cached_property
     def diagonal(self) -> np.ndarray:
         """Number of the diagonal block of every row, (order,)."""
-        row = np.repeat(np.arange(self.order), np.diff(self.indptr))
-        return np.flatnonzero(row == self.indices)
+        return np.flatnonzero(self.rows == self.indices)
+
+    @cached_property
+    def transposed(self) -> np.ndarray:
+        """Number of the block (j, i) for every block (i, j), (n_blocks,)."""
+        return np.lexsort((self.rows, self.indices))
 
     def zeros(self) -> np.ndarray:
         """Empty block data, (n_blocks, size, size)."""
@@ -61,6 +70,11 @@ class BlockMatrix:
     def order(self) -> int:
         """Rows."""
         return self.pattern.order * self.pattern.size
+
+    def symmetric(self) -> BlockMatrix:
+        """The symmetric part, (A + A^T)/2."""
+        mirrored = self.data[self.pattern.transposed].transpose(0, 2, 1)
+        return BlockMatrix(self.pattern, 0.5 * (self.data + mirrored))
 
     def bsr(self) -> sparse.bsr_matrix:
         """The same as SciPy's block matrix, which shares the data."""

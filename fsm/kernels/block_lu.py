@@ -1,0 +1,343 @@
+"""LU factorisation of block-sparse matrices on a fixed pattern, without row exchanges between blocks.
+
+The rows of P A P^T are eliminated one after the other (IKJ); inside a pivot block rows are exchanged. What is exactly
+zero is skipped, block by block, so that a pattern may be a superset (contacts that could come) at little cost.
+
+For symmetric A, sum over pivot blocks of their negative eigenvalues is that of A (Sylvester's law of inertia).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.kernels.jit import kernel
+
+__all__ = ["backward_error", "count_negative", "factorise", "fill_in", "multiply_blocks", "solve_factorised"]
+
+
+@kernel
+def fill_in(
+    indptr: np.ndarray, indices: np.ndarray, order: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Pattern of L + U in the order of elimination, and where the blocks of A go.
+
+    Parameters
+    ----------
+    indptr, indices : pattern of A, symmetric in structure, with the diagonal
+    order : (n,) int array
+        order[i] is the row of A that is eliminated as number i.
+
+    Returns
+    -------
+    indptr, indices : int arrays
+        Rows of L + U, columns sorted.
+    diagonal : (n,) int array
+        Place of each diagonal block.
+    place : (n_blocks,) int array
+        Place of each block of A.
+    """
+    count = order.shape[0]
+    position = np.empty(count, dtype=np.int64)
+    for i in range(count):
+        position[order[i]] = i
+    # columns right of the diagonal: those of A and those of the children in the elimination tree
+    start = np.zeros(count + 1, dtype=np.int64)
+    columns = np.empty(4 * indices.shape[0] + 16, dtype=np.int64)
+    first_child = np.full(count, -1, dtype=np.int64)
+    next_child = np.full(count, -1, dtype=np.int64)
+    mark = np.full(count, -1, dtype=np.int64)
+    size = 0
+    for i in range(count):
+        if size + count - i > columns.shape[0]:
+            longer = np.empty(2 * columns.shape[0] + count, dtype=np.int64)
+            longer[:size] = columns[:size]
+            columns = longer
+        mark[i] = i
+        row = order[i]
+        for k in range(indptr[row], indptr[row + 1]):
+            j = position[indices[k]]
+            if j > i and mark[j] != i:
+                mark[j] = i
+                columns[size] = j
+                size += 1
+        child = first_child[i]
+        while child >= 0:
+            for k in range(start[child], start[child + 1]):
+                j = columns[k]
+                if mark[j] != i:
+                    mark[j] = i
+                    columns[size] = j
+                    size += 1
+            child = next_child[child]
+        start[i + 1] = size
+        columns[start[i] : size].sort()
+        if size > start[i]:
+            parent = columns[start[i]]
+            next_child[i] = first_child[parent]
+            first_child[parent] = i
+    # both halves as rows: the left of row j holds the i whose right holds j, already sorted
+    length = np.ones(count, dtype=np.int64)
+    for i in range(count):
+        length[i] += start[i + 1] - start[i]
+        for k in range(start[i], start[i + 1]):
+            length[columns[k]] += 1
+    full = np.zeros(count + 1, dtype=np.int64)
+    for i in range(count):
+        full[i + 1] = full[i] + length[i]
+    filled = np.empty(full[count], dtype=np.int64)
+    diagonal = np.empty(count, dtype=np.int64)
+    fill = full[:count].copy()
+    for i in range(count):
+        for k in range(start[i], start[i + 1]):
+            j = columns[k]
+            filled[fill[j]] = i
+            fill[j] += 1
+        # by now all columns left of the diagonal are there
+        diagonal[i] = fill[i]
+        filled[diagonal[i]] = i
+        for k in range(start[i], start[i + 1]):
+            filled[diagonal[i] + 1 + k - start[i]] = columns[k]
+    place = np.empty(indices.shape[0], dtype=np.int64)
+    for row in range(count):
+        i = position[row]
+        for k in range(full[i], full[i + 1]):
+            mark[filled[k]] = k
+        for k in range(indptr[row], indptr[row + 1]):
+            place[k] = mark[position[indices[k]]]
+    return full, filled, diagonal, place
+
+
+@kernel(inline=True)
+def _subtract_product(out: np.ndarray, a: np.ndarray, b: np.ndarray) -> None:
+    """out -= a b; loops of fixed length are unrolled, so the sizes of every day have their own."""
+    size = out.shape[0]
+    if size == 3:
+        for i in range(3):
+            for j in range(3):
+                out[i, j] -= a[i, 0] * b[0, j] + a[i, 1] * b[1, j] + a[i, 2] * b[2, j]
+    elif size == 6:
+        for i in range(6):
+            for k in range(6):
+                factor = a[i, k]
+                for j in range(6):
+                    out[i, j] -= factor * b[k, j]
+    else:
+        for i in range(size):
+            for k in range(size):
+                factor = a[i, k]
+                for j in range(size):
+                    out[i, j] -= factor * b[k, j]
+
+
+@kernel(inline=True)
+def _is_zero(block: np.ndarray) -> bool:
+    for i in range(block.shape[0]):
+        for j in range(block.shape[1]):
+            if block[i, j] != 0.0:
+                return False
+    return True
+
+
+@kernel
+def _invert(block: np.ndarray, work: np.ndarray) -> bool:
+    """Inverse of a small block in place (Gauss-Jordan, rows exchanged); False if it is singular."""
+    size = block.shape[0]
+    for i in range(size):
+        for j in range(size):
+            work[i, j] = block[i, j]
+            block[i, j] = 0.0
+        block[i, i] = 1.0
+    for k in range(size):
+        best, row = 0.0, k
+        for i in range(k, size):
+            if abs(work[i, k]) > best:
+                best, row = abs(work[i, k]), i
+        if not best > 0.0:
+            return False
+        if row != k:
+            for j in range(size):
+                work[k, j], work[row, j] = work[row, j], work[k, j]
+                block[k, j], block[row, j] = block[row, j], block[k, j]
+        scale = 1.0 / work[k, k]
+        for j in range(size):
+            work[k, j] *= scale
+            block[k, j] *= scale
+        for i in range(size):
+            if i != k:
+                factor = work[i, k]
+                if factor != 0.0:
+                    for j in range(size):
+                        work[i, j] -= factor * work[k, j]
+                        block[i, j] -= factor * block[k, j]
+    return True
+
+
+@kernel
+def _negative(block: np.ndarray, work: np.ndarray) -> int:
+    """Negative eigenvalues of the symmetric part of a small block: signs of its LDL^T pivots, the largest first."""
+    size = block.shape[0]
+    for i in range(size):
+        for j in range(size):
+            work[i, j] = 0.5 * (block[i, j] + block[j, i])
+    count = 0
+    for k in range(size):
+        best, row = -1.0, k
+        for i in range(k, size):
+            if abs(work[i, i]) > best:
+                best, row = abs(work[i, i]), i
+        if row != k:
+            for j in range(size):
+                work[k, j], work[row, j] = work[row, j], work[k, j]
+            for i in range(size):
+                work[i, k], work[i, row] = work[i, row], work[i, k]
+        if work[k, k] < 0.0:
+            count += 1
+        if work[k, k] == 0.0:
+            continue
+        for i in range(k + 1, size):
+            factor = work[i, k] / work[k, k]
+            for j in range(k + 1, size):
+                work[i, j] -= factor * work[k, j]
+    return count
+
+
+@kernel
+def factorise(
+    data: np.ndarray,
+    place: np.ndarray,
+    indptr: np.ndarray,
+    indices: np.ndarray,
+    diagonal: np.ndarray,
+    factors: np.ndarray,
+) -> int:
+    """Factorise P A P^T = L U; the diagonal blocks of `factors` hold the inverse pivots, L has a unit diagonal.
+
+    Parameters
+    ----------
+    data : (n_blocks, d, d) array
+        Blocks of A, real or complex.
+    place, indptr, indices, diagonal : of `fill_in`
+    factors : (n_filled, d, d) array, changed in place
+
+    Returns
+    -------
+    int
+        -1, or the number of the pivot block that is singular.
+    """
+    count, size = diagonal.shape[0], data.shape[1]
+    factors[:] = 0.0
+    used = np.zeros(factors.shape[0], dtype=np.bool_)
+    for k in range(data.shape[0]):
+        if not _is_zero(data[k]):
+            factors[place[k]] = data[k]
+            used[place[k]] = True
+    where = np.empty(count, dtype=np.int64)
+    work = np.empty((size, size), dtype=factors.dtype)
+    for i in range(count):
+        for k in range(indptr[i], indptr[i + 1]):
+            where[indices[k]] = k
+        for k in range(indptr[i], diagonal[i]):
+            if not used[k]:
+                continue
+            pivot = indices[k]
+            # L_ik = A_ik U_kk^-1
+            for a in range(size):
+                for b in range(size):
+                    work[a, b] = -factors[k, a, b]
+                    factors[k, a, b] = 0.0
+            _subtract_product(factors[k], work, factors[diagonal[pivot]])
+            for m in range(diagonal[pivot] + 1, indptr[pivot + 1]):
+                if used[m]:
+                    target = where[indices[m]]
+                    used[target] = True
+                    _subtract_product(factors[target], factors[k], factors[m])
+        if not _invert(factors[diagonal[i]], work):
+            return i
+    return -1
+
+
+@kernel
+def count_negative(diagonal: np.ndarray, factors: np.ndarray) -> int:
+    """Negative eigenvalues of a symmetric A from its pivots (their inverses have the same signs)."""
+    work = np.empty((factors.shape[1], factors.shape[1]))
+    total = 0
+    for i in range(diagonal.shape[0]):
+        total += _negative(factors[diagonal[i]], work)
+    return total
+
+
+@kernel
+def solve_factorised(
+    order: np.ndarray,
+    indptr: np.ndarray,
+    indices: np.ndarray,
+    diagonal: np.ndarray,
+    factors: np.ndarray,
+    right: np.ndarray,
+) -> np.ndarray:
+    """Solve A x = b with the factors of `factorise`; b and x are (n d,)."""
+    count, size = diagonal.shape[0], factors.shape[1]
+    y = np.empty((count, size), dtype=factors.dtype)
+    x = np.empty(count * size, dtype=factors.dtype)
+    for i in range(count):
+        for a in range(size):
+            y[i, a] = right[order[i] * size + a]
+        for k in range(indptr[i], diagonal[i]):
+            j = indices[k]
+            for a in range(size):
+                for b in range(size):
+                    y[i, a] -= factors[k, a, b] * y[j, b]
+    total = np.empty(size, dtype=factors.dtype)
+    for i in range(count - 1, -1, -1):
+        for k in range(diagonal[i] + 1, indptr[i + 1]):
+            j = indices[k]
+            for a in range(size):
+                for b in range(size):
+                    y[i, a] -= factors[k, a, b] * y[j, b]
+        for a in range(size):
+            total[a] = 0.0
+            for b in range(size):
+                total[a] += factors[diagonal[i], a, b] * y[i, b]
+        for a in range(size):
+            y[i, a] = total[a]
+            x[order[i] * size + a] = total[a]
+    return x
+
+
+@kernel
+def multiply_blocks(indptr: np.ndarray, indices: np.ndarray, data: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Product A x, (n d,)."""
+    size = data.shape[1]
+    out = np.zeros(x.shape[0], dtype=x.dtype)
+    for i in range(indptr.shape[0] - 1):
+        for k in range(indptr[i], indptr[i + 1]):
+            j = indices[k]
+            for a in range(size):
+                for b in range(size):
+                    out[i * size + a] += data[k, a, b] * x[j * size + b]
+    return out
+
+
+@kernel
+def backward_error(
+    indptr: np.ndarray, indices: np.ndarray, data: np.ndarray, x: np.ndarray, right: np.ndarray, residual: np.ndarray
+) -> float:
+    """Largest |b - A x|_i / (|A| |x| + |b|)_i; `residual` (n d,) gets b - A x. Not a number where x is none."""
+    size = data.shape[1]
+    worst = 0.0
+    for i in range(indptr.shape[0] - 1):
+        for a in range(size):
+            total = right[i * size + a]
+            scale = abs(total)
+            for k in range(indptr[i], indptr[i + 1]):
+                first = indices[k] * size
+                for b in range(size):
+                    term = data[k, a, b] * x[first + b]
+                    total -= term
+                    scale += abs(term)
+            residual[i * size + a] = total
+            if scale > 0.0:
+                error = abs(total) / scale
+                if not error <= worst:
+                    worst = error
+    return worst

@@ -1,0 +1,169 @@
+"""Linear solvers behind one door: analyse a pattern once, factorise and solve often.
+
+* ``block``: our own LU on the blocks (`fsm.kernels.block_lu`), rows in minimum-degree order. Default.
+* ``splu``: SuperLU. Taken for one matrix when the blocks' own pivots fail or leave a poor residual.
+* ``pardiso``: Intel's, for large membranes; needs the extra ``mkl``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import splu
+
+from fsm.blocks import BlockMatrix, BlockPattern
+from fsm.errors import FsmError, NotConverged
+from fsm.kernels.block_lu import backward_error, count_negative, factorise, fill_in, solve_factorised
+
+__all__ = ["Backend", "LinearSolver"]
+
+Backend = Literal["block", "splu", "pardiso"]
+
+_GOOD = 1e-12
+"""Backward error above which a solution is refined."""
+_POOR = 1e-8
+"""Backward error after refinement above which SuperLU takes over."""
+
+
+@dataclass(frozen=True)
+class _Symbolic:
+    """What is known of a pattern: order of elimination, filled rows, places of the blocks in them."""
+
+    pattern: BlockPattern
+    order: np.ndarray
+    indptr: np.ndarray
+    indices: np.ndarray
+    diagonal: np.ndarray
+    place: np.ndarray
+
+
+def _minimum_degree(pattern: BlockPattern) -> np.ndarray:
+    """Order of the rows by SuperLU's multiple minimum degree on the graph of the blocks."""
+    count = pattern.order
+    if count < 3:
+        return np.arange(count)
+    # diagonally dominant, so that no row exchange disturbs the order
+    data = np.full(len(pattern.indices), -1.0 / (count + 1.0))
+    data[pattern.diagonal] = 1.0
+    graph = sparse.csc_matrix((data, pattern.indices, pattern.indptr), shape=(count, count))
+    factors = splu(graph, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    return np.argsort(factors.perm_c)
+
+
+class LinearSolver:
+    """Factorises block matrices and solves with them.
+
+    Parameters
+    ----------
+    backend : "block", "splu" or "pardiso"
+
+    Attributes
+    ----------
+    analyses, factorisations, fallbacks : int
+        Patterns met, matrices factorised, matrices that SuperLU had to take over.
+
+    Raises
+    ------
+    FsmError
+        PARDISO is asked for and not installed.
+    """
+
+    def __init__(self, backend: Backend = "block") -> None:
+        self.backend = backend
+        self.analyses = self.factorisations = self.fallbacks = 0
+        self._pardiso = _pardiso_solver() if backend == "pardiso" else None
+        self._symbolic: _Symbolic | None = None
+        self._matrix: BlockMatrix | None = None
+        self._factors = np.zeros((0, 0, 0))
+        self._other: Any = None
+
+    def factorise(self, matrix: BlockMatrix) -> None:
+        """Take a matrix, real or complex; it must not be changed until the last `solve` with it.
+
+        Raises
+        ------
+        NotConverged
+            It is singular.
+        """
+        self.factorisations += 1
+        self._matrix, self._other = matrix, None
+        if self.backend != "block":
+            self._other = self._library_factors(matrix)
+            return
+        known = self._analyse(matrix.pattern)
+        shape = (len(known.indices), matrix.pattern.size, matrix.pattern.size)
+        if self._factors.shape != shape or self._factors.dtype != matrix.data.dtype:
+            self._factors = np.empty(shape, dtype=matrix.data.dtype)
+        failed = factorise(matrix.data, known.place, known.indptr, known.indices, known.diagonal, self._factors)
+        if failed >= 0:
+            self.fallbacks += 1
+            self._other = self._library_factors(matrix)
+
+    def solve(self, right: np.ndarray) -> np.ndarray:
+        """Solution (n,) of A x = b, refined once where its backward error asks for it."""
+        if self._other is not None:
+            return np.asarray(self._other(right))
+        matrix = self._matrix
+        assert matrix is not None
+        pattern = matrix.pattern
+        if pattern.order == 0:
+            return np.zeros(0)
+        residual = np.empty(len(right), dtype=self._factors.dtype)
+        x = self._block_solve(right)
+        rest = (pattern.indptr, pattern.indices, matrix.data)
+        error = backward_error(*rest, x, right, residual)
+        if error > _GOOD:
+            x = x + self._block_solve(residual)
+            error = backward_error(*rest, x, right, residual)
+        if not error <= _POOR:
+            self.fallbacks += 1
+            self._other = self._library_factors(matrix)
+            return np.asarray(self._other(right))
+        return np.asarray(x)
+
+    def negative_pivots(self) -> int:
+        """Negative eigenvalues of the matrix, which must be symmetric; dense where the blocks' pivots failed."""
+        assert self._matrix is not None
+        if self._other is None and self._symbolic is not None:
+            return int(count_negative(self._symbolic.diagonal, self._factors))
+        values = np.linalg.eigvalsh(self._matrix.bsr().toarray())
+        return int(np.sum(values < -1e-12 * np.abs(values).max(initial=0.0)))
+
+    # inside ---------------------------------------------------------------------------------------------------------
+
+    def _analyse(self, pattern: BlockPattern) -> _Symbolic:
+        if self._symbolic is None or self._symbolic.pattern is not pattern:
+            order = _minimum_degree(pattern)
+            self._symbolic = _Symbolic(pattern, order, *fill_in(pattern.indptr, pattern.indices, order))
+            self.analyses += 1
+        return self._symbolic
+
+    def _block_solve(self, right: np.ndarray) -> np.ndarray:
+        known = self._symbolic
+        assert known is not None
+        return np.asarray(
+            solve_factorised(known.order, known.indptr, known.indices, known.diagonal, self._factors, right)
+        )
+
+    def _library_factors(self, matrix: BlockMatrix) -> Any:
+        """A function that solves with the matrix, by PARDISO where chosen and else by SuperLU."""
+        scalar = matrix.bsr()
+        if self._pardiso is not None:
+            csr = scalar.tocsr()
+            self._pardiso.factorize(csr)
+            return lambda right: self._pardiso.solve(csr, right)
+        try:
+            return splu(scalar.tocsc()).solve
+        except RuntimeError:
+            raise NotConverged("the linear equations are singular: something is not held (a mechanism)") from None
+
+
+def _pardiso_solver() -> Any:
+    try:
+        from pypardiso import PyPardisoSolver
+    except ImportError:
+        raise FsmError("PARDISO is not installed: pip install 'fsm[mkl]', or take linear = \"block\"") from None
+    return PyPardisoSolver()

@@ -1,0 +1,118 @@
+"""The block LU against dense and SuperLU solutions, its count of negative pivots, and what it does when it cannot."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.sparse.linalg import splu
+
+from fsm.blocks import BlockMatrix
+from fsm.errors import NotConverged
+from fsm.segments.pattern import body_pattern
+from fsm.solve.linear import LinearSolver
+
+
+def random_matrix(count: int, size: int, links: int, seed: int, symmetric: bool = False) -> BlockMatrix:
+    """A chain with some more links, not definite, far from singular."""
+    rng = np.random.default_rng(seed)
+    chain = np.column_stack([np.arange(count - 1), np.arange(1, count)])
+    pairs = np.vstack([chain, rng.integers(0, count, (links, 2))])
+    pattern = body_pattern(np.arange(count), [pairs], size)
+    data = rng.normal(size=(len(pattern.indices), size, size))
+    data[pattern.diagonal] += 4.0 * size * rng.choice([-1.0, 1.0], (count, 1, 1)) * np.eye(size)
+    matrix = BlockMatrix(pattern, data)
+    return matrix.symmetric() if symmetric else matrix
+
+
+@settings(deadline=None, max_examples=60)  # the first call may compile
+@given(
+    count=st.integers(1, 40), size=st.sampled_from([1, 3, 6, 9]), links=st.integers(0, 30), seed=st.integers(0, 10**6)
+)
+def test_solves_as_a_dense_solver_does(count: int, size: int, links: int, seed: int) -> None:
+    matrix = random_matrix(count, size, links, seed)
+    right = np.random.default_rng(seed).normal(size=matrix.order)
+    solver = LinearSolver()
+    solver.factorise(matrix)
+    dense = matrix.bsr().toarray()
+    np.testing.assert_allclose(dense @ solver.solve(right), right, atol=1e-9)
+    assert solver.fallbacks == 0
+
+
+def test_complex_matrices_too() -> None:
+    real, imaginary = random_matrix(30, 3, 5, 1), random_matrix(30, 3, 5, 1)
+    matrix = BlockMatrix(real.pattern, real.data + 0.5j * imaginary.data[::-1])
+    right = np.random.default_rng(0).normal(size=90) + 1j
+    solver = LinearSolver()
+    solver.factorise(matrix)
+    np.testing.assert_allclose(solver.solve(right), np.linalg.solve(matrix.bsr().toarray(), right), rtol=1e-10)
+
+
+@settings(deadline=None, max_examples=40)
+@given(count=st.integers(2, 25), size=st.sampled_from([3, 6]), links=st.integers(0, 10), seed=st.integers(0, 10**6))
+def test_negative_pivots_are_negative_eigenvalues(count: int, size: int, links: int, seed: int) -> None:
+    matrix = random_matrix(count, size, links, seed, symmetric=True)
+    solver = LinearSolver()
+    solver.factorise(matrix)
+    assert solver.negative_pivots() == int(np.sum(np.linalg.eigvalsh(matrix.bsr().toarray()) < 0.0))
+
+
+def test_a_pattern_is_analysed_once() -> None:
+    first = random_matrix(20, 3, 4, 0)
+    second = BlockMatrix(first.pattern, 2.0 * first.data)
+    solver = LinearSolver()
+    for matrix in (first, second, first):
+        solver.factorise(matrix)
+    assert (solver.analyses, solver.factorisations) == (1, 3)
+    right = np.ones(60)
+    np.testing.assert_allclose(first.bsr() @ solver.solve(right), right, rtol=1e-10)
+
+
+def test_zero_blocks_of_a_superset_change_nothing() -> None:
+    lean = random_matrix(20, 3, 0, 3)
+    wide = body_pattern(np.arange(20), [np.array([[0, 19], [3, 12], [4, 13]]), np.column_stack([range(19), range(1, 20)])], 3)
+    data = wide.zeros()
+    for k, (row, column) in enumerate(zip(lean.pattern.rows, lean.pattern.indices, strict=True)):
+        data[np.flatnonzero((wide.rows == row) & (wide.indices == column))[0]] = lean.data[k]
+    solver, right = LinearSolver(), np.arange(60.0)
+    solver.factorise(BlockMatrix(wide, data))
+    np.testing.assert_allclose(lean.bsr() @ solver.solve(right), right, atol=1e-10)
+
+
+def test_superlu_takes_over_where_a_pivot_block_is_singular() -> None:
+    pattern = body_pattern(np.arange(2), [np.array([[0, 1]])], 3)
+    data = pattern.zeros()
+    data[1] = data[2] = np.eye(3)  # [[0, I], [I, 0]]: regular, but both pivots are zero
+    solver = LinearSolver()
+    solver.factorise(BlockMatrix(pattern, data))
+    np.testing.assert_allclose(solver.solve(np.arange(6.0)), [3, 4, 5, 0, 1, 2])
+    assert solver.fallbacks == 1
+    assert solver.negative_pivots() == 3
+
+
+def test_superlu_takes_over_where_the_residual_is_poor() -> None:
+    matrix = random_matrix(12, 3, 6, 0)
+    matrix.data[matrix.pattern.diagonal] *= 1e-18  # regular, but growth of 1e18 eats every digit
+    solver, right = LinearSolver(), np.arange(36.0)
+    solver.factorise(matrix)
+    np.testing.assert_allclose(solver.solve(right), splu(matrix.bsr().tocsc()).solve(right), rtol=1e-10)
+    assert solver.fallbacks == 1
+
+
+def test_a_singular_matrix_is_said_to_be_one() -> None:
+    pattern = body_pattern(np.arange(2), [np.zeros((0, 2), dtype=np.int64)], 3)
+    solver = LinearSolver()
+    with pytest.raises(NotConverged, match="mechanism"):
+        solver.factorise(BlockMatrix(pattern, pattern.zeros()))
+
+
+@pytest.mark.parametrize("backend", ["splu", "pardiso"])
+def test_the_other_back_ends_agree(backend: str) -> None:
+    if backend == "pardiso":
+        pytest.importorskip("pypardiso")
+    matrix = random_matrix(30, 6, 8, 5)
+    right = np.random.default_rng(0).normal(size=matrix.order)
+    solver = LinearSolver(backend)  # type: ignore[arg-type]
+    solver.factorise(matrix)
+    np.testing.assert_allclose(matrix.bsr() @ solver.solve(right), right, atol=1e-9)
