@@ -37,22 +37,39 @@ def _curve(
         out[d, 1] = wa * poses[a, 1] + wb * poses[b, 1] - sa * xa - sb * xb
 
 
+@kernel
+def _chords(poses: np.ndarray, owners: np.ndarray, stations: np.ndarray) -> np.ndarray:
+    """Straight lines between the ends of all pieces, (n_pieces, 6), and how far the surface may be from them.
+
+    Columns: start x, z; direction x, z; one over its square; bound of the distance: the piece lies in the hull of its
+    control points, and beyond its ends goes on by its tip.
+    """
+    out = np.empty((owners.shape[0], 6))
+    for j in range(owners.shape[0]):
+        a, b = owners[j, 0], owners[j, 1]
+        ca, sa = np.cos(poses[a, 2]), np.sin(poses[a, 2])
+        cb, sb = np.cos(poses[b, 2]), np.sin(poses[b, 2])
+        x0 = poses[a, 0] + ca * stations[j, 0]
+        z0 = poses[a, 1] - sa * stations[j, 0]
+        ex = poses[b, 0] + cb * stations[j, 3] - x0
+        ez = poses[b, 1] - sb * stations[j, 3] - z0
+        square = ex * ex + ez * ez
+        one = (stations[j, 1] - stations[j, 0]) * (-sa * ex - ca * ez)
+        other = (stations[j, 2] - stations[j, 3]) * (-sb * ex - cb * ez)
+        length = np.sqrt(square)
+        tip = max(-stations[j, 4], stations[j, 5] - 1.0) * length
+        out[j, 0], out[j, 1], out[j, 2], out[j, 3], out[j, 4] = x0, z0, ex, ez, 1.0 / square
+        out[j, 5] = max(abs(one), abs(other)) / length + tip
+    return out
+
+
 @kernel(inline=True)
-def _chord_distance(
-    poses: np.ndarray, owners: np.ndarray, stations: np.ndarray, j: int, px: float, pz: float
-) -> float:
-    """Squared distance of a point from the straight line between the ends of piece j."""
-    a, b = owners[j, 0], owners[j, 1]
-    ca, sa = np.cos(poses[a, 2]), np.sin(poses[a, 2])
-    cb, sb = np.cos(poses[b, 2]), np.sin(poses[b, 2])
-    x0 = poses[a, 0] + ca * stations[j, 0]
-    z0 = poses[a, 1] - sa * stations[j, 0]
-    x1 = poses[b, 0] + cb * stations[j, 3]
-    z1 = poses[b, 1] - sb * stations[j, 3]
-    ex, ez = x1 - x0, z1 - z0
-    share = ((px - x0) * ex + (pz - z0) * ez) / (ex * ex + ez * ez)
-    share = min(1.0, max(0.0, share))
-    dx, dz = px - x0 - share * ex, pz - z0 - share * ez
+def _chord_distance(chord: np.ndarray, px: float, pz: float) -> float:
+    """Squared distance of a point from a chord."""
+    dx, dz = px - chord[0], pz - chord[1]
+    share = min(1.0, max(0.0, (dx * chord[2] + dz * chord[3]) * chord[4]))
+    dx -= share * chord[2]
+    dz -= share * chord[3]
     return dx * dx + dz * dz
 
 
@@ -77,13 +94,14 @@ def window_probes_planar(
     window : (n, 2) int array, changed in place
         First and one-past-last piece within reach; equal when there is none.
     """
+    chords = _chords(poses, owners, stations)
     for i in range(probe_body.shape[0]):
         c, s = np.cos(poses[probe_body[i], 2]), np.sin(poses[probe_body[i], 2])
         px = poses[probe_body[i], 0] + c * probe_x[i]
         pz = poses[probe_body[i], 1] - s * probe_x[i]
         low, high = last_piece[i], first_piece[i]
         for j in range(first_piece[i], last_piece[i]):
-            if _chord_distance(poses, owners, stations, j, px, pz) < reach[i] * reach[i]:
+            if _chord_distance(chords[j], px, pz) < reach[i] * reach[i]:
                 low = min(low, j)
                 high = max(high, j + 1)
         window[i, 0] = low
@@ -123,6 +141,7 @@ def find_contacts_planar(
     """
     weights = np.empty((3, 4))
     curve = np.empty((3, 2))
+    chords = _chords(poses, owners, stations)
     count = 0
     for i in range(probe_body.shape[0]):
         if window[i, 0] >= window[i, 1]:
@@ -130,11 +149,14 @@ def find_contacts_planar(
         c, s = np.cos(poses[probe_body[i], 2]), np.sin(poses[probe_body[i], 2])
         px = poses[probe_body[i], 0] + c * probe_x[i]
         pz = poses[probe_body[i], 1] - s * probe_x[i]
-        piece, nearest = -1, np.inf
+        piece, nearest, bound = -1, np.inf, 0.0
         for j in range(window[i, 0], window[i, 1]):
-            distance = _chord_distance(poses, owners, stations, j, px, pz)
+            distance = _chord_distance(chords[j], px, pz)
+            bound = max(bound, chords[j, 5])
             if distance < nearest:
                 piece, nearest = j, distance
+        if np.sqrt(nearest) > clearance[i] + below + bound:
+            continue
         at = 0.5
         for _ in range(40):
             blend(at, stations[piece], weights)

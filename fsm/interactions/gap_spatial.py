@@ -39,28 +39,51 @@ ROW, ROW_S, ROW_Y, ROW_SS, ROW_SY = 0, 1, 2, 3, 4
 
 
 @kernel
-def _chord_distance(
-    poses: np.ndarray, owners: np.ndarray, stations: np.ndarray, j: int, point: np.ndarray, frame: np.ndarray
-) -> float:
-    """Squared distance of a point from the line between the ends of piece j, not counting what lies across it."""
-    a, b = owners[j, 0], owners[j, 1]
-    fill_rotation(poses[a, 3:], frame)
-    gap, side, line, start = np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3)
-    for i in range(3):
-        side[i] = frame[i, 1]
-        start[i] = poses[a, i] + frame[i, 0] * stations[j, 0]
-    fill_rotation(poses[b, 3:], frame)
-    for i in range(3):
-        line[i] = poses[b, i] + frame[i, 0] * stations[j, 3] - start[i]
-        gap[i] = point[i] - start[i]
-    across_gap, across_line = dot(gap, side), dot(line, side)
-    for i in range(3):
-        gap[i] -= across_gap * side[i]
-        line[i] -= across_line * side[i]
-    share = min(1.0, max(0.0, dot(gap, line) / dot(line, line)))
-    for i in range(3):
-        gap[i] -= share * line[i]
-    return dot(gap, gap)
+def _chords(poses: np.ndarray, owners: np.ndarray, stations: np.ndarray, half_width: np.ndarray) -> np.ndarray:
+    """Straight lines between the ends of all pieces, (n_pieces, 11), and how far the surface may be from them.
+
+    Columns: start; side direction; direction, not counting what lies across; one over its square; bound of the distance:
+    the piece lies in the hull of its control points, its lines across turn from one body's to the other's, and beyond
+    its ends it goes on by its tip.
+    """
+    out = np.empty((owners.shape[0], 11))
+    frame_a, frame_b = np.empty((3, 3)), np.empty((3, 3))
+    line, one, other = np.empty(3), np.empty(3), np.empty(3)
+    for j in range(owners.shape[0]):
+        a, b = owners[j, 0], owners[j, 1]
+        fill_rotation(poses[a, 3:], frame_a)
+        fill_rotation(poses[b, 3:], frame_b)
+        across, turned = 0.0, 0.0
+        for i in range(3):
+            turned += (frame_b[i, 1] - frame_a[i, 1]) ** 2
+            start = poses[a, i] + frame_a[i, 0] * stations[j, 0]
+            line[i] = poses[b, i] + frame_b[i, 0] * stations[j, 3] - start
+            one[i] = frame_a[i, 0] * (stations[j, 1] - stations[j, 0])
+            other[i] = frame_b[i, 0] * (stations[j, 2] - stations[j, 3])
+            out[j, i], out[j, 3 + i] = start, frame_a[i, 1]
+            across += line[i] * frame_a[i, 1]
+        for i in range(3):
+            line[i] -= across * out[j, 3 + i]
+            out[j, 6 + i] = line[i]
+        square = dot(line, line)
+        out[j, 9] = 1.0 / square
+        length = np.sqrt(square)
+        tip = max(-stations[j, 4], stations[j, 5] - 1.0) * length
+        away_one = np.sqrt(max(0.0, dot(one, one) - dot(one, line) ** 2 / square))
+        away_other = np.sqrt(max(0.0, dot(other, other) - dot(other, line) ** 2 / square))
+        out[j, 10] = max(away_one, away_other) + tip + half_width[j] * np.sqrt(turned)
+    return out
+
+
+@kernel(inline=True)
+def _chord_distance(chord: np.ndarray, point: np.ndarray) -> float:
+    """Squared distance of a point from a chord, not counting what lies across it."""
+    x, y, z = point[0] - chord[0], point[1] - chord[1], point[2] - chord[2]
+    across = x * chord[3] + y * chord[4] + z * chord[5]
+    x, y, z = x - across * chord[3], y - across * chord[4], z - across * chord[5]
+    share = min(1.0, max(0.0, (x * chord[6] + y * chord[7] + z * chord[8]) * chord[9]))
+    x, y, z = x - share * chord[6], y - share * chord[7], z - share * chord[8]
+    return x * x + y * y + z * z
 
 
 @kernel
@@ -85,11 +108,12 @@ def window_probes_spatial(
 ) -> None:
     """Broad phase; see `window_probes_planar`. `place` is (n, 2), `half_width` (n_pieces,)."""
     frame, point = np.empty((3, 3)), np.empty(3)
+    chords = _chords(poses, owners, stations, half_width)
     for i in range(probe_body.shape[0]):
         _probe_point(poses, probe_body[i], place[i], frame, point)
         low, high = last_piece[i], first_piece[i]
         for j in range(first_piece[i], last_piece[i]):
-            if _chord_distance(poses, owners, stations, j, point, frame) < reach[i] * reach[i]:
+            if _chord_distance(chords[j], point) < reach[i] * reach[i]:
                 low = min(low, j)
                 high = max(high, j + 1)
         window[i, 0] = low
@@ -154,16 +178,20 @@ def find_contacts_spatial(
     weights, shift, local = np.empty((3, 4)), np.empty((5, 2)), np.empty((5, 2, 3))
     frames, surface = np.empty((3, 3, 3)), np.empty((5, 3))
     point, gap, normal = np.empty(3), np.empty(3), np.empty(3)
+    chords = _chords(poses, owners, stations, half_width)
     count = 0
     for i in range(probe_body.shape[0]):
         if window[i, 0] >= window[i, 1]:
             continue
         _probe_point(poses, probe_body[i], place[i], frames[0], point)
-        piece, nearest = -1, np.inf
+        piece, nearest, bound = -1, np.inf, 0.0
         for j in range(window[i, 0], window[i, 1]):
-            distance = _chord_distance(poses, owners, stations, j, point, frames[0])
+            distance = _chord_distance(chords[j], point)
+            bound = max(bound, chords[j, 10])
             if distance < nearest:
                 piece, nearest = j, distance
+        if np.sqrt(nearest) > clearance[i] + below + bound:
+            continue
         s, y = 0.5, place[i, 1]
         for _ in range(40):
             _tables(s, y, stations[piece], weights, shift, local)

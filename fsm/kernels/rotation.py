@@ -6,7 +6,16 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["conjugate", "exponential", "fill_rotation", "inverse_tangent_map", "logarithm", "multiply", "rotation_matrix"]
+__all__ = [
+    "conjugate",
+    "exponential",
+    "fill_rotation",
+    "inverse_tangent_map",
+    "logarithm",
+    "multiply",
+    "rotate_by",
+    "rotation_matrix",
+]
 
 
 @kernel(inline=True)
@@ -56,6 +65,13 @@ def exponential(vector: np.ndarray) -> np.ndarray:
     angle = np.linalg.norm(vector, axis=-1, keepdims=True)
     # np.sinc(x) = sin(pi x)/(pi x), so this is sin(angle/2)/angle, right at zero too
     return np.concatenate([np.cos(angle / 2), 0.5 * np.sinc(angle / (2 * np.pi)) * vector], axis=-1)
+
+
+def rotate_by(p: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    """Vectors (..., 3) turned by unit quaternions (..., 4)."""
+    axis = p[..., 1:]
+    across = np.cross(axis, vector)
+    return vector + 2.0 * (p[..., :1] * across + np.cross(axis, across))
 
 
 def conjugate(p: np.ndarray) -> np.ndarray:

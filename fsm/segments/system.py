@@ -19,7 +19,7 @@ from fsm.kernels.newton_euler import (
     quaternion_rates,
     tangent_from_quaternion,
 )
-from fsm.kernels.rotation import conjugate, exponential, inverse_tangent_map, logarithm, multiply, rotation_matrix
+from fsm.kernels.rotation import conjugate, exponential, inverse_tangent_map, logarithm, multiply, rotate_by
 from fsm.scene.scene import Plate
 from fsm.segments.contacts import ContactGroup
 from fsm.segments.drive import PrescribedMotion
@@ -90,6 +90,8 @@ class SegmentSystem:
         self._mass = bodies.inertia[bodies.free].ravel()
         self._dof = np.full(len(bodies.names), -1, dtype=np.int64)
         self._dof[bodies.free] = np.arange(self.n_free)
+        self._plate_bodies = np.array([body for body, _, _ in bodies.plates], dtype=np.int64)
+        self._plate_corners = _corners([plate for _, plate, _ in bodies.plates])
         self._pattern: BodyPattern | None = None
         self._pattern_version: tuple[int, ...] = ()
 
@@ -227,13 +229,13 @@ class SegmentSystem:
     def shape(self, t: float, q: np.ndarray) -> np.ndarray:
         """See `System`: the outline of every plate."""
         poses, _ = self.place(t, q, None)
-        corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) / 2
-        quads = np.empty((len(self.bodies.plates), 4, 3))
-        for i, (body, plate, _) in enumerate(self.bodies.plates):
-            local = np.zeros((4, 3))
-            local[:, :2] = corners * (plate.length, plate.width)
-            quads[i] = _outline(poses[body], local)
-        return quads
+        at = poses[self._plate_bodies]
+        local = self._plate_corners
+        if self.spatial:
+            return np.asarray(at[:, None, :3] + rotate_by(at[:, None, 3:], local))
+        cosine, sine = np.cos(at[:, 2:]), np.sin(at[:, 2:])
+        x, z = at[:, :1] + cosine * local[..., 0], at[:, 1:2] - sine * local[..., 0]
+        return np.stack([x, local[..., 1], z], axis=-1)
 
     def blame(self, vector: np.ndarray) -> str:
         """See `System`."""
@@ -301,11 +303,11 @@ class SegmentSystem:
         return self._pattern
 
 
-def _outline(pose: np.ndarray, local: np.ndarray) -> np.ndarray:
-    if len(pose) == 3:
-        cosine, sine = np.cos(pose[2]), np.sin(pose[2])
-        return np.column_stack([pose[0] + cosine * local[:, 0], local[:, 1], pose[1] - sine * local[:, 0]])
-    return np.asarray(pose[:3] + local @ rotation_matrix(pose[3:]).T)
+def _corners(plates: list[Plate]) -> np.ndarray:
+    """Corners of plates in body axes, (n, 4, 3), in turn around each."""
+    corners = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]) / 2
+    sizes = np.array([[plate.length, plate.width, 0.0] for plate in plates]).reshape(-1, 1, 3)
+    return np.asarray(corners * sizes)
 
 
 def _block_diagonal(blocks: np.ndarray) -> sparse.csr_matrix:

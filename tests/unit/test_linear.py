@@ -71,7 +71,8 @@ def test_a_pattern_is_analysed_once() -> None:
 
 def test_zero_blocks_of_a_superset_change_nothing() -> None:
     lean = random_matrix(20, 3, 0, 3)
-    wide = body_pattern(np.arange(20), [np.array([[0, 19], [3, 12], [4, 13]]), np.column_stack([range(19), range(1, 20)])], 3)
+    links = [np.array([[0, 19], [3, 12], [4, 13]]), np.column_stack([range(19), range(1, 20)])]
+    wide = body_pattern(np.arange(20), links, 3)
     data = wide.zeros()
     for k, (row, column) in enumerate(zip(lean.pattern.rows, lean.pattern.indices, strict=True)):
         data[np.flatnonzero((wide.rows == row) & (wide.indices == column))[0]] = lean.data[k]

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fsm.kernels.scatter import add_block, find_slot, scatter_efforts
 from fsm.blocks import BlockMatrix
+from fsm.kernels.scatter import add_block, find_slot, scatter_efforts
 from fsm.segments.pattern import body_pattern
 
 DOF = np.array([-1, 0, 1, -1, 2, 3])
