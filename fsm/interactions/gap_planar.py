@@ -155,7 +155,7 @@ def find_contacts_planar(
             bound = max(bound, chords[j, 5])
             if distance < nearest:
                 piece, nearest = j, distance
-        if np.sqrt(nearest) > clearance[i] + below + bound:
+        if np.sqrt(nearest) > max(clearance[i] + below, depth_limit[i]) + bound:
             continue
         at = 0.5
         for _ in range(40):

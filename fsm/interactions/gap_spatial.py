@@ -190,7 +190,7 @@ def find_contacts_spatial(
             bound = max(bound, chords[j, 10])
             if distance < nearest:
                 piece, nearest = j, distance
-        if np.sqrt(nearest) > clearance[i] + below + bound:
+        if np.sqrt(nearest) > max(clearance[i] + below, depth_limit[i]) + bound:
             continue
         s, y = 0.5, place[i, 1]
         for _ in range(40):
