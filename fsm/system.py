@@ -60,19 +60,26 @@ class Scales:
         Size of each component of q: the length for positions, one for angles and quaternions.
     velocity : (nu,) array
         Size of each component of u.
+    increment : (nu,) array
+        Size of each component of an increment for one element: the length, or a radian.
+    span : (nu,) array
+        The same for the whole structure: how far it reaches, or a radian.
     """
 
     length: float
     configuration: np.ndarray
     velocity: np.ndarray
+    increment: np.ndarray
+    span: np.ndarray
 
 
 @dataclass(frozen=True)
 class Observation:
-    """What a result file keeps of one state besides q and u."""
+    """What a result file keeps of one state besides q and u; `reaction` is the largest one at any body, N."""
 
     drive: DriveState
     energy: Energy
+    reaction: float = 0.0
     pair_force: np.ndarray = field(default_factory=lambda: np.zeros(0))
     pair_gap: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
@@ -90,10 +97,13 @@ class System(Protocol):
     """See the module docstring; shapes: q (nq,), u and h and dx (nu,), K and D (nu, nu) sparse on one pattern.
 
     Where u may be None, it means everything at rest, the drives too, which stand where they are at time t: statics.
+    With `since`, u holds the mean velocities since that time, and the drives move at theirs: quasi-statics.
     """
 
     nq: int
     nu: int
+    rate_dependent: bool
+    """Whether velocities matter besides inertia: dampers, friction."""
     fixed_pattern: bool
     """Whether K and D keep their pattern for ever: no bodies that can meet."""
 
@@ -148,7 +158,7 @@ class System(Protocol):
         """M(q)^-1 h(t, q, u), (nu,)."""
         ...
 
-    def force(self, t: float, q: np.ndarray, u: np.ndarray | None) -> np.ndarray:
+    def force(self, t: float, q: np.ndarray, u: np.ndarray | None, since: float | None = None) -> np.ndarray:
         """h: applied + elastic + contact - gyroscopic, (nu,), N and N m."""
         ...
 
@@ -156,7 +166,7 @@ class System(Protocol):
         """K = -dh/dx and D = -dh/du, exact."""
         ...
 
-    def linearise(self, t: float, q: np.ndarray, u: np.ndarray | None) -> Linearised:
+    def linearise(self, t: float, q: np.ndarray, u: np.ndarray | None, since: float | None = None) -> Linearised:
         """Force and both tangents in one pass; the pattern is the same object until bodies come near that were not."""
         ...
 
@@ -168,7 +178,7 @@ class System(Protocol):
         """Wrench that holds or drives each body without degrees of freedom, (n_bodies, 3 or 6); zero for free bodies."""
         ...
 
-    def observe(self, t: float, q: np.ndarray, u: np.ndarray | None) -> Observation:
+    def observe(self, t: float, q: np.ndarray, u: np.ndarray | None, since: float | None = None) -> Observation:
         """Drive, energies and contacts of a state."""
         ...
 

@@ -159,6 +159,11 @@ class ContactGroup:
             np.empty(count),
         )
 
+    @property
+    def rate_dependent(self) -> bool:
+        """See `Group`."""
+        return self.friction is not None or self.normal.damping > 0.0
+
     def _refresh(self, poses: np.ndarray) -> None:
         here = poses[self.surface_bodies]
         if self._reference is not None:

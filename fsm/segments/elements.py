@@ -43,6 +43,11 @@ class BushingGroup:
     category: np.ndarray
     categories: tuple[str, ...]
 
+    @property
+    def rate_dependent(self) -> bool:
+        """See `Group`."""
+        return bool(np.any(self.damping))
+
     def add_force(self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray) -> None:
         """See `Group`."""
         value, rate, gradient = self.measure(poses, rates, self.bodies, *self.geometry)
@@ -106,6 +111,11 @@ class CreaseGroup:
     damping: np.ndarray
     curve: np.ndarray
     table: CurveTable
+
+    @property
+    def rate_dependent(self) -> bool:
+        """See `Group`."""
+        return bool(np.any(self.damping))
 
     def _curves(self) -> tuple[np.ndarray, ...]:
         table = self.table

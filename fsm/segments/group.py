@@ -14,6 +14,11 @@ __all__ = ["Group"]
 class Group(Protocol):
     """A batch of interactions of one kind. Poses and rates are of all bodies, (n_bodies, 3 or 7) and (n_bodies, 3 or 6)."""
 
+    @property
+    def rate_dependent(self) -> bool:
+        """Whether its forces depend on velocities."""
+        ...
+
     def add_force(self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray) -> None:
         """Add generalised forces to `force` (n_bodies, 3 or 6)."""
         ...

@@ -37,6 +37,11 @@ class LoadGroup:
 
     loads: tuple[AppliedLoad, ...]
 
+    @property
+    def rate_dependent(self) -> bool:
+        """See `Group`."""
+        return False
+
     def add_force(self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray) -> None:
         """See `Group`."""
         for load in self.loads:
@@ -121,6 +126,11 @@ class GravityGroup:
 
     mass: np.ndarray
     acceleration: np.ndarray
+
+    @property
+    def rate_dependent(self) -> bool:
+        """See `Group`."""
+        return False
 
     def add_force(self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray) -> None:
         """See `Group`."""

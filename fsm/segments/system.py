@@ -84,6 +84,7 @@ class SegmentSystem:
         self.size = bodies.rate.shape[1]
         self.spatial = self.size == 6
         self.fixed_pattern = contacts is None
+        self.rate_dependent = any(group.rate_dependent for group in groups)
         self.n_free = len(bodies.free)
         self.nq = self.n_free * bodies.pose.shape[1]
         self.nu = self.n_free * self.size
@@ -122,7 +123,11 @@ class SegmentSystem:
         u = np.full((self.n_free, self.size), speed / length)
         q[:, :n] = length
         u[:, :n] = speed
-        return Scales(length, q.ravel(), u.ravel())
+        increment = np.ones((self.n_free, self.size))
+        increment[:, :n] = length
+        span = np.ones((self.n_free, self.size))
+        span[:, :n] = max(spread, length)
+        return Scales(length, q.ravel(), u.ravel(), increment.ravel(), span.ravel())
 
     def kinematic_map(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
         """See `System`."""
@@ -185,18 +190,18 @@ class SegmentSystem:
         """See `System`."""
         return self.force(t, q, u) / self._mass
 
-    def force(self, t: float, q: np.ndarray, u: np.ndarray | None) -> np.ndarray:
+    def force(self, t: float, q: np.ndarray, u: np.ndarray | None, since: float | None = None) -> np.ndarray:
         """See `System`."""
-        return np.asarray(self._all_forces(t, *self.place(t, q, u))[self.bodies.free]).ravel()
+        return np.asarray(self._all_forces(t, *self.place(t, q, u, since))[self.bodies.free]).ravel()
 
     def tangent(self, t: float, q: np.ndarray, u: np.ndarray | None) -> tuple[sparse.bsr_matrix, sparse.bsr_matrix]:
         """See `System`. The pattern is fixed until the broad phase of contact is renewed."""
         linear = self.linearise(t, q, u)
         return linear.stiffness.bsr(), linear.damping.bsr()
 
-    def linearise(self, t: float, q: np.ndarray, u: np.ndarray | None) -> Linearised:
+    def linearise(self, t: float, q: np.ndarray, u: np.ndarray | None, since: float | None = None) -> Linearised:
         """See `System`."""
-        poses, rates = self.place(t, q, u)
+        poses, rates = self.place(t, q, u, since)
         pattern = self._current_pattern(poses)
         force, stiffness, damping = np.zeros_like(rates), pattern.zeros(), pattern.zeros()
         for group in self.groups:
@@ -217,14 +222,17 @@ class SegmentSystem:
         """See `System`."""
         return self._reactions(t, *self.place(t, q, u))
 
-    def observe(self, t: float, q: np.ndarray, u: np.ndarray | None) -> Observation:
+    def observe(self, t: float, q: np.ndarray, u: np.ndarray | None, since: float | None = None) -> Observation:
         """See `System`."""
-        poses, rates = self.place(t, q, u)
+        poses, rates = self.place(t, q, u, since)
         reactions = self._reactions(t, poses, rates)
         contacts = {}
         if self.contacts is not None:
             contacts["pair_force"], contacts["pair_gap"] = self.contacts.observe(poses, rates)
-        return Observation(self._drive_state(t, reactions), self._energy(t, poses, rates, reactions), **contacts)
+        energy = self._energy(t, poses, rates, reactions)
+        n = 3 if self.spatial else 2
+        largest = float(np.abs(reactions[:, :n]).max(initial=0.0))
+        return Observation(self._drive_state(t, reactions), energy, largest, **contacts)
 
     def shape(self, t: float, q: np.ndarray) -> np.ndarray:
         """See `System`: the outline of every plate."""
@@ -244,8 +252,13 @@ class SegmentSystem:
 
     # inside ---------------------------------------------------------------------------------------------------------
 
-    def place(self, t: float, q: np.ndarray, u: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
-        """Poses and rates of all bodies, the driven ones at time t included; quaternions of unit norm. No u: at rest."""
+    def place(
+        self, t: float, q: np.ndarray, u: np.ndarray | None, since: float | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Poses and rates of all bodies, the driven ones at time t included; quaternions of unit norm. No u: at rest.
+
+        With `since`, driven bodies have their mean speed since that time.
+        """
         poses, rates = self.bodies.pose.copy(), np.zeros_like(self.bodies.rate)
         free = q.reshape(self.n_free, -1)
         poses[self.bodies.free] = free
@@ -258,6 +271,8 @@ class SegmentSystem:
             n = len(motion.direction)
             poses[motion.body, :n] += travel * motion.direction
             if u is not None:
+                if since is not None:
+                    speed = (travel - motion.at(since)[0]) / (t - since)
                 rates[motion.body, :n] = speed * motion.direction
         return poses, rates
 

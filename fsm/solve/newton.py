@@ -49,7 +49,7 @@ def equilibrium(
     """
     before = times[0] if len(times) else 0.0
     for t in times:
-        size = _tangent_sizes(system, q)
+        size = system.scales().increment
         if t != before:
             q = system.retract(q, _limited(_prediction(system, before, t, q), size))
         for _ in range(max_iterations):
@@ -85,11 +85,6 @@ def _prediction(system: System, before: float, t: float, q: np.ndarray) -> np.nd
 def _limited(step: np.ndarray, size: np.ndarray) -> np.ndarray:
     """A step of more than half a segment or half a radian leaves the region where the tangent means anything."""
     return step * min(1.0, 0.5 / max(float(np.abs(step / size).max(initial=0.0)), 1e-300))
-
-
-def _tangent_sizes(system: System, q: np.ndarray) -> np.ndarray:
-    """Typical size of each component of an increment, (nu,): a segment for positions, about a radian for angles."""
-    return np.sqrt(system.tangent_map(q).power(2) @ system.scales().configuration ** 2)
 
 
 def negative_pivots(system: System, t: float, q: np.ndarray) -> int:
