@@ -14,7 +14,7 @@ from scipy import sparse
 
 from fsm.blocks import BlockMatrix, BlockPattern
 
-__all__ = ["DriveState", "Energy", "Linearised", "Observation", "Scales", "System"]
+__all__ = ["Before", "DriveState", "Energy", "Linearised", "Observation", "Scales", "System"]
 
 
 @dataclass(frozen=True)
@@ -93,11 +93,16 @@ class Linearised:
     damping: BlockMatrix
 
 
+Before = tuple[float, np.ndarray]
+"""Time (s) and configuration of the last state of a quasi-static path."""
+
+
 class System(Protocol):
     """See the module docstring; shapes: q (nq,), u and h and dx (nu,), K and D (nu, nu) sparse on one pattern.
 
     Where u may be None, it means everything at rest, the drives too, which stand where they are at time t: statics.
-    With `since`, u holds the mean velocities since that time, and the drives move at theirs: quasi-statics.
+    With `before`, the time and configuration of the last state, u holds the mean velocities since then, the drives move at
+    theirs, and deformation rates are differences over that time: quasi-statics.
     """
 
     nq: int
@@ -113,6 +118,10 @@ class System(Protocol):
 
     def end_time(self) -> float | None:
         """Time at which the last drive has done its travel, s; None without a drive."""
+        ...
+
+    def break_times(self) -> list[float]:
+        """Times, s, at which loads or drives are not smooth, so that a step should end there."""
         ...
 
     def scales(self) -> Scales:
@@ -158,7 +167,7 @@ class System(Protocol):
         """M(q)^-1 h(t, q, u), (nu,)."""
         ...
 
-    def force(self, t: float, q: np.ndarray, u: np.ndarray | None, since: float | None = None) -> np.ndarray:
+    def force(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> np.ndarray:
         """h: applied + elastic + contact - gyroscopic, (nu,), N and N m."""
         ...
 
@@ -166,11 +175,11 @@ class System(Protocol):
         """K = -dh/dx and D = -dh/du, exact."""
         ...
 
-    def linearise(self, t: float, q: np.ndarray, u: np.ndarray | None, since: float | None = None) -> Linearised:
+    def linearise(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Linearised:
         """Force and both tangents in one pass; the pattern is the same object until bodies come near that were not."""
         ...
 
-    def energy(self, t: float, q: np.ndarray, u: np.ndarray | None) -> Energy:
+    def energy(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Energy:
         """Energies and powers of a state."""
         ...
 
@@ -178,7 +187,7 @@ class System(Protocol):
         """Wrench that holds or drives each body without degrees of freedom, (n_bodies, 3 or 6); zero for free bodies."""
         ...
 
-    def observe(self, t: float, q: np.ndarray, u: np.ndarray | None, since: float | None = None) -> Observation:
+    def observe(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Observation:
         """Drive, energies and contacts of a state."""
         ...
 

@@ -11,6 +11,7 @@ import numpy as np
 from fsm.kernels.scatter import scatter_efforts
 from fsm.laws.friction import friction
 from fsm.laws.normal_contact import hertz, hertz_energy
+from fsm.segments.group import Past
 from fsm.segments.pattern import BodyPattern
 
 __all__ = ["ContactGroup", "ContactKernels", "FrictionLaw", "NormalLaw", "Probes"]
@@ -219,7 +220,9 @@ class ContactGroup:
             effort[:, 1:], slopes[:, 2:] = friction(np.ascontiguousarray(rate[:, 1:]), normal, *self.friction)
         return _Found(count, probe, piece, at, penetration, bodies, rate, gradient, normal, slopes, effort)
 
-    def add_force(self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray) -> None:
+    def add_force(
+        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: Past | None = None
+    ) -> None:
         """See `Group`."""
         found = self._contacts(poses, rates)
         if found is not None:
@@ -234,6 +237,7 @@ class ContactGroup:
         force: np.ndarray,
         stiffness: np.ndarray,
         damping: np.ndarray,
+        past: Past | None = None,
     ) -> None:
         """See `Group`."""
         found = self._contacts(poses, rates)
@@ -247,7 +251,9 @@ class ContactGroup:
             found.slopes, self.friction is not None, *pattern.index, stiffness, damping,
         )  # fmt: skip
 
-    def energy(self, t: float, poses: np.ndarray, rates: np.ndarray) -> tuple[dict[str, float], float, float]:
+    def energy(
+        self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None
+    ) -> tuple[dict[str, float], float, float]:
         """See `Group`."""
         found = self._contacts(poses, rates)
         if found is None:

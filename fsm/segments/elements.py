@@ -11,6 +11,7 @@ import numpy as np
 from fsm.kernels.scatter import scatter_efforts
 from fsm.laws.bushing import bushing, bushing_energy
 from fsm.laws.crease import CurveTable, crease_energy, crease_moment
+from fsm.segments.group import Past
 from fsm.segments.pattern import BodyPattern
 
 __all__ = ["BushingGroup", "CreaseGroup"]
@@ -48,9 +49,21 @@ class BushingGroup:
         """See `Group`."""
         return bool(np.any(self.damping))
 
-    def add_force(self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray) -> None:
-        """See `Group`."""
+    def _measured(
+        self, poses: np.ndarray, rates: np.ndarray, past: Past | None
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Deformations, their rates and gradients."""
         value, rate, gradient = self.measure(poses, rates, self.bodies, *self.geometry)
+        if past is not None:
+            before, _, _ = self.measure(past.poses, rates, self.bodies, *self.geometry)
+            rate = (value - before) / past.duration
+        return value, rate, gradient
+
+    def add_force(
+        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: Past | None = None
+    ) -> None:
+        """See `Group`."""
+        value, rate, gradient = self._measured(poses, rates, past)
         effort = bushing(value, rate, self.rest, self.stiffness, self.damping)
         scatter_efforts(self.bodies, gradient, effort, len(self.bodies), force)
 
@@ -63,19 +76,24 @@ class BushingGroup:
         force: np.ndarray,
         stiffness: np.ndarray,
         damping: np.ndarray,
+        past: Past | None = None,
     ) -> None:
         """See `Group`."""
-        value, rate, gradient = self.measure(poses, rates, self.bodies, *self.geometry)
+        value, rate, gradient = self._measured(poses, rates, past)
         effort = bushing(value, rate, self.rest, self.stiffness, self.damping)
         scatter_efforts(self.bodies, gradient, effort, len(self.bodies), force)
+        if past is not None:
+            rates = np.zeros_like(rates)  # a difference has no rate that would change as the bodies turn
         self.tangent(
             poses, rates, self.bodies, *self.geometry, gradient, effort, self.stiffness, self.damping,
             *pattern.index, stiffness, damping,
         )  # fmt: skip
 
-    def energy(self, t: float, poses: np.ndarray, rates: np.ndarray) -> tuple[dict[str, float], float, float]:
+    def energy(
+        self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None
+    ) -> tuple[dict[str, float], float, float]:
         """See `Group`."""
-        value, rate, _ = self.measure(poses, rates, self.bodies, *self.geometry)
+        value, rate, _ = self._measured(poses, rates, past)
         energy, power = bushing_energy(value, rate, self.rest, self.stiffness, self.damping)
         totals = np.bincount(self.category, weights=energy, minlength=len(self.categories))
         return {name: float(total) for name, total in zip(self.categories, totals, strict=True)}, power, 0.0
@@ -121,9 +139,21 @@ class CreaseGroup:
         table = self.table
         return self.curve, table.bounds, table.knots, table.coefficients, table.energies
 
-    def add_force(self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray) -> None:
+    def _measured(
+        self, poses: np.ndarray, rates: np.ndarray, past: Past | None
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Deformations, their rates and gradients."""
+        value, rate, gradient = self.measure(poses, rates, self.bodies, *self.geometry)
+        if past is not None:
+            before, _, _ = self.measure(past.poses, rates, self.bodies, *self.geometry)
+            rate = (value - before) / past.duration
+        return value, rate, gradient
+
+    def add_force(
+        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: Past | None = None
+    ) -> None:
         """See `Group`."""
-        angle, rate, gradient = self.measure(poses, rates, self.bodies, *self.geometry)
+        angle, rate, gradient = self._measured(poses, rates, past)
         effort, _ = crease_moment(angle, rate, self.rest, self.side, self.damping, *self._curves())
         scatter_efforts(self.bodies, gradient, effort, len(self.bodies), force)
 
@@ -136,19 +166,24 @@ class CreaseGroup:
         force: np.ndarray,
         stiffness: np.ndarray,
         damping: np.ndarray,
+        past: Past | None = None,
     ) -> None:
         """See `Group`."""
-        angle, rate, gradient = self.measure(poses, rates, self.bodies, *self.geometry)
+        angle, rate, gradient = self._measured(poses, rates, past)
         effort, slope = crease_moment(angle, rate, self.rest, self.side, self.damping, *self._curves())
         scatter_efforts(self.bodies, gradient, effort, len(self.bodies), force)
+        if past is not None:
+            rates = np.zeros_like(rates)  # a difference has no rate that would change as the bodies turn
         self.tangent(
             poses, rates, self.bodies, *self.geometry, effort, slope, self.damping,
             *pattern.index, stiffness, damping,
         )  # fmt: skip
 
-    def energy(self, t: float, poses: np.ndarray, rates: np.ndarray) -> tuple[dict[str, float], float, float]:
+    def energy(
+        self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None
+    ) -> tuple[dict[str, float], float, float]:
         """See `Group`."""
-        angle, rate, _ = self.measure(poses, rates, self.bodies, *self.geometry)
+        angle, rate, _ = self._measured(poses, rates, past)
         energy = crease_energy(angle, self.rest, self.side, *self._curves())
         return {"creases": float(energy.sum())}, float(self.damping @ rate**2), 0.0
 

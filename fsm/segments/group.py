@@ -2,24 +2,36 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from fsm.segments.pattern import BodyPattern
 
-__all__ = ["Group"]
+__all__ = ["Group", "Past"]
+
+
+class Past(NamedTuple):
+    """The last state of a quasi-static path: poses of all bodies, and the time since, s."""
+
+    poses: np.ndarray
+    duration: float
 
 
 class Group(Protocol):
-    """A batch of interactions of one kind. Poses and rates are of all bodies, (n_bodies, 3 or 7) and (n_bodies, 3 or 6)."""
+    """A batch of interactions of one kind. Poses and rates are of all bodies, (n_bodies, 3 or 7) and (n_bodies, 3 or 6).
+
+    With a past, rates of deformation are differences from it: free of what chords and arcs differ by.
+    """
 
     @property
     def rate_dependent(self) -> bool:
         """Whether its forces depend on velocities."""
         ...
 
-    def add_force(self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray) -> None:
+    def add_force(
+        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: Past | None = None
+    ) -> None:
         """Add generalised forces to `force` (n_bodies, 3 or 6)."""
         ...
 
@@ -32,11 +44,14 @@ class Group(Protocol):
         force: np.ndarray,
         stiffness: np.ndarray,
         damping: np.ndarray,
+        past: Past | None = None,
     ) -> None:
         """Add the forces to `force`, and -dh/dx and -dh/du to the block data."""
         ...
 
-    def energy(self, t: float, poses: np.ndarray, rates: np.ndarray) -> tuple[dict[str, float], float, float]:
+    def energy(
+        self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None
+    ) -> tuple[dict[str, float], float, float]:
         """Potential energy by what stores it (J), dissipated power (W), input power (W)."""
         ...
 

@@ -8,8 +8,9 @@ import numpy as np
 
 from fsm.kernels.rotation import rotation_matrix
 from fsm.scene.loads import TimeFunction
+from fsm.segments.group import Past
 from fsm.segments.pattern import BodyPattern
-from fsm.segments.time_function import factor
+from fsm.segments.time_function import breaks, factor
 
 __all__ = ["AppliedLoad", "GravityGroup", "LoadGroup"]
 
@@ -42,7 +43,13 @@ class LoadGroup:
         """See `Group`."""
         return False
 
-    def add_force(self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray) -> None:
+    def break_times(self) -> set[float]:
+        """Times at which a time function is not smooth, s."""
+        return {time for load in self.loads for time in breaks(load.time)}
+
+    def add_force(
+        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: Past | None = None
+    ) -> None:
         """See `Group`."""
         for load in self.loads:
             force[load.body] += factor(load.time, t) * _wrench(load, poses[load.body])
@@ -56,6 +63,7 @@ class LoadGroup:
         force: np.ndarray,
         stiffness: np.ndarray,
         damping: np.ndarray,
+        past: Past | None = None,
     ) -> None:
         """See `Group`."""
         self.add_force(t, poses, rates, force)
@@ -67,7 +75,9 @@ class LoadGroup:
             slot = start + int(np.searchsorted(pattern.indices[start:end], row))
             stiffness[slot] += factor(load.time, t) * _wrench_stiffness(load, poses[load.body])
 
-    def energy(self, t: float, poses: np.ndarray, rates: np.ndarray) -> tuple[dict[str, float], float, float]:
+    def energy(
+        self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None
+    ) -> tuple[dict[str, float], float, float]:
         """See `Group`; loads are work done from outside, not potential."""
         power = sum(
             factor(load.time, t) * float(_wrench(load, poses[load.body]) @ rates[load.body]) for load in self.loads
@@ -132,7 +142,9 @@ class GravityGroup:
         """See `Group`."""
         return False
 
-    def add_force(self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray) -> None:
+    def add_force(
+        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: Past | None = None
+    ) -> None:
         """See `Group`."""
         force[:, : len(self.acceleration)] += self.mass[:, None] * self.acceleration
 
@@ -145,11 +157,14 @@ class GravityGroup:
         force: np.ndarray,
         stiffness: np.ndarray,
         damping: np.ndarray,
+        past: Past | None = None,
     ) -> None:
         """See `Group`; a uniform field has no stiffness."""
         self.add_force(t, poses, rates, force)
 
-    def energy(self, t: float, poses: np.ndarray, rates: np.ndarray) -> tuple[dict[str, float], float, float]:
+    def energy(
+        self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None
+    ) -> tuple[dict[str, float], float, float]:
         """See `Group`."""
         height = poses[:, : len(self.acceleration)] @ self.acceleration
         return {"gravity": -float(self.mass @ height)}, 0.0, 0.0

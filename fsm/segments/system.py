@@ -23,9 +23,10 @@ from fsm.kernels.rotation import conjugate, exponential, inverse_tangent_map, lo
 from fsm.scene.scene import Plate
 from fsm.segments.contacts import ContactGroup
 from fsm.segments.drive import PrescribedMotion
-from fsm.segments.group import Group
+from fsm.segments.group import Group, Past
+from fsm.segments.loads import LoadGroup
 from fsm.segments.pattern import BodyPattern, body_pattern
-from fsm.system import DriveState, Energy, Linearised, Observation, Scales
+from fsm.system import Before, DriveState, Energy, Linearised, Observation, Scales
 
 __all__ = ["Bodies", "SegmentSystem"]
 
@@ -93,6 +94,8 @@ class SegmentSystem:
         self._dof[bodies.free] = np.arange(self.n_free)
         self._plate_bodies = np.array([body for body, _, _ in bodies.plates], dtype=np.int64)
         self._plate_corners = _corners([plate for _, plate, _ in bodies.plates])
+        self._last_before: Before | None = None
+        self._last_poses = bodies.pose
         self._pattern: BodyPattern | None = None
         self._pattern_version: tuple[int, ...] = ()
 
@@ -105,6 +108,11 @@ class SegmentSystem:
     def end_time(self) -> float | None:
         """See `System`."""
         return max((motion.end_time for motion in self.motions), default=None)
+
+    def break_times(self) -> list[float]:
+        """See `System`."""
+        times = {time for motion in self.motions for time in (motion.run_up_time, motion.end_time)}
+        return sorted(times.union(*(group.break_times() for group in self.groups if isinstance(group, LoadGroup))))
 
     def scales(self) -> Scales:
         """See `System`.
@@ -190,22 +198,23 @@ class SegmentSystem:
         """See `System`."""
         return self.force(t, q, u) / self._mass
 
-    def force(self, t: float, q: np.ndarray, u: np.ndarray | None, since: float | None = None) -> np.ndarray:
+    def force(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> np.ndarray:
         """See `System`."""
-        return np.asarray(self._all_forces(t, *self.place(t, q, u, since))[self.bodies.free]).ravel()
+        return np.asarray(self._all_forces(t, *self.place(t, q, u, before), self._past(t, before))[self.bodies.free]).ravel()
 
     def tangent(self, t: float, q: np.ndarray, u: np.ndarray | None) -> tuple[sparse.bsr_matrix, sparse.bsr_matrix]:
         """See `System`. The pattern is fixed until the broad phase of contact is renewed."""
         linear = self.linearise(t, q, u)
         return linear.stiffness.bsr(), linear.damping.bsr()
 
-    def linearise(self, t: float, q: np.ndarray, u: np.ndarray | None, since: float | None = None) -> Linearised:
+    def linearise(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Linearised:
         """See `System`."""
-        poses, rates = self.place(t, q, u, since)
+        poses, rates = self.place(t, q, u, before)
+        past = self._past(t, before)
         pattern = self._current_pattern(poses)
         force, stiffness, damping = np.zeros_like(rates), pattern.zeros(), pattern.zeros()
         for group in self.groups:
-            group.add_linearised(t, poses, rates, pattern, force, stiffness, damping)
+            group.add_linearised(t, poses, rates, pattern, force, stiffness, damping, past)
         if self.spatial and u is not None:
             add_gyroscopic(rates, self.bodies.inertia, force)
             gyroscopic_damping(rates, self.bodies.inertia, *pattern.index, damping)
@@ -213,23 +222,25 @@ class SegmentSystem:
             force[self.bodies.free].ravel(), BlockMatrix(pattern, stiffness), BlockMatrix(pattern, damping)
         )
 
-    def energy(self, t: float, q: np.ndarray, u: np.ndarray | None) -> Energy:
+    def energy(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Energy:
         """See `System`."""
-        poses, rates = self.place(t, q, u)
-        return self._energy(t, poses, rates, self._reactions(t, poses, rates))
+        poses, rates = self.place(t, q, u, before)
+        past = self._past(t, before)
+        return self._energy(t, poses, rates, self._reactions(t, poses, rates, past), past)
 
     def reactions(self, t: float, q: np.ndarray, u: np.ndarray | None) -> np.ndarray:
         """See `System`."""
         return self._reactions(t, *self.place(t, q, u))
 
-    def observe(self, t: float, q: np.ndarray, u: np.ndarray | None, since: float | None = None) -> Observation:
+    def observe(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Observation:
         """See `System`."""
-        poses, rates = self.place(t, q, u, since)
-        reactions = self._reactions(t, poses, rates)
+        poses, rates = self.place(t, q, u, before)
+        past = self._past(t, before)
+        reactions = self._reactions(t, poses, rates, past)
         contacts = {}
         if self.contacts is not None:
             contacts["pair_force"], contacts["pair_gap"] = self.contacts.observe(poses, rates)
-        energy = self._energy(t, poses, rates, reactions)
+        energy = self._energy(t, poses, rates, reactions, past)
         n = 3 if self.spatial else 2
         largest = float(np.abs(reactions[:, :n]).max(initial=0.0))
         return Observation(self._drive_state(t, reactions), energy, largest, **contacts)
@@ -253,11 +264,11 @@ class SegmentSystem:
     # inside ---------------------------------------------------------------------------------------------------------
 
     def place(
-        self, t: float, q: np.ndarray, u: np.ndarray | None, since: float | None = None
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
         """Poses and rates of all bodies, the driven ones at time t included; quaternions of unit norm. No u: at rest.
 
-        With `since`, driven bodies have their mean speed since that time.
+        With `before`, driven bodies have their mean speed since then.
         """
         poses, rates = self.bodies.pose.copy(), np.zeros_like(self.bodies.rate)
         free = q.reshape(self.n_free, -1)
@@ -271,21 +282,29 @@ class SegmentSystem:
             n = len(motion.direction)
             poses[motion.body, :n] += travel * motion.direction
             if u is not None:
-                if since is not None:
-                    speed = (travel - motion.at(since)[0]) / (t - since)
+                if before is not None:
+                    speed = (travel - motion.at(before[0])[0]) / (t - before[0])
                 rates[motion.body, :n] = speed * motion.direction
         return poses, rates
 
-    def _all_forces(self, t: float, poses: np.ndarray, rates: np.ndarray) -> np.ndarray:
+    def _past(self, t: float, before: Before | None) -> Past | None:
+        """The last state as poses, found once."""
+        if before is None:
+            return None
+        if self._last_before is not before:
+            self._last_before, self._last_poses = before, self.place(*before, None)[0]
+        return Past(self._last_poses, t - before[0])
+
+    def _all_forces(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None) -> np.ndarray:
         force = np.zeros_like(rates)
         for group in self.groups:
-            group.add_force(t, poses, rates, force)
+            group.add_force(t, poses, rates, force, past)
         if self.spatial:
             add_gyroscopic(rates, self.bodies.inertia, force)
         return force
 
-    def _reactions(self, t: float, poses: np.ndarray, rates: np.ndarray) -> np.ndarray:
-        reactions = -self._all_forces(t, poses, rates)
+    def _reactions(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None) -> np.ndarray:
+        reactions = -self._all_forces(t, poses, rates, past)
         reactions[self.bodies.free] = 0.0
         for motion in self.motions:
             _, _, acceleration = motion.at(t)
@@ -298,11 +317,13 @@ class SegmentSystem:
         force = [reactions[m.body, : len(m.direction)] @ m.direction for m in self.motions]
         return DriveState(travel, np.array(force))
 
-    def _energy(self, t: float, poses: np.ndarray, rates: np.ndarray, reactions: np.ndarray) -> Energy:
+    def _energy(
+        self, t: float, poses: np.ndarray, rates: np.ndarray, reactions: np.ndarray, past: Past | None = None
+    ) -> Energy:
         potential: dict[str, float] = {}
         dissipated = power = 0.0
         for group in self.groups:
-            stored, lost, gained = group.energy(t, poses, rates)
+            stored, lost, gained = group.energy(t, poses, rates, past)
             for name, value in stored.items():
                 potential[name] = potential.get(name, 0.0) + value
             dissipated += lost

@@ -11,7 +11,7 @@ from fsm.errors import NotConverged
 from fsm.solve.linear import LinearSolver
 from fsm.system import System
 
-__all__ = ["equilibrium", "negative_pivots"]
+__all__ = ["equilibrium", "negative_pivots", "tangent_prediction"]
 
 
 def equilibrium(
@@ -51,7 +51,7 @@ def equilibrium(
     for t in times:
         size = system.scales().increment
         if t != before:
-            q = system.retract(q, _limited(_prediction(system, before, t, q), size))
+            q = system.retract(q, _limited(tangent_prediction(system, before, t, q), size))
         for _ in range(max_iterations):
             residual = system.force(t, q, None)
             step = splu(system.tangent(t, q, None)[0].tocsc()).solve(residual)
@@ -69,7 +69,7 @@ def equilibrium(
     return q
 
 
-def _prediction(system: System, before: float, t: float, q: np.ndarray) -> np.ndarray:
+def tangent_prediction(system: System, before: float, t: float, q: np.ndarray) -> np.ndarray:
     """Increment of the equilibrium from `before` to t, to first order.
 
     A drive that moves alone by much stretches its springs so far that neither the forces nor the tangent mean anything.

@@ -1,8 +1,8 @@
 """Step a system through time, keep the energy ledger, and hand states over as they are wanted.
 
-The ledger is stored energy + dissipated - work done = const. Dissipated and input power are integrated over every step
-by Gauss's three points on the solver's dense output. The reaction of the drives is looked at there too, so a peak
-between steps is not missed.
+The ledger is stored energy + dissipated - work done = const. Dissipated and input power are integrated over every step: by
+Gauss's three points on the dense output of SciPy's methods, by the trapezoidal rule for generalized-alpha. The reaction of
+the drives is looked at there too, so a peak between steps is not missed.
 """
 
 from __future__ import annotations
@@ -15,14 +15,16 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fsm.errors import EnergyAbort, NotConverged
+from fsm.solve.generalized_alpha import RHO_INF, GeneralizedAlpha
 from fsm.solve.scipy_ivp import FirstOrder, make_solver
-from fsm.solve.status import Outcome
-from fsm.system import DriveState, Observation, System
+from fsm.solve.status import Event, Outcome, StepFailed
+from fsm.system import DriveState, Energy, Observation, System
 
 __all__ = ["Ledger", "Saved", "Settings", "Statistics", "StepEnd", "choose_method", "simulate"]
 
 _NODES = 0.5 + 0.5 * np.array([-math.sqrt(0.6), 0.0, math.sqrt(0.6)])
 _WEIGHTS = np.array([5.0, 8.0, 5.0]) / 18.0
+GENERALIZED_ALPHA = "generalized-alpha"
 _STAGES = {"Radau": 3, "BDF": 1, "LSODA": 1}
 """Right-hand sides that one Newton iteration evaluates."""
 _JUDGED_FROM = 0.1
@@ -31,7 +33,18 @@ _JUDGED_FROM = 0.1
 
 @dataclass(frozen=True)
 class Settings:
-    """How to integrate; see `fsm.scene.case.Solve`. `method` is "Radau", "BDF" or "LSODA"."""
+    """How to integrate; see `fsm.scene.case.Solve`.
+
+    Attributes
+    ----------
+    method : "Radau", "BDF", "LSODA" or "generalized-alpha"
+    rtol : -
+    end_time, max_step : s
+    max_steps : int
+    energy_abort : -
+    rho_inf, step : -, s
+        Of generalized-alpha only: spectral radius at infinity; fixed step, None for error control.
+    """
 
     method: str
     rtol: float
@@ -39,6 +52,8 @@ class Settings:
     max_step: float = math.inf
     max_steps: int = 200_000
     energy_abort: float = math.inf
+    rho_inf: float = RHO_INF
+    step: float | None = None
 
 
 @dataclass
@@ -99,8 +114,8 @@ class StepEnd:
 class Statistics:
     """What a solve took, and the curve at every point looked at.
 
-    `seen` holds the drives and contact forces at the Gauss points and ends of all steps, in order of time;
-    `newton_iterations` counts evaluations of the right-hand side over the stages that one iteration evaluates.
+    `seen` holds the drives and contact forces at the ends of all steps (and Gauss points in them), in order of time;
+    `newton_iterations` of SciPy's methods are evaluations of the right-hand side over the stages of one iteration.
     """
 
     method: str
@@ -112,7 +127,9 @@ class Statistics:
     newton_iterations: int = 0
     wall_time: float = 0.0
     smallest_step: float = math.inf
+    rejected: int = 0
     seen: list[tuple[DriveState, np.ndarray]] = field(default_factory=list)
+    events: list[Event] = field(default_factory=list)
 
 
 def choose_method(name: str) -> tuple[str, str]:
@@ -155,55 +172,152 @@ def simulate(
         With the time, the worst body and what to try. What was saved until then has been handed over.
     EnergyAbort
     """
-    run = _Run(system, settings, on_save, start, ledger, [] if seen is None else seen)
-    run.go(list(save_times), on_step)
+    kind = _StepwiseRun if settings.method == GENERALIZED_ALPHA else _DenseRun
+    run = kind(system, settings, save_times, on_save, on_step, start, ledger, [] if seen is None else seen)
+    run.go()
     return run.statistics, run.ledger
 
 
 class _Run:
+    """What all methods share: the state, the ledger, saving, judging, failing."""
+
     def __init__(
         self,
         system: System,
         settings: Settings,
+        save_times: Sequence[float],
         on_save: Callable[[Saved], None],
+        on_step: Callable[[StepEnd], None] | None,
         start: tuple[float, np.ndarray, np.ndarray] | None,
         ledger: Ledger | None,
         seen: list[tuple[DriveState, np.ndarray]],
     ) -> None:
-        self.system, self.settings, self.on_save = system, settings, on_save
-        self.equations = FirstOrder(system)
+        self.system, self.settings = system, settings
+        self.on_save, self.on_step = on_save, on_step
+        self.begun = time.perf_counter()
         self.statistics = Statistics(settings.method, seen=seen)
-        if start is None:
-            start = (0.0, *system.initial())
-        self.time, q, u = start
-        self.state = np.concatenate([q, u])
-        first = system.observe(self.time, q, u)
-        if ledger is None:
-            ledger = Ledger(start=first.energy.stored)
-        self.ledger = ledger
-        self.ledger.balance(first.energy.stored, first.energy.kinetic)
-        self._look(first)
+        self.time, self.q, self.u = (0.0, *system.initial()) if start is None else start
+        self.pending = [t for t in save_times if self.time <= t <= settings.end_time]
+        self.last = system.observe(self.time, self.q, self.u)
+        self.ledger = Ledger(start=self.last.energy.stored) if ledger is None else ledger
+        self._look(self.last)
+        self._balance(self.last)
+        if self.pending and self.pending[0] <= self.time:
+            self.pending.pop(0)
+            self._save(self.time, self.q, self.u, self.last, self.ledger)
 
-    def go(self, save_times: list[float], on_step: Callable[[StepEnd], None] | None) -> None:
-        begun = time.perf_counter()
+    def go(self) -> None:
+        """Step to the end."""
+        raise NotImplementedError
+
+    def _arrive(self, t: float, q: np.ndarray, u: np.ndarray) -> None:
+        """The end of a step, when all that belongs to it has been accounted for and saved."""
+        self.time, self.q, self.u = t, q, u
+        judged = t >= _JUDGED_FROM * self.settings.end_time
+        if judged and self.ledger.relative_error > self.settings.energy_abort:
+            self._fail(Outcome.ENERGY)
+        if self.statistics.steps >= self.settings.max_steps and t < self.settings.end_time:
+            self._fail(Outcome.TOO_MANY_STEPS)
+        if self.on_step is not None:
+            self.on_step(StepEnd(t, q, u, self.statistics.steps))
+
+    def _look(self, seen: Observation) -> None:
+        self.statistics.seen.append((seen.drive, seen.pair_force))
+
+    def _balance(self, seen: Observation) -> None:
+        self.ledger.balance(seen.energy.stored, seen.energy.kinetic)
+
+    def _save(self, at: float, q: np.ndarray, u: np.ndarray, seen: Observation, ledger: Ledger) -> None:
+        error = seen.energy.stored - ledger.start + ledger.dissipated - ledger.work
+        self.on_save(Saved(at, q.copy(), u.copy(), seen, ledger.dissipated, ledger.work, error))
+
+    def _fail(self, outcome: Outcome, detail: str = "") -> None:
+        self.statistics.outcome = outcome
+        worst = self.system.blame(self.system.acceleration(self.time, self.q, self.u))
+        travel = ", ".join(f"{1e3 * x:.4g} mm" for x in self.statistics.seen[-1][0].travel)
+        where = f"at t = {self.time:.6g} s" + (f" (travel {travel})" if travel else "")
+        text = f"{where}, step {self.statistics.steps}, method {self.settings.method}: {outcome.value}"
+        text += f". Fastest changing body: {worst}" + (f". Solver: {detail}" if detail else "")
+        if outcome is Outcome.ENERGY:
+            raise EnergyAbort(f"{text}. Energy error {self.ledger.worst:.3g} J of {self.ledger.turnover:.3g} J turned over")
+        raise NotConverged(text)
+
+
+class _StepwiseRun(_Run):
+    """A method that ends its steps where states are wanted; powers are integrated by the trapezoidal rule.
+
+    The rule is of the method's own order, and takes one look at a step. Where the powers jump (a drive stops), the step
+    after begins with what they are then.
+    """
+
+    def go(self) -> None:
+        """See `_Run`."""
         settings = self.settings
-        pending = [t for t in save_times if self.time <= t <= settings.end_time]
+        solver = GeneralizedAlpha(
+            self.system, self.time, self.q, self.u, settings.rtol, settings.rho_inf, settings.step, settings.max_step
+        )
+        breaks = set(self.system.break_times())
+        try:
+            while solver.t < settings.end_time:
+                before = self.last.energy
+                if solver.t in breaks:
+                    before = self.system.energy(math.nextafter(solver.t, math.inf), solver.q, solver.u)
+                try:
+                    solver.step(self.pending[0] if self.pending else settings.end_time)
+                except StepFailed as error:
+                    self._count(solver)
+                    self._fail(error.outcome)
+                self._count(solver)
+                self._account(before, solver)
+                self._arrive(solver.t, solver.q, solver.u)
+        finally:
+            self._count(solver)
+
+    def _count(self, solver: GeneralizedAlpha) -> None:
+        statistics = self.statistics
+        statistics.steps = solver.steps
+        statistics.rejected = solver.rejected + solver.failed
+        statistics.force_evaluations = solver.force_evaluations + solver.linearisations
+        statistics.jacobian_evaluations = solver.linearisations
+        statistics.factorisations = solver.linear.factorisations
+        statistics.newton_iterations = solver.iterations
+        statistics.wall_time = time.perf_counter() - self.begun
+
+    def _account(self, before: Energy, solver: GeneralizedAlpha) -> None:
+        """Integrate the powers over the step, check the balance at its end, and save if that is wanted there."""
+        step = solver.t - self.time
+        self.statistics.smallest_step = min(self.statistics.smallest_step, step)
+        self.last = seen = self.system.observe(solver.t, solver.q, solver.u)
+        self.ledger.dissipated += 0.5 * step * (before.dissipated_power + seen.energy.dissipated_power)
+        self.ledger.work += 0.5 * step * (before.input_power + seen.energy.input_power)
+        self._look(seen)
+        self._balance(seen)
+        if self.pending and self.pending[0] <= solver.t:
+            self.pending.pop(0)
+            self._save(solver.t, solver.q, solver.u, seen, self.ledger)
+
+
+class _DenseRun(_Run):
+    """SciPy's methods; powers are integrated by Gauss's three points on their dense output."""
+
+    def go(self) -> None:
+        """See `_Run`."""
+        settings = self.settings
+        self.equations = FirstOrder(self.system)
         # a one-step method loses nothing by stopping at every save; between steps stiff springs are interpolated, and
         # their forces are wrong by far more than the positions (rigid panels at rtol 1e-5: 5e-3 against 4e-4)
         exact = settings.method == "Radau"
-        if pending and pending[0] <= self.time:
-            self._save(self.time, self.state, self.ledger)
-            pending.pop(0)
+        state = np.concatenate([self.q, self.u])
         solver = make_solver(
-            settings.method, self.equations, self.time, self.state, settings.end_time, settings.rtol, settings.max_step
+            settings.method, self.equations, self.time, state, settings.end_time, settings.rtol, settings.max_step
         )
         try:
             while solver.status == "running" or (exact and solver.t < settings.end_time):
                 if exact:
-                    solver.t_bound = pending[0] if pending else settings.end_time
+                    solver.t_bound = self.pending[0] if self.pending else settings.end_time
                     solver.status = "running"
                 message = solver.step()
-                self._count(solver, begun)
+                self._count(solver)
                 if message is not None:
                     self._fail(Outcome.STEP_TOO_SMALL, str(message))
                 state = solver.state() if hasattr(solver, "state") else solver.y
@@ -212,27 +326,20 @@ class _Run:
                 dense = solver.interpolant() if hasattr(solver, "interpolant") else solver.dense_output()
                 before = (self.ledger.dissipated, self.ledger.work)
                 self._account(solver.t, state, dense)
-                while pending and pending[0] <= solver.t:
-                    self._save_between(pending.pop(0), solver.t, state, dense, before)
-                self.time, self.state = solver.t, state.copy()
-                judged = self.time >= _JUDGED_FROM * settings.end_time
-                if judged and self.ledger.relative_error > settings.energy_abort:
-                    self._fail(Outcome.ENERGY)
-                if self.statistics.steps >= settings.max_steps and solver.status == "running":
-                    self._fail(Outcome.TOO_MANY_STEPS)
-                if on_step is not None:
-                    on_step(StepEnd(self.time, *self.equations.split(self.state), self.statistics.steps))
+                while self.pending and self.pending[0] <= solver.t:
+                    self._save_between(self.pending.pop(0), solver.t, dense, before)
+                self._arrive(solver.t, *self.equations.split(state.copy()))
         finally:
-            self._count(solver, begun, step=False)
+            self._count(solver, step=False)
 
-    def _count(self, solver: object, begun: float, step: bool = True) -> None:
+    def _count(self, solver: object, step: bool = True) -> None:
         statistics = self.statistics
         statistics.steps += int(step)
         statistics.force_evaluations = self.equations.force_calls
         statistics.jacobian_evaluations = self.equations.jacobian_calls
         statistics.factorisations = int(getattr(solver, "nlu", 0))
         statistics.newton_iterations = self.equations.force_calls // _STAGES[statistics.method]
-        statistics.wall_time = time.perf_counter() - begun
+        statistics.wall_time = time.perf_counter() - self.begun
         size = getattr(solver, "step_size", None)
         if step and size:
             statistics.smallest_step = min(statistics.smallest_step, float(size))
@@ -246,19 +353,17 @@ class _Run:
             self.ledger.dissipated += weight * step * seen.energy.dissipated_power
             self.ledger.work += weight * step * seen.energy.input_power
             self._look(seen)
-        seen = self.system.observe(end, *self.equations.split(state))
-        self._look(seen)
-        self.ledger.balance(seen.energy.stored, seen.energy.kinetic)
-
-    def _look(self, seen: Observation) -> None:
-        self.statistics.seen.append((seen.drive, seen.pair_force))
+        self.last = self.system.observe(end, *self.equations.split(state))
+        self._look(self.last)
+        self._balance(self.last)
 
     def _save_between(
-        self, at: float, end: float, state: np.ndarray, dense: Callable[[float], np.ndarray], before: tuple[float, float]
+        self, at: float, end: float, dense: Callable[[float], np.ndarray], before: tuple[float, float]
     ) -> None:
         """Save inside or at the end of a step; the integrals there are taken up to the very time."""
+        q, u = self.equations.split(dense(at))
         if at >= end:
-            self._save(end, state, self.ledger)
+            self._save(end, q, u, self.last, self.ledger)
             return
         step = at - self.time
         dissipated, work = before
@@ -267,22 +372,4 @@ class _Run:
             energy = self.system.energy(t, *self.equations.split(dense(t)))
             dissipated += weight * step * energy.dissipated_power
             work += weight * step * energy.input_power
-        self._save(at, dense(at), Ledger(self.ledger.start, dissipated, work))
-
-    def _save(self, at: float, state: np.ndarray, ledger: Ledger) -> None:
-        q, u = self.equations.split(state)
-        seen = self.system.observe(at, q, u)
-        error = seen.energy.stored - ledger.start + ledger.dissipated - ledger.work
-        self.on_save(Saved(at, q.copy(), u.copy(), seen, ledger.dissipated, ledger.work, error))
-
-    def _fail(self, outcome: Outcome, detail: str = "") -> None:
-        self.statistics.outcome = outcome
-        q, u = self.equations.split(self.state)
-        worst = self.system.blame(self.system.acceleration(self.time, q, u))
-        travel = ", ".join(f"{1e3 * x:.4g} mm" for x in self.statistics.seen[-1][0].travel)
-        where = f"at t = {self.time:.6g} s" + (f" (travel {travel})" if travel else "")
-        text = f"{where}, step {self.statistics.steps}, method {self.settings.method}: {outcome.value}"
-        text += f". Fastest changing body: {worst}" + (f". Solver: {detail}" if detail else "")
-        if outcome is Outcome.ENERGY:
-            raise EnergyAbort(f"{text}. Energy error {self.ledger.worst:.3g} J of {self.ledger.turnover:.3g} J turned over")
-        raise NotConverged(text)
+        self._save(at, q, u, self.system.observe(at, q, u), Ledger(self.ledger.start, dissipated, work))

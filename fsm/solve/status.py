@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import Enum
 
-__all__ = ["Outcome"]
+from fsm.errors import NotConverged
+
+__all__ = ["Event", "Outcome", "StepFailed"]
 
 
 class Outcome(Enum):
@@ -15,6 +18,51 @@ class Outcome(Enum):
         "the step size fell to nothing; try a larger [material] damping, a softer contact stiffness, a larger friction "
         "v_static, or method = \"Radau\""
     )
+    NO_SOLUTION = (
+        "the equations of a step could not be solved; try a smaller step or none, a larger [material] damping, a softer "
+        "contact stiffness, or a larger friction v_static"
+    )
+    NO_EQUILIBRIUM = (
+        "no stable equilibrium was found to go on from; give the material damping, so that the motion of a snap can die, "
+        "or solve it as dynamics: method = \"generalized-alpha\""
+    )
     TOO_MANY_STEPS = "more steps than [solve] max_steps; raise it, loosen rtol, or pull faster"
     NOT_FINITE = "the state is no longer finite; check masses and stiffnesses, or tighten rtol"
     ENERGY = "the energy balance is off by more than [solve] energy_abort; tighten rtol or set max_step"
+
+
+@dataclass(frozen=True)
+class Event:
+    """A place where the path is not smooth.
+
+    Attributes
+    ----------
+    kind : "bifurcation", "snap" or "motion"
+        A stable branch was taken, the structure snapped, or inertia mattered for a while.
+    time, end_time : s
+    travel, end_travel : m, of the first drive; 0 without one
+    force, end_force : N, of the first drive
+    """
+
+    kind: str
+    time: float
+    end_time: float
+    travel: float
+    end_travel: float
+    force: float
+    end_force: float
+
+
+class StepFailed(NotConverged):
+    """A method cannot take its next step.
+
+    Attributes
+    ----------
+    outcome : Outcome
+    time : s
+    worst : name of the body that is to blame
+    """
+
+    def __init__(self, outcome: Outcome, time: float, worst: str) -> None:
+        self.outcome, self.time, self.worst = outcome, time, worst
+        super().__init__(f"at t = {time:.6g} s: {outcome.value}. Fastest changing body: {worst}")

@@ -1,0 +1,90 @@
+"""Critical points of an equilibrium path: their mode, what they are, and the stable branch at a bifurcation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fsm.solve.equilibrium_step import Ending, Equilibrium, EquilibriumStep
+from fsm.solve.linear import LinearSolver
+from fsm.system import Before, System
+
+__all__ = ["Critical", "critical_point", "stable_branch"]
+
+_ITERATIONS = 30
+_ALONG = 0.1
+"""Part of the response that is along the critical mode, below which the point is a bifurcation."""
+_AMPLITUDES = (1e-3, 3e-3, 1e-2, 3e-2, 1e-1)
+"""Sizes, over the span, tried along the critical mode."""
+
+
+@dataclass(frozen=True)
+class Critical:
+    """The softest mode of an equilibrium.
+
+    Attributes
+    ----------
+    mode : (nu,) array
+        Largest component, over the span, 1.
+    eigenvalue : of the scaled stiffness, N m
+    bifurcation : bool
+        The loads and drives do not push along the mode; else the point is a limit point.
+    """
+
+    mode: np.ndarray
+    eigenvalue: float
+    bifurcation: bool
+
+
+def critical_point(system: System, t: float, q: np.ndarray, later: float) -> Critical:
+    """Softest mode at a state, and whether what moves until `later` (s) pushes along it.
+
+    Inverse iteration with the symmetric part of K, scaled by the span, from a fixed start. Near a limit point the whole
+    response to the drive is along the mode; at a bifurcation the mode stays out of it.
+    """
+    span = system.scales().span
+    solver = LinearSolver()
+    solver.factorise(system.linearise(t, q, None).stiffness.symmetric())
+    mode = np.random.default_rng(0).standard_normal(system.nu)
+    value = 0.0
+    for _ in range(_ITERATIONS):
+        scaled = solver.solve(mode / span) / span
+        size = float(np.linalg.norm(scaled))
+        value, previous, mode = float(scaled @ mode) / size**2, mode, scaled / size
+        if min(np.linalg.norm(mode - previous), np.linalg.norm(mode + previous)) < 1e-8:
+            break
+    response = solver.solve(system.force(t + 0.01 * (later - t), q, None) - system.force(t, q, None)) / span
+    along = abs(float(mode @ response)) / max(float(np.linalg.norm(response)), 1e-300)
+    mode = mode * span
+    mode = mode / (mode / span)[np.argmax(np.abs(mode / span))]
+    return Critical(mode, value, along < _ALONG)
+
+
+def stable_branch(
+    step: EquilibriumStep, t: float, guess: np.ndarray, before: Before, critical: Critical, side: float
+) -> Equilibrium | None:
+    """A stable equilibrium at time t beside the unstable path.
+
+    Parameters
+    ----------
+    step : EquilibriumStep
+    t, guess : time just past the bifurcation, and the configuration of the path there
+    before : the last state
+    critical : Critical
+    side : sign of the mode to go to; 0: try both and take the one of lower energy
+
+    Returns
+    -------
+    Equilibrium or None
+    """
+    found = []
+    for sign in (side,) if side else (1.0, -1.0):
+        for amplitude in _AMPLITUDES:
+            beside = step.system.retract(guess, np.copysign(amplitude, sign) * critical.mode)
+            trial = step.solve(t, beside, before)
+            if trial.ending is Ending.CONVERGED:
+                found.append((step.system.energy(t, trial.q, None).stored, trial))
+                break
+    # of equal energies (a symmetric pair) the positive side, which comes first
+    return min(found, key=lambda pair: pair[0] - 1e-9 * abs(pair[0]) * (pair is found[0]))[1] if found else None

@@ -1,0 +1,179 @@
+"""One quasi-static step by Newton's method: h(t, q, u) = 0 with u the mean velocity since the last state.
+
+Inertia is dropped, rates are not: damping and friction keep their velocities, taken as increments over the drive's own
+time (implicit Euler). A system without damping and friction is solved at rest.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from fsm.blocks import BlockMatrix
+from fsm.solve.linear import LinearSolver
+from fsm.system import Before, Linearised, System
+
+__all__ = ["Ending", "Equilibrium", "EquilibriumStep"]
+
+_ROUND_OFF = 1e-15
+"""Forces are known to this part of stiffness times size."""
+_OVERSHOOT = 4.0
+"""A step whose work turns to more than minus so many times what it was has gone much too far: contacts were met or lost."""
+_NEARLY = 1e-4
+"""After a step smaller than this the forces alone are looked at first: they will probably do."""
+
+
+class Ending(Enum):
+    """How Newton's method ended."""
+
+    CONVERGED = "converged"
+    UNSTABLE = "the equilibrium is unstable"
+    ITERATIONS = "too many iterations"
+    NOT_FINITE = "not finite"
+
+
+@dataclass
+class Equilibrium:
+    """What Newton's method ended with.
+
+    Attributes
+    ----------
+    q : configuration
+    u : (nu,) array
+        Mean velocity since the last state.
+    ending : Ending
+    iterations : int
+    residual : (nu,) array, N and N m
+        Forces left over.
+    negative_pivots : int
+        Of the symmetric part of the last matrix, K + D/dt.
+    """
+
+    q: np.ndarray
+    u: np.ndarray
+    ending: Ending
+    iterations: int
+    residual: np.ndarray
+    negative_pivots: int = 0
+
+
+class EquilibriumStep:
+    """Newton's method with the exact tangent inside a trust region, the last step cut where it overshot.
+
+    Parameters
+    ----------
+    system : System
+    tolerance : -
+        Forces left over, relative to the largest reaction.
+    max_iterations : int
+    reach : -
+        Largest part of the structure's span, or radians, that one iteration may move anything by.
+
+    Attributes
+    ----------
+    solver : LinearSolver
+    iterations, evaluations : int
+        Of all steps so far.
+    largest_reaction : N
+        So far; the caller keeps it up to date.
+    """
+
+    def __init__(
+        self, system: System, tolerance: float = 1e-8, max_iterations: int = 15, reach: float = 0.2
+    ) -> None:
+        self.system = system
+        self.tolerance, self.max_iterations, self.reach = tolerance, max_iterations, reach
+        self.solver = LinearSolver()
+        self.scales = system.scales()
+        self.iterations = self.evaluations = 0
+        self.largest_reaction = 0.0
+        self._largest_stiffness = 0.0
+        self._to_force = self.scales.increment / self.scales.length  # moments count as forces at the end of a segment
+
+    def solve(self, t: float, guess: np.ndarray, before: Before) -> Equilibrium:
+        """Equilibrium at time t.
+
+        Parameters
+        ----------
+        t, guess : time (s) and configuration to begin with
+        before : time and configuration of the last state; the same time: at rest
+        """
+        duration = t - before[0]
+        rates = before if self.system.rate_dependent and duration > 0.0 else None
+        q, q_before, step, work = guess, guess, np.zeros(self.system.nu), 0.0
+        size = last_size = np.inf
+        matrix: BlockMatrix | None = None
+        cut = False
+        for iteration in range(self.max_iterations + 1):
+            dx = None if rates is None else self.system.difference(before[1], q)
+            u = None if dx is None else dx / duration
+            self.evaluations += 1
+            if size < _NEARLY and matrix is not None:
+                residual = self.system.force(t, q, u, rates)
+                if self._balanced(residual):
+                    return self._found(t, q, before, iteration, residual, matrix)
+            linear = self.system.linearise(t, q, u, rates)
+            residual = linear.force
+            if not np.all(np.isfinite(residual)):
+                return self._ended(Ending.NOT_FINITE, q, iteration, residual)
+            after = float(step @ residual)
+            if work > 0.0 and after < -_OVERSHOOT * work and not cut:
+                part = max(0.1, work / (work - after))
+                q, size, cut = self.system.retract(q_before, part * step), part * size, True
+                continue
+            cut = False
+            if iteration == self.max_iterations or (iteration > 7 and size > 2.0 * last_size):
+                break
+            matrix = self._matrix(linear, dx, duration)
+            if iteration == 0:
+                self._largest_stiffness = float(np.abs(matrix.data).max(initial=0.0))
+            self.solver.factorise(matrix)
+            step = self.solver.solve(residual)
+            self.iterations += 1
+            work = float(step @ residual)
+            last_size, size = size, float(np.abs(step / self.scales.span).max(initial=0.0))
+            if not np.isfinite(size):
+                return self._ended(Ending.NOT_FINITE, q, iteration, residual)
+            if size > self.reach:
+                step = step * (self.reach / size)
+            q_before, q = q, self.system.retract(q, step)
+        return self._ended(Ending.ITERATIONS, q, self.max_iterations, residual)
+
+    def _matrix(self, linear: Linearised, dx: np.ndarray | None, duration: float) -> BlockMatrix:
+        """K + D du/dx; velocities are the increment over the duration."""
+        if dx is None:
+            return linear.stiffness
+        damping = linear.damping.data / duration
+        turned = self.system.increment_map(dx)
+        if turned is not None:
+            damping = damping @ turned[linear.damping.pattern.indices]
+        return BlockMatrix(linear.stiffness.pattern, linear.stiffness.data + damping)
+
+    def _balanced(self, residual: np.ndarray) -> bool:
+        """Forces left over are nothing against the reactions, or round-off."""
+        allowed = self.tolerance * self.largest_reaction
+        allowed = max(allowed, _ROUND_OFF * self._largest_stiffness * float(self.scales.span.max(initial=0.0)))
+        return bool(np.abs(residual / self._to_force).max(initial=0.0) <= allowed)
+
+    def _ended(self, ending: Ending, q: np.ndarray, iterations: int, residual: np.ndarray) -> Equilibrium:
+        return Equilibrium(q, np.zeros(self.system.nu), ending, iterations, residual)
+
+    def _found(
+        self,
+        t: float,
+        q: np.ndarray,
+        before: Before,
+        iterations: int,
+        residual: np.ndarray,
+        matrix: BlockMatrix,
+    ) -> Equilibrium:
+        """An equilibrium, with its stability by the matrix of the last iteration, a hair's breadth away."""
+        duration = t - before[0]
+        u = self.system.difference(before[1], q) / duration if duration > 0.0 else np.zeros(self.system.nu)
+        if self.system.rate_dependent:  # not symmetric: friction, and dampers that turn
+            self.solver.factorise(matrix.symmetric())
+        negative = self.solver.negative_pivots()
+        ending = Ending.UNSTABLE if negative else Ending.CONVERGED
+        return Equilibrium(q, u, ending, iterations, residual, negative)

@@ -1,0 +1,295 @@
+"""Quasi-static path following: equilibria one after the other as the drives move, with the dynamics where it must be.
+
+A step predicts the next configuration by extrapolation, corrects it by Newton's method, and is taken only if
+
+* the equilibrium is stable: K + D/dt has no negative pivots;
+* it is near its prediction: a correction much larger than asked for has hopped to another branch;
+* inertia could be dropped: the kinetic energy is nothing against the energy turned over.
+
+Otherwise the step is cut. Where cutting does not help there is a critical point, and `fsm.solve.critical` says which: at a
+bifurcation the stable branch is taken, at a limit point the structure snaps, and the dynamics takes over until it has
+come to rest (`fsm.solve.takeover`). Both are noted as events.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from fsm.errors import NotConverged
+from fsm.solve.books import Books
+from fsm.solve.critical import Critical, critical_point, stable_branch
+from fsm.solve.equilibrium_step import Ending, Equilibrium, EquilibriumStep
+from fsm.solve.extrapolation import History
+from fsm.solve.newton import tangent_prediction
+from fsm.solve.simulate import Ledger, Saved, Statistics, StepEnd
+from fsm.solve.status import Event, Outcome
+from fsm.solve.takeover import move_until_calm, slide
+from fsm.system import DriveState, Observation, System
+
+__all__ = ["PathSettings", "follow"]
+
+_FAR = 8.0
+"""A correction this much larger than the one aimed at is not believed."""
+_GROWTH, _SHRINK, _CUT = 2.0, 0.4, 0.35
+_SMALLEST = 1e-6
+"""Smallest step over the whole time; below it a point is critical."""
+_MOVING = 1e-3
+"""Kinetic energy over the energy turned over, above which inertia is not to be dropped."""
+_CALMER = 6
+"""How often the motion after a snap is given a tenth of the energy to come down to before it is given up."""
+
+
+@dataclass(frozen=True)
+class PathSettings:
+    """How to follow a path.
+
+    Attributes
+    ----------
+    end_time : s
+    first_step, max_step : s
+    rtol : -
+        A prediction may be off by sqrt(rtol) of the structure's span, or radians: this sets the steps.
+    max_steps : int
+    imperfection : -
+        At a bifurcation, the branch to the side of the critical mode that this has the sign of (the mode's largest
+        component positive); its size, as part of the span, is where the search begins. Zero: the side of lower energy.
+    """
+
+    end_time: float
+    first_step: float
+    max_step: float = math.inf
+    rtol: float = 1e-4
+    max_steps: int = 200_000
+    imperfection: float = 0.0
+
+
+def follow(
+    system: System,
+    settings: PathSettings,
+    save_times: Sequence[float],
+    on_save: Callable[[Saved], None],
+    on_step: Callable[[StepEnd], None] | None = None,
+    start: tuple[float, np.ndarray, np.ndarray] | None = None,
+    ledger: Ledger | None = None,
+    seen: list[tuple[DriveState, np.ndarray]] | None = None,
+) -> tuple[Statistics, Ledger]:
+    """Follow the stable equilibrium path and report states at the times asked for; the same as `simulate` otherwise.
+
+    Raises
+    ------
+    NotConverged
+        With the time, the worst body and what to try. What was saved until then has been handed over.
+    """
+    run = _Follower(
+        system, settings, list(save_times), on_save, on_step, start, ledger, [] if seen is None else seen
+    )
+    run.go()
+    return run.statistics, run.books.ledger
+
+
+class _Reason(Enum):
+    """Why a step was not taken."""
+
+    NEWTON = "Newton's method did not converge"
+    FAR = "the equilibrium found is far from its prediction"
+    UNSTABLE = "the equilibrium is unstable"
+    INERTIA = "inertia is not to be dropped"
+
+
+class _Follower:
+    def __init__(
+        self,
+        system: System,
+        settings: PathSettings,
+        save_times: list[float],
+        on_save: Callable[[Saved], None],
+        on_step: Callable[[StepEnd], None] | None,
+        start: tuple[float, np.ndarray, np.ndarray] | None,
+        ledger: Ledger | None,
+        seen: list[tuple[DriveState, np.ndarray]],
+    ) -> None:
+        self.system, self.settings = system, settings
+        self.statistics = Statistics("static", seen=seen)
+        self.newton = EquilibriumStep(system)
+        self.history = History(system)
+        t, q, u = (0.0, *system.initial()) if start is None else start
+        self.history.add(t, q)
+        self.books = Books(system, self.statistics, ledger, save_times, on_save, on_step, t, q, u)
+        self.breaks = [at for at in system.break_times() if t < at < settings.end_time]
+        self.first_step = min(settings.first_step, settings.max_step)
+        self.step_size = self.first_step
+        self.aim = math.sqrt(settings.rtol)
+        self.failed = np.zeros(system.nu)
+        # energy of everything moving at the speed that the drive may bring about by itself
+        speed = self.newton.scales.velocity
+        self.slow = 0.5 * float(speed @ (system.mass(q) @ speed))
+        self.seeded = False
+
+    def go(self) -> None:
+        """To the end."""
+        begun = time.perf_counter()
+        settings, books = self.settings, self.books
+        smallest = _SMALLEST * settings.end_time
+        try:
+            while books.time < settings.end_time:
+                if self.statistics.steps >= settings.max_steps:
+                    self._fail(Outcome.TOO_MANY_STEPS)
+                duration = self._duration()
+                reason = self._attempt(books.time + duration)
+                if reason is None:
+                    continue
+                self.statistics.rejected += 1
+                self.step_size = _CUT * duration
+                if reason is _Reason.INERTIA or self.step_size < smallest:
+                    self._pass_critical(reason)
+        finally:
+            self._count(begun)
+
+    def _duration(self) -> float:
+        """Length of the next step: to the next time that is to be hit, or part of the way there."""
+        books = self.books
+        while self.breaks and self.breaks[0] <= books.time * (1.0 + 1e-12):
+            self.breaks.pop(0)
+        target = min(books.next_save(self.settings.end_time), *self.breaks[:1], self.settings.end_time)
+        left = target - books.time
+        size = min(self.step_size, self.settings.max_step)
+        if size >= 0.999 * left:
+            return left
+        return min(size, 0.5 * left)
+
+    def _attempt(self, t: float) -> _Reason | None:
+        """Try a step to time t; None if it was taken."""
+        books = self.books
+        increment = self.history.increment(t)
+        extrapolated = increment is not None
+        if increment is None:
+            increment = tangent_prediction(self.system, books.time, t, books.q)
+        guess = self.system.retract(books.q, increment)
+        self.newton.largest_reaction = books.largest_reaction
+        before = (books.time, books.q)
+        found = self.newton.solve(t, guess, before)
+        if found.ending is Ending.UNSTABLE:
+            self.failed = found.residual
+            return _Reason.UNSTABLE
+        if found.ending is not Ending.CONVERGED:
+            self.failed = found.residual
+            return _Reason.NEWTON
+        correction = self._size(self.system.difference(guess, found.q))
+        if extrapolated and correction > _FAR * self.aim:
+            return _Reason.FAR
+        seen = self.system.observe(t, found.q, found.u, before)
+        turnover = max(books.ledger.turnover, abs(seen.energy.stored - books.ledger.start))
+        if seen.energy.kinetic > max(_MOVING * turnover, self.slow):
+            return _Reason.INERTIA
+        self._adapt(t - books.time, correction if extrapolated else None)
+        self._take(t, found, seen)
+        return None
+
+    def _size(self, increment: np.ndarray) -> float:
+        return float(np.abs(increment / self.newton.scales.span).max(initial=0.0))
+
+    def _take(self, t: float, found: Equilibrium, seen: Observation) -> None:
+        self.books.quasi_static(t, found.q, found.u, seen)
+        self.history.add(t, found.q)
+
+    def _adapt(self, duration: float, correction: float | None) -> None:
+        """Next step: the prediction is of third order, so its error grows as the cube of the step."""
+        if correction is None:
+            return
+        factor = 0.9 * (self.aim / max(correction, 1e-12)) ** (1.0 / 3.0)
+        wanted = duration * max(_SHRINK, factor)
+        # a step that was short because a time had to be hit says little about a long one
+        self.step_size = min(wanted, _GROWTH * max(self.step_size, duration))
+
+    # critical points ------------------------------------------------------------------------------------------------
+
+    def _pass_critical(self, reason: _Reason) -> None:
+        """Get past a point where steps do not help."""
+        books = self.books
+        before = (books.time, books.last)
+        later = books.time + 1e-3 * self.first_step
+        kind = "motion"
+        if reason is not _Reason.INERTIA:
+            critical = critical_point(self.system, books.time, books.q, later)
+            kind = "snap"
+            if critical.bifurcation and self._branch(critical):
+                kind = "bifurcation"
+        if kind != "bifurcation":
+            self._move()
+        self.statistics.events.append(_event(kind, *before, books.time, books.last))
+        self.history = History(self.system)
+        self.history.add(books.time, books.q)
+        self.step_size = min(self.step_size, 0.1 * self.first_step)
+        self.step_size = max(self.step_size, 10.0 * _SMALLEST * self.settings.end_time)
+
+    def _branch(self, critical: Critical) -> bool:
+        """Go on along the stable branch of a bifurcation, at the smallest step at which there is one."""
+        books = self.books
+        step = 10.0 * _SMALLEST * self.settings.end_time
+        while step < self.first_step:
+            t = min(books.time + step, books.next_save(self.settings.end_time))
+            increment = self.history.increment(t)
+            guess = books.q if increment is None else self.system.retract(books.q, increment)
+            before = (books.time, books.q)
+            found = stable_branch(self.newton, t, guess, before, critical, self.settings.imperfection)
+            if found is not None:
+                self._take(t, found, self.system.observe(t, found.q, found.u, before))
+                return True
+            step *= 4.0
+        return False
+
+    def _move(self) -> None:
+        """Let the structure move, or slide where nothing would damp it, until equilibria can be followed again."""
+        books, settings = self.books, self.settings
+        if not self.system.rate_dependent:
+            if not slide(self.system, books, books.time + 1e-4 * self.first_step):
+                self._fail(Outcome.NO_EQUILIBRIUM)
+            return
+        quiet = _MOVING * books.ledger.turnover
+        for _ in range(_CALMER):
+            quiet *= 0.1
+            self.statistics.newton_iterations += move_until_calm(self.system, books, settings.end_time, quiet)
+            if books.time >= settings.end_time:
+                return
+            self.history = History(self.system)
+            self.history.add(books.time, books.q)
+            self.step_size = 1e-2 * self.first_step
+            if self._attempt(books.time + self._duration()) is None:
+                return
+        self._fail(Outcome.NO_EQUILIBRIUM)
+
+    # the end --------------------------------------------------------------------------------------------------------
+
+    def _count(self, begun: float) -> None:
+        statistics, newton = self.statistics, self.newton
+        statistics.newton_iterations += newton.iterations
+        statistics.force_evaluations = newton.evaluations
+        statistics.jacobian_evaluations = newton.iterations
+        statistics.factorisations = newton.solver.factorisations
+        statistics.wall_time = time.perf_counter() - begun
+
+    def _fail(self, outcome: Outcome) -> None:
+        self.statistics.outcome = outcome
+        books = self.books
+        travel = ", ".join(f"{1e3 * x:.4g} mm" for x in books.last.drive.travel)
+        where = f"at t = {books.time:.6g} s" + (f" (travel {travel})" if travel else "")
+        worst = self.system.blame(self.failed)
+        raise NotConverged(
+            f"{where}, step {self.statistics.steps}, method static: {outcome.value}. Largest force left over at {worst}"
+        )
+
+
+def _event(kind: str, at: float, before: Observation, end: float, after: Observation) -> Event:
+    def first(values: np.ndarray) -> float:
+        return float(values[0]) if len(values) else 0.0
+
+    return Event(
+        kind, at, end, first(before.drive.travel), first(after.drive.travel), first(before.drive.force),
+        first(after.drive.force),
+    )  # fmt: skip

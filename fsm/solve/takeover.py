@@ -1,0 +1,87 @@
+"""What happens at a snap: motion with inertia and damping until it has died, or a slide where nothing damps it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.blocks import BlockMatrix
+from fsm.solve.books import Books
+from fsm.solve.generalized_alpha import GeneralizedAlpha
+from fsm.solve.linear import LinearSolver
+from fsm.system import System
+
+__all__ = ["move_until_calm", "slide"]
+
+_CALM = 1e-4
+"""Kinetic energy over the largest since the snap, below which rest is near."""
+_RHO_INF = 0.6
+_RTOL = 1e-3
+_SLIDES = 200
+_SLIDE_STEP = 0.02
+"""Largest part of the span, or radians, of one step of a slide."""
+
+
+def move_until_calm(system: System, books: Books, until: float, quiet: float) -> int:
+    """Integrate with inertia and damping until the kinetic energy has fallen to `quiet` (J) or the time is `until` (s).
+
+    Returns
+    -------
+    int
+        Newton iterations taken.
+    """
+    solver = GeneralizedAlpha(system, books.time, books.q, books.u, _RTOL, rho_inf=_RHO_INF)
+    largest = 0.0
+    while books.time < until:
+        solver.step(books.next_save(until))
+        seen = system.observe(solver.t, solver.q, solver.u)
+        books.dynamic(solver.t, solver.q, solver.u, seen)
+        kinetic = seen.energy.kinetic
+        largest = max(largest, kinetic)
+        if kinetic < _CALM * largest and kinetic < quiet:
+            break
+    return solver.iterations
+
+
+def slide(system: System, books: Books, t: float) -> bool:
+    """Slide downhill in energy at time t, just past a critical point, as if overdamped, to a stable equilibrium.
+
+    Steps of (M/theta + K) dx = h with theta as large as the matrix stays positive definite and the step small: an
+    implicit gradient flow, which never climbs.
+
+    Returns
+    -------
+    bool
+        Whether a stable equilibrium was reached.
+    """
+    q, span, solver = books.q, system.scales().span, LinearSolver()
+    theta = 0.0
+    for _ in range(_SLIDES):
+        linear = system.linearise(t, q, None)
+        stiffness = linear.stiffness.symmetric()
+        inertia = system.inertia(q, stiffness.pattern)
+        diagonal = stiffness.pattern.diagonal
+        softness = _ratio(inertia[diagonal], stiffness.data[diagonal])
+        theta = 4.0 * theta if theta else 1e3 * softness
+        while True:
+            solver.factorise(BlockMatrix(stiffness.pattern, stiffness.data + inertia / theta))
+            step = solver.solve(linear.force)
+            size = float(np.abs(step / span).max(initial=0.0))
+            if not solver.negative_pivots() and size < _SLIDE_STEP:
+                break
+            theta *= 0.5
+            if theta < 1e-3 * softness:
+                return False
+        q = system.retract(q, step)
+        if size < 1e-7:
+            solver.factorise(system.linearise(t, q, None).stiffness.symmetric())
+            if not solver.negative_pivots():
+                books.slide(t, q, system.observe(t, q, np.zeros(system.nu)))
+                return True
+    return False
+
+
+def _ratio(inertia: np.ndarray, stiffness: np.ndarray) -> float:
+    """Smallest mass over stiffness on the diagonal: one over the square of the highest frequency, about."""
+    size = inertia.shape[1]
+    masses, springs = inertia[:, range(size), range(size)], np.abs(stiffness[:, range(size), range(size)])
+    return float(np.min(masses / np.maximum(springs, 1e-300)))
