@@ -19,12 +19,15 @@ from fsm.kernels import jit
 from fsm.progress import Progress
 from fsm.results.solution import Layout, Record, Solution
 from fsm.results.store import ResultWriter, part_path, read_checkpoint, read_solution, write_checkpoint
+from fsm.scene.choice import automatic_method
 from fsm.scene.load_case import LoadedCase
 from fsm.scene.scene import Scene
 from fsm.segments.save_times import save_times
 from fsm.segments.system import SegmentSystem
 from fsm.solve.newton import equilibrium, negative_pivots
-from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, StepEnd, choose_method, simulate
+from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, StepEnd
+from fsm.solve.solver import solve
+from fsm.solve.static import PathSettings
 from fsm.summary import summary_of
 from fsm.system import DriveState
 
@@ -73,17 +76,10 @@ class RecordedSolve:
 
     def run(self, progress: bool | Callable[[float], None], begun: float, compiled: float) -> Solution:
         """Solve, write the results file and read it back; `begun` and `compiled` are clocks at the start of the run."""
-        method, reason = choose_method(self.case.solve.method)
+        method, reason = self._method()
         end = self.system.end_time() if self.case.solve.end_time is None else self.case.solve.end_time
         assert end is not None
-        settings = Settings(
-            method,
-            self.case.solve.rtol,
-            end,
-            self.case.solve.max_step or math.inf,
-            self.case.solve.max_steps,
-            self.case.solve.energy_abort,
-        )
+        settings = self._settings(method, end)
         start, ledger, at = self._start()
         records = self.resumed[1] if self.resumed else None
         self.records = records or 0
@@ -92,7 +88,7 @@ class RecordedSolve:
         bar = Progress(progress, end, self.loaded.case.title or str(self.loaded.path), jit)
         with ResultWriter(self.target, self._layout(method, reason), resume_at=records) as writer, bar:
             try:
-                statistics, _ = simulate(
+                statistics, _ = solve(
                     self.system,
                     settings,
                     times,
@@ -119,6 +115,22 @@ class RecordedSolve:
             writer.finish(_plain(statistics), summary)
         self.checkpoint.unlink(missing_ok=True)
         return read_solution(self.target)
+
+    def _method(self) -> tuple[str, str]:
+        """What solves the case, and why."""
+        chosen = self.case.solve.method
+        return automatic_method(self.scene) if chosen == "auto" else (chosen, "asked for")
+
+    def _settings(self, method: str, end: float) -> Settings | PathSettings:
+        solve = self.case.solve
+        max_step = solve.max_step or math.inf
+        if method != "static":
+            return Settings(method, solve.rtol, end, max_step, solve.max_steps, solve.energy_abort)
+        first = end / 200.0
+        if self.system.motions:
+            motion = self.system.motions[0]
+            first = motion.time_of(solve.increment or motion.travel / 200.0)
+        return PathSettings(end, first, max_step, solve.rtol, solve.max_steps, solve.imperfection, solve.energy_abort)
 
     def _start(self) -> tuple[tuple[float, np.ndarray, np.ndarray], Ledger, float]:
         """State to start from, the ledger that is kept from there on, and the time up to which there are records."""
@@ -248,5 +260,6 @@ def _plain(statistics: Statistics) -> dict[str, Any]:
         "factorisations": statistics.factorisations,
         "newton_iterations": statistics.newton_iterations,
         "smallest_step_s": statistics.smallest_step if math.isfinite(statistics.smallest_step) else 0.0,
+        "rejected_steps": statistics.rejected,
         "solve_time_s": statistics.wall_time,
     }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from fsm.scene.case import Case
 from fsm.scene.load_case import LoadedCase
 from fsm.scene.scene import Scene
 from fsm.solve.simulate import Ledger, Statistics
+from fsm.solve.status import Event
 
 __all__ = ["check_expectations", "missed_expectations", "summary_of"]
 
@@ -44,9 +46,10 @@ def summary_of(
         "newton_iterations": statistics.newton_iterations,
         "energy_error": ledger.relative_error,
         "unstable_equilibria": unstable,
+        "events": [asdict(event) for event in statistics.events],
         "solve_time_s": statistics.wall_time,
     }
-    summary["warnings"] = [*warnings, *_warnings(solution, scene, summary)]
+    summary["warnings"] = [*warnings, *_warnings(solution, scene, summary, statistics)]
     return summary
 
 
@@ -60,10 +63,13 @@ def _fine_curve(solution: Solution, statistics: Statistics) -> Curve:
     return Curve.of(solution).merged(looked_at)
 
 
-def _warnings(solution: Solution, scene: Scene, summary: dict[str, Any]) -> list[str]:
+def _warnings(
+    solution: Solution, scene: Scene, summary: dict[str, Any], statistics: Statistics
+) -> list[str]:
     found = []
     if summary["energy_error"] > 1e-3:
         found.append(f"energy balance off by {summary['energy_error']:.2g} of the energy turned over; tighten rtol")
+    found += [_told(event) for event in statistics.events]
     if summary["unstable_equilibria"]:
         first = float(solution.travel[np.argmax(solution.negative_pivots > 0), 0]) if solution.travel.size else 0.0
         found.append(
@@ -95,6 +101,16 @@ def _warnings(solution: Solution, scene: Scene, summary: dict[str, Any]) -> list
         if summary["peak_travel"] > 0.999 * solution.travel[-1, 0]:
             found.append("the force is still rising at the end of the travel; the peak may lie beyond it")
     return found
+
+
+def _told(event: Event) -> str:
+    """An event in words."""
+    where = f"at {1e3 * event.travel:.4g} mm of travel" if event.travel else f"at {event.time:.4g} s"
+    if event.kind == "bifurcation":
+        return f"bifurcation {where}: the path there is unstable, a stable branch was taken; solve.imperfection chooses it"
+    until = f"{1e3 * event.end_travel:.4g} mm" if event.end_travel else f"{event.end_time:.4g} s"
+    forces = f"force {event.force:.4g} N before, {event.end_force:.4g} N after"
+    return f"snap {where}: solved with inertia until {until}; {forces}"
 
 
 def check_expectations(loaded: LoadedCase) -> None:

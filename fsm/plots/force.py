@@ -7,7 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from fsm.plots.style import COLOURS, GREY, SINGLE, STAGE_COLOURS, WIDE, abscissa, figure, rounded
@@ -43,7 +45,8 @@ def plot_force(solution: Solution, path: str | Path) -> None:
         summary = solution.summary
         if "stages" not in summary:
             summary = summarise(Curve.of(solution), solution.layout.pair_names)
-        stages = _shade_stages(ax, summary["stages"], float(x[-1]))
+        stages: list[Artist] = [*_shade_stages(ax, summary["stages"], float(x[-1]))]
+        stages += _mark_events(ax, summary.get("events", []))
         fig.legend(handles=stages, loc="outside upper center", ncols=3, columnspacing=1.2, handlelength=1.4)
         _mark_peak(ax, solution)
 
@@ -102,6 +105,24 @@ def _shade_stages(ax: Axes, stages: Sequence[dict[str, Any]], last: float) -> li
         name = stage["name"] if not patches else f"{stage['name']} from {rounded(begin)} mm"
         patches.append(Patch(facecolor=colour, alpha=0.35, label=name))
     return patches
+
+
+def _mark_events(ax: Axes, events: Sequence[dict[str, Any]]) -> list[Line2D]:
+    """Snaps and bifurcations on the curve; gives back what names them."""
+    handles: list[Line2D] = []
+    for kind, marker, label in (("snap", "v", "snap"), ("motion", "v", "snap"), ("bifurcation", "D", "bifurcation")):
+        at = [event for event in events if event["kind"] == kind]
+        if not at:
+            continue
+        travel, force = [1e3 * event["travel"] for event in at], [event["force"] for event in at]
+        style: dict[str, Any] = {"color": COLOURS[3], "marker": marker, "markersize": 5, "linestyle": "none"}
+        ax.plot(travel, force, zorder=5, clip_on=False, **style)
+        for event in at:
+            ends = [1e3 * event["travel"], 1e3 * event["end_travel"]], [event["force"], event["end_force"]]
+            ax.plot(*ends, ":", color=COLOURS[3], linewidth=1.0)
+        if label not in [handle.get_label() for handle in handles]:
+            handles.append(Line2D([], [], label=label, **style))
+    return handles
 
 
 def _mark_peak(ax: Axes, solution: Solution) -> None:

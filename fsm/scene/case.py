@@ -46,14 +46,25 @@ class Strip(Model):
     held: tuple[Count, ...] | None = None
 
 
+Method = Literal["auto", "static", "arc-length", "generalized-alpha", "Radau-blocks", "Radau", "BDF", "LSODA"]
+
+
 class Solve(Model):
     """How to integrate.
 
     Attributes
     ----------
-    method : "auto", "Radau", "BDF" or "LSODA"
+    method : str
+        "auto"; "static" (equilibria as the drives move, the dynamics at snaps); "arc-length" (equilibria, unstable ones
+        too, as far as the path goes); "generalized-alpha"; "Radau-blocks" and "Radau", "BDF", "LSODA" of SciPy.
     rtol : -
-        Relative tolerance; absolute tolerances follow from it and the sizes of the scene.
+        Relative tolerance; absolute tolerances follow from it and the sizes of the scene. Of statics, the increments
+        follow from it: a prediction may be off by its root, of the structure's size or in radians.
+    increment : m
+        First increment of the drive's travel; statics only. A 200th of the travel if absent.
+    imperfection : -
+        Side of a bifurcation that statics goes to: positive, along the critical mode with its largest component positive;
+        negative, against it; 0, to the side of lower energy.
     end_time : s
         Needed only without a drive.
     max_step : s
@@ -65,13 +76,15 @@ class Solve(Model):
         Stop (exit code 5) when the energy balance is off by more than this part of the energy turned over.
     """
 
-    method: Literal["auto", "Radau", "BDF", "LSODA"] = "auto"
+    method: Method = "auto"
     rtol: Annotated[Number, Field(ge=1e-12, le=1e-2)] = 1e-6
     end_time: Annotated[Time, Field(gt=0)] | None = None
     max_step: Annotated[Time, Field(gt=0)] | None = None
     max_steps: Annotated[Count, Field(ge=1)] = 200_000
     spatial: bool = False
     energy_abort: Annotated[Number, Field(gt=0)] = 0.05
+    increment: Annotated[Length, Field(gt=0)] | None = None
+    imperfection: Annotated[Number, Field(ge=-1, le=1)] = 0.0
 
 
 class Save(Model):

@@ -14,6 +14,7 @@ from fsm.errors import CaseError, Fault
 from fsm.overlap import find_overlaps
 from fsm.scene.builders.strip import build_scene
 from fsm.scene.case import Case
+from fsm.scene.choice import automatic_method
 from fsm.scene.loads import Drive
 from fsm.scene.materials import SplineCrease
 from fsm.scene.planar import out_of_plane
@@ -22,13 +23,7 @@ from fsm.segments.check_scene import check_scene
 from fsm.segments.drive import PrescribedMotion
 from fsm.segments.save_times import save_times
 
-__all__ = ["AUTO", "SURFACE_TIP", "describe"]
-
-AUTO = "Radau"
-"""What `fsm.solve.simulate.choose_method` takes for "auto".
-
-The solvers are out of reach here; a test holds the two together.
-"""
+__all__ = ["SURFACE_TIP", "describe"]
 
 SURFACE_TIP = 0.025
 """`fsm.interactions.surface.TIP`, which comes with the compiler; a test holds the two together."""
@@ -134,6 +129,12 @@ class _View:
         """Median length of the plates that move, m; 0 without any."""
         lengths = [body.plate.length for body in self.free if body.plate is not None]
         return float(np.median(lengths)) if lengths else 0.0
+
+    @property
+    def method(self) -> str:
+        """What solves it."""
+        chosen = self.case.solve.method
+        return automatic_method(self.scene)[0] if chosen == "auto" else chosen
 
     @cached_property
     def motions(self) -> list[PrescribedMotion]:
@@ -294,8 +295,12 @@ def _loads(view: _View) -> Iterator[str]:
 
 def _method(view: _View) -> Iterator[str]:
     solve = view.case.solve
-    name = f"{AUTO}, chosen by auto" if solve.method == "auto" else solve.method
-    yield f"{name}, rtol {solve.rtol:g}, to {view.end:.4g} s"
+    name, reason = automatic_method(view.scene)
+    if solve.method == "auto":
+        yield f"{name}, chosen by auto: {reason}"
+    else:
+        yield f"{solve.method}, asked for"
+    yield f"rtol {solve.rtol:g}, to {view.end:.4g} s"
     yield f"stops when the energy balance is off by {100 * solve.energy_abort:g} %"
 
 
@@ -344,7 +349,9 @@ def _approximations(view: _View) -> Iterator[str]:
         yield _of_friction(view)
     if view.case.material is not None and view.case.material.damping:
         yield "damping is Kelvin-Voigt, c = beta k, not measured: halve material.damping to see its part"
-    if view.scene.drives:
+    if view.scene.drives and view.method == "static":
+        yield "inertia is dropped but at snaps, where the motion is solved with it until it has died"
+    elif view.scene.drives:
         yield "the pull is slow but dynamic: halve the speed to check that the force stays"
 
 

@@ -39,11 +39,11 @@ from fsm.system import Linearised, System
 
 __all__ = ["RHO_INF", "Coefficients", "GeneralizedAlpha"]
 
-RHO_INF = 0.8
+RHO_INF = 0.6
 """Spectral radius at infinity unless another is asked for."""
 
-_NEWTON = 1e-2
-"""Error left by Newton's method over the error allowed to a step."""
+_NEWTON, _LOOSEST = 1e-2, 1e-3
+"""Error left by Newton's method over the error allowed to a step, but no more than at this relative tolerance."""
 _ITERATIONS = 10
 _SLOW = 0.2
 """Contraction from which on the tangent is renewed."""
@@ -160,6 +160,7 @@ class GeneralizedAlpha:
         self.iterations = self.force_evaluations = self.linearisations = 0
         scales = system.scales()
         self._rtol, self._velocity = rtol, scales.velocity
+        self._newton_tolerance = _NEWTON * min(1.0, _LOOSEST / rtol)
         self._increment, self._tolerance = scales.increment, rtol * scales.increment
         self._mass = system.mass(q)
         self._breaks = sorted(system.break_times())
@@ -298,7 +299,7 @@ class GeneralizedAlpha:
                 # nothing is known of this matrix
                 self._contraction = 1.0
             left = max(self._contraction, _SURE) / max(1.0 - self._contraction, 1e-3)
-            if size * left <= _NEWTON or size <= 1e-3 * _NEWTON:
+            if size * left <= self._newton_tolerance or size <= 1e-3 * self._newton_tolerance:
                 return trial
             renew = iteration > 0 and self._slow
             before = size

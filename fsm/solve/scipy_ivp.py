@@ -13,6 +13,7 @@ from scipy import sparse
 from scipy.integrate import BDF, LSODA, OdeSolver, Radau
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
+from fsm.solve.radau_structured import SecondOrderJacobian, StructuredRadau, second_order_jacobian
 from fsm.system import System
 
 __all__ = ["FirstOrder", "make_solver"]
@@ -69,6 +70,11 @@ class FirstOrder:
         jacobian.eliminate_zeros()
         return sparse.csc_matrix(jacobian)
 
+    def structured_jacobian(self, t: float, y: np.ndarray) -> SecondOrderJacobian:
+        """The same in its parts, K, D and M, for "Radau-blocks"."""
+        self.jacobian_calls += 1
+        return second_order_jacobian(self.system, t, y)
+
     def absolute_tolerance(self, rtol: float) -> np.ndarray:
         """Absolute tolerance of every component of y: rtol times the typical sizes of the system's `scales`."""
         scales = self.system.scales()
@@ -82,7 +88,8 @@ def make_solver(
 
     Parameters
     ----------
-    method : "Radau", "BDF" or "LSODA"
+    method : "Radau", "Radau-blocks", "BDF" or "LSODA"
+        "Radau-blocks" takes Radau's steps with linear algebra of its own.
     equations : FirstOrder
     t, y, end : start time and state, end time
     rtol : relative tolerance
@@ -91,8 +98,12 @@ def make_solver(
     atol = equations.absolute_tolerance(rtol)
     if method == "LSODA":
         return _lsoda(equations, t, y, end, rtol, atol, max_step)
+    options: dict[str, Any] = {"rtol": rtol, "atol": atol, "max_step": max_step}
+    if method == "Radau-blocks":
+        jacobian = equations.structured_jacobian
+        return StructuredRadau(equations.rate, t, y, end, system=equations.system, jac=jacobian, **options)
     kind: Callable[..., OdeSolver] = {"Radau": Radau, "BDF": BDF}[method]
-    return kind(equations.rate, t, y, end, rtol=rtol, atol=atol, max_step=max_step, jac=equations.jacobian)
+    return kind(equations.rate, t, y, end, jac=equations.jacobian, **options)
 
 
 def _lsoda(

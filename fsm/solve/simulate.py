@@ -20,14 +20,14 @@ from fsm.solve.scipy_ivp import FirstOrder, make_solver
 from fsm.solve.status import Event, Outcome, StepFailed
 from fsm.system import DriveState, Energy, Observation, System
 
-__all__ = ["Ledger", "Saved", "Settings", "Statistics", "StepEnd", "choose_method", "simulate"]
+__all__ = ["JUDGED_FROM", "Ledger", "Saved", "Settings", "Statistics", "StepEnd", "simulate"]
 
 _NODES = 0.5 + 0.5 * np.array([-math.sqrt(0.6), 0.0, math.sqrt(0.6)])
 _WEIGHTS = np.array([5.0, 8.0, 5.0]) / 18.0
 GENERALIZED_ALPHA = "generalized-alpha"
 _STAGES = {"Radau": 3, "BDF": 1, "LSODA": 1}
 """Right-hand sides that one Newton iteration evaluates."""
-_JUDGED_FROM = 0.1
+JUDGED_FROM = 0.1
 """Part of the run before which an energy error stops nothing: so little is turned over that tolerances look large."""
 
 
@@ -132,18 +132,6 @@ class Statistics:
     events: list[Event] = field(default_factory=list)
 
 
-def choose_method(name: str) -> tuple[str, str]:
-    """The method for `auto`, and why.
-
-    Returns
-    -------
-    method, reason : str
-    """
-    if name != "auto":
-        return name, "asked for"
-    return "Radau", "fastest and best balanced on the pulled strip, against BDF and LSODA (validation/methods)"
-
-
 def simulate(
     system: System,
     settings: Settings,
@@ -213,7 +201,7 @@ class _Run:
     def _arrive(self, t: float, q: np.ndarray, u: np.ndarray) -> None:
         """The end of a step, when all that belongs to it has been accounted for and saved."""
         self.time, self.q, self.u = t, q, u
-        judged = t >= _JUDGED_FROM * self.settings.end_time
+        judged = t >= JUDGED_FROM * self.settings.end_time
         if judged and self.ledger.relative_error > self.settings.energy_abort:
             self._fail(Outcome.ENERGY)
         if self.statistics.steps >= self.settings.max_steps and t < self.settings.end_time:

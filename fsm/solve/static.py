@@ -21,13 +21,13 @@ from enum import Enum
 
 import numpy as np
 
-from fsm.errors import NotConverged
+from fsm.errors import EnergyAbort, NotConverged
 from fsm.solve.books import Books
 from fsm.solve.critical import Critical, critical_point, stable_branch
 from fsm.solve.equilibrium_step import Ending, Equilibrium, EquilibriumStep
 from fsm.solve.extrapolation import History
 from fsm.solve.newton import tangent_prediction
-from fsm.solve.simulate import Ledger, Saved, Statistics, StepEnd
+from fsm.solve.simulate import JUDGED_FROM, Ledger, Saved, Statistics, StepEnd
 from fsm.solve.status import Event, Outcome
 from fsm.solve.takeover import move_until_calm, slide
 from fsm.system import DriveState, Observation, System
@@ -58,7 +58,9 @@ class PathSettings:
     max_steps : int
     imperfection : -
         At a bifurcation, the branch to the side of the critical mode that this has the sign of (the mode's largest
-        component positive); its size, as part of the span, is where the search begins. Zero: the side of lower energy.
+        component positive). Zero: the side of lower energy.
+    energy_abort : -
+        Energy error over the energy turned over at which the solve is given up, from a tenth of the way on.
     """
 
     end_time: float
@@ -67,6 +69,7 @@ class PathSettings:
     rtol: float = 1e-4
     max_steps: int = 200_000
     imperfection: float = 0.0
+    energy_abort: float = math.inf
 
 
 def follow(
@@ -143,6 +146,7 @@ class _Follower:
                 duration = self._duration()
                 reason = self._attempt(books.time + duration)
                 if reason is None:
+                    self._judge_energy()
                     continue
                 self.statistics.rejected += 1
                 self.step_size = _CUT * duration
@@ -206,6 +210,11 @@ class _Follower:
         wanted = duration * max(_SHRINK, factor)
         # a step that was short because a time had to be hit says little about a long one
         self.step_size = min(wanted, _GROWTH * max(self.step_size, duration))
+
+    def _judge_energy(self) -> None:
+        judged = self.books.time >= JUDGED_FROM * self.settings.end_time
+        if judged and self.books.ledger.relative_error > self.settings.energy_abort:
+            self._fail(Outcome.ENERGY)
 
     # critical points ------------------------------------------------------------------------------------------------
 
@@ -279,6 +288,11 @@ class _Follower:
         books = self.books
         travel = ", ".join(f"{1e3 * x:.4g} mm" for x in books.last.drive.travel)
         where = f"at t = {books.time:.6g} s" + (f" (travel {travel})" if travel else "")
+        if outcome is Outcome.ENERGY:
+            ledger = books.ledger
+            raise EnergyAbort(
+                f"{where}: {outcome.value}. Energy error {ledger.worst:.3g} J of {ledger.turnover:.3g} J turned over"
+            )
         worst = self.system.blame(self.failed)
         raise NotConverged(
             f"{where}, step {self.statistics.steps}, method static: {outcome.value}. Largest force left over at {worst}"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fsm.blocks import BlockMatrix
+from fsm.kernels.block_lu import multiply_blocks
 from fsm.solve.books import Books
 from fsm.solve.generalized_alpha import GeneralizedAlpha
 from fsm.solve.linear import LinearSolver
@@ -16,6 +17,9 @@ _CALM = 1e-4
 """Kinetic energy over the largest since the snap, below which rest is near."""
 _RHO_INF = 0.6
 _RTOL = 1e-3
+_RELAXATIONS = 3
+_RELAXATION_TIME = 1e-3
+"""s"""
 _SLIDES = 200
 _SLIDE_STEP = 0.02
 """Largest part of the span, or radians, of one step of a slide."""
@@ -29,7 +33,8 @@ def move_until_calm(system: System, books: Books, until: float, quiet: float) ->
     int
         Newton iterations taken.
     """
-    solver = GeneralizedAlpha(system, books.time, books.q, books.u, _RTOL, rho_inf=_RHO_INF)
+    u = _relaxed(system, books.time, books.q, books.u)
+    solver = GeneralizedAlpha(system, books.time, books.q, u, _RTOL, rho_inf=_RHO_INF)
     largest = 0.0
     while books.time < until:
         solver.step(books.next_save(until))
@@ -40,6 +45,24 @@ def move_until_calm(system: System, books: Books, until: float, quiet: float) ->
         if kinetic < _CALM * largest and kinetic < quiet:
             break
     return solver.iterations
+
+
+def _relaxed(system: System, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """Velocities for a motion to start with, from the mean ones of the last step.
+
+    Mean velocities are chords, and stiff dampers would answer with forces of their own. So M (v - u)/tau = h(t, q, v) is
+    solved at a fixed configuration: what is damped fast takes the velocity in balance, the rest keeps its own.
+    """
+    solver = LinearSolver()
+    velocity = u
+    for _ in range(_RELAXATIONS):
+        linear = system.linearise(t, q, velocity)
+        pattern = linear.damping.pattern
+        inertia = system.inertia(q, pattern) / _RELAXATION_TIME
+        solver.factorise(BlockMatrix(pattern, inertia + linear.damping.data))
+        lag = multiply_blocks(pattern.indptr, pattern.indices, inertia, velocity - u)
+        velocity = velocity + solver.solve(linear.force - lag)
+    return velocity
 
 
 def slide(system: System, books: Books, t: float) -> bool:

@@ -1,0 +1,262 @@
+"""Natural vibrations about an equilibrium: K phi = omega^2 M phi by shift-invert Lanczos, or dense where that is as cheap.
+
+What Lanczos may miss (modes of equal frequency; one start vector sees one of them) is found out by Sylvester's law of
+inertia: the negative pivots of K - sigma M are the modes below sigma. If some are missing, more are asked for, and in the
+end the dense solver is taken.
+"""
+
+from __future__ import annotations
+
+import inspect
+import math
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.linalg import eigh
+from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
+
+from fsm.blocks import BlockMatrix
+from fsm.errors import NotConverged
+from fsm.solve.linear import LinearSolver
+from fsm.system import System
+
+__all__ = ["Modes", "modes"]
+
+_DENSE_SIZE = 60
+"""Up to this many unknowns the dense solver is taken."""
+_DENSE_PART = 0.25
+"""And from this part of all modes on."""
+_BELOW_ZERO = 1e-9
+"""The shift lies this far below zero, over the highest frequency squared: above round-off, below what bends.
+
+Nearer to zero, rigid-body motions outweigh all others in the Lanczos vectors by more.
+"""
+_POLISHED = 2
+"""Inverse iterations after Lanczos, whose vectors carry the errors of every solution, those beside rigid motions most.
+
+Measured on beams: one takes residuals from some hundreds of `resolution` to below one; free bodies need a second.
+"""
+_APART = 1e-6
+"""Modes closer than this, relatively, may be one frequency."""
+_SEED: dict[str, Any] = {"rng": 0} if "rng" in inspect.signature(eigsh).parameters else {}
+"""The same question has the same answer: older ARPACK draws from a series of its own, the new one from a generator."""
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Natural modes in the order of omega^2, M-orthonormal.
+
+    Attributes
+    ----------
+    squared : (count,) array, rad^2/s^2
+        omega^2: negative where the equilibrium is unstable.
+    shapes : (count, nu) array
+        Increments dx of the tangent space, phi^T M phi = 1; the largest entry (by its kinetic energy) is positive.
+    residuals : (count,) array, rad^2/s^2
+        |K phi - omega^2 M phi| in the norm of M^-1: an eigenvalue is that near to `squared` at least.
+    resolution : rad^2/s^2
+        Round-off of K over M. What is smaller than some tens of it is zero: a motion as a rigid body, a mechanism.
+    asymmetry : -
+        Size of the unsymmetric part of K, which is left out, over that of the symmetric one, both scaled to a unit
+        diagonal. Above about 1e-8 the state is not an equilibrium, or its loads follow the bodies; the modes are then
+        those of the symmetric part, and flutter is not seen.
+    method : "dense" or "lanczos"
+    """
+
+    squared: np.ndarray
+    shapes: np.ndarray
+    residuals: np.ndarray
+    resolution: float
+    asymmetry: float
+    method: str
+
+    @property
+    def frequencies(self) -> np.ndarray:
+        """sqrt(|omega^2|)/(2 pi), (count,), Hz; negative where omega^2 is: growth at the rate 2 pi |f| (1/s)."""
+        return np.copysign(np.sqrt(np.abs(self.squared)), self.squared) / (2 * math.pi)
+
+    @property
+    def unstable(self) -> np.ndarray:
+        """Whether omega^2 is negative by more than round-off, (count,)."""
+        return self.squared < -100.0 * self.resolution
+
+
+def modes(system: System, t: float, q: np.ndarray, count: int = 10, shift: float | None = None) -> Modes:
+    """Natural modes of small vibrations about an equilibrium, undamped.
+
+    Parameters
+    ----------
+    system : System
+    t : s
+        Loads and drives are taken as they are at this time.
+    q : (nq,) array
+        Equilibrium there; see `fsm.solve.newton.equilibrium`.
+    count : modes wanted, at most nu of them come
+    shift : rad^2/s^2
+        The modes whose omega^2 is nearest to it; absent: those of the lowest omega^2, negative ones first.
+
+    Raises
+    ------
+    ValueError
+        Count is not positive.
+    """
+    if count < 1:
+        raise ValueError(f"count of modes must be 1 or more; it is {count}")
+    if system.nu == 0:
+        nothing = np.zeros(0)
+        return Modes(nothing, np.zeros((0, 0)), nothing, 0.0, 0.0, "dense")
+    problem = _Problem(system, t, q)
+    count = min(count, problem.size)
+    found = None
+    if problem.size > _DENSE_SIZE and count <= _DENSE_PART * problem.size:
+        with suppress(NotConverged):  # the shift is an eigenvalue to the last digit
+            found = _lanczos(problem, count, shift)
+    method = "dense" if found is None else "lanczos"
+    squared, shapes = _dense(problem, count, shift) if found is None else found
+    shapes = _signed(problem, shapes)
+    return Modes(squared, shapes, problem.residuals(squared, shapes), problem.resolution, problem.asymmetry, method)
+
+
+class _Problem:
+    """K (its symmetric part) and M on one pattern.
+
+    Attributes
+    ----------
+    size : nu
+    highest : rad^2/s^2
+        About the largest omega^2.
+    resolution, asymmetry : see `Modes`
+    """
+
+    def __init__(self, system: System, t: float, q: np.ndarray) -> None:
+        stiffness = system.linearise(t, q, None).stiffness
+        self.pattern = stiffness.pattern
+        self.stiffness = stiffness.symmetric()
+        self.inertia = BlockMatrix(self.pattern, system.inertia(q, self.pattern))
+        self.size = stiffness.order
+        self.mass_diagonal = _diagonal(self.inertia)
+        self.highest = float((np.abs(_diagonal(self.stiffness)) / self.mass_diagonal).max(initial=0.0))
+        self.resolution = float(np.finfo(float).eps) * self.highest
+        self.asymmetry = self._asymmetry(stiffness)
+
+    def _asymmetry(self, stiffness: BlockMatrix) -> float:
+        # a floor for unknowns without stiffness of their own
+        size = np.sqrt(np.abs(_diagonal(self.stiffness)) + 1e-12 * self.highest * self.mass_diagonal)
+        size = size.reshape(-1, self.pattern.size)
+        if not self.highest > 0.0:
+            return 0.0
+        scale = 1.0 / (size[self.pattern.rows][:, :, None] * size[self.pattern.indices][:, None, :])
+        rest = np.linalg.norm(scale * (stiffness.data - self.stiffness.data))
+        return float(rest / np.linalg.norm(scale * self.stiffness.data))
+
+    def factorise(self, shift: float) -> LinearSolver:
+        """Factors of K - shift M."""
+        solver = LinearSolver()
+        solver.factorise(BlockMatrix(self.pattern, self.stiffness.data - shift * self.inertia.data))
+        return solver
+
+    def below(self, shift: float) -> int:
+        """Modes with omega^2 below the shift."""
+        return self.factorise(shift).negative_pivots()
+
+    def residuals(self, squared: np.ndarray, shapes: np.ndarray) -> np.ndarray:
+        """See `Modes`."""
+        solver = LinearSolver()
+        solver.factorise(self.inertia)
+        rest = self.stiffness.bsr() @ shapes.T - self.inertia.bsr() @ shapes.T * squared
+        return np.sqrt(np.sum(rest * _solve_all(solver, rest), axis=0))
+
+
+def _diagonal(matrix: BlockMatrix) -> np.ndarray:
+    return matrix.data[matrix.pattern.diagonal].diagonal(axis1=1, axis2=2).ravel()
+
+
+def _signed(problem: _Problem, shapes: np.ndarray) -> np.ndarray:
+    """Shapes with their largest entry positive."""
+    largest = np.argmax(np.abs(shapes) * np.sqrt(problem.mass_diagonal), axis=1)
+    return shapes * np.sign(shapes[np.arange(len(shapes)), largest])[:, None]
+
+
+def _dense(problem: _Problem, count: int, shift: float | None) -> tuple[np.ndarray, np.ndarray]:
+    stiffness, inertia = problem.stiffness.bsr().toarray(), problem.inertia.bsr().toarray()
+    if shift is None:
+        squared, shapes = eigh(stiffness, inertia, subset_by_index=(0, count - 1))
+        return squared, np.ascontiguousarray(shapes.T)
+    squared, shapes = eigh(stiffness, inertia)
+    chosen = np.sort(np.argsort(np.abs(squared - shift), kind="stable")[:count])
+    return squared[chosen], np.ascontiguousarray(shapes.T[chosen])
+
+
+def _lanczos(problem: _Problem, count: int, shift: float | None) -> tuple[np.ndarray, np.ndarray] | None:
+    """Modes by shift-invert Lanczos; None where not all could be had."""
+    start = _below_all(problem) if shift is None else shift
+    if start is None:
+        return None
+    asked = count + 4
+    while asked <= 2 * _DENSE_PART * problem.size:
+        squared, shapes = _near(problem, start, asked)
+        if len(squared) >= count and _complete(problem, squared, start, count):
+            nearest = np.sort(np.argsort(np.abs(squared - start), kind="stable")[:count])
+            return squared[nearest], shapes[nearest]
+        asked *= 2
+    return None
+
+
+def _below_all(problem: _Problem) -> float | None:
+    """A shift that no mode is below, as near to zero as can be; None if none is found."""
+    shift = -_BELOW_ZERO * problem.highest
+    while shift > -1e3 * problem.highest:
+        if problem.below(shift) == 0:
+            return shift
+        shift *= 4.0
+    return None
+
+
+def _near(problem: _Problem, shift: float, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Modes that Lanczos finds nearest to a shift, in the order of omega^2."""
+    size = problem.size
+    solver = problem.factorise(shift)
+    inverse = LinearOperator((size, size), matvec=lambda x: solver.solve(np.ascontiguousarray(x).ravel()), dtype=float)
+    first = np.random.default_rng(0).standard_normal(size)
+    try:
+        _, shapes = eigsh(
+            problem.stiffness.bsr(), count, M=problem.inertia.bsr(), sigma=shift, OPinv=inverse, v0=first,
+            ncv=min(size, max(2 * count + 1, 20)), **_SEED,
+        )  # fmt: skip
+    except ArpackError:  # it did not converge: fewer modes than asked for are as good as none
+        return np.zeros(0), np.zeros((0, size))
+    for _ in range(_POLISHED):
+        squared, shapes = _polished(problem, shift, solver, shapes)
+    return squared, np.ascontiguousarray(shapes.T)
+
+
+def _polished(problem: _Problem, shift: float, solver: LinearSolver, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """One inverse iteration with refined solutions, and the Rayleigh-Ritz values of what comes of it.
+
+    Shapes are (nu, count) arrays here.
+    """
+    stiffness, inertia = problem.stiffness.bsr(), problem.inertia.bsr()
+    right = inertia @ shapes
+    better = _solve_all(solver, right)
+    better += _solve_all(solver, right - (stiffness @ better - shift * (inertia @ better)))
+    better /= np.linalg.norm(better * np.sqrt(problem.mass_diagonal)[:, None], axis=0)
+    projected = [better.T @ (matrix @ better) for matrix in (stiffness, inertia)]
+    squared, turn = eigh(*(0.5 * (matrix + matrix.T) for matrix in projected))
+    return squared, better @ turn
+
+
+def _solve_all(solver: LinearSolver, right: np.ndarray) -> np.ndarray:
+    """Solutions of all columns."""
+    return np.column_stack([solver.solve(column) for column in np.ascontiguousarray(right.T)])
+
+
+def _complete(problem: _Problem, squared: np.ndarray, shift: float, count: int) -> bool:
+    """Whether no mode is missing that is nearer to the shift than the last one wanted, but for those as near as that."""
+    distance = np.abs(squared - shift)
+    reach = np.sort(distance)[count - 1]
+    reach -= _APART * reach + 100.0 * problem.resolution
+    if reach <= 0.0:
+        return True
+    return problem.below(shift + reach) - problem.below(shift - reach) == int(np.sum(distance < reach))

@@ -1,0 +1,29 @@
+"""One door to all methods: equilibria for `PathSettings`, time integration for `Settings`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, StepEnd, simulate
+from fsm.solve.static import PathSettings, follow
+from fsm.system import DriveState, System
+
+__all__ = ["solve"]
+
+
+def solve(
+    system: System,
+    settings: Settings | PathSettings,
+    save_times: Sequence[float],
+    on_save: Callable[[Saved], None],
+    on_step: Callable[[StepEnd], None] | None = None,
+    start: tuple[float, np.ndarray, np.ndarray] | None = None,
+    ledger: Ledger | None = None,
+    seen: list[tuple[DriveState, np.ndarray]] | None = None,
+) -> tuple[Statistics, Ledger]:
+    """Solve a system and report states at the times asked for; see `simulate`, whose arguments these are."""
+    if isinstance(settings, PathSettings):
+        return follow(system, settings, save_times, on_save, on_step, start, ledger, seen)
+    return simulate(system, settings, save_times, on_save, on_step, start, ledger, seen)

@@ -1,0 +1,171 @@
+"""Work-precision plots of all solvers, cost against the number of segments, run times and memory; see README.md.
+
+    python -m validation.benchmarks [--scenes strip,pendulum] [--methods Radau,BDF] [--quick] [--plot-only]
+
+Everything goes into out/benchmarks, as CSV and PNG; tables in Markdown are printed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import math
+import statistics
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from validation.benchmarks import one_thread  # before anything that loads NumPy
+from validation.benchmarks import demo, memory, plots, precision, segments  # isort: skip
+from validation.benchmarks.methods import METHODS, QUICK_TOLERANCES
+from validation.benchmarks.problem import Problem, Tight
+from validation.benchmarks.scenes import PROBLEMS, QUICK
+
+PARTS = ("precision", "segments", "demo", "memory")
+
+
+def options(arguments: list[str] | None = None) -> argparse.Namespace:
+    """What is asked for."""
+    parser = argparse.ArgumentParser(prog="python -m validation.benchmarks", description=__doc__.splitlines()[0])
+    parser.add_argument("--parts", default=None, help=f"of {','.join(PARTS)}; all, or precision,segments with --quick")
+    parser.add_argument("--scenes", default=",".join(PROBLEMS), help="of the work-precision part: %(default)s")
+    parser.add_argument("--methods", default=",".join(METHODS), help="%(default)s")
+    parser.add_argument("--tolerances", help="instead of each method's own, for example 1e-3,1e-5")
+    parser.add_argument("--repeat", type=int, default=3, help="runs that a time is the median of")
+    parser.add_argument("--limit", type=float, default=120.0, help="seconds for a run; tighter tolerances are then skipped")
+    parser.add_argument("--quick", action="store_true", help="smaller scenes, two tolerances, less than 3 minutes")
+    parser.add_argument("--plot-only", action="store_true", help="draw from the CSV files that are there")
+    parser.add_argument("--renew", action="store_true", help="compute tight references anew: the forces have changed")
+    parser.add_argument("--out", type=Path, default=None, help="out/benchmarks, or out/benchmarks/quick")
+    chosen = parser.parse_args(arguments)
+    chosen.scenes = _listed(parser, "--scenes", chosen.scenes, PROBLEMS)
+    chosen.methods = _listed(parser, "--methods", chosen.methods, METHODS)
+    parts = chosen.parts or ("precision,segments" if chosen.quick else ",".join(PARTS))
+    chosen.parts = _listed(parser, "--parts", parts, dict.fromkeys(PARTS))
+    chosen.out = chosen.out or (demo.OUT / "quick" if chosen.quick else demo.OUT)
+    if chosen.quick:
+        chosen.repeat, chosen.limit = 1, min(chosen.limit, 10.0)
+    return chosen
+
+
+def _listed(parser: argparse.ArgumentParser, option: str, text: str, known: Mapping[str, object]) -> list[str]:
+    names = [name.strip() for name in text.split(",") if name.strip()]
+    for name in names:
+        if name not in known:
+            parser.error(f"{option}: there is no {name!r}; there are {', '.join(known)}")
+    return names
+
+
+def problem(name: str, quick: bool) -> Problem:
+    """A scene; the small one for a quick run, with a reference that is not quite as tight."""
+    if not quick:
+        return PROBLEMS[name]()
+    small = QUICK[name]()
+    return replace(small, reference=Tight("Radau", 1e-7)) if isinstance(small.reference, Tight) else small
+
+
+def run_precision(chosen: argparse.Namespace, about: dict[str, str]) -> None:
+    """Work and precision; the file is brought up to date after every method."""
+    for name in chosen.scenes:
+        scene = problem(name, chosen.quick)
+        methods = [METHODS[method] for method in chosen.methods if METHODS[method].applies(scene)]
+        if not methods:
+            continue
+        expected = precision.reference(scene, chosen.out / "references", chosen.renew)
+        for method in methods:
+            tolerances = QUICK_TOLERANCES if chosen.quick else method.tolerances
+            if chosen.tolerances:
+                tolerances = tuple(float(text) for text in chosen.tolerances.split(","))
+            wanted = [tolerance for tolerance in tolerances if tolerance >= 0.999 * scene.tightest]
+            rows = precision.measure(scene, method, expected, wanted, chosen.repeat, chosen.limit)
+            precision.write(chosen.out / precision.FILE, rows, about)
+
+
+def draw_precision(chosen: argparse.Namespace) -> None:
+    """All plots of work and precision that the file has rows for, and its table."""
+    rows = precision.read(chosen.out / precision.FILE)
+    scenes = {name: problem(name, chosen.quick) for name in PROBLEMS if any(row["scene"] == name for row in rows)}
+    if not scenes:
+        return
+    methods = list(METHODS)
+    for name, scene in scenes.items():
+        own = [row for row in rows if row["scene"] == name]
+        plots.plot_scene(chosen.out / f"{name}.png", own, scene.title, scene.measure, methods)
+    plots.plot_all_scenes(chosen.out / "work_precision.png", rows, dict.fromkeys(scenes, "") | _short(scenes), methods)
+    print(precision.table(sorted(rows, key=lambda row: list(PROBLEMS).index(row["scene"]))), end="\n\n")
+
+
+def _short(scenes: Mapping[str, Problem]) -> dict[str, str]:
+    """Names for small plots."""
+    return {name: name.replace("_", " ") for name in scenes}
+
+
+def run_segments(chosen: argparse.Namespace, about: dict[str, str]) -> None:
+    """Cost against the number of segments."""
+    counts = segments.QUICK_COUNTS if chosen.quick else segments.COUNTS
+    rows = segments.measure_segments(counts, chosen.methods, chosen.repeat, chosen.limit)
+    segments.write_segments(chosen.out / segments.FILE, rows, about)
+
+
+def draw_segments(chosen: argparse.Namespace) -> None:
+    """Its plot and table."""
+    rows = precision.read(chosen.out / segments.FILE)
+    if rows:
+        plots.plot_segments(chosen.out / "segments.png", rows)
+        print(segments.segments_table(rows), end="\n\n")
+
+
+def run_demo(chosen: argparse.Namespace, about: dict[str, str]) -> None:
+    """Cold, warm and per-case times of the demo table, medians over repeats."""
+    found: list[dict[str, float]] = []
+    for number in range(chosen.repeat):
+        precision.say(f"demo table, {number + 1} of {chosen.repeat}")
+        found.append(demo.measure())
+    _write_values(chosen.out / "demo_times.csv", {name: statistics.median(r[name] for r in found) for name in found[0]}, about)
+
+
+def run_memory(chosen: argparse.Namespace, about: dict[str, str]) -> None:
+    """Peak memory."""
+    _write_values(chosen.out / "memory.csv", memory.measure_memory(), about)
+
+
+def _write_values(path: Path, values: Mapping[str, float], about: dict[str, str]) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(["what", "value", *about])
+        writer.writerows([name, f"{value:.4g}", *about.values()] for name, value in values.items())
+
+
+def draw_values(chosen: argparse.Namespace, file: str, head: str) -> None:
+    """A table of names and values."""
+    rows = precision.read(chosen.out / file)
+    if rows:
+        print(f"| {head} |\n|---|---|")
+        print("\n".join(f"| {row['what']} | {row['value']} |" for row in rows), end="\n\n")
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Measure what is asked for, then draw everything there is."""
+    chosen = options(arguments)
+    about = demo.machine() | {"threads": str(len(one_thread.VARIABLES) and 1)}
+    runs: dict[str, Callable[[argparse.Namespace, dict[str, str]], None]] = {
+        "precision": run_precision,
+        "segments": run_segments,
+        "demo": run_demo,
+        "memory": run_memory,
+    }
+    for part in () if chosen.plot_only else chosen.parts:
+        runs[part](chosen, about)
+    print(", ".join(f"{name} {value}" for name, value in about.items()), end="\n\n")
+    draw_precision(chosen)
+    draw_segments(chosen)
+    draw_values(chosen, "demo_times.csv", "demo table | time (s)")
+    draw_values(chosen, "memory.csv", "job | peak memory (MB)")
+    precision.say(f"written to {chosen.out}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,138 @@
+"""The solvers that are compared. A new one is one line in `METHODS`."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fsm.kernels import jit
+from fsm.segments.system import SegmentSystem
+from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, StepEnd, simulate
+from validation.benchmarks.problem import Problem
+
+__all__ = ["METHODS", "QUICK_TOLERANCES", "Method", "Run", "TooSlow", "follower", "integrator"]
+
+TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
+QUICK_TOLERANCES = (1e-3, 1e-5)
+
+OnSave = Callable[[Saved], None]
+OnStep = Callable[[StepEnd], None]
+Solve = Callable[[SegmentSystem, Problem, float, OnSave, OnStep], tuple[Statistics, Ledger]]
+
+
+class TooSlow(Exception):
+    """A run has taken its time and is not at the end."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """What one run gave: processor and wall time (s), samples (one row a saved time), and what it took."""
+
+    seconds: float
+    wall: float
+    values: np.ndarray
+    steps: int = 0
+    iterations: int = 0
+    energy_error: float = math.nan
+
+
+@dataclass(frozen=True)
+class Method:
+    """A solver.
+
+    Attributes
+    ----------
+    name : of the curve, and for `--methods`
+    solve : integrates or follows a system to the problem's end at a tolerance, handing over saved states and steps
+    applies : whether it can answer the problem's question
+    tolerances : from loose to tight; those tighter than the problem's `tightest` are left out
+    """
+
+    name: str
+    solve: Solve
+    applies: Callable[[Problem], bool] = lambda problem: True
+    tolerances: tuple[float, ...] = TOLERANCES
+
+    def run(self, problem: Problem, tolerance: float, limit: float = math.inf) -> Run:
+        """One run, again if a kernel had to be compiled during it.
+
+        Raises
+        ------
+        TooSlow
+            After `limit` seconds of processor time; seen at the end of a step.
+        """
+        while True:
+            compiled = jit.compile_time()
+            run = self._once(problem, tolerance, limit)
+            if jit.compile_time() == compiled:
+                return run
+
+    def warm_up(self, problem: Problem) -> None:
+        """The first instants, so that what is loaded once is loaded; how they end does not matter."""
+        short = replace(problem, times=(1e-3 * problem.end_time,))
+        try:
+            self._once(short, self.tolerances[0], limit=10.0)
+        except Exception:  # what it fails of, the run itself will tell
+            return
+
+    def _once(self, problem: Problem, tolerance: float, limit: float) -> Run:
+        system = problem.system()
+        values: list[np.ndarray] = []
+        begun, begun_wall = time.process_time(), time.perf_counter()
+
+        def check(_: object) -> None:
+            if time.process_time() - begun > limit:
+                raise TooSlow(f"not at the end after {limit:g} s")
+
+        def save(saved: Saved) -> None:
+            values.append(problem.sample(saved))
+            check(saved)
+
+        statistics, ledger = self.solve(system, problem, tolerance, save, check)
+        seconds, wall = time.process_time() - begun, time.perf_counter() - begun_wall
+        if len(values) != len(problem.times):
+            raise RuntimeError(f"{len(values)} states saved, {len(problem.times)} asked for")
+        return Run(
+            seconds, wall, np.array(values), statistics.steps, statistics.newton_iterations, ledger.relative_error
+        )
+
+
+def integrator(name: str, tolerances: tuple[float, ...] = TOLERANCES) -> Method:
+    """A time integrator, by the name that `Settings.method` knows it under; any scene."""
+
+    def solve(
+        system: SegmentSystem, problem: Problem, tolerance: float, on_save: OnSave, on_step: OnStep
+    ) -> tuple[Statistics, Ledger]:
+        return simulate(system, Settings(name, tolerance, problem.end_time), list(problem.times), on_save, on_step)
+
+    return Method(name, solve, tolerances=tolerances)
+
+
+def follower(tolerances: tuple[float, ...] = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)) -> Method:
+    """The quasi-static path follower; scenes whose question is a static one."""
+
+    def solve(
+        system: SegmentSystem, problem: Problem, tolerance: float, on_save: OnSave, on_step: OnStep
+    ) -> tuple[Statistics, Ledger]:
+        from fsm.solve.static import PathSettings, follow
+
+        settings = PathSettings(problem.end_time, first_step=1e-3 * problem.end_time, rtol=tolerance)
+        return follow(system, settings, list(problem.times), on_save, on_step)
+
+    return Method("static", solve, lambda problem: problem.static, tolerances)
+
+
+METHODS: dict[str, Method] = {
+    method.name: method
+    for method in (
+        integrator("Radau"),
+        integrator("BDF"),
+        integrator("LSODA"),
+        # new solvers go here: integrator("generalized-alpha"), integrator("Radau (structured)"), follower()
+    )
+}
+"""All methods by name; the order is that of the colours."""

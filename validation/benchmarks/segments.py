@@ -1,0 +1,173 @@
+"""Cost against the number of segments: a static Newton iteration and a time step, and their slopes."""
+
+from __future__ import annotations
+
+import csv
+import statistics
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from fsm.scene.scene import Scene
+from fsm.segments.compile import compile_scene
+from fsm.segments.system import SegmentSystem
+from fsm.solve.linear import Backend, LinearSolver
+from fsm.solve.simulate import Settings, simulate
+from validation.benchmarks.precision import Row, say
+from validation.benchmarks.scenes import cantilever, strip_scene
+
+__all__ = ["COUNTS", "FILE", "QUICK_COUNTS", "measure_segments", "segments_table", "slope", "write_segments"]
+
+FILE = "segments.csv"
+COLUMNS = ("scene", "what", "segments", "time_s", "repeats", "slope", "message")
+COUNTS = (10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
+QUICK_COUNTS = (10, 50, 200, 500)
+FITTED_FROM = 100
+"""Slopes are fitted over counts from here on: below, what every call costs in Python hides the rest."""
+MOVING_PANELS = 4
+"""Of the strip's six panels two are held."""
+STEPS, SETTLING = 15, 5
+"""Time steps that are timed, after those in which the step size still grows."""
+RTOL = 1e-3
+
+
+class _Enough(Exception):
+    """As many steps as are wanted."""
+
+
+def _chain(count: int) -> Scene:
+    return cantilever(count, ramp=10.0, damping=0.3)
+
+
+def _strip(count: int) -> Scene:
+    return strip_scene(round(count / MOVING_PANELS))
+
+
+SCENES: dict[str, tuple[Callable[[int], Scene], bool, int]] = {
+    "chain in the plane": (_chain, False, 10),
+    "chain in space": (_chain, True, 10),
+    "strip with contact in the plane": (_strip, False, 20),
+}
+"""How to make each with so many segments, whether in space, and the smallest count."""
+
+
+def measure_segments(counts: Sequence[int], methods: Sequence[str], repeat: int, limit: float) -> list[Row]:
+    """Rows for all scenes and counts; what takes longer than `limit` (s) is not tried with more segments."""
+    rows: list[Row] = []
+    for scene, (make, spatial, smallest) in SCENES.items():
+        over: set[str] = set()
+        for count in (n for n in counts if n >= smallest):
+            system = compile_scene(make(count), spatial)
+            for what, clock in _clocks(methods).items():
+                if what not in over:
+                    rows.append(_row(scene, what, count, system, clock, repeat))
+                    if float(rows[-1]["time_s"] or "inf") * (STEPS + SETTLING) > limit:
+                        over.add(what)
+    return _with_slopes(rows)
+
+
+def _clocks(methods: Sequence[str]) -> dict[str, Callable[[SegmentSystem, int], list[float]]]:
+    """Everything that is timed, by name."""
+
+    def iteration(backend: Backend) -> Callable[[SegmentSystem, int], list[float]]:
+        return lambda system, repeat: newton_iterations(system, backend, repeat)
+
+    def step(method: str) -> Callable[[SegmentSystem, int], list[float]]:
+        return lambda system, repeat: time_steps(system, method)
+
+    return {
+        "Newton iteration": iteration("block"),
+        "Newton iteration, SuperLU": iteration("splu"),
+        **{f"time step, {method}": step(method) for method in methods if method != "static"},
+    }
+
+
+def _row(
+    scene: str,
+    what: str,
+    count: int,
+    system: SegmentSystem,
+    clock: Callable[[SegmentSystem, int], list[float]],
+    repeat: int,
+) -> Row:
+    row = {name: "" for name in COLUMNS} | {"scene": scene, "what": what, "segments": str(count)}
+    try:
+        times = clock(system, repeat)
+    except Exception as error:
+        row["message"] = f"{type(error).__name__}: {error}"
+    else:
+        row |= {"time_s": f"{statistics.median(times):.4g}", "repeats": str(len(times))}
+    say(f"{scene}, {what}, {count}: {row['time_s'] or row['message']}")
+    return row
+
+
+def newton_iterations(system: SegmentSystem, backend: Backend, repeat: int) -> list[float]:
+    """Processor times of force, tangents, factors and solution; the pattern is known, as in all iterations but the first."""
+    q, _ = system.initial()
+    # not quite as it starts, so that nothing vanishes by symmetry
+    q = system.retract(q, 1e-4 * system.scales().increment * np.random.default_rng(0).standard_normal(system.nu))
+    solver, times = LinearSolver(backend), []
+    for _ in range(max(5, repeat) + 1):
+        begun = time.process_time()
+        linear = system.linearise(1.0, q, None)
+        solver.factorise(linear.stiffness)
+        solver.solve(linear.force)
+        times.append(time.process_time() - begun)
+    return times[1:]
+
+
+def time_steps(system: SegmentSystem, method: str) -> list[float]:
+    """Processor times of time steps with all that belongs to them: Jacobians, factors, rejections, the ledger."""
+    ends: list[float] = []
+
+    def count(_: object) -> None:
+        ends.append(time.process_time())
+        if len(ends) > STEPS + SETTLING:
+            raise _Enough
+
+    end = system.end_time() or 25.0
+    try:
+        simulate(system, Settings(method, RTOL, end), [], lambda saved: None, count)
+    except _Enough:
+        pass
+    steps = np.diff(ends[SETTLING:])
+    # a step that renews the matrices costs many times one that does not: what counts is the mean
+    return [float(np.mean(steps))]
+
+
+def slope(counts: Sequence[float], times: Sequence[float]) -> float:
+    """Slope of log time against log count."""
+    return float(np.polyfit(np.log(counts), np.log(times), 1)[0])
+
+
+def _with_slopes(rows: list[Row]) -> list[Row]:
+    for row in rows:
+        line = [
+            (float(r["segments"]), float(r["time_s"]))
+            for r in rows
+            if (r["scene"], r["what"]) == (row["scene"], row["what"]) and r["time_s"] and float(r["segments"]) >= FITTED_FROM
+        ]
+        row["slope"] = f"{slope(*zip(*line, strict=True)):.3f}" if len(line) > 1 else ""
+    return rows
+
+
+def write_segments(path: Path, rows: Sequence[Row], about: dict[str, str]) -> None:
+    """All rows, with the machine."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, [*COLUMNS, *about])
+        writer.writeheader()
+        writer.writerows(row | about for row in rows)
+
+
+def segments_table(rows: Sequence[Row]) -> str:
+    """Times in ms and slopes, in Markdown."""
+    counts = sorted({int(row["segments"]) for row in rows})
+    lines = ["| scene | what | " + " | ".join(map(str, counts)) + " | slope |", "|---" * (len(counts) + 3) + "|"]
+    for scene, what in dict.fromkeys((row["scene"], row["what"]) for row in rows):
+        own = {int(row["segments"]): row for row in rows if (row["scene"], row["what"]) == (scene, what)}
+        cells = [f"{1e3 * float(own[n]['time_s']):.3g}" if n in own and own[n]["time_s"] else "-" for n in counts]
+        lines.append(f"| {scene} | {what} | {' | '.join(cells)} | {next(iter(own.values()))['slope']} |")
+    return "\n".join(lines)

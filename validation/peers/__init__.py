@@ -1,0 +1,5 @@
+"""The strip in other multibody codes, beside fsm."""
+
+import sys
+
+sys.exudynFast = True  # type: ignore[attr-defined]  # Exudyn's build without range checks; read when Exudyn is imported

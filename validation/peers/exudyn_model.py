@@ -1,0 +1,281 @@
+"""A scene of fsm as an Exudyn system, body for body and spring for spring; and its solution, static or dynamic.
+
+Axes: Exudyn's (x, y, z) are fsm's (x, z, -y), so that the strip lies in Exudyn's x-y plane, as its planar bodies want, and
+bends about z. Exudyn's bushings measure a rotation in three angles, which lock at 90 degrees of the second;
+bending is the third.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import exudyn as exu
+import numpy as np
+from exudyn import itemInterface as item
+from exudyn.advancedUtilities import CreateSymbolicUserFunction
+
+from fsm.scene.scene import Body, ForceElement, Scene
+from fsm.segments.drive import PrescribedMotion
+
+__all__ = ["Contact", "ExudynSettings", "ExudynStrip"]
+
+_AXES = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+"""Turns components of fsm's axes into those of Exudyn."""
+_ORDER = [0, 2, 1]
+"""Where the stiffnesses of fsm's three axes stand among Exudyn's."""
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Points of the panel before the driven crease against the mirror plane.
+
+    Attributes
+    ----------
+    stiffness : of a whole panel, force k d^1.5, N/m^1.5
+    plane : x of the plane, m
+    points : intervals between the points of a segment
+    """
+
+    stiffness: float
+    plane: float
+    points: int = 2
+
+
+@dataclass(frozen=True)
+class ExudynSettings:
+    """How Exudyn solves.
+
+    Attributes
+    ----------
+    steps : load steps, or steps of time
+    planar : planar bodies instead of spatial ones
+    dynamic : generalised alpha instead of static load steps
+    solver : linear solver
+    modified : Newton's Jacobian is kept as long as the residual falls to `contractivity` of it in each iteration
+    each_step : the Jacobian is made new at the start of every step
+    relative, absolute : tolerances of the residual
+    radius : spectral radius of generalised alpha
+    exact : Jacobians of the springs with their geometric stiffness; without it Newton is cheaper, and surer in large steps
+    adaptive : a step that fails is cut
+    """
+
+    steps: int
+    planar: bool = False
+    dynamic: bool = False
+    solver: str = "EigenSparse"
+    modified: bool = False
+    each_step: bool = False
+    contractivity: float = 0.5
+    relative: float = 1e-6
+    absolute: float = 1e-10
+    radius: float = 0.5
+    exact: bool = False
+    adaptive: bool = True
+
+
+class ExudynStrip:
+    """An fsm scene in Exudyn.
+
+    Parameters
+    ----------
+    scene : Scene
+    motion : what the driven body does
+    settings : ExudynSettings
+    contact : points against a plane, or None
+    """
+
+    def __init__(
+        self, scene: Scene, motion: PrescribedMotion, settings: ExudynSettings, contact: Contact | None = None
+    ) -> None:
+        self.motion, self.settings, self.share = motion, settings, 1.0
+        if contact is not None:
+            scene, self.share = _half(scene), 2.0
+        self.scene = scene
+        self.container = exu.SystemContainer()
+        self.mbs = self.container.AddSystem()
+        self.bodies = {body.name: body for body in scene.bodies}
+        self.nodes: dict[str, int] = {}
+        self.numbers = {body.name: self._body(body) for body in scene.bodies}
+        for element in scene.elements:
+            self._element(element)
+        self.sensor = self._drive(scene.drives[0].body)
+        if contact is not None:
+            self._contacts(contact)
+        self.mbs.Assemble()
+        self.options = self._options()
+
+    def solve(self) -> tuple[float, tuple[np.ndarray, np.ndarray]]:
+        """Wall time of the solver (s); travel (m) and pull force (N) at the end of every step."""
+        begun = time.perf_counter()
+        if self.settings.dynamic:
+            good = self.mbs.SolveDynamic(self.options, solverType=exu.DynamicSolverType.GeneralizedAlpha)
+        else:
+            good = self.mbs.SolveStatic(self.options)
+        taken = time.perf_counter() - begun
+        if not good:
+            raise RuntimeError(f"Exudyn found no solution with {self.settings}")
+        data = np.asarray(self.mbs.GetSensorStoredData(self.sensor))
+        data = data[np.concatenate([[True], np.diff(data[:, 0]) > 0])]
+        sign = -1.0 if self.settings.dynamic else 1.0  # Exudyn's static solver gives multipliers the other sign
+        travel = np.array([self._travel(t) for t in data[:, 0]])
+        return taken, (travel, self.share * sign * data[:, 1])
+
+    # building -------------------------------------------------------------------------------------------------------
+
+    def _body(self, body: Body) -> int:
+        place = _AXES @ np.array(body.position)
+        angle = -2.0 * math.atan2(body.orientation[2], body.orientation[0])
+        if body.held:
+            return self.mbs.AddObject(item.ObjectGround(referencePosition=place, referenceRotation=_turn(angle)))
+        if self.settings.planar:
+            node = self.mbs.AddNode(item.NodeRigidBody2D(referenceCoordinates=[*place[:2], angle]))
+            self.nodes[body.name] = node
+            inertia = body.inertia[1]
+            return self.mbs.AddObject(item.ObjectRigidBody2D(mass=body.mass, inertia=inertia, nodeNumber=node))
+        node = self.mbs.AddNode(item.NodeRigidBodyRxyz(referenceCoordinates=[*place, 0.0, 0.0, angle]))
+        self.nodes[body.name] = node
+        moments = [body.inertia[0], body.inertia[2], body.inertia[1], 0.0, 0.0, 0.0]
+        return self.mbs.AddObject(item.ObjectRigidBody(mass=body.mass, inertia=moments, nodeNumber=node))
+
+    def _element(self, element: ForceElement) -> None:
+        """A 6-DOF bushing, measured in the axes of the outer body as in fsm; its angle is zero as folded."""
+        if not math.isclose(element.rest_angle, element.initial_angle, abs_tol=1e-12):
+            raise ValueError(f"{element.name}: creases must be at rest as folded")
+        inner = -2.0 * math.atan2(element.axes_inner[2], element.axes_inner[0]) + element.initial_angle
+        outer = -2.0 * math.atan2(element.axes_outer[2], element.axes_outer[0])
+        first = self._marker(element.outer, element.point_outer, outer)
+        second = self._marker(element.inner, element.point_inner, inner)
+        stiffness = [*np.array(element.translation)[_ORDER], *np.array(element.rotation)[_ORDER]]
+        damping = [*np.array(element.translation_damping)[_ORDER], *np.array(element.rotation_damping)[_ORDER]]
+        self.mbs.AddObject(
+            item.ObjectConnectorRigidBodySpringDamper(
+                markerNumbers=[first, second], stiffness=np.diag(stiffness), damping=np.diag(damping)
+            )
+        )
+
+    def _marker(self, name: str, point: tuple[float, float, float], angle: float) -> int:
+        frame = exu.HT(rotation=_turn(angle), translation=_AXES @ np.array(point))
+        return self.mbs.AddMarker(item.MarkerBodyRigid(bodyNumber=self.numbers[name], localHT=frame))
+
+    def _drive(self, name: str) -> int:
+        """Constrain all coordinates of the driven body, the pulled one to its travel; returns the sensor of its force."""
+        ground = self.mbs.AddNode(item.NodePointGround())
+        fixed = self.mbs.AddMarker(item.MarkerNodeCoordinate(nodeNumber=ground, coordinate=0))
+        pulled = -1
+        for coordinate in range(3 if self.settings.planar else 6):
+            moved = self.mbs.AddMarker(item.MarkerNodeCoordinate(nodeNumber=self.nodes[name], coordinate=coordinate))
+            keys: dict[str, Any] = {"offsetUserFunction": self._offset} if coordinate == 1 else {}
+            number = self.mbs.AddObject(item.ObjectConnectorCoordinate(markerNumbers=[fixed, moved], **keys))
+            pulled = number if coordinate == 1 else pulled
+        return self.mbs.AddSensor(
+            item.SensorObject(objectNumber=pulled, storeInternal=True, outputVariableType=exu.OutputVariableType.Force)
+        )
+
+    def _offset(self, mbs: Any, t: float, number: int, offset: float) -> float:
+        return self._travel(t)
+
+    def _travel(self, t: float) -> float:
+        return self.motion.at(t)[0] if self.settings.dynamic else self.motion.travel * t
+
+    def _contacts(self, contact: Contact) -> None:
+        """Points of the panel beside the plane, each a one-sided spring along x whose law Exudyn evaluates by itself."""
+        panel = max(body.panel for body in self.scene.bodies)
+        segments = [body for body in self.scene.bodies if body.panel == panel]
+        whole = sum(body.plate.length for body in segments if body.plate)
+        ground = self.mbs.AddObject(item.ObjectGround(referencePosition=[contact.plane, 0.0, 0.0]))
+        wall = self.mbs.AddMarker(item.MarkerBodyPosition(bodyNumber=ground))
+        law = CreateSymbolicUserFunction(
+            self.mbs,
+            _one_sided,
+            "springForceUserFunction",
+            itemTypeName="ObjectConnectorCartesianSpringDamper",
+        )
+        self.law = law  # Exudyn does not own it
+        for body in segments:
+            assert body.plate is not None
+            for at, weight in _points(contact.points):
+                share = weight * body.plate.length / whole
+                place = _AXES @ np.array([at * body.plate.length / 2.0, 0.0, 0.0])
+                number = self.numbers[body.name]
+                point = self.mbs.AddMarker(item.MarkerBodyPosition(bodyNumber=number, localPosition=place))
+                self.mbs.AddObject(
+                    item.ObjectConnectorCartesianSpringDamper(
+                        markerNumbers=[wall, point],
+                        stiffness=[contact.stiffness * share, 0.0, 0.0],
+                        springForceUserFunction=law,
+                    )
+                )
+
+    # settings -------------------------------------------------------------------------------------------------------
+
+    def _options(self) -> Any:
+        wanted, options = self.settings, exu.SimulationSettings()
+        options.linearSolver.solverType = getattr(exu.LinearSolverType, wanted.solver)
+        options.linearSolver.reuseAnalyzedPattern = True
+        options.parallel.numberOfThreads = 1
+        options.solution.file.write = False
+        options.show.globalTimers = False
+        if wanted.dynamic:
+            part = options.timeIntegration
+            part.endTime = self.motion.end_time
+            part.numberOfSteps = wanted.steps
+            part.generalizedAlpha.spectralRadius = wanted.radius
+            step = part.endTime / wanted.steps
+        else:
+            part = options.staticSolver
+            part.numberOfLoadSteps = wanted.steps
+            part.computeLoadsJacobian = False
+            step = 1.0 / wanted.steps
+        options.solution.sensors.writePeriod = 0.5 * step
+        part.adaptiveStep = wanted.adaptive
+        part.verboseMode = 0
+        part.newton.relativeTolerance, part.newton.absoluteTolerance = wanted.relative, wanted.absolute
+        part.newton.useModifiedNewton = wanted.modified
+        part.newton.modifiedNewtonJacUpdatePerStep = wanted.each_step
+        part.newton.modifiedNewtonContractivity = wanted.contractivity
+        part.newton.numericalDifferentiation.jacobianConnectorDerivative = wanted.exact
+        return options
+
+
+def _one_sided(mbs: Any, t: Any, number: Any, shift: Any, rate: Any, stiffness: Any, damping: Any, offset: Any) -> Any:
+    """Hertz's force k d^1.5 of a point that has come d through the plane, in Exudyn's symbols: solving calls no Python."""
+    symbol = exu.symbolic
+    depth = symbol.max(symbol.Real(0.0), shift[0])
+    return symbol.Vector([stiffness[0] * depth * symbol.sqrt(depth), symbol.Real(0.0), symbol.Real(0.0)])
+
+
+def _points(intervals: int) -> list[tuple[float, float]]:
+    """Gauss-Lobatto points on -1..1 and their weights, which add up to 1; as fsm's contact has them."""
+    inner = np.polynomial.legendre.Legendre.basis(intervals).deriv().roots()
+    points = np.concatenate([[-1.0], inner, [1.0]])
+    weights = 1.0 / (intervals * (intervals + 1) * np.polynomial.legendre.legval(points, [0.0] * intervals + [1.0]) ** 2)
+    return [(float(x), float(w)) for x, w in zip(points, weights, strict=True)]
+
+
+def _half(scene: Scene) -> Scene:
+    """The half of the strip before its driven crease; that crease turns against the line instead, twice as stiff."""
+    line = scene.drives[0].body
+    assert line is not None
+    last = next(e.outer for e in scene.elements if e.kind == "drive" and e.inner == line and e.point_outer[0] > 0)
+    middle = next(body.panel for body in scene.bodies if body.name == last)
+    bodies = tuple(body for body in scene.bodies if body.panel <= middle)
+    names = {body.name for body in bodies}
+    own = [e for e in scene.elements if {e.inner, e.outer} <= names]
+    crease = next(e for e in scene.elements if e.inner == last and e.outer not in names)
+    own = [_stiffened(e, crease) if e.kind == "drive" else e for e in own]
+    return scene.model_copy(update={"bodies": bodies, "elements": tuple(own)})
+
+
+def _stiffened(half_joint: ForceElement, crease: ForceElement) -> ForceElement:
+    """Half a joint to the line with the crease's moment in it: its mirror image turns as far the other way."""
+    k, c = list(half_joint.rotation), list(half_joint.rotation_damping)
+    k[1], c[1] = 2.0 * crease.rotation[1], 2.0 * crease.rotation_damping[1]
+    return half_joint.model_copy(update={"rotation": tuple(k), "rotation_damping": tuple(c)})
+
+
+def _turn(angle: float) -> np.ndarray:
+    cosine, sine = math.cos(angle), math.sin(angle)
+    return np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
