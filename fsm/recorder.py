@@ -125,7 +125,8 @@ class RecordedSolve:
         solve = self.case.solve
         max_step = solve.max_step or math.inf
         if method != "static":
-            return Settings(method, solve.rtol, end, max_step, solve.max_steps, solve.energy_abort)
+            settings = Settings(method, solve.rtol, end, max_step, solve.max_steps, solve.energy_abort, step=solve.step)
+            return settings if solve.rho_inf is None else replace(settings, rho_inf=solve.rho_inf)
         first = end / 200.0
         if self.system.motions:
             motion = self.system.motions[0]

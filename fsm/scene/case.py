@@ -65,6 +65,10 @@ class Solve(Model):
     imperfection : -
         Side of a bifurcation that statics goes to: positive, along the critical mode with its largest component positive;
         negative, against it; 0, to the side of lower energy.
+    rho_inf : -
+        Spectral radius at infinity, generalized-alpha only: what stiff vibrations are multiplied by in a step. 0.6 if absent.
+    step : s
+        Fixed step, generalized-alpha only; without it the error is controlled.
     end_time : s
         Needed only without a drive.
     max_step : s
@@ -85,6 +89,8 @@ class Solve(Model):
     energy_abort: Annotated[Number, Field(gt=0)] = 0.05
     increment: Annotated[Length, Field(gt=0)] | None = None
     imperfection: Annotated[Number, Field(ge=-1, le=1)] = 0.0
+    rho_inf: Annotated[Number, Field(ge=0, le=1)] | None = None
+    step: Annotated[Time, Field(gt=0)] | None = None
 
 
 class Save(Model):

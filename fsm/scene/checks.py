@@ -49,6 +49,7 @@ def check_sections(sections: Sections) -> list[Fault]:
         *_twice(sections.drives),
         *_friction(sections),
         *_end(sections),
+        *_method(sections.solve),
     ]
 
 
@@ -172,3 +173,11 @@ def _end(sections: Sections) -> Iterable[Fault]:
             "save.every",
             "counts the travel of a drive, but there is no [[drive]]; give `interval` (time) instead",
         )
+
+
+def _method(solve: Solve | None) -> Iterable[Fault]:
+    if solve is None or solve.method == "generalized-alpha":
+        return
+    for key, value in (("rho_inf", solve.rho_inf), ("step", solve.step)):
+        if value is not None:
+            yield Fault(f"solve.{key}", f'only method = "generalized-alpha" has it, not "{solve.method}"; take it out')

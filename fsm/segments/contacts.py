@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fsm.interactions.motion import moved_beyond
 from fsm.kernels.scatter import scatter_efforts
 from fsm.laws.friction import friction
 from fsm.laws.normal_contact import hertz, hertz_energy
@@ -166,17 +167,12 @@ class ContactGroup:
         return self.friction is not None or self.normal.damping > 0.0
 
     def _refresh(self, poses: np.ndarray) -> None:
-        here = poses[self.surface_bodies]
-        if self._reference is not None:
-            change = here - self._reference
-            n_position = 2 if poses.shape[1] == 3 else 3
-            moved = np.sqrt((change[:, :n_position] ** 2).sum(axis=1))
-            # a quaternion changes by half the angle turned; twice its change bounds the angle closely enough (x 1.1)
-            turned = np.sqrt((change[:, n_position:] ** 2).sum(axis=1)) * (1.0 if n_position == 2 else 2.2)
-            # both may have moved; the rest of the margin is for what the surface departs from its chords
-            if np.all(moved + turned * self.radii < 0.4 * self.margin):
-                return
-        self._reference = here
+        # both may have moved; the rest of the margin is for what the surface departs from its chords
+        if self._reference is not None and not moved_beyond(
+            poses, self._reference, self.surface_bodies, self.radii, 0.4 * self.margin
+        ):
+            return
+        self._reference = poses.copy()
         probes = self.probes
         self.kernels.window(
             poses, probes.body, probes.place, probes.first_piece, probes.last_piece, self.owners, self.stations,
@@ -290,11 +286,7 @@ def _coupled_bodies(probe_body: np.ndarray, window: np.ndarray, owners: np.ndarr
     offsets = np.arange(lengths.sum()) - np.repeat(np.cumsum(lengths) - lengths, lengths)
     pieces = np.repeat(window[open_probes, 0], lengths) + offsets
     probe = np.repeat(probe_body[open_probes], lengths)
-    pairs = np.vstack(
-        [
-            np.column_stack([probe, owners[pieces, 0]]),
-            np.column_stack([probe, owners[pieces, 1]]),
-            owners[pieces],
-        ]
-    )
-    return np.unique(pairs, axis=0)
+    first, second = owners[pieces, 0], owners[pieces, 1]
+    count = int(max(probe.max(), owners.max())) + 1
+    keys = np.unique(np.concatenate([probe * count + first, probe * count + second, first * count + second]))
+    return np.column_stack(np.divmod(keys, count))

@@ -1,0 +1,39 @@
+"""How far bodies have moved: when the broad phase of contact has to be renewed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.kernels.jit import kernel
+
+__all__ = ["moved_beyond"]
+
+
+@kernel
+def moved_beyond(
+    poses: np.ndarray, reference: np.ndarray, bodies: np.ndarray, radii: np.ndarray, bound: float
+) -> bool:
+    """Whether any point of any of the bodies may have moved by more than a bound (m) since the reference.
+
+    Parameters
+    ----------
+    poses, reference : (n_bodies, 3 or 7) arrays
+    bodies : (m,) int array
+    radii : (m,) array, m
+        Distance of the farthest point of each from its centre.
+    """
+    planar = poses.shape[1] == 3
+    n_position = 2 if planar else 3
+    # a quaternion changes by half the angle turned; twice its change bounds the angle closely enough (x 1.1)
+    factor = 1.0 if planar else 2.2
+    for i in range(bodies.shape[0]):
+        body = bodies[i]
+        moved = turned = 0.0
+        for k in range(n_position):
+            moved += (poses[body, k] - reference[body, k]) ** 2
+        for k in range(n_position, poses.shape[1]):
+            turned += (poses[body, k] - reference[body, k]) ** 2
+        # not a number is beyond any bound
+        if not np.sqrt(moved) + factor * np.sqrt(turned) * radii[i] < bound:
+            return True
+    return False
