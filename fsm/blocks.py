@@ -71,6 +71,10 @@ class BlockMatrix:
         """Rows."""
         return self.pattern.order * self.pattern.size
 
+    def times(self, vector: np.ndarray) -> np.ndarray:
+        """The product A x, (order,)."""
+        return np.asarray(self.bsr() @ vector)
+
     def symmetric(self) -> BlockMatrix:
         """The symmetric part, (A + A^T)/2."""
         mirrored = self.data[self.pattern.transposed].transpose(0, 2, 1)

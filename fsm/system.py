@@ -171,6 +171,10 @@ class System(Protocol):
         """h: applied + elastic + contact - gyroscopic, (nu,), N and N m."""
         ...
 
+    def force_rate(self, t: float, q: np.ndarray) -> np.ndarray:
+        """dh/dt at rest and at a fixed configuration: what drives and loads that move change, (nu,), N/s and N m/s."""
+        ...
+
     def tangent(self, t: float, q: np.ndarray, u: np.ndarray | None) -> tuple[sparse.bsr_matrix, sparse.bsr_matrix]:
         """K = -dh/dx and D = -dh/du, exact."""
         ...

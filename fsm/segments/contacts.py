@@ -247,6 +247,9 @@ class ContactGroup:
             found.slopes, self.friction is not None, *pattern.index, stiffness, damping,
         )  # fmt: skip
 
+    def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
+        """See `Group`; contacts do not know the time."""
+
     def energy(
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None
     ) -> tuple[dict[str, float], float, float]:

@@ -89,6 +89,9 @@ class BushingGroup:
             *pattern.index, stiffness, damping,
         )  # fmt: skip
 
+    def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
+        """See `Group`; springs do not know the time."""
+
     def energy(
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None
     ) -> tuple[dict[str, float], float, float]:
@@ -178,6 +181,9 @@ class CreaseGroup:
             poses, rates, self.bodies, *self.geometry, effort, slope, self.damping,
             *pattern.index, stiffness, damping,
         )  # fmt: skip
+
+    def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
+        """See `Group`; springs do not know the time."""
 
     def energy(
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None

@@ -49,6 +49,10 @@ class Group(Protocol):
         """Add the forces to `force`, and -dh/dx and -dh/du to the block data."""
         ...
 
+    def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
+        """Add what the forces at rest change by in time of their own accord, N/s and N m/s."""
+        ...
+
     def energy(
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None
     ) -> tuple[dict[str, float], float, float]:

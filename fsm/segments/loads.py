@@ -10,7 +10,7 @@ from fsm.kernels.rotation import rotation_matrix
 from fsm.scene.loads import TimeFunction
 from fsm.segments.group import Past
 from fsm.segments.pattern import BodyPattern
-from fsm.segments.time_function import breaks, factor
+from fsm.segments.time_function import breaks, factor, slope
 
 __all__ = ["AppliedLoad", "GravityGroup", "LoadGroup"]
 
@@ -74,6 +74,11 @@ class LoadGroup:
             start, end = pattern.indptr[row], pattern.indptr[row + 1]
             slot = start + int(np.searchsorted(pattern.indices[start:end], row))
             stiffness[slot] += factor(load.time, t) * _wrench_stiffness(load, poses[load.body])
+
+    def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
+        """See `Group`."""
+        for load in self.loads:
+            force_rate[load.body] += slope(load.time, t) * _wrench(load, poses[load.body])
 
     def energy(
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None
@@ -161,6 +166,9 @@ class GravityGroup:
     ) -> None:
         """See `Group`; a uniform field has no stiffness."""
         self.add_force(t, poses, rates, force)
+
+    def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
+        """See `Group`; gravity is constant."""
 
     def energy(
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None

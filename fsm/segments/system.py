@@ -207,6 +207,25 @@ class SegmentSystem:
         linear = self.linearise(t, q, u)
         return linear.stiffness.bsr(), linear.damping.bsr()
 
+    def force_rate(self, t: float, q: np.ndarray) -> np.ndarray:
+        """See `System`. Driven bodies count as free ones here: their columns of K times their speed."""
+        poses, rates = self.place(t, q, None)
+        dof = self._dof.copy()
+        moving = [motion.body for motion in self.motions]
+        dof[moving] = self.n_free + np.arange(len(moving))
+        pattern = body_pattern(dof, [group.pairs(poses)[0] for group in self.groups], self.size)
+        force, stiffness, damping = np.zeros_like(rates), pattern.zeros(), pattern.zeros()
+        for group in self.groups:
+            group.add_linearised(t, poses, rates, pattern, force, stiffness, damping)
+        speeds = np.zeros((pattern.order, self.size))
+        for k, motion in enumerate(self.motions):
+            speeds[self.n_free + k, : len(motion.direction)] = motion.at(t)[1] * motion.direction
+        change = -BlockMatrix(pattern, stiffness).times(speeds.ravel())[: self.nu]
+        direct = np.zeros_like(rates)
+        for group in self.groups:
+            group.add_force_rate(t, poses, direct)
+        return np.asarray(change + direct[self.bodies.free].ravel())
+
     def linearise(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Linearised:
         """See `System`."""
         poses, rates = self.place(t, q, u, before)

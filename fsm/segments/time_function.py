@@ -6,7 +6,7 @@ import numpy as np
 
 from fsm.scene.loads import Constant, Ramp, TimeFunction
 
-__all__ = ["breaks", "factor"]
+__all__ = ["breaks", "factor", "slope"]
 
 
 def factor(function: TimeFunction, t: float) -> float:
@@ -26,3 +26,18 @@ def breaks(function: TimeFunction) -> tuple[float, ...]:
     if isinstance(function, Ramp):
         return (function.start, function.end)
     return tuple(function.time)
+
+
+def slope(function: TimeFunction, t: float) -> float:
+    """Derivative of a time function at t, 1/s; of a table, of the piece that begins there."""
+    if isinstance(function, Constant):
+        return 0.0
+    if isinstance(function, Ramp):
+        length = function.end - function.start
+        x = (t - function.start) / length
+        return 6.0 * x * (1.0 - x) / length if 0.0 <= x <= 1.0 else 0.0
+    time, value = np.asarray(function.time), np.asarray(function.value)
+    piece = int(np.searchsorted(time, t, side="right")) - 1
+    if piece < 0 or piece >= len(time) - 1:
+        return 0.0
+    return float((value[piece + 1] - value[piece]) / (time[piece + 1] - time[piece]))

@@ -1,0 +1,177 @@
+"""Arc-length continuation: the whole equilibrium path, through limit points and back, stable or not.
+
+Configuration and time (which here only says where drives and loads are) are unknowns together, and steps are measured
+along the path, so it may turn back in both. A step from (q_n, t_n) along the tangent (x', t') of unit length ends where
+
+    h(t, q) = 0,     x'.x + t' (t - t_n)/T = s
+
+with x the increment from q_n, scaled by the structure's span over the root of its size, and T the whole time
+(pseudo-arclength: Keller 1977; Riks 1979). Rates play no part: damping and friction are left out, and said to be.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from fsm.errors import NotConverged
+from fsm.solve.linear import LinearSolver
+from fsm.system import System
+
+__all__ = ["PathPoint", "trace"]
+
+_ITERATIONS = 10
+_WANTED = 4
+"""Iterations that a step of the right length takes."""
+_TURN = 0.9
+"""Least cosine between the tangents at the ends of a step: a sharper turn may have hopped to another branch."""
+
+
+@dataclass(frozen=True)
+class PathPoint:
+    """An equilibrium on the path.
+
+    Attributes
+    ----------
+    length : -
+        Arc length from the start.
+    time : s
+    q : configuration
+    negative_pivots : int
+        Of K; more than zero: unstable.
+    """
+
+    length: float
+    time: float
+    q: np.ndarray
+    negative_pivots: int
+
+
+@dataclass
+class _Tangent:
+    """Unit tangent: scaled increment and time."""
+
+    x: np.ndarray
+    t: float
+
+    def dot(self, other: _Tangent) -> float:
+        return float(self.x @ other.x) + self.t * other.t
+
+
+def trace(
+    system: System,
+    q: np.ndarray,
+    start: float,
+    end: float,
+    first: float,
+    longest: float = 0.1,
+    max_steps: int = 10_000,
+    tolerance: float = 1e-9,
+) -> Iterator[PathPoint]:
+    """Equilibria along the path from an equilibrium on, until the time reaches `end` or falls back below `start`.
+
+    Parameters
+    ----------
+    system : System
+    q : (nq,) array
+        Equilibrium at `start`.
+    start, end : s
+    first, longest : -
+        First and longest step along the path: 1 is a motion of everything by the whole span, or all of the time.
+    max_steps : int
+    tolerance : -
+        Last step of Newton's method, relative to the span.
+
+    Raises
+    ------
+    NotConverged
+        Steps became too small, or too many.
+    """
+    tracer = _Tracer(system, start, end, tolerance)
+    point, tangent = tracer.first(q, start)
+    yield point
+    step = first
+    for _ in range(max_steps):
+        found = tracer.step(point, tangent, step)
+        if found is None:
+            step *= 0.5
+            if step < 1e-9:
+                raise NotConverged(
+                    f"arc-length: no equilibrium found beyond t = {point.time:.6g} s (step {step:.1g}); the path may branch "
+                    f"there, negative pivots {point.negative_pivots}"
+                )
+            continue
+        point, tangent, iterations = found
+        yield point
+        if point.time >= end or point.time < start:
+            return
+        step = min(longest, step * float(np.clip(np.sqrt(_WANTED / max(iterations, 1)), 0.5, 2.0)))
+    raise NotConverged(f"arc-length: more than {max_steps} steps; the path has come to t = {point.time:.6g} s")
+
+
+class _Tracer:
+    def __init__(self, system: System, start: float, end: float, tolerance: float) -> None:
+        self.system, self.end, self.tolerance = system, end, tolerance
+        self.scale = system.scales().span * np.sqrt(system.nu)
+        self.duration = end - start
+        self.solver = LinearSolver()
+
+    def first(self, q: np.ndarray, t: float) -> tuple[PathPoint, _Tangent]:
+        """The start, and the tangent with time going on."""
+        tangent, negative = self._tangent(t, q, None)
+        return PathPoint(0.0, t, q, negative), tangent
+
+    def step(
+        self, point: PathPoint, tangent: _Tangent, length: float
+    ) -> tuple[PathPoint, _Tangent, int] | None:
+        """The next point; None if it was not found, or lies round a corner."""
+        # the end of the time is met exactly: there the time is held instead of the length
+        hold = point.time + length * tangent.t * self.duration >= self.end
+        if hold:
+            length = (self.end - point.time) / (tangent.t * self.duration)
+        t = self.end if hold else point.time + length * tangent.t * self.duration
+        q = self.system.retract(point.q, length * tangent.x * self.scale)
+        taken = 0
+        for _ in range(_ITERATIONS):
+            taken += 1
+            residual = self._factorise(t, q)
+            dx = self.solver.solve(residual)
+            dt = 0.0
+            if not hold:
+                along = self.solver.solve(self.system.force_rate(t, q))
+                moved = self.system.difference(point.q, q) / self.scale
+                gap = length - float(tangent.x @ moved) - tangent.t * (t - point.time) / self.duration
+                slope = float(tangent.x @ (along / self.scale)) + tangent.t / self.duration
+                dt = (gap - float(tangent.x @ (dx / self.scale))) / slope
+                dx = dx + dt * along
+            size = float(np.abs(dx / self.system.scales().span).max(initial=0.0))
+            if not np.isfinite(size) or size > 1.0:
+                return None
+            q, t = self.system.retract(q, dx), t + dt
+            if size <= self.tolerance:
+                break
+        else:
+            return None
+        after, negative = self._tangent(t, q, tangent)
+        if after.dot(tangent) < _TURN:
+            return None
+        return PathPoint(point.length + length, t, q, negative), after, taken
+
+    def _factorise(self, t: float, q: np.ndarray) -> np.ndarray:
+        linear = self.system.linearise(t, q, None)
+        self.solver.factorise(linear.stiffness)
+        return linear.force
+
+    def _tangent(self, t: float, q: np.ndarray, before: _Tangent | None) -> tuple[_Tangent, int]:
+        """Unit tangent that goes on the way the one before went, and the negative pivots of K."""
+        linear = self.system.linearise(t, q, None)
+        self.solver.factorise(linear.stiffness)
+        x = self.solver.solve(self.system.force_rate(t, q)) / self.scale * self.duration
+        size = float(np.sqrt(x @ x + 1.0))
+        tangent = _Tangent(x / size, 1.0 / size)
+        if before is not None and tangent.dot(before) < 0.0:
+            tangent = _Tangent(-tangent.x, -tangent.t)
+        self.solver.factorise(linear.stiffness.symmetric())
+        return tangent, self.solver.negative_pivots()

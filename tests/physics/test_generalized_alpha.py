@@ -1,0 +1,454 @@
+"""Generalized-alpha: order, damping at infinity, invariants, error control, friends and failures."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fsm.errors import NotConverged
+from fsm.kernels.rotation import rotation_matrix
+from fsm.prepare import prepare
+from fsm.scene.builders.strip import build_scene
+from fsm.scene.case import Case, Strip
+from fsm.scene.contact import Contact, Friction
+from fsm.scene.load_case import load_case
+from fsm.scene.loads import Drive, Load, Ramp
+from fsm.scene.materials import LinearCrease, Material
+from fsm.scene.scene import GROUND, Body, ForceElement, Scene
+from fsm.segments.compile import compile_scene
+from fsm.segments.save_times import save_times
+from fsm.segments.system import SegmentSystem
+from fsm.solve.generalized_alpha import GeneralizedAlpha
+from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, simulate
+from fsm.system import Linearised
+
+ALPHA = "generalized-alpha"
+RADII = (0.0, 0.5, 0.8, 1.0)
+State = tuple[np.ndarray, np.ndarray]
+
+
+# systems ------------------------------------------------------------------------------------------------------------
+
+
+@cache
+def heavy_top() -> SegmentSystem:
+    """The heavy top of Arnold, Bruls and Cardona; the fixed point is a spring of 41 Hz, which the steps below resolve."""
+    top = Body(
+        name="top",
+        mass=15.0,
+        inertia=(0.234375, 0.46875, 0.234375),
+        position=(0.0, 1.0, 0.0),
+        velocity=(4.61538, 0.0, 0.0),
+        angular_velocity=(0.0, 150.0, -4.61538),
+    )
+    fixed = ForceElement(
+        name="fixed point",
+        inner=GROUND,
+        outer="top",
+        point_outer=(0.0, -1.0, 0.0),
+        translation=(1e6,) * 3,
+        translation_damping=(1e3,) * 3,
+    )
+    return compile_scene(Scene(bodies=(top,), elements=(fixed,), gravity=(0.0, 0.0, -9.81)))
+
+
+def chain(count: int, spatial: bool, held: bool, damping: float = 0.0) -> SegmentSystem:
+    """A chain of rods that bends easily, hung up at its first end or free; in space turning and bending all ways."""
+    length, keep = 1.0 / count, np.array([1.0, 1.0 if spatial else 0.0, 1.0])
+    rng = np.random.default_rng(3)
+    bodies, elements = [], []
+    for i in range(count):
+        bodies.append(
+            Body(
+                name=f"{i}",
+                mass=0.2 / count,
+                inertia=(2e-4 / count, 0.2 / count * length**2 / 12, 0.2 / count * length**2 / 12),
+                position=((i + 0.5) * length, 0.0, 0.0),
+                velocity=tuple(0.5 * rng.standard_normal(3) * keep),
+                angular_velocity=tuple(rng.standard_normal(3) * (1.0 if spatial else 1.0 - keep)),
+            )
+        )
+        if i or held:
+            elements.append(
+                ForceElement(
+                    name=f"joint {i}",
+                    inner=f"{i - 1}" if i else GROUND,
+                    outer=f"{i}",
+                    point_inner=(length / 2 if i else 0.0, 0.0, 0.0),
+                    point_outer=(-length / 2, 0.0, 0.0),
+                    translation=(2e2,) * 3,
+                    rotation=(0.2 if i else 0.0,) * 3,
+                    translation_damping=(damping * 2e2,) * 3,
+                    rotation_damping=(damping * 0.2,) * 3,
+                )
+            )
+    gravity = (0.0, 0.0, -9.81 if held else 0.0)
+    return compile_scene(Scene(bodies=tuple(bodies), elements=tuple(elements), gravity=gravity), spatial)
+
+
+@cache
+def pendulum(spatial: bool) -> SegmentSystem:
+    """A chain of four that swings by its first end."""
+    return chain(4, spatial, held=True)
+
+
+@cache
+def free_chain() -> SegmentSystem:
+    """A chain of five in space, undamped, that spins and bends."""
+    return chain(5, spatial=True, held=False)
+
+
+def oscillator(stiffness: float) -> SegmentSystem:
+    """1 kg between springs, at rest at the origin but for its velocity."""
+    body = Body(name="mass", mass=1.0, inertia=(1.0,) * 3, velocity=(1.0, 0.0, 0.0))
+    spring = ForceElement(name="spring", inner=GROUND, outer="mass", translation=(stiffness,) * 3, rotation=(1.0,) * 3)
+    return compile_scene(Scene(bodies=(body,), elements=(spring,)))
+
+
+@cache
+def strip() -> SegmentSystem:
+    """A small damped strip with contact and friction, pulled until its panels rub."""
+    case = Case(
+        strip=Strip(length=0.48, width=0.04, thickness=3e-4, panels=6, fold_angle=math.radians(83.0), segments_per_panel=4),
+        material=Material(young=3e9, density=800, damping=1e-2),
+        crease=LinearCrease(stiffness=9e-3),
+        contact=Contact(stiffness=1e8, damping=10.0, ramp=1e-5),
+        friction=Friction(law="step", mu_static=0.3, mu_dynamic=0.2, v_static=1e-3, v_dynamic=5e-3),
+        drive=(Drive(crease=3, speed=0.05, travel=0.02),),
+    )
+    return compile_scene(build_scene(case))
+
+
+def run(solver: GeneralizedAlpha, end: float) -> list[float]:
+    """Step to the end; the times of all steps."""
+    times = []
+    while solver.t < end:
+        solver.step(end)
+        times.append(solver.t)
+    return times
+
+
+# order --------------------------------------------------------------------------------------------------------------
+
+
+def uniform(h: float, end: float) -> Iterator[float]:
+    """Ends of equal steps."""
+    count = round(end / h)
+    yield from (end * (i + 1) / count for i in range(count))
+
+
+def alternating(h: float, end: float) -> Iterator[float]:
+    """Ends of steps of 2/3 h and 4/3 h by turns."""
+    count = round(end / h)
+    yield from (end * (i + 1 - (1 / 3 if i % 2 == 0 else 0.0)) / count for i in range(count))
+
+
+def integrate(system: SegmentSystem, rho_inf: float, ends: Iterator[float], h: float) -> State:
+    """State at the last of the ends, one step to each."""
+    solver = GeneralizedAlpha(system, 0.0, *system.initial(), 1e-9, rho_inf, fixed_step=2.0 * h)
+    for count, end in enumerate(ends, 1):
+        solver.step(end)
+        assert solver.t == end
+        assert solver.steps == count
+    return solver.q, solver.u
+
+
+@cache
+def reference(name: str) -> State:
+    """State at the end by Radau at a tight tolerance: another method, of another family."""
+    system, end, _ = CASES[name]
+    saved: list[Saved] = []
+    simulate(system(), Settings("Radau", 1e-11, end), [end], saved.append)
+    return saved[-1].q, saved[-1].u
+
+
+CASES: dict[str, tuple[Callable[[], SegmentSystem], float, float]] = {
+    "top": (heavy_top, 0.04, 5e-4),
+    "planar pendulum": (lambda: pendulum(False), 0.06, 4e-4),
+    "spatial pendulum": (lambda: pendulum(True), 0.06, 4e-4),
+}
+
+
+def errors(name: str, rho_inf: float, ends: Callable[[float, float], Iterator[float]]) -> np.ndarray:
+    """Errors of q and u, (2, 2), with a step and half of it."""
+    system, end, step = CASES[name]
+    q, u = reference(name)
+    found = []
+    for h in (step, step / 2):
+        reached = integrate(system(), rho_inf, ends(h, end), h)
+        found.append([np.linalg.norm(system().difference(q, reached[0])), np.linalg.norm(reached[1] - u)])
+    return np.array(found)
+
+
+@pytest.mark.parametrize("ends", [uniform, alternating])
+@pytest.mark.parametrize("rho_inf", RADII)
+@pytest.mark.parametrize("name", CASES)
+def test_order_two(name: str, rho_inf: float, ends: Callable[[float, float], Iterator[float]]) -> None:
+    coarse, fine = errors(name, rho_inf, ends)
+    order = np.log2(coarse / fine)
+    assert order == pytest.approx([2.0, 2.0], abs=0.1)
+
+
+# damping at infinity ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("rho_inf", [0.5, 0.8, 1.0])
+def test_spectral_radius_at_infinity(rho_inf: float) -> None:
+    h, count = 1e-2, 300
+    solver = GeneralizedAlpha(oscillator((1e5 / h) ** 2), 0.0, *oscillator(1.0).initial(), 1e-6, rho_inf, fixed_step=h)
+    speed = []
+    for i in range(2 * count):
+        solver.step((i + 1) * h)
+        speed.append(abs(solver.u[0]))
+    # all three roots are the same at infinity, so the amplitude is rho^n times a quadratic in n; twice as far, at most 2^2
+    # more of it, which is 0.5 % of a step's factor here
+    assert (speed[-1] / speed[count - 1]) ** (1.0 / count) == pytest.approx(rho_inf, rel=0.01)
+
+
+def test_stiff_motion_vanishes_at_once_without_radius() -> None:
+    h = 1e-2
+    solver = GeneralizedAlpha(oscillator((1e5 / h) ** 2), 0.0, *oscillator(1.0).initial(), 1e-6, 0.0, fixed_step=h)
+    for i in range(4):
+        solver.step((i + 1) * h)
+    assert abs(solver.u[0]) < 1e-6
+
+
+def test_growing_steps_do_not_excite_stiff_motion() -> None:
+    # with the whole of a - u' rescaled, its velocity grows by 1.07 a step here
+    solver = GeneralizedAlpha(oscillator(1e16), 0.0, *oscillator(1.0).initial(), 1e-6, 0.8, fixed_step=1.0)
+    t, h = 0.0, 1e-2
+    for _ in range(20):
+        t, h = t + h, 1.2 * h
+        solver.step(t)
+    assert abs(solver.u[0]) < 0.9
+
+
+# invariants ---------------------------------------------------------------------------------------------------------
+
+
+def momentum(system: SegmentSystem, q: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Linear momentum, and angular momentum about the origin."""
+    linear, angular = np.zeros(3), np.zeros(3)
+    inertia = system.bodies.inertia[system.bodies.free]
+    for pose, rate, mass in zip(q.reshape(-1, 7), u.reshape(-1, 6), inertia, strict=True):
+        push = mass[:3] * rate[:3]
+        linear += push
+        angular += np.cross(pose[:3], push) + rotation_matrix(pose[3:]) @ (mass[3:] * rate[3:])
+    return linear, angular
+
+
+def drift(h: float) -> tuple[float, float]:
+    """Largest change of linear and angular momentum of the free chain over 0.2 s, over what they are at the start."""
+    system = free_chain()
+    solver = GeneralizedAlpha(system, 0.0, *system.initial(), 1e-9, 0.8, fixed_step=h)
+    linear, angular = momentum(system, solver.q, solver.u)
+    worst = np.zeros(2)
+    while solver.t < 0.2:
+        solver.step(0.2)
+        now = momentum(system, solver.q, solver.u)
+        worst = np.maximum(worst, [np.linalg.norm(now[0] - linear), np.linalg.norm(now[1] - angular)])
+    return float(worst[0] / np.linalg.norm(linear)), float(worst[1] / np.linalg.norm(angular))
+
+
+def test_momentum_of_a_free_chain() -> None:
+    coarse, fine = drift(1e-3), drift(5e-4)
+    assert max(coarse[0], fine[0]) < 1e-12
+    assert math.log2(coarse[1] / fine[1]) == pytest.approx(2.0, abs=0.15)
+
+
+@pytest.mark.parametrize("rho_inf", [0.0, 0.5, 0.8])
+def test_energy_of_a_free_chain_does_not_grow(rho_inf: float) -> None:
+    system = free_chain()
+    solver = GeneralizedAlpha(system, 0.0, *system.initial(), 1e-6, rho_inf, fixed_step=2e-3)
+    energy = [system.energy(0.0, solver.q, solver.u).stored]
+    while solver.t < 1.0:
+        solver.step(1.0)
+        energy.append(system.energy(solver.t, solver.q, solver.u).stored)
+    # the method's own energy differs from this one by a part of (omega h)^2, which swings but does not add up
+    assert max(energy) < (1.0 + 5e-4) * energy[0]
+    quarters = [np.mean(part) for part in np.array_split(energy, 4)]
+    assert quarters[0] > quarters[1] > quarters[2] > quarters[3]
+
+
+# error control ------------------------------------------------------------------------------------------------------
+
+
+def controlled(name: str, rtol: float) -> tuple[float, int]:
+    """Error over the scales and number of steps with error control."""
+    system, end, _ = CASES[name]
+    q, u = reference(name)
+    solver = GeneralizedAlpha(system(), 0.0, *system().initial(), rtol)
+    run(solver, end)
+    scales = system().scales()
+    off_q = system().difference(q, solver.q) / scales.increment
+    return float(max(np.abs(off_q).max(), np.abs((solver.u - u) / (scales.velocity + np.abs(u))).max())), solver.steps
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_error_follows_the_tolerance(name: str) -> None:
+    tolerances = np.array([1e-4, 1e-5, 1e-6, 1e-7])
+    found = np.array([controlled(name, rtol) for rtol in tolerances])
+    # local errors of h^3 held at rtol: steps as rtol^(-1/3), errors as rtol^(2/3)
+    of_error, of_steps = (np.polyfit(np.log(tolerances), np.log(column), 1)[0] for column in found.T)
+    assert of_error == pytest.approx(2.0 / 3.0, abs=0.15)
+    assert of_steps == pytest.approx(-1.0 / 3.0, abs=0.1)
+
+
+@cache
+def pulled(method: str, rtol: float) -> tuple[Statistics, Ledger, list[Saved]]:
+    """The rubbing strip."""
+    system = strip()
+    saved: list[Saved] = []
+    end = system.end_time()
+    assert end is not None
+    statistics, ledger = simulate(system, Settings(method, rtol, end), list(np.linspace(0.0, end, 21)), saved.append)
+    return statistics, ledger, saved
+
+
+def test_strip_agrees_with_radau() -> None:
+    """Contact, friction and a drive that runs up; forces are what is hardest to get right."""
+    _, _, exact = pulled("Radau", 1e-5)
+    _, _, found = pulled(ALPHA, 1e-6)
+    force = np.array([[record.observation.drive.force[0] for record in run] for run in (exact, found)])
+    assert exact[-1].observation.pair_force.sum() > 1e-3
+    assert force[1] == pytest.approx(force[0], abs=2e-3 * np.abs(force[0]).max())
+    off = strip().difference(exact[-1].q, found[-1].q) / strip().scales().increment
+    assert np.abs(off).max() < 1e-3
+
+
+def test_ledger_balances_and_improves() -> None:
+    loose, tight = pulled(ALPHA, 1e-4)[1].relative_error, pulled(ALPHA, 1e-6)[1].relative_error
+    assert tight < 1e-3
+    assert tight < 0.3 * loose
+
+
+def test_ledger_is_of_second_order() -> None:
+    system = chain(4, spatial=False, held=True, damping=0.02)
+    worst = []
+    for h in (2e-3, 1e-3):
+        _, ledger = simulate(system, Settings(ALPHA, 1e-9, 0.2, step=h), [], lambda saved: None)
+        assert ledger.dissipated > 1e-2 * ledger.turnover
+        worst.append(ledger.worst)
+    assert math.log2(worst[0] / worst[1]) == pytest.approx(2.0, abs=0.25)
+
+
+# times that are hit -------------------------------------------------------------------------------------------------
+
+
+def test_wanted_times_are_hit_exactly() -> None:
+    statistics, _, saved = pulled(ALPHA, 1e-4)
+    end = strip().end_time()
+    assert [record.time for record in saved] == list(np.linspace(0.0, end, 21))
+    assert len(statistics.seen) == statistics.steps + 1
+
+
+def test_drive_stops_without_ringing() -> None:
+    """The forces jump where the drive stops: u' begins anew there, and the state goes on smoothly."""
+    system = strip()
+    stop = system.end_time()
+    assert stop is not None
+    solver = GeneralizedAlpha(system, 0.0, *system.initial(), 1e-5)
+    times = run(solver, 1.05 * stop)
+    assert stop in times
+    assert system.motions[0].run_up_time in times
+    # at rest soon: what is left is the creep of friction and of the damped springs
+    assert np.abs(solver.u / system.scales().velocity).max() < 1.0
+
+
+def test_steps_end_where_loads_have_kinks() -> None:
+    ramp = Load(body="0", force=(0.0, 0.0, 1.0), time=Ramp(kind="ramp", start=0.0123, end=0.0345))
+    body = Body(name="0", mass=1.0, inertia=(1.0,) * 3)
+    system = compile_scene(Scene(bodies=(body,), loads=(ramp,)))
+    solver = GeneralizedAlpha(system, 0.0, *system.initial(), 1e-3)
+    times = run(solver, 0.1)
+    assert {0.0123, 0.0345, 0.1} <= set(times)
+
+
+# rest and failure ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("spatial", [False, True])
+def test_equilibrium_stays(spatial: bool) -> None:
+    bodies = tuple(Body(name=f"{i}", mass=1.0, inertia=(0.1,) * 3, position=(float(i), 0.0, 0.0)) for i in range(3))
+    joints = tuple(
+        ForceElement(
+            name=f"{i}", inner=f"{i}", outer=f"{i + 1}", point_inner=(0.5, 0.0, 0.0), point_outer=(-0.5, 0.0, 0.0),
+            translation=(1e6,) * 3, rotation=(10.0,) * 3,
+        )
+        for i in range(2)
+    )  # fmt: skip
+    system = compile_scene(Scene(bodies=bodies, elements=joints), spatial)
+    q, u = system.initial()
+    solver = GeneralizedAlpha(system, 0.0, q, u, 1e-6)
+    run(solver, 1.0)
+    assert np.abs(solver.q - q).max() < 1e-13
+    assert np.abs(solver.u).max() < 1e-13
+
+
+class Broken(SegmentSystem):
+    """A system whose forces are not numbers beyond a time."""
+
+    def __init__(self, system: SegmentSystem, until: float) -> None:
+        self.__dict__.update(system.__dict__)
+        self.until = until
+
+    def force(self, t: float, *rest: Any, **more: Any) -> np.ndarray:
+        """Force, or nothing that is a number."""
+        return super().force(t, *rest, **more) if t <= self.until else np.full(self.nu, np.nan)
+
+    def linearise(self, t: float, *rest: Any, **more: Any) -> Linearised:
+        """As the force."""
+        linear = super().linearise(t, *rest, **more)
+        return linear if t <= self.until else Linearised(np.full(self.nu, np.nan), linear.stiffness, linear.damping)
+
+
+@pytest.mark.parametrize("step", [None, 1e-3])
+def test_failure_says_when_and_where(step: float | None) -> None:
+    system = Broken(pendulum(False), 0.0505)
+    saved: list[Saved] = []
+    with pytest.raises(NotConverged) as caught:
+        simulate(system, Settings(ALPHA, 1e-4, 0.1, step=step), [0.0, 0.05, 0.1], saved.append)
+    words = str(caught.value)
+    assert "t = 0.05" in words
+    assert "equations of a step" in words
+    assert "Fastest changing body" in words
+    assert [record.time for record in saved] == [0.0, 0.05]
+
+
+def test_steps_are_cut_before_failure() -> None:
+    system = Broken(pendulum(False), 0.0505)
+    solver = GeneralizedAlpha(system, 0.0, *system.initial(), 1e-4)
+    with pytest.raises(NotConverged):
+        run(solver, 0.1)
+    assert solver.failed > 5
+    # as near as steps of round-off
+    assert solver.t == pytest.approx(0.0505, abs=1e-9)
+
+
+def test_counters() -> None:
+    statistics, _, _ = pulled(ALPHA, 1e-4)
+    assert statistics.steps > 20
+    assert statistics.newton_iterations >= statistics.steps
+    assert statistics.jacobian_evaluations < statistics.newton_iterations < statistics.force_evaluations + 1
+    assert 0.0 < statistics.smallest_step < 0.01
+
+
+@pytest.mark.slow
+def test_demo_strip_has_radaus_peak() -> None:
+    """strip_pull's peak of 1.98545 N by Radau at rtol 1e-6."""
+    demo = Path(__file__).parents[2] / "folding_cases" / "strip_pull" / "case.toml"
+    case = load_case(demo, ['drive.0.travel="28 mm"', "expect=none"]).case
+    _, system = prepare(case)
+    end = system.end_time()
+    assert end is not None
+    times = save_times(case, system.motions[0], end)
+    statistics, _ = simulate(system, Settings(ALPHA, 1e-4, end), times, lambda saved: None)
+    peak = max(drive.force[0] for drive, _ in statistics.seen)
+    assert peak == pytest.approx(1.98545, rel=5e-4)
+    assert statistics.steps < 1000
