@@ -66,7 +66,7 @@ class Solve(Model):
         Side of a bifurcation that statics goes to: positive, along the critical mode with its largest component positive;
         negative, against it; 0, to the side of lower energy.
     rho_inf : -
-        Spectral radius at infinity, generalized-alpha only: what stiff vibrations are multiplied by in a step. 0.6 if absent.
+        Spectral radius at infinity, generalized-alpha only: factor on stiff vibrations in a step. 0.6 if absent.
     step : s
         Fixed step, generalized-alpha only; without it the error is controlled.
     end_time : s

@@ -144,8 +144,8 @@ def test_free_beam_has_its_rigid_motions() -> None:
         assert np.abs(result.squared[:rigid]).max() < 50 * result.resolution
         assert result.squared[rigid] > 200.0
         assert not result.unstable.any()
-        # the values are good to the square of this
-        assert (result.residuals < 100 * result.resolution + 1e-6 * np.abs(result.squared)).all()
+        # 126 in the plane with one inverse iteration instead of two
+        assert result.residuals.max() < 50 * result.resolution
 
 
 def test_spatial_cantilever_bends_both_ways_and_twists() -> None:

@@ -9,18 +9,23 @@ from __future__ import annotations
 
 import argparse
 import csv
-import math
+import os
 import statistics
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from validation.benchmarks import one_thread  # before anything that loads NumPy
-from validation.benchmarks import demo, memory, plots, precision, segments  # isort: skip
+from validation.benchmarks import one_thread  # first of all: before anything that loads NumPy
+from validation.benchmarks.demo import OUT, machine
+from validation.benchmarks.demo import measure as measure_demo
+from validation.benchmarks.memory import measure_memory
 from validation.benchmarks.methods import METHODS, QUICK_TOLERANCES
+from validation.benchmarks.plots import plot_all_scenes, plot_scene, plot_segments
+from validation.benchmarks.precision import PRECISION, measure, precision_table, read, reference, say, write
 from validation.benchmarks.problem import Problem, Tight
 from validation.benchmarks.scenes import PROBLEMS, QUICK
+from validation.benchmarks.segments import COUNTS, QUICK_COUNTS, SEGMENTS, measure_segments, segments_table, write_segments
 
 PARTS = ("precision", "segments", "demo", "memory")
 
@@ -43,9 +48,9 @@ def options(arguments: list[str] | None = None) -> argparse.Namespace:
     chosen.methods = _listed(parser, "--methods", chosen.methods, METHODS)
     parts = chosen.parts or ("precision,segments" if chosen.quick else ",".join(PARTS))
     chosen.parts = _listed(parser, "--parts", parts, dict.fromkeys(PARTS))
-    chosen.out = chosen.out or (demo.OUT / "quick" if chosen.quick else demo.OUT)
+    chosen.out = chosen.out or (OUT / "quick" if chosen.quick else OUT)
     if chosen.quick:
-        chosen.repeat, chosen.limit = 1, min(chosen.limit, 10.0)
+        chosen.repeat, chosen.limit = 1, min(chosen.limit, 5.0)
     return chosen
 
 
@@ -67,67 +72,64 @@ def problem(name: str, quick: bool) -> Problem:
 
 def run_precision(chosen: argparse.Namespace, about: dict[str, str]) -> None:
     """Work and precision; the file is brought up to date after every method."""
-    for name in chosen.scenes:
+    for name in (name for name in chosen.scenes if name in QUICK or not chosen.quick):
         scene = problem(name, chosen.quick)
         methods = [METHODS[method] for method in chosen.methods if METHODS[method].applies(scene)]
         if not methods:
             continue
-        expected = precision.reference(scene, chosen.out / "references", chosen.renew)
+        expected = reference(scene, chosen.out / "references", chosen.renew)
         for method in methods:
             tolerances = QUICK_TOLERANCES if chosen.quick else method.tolerances
             if chosen.tolerances:
                 tolerances = tuple(float(text) for text in chosen.tolerances.split(","))
             wanted = [tolerance for tolerance in tolerances if tolerance >= 0.999 * scene.tightest]
-            rows = precision.measure(scene, method, expected, wanted, chosen.repeat, chosen.limit)
-            precision.write(chosen.out / precision.FILE, rows, about)
+            rows = measure(scene, method, expected, wanted, chosen.repeat, chosen.limit)
+            write(chosen.out / PRECISION, rows, about)
 
 
 def draw_precision(chosen: argparse.Namespace) -> None:
     """All plots of work and precision that the file has rows for, and its table."""
-    rows = precision.read(chosen.out / precision.FILE)
-    scenes = {name: problem(name, chosen.quick) for name in PROBLEMS if any(row["scene"] == name for row in rows)}
+    rows = read(chosen.out / PRECISION)
+    known = QUICK if chosen.quick else PROBLEMS
+    scenes = {name: problem(name, chosen.quick) for name in known if any(row["scene"] == name for row in rows)}
     if not scenes:
         return
     methods = list(METHODS)
     for name, scene in scenes.items():
         own = [row for row in rows if row["scene"] == name]
-        plots.plot_scene(chosen.out / f"{name}.png", own, scene.title, scene.measure, methods)
-    plots.plot_all_scenes(chosen.out / "work_precision.png", rows, dict.fromkeys(scenes, "") | _short(scenes), methods)
-    print(precision.table(sorted(rows, key=lambda row: list(PROBLEMS).index(row["scene"]))), end="\n\n")
-
-
-def _short(scenes: Mapping[str, Problem]) -> dict[str, str]:
-    """Names for small plots."""
-    return {name: name.replace("_", " ") for name in scenes}
+        plot_scene(chosen.out / f"{name}.png", own, scene.title, scene.measure, methods)
+    plot_all_scenes(chosen.out / "work_precision.png", rows, {name: name.replace("_", " ") for name in scenes}, methods)
+    print(precision_table(sorted(rows, key=lambda row: list(PROBLEMS).index(row["scene"]))), end="\n\n")
 
 
 def run_segments(chosen: argparse.Namespace, about: dict[str, str]) -> None:
     """Cost against the number of segments."""
-    counts = segments.QUICK_COUNTS if chosen.quick else segments.COUNTS
-    rows = segments.measure_segments(counts, chosen.methods, chosen.repeat, chosen.limit)
-    segments.write_segments(chosen.out / segments.FILE, rows, about)
+    counts = QUICK_COUNTS if chosen.quick else COUNTS
+    rows = measure_segments(counts, chosen.methods, chosen.repeat, chosen.limit)
+    write_segments(chosen.out / SEGMENTS, rows, about)
 
 
 def draw_segments(chosen: argparse.Namespace) -> None:
     """Its plot and table."""
-    rows = precision.read(chosen.out / segments.FILE)
+    rows = read(chosen.out / SEGMENTS)
     if rows:
-        plots.plot_segments(chosen.out / "segments.png", rows)
-        print(segments.segments_table(rows), end="\n\n")
+        plot_segments(chosen.out / "segments.png", rows)
+        print(segments_table(rows), end="\n\n")
 
 
 def run_demo(chosen: argparse.Namespace, about: dict[str, str]) -> None:
     """Cold, warm and per-case times of the demo table, medians over repeats."""
     found: list[dict[str, float]] = []
     for number in range(chosen.repeat):
-        precision.say(f"demo table, {number + 1} of {chosen.repeat}")
-        found.append(demo.measure())
-    _write_values(chosen.out / "demo_times.csv", {name: statistics.median(r[name] for r in found) for name in found[0]}, about)
+        say(f"demo table, {number + 1} of {chosen.repeat}")
+        found.append(measure_demo())
+    medians = {name: statistics.median(times[name] for times in found) for name in found[0]}
+    _write_values(chosen.out / "demo_times.csv", medians, about)
 
 
 def run_memory(chosen: argparse.Namespace, about: dict[str, str]) -> None:
     """Peak memory."""
-    _write_values(chosen.out / "memory.csv", memory.measure_memory(), about)
+    _write_values(chosen.out / "memory.csv", measure_memory(), about)
 
 
 def _write_values(path: Path, values: Mapping[str, float], about: dict[str, str]) -> None:
@@ -140,7 +142,7 @@ def _write_values(path: Path, values: Mapping[str, float], about: dict[str, str]
 
 def draw_values(chosen: argparse.Namespace, file: str, head: str) -> None:
     """A table of names and values."""
-    rows = precision.read(chosen.out / file)
+    rows = read(chosen.out / file)
     if rows:
         print(f"| {head} |\n|---|---|")
         print("\n".join(f"| {row['what']} | {row['value']} |" for row in rows), end="\n\n")
@@ -149,7 +151,7 @@ def draw_values(chosen: argparse.Namespace, file: str, head: str) -> None:
 def main(arguments: list[str] | None = None) -> int:
     """Measure what is asked for, then draw everything there is."""
     chosen = options(arguments)
-    about = demo.machine() | {"threads": str(len(one_thread.VARIABLES) and 1)}
+    about = machine() | {"threads": os.environ[one_thread.VARIABLES[0]]}
     runs: dict[str, Callable[[argparse.Namespace, dict[str, str]], None]] = {
         "precision": run_precision,
         "segments": run_segments,
@@ -163,7 +165,7 @@ def main(arguments: list[str] | None = None) -> int:
     draw_segments(chosen)
     draw_values(chosen, "demo_times.csv", "demo table | time (s)")
     draw_values(chosen, "memory.csv", "job | peak memory (MB)")
-    precision.say(f"written to {chosen.out}")
+    say(f"written to {chosen.out}")
     return 0
 
 

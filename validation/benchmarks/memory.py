@@ -7,7 +7,8 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from validation.benchmarks import one_thread
+from fsm.segments.compile import compile_scene
+from fsm.segments.system import SegmentSystem
 from validation.benchmarks.methods import METHODS
 from validation.benchmarks.scenes import cantilever, roll_up, strip
 from validation.benchmarks.segments import newton_iterations, time_steps
@@ -20,12 +21,9 @@ except ImportError:  # Windows has no such count
 __all__ = ["measure_memory", "peak"]
 
 ROOT = Path(__file__).parents[2]
-assert one_thread.VARIABLES
 
 
-def _large_chain():  # noqa: ANN202 - a system, whose class need not be imported for it
-    from fsm.segments.compile import compile_scene
-
+def _large_chain() -> SegmentSystem:
     return compile_scene(cantilever(5000, ramp=10.0, damping=0.3))
 
 

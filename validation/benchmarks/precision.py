@@ -14,9 +14,9 @@ from fsm.errors import FsmError
 from validation.benchmarks.methods import METHODS, Method, Run, TooSlow
 from validation.benchmarks.problem import Problem, Tight
 
-__all__ = ["FILE", "measure", "read", "reference", "table", "write"]
+__all__ = ["PRECISION", "measure", "precision_table", "read", "reference", "say", "write"]
 
-FILE = "work_precision.csv"
+PRECISION = "work_precision.csv"
 COLUMNS = (
     "scene", "method", "tolerance", "status", "error", "time_s", "wall_s", "repeats", "steps", "newton_iterations",
     "energy_error", "message",
@@ -61,7 +61,7 @@ def measure(
     method.warm_up(problem)
     slow = ""
     for tolerance in sorted(tolerances, reverse=True):
-        row = {name: "" for name in COLUMNS} | {
+        row = dict.fromkeys(COLUMNS, "") | {
             "scene": problem.name, "method": method.name, "tolerance": f"{tolerance:g}"
         }  # fmt: skip
         if slow:
@@ -124,10 +124,12 @@ def write(path: Path, new: Sequence[Row], about: dict[str, str]) -> None:
     partial.replace(path)
 
 
-def table(rows: Sequence[Row], targets: Sequence[float] = (1e-2, 1e-3, 1e-4, 1e-6)) -> str:
+def precision_table(rows: Sequence[Row], targets: Sequence[float] = (1e-2, 1e-3, 1e-4, 1e-6)) -> str:
     """Shortest time (s) to an error no larger than each target, in Markdown; how often a method failed or was too slow."""
     lines = [
-        "| scene | method | " + " | ".join(f"s to {target:g}" for target in targets) + " | smallest error | failed | too slow |",
+        "| scene | method | "
+        + " | ".join(f"s to {target:g}" for target in targets)
+        + " | smallest error | failed | too slow |",
         "|---" * (len(targets) + 5) + "|",
     ]
     for scene, method in dict.fromkeys((row["scene"], row["method"]) for row in rows):

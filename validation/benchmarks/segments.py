@@ -6,6 +6,7 @@ import csv
 import statistics
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -18,9 +19,9 @@ from fsm.solve.simulate import Settings, simulate
 from validation.benchmarks.precision import Row, say
 from validation.benchmarks.scenes import cantilever, strip_scene
 
-__all__ = ["COUNTS", "FILE", "QUICK_COUNTS", "measure_segments", "segments_table", "slope", "write_segments"]
+__all__ = ["COUNTS", "QUICK_COUNTS", "SEGMENTS", "measure_segments", "segments_table", "slope", "write_segments"]
 
-FILE = "segments.csv"
+SEGMENTS = "segments.csv"
 COLUMNS = ("scene", "what", "segments", "time_s", "repeats", "slope", "message")
 COUNTS = (10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
 QUICK_COUNTS = (10, 50, 200, 500)
@@ -92,7 +93,7 @@ def _row(
     clock: Callable[[SegmentSystem, int], list[float]],
     repeat: int,
 ) -> Row:
-    row = {name: "" for name in COLUMNS} | {"scene": scene, "what": what, "segments": str(count)}
+    row = dict.fromkeys(COLUMNS, "") | {"scene": scene, "what": what, "segments": str(count)}
     try:
         times = clock(system, repeat)
     except Exception as error:
@@ -128,10 +129,8 @@ def time_steps(system: SegmentSystem, method: str) -> list[float]:
             raise _Enough
 
     end = system.end_time() or 25.0
-    try:
+    with suppress(_Enough):
         simulate(system, Settings(method, RTOL, end), [], lambda saved: None, count)
-    except _Enough:
-        pass
     steps = np.diff(ends[SETTLING:])
     # a step that renews the matrices costs many times one that does not: what counts is the mean
     return [float(np.mean(steps))]
