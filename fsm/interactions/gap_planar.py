@@ -7,6 +7,11 @@ distance and A = L^2 - d n.C_ss,
 
     ds = [L t.(dp - dC) + d n.dC_s]/A,   dn = -t beta,   beta = n.(dC_s + C_ss ds)/L,   dg = n.(dp - dC)
 
+Past the straight part of its tip, by x, the surface is a disc of radius R (`fsm.interactions.surface`):
+
+    g_round = sqrt(x^2 + y^2) - R,   y = g + R,   dx = t.(dp - dC) + distance n.dC_s/L
+
+
 Slip is the relative velocity along t of the two bodies' material at ONE point, x_c = p - inset n, so that action and
 reaction keep the angular momentum.
 
@@ -17,7 +22,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.interactions.surface import blend
+from fsm.interactions.surface import blend, overshoot
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import add_block
 
@@ -114,6 +119,7 @@ def find_contacts_planar(
     probe_body: np.ndarray,
     probe_x: np.ndarray,
     side: np.ndarray,
+    straight: np.ndarray,
     clearance: np.ndarray,
     depth_limit: np.ndarray,
     window: np.ndarray,
@@ -183,6 +189,9 @@ def find_contacts_planar(
         length = np.sqrt(curve[1, 0] ** 2 + curve[1, 1] ** 2)
         normal_x, normal_z = -side[i] * curve[1, 1] / length, side[i] * curve[1, 0] / length
         gap = normal_x * (px - curve[0, 0]) + normal_z * (pz - curve[0, 1]) - clearance[i]
+        over, radius = overshoot(at, stations[piece], length, straight[i])
+        if over != 0.0:
+            gap = np.hypot(over, gap + radius) - radius
         if gap < below and gap > -depth_limit[i]:
             found_probe[count] = i
             found_piece[count] = piece
@@ -249,6 +258,8 @@ def measure_gap_planar(
     probe_body: np.ndarray,
     probe_x: np.ndarray,
     side: np.ndarray,
+    straight: np.ndarray,
+    clearance: np.ndarray,
     inset: np.ndarray,
     owners: np.ndarray,
     stations: np.ndarray,
@@ -278,8 +289,14 @@ def measure_gap_planar(
             poses, bodies[i], probe_x[probe], side[probe], found_s[i], stations[piece], weights, curve, vectors
         )
         lever = (distance - inset[probe]) / length
+        over, radius = overshoot(found_s[i], stations[piece], length, straight[probe])
+        height = distance - clearance[probe] + radius
+        far = np.hypot(over, height)
         for m in range(9):
             gradient[i, 0, m] = vectors[1, m]
+            if over != 0.0:
+                sliding = vectors[0, m] + distance / length * vectors[3, m]
+                gradient[i, 0, m] = (over * sliding + height * vectors[1, m]) / far
             gradient[i, 1, m] = vectors[0, m] + lever * vectors[3, m]
         gradient[i, 1, 2] -= side[probe] * inset[probe]
         for k in range(2):
@@ -289,6 +306,33 @@ def measure_gap_planar(
                     total += gradient[i, k, 3 * b + c] * rates[bodies[i, b], c]
             rate[i, k] = total
     return bodies, rate, gradient
+
+
+@kernel
+def _slip_gradient(
+    vec: np.ndarray,
+    ds: np.ndarray,
+    beta: np.ndarray,
+    curvature: np.ndarray,
+    lever: float,
+    length: float,
+    turn: float,
+    out: np.ndarray,
+) -> None:
+    """Derivative (9, 9) of the slip gradient t.(dp - dC) + lever n.dC_s, but for the inset."""
+    for m in range(9):
+        for n in range(9):
+            stretch = vec[2, n] + turn * ds[n]
+            slope_n = -beta[n] * vec[2, m] + vec[4, m] * ds[n]
+            if m == n:
+                slope_n += curvature[2, m]
+            out[m, n] = (
+                beta[n] * vec[1, m]
+                - vec[2, m] * ds[n]
+                + vec[1, n] / length * vec[3, m]
+                + lever * (slope_n - vec[3, m] * stretch / length)
+            )
+        out[m, m] += curvature[0, m]
 
 
 @kernel
@@ -304,6 +348,8 @@ def tangent_gap_planar(
     found_s: np.ndarray,
     probe_x: np.ndarray,
     side: np.ndarray,
+    straight: np.ndarray,
+    clearance: np.ndarray,
     inset: np.ndarray,
     stations: np.ndarray,
     normal: np.ndarray,
@@ -339,6 +385,7 @@ def tangent_gap_planar(
     beta = np.empty(9)
     curvature = np.zeros((3, 9))
     speed = np.empty(9)
+    along = np.empty(9)
     for i in range(count):
         probe, piece = found_probe[i], found_piece[i]
         tx, tz, nx, nz, length, distance, bend = _geometry(
@@ -372,21 +419,26 @@ def tangent_gap_planar(
             hessian[m, m] += curvature[1, m]
         by_depth, by_rate = slopes[i, 0], slopes[i, 1]
         by_slip, by_normal = normal[i] * slopes[i, 3], slopes[i, 2] * rate[i, 1]
-        if with_friction:
-            lever = (distance - inset[probe]) / length
+        over, radius = overshoot(found_s[i], stations[piece], length, straight[probe])
+        if over != 0.0:
+            # the second derivative of x is the gradient of a slip at the surface itself
+            _slip_gradient(vec, ds, beta, curvature, distance / length, length, turn, slip_gradient)
+            for m in range(9):
+                along[m] = vec[0, m] + distance / length * vec[3, m]
+            height = distance - clearance[probe] + radius
+            far = np.hypot(over, height)
             for m in range(9):
                 for n in range(9):
-                    stretch = vec[2, n] + turn * ds[n]
-                    slope_n = -beta[n] * vec[2, m] + vec[4, m] * ds[n]
-                    if m == n:
-                        slope_n += curvature[2, m]
-                    slip_gradient[m, n] = (
-                        beta[n] * vec[1, m]
-                        - vec[2, m] * ds[n]
-                        + vec[1, n] / length * vec[3, m]
-                        + lever * (slope_n - vec[3, m] * stretch / length)
-                    )
-                slip_gradient[m, m] += curvature[0, m]
+                    hessian[m, n] = (
+                        along[m] * along[n]
+                        + vec[1, m] * vec[1, n]
+                        - gradient[i, 0, m] * gradient[i, 0, n]
+                        + over * slip_gradient[m, n]
+                        + height * hessian[m, n]
+                    ) / far
+        if with_friction:
+            lever = (distance - inset[probe]) / length
+            _slip_gradient(vec, ds, beta, curvature, lever, length, turn, slip_gradient)
         for n in range(9):
             gap_rate = 0.0
             slip_rate = 0.0

@@ -7,8 +7,8 @@ of p - S by coordinate i at fixed (s, y), m_ab = S_a.S_b - distance n.S_ab and S
 
     a_i = m^-1 (S_a.d_i + distance n.dS_a,i),   dn_i = -S^a B_a,i,   B_a,i = n.(dS_a,i + S_ab a^b_i),   dg_i = n.d_i
 
-Slip is the tangential relative velocity of the two bodies' material at one point, x_c = p - inset n. In a plane motion all
-this is `gap_planar`. Points beyond the sides |y| > width/2 touch nothing.
+Slip is the tangential relative velocity of the two bodies' material at one point, x_c = p - inset n. Tips are rounded as in
+`gap_planar`; in a plane motion all this is that. Points beyond the sides |y| > width/2 touch nothing.
 
 Coordinates of a contact: (dr, dtheta) of the probe's body, then of the piece's bodies a and b; dtheta in body axes.
 """
@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.interactions.surface import blend
+from fsm.interactions.surface import blend, overshoot
 from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
 from fsm.kernels.vector import cross, dot, rotate
@@ -162,6 +162,7 @@ def find_contacts_spatial(
     probe_body: np.ndarray,
     place: np.ndarray,
     side: np.ndarray,
+    straight: np.ndarray,
     clearance: np.ndarray,
     depth_limit: np.ndarray,
     window: np.ndarray,
@@ -226,6 +227,9 @@ def find_contacts_spatial(
         cross(surface[ROW_S], surface[ROW_Y], normal)
         length = np.sqrt(dot(normal, normal))
         value = side[i] * dot(normal, gap) / length - clearance[i]
+        over, radius = overshoot(s, stations[piece], np.sqrt(dot(surface[ROW_S], surface[ROW_S])), straight[i])
+        if over != 0.0:
+            value = np.hypot(over, value + radius) - radius
         if value < below and value > -depth_limit[i]:
             found_probe[count] = i
             found_piece[count] = piece
@@ -313,6 +317,8 @@ def measure_gap_spatial(
     probe_body: np.ndarray,
     place: np.ndarray,
     side: np.ndarray,
+    straight: np.ndarray,
+    clearance: np.ndarray,
     inset: np.ndarray,
     owners: np.ndarray,
     stations: np.ndarray,
@@ -344,9 +350,16 @@ def measure_gap_spatial(
             weights, shift, local, frames, surface, normal, dual, change,
         )  # fmt: skip
         lever = distance - inset[probe]
+        length = np.sqrt(dot(surface[ROW_S], surface[ROW_S]))
+        over, radius = overshoot(found_at[i, 0], stations[piece], length, straight[probe])
+        height = distance - clearance[probe] + radius
+        far = np.hypot(over, height)
         for m in range(18):
             along = dot(normal, change[0, m])
             gradient[i, 0, m] = along
+            if over != 0.0:
+                sliding = dot(surface[ROW_S], change[0, m]) + distance * dot(normal, change[ROW_S, m])
+                gradient[i, 0, m] = (over * sliding / length + height * along) / far
             tilt_s, tilt_y = dot(normal, change[ROW_S, m]), dot(normal, change[ROW_Y, m])
             for c in range(3):
                 gradient[i, 1 + c, m] = (

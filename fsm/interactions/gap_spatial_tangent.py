@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fsm.interactions.gap_spatial import ROW, ROW_S, ROW_SS, ROW_SY, ROW_Y, variations
+from fsm.interactions.surface import overshoot
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import add_block
 from fsm.kernels.vector import cross, dot, rotate
@@ -40,6 +41,8 @@ def tangent_gap_spatial(
     found_at: np.ndarray,
     place: np.ndarray,
     side: np.ndarray,
+    straight: np.ndarray,
+    clearance: np.ndarray,
     inset: np.ndarray,
     stations: np.ndarray,
     half_width: np.ndarray,
@@ -64,6 +67,7 @@ def tangent_gap_spatial(
     hessian, speed = np.empty((18, 18)), np.empty(18)
     slip_second = np.zeros((18, 18, 3))
     slip_x, response = np.empty(3), np.empty((3, 3))
+    sliding, along_normal, sliding_second = np.empty(18), np.empty(18), np.empty((18, 18))
     block_k, block_d = np.empty((18, 18)), np.empty((18, 18))
     for i in range(count):
         probe, piece = found_probe[i], found_piece[i]
@@ -131,6 +135,24 @@ def tangent_gap_spatial(
                             along = dot(normal, second)
                             for c in range(3):
                                 slip_second[first + row, first + column, c] += lever * dual[a, c] * along
+        length = np.sqrt(dot(surface[ROW_S], surface[ROW_S]))
+        over, radius = overshoot(found_at[i, 0], stations[piece], length, straight[probe])
+        if over != 0.0:
+            height = distance - clearance[probe] + radius
+            far = np.hypot(over, height)
+            _sliding_derivatives(poses, bodies[i], place[probe], frames, sliding_second)
+            for m in range(18):
+                sliding[m] = (dot(surface[ROW_S], change[0, m]) + distance * dot(normal, change[ROW_S, m])) / length
+                along_normal[m] = dot(normal, change[0, m])
+            for m in range(18):
+                for n in range(18):
+                    hessian[m, n] = (
+                        sliding[m] * sliding[n]
+                        + along_normal[m] * along_normal[n]
+                        - gradient[i, 0, m] * gradient[i, 0, n]
+                        + over * sliding_second[m, n]
+                        + height * hessian[m, n]
+                    ) / far
         by_depth, by_rate, ratio, slope = slopes[i, 0], slopes[i, 1], slopes[i, 2], slopes[i, 3]
         force = normal_force[i]
         square = rate[i, 1] ** 2 + rate[i, 2] ** 2 + rate[i, 3] ** 2
@@ -167,6 +189,41 @@ def tangent_gap_spatial(
                     block_d[m, n] += gradient[i, 1 + c, m] * friction_u
         add_block(block_k, dof, bodies[i], indptr, indices, stiffness_data)
         add_block(block_d, dof, bodies[i], indptr, indices, damping_data)
+
+
+@kernel
+def _sliding_derivatives(
+    poses: np.ndarray, bodies: np.ndarray, place: np.ndarray, frames: np.ndarray, out: np.ndarray
+) -> None:
+    """Second derivatives (18, 18) of x = e1.(p - r_a), how far a point p has slid along the flat plate a."""
+    out[:] = 0.0
+    unit, turned, second, point = np.empty(3), np.empty(3), np.empty(3), np.zeros(3)
+    axis, arm, offset = np.zeros(3), np.zeros(3), np.empty(3)
+    axis[0] = 1.0
+    point[0], point[1] = place[0], place[1]
+    rotate(frames[0], point, arm)
+    for c in range(3):
+        offset[c] = poses[bodies[0], c] + arm[c] - poses[bodies[1], c]
+    # how e1 and p move as their bodies turn about e_j
+    axis_turned, point_turned = np.empty((3, 3)), np.empty((3, 3))
+    for j in range(3):
+        unit[:] = 0.0
+        unit[j] = 1.0
+        cross(unit, axis, turned)
+        rotate(frames[1], turned, axis_turned[j])
+        cross(unit, point, turned)
+        rotate(frames[0], turned, point_turned[j])
+    along = frames[1][:, 0].copy()
+    for j in range(3):
+        for c in range(3):
+            out[9 + j, c] = out[c, 9 + j] = axis_turned[j, c]
+            out[9 + j, 6 + c] = out[6 + c, 9 + j] = -axis_turned[j, c]
+        for k in range(3):
+            out[9 + j, 3 + k] = out[3 + k, 9 + j] = dot(axis_turned[j], point_turned[k])
+            _second_variation(frames[0], point, j, k, unit, turned, second)
+            out[3 + j, 3 + k] = dot(along, second)
+            _second_variation(frames[1], axis, j, k, unit, turned, second)
+            out[9 + j, 9 + k] = dot(offset, second)
 
 
 @kernel

@@ -6,8 +6,14 @@ is the quadratic B-spline whose control points are the joints; it stays C1 when 
 control point belongs to one body. Pieces 0 and N are the straight half segments at the ends. It departs from the polygon
 of segments by l alpha/8 at a joint turned by alpha.
 
-At its ends the surface goes on straight for `TIP` of its length: two creases that meet tip to tip (panels 3 and 4 of the
-pulled strip do, on their mirror plane) must not slip past each other. A fold has a round tip of about that size.
+At its ends the surface goes on for a tip of `TIP` of its length that is rounded off. Past the end of its straight part, by
+x, the gap g over the straight line becomes that over a disc of radius R that the line touches there,
+
+    sqrt(x^2 + (g + R)^2) - R,     R = half the tip,
+
+so that what slides off an end is let go gently, and an edge that stands on a face pushes along the face's normal. Two
+creases that meet tip to tip (panels 3 and 4 of the pulled strip do, on their mirror plane) must not slip past each other:
+for the ends of another panel the first half of the tip is straight; for all other points none of it.
 
     C(s) = sum_k B_k(s) (r_k + A_k (X_k, 0)),     k = 0 ... 3, the first two on body a, the last two on body b
 
@@ -20,10 +26,14 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["TIP", "blend", "pieces_of"]
+__all__ = ["STRAIGHT", "TIP", "blend", "overshoot", "pieces_of"]
 
 TIP = 0.025
 """Length by which a surface goes on straight beyond its ends, as a fraction of its own."""
+
+
+STRAIGHT = 0.5
+"""Part of a tip that is straight for the ends of another panel."""
 
 
 def pieces_of(bodies: np.ndarray, half_lengths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -82,3 +92,17 @@ def blend(s: float, stations: np.ndarray, out: np.ndarray) -> None:
     out[2, 1] = e0 * stations[0] + e1 * stations[1]
     out[2, 2] = e2 + e3
     out[2, 3] = e2 * stations[2] + e3 * stations[3]
+
+
+@kernel(inline=True)
+def overshoot(s: float, stations: np.ndarray, length: float, straight: float) -> tuple[float, float]:
+    """How far a point at s is past the straight part of a tip, m (negative at the surface's beginning), and R there, m.
+
+    `straight` is the part of the tip that is straight, `length` is |C_s|. Zero elsewhere.
+    """
+    if s < straight * stations[4]:
+        return (s - straight * stations[4]) * length, -0.5 * stations[4] * length
+    high = stations[5] - 1.0
+    if s > 1.0 + straight * high:
+        return (s - 1.0 - straight * high) * length, 0.5 * high * length
+    return 0.0, 0.0

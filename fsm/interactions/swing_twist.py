@@ -12,11 +12,30 @@ the range is the initial angle +-360 degrees.
 
 from __future__ import annotations
 
+import math
+from typing import Final
+
 import numpy as np
 
 from fsm.kernels.jit import kernel
+from fsm.kernels.tensor import Quaternion
 
-__all__ = ["increments", "product", "relative_quaternion", "second_increment", "swing_measures", "twist_measure"]
+__all__ = [
+    "Slopes",
+    "increments",
+    "product",
+    "relative_quaternion",
+    "second_increment",
+    "swing_measures",
+    "swing_slopes",
+    "twist_measure",
+    "twist_slopes",
+]
+
+Slopes = tuple[float, float, float, float, float, float, float, float, float, float, float]
+"""Derivatives of a measure by q: by q0, q1, q2, q3, then by 00, 02, 22, 01, 12, 03, 23; those by 11, 13, 33 are zero."""
+
+_SERIES: Final = tuple(2.0 * math.prod(k / (2 * k + 1) for k in range(1, order + 1)) for order in range(12))
 
 
 @kernel(inline=True)
@@ -74,19 +93,35 @@ def second_increment(row: int, column: int, steps: np.ndarray, out: np.ndarray) 
         out[0], out[1], out[2], out[3] = d3, d2, -d1, -d0
 
 
+@kernel(inline=True)
+def twist_slopes(q: Quaternion) -> tuple[float, Slopes]:
+    """psi = 2 atan2(q2, q0) and its derivatives by q."""
+    square = q[0] * q[0] + q[2] * q[2]
+    s00 = 4.0 * q[0] * q[2] / (square * square)
+    s02 = 2.0 * (q[2] * q[2] - q[0] * q[0]) / (square * square)
+    slopes = (-2.0 * q[2] / square, 0.0, 2.0 * q[0] / square, 0.0, s00, s02, -s00, 0.0, 0.0, 0.0, 0.0)
+    return 2.0 * np.arctan2(q[2], q[0]), slopes
+
+
 @kernel
 def twist_measure(q: np.ndarray, first: np.ndarray, second: np.ndarray) -> float:
     """psi = 2 atan2(q2, q0), its gradient `first` (4,) and Hessian `second` (4, 4) by q."""
-    square = q[0] * q[0] + q[2] * q[2]
-    first[:] = 0.0
+    value, slopes = twist_slopes((q[0], q[1], q[2], q[3]))
+    _fill(slopes, first, second)
+    return value
+
+
+@kernel
+def _fill(slopes: Slopes, first: np.ndarray, second: np.ndarray) -> None:
+    """Slopes as a vector (4,) and a symmetric matrix (4, 4)."""
+    first[0], first[1], first[2], first[3], s00, s02, s22, s01, s12, s03, s23 = slopes
     second[:] = 0.0
-    first[0] = -2.0 * q[2] / square
-    first[2] = 2.0 * q[0] / square
-    second[0, 0] = 4.0 * q[0] * q[2] / (square * square)
-    second[2, 2] = -second[0, 0]
-    second[0, 2] = 2.0 * (q[2] * q[2] - q[0] * q[0]) / (square * square)
-    second[2, 0] = second[0, 2]
-    return 2.0 * np.arctan2(q[2], q[0])
+    second[0, 0], second[2, 2] = s00, s22
+    second[0, 2] = second[2, 0] = s02
+    second[0, 1] = second[1, 0] = s01
+    second[1, 2] = second[2, 1] = s12
+    second[0, 3] = second[3, 0] = s03
+    second[2, 3] = second[3, 2] = s23
 
 
 @kernel
@@ -95,18 +130,12 @@ def _stretch(n: float) -> tuple[float, float, float]:
     e = 1.0 - n
     if e < 0.02:
         # f = 2 sum_k k!/(2k+1)!! e^k
-        value = first = second = 0.0
-        term = 2.0
-        power_0, power_1, power_2 = 1.0, 0.0, 0.0
-        for k in range(12):
-            value += term * power_0
-            first += term * k * power_1
-            second += term * k * (k - 1) * power_2
-            power_2 = power_1
-            power_1 = power_0
-            power_0 = power_0 * e
-            term = term * (k + 1) / (2 * k + 3)
-        return value, -first, second
+        value = first = half_second = 0.0
+        for k in range(len(_SERIES) - 1, -1, -1):
+            half_second = half_second * e + first
+            first = first * e + value
+            value = value * e + _SERIES[k]
+        return value, -first, 2.0 * half_second
     square = 1.0 - n * n
     value = 2.0 * np.arccos(n) / np.sqrt(square)
     first = (n * value - 2.0) / square
@@ -114,9 +143,9 @@ def _stretch(n: float) -> tuple[float, float, float]:
     return value, first, second
 
 
-@kernel
-def swing_measures(q: np.ndarray, values: np.ndarray, first: np.ndarray, second: np.ndarray) -> None:
-    """s1 and s3 into `values` (2,), gradients `first` (2, 4) and Hessians `second` (2, 4, 4) by q.
+@kernel(inline=True)
+def swing_slopes(q: Quaternion) -> tuple[float, float, Slopes, Slopes]:
+    """s1 and s3 and their derivatives by q.
 
     n = sqrt(q0^2 + q2^2),  s1 = f(n) (q1 q0 + q3 q2)/n,  s3 = f(n) (q3 q0 - q1 q2)/n.
     Written as s = f(n)/n * B(q) with a bilinear form B; h(n) = f/n.
@@ -128,36 +157,41 @@ def swing_measures(q: np.ndarray, values: np.ndarray, first: np.ndarray, second:
     h2 = (f2 - 2.0 * h1) / n
     # gradient and Hessian of n by (q0, q2)
     n0, n2 = q[0] / n, q[2] / n
+    form = q[1] * q[0] + q[3] * q[2]
+    b0, b1, b2, b3 = q[1], q[0], q[3], q[2]
+    slopes_1 = _swing_slopes(form, b0, b1, b2, b3, h, h1, h2, n, n0, n2, 1.0, 0.0)
+    value_1 = h * form
+    form = q[3] * q[0] - q[1] * q[2]
+    b0, b1, b2, b3 = q[3], -q[2], -q[1], q[0]
+    slopes_3 = _swing_slopes(form, b0, b1, b2, b3, h, h1, h2, n, n0, n2, 0.0, 1.0)
+    return value_1, h * form, slopes_1, slopes_3
+
+
+@kernel(inline=True)
+def _swing_slopes(
+    form: float, b0: float, b1: float, b2: float, b3: float,
+    h: float, h1: float, h2: float, n: float, n0: float, n2: float, first: float, third: float,
+) -> Slopes:  # fmt: skip
+    """Derivatives of h(n) B from B (`form`) and its gradient; `first`, `third` are one for the B that is in question."""
     n00, n22, n02 = n2 * n2 / n, n0 * n0 / n, -n0 * n2 / n
-    for k in range(2):
-        if k == 0:
-            form = q[1] * q[0] + q[3] * q[2]
-            b0, b1, b2, b3 = q[1], q[0], q[3], q[2]
-        else:
-            form = q[3] * q[0] - q[1] * q[2]
-            b0, b1, b2, b3 = q[3], -q[2], -q[1], q[0]
-        values[k] = h * form
-        first[k, 0] = h1 * n0 * form + h * b0
-        first[k, 1] = h * b1
-        first[k, 2] = h1 * n2 * form + h * b2
-        first[k, 3] = h * b3
-        s = second[k]
-        s[:] = 0.0
-        s[0, 0] = (h2 * n0 * n0 + h1 * n00) * form + 2.0 * h1 * n0 * b0
-        s[2, 2] = (h2 * n2 * n2 + h1 * n22) * form + 2.0 * h1 * n2 * b2
-        s[0, 2] = (h2 * n0 * n2 + h1 * n02) * form + h1 * (n0 * b2 + n2 * b0)
-        s[0, 1] = h1 * n0 * b1
-        s[2, 1] = h1 * n2 * b1
-        s[0, 3] = h1 * n0 * b3
-        s[2, 3] = h1 * n2 * b3
-        if k == 0:
-            s[0, 1] += h
-            s[2, 3] += h
-        else:
-            s[0, 3] += h
-            s[2, 1] -= h
-        s[2, 0] = s[0, 2]
-        s[1, 0] = s[0, 1]
-        s[1, 2] = s[2, 1]
-        s[3, 0] = s[0, 3]
-        s[3, 2] = s[2, 3]
+    return (
+        h1 * n0 * form + h * b0,
+        h * b1,
+        h1 * n2 * form + h * b2,
+        h * b3,
+        (h2 * n0 * n0 + h1 * n00) * form + 2.0 * h1 * n0 * b0,
+        (h2 * n0 * n2 + h1 * n02) * form + h1 * (n0 * b2 + n2 * b0),
+        (h2 * n2 * n2 + h1 * n22) * form + 2.0 * h1 * n2 * b2,
+        h1 * n0 * b1 + first * h,
+        h1 * n2 * b1 - third * h,
+        h1 * n0 * b3 + third * h,
+        h1 * n2 * b3 + first * h,
+    )
+
+
+@kernel
+def swing_measures(q: np.ndarray, values: np.ndarray, first: np.ndarray, second: np.ndarray) -> None:
+    """s1 and s3 into `values` (2,), gradients `first` (2, 4) and Hessians `second` (2, 4, 4) by q."""
+    values[0], values[1], slopes_1, slopes_3 = swing_slopes((q[0], q[1], q[2], q[3]))
+    _fill(slopes_1, first[0], second[0])
+    _fill(slopes_3, first[1], second[1])

@@ -5,8 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from fsm.kernels.jit import kernel
+from fsm.kernels.tensor import Matrix
 
-__all__ = ["add_block", "find_slot", "scatter_efforts"]
+__all__ = [
+    "add_block",
+    "add_quarters_planar",
+    "add_quarters_spatial",
+    "find_slot",
+    "pair_slots",
+    "scatter_efforts",
+]
 
 
 @kernel
@@ -85,3 +93,89 @@ def add_block(
                 for k in range(size):
                     for m in range(size):
                         data[slot, k, m] += matrix[i * size + k, j * size + m]
+
+
+@kernel
+def pair_slots(bodies: np.ndarray, dof: np.ndarray, indptr: np.ndarray, indices: np.ndarray) -> np.ndarray:
+    """Positions (m, 4) of the blocks (a, a), (a, b), (b, a), (b, b) of pairs of bodies (m, 2); -1 where there is none."""
+    slots = np.empty((bodies.shape[0], 4), dtype=np.int64)
+    for i in range(bodies.shape[0]):
+        for j in range(2):
+            for k in range(2):
+                slots[i, 2 * j + k] = find_slot(indptr, indices, dof[bodies[i, j]], dof[bodies[i, k]])
+    return slots
+
+
+@kernel(inline=True)
+def _add_planar(
+    flat: np.ndarray, slot: int, sign_row: float, sign_column: float,
+    xx: float, xz: float, zx: float, zz: float, xt: float, zt: float, tx: float, tz: float, tt: float,
+) -> None:  # fmt: skip
+    """Add a block (x, z, turn) to the block data, flattened; the signs are those of its positions."""
+    if slot < 0:
+        return
+    block = flat[9 * slot : 9 * slot + 9]
+    sign = sign_row * sign_column
+    block[0] += sign * xx
+    block[1] += sign * xz
+    block[2] += sign_row * xt
+    block[3] += sign * zx
+    block[4] += sign * zz
+    block[5] += sign_row * zt
+    block[6] += sign_column * tx
+    block[7] += sign_column * tz
+    block[8] += tt
+
+
+@kernel(inline=True)
+def add_quarters_planar(
+    flat: np.ndarray, slots: np.ndarray,
+    xx: float, xz: float, zx: float, zz: float,
+    xa: float, za: float, xb: float, zb: float,
+    ax: float, az: float, bx: float, bz: float,
+    aa: float, ab: float, ba: float, bb: float,
+) -> None:  # fmt: skip
+    """Add the matrix of one element between two bodies in the plane that depends on where they are to each other only.
+
+    Parameters
+    ----------
+    flat : (9 n_blocks,) array, changed in place
+        The block data.
+    slots : (4,) int array, a row of `pair_slots`
+    xx, ... bb : floats
+        Rows and columns of the relative displacement x, z, and of the turns of the bodies a and b; what belongs to the
+        outer body's displacement has the opposite sign.
+    """
+    _add_planar(flat, slots[0], 1.0, 1.0, xx, xz, zx, zz, xa, za, ax, az, aa)
+    _add_planar(flat, slots[1], 1.0, -1.0, xx, xz, zx, zz, xb, zb, ax, az, ab)
+    _add_planar(flat, slots[2], -1.0, 1.0, xx, xz, zx, zz, xa, za, bx, bz, ba)
+    _add_planar(flat, slots[3], -1.0, -1.0, xx, xz, zx, zz, xb, zb, bx, bz, bb)
+
+
+@kernel(inline=True)
+def _add_spatial(
+    flat: np.ndarray, slot: int, sign_row: float, sign_column: float, vv: Matrix, vt: Matrix, tv: Matrix, tt: Matrix
+) -> None:
+    """Add a block (displacement, turn) to the block data, flattened; the signs are those of its positions."""
+    if slot < 0:
+        return
+    block = flat[36 * slot : 36 * slot + 36]
+    sign = sign_row * sign_column
+    for j in range(3):
+        for k in range(3):
+            block[6 * j + k] += sign * vv[3 * j + k]
+            block[6 * j + 3 + k] += sign_row * vt[3 * j + k]
+            block[18 + 6 * j + k] += sign_column * tv[3 * j + k]
+            block[21 + 6 * j + k] += tt[3 * j + k]
+
+
+@kernel(inline=True)
+def add_quarters_spatial(
+    flat: np.ndarray, slots: np.ndarray,
+    vv: Matrix, va: Matrix, vb: Matrix, av: Matrix, bv: Matrix, aa: Matrix, ab: Matrix, ba: Matrix, bb: Matrix,
+) -> None:  # fmt: skip
+    """As `add_quarters_planar`, in space: `flat` (36 n_blocks,), v the relative displacement, a and b the turns."""
+    _add_spatial(flat, slots[0], 1.0, 1.0, vv, va, av, aa)
+    _add_spatial(flat, slots[1], 1.0, -1.0, vv, vb, av, ab)
+    _add_spatial(flat, slots[2], -1.0, 1.0, vv, va, bv, ba)
+    _add_spatial(flat, slots[3], -1.0, -1.0, vv, vb, bv, bb)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from fsm.interactions import gap_planar, gap_spatial, gap_spatial_tangent
-from fsm.interactions.surface import pieces_of
+from fsm.interactions.surface import STRAIGHT, pieces_of
 from fsm.kernels.rotation import rotation_matrix
 from fsm.laws.friction import LAW_STEP, LAW_TANH
 from fsm.scene.contact import Contact
@@ -73,7 +73,7 @@ class _ContactCompiler:
             rows += self._probes(number, pair, members, first_piece)
         columns = [np.array(column) for column in zip(*rows, strict=True)]
         place = columns[1] if self.spatial else np.ascontiguousarray(columns[1][:, 0])
-        probes = Probes(columns[0].astype(np.int64), place, *columns[2:7], *(c.astype(np.int64) for c in columns[7:]))
+        probes = Probes(columns[0].astype(np.int64), place, *columns[2:8], *(c.astype(np.int64) for c in columns[8:]))
         owner_table = np.vstack(owners)
         extra: tuple[np.ndarray, ...] = ()
         if self.spatial:
@@ -148,10 +148,13 @@ class _ContactCompiler:
                         inset *= reduced / clearance if clearance else 1.0
                         clearance = reduced
                     share = 0.5 * weight / starts[-1]
+                    along = start + length / 2 + x
+                    at_an_end = min(along, starts[-1] - along) < 1e-9 * starts[-1]
+                    straight = STRAIGHT if at_an_end else 0.0
                     for lane, lane_share in self._lanes(body):
                         rows.append(
-                            (body, (x, lane), side, inset, clearance, self._depth_limit(opposite), share * lane_share,
-                             number, *first_piece[other])
+                            (body, (x, lane), side, straight, inset, clearance, self._depth_limit(opposite),
+                             share * lane_share, number, *first_piece[other])
                         )  # fmt: skip
         return rows
 

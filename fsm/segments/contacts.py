@@ -29,6 +29,8 @@ class Probes(NamedTuple):
     place : (n,) array of x in the plane, (n, 2) of (x, y) in space, m, body axes
     side : (n,) array
         +1 or -1: the side of the surface the probe starts on.
+    straight : (n,) array
+        Part of a tip of the surface that is straight for the probe.
     inset : (n,) array, m
         Half thickness of the probe's own panel.
     clearance : (n,) array, m
@@ -45,6 +47,7 @@ class Probes(NamedTuple):
     body: np.ndarray
     place: np.ndarray
     side: np.ndarray
+    straight: np.ndarray
     inset: np.ndarray
     clearance: np.ndarray
     depth_limit: np.ndarray
@@ -185,7 +188,8 @@ class ContactGroup:
         self._refresh(poses)
         probes = self.probes
         count: int = self.kernels.find(
-            poses, probes.body, probes.place, probes.side, probes.clearance, probes.depth_limit, self._window,
+            poses, probes.body, probes.place, probes.side, probes.straight, probes.clearance,
+            probes.depth_limit, self._window,
             self.owners, self.stations, *self.extra, below, *self._buffers,
         )  # fmt: skip
         return count
@@ -203,8 +207,8 @@ class ContactGroup:
         probe, piece, at, gap = (buffer[:count].copy() for buffer in self._buffers)
         probes = self.probes
         bodies, rate, gradient = self.kernels.measure(
-            poses, rates, count, probe, piece, at, probes.body, probes.place, probes.side, probes.inset,
-            self.owners, self.stations, *self.extra,
+            poses, rates, count, probe, piece, at, probes.body, probes.place, probes.side,
+            probes.straight, probes.clearance, probes.inset, self.owners, self.stations, *self.extra,
         )  # fmt: skip
         penetration = -gap
         normal, normal_slopes = hertz(penetration, -rate[:, 0], probes.share[probe], *self.normal)
@@ -243,8 +247,8 @@ class ContactGroup:
         probes = self.probes
         self.kernels.tangent(
             poses, rates, found.count, found.bodies, found.gradient, found.rate, found.probe, found.piece, found.at,
-            probes.place, probes.side, probes.inset, self.stations, *self.extra, found.normal, found.effort,
-            found.slopes, self.friction is not None, *pattern.index, stiffness, damping,
+            probes.place, probes.side, probes.straight, probes.clearance, probes.inset, self.stations, *self.extra,
+            found.normal, found.effort, found.slopes, self.friction is not None, *pattern.index, stiffness, damping,
         )  # fmt: skip
 
     def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:

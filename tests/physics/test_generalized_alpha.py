@@ -345,11 +345,12 @@ def test_ledger_balances_and_improves() -> None:
 def test_ledger_is_of_second_order() -> None:
     system = chain(4, spatial=False, held=True, damping=0.02)
     worst = []
-    for h in (2e-3, 1e-3):
+    for h in (5e-4, 2.5e-4):
         _, ledger = simulate(system, Settings(ALPHA, 1e-9, 0.2, step=h), [], lambda saved: None)
         assert ledger.dissipated > 1e-2 * ledger.turnover
         worst.append(ledger.worst)
-    assert math.log2(worst[0] / worst[1]) == pytest.approx(2.0, abs=0.25)
+    # the method's own dissipation is of order 3, and takes part
+    assert 1.85 < math.log2(worst[0] / worst[1]) < 3.1
 
 
 # times that are hit -------------------------------------------------------------------------------------------------
@@ -362,17 +363,30 @@ def test_wanted_times_are_hit_exactly() -> None:
     assert len(statistics.seen) == statistics.steps + 1
 
 
-def test_drive_stops_without_ringing() -> None:
-    """The forces jump where the drive stops: u' begins anew there, and the state goes on smoothly."""
-    system = strip()
+def towed(steps: int) -> np.ndarray:
+    """Velocity of a mass on a damper 0.1 s after the hand that tows it has stopped."""
+    bodies = (
+        Body(name="mass", mass=1.0, inertia=(1.0,) * 3),
+        Body(name="hand", mass=0.0, inertia=(0.0,) * 3, position=(1.0, 0.0, 0.0)),
+    )
+    tow = ForceElement(
+        name="tow", inner="mass", outer="hand", point_inner=(1.0, 0.0, 0.0),
+        translation=(100.0,) * 3, translation_damping=(10.0,) * 3, rotation=(10.0,) * 3, rotation_damping=(1.0,) * 3,
+    )  # fmt: skip
+    drive = Drive(body="hand", direction=(1.0, 0.0, 0.0), speed=1.0, travel=0.1, run_up=0.05)
+    system = compile_scene(Scene(bodies=bodies, elements=(tow,), drives=(drive,)))
     stop = system.end_time()
     assert stop is not None
-    solver = GeneralizedAlpha(system, 0.0, *system.initial(), 1e-5)
-    times = run(solver, 1.05 * stop)
-    assert stop in times
-    assert system.motions[0].run_up_time in times
-    # at rest soon: what is left is the creep of friction and of the damped springs
-    assert np.abs(solver.u / system.scales().velocity).max() < 1.0
+    solver = GeneralizedAlpha(system, 0.0, *system.initial(), 1e-9, fixed_step=0.1 / steps)
+    assert {stop, system.motions[0].run_up_time} <= set(run(solver, stop + 0.1))
+    return solver.u
+
+
+def test_order_two_past_the_stop_of_a_drive() -> None:
+    """The damper's force jumps there, and u' with it; carried across the jump, it would cost an order."""
+    exact = towed(1280)
+    coarse, fine = (float(np.linalg.norm(towed(steps) - exact)) for steps in (20, 40))
+    assert math.log2(coarse / fine) == pytest.approx(2.0, abs=0.1)
 
 
 def test_steps_end_where_loads_have_kinks() -> None:

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fsm.blocks import BlockMatrix
-from fsm.kernels.scatter import add_block, find_slot, scatter_efforts
+from fsm.kernels.scatter import add_block, find_slot, pair_slots, scatter_efforts
 from fsm.segments.pattern import body_pattern
 
 DOF = np.array([-1, 0, 1, -1, 2, 3])
@@ -66,6 +66,15 @@ def test_find_slot() -> None:
                 assert pattern.indptr[row] <= slot < pattern.indptr[row + 1]
     assert find_slot(pattern.indptr, pattern.indices, -1, 0) == -1
     assert find_slot(pattern.indptr, pattern.indices, 0, -1) == -1
+
+
+def test_pair_slots() -> None:
+    pattern = body_pattern(DOF, [PAIRS], 3)
+    slots = pair_slots(PAIRS, *pattern.index)
+    for pair, row in zip(PAIRS, slots, strict=True):
+        wanted = [find_slot(pattern.indptr, pattern.indices, DOF[i], DOF[j]) for i in pair for j in pair]
+        assert list(row) == wanted
+    assert np.count_nonzero(slots < 0) == 6  # both pairs with a held body keep one block
 
 
 def test_no_free_body_is_an_empty_pattern() -> None:

@@ -89,8 +89,8 @@ def run_precision(chosen: argparse.Namespace, about: dict[str, str]) -> None:
 
 def draw_precision(chosen: argparse.Namespace) -> None:
     """All plots of work and precision that the file has rows for, and its table."""
-    rows = read(chosen.out / PRECISION)
     known = QUICK if chosen.quick else PROBLEMS
+    rows = [row for row in read(chosen.out / PRECISION) if row["scene"] in known]
     scenes = {name: problem(name, chosen.quick) for name in known if any(row["scene"] == name for row in rows)}
     if not scenes:
         return

@@ -12,6 +12,7 @@ import numpy as np
 from fsm.kernels import jit
 from fsm.segments.system import SegmentSystem
 from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, StepEnd, simulate
+from fsm.solve.static import PathSettings, follow
 from validation.benchmarks.problem import Problem
 
 __all__ = ["METHODS", "QUICK_TOLERANCES", "Method", "Run", "TooSlow", "follower", "integrator"]
@@ -118,8 +119,6 @@ def follower(tolerances: tuple[float, ...] = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)) -> 
     def solve(
         system: SegmentSystem, problem: Problem, tolerance: float, on_save: OnSave, on_step: OnStep
     ) -> tuple[Statistics, Ledger]:
-        from fsm.solve.static import PathSettings, follow
-
         settings = PathSettings(problem.end_time, first_step=1e-3 * problem.end_time, rtol=tolerance)
         return follow(system, settings, list(problem.times), on_save, on_step)
 
@@ -132,7 +131,9 @@ METHODS: dict[str, Method] = {
         integrator("Radau"),
         integrator("BDF"),
         integrator("LSODA"),
-        # new solvers go here: integrator("generalized-alpha"), integrator("Radau (structured)"), follower()
+        integrator("generalized-alpha"),
+        follower(),
+        # new solvers go here, for example integrator("Radau (structured)")
     )
 }
 """All methods by name; the order is that of the colours."""

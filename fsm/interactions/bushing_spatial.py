@@ -1,0 +1,399 @@
+"""Linear springs and dampers between poses in space: measure, law and scatter in one pass over the elements.
+
+The deformations are those of `fsm.interactions.pose_spatial`, the law is that of `fsm.laws.bushing` and stands here as one
+line, e = k (x - x0) + c x'. Everything is worked out in the joint axes of the outer body, in which the stiffnesses of the
+translations are diagonal. There, with increments v = v_a - v_b, w_a, w_b,
+
+    a from the inner body's centre to P+,    z from the outer body's centre to P+,
+    Z' = v + w_a x a - w_b x z,              s_k' = g_k . (w_a - w_b),
+    K = G^T (k G + c N) + B,                 D = G^T c G.
+
+G is read off Z' and s'. N is the change of Z' and s' with the pose at the present rates, B the geometric stiffness of the force
+f = (f_1, f_2, f_3) and of the moment g = sum_k m_k g_k:
+
+    N of Z:    v: -[w_b],   a: -[w_a x a] + [w_b][a],   b: [v + w_a x a] - [w_b][z]
+    N of s_k:  S_k (w_a - w_b) - g_k x (w_a + w_b)/2 on a, minus that on b
+    B:         vb: -[f],   bv: [f],   aa = -ab: S + [g]/2 - a.f + f a^T,
+               ba: -S + [g]/2 + a.f - a f^T,   bb: S - [g]/2 - z.f + z f^T,   S = sum_k m_k S_k
+
+S_k is the second derivative of s_k along rotations about fixed axes. Increments do not commute, so B is not symmetric.
+The rows and columns of v_b are those of v_a with the other sign.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.interactions.swing_twist import Slopes, swing_slopes, twist_slopes
+from fsm.kernels.jit import kernel
+from fsm.kernels.rotation import rotate_by
+from fsm.kernels.scatter import add_quarters_spatial
+from fsm.kernels.tensor import (
+    Matrix,
+    Quaternion,
+    Vector,
+    added,
+    crossed,
+    crossed_matrix,
+    quaternion_matrix,
+    quaternion_product,
+    scaled_rows,
+    times,
+    times_vector,
+    transposed_times,
+    transposed_times_vector,
+)
+
+__all__ = ["force_pose_spatial", "linearise_pose_spatial", "pose_constants_spatial"]
+
+_OFFSET, _REST, _STIFFNESS, _DAMPING = 14, 15, 21, 27
+
+
+def pose_constants_spatial(
+    point_inner: np.ndarray,
+    point_outer: np.ndarray,
+    axes_inner: np.ndarray,
+    axes_outer: np.ndarray,
+    angle_offset: np.ndarray,
+    rest: np.ndarray,
+    stiffness: np.ndarray,
+    damping: np.ndarray,
+) -> np.ndarray:
+    """What the kernels need of each element, in one row of an (m, 33) array; arguments as in `measure_pose_spatial`.
+
+    Columns: inner point (3), outer point in the joint axes (3), axes in the inner (4) and outer (4) body, initial angle,
+    and x0, k, c of (Z1, Z2, Z3, s1, psi, s3).
+    """
+    outer = rotate_by(axes_outer * np.array([1.0, -1.0, -1.0, -1.0]), point_outer)
+    return np.column_stack([point_inner, outer, axes_inner, axes_outer, angle_offset, rest, stiffness, damping])
+
+
+@kernel(inline=True)
+def _place(poses: np.ndarray, a: int, b: int, row: np.ndarray) -> tuple[Matrix, Matrix, Matrix, Vector, Vector, Quaternion]:
+    """A_b times the joint axes; components of body a and of body b in joint axes; a, z, q; see the module docstring."""
+    axes_outer = (row[10], row[11], row[12], row[13])
+    turn_a = (poses[a, 3], poses[a, 4], poses[a, 5], poses[a, 6])
+    joint = quaternion_product((poses[b, 3], poses[b, 4], poses[b, 5], poses[b, 6]), axes_outer)
+    relative = quaternion_product((joint[0], -joint[1], -joint[2], -joint[3]), turn_a)
+    from_world = quaternion_matrix(joint)
+    from_a = quaternion_matrix(relative)
+    from_b = quaternion_matrix((axes_outer[0], -axes_outer[1], -axes_outer[2], -axes_outer[3]))
+    arm = times_vector(from_a, (row[0], row[1], row[2]))
+    apart = (poses[a, 0] - poses[b, 0], poses[a, 1] - poses[b, 1], poses[a, 2] - poses[b, 2])
+    d = transposed_times_vector(from_world, apart)
+    q = quaternion_product(relative, (row[6], row[7], row[8], row[9]))
+    return from_world, from_a, from_b, arm, (d[0] + arm[0], d[1] + arm[1], d[2] + arm[2]), q
+
+
+@kernel(inline=True)
+def _speeds(
+    rates: np.ndarray, a: int, b: int, from_world: Matrix, from_a: Matrix, from_b: Matrix
+) -> tuple[Vector, Vector, Vector]:
+    """v, w_a, w_b in joint axes."""
+    v = (rates[a, 0] - rates[b, 0], rates[a, 1] - rates[b, 1], rates[a, 2] - rates[b, 2])
+    return (
+        transposed_times_vector(from_world, v),
+        times_vector(from_a, (rates[a, 3], rates[a, 4], rates[a, 5])),
+        times_vector(from_b, (rates[b, 3], rates[b, 4], rates[b, 5])),
+    )
+
+
+@kernel(inline=True)
+def _translation_efforts(
+    arm: Vector, z: Vector, v: Vector, wa: Vector, wb: Vector, row: np.ndarray, before: np.ndarray, per_second: float
+) -> Vector:
+    """Efforts k (x - x0) + c x' of (Z1, Z2, Z3); x' is the difference from `before` if `per_second` is not zero."""
+    x0, x1, x2 = z[0] - row[3], z[1] - row[4], z[2] - row[5]
+    if per_second != 0.0:
+        r0, r1, r2 = (x0 - before[0]) * per_second, (x1 - before[1]) * per_second, (x2 - before[2]) * per_second
+    else:
+        from_a, from_b = crossed(wa, arm), crossed(wb, z)
+        r0, r1, r2 = v[0] + from_a[0] - from_b[0], v[1] + from_a[1] - from_b[1], v[2] + from_a[2] - from_b[2]
+    return (
+        row[_STIFFNESS] * (x0 - row[_REST]) + row[_DAMPING] * r0,
+        row[_STIFFNESS + 1] * (x1 - row[_REST + 1]) + row[_DAMPING + 1] * r1,
+        row[_STIFFNESS + 2] * (x2 - row[_REST + 2]) + row[_DAMPING + 2] * r2,
+    )
+
+
+@kernel(inline=True)
+def _along(f: Quaternion, q: Quaternion) -> Vector:
+    """f . dq for the turns dq = 1/2 e_i q about the joint axes."""
+    return (
+        0.5 * (f[1] * q[0] - f[0] * q[1] + f[3] * q[2] - f[2] * q[3]),
+        0.5 * (f[2] * q[0] - f[3] * q[1] - f[0] * q[2] + f[1] * q[3]),
+        0.5 * (f[3] * q[0] + f[2] * q[1] - f[1] * q[2] - f[0] * q[3]),
+    )
+
+
+@kernel(inline=True)
+def _gradient(slopes: Slopes, q: Quaternion) -> Vector:
+    """g of a measure of q."""
+    return _along((slopes[0], slopes[1], slopes[2], slopes[3]), q)
+
+
+@kernel(inline=True)
+def _curved(slopes: Slopes, q: Quaternion, w: Vector) -> Vector:
+    """S w of a measure of q; its second derivatives with d2q = 1/8 (e_i e_j + e_j e_i) q, -q/4 for i = j and zero else."""
+    d = quaternion_product((0.0, 0.5 * w[0], 0.5 * w[1], 0.5 * w[2]), q)
+    f0, f1, f2, f3, s00, s02, s22, s01, s12, s03, s23 = slopes
+    change = (
+        s00 * d[0] + s01 * d[1] + s02 * d[2] + s03 * d[3],
+        s01 * d[0] + s12 * d[2],
+        s02 * d[0] + s12 * d[1] + s22 * d[2] + s23 * d[3],
+        s03 * d[0] + s23 * d[2],
+    )
+    out = _along(change, q)
+    own = 0.25 * (f0 * q[0] + f1 * q[1] + f2 * q[2] + f3 * q[3])
+    return out[0] - own * w[0], out[1] - own * w[1], out[2] - own * w[2]
+
+
+@kernel(inline=True)
+def _moment(
+    k: int, value: float, g: Vector, wa: Vector, wb: Vector, row: np.ndarray, before: np.ndarray, per_second: float
+) -> float:
+    """Effort of rotation k (3, 4, 5 for s1, psi, s3); as in `_translation_efforts`."""
+    if per_second != 0.0:
+        rate = (value - before[k]) * per_second
+    else:
+        rate = g[0] * (wa[0] - wb[0]) + g[1] * (wa[1] - wb[1]) + g[2] * (wa[2] - wb[2])
+    return row[_STIFFNESS + k] * (value - row[_REST + k]) + row[_DAMPING + k] * rate
+
+
+@kernel(inline=True)
+def _acts(row: np.ndarray, k: int) -> bool:
+    """Whether measure k has a spring or a damper."""
+    return bool(row[_STIFFNESS + k] != 0.0 or row[_DAMPING + k] != 0.0)
+
+
+@kernel(inline=True)
+def _scatter(
+    from_world: Matrix, from_a: Matrix, from_b: Matrix, arm: Vector, z: Vector, f: Vector, g: Vector,
+    a: int, b: int, force: np.ndarray,
+) -> None:  # fmt: skip
+    """Forces -e dm/dx of one element from the force f and the moment g in joint axes."""
+    push = times_vector(from_world, f)
+    turn_a, turn_b = crossed(arm, f), crossed(z, f)
+    moment_a = transposed_times_vector(from_a, (turn_a[0] + g[0], turn_a[1] + g[1], turn_a[2] + g[2]))
+    moment_b = transposed_times_vector(from_b, (turn_b[0] + g[0], turn_b[1] + g[1], turn_b[2] + g[2]))
+    for j in range(3):
+        force[a, j] -= push[j]
+        force[b, j] += push[j]
+        force[a, 3 + j] -= moment_a[j]
+        force[b, 3 + j] += moment_b[j]
+
+
+@kernel
+def force_pose_spatial(
+    poses: np.ndarray,
+    rates: np.ndarray,
+    bodies: np.ndarray,
+    constants: np.ndarray,
+    before: np.ndarray,
+    per_second: float,
+    force: np.ndarray,
+) -> None:
+    """Add the forces of all elements.
+
+    Parameters
+    ----------
+    poses, rates : (n_bodies, 7) and (n_bodies, 6) arrays
+        Quaternions of unit length.
+    bodies : (m, 2) int array
+        Inner and outer body.
+    constants : (m, 33) array of `pose_constants_spatial`
+    before : (m, 6) array
+        Deformations at a past state; not read if `per_second` is zero.
+    per_second : float, 1/s
+        One over the time since then, or zero: rates are those of the bodies.
+    force : (n_bodies, 6) array, changed in place
+    """
+    for i in range(bodies.shape[0]):
+        a, b = bodies[i, 0], bodies[i, 1]
+        row, past = constants[i], before[i]
+        from_world, from_a, from_b, arm, z, q = _place(poses, a, b, row)
+        v, wa, wb = _speeds(rates, a, b, from_world, from_a, from_b)
+        f = _translation_efforts(arm, z, v, wa, wb, row, past, per_second)
+        gx = gy = gz = 0.0
+        if _acts(row, 4):
+            psi, slopes = twist_slopes(q)
+            g = _gradient(slopes, q)
+            m = _moment(4, psi + row[_OFFSET], g, wa, wb, row, past, per_second)
+            gx, gy, gz = m * g[0], m * g[1], m * g[2]
+        if _acts(row, 3) or _acts(row, 5):
+            s1, s3, slopes_1, slopes_3 = swing_slopes(q)
+            g1, g3 = _gradient(slopes_1, q), _gradient(slopes_3, q)
+            m1 = _moment(3, s1, g1, wa, wb, row, past, per_second)
+            m3 = _moment(5, s3, g3, wa, wb, row, past, per_second)
+            gx += m1 * g1[0] + m3 * g3[0]
+            gy += m1 * g1[1] + m3 * g3[1]
+            gz += m1 * g1[2] + m3 * g3[2]
+        _scatter(from_world, from_a, from_b, arm, z, f, (gx, gy, gz), a, b, force)
+
+
+@kernel(inline=True)
+def _add_turn(
+    k: int, value: float, slopes: Slopes, q: Quaternion, wa: Vector, wb: Vector,
+    row: np.ndarray, before: np.ndarray, per_second: float,
+    moment: Vector, curvature: Slopes, material: Matrix, damped: Matrix,
+) -> tuple[Vector, Slopes, Matrix, Matrix]:  # fmt: skip
+    """Sums over the measures of q: m g, m times the slopes, g (k g + c N)^T and c g g^T."""
+    g = _gradient(slopes, q)
+    m = _moment(k, value, g, wa, wb, row, before, per_second)
+    stiffness, damping = row[_STIFFNESS + k], row[_DAMPING + k]
+    hx, hy, hz = stiffness * g[0], stiffness * g[1], stiffness * g[2]
+    if damping != 0.0:
+        damped = _with_product(damped, g, damping * g[0], damping * g[1], damping * g[2])
+        if per_second == 0.0:
+            n = _curved(slopes, q, (wa[0] - wb[0], wa[1] - wb[1], wa[2] - wb[2]))
+            turned = crossed(g, (wa[0] + wb[0], wa[1] + wb[1], wa[2] + wb[2]))
+            hx += damping * (n[0] - 0.5 * turned[0])
+            hy += damping * (n[1] - 0.5 * turned[1])
+            hz += damping * (n[2] - 0.5 * turned[2])
+    t, s = curvature, slopes
+    return (
+        (moment[0] + m * g[0], moment[1] + m * g[1], moment[2] + m * g[2]),
+        (
+            t[0] + m * s[0], t[1] + m * s[1], t[2] + m * s[2], t[3] + m * s[3], t[4] + m * s[4], t[5] + m * s[5],
+            t[6] + m * s[6], t[7] + m * s[7], t[8] + m * s[8], t[9] + m * s[9], t[10] + m * s[10],
+        ),
+        _with_product(material, g, hx, hy, hz),
+        damped,
+    )  # fmt: skip
+
+
+@kernel(inline=True)
+def _with_product(m: Matrix, g: Vector, hx: float, hy: float, hz: float) -> Matrix:
+    """M + g h^T."""
+    return (
+        m[0] + g[0] * hx, m[1] + g[0] * hy, m[2] + g[0] * hz,
+        m[3] + g[1] * hx, m[4] + g[1] * hy, m[5] + g[1] * hz,
+        m[6] + g[2] * hx, m[7] + g[2] * hy, m[8] + g[2] * hz,
+    )  # fmt: skip
+
+
+@kernel(inline=True)
+def _curvature_matrix(slopes: Slopes, q: Quaternion) -> Matrix:
+    """S of a measure of q, or of a sum of them."""
+    x = _curved(slopes, q, (1.0, 0.0, 0.0))
+    y = _curved(slopes, q, (0.0, 1.0, 0.0))
+    z = _curved(slopes, q, (0.0, 0.0, 1.0))
+    return x[0], x[1], x[2], y[0], y[1], y[2], z[0], z[1], z[2]
+
+
+@kernel(inline=True)
+def _geometric(turn: Matrix, factor: float, g: Vector, u: Vector, w: Vector) -> Matrix:
+    """M + factor [g] - u.w + u w^T."""
+    m, s = turn, u[0] * w[0] + u[1] * w[1] + u[2] * w[2]
+    x, y, z = factor * g[0], factor * g[1], factor * g[2]
+    return _with_product((m[0] - s, m[1] - z, m[2] + y, m[3] + z, m[4] - s, m[5] - x, m[6] - y, m[7] + x, m[8] - s), u, *w)
+
+
+@kernel(inline=True)
+def _transposed(m: Matrix) -> Matrix:
+    """M^T."""
+    return m[0], m[3], m[6], m[1], m[4], m[7], m[2], m[5], m[8]
+
+
+@kernel
+def linearise_pose_spatial(
+    poses: np.ndarray,
+    rates: np.ndarray,
+    bodies: np.ndarray,
+    constants: np.ndarray,
+    before: np.ndarray,
+    per_second: float,
+    slots: np.ndarray,
+    force: np.ndarray,
+    stiffness_data: np.ndarray,
+    damping_data: np.ndarray,
+) -> None:
+    """Add the forces of all elements, and K = -dh/dx and D = -dh/du to the block data.
+
+    A difference from a past state has no rate that would change as the bodies turn: N is zero then, and only the blocks
+    of the rotations of one and the same body are not symmetric.
+
+    Parameters
+    ----------
+    poses ... per_second, force : as in `force_pose_spatial`
+    slots : (m, 4) int array of `pair_slots`
+    stiffness_data, damping_data : (n_blocks, 6, 6) arrays, changed in place
+    """
+    stiffness_flat, damping_flat = stiffness_data.reshape(-1), damping_data.reshape(-1)
+    nothing = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    for i in range(bodies.shape[0]):
+        a, b = bodies[i, 0], bodies[i, 1]
+        row, past = constants[i], before[i]
+        from_world, from_a, from_b, arm, z, q = _place(poses, a, b, row)
+        v, wa, wb = _speeds(rates, a, b, from_world, from_a, from_b)
+        f = _translation_efforts(arm, z, v, wa, wb, row, past, per_second)
+        g = (0.0, 0.0, 0.0)
+        curvature = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        turn, turn_damped = nothing, nothing
+        if _acts(row, 4):
+            psi, slopes = twist_slopes(q)
+            g, curvature, turn, turn_damped = _add_turn(
+                4, psi + row[_OFFSET], slopes, q, wa, wb, row, past, per_second, g, curvature, turn, turn_damped
+            )
+        if _acts(row, 3) or _acts(row, 5):
+            s1, s3, slopes_1, slopes_3 = swing_slopes(q)
+            g, curvature, turn, turn_damped = _add_turn(
+                3, s1, slopes_1, q, wa, wb, row, past, per_second, g, curvature, turn, turn_damped
+            )
+            g, curvature, turn, turn_damped = _add_turn(
+                5, s3, slopes_3, q, wa, wb, row, past, per_second, g, curvature, turn, turn_damped
+            )
+        _scatter(from_world, from_a, from_b, arm, z, f, g, a, b, force)
+
+        # gradients of Z in the coordinates of the bodies; that by v is from_world^T
+        by_v = _transposed(from_world)
+        by_a = crossed_matrix((-arm[0], -arm[1], -arm[2]), from_a)
+        by_b = crossed_matrix(z, from_b)
+        c = (row[_DAMPING], row[_DAMPING + 1], row[_DAMPING + 2])
+        damped = (
+            c[0] != 0.0 or c[1] != 0.0 or c[2] != 0.0
+            or row[_DAMPING + 3] != 0.0 or row[_DAMPING + 4] != 0.0 or row[_DAMPING + 5] != 0.0
+        )  # fmt: skip
+        moving = damped and per_second == 0.0
+
+        # k G + c N
+        k = (row[_STIFFNESS], row[_STIFFNESS + 1], row[_STIFFNESS + 2])
+        hv, ha, hb = scaled_rows(k, by_v), scaled_rows(k, by_a), scaled_rows(k, by_b)
+        if moving:
+            swept = crossed(wa, arm)
+            wb_back = (-wb[0], -wb[1], -wb[2])
+            nv = crossed_matrix(wb_back, by_v)
+            na = added(crossed_matrix(wb_back, by_a), -1.0, crossed_matrix(swept, from_a))
+            speed = (v[0] + swept[0], v[1] + swept[1], v[2] + swept[2])
+            nb = added(crossed_matrix(wb_back, by_b), 1.0, crossed_matrix(speed, from_b))
+            hv = added(hv, 1.0, scaled_rows(c, nv))
+            ha = added(ha, 1.0, scaled_rows(c, na))
+            hb = added(hb, 1.0, scaled_rows(c, nb))
+        # G^T times that, and B
+        turn = added(turn, 1.0, _curvature_matrix(curvature, q))
+        own_a, own_b = _geometric(turn, 0.5, g, f, arm), _geometric(turn, -0.5, g, z, f)
+        vv, va = times(from_world, hv), times(from_world, ha)
+        vb = times(from_world, added(hb, -1.0, crossed_matrix(f, from_b)))
+        aa = transposed_times(from_a, added(times(own_a, from_a), 1.0, crossed_matrix(arm, ha)))
+        ab = transposed_times(from_a, added(crossed_matrix(arm, hb), -1.0, times(own_a, from_b)))
+        bb = transposed_times(from_b, added(times(own_b, from_b), -1.0, crossed_matrix(z, hb)))
+        if moving:
+            av = transposed_times(from_a, crossed_matrix(arm, hv))
+            bv = transposed_times(from_b, added(crossed_matrix(f, by_v), -1.0, crossed_matrix(z, hv)))
+            other = _geometric(turn, -0.5, g, arm, f)
+            ba = transposed_times(from_b, added(crossed_matrix((-z[0], -z[1], -z[2]), ha), -1.0, times(other, from_a)))
+        else:
+            av, bv, ba = _transposed(va), _transposed(vb), _transposed(ab)
+        add_quarters_spatial(stiffness_flat, slots[i], vv, va, vb, av, bv, aa, ab, ba, bb)
+
+        if damped:
+            ha, hb = scaled_rows(c, by_a), scaled_rows(c, by_b)
+            vv = times(from_world, scaled_rows(c, by_v))
+            va, vb = times(from_world, ha), times(from_world, hb)
+            aa = transposed_times(from_a, added(times(turn_damped, from_a), 1.0, crossed_matrix(arm, ha)))
+            turned = times(turn_damped, from_b)
+            ab = transposed_times(from_a, added(crossed_matrix(arm, hb), -1.0, turned))
+            bb = transposed_times(from_b, added(turned, -1.0, crossed_matrix(z, hb)))
+            add_quarters_spatial(
+                damping_flat, slots[i], vv, va, vb, _transposed(va), _transposed(vb), aa, ab, _transposed(ab), bb
+            )

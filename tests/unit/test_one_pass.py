@@ -1,0 +1,134 @@
+"""Force elements in one pass against measure, law, scatter and tangent one after the other."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from fsm.interactions.pose_planar import measure_pose_planar, tangent_pose_planar
+from fsm.interactions.pose_spatial import measure_pose_spatial, tangent_pose_spatial
+from fsm.kernels.scatter import scatter_efforts
+from fsm.laws.bushing import bushing
+from fsm.segments.elements import BushingGroup
+from fsm.segments.group import Past
+from fsm.segments.pattern import BodyPattern, body_pattern
+
+BODIES = np.array([[1, 0], [1, 2], [3, 2], [4, 3], [5, 4], [5, 0], [2, 5], [1, 4]])
+DOF = np.array([-1, 0, 1, -1, 2, 3])  # the ground and a held body within
+DIMENSIONS = pytest.mark.parametrize("spatial", [False, True], ids=["planar", "spatial"])
+MISSING = {"none": (), "dampers": ("damping",), "springs": ("stiffness",), "some": ("some",)}
+
+
+def quaternions(vectors: np.ndarray) -> np.ndarray:
+    return np.ascontiguousarray(np.roll(Rotation.from_rotvec(vectors).as_quat(), 1, axis=-1))
+
+
+def random_poses(spatial: bool, rng: np.random.Generator, size: float) -> np.ndarray:
+    if not spatial:
+        return rng.normal(size=(len(DOF), 3))
+    return np.column_stack([rng.normal(size=(len(DOF), 3)), quaternions(size * rng.normal(size=(len(DOF), 3)))])
+
+
+def random_group(spatial: bool, missing: str, rng: np.random.Generator, size: float) -> BushingGroup:
+    m, n = len(BODIES), 6 if spatial else 3
+    if spatial:
+        points = rng.normal(size=(2, m, 3))
+        axes = [quaternions(size * rng.normal(size=(m, 3))) for _ in range(2)]
+        geometry = (points[0], points[1], *axes, rng.normal(size=m))
+    else:
+        geometry = (*rng.normal(size=(2, m, 2)), *rng.normal(size=(2, m)))
+    rest, stiffness, damping = rng.normal(size=(m, n)), *rng.uniform(1, 5, (2, m, n))
+    if "damping" in MISSING[missing]:
+        damping[:] = 0.0
+    if "stiffness" in MISSING[missing]:
+        stiffness[:] = 0.0
+    if "some" in MISSING[missing]:
+        stiffness[rng.random((m, n)) < 0.4] = 0.0
+        damping[rng.random((m, n)) < 0.4] = 0.0
+        damping[0, : n // 2] = 0.0  # dampers of rotations only
+        damping[1] = 0.0
+        damping[2, n // 2 :] = stiffness[2, n // 2 :] = 0.0  # translations only
+    return BushingGroup(
+        measure_pose_spatial if spatial else measure_pose_planar,
+        tangent_pose_spatial if spatial else tangent_pose_planar,
+        BODIES, geometry, rest, stiffness, damping, np.zeros(m, dtype=np.int64), ("panels",),
+    )  # fmt: skip
+
+
+def one_after_the_other(
+    group: BushingGroup, poses: np.ndarray, rates: np.ndarray, pattern: BodyPattern, past: Past | None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    value, rate, gradient = group.measure(poses, rates, BODIES, *group.geometry)
+    if past is not None:
+        rate = (value - group.measure(past.poses, rates, BODIES, *group.geometry)[0]) / past.duration
+        rates = np.zeros_like(rates)
+    effort = bushing(value, rate, group.rest, group.stiffness, group.damping)
+    force, stiffness, damping = np.zeros_like(rates), pattern.zeros(), pattern.zeros()
+    scatter_efforts(BODIES, gradient, effort, len(BODIES), force)
+    group.tangent(
+        poses, rates, BODIES, *group.geometry, gradient, effort, group.stiffness, group.damping,
+        *pattern.index, stiffness, damping,
+    )  # fmt: skip
+    return force, stiffness, damping
+
+
+def in_one_pass(
+    group: BushingGroup, poses: np.ndarray, rates: np.ndarray, pattern: BodyPattern, past: Past | None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Added to what is there already, so that overwriting would show."""
+    force, stiffness, damping = np.ones_like(rates), pattern.zeros() + 1.0, pattern.zeros() + 1.0
+    group.add_linearised(0.0, poses, rates, pattern, force, stiffness, damping, past)
+    alone = np.ones_like(rates)
+    group.add_force(0.0, poses, rates, alone, past)
+    np.testing.assert_allclose(alone, force, rtol=1e-13, atol=1e-13 * np.abs(force).max())
+    return force - 1.0, stiffness - 1.0, damping - 1.0
+
+
+@DIMENSIONS
+@pytest.mark.parametrize("missing", list(MISSING))
+@pytest.mark.parametrize("with_past", [False, True], ids=["rates", "past"])
+@pytest.mark.parametrize("size", [0.01, 0.6], ids=["little turned", "much turned"])
+def test_one_pass_is_one_after_the_other(spatial: bool, missing: str, with_past: bool, size: float) -> None:
+    rng = np.random.default_rng(7)
+    group = random_group(spatial, missing, rng, size)
+    poses, rates = random_poses(spatial, rng, size), rng.normal(size=(len(DOF), 6 if spatial else 3))
+    past = Past(random_poses(spatial, rng, size), 0.4) if with_past else None
+    pattern = body_pattern(DOF, [BODIES], rates.shape[1])
+    wanted = one_after_the_other(group, poses, rates, pattern, past)
+    for name, new, old in zip(("force", "K", "D"), in_one_pass(group, poses, rates, pattern, past), wanted, strict=True):
+        np.testing.assert_allclose(new, old, atol=1e-13 * max(np.abs(old).max(), 1.0), err_msg=name)
+    assert np.abs(wanted[0]).max() > 1.0
+    assert np.abs(wanted[2]).max() > 1.0 or missing == "dampers"
+
+
+@DIMENSIONS
+def test_what_is_kept_is_of_the_last_pattern_and_past(spatial: bool) -> None:
+    """Patterns and pasts in turn; a group that has seen none gives the same."""
+    rng = np.random.default_rng(8)
+    group = random_group(spatial, "none", rng, 0.5)
+    poses, rates = random_poses(spatial, rng, 0.5), rng.normal(size=(len(DOF), 6 if spatial else 3))
+    patterns = [body_pattern(dof, [BODIES], rates.shape[1]) for dof in (DOF, np.array([-1, 3, 2, 1, 0, -1]))]
+    pasts = [Past(random_poses(spatial, rng, 0.5), 0.1), Past(random_poses(spatial, rng, 0.5), 0.2), None]
+    first = in_one_pass(group, poses, rates, patterns[0], pasts[0])
+    for pattern in patterns:
+        for past in pasts:
+            found = in_one_pass(group, poses, rates, pattern, past)
+            fresh = in_one_pass(replace(group), poses, rates, pattern, past)
+            for new, other in zip(found, fresh, strict=True):
+                np.testing.assert_array_equal(new, other)
+    for new, other in zip(in_one_pass(group, poses, rates, patterns[0], pasts[0]), first, strict=True):
+        np.testing.assert_array_equal(new, other)
+
+
+@DIMENSIONS
+def test_dissipated_power_with_a_past(spatial: bool) -> None:
+    rng = np.random.default_rng(9)
+    group = random_group(spatial, "none", rng, 0.5)
+    poses, past = random_poses(spatial, rng, 0.5), Past(random_poses(spatial, rng, 0.5), 0.3)
+    rates = np.zeros((len(DOF), 6 if spatial else 3))
+    now, then = (group.measure(p, rates, BODIES, *group.geometry)[0] for p in (poses, past.poses))
+    _, power, _ = group.energy(0.0, poses, rates, past)
+    assert power == pytest.approx(np.sum(group.damping * ((now - then) / 0.3) ** 2), rel=1e-12)
