@@ -8,8 +8,8 @@ translations are diagonal. There, with increments v = v_a - v_b, w_a, w_b,
     Z' = v + w_a x a - w_b x z,              s_k' = g_k . (w_a - w_b),
     K = G^T (k G + c N) + B,                 D = G^T c G.
 
-G is read off Z' and s'. N is the change of Z' and s' with the pose at the present rates, B the geometric stiffness of the force
-f = (f_1, f_2, f_3) and of the moment g = sum_k m_k g_k:
+G is read off Z' and s'. N is the change of Z' and s' with the pose at the present rates, B the geometric stiffness of the
+force f = (f_1, f_2, f_3) and of the moment g = sum_k m_k g_k:
 
     N of Z:    v: -[w_b],   a: -[w_a x a] + [w_b][a],   b: [v + w_a x a] - [w_b][z]
     N of s_k:  S_k (w_a - w_b) - g_k x (w_a + w_b)/2 on a, minus that on b
@@ -24,7 +24,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.interactions.swing_twist import Slopes, swing_slopes, twist_slopes
+from fsm.interactions.swing_twist import Slopes, curvature_matrix, swing_slopes, turn_curvature, turn_gradient, twist_slopes
 from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import rotate_by
 from fsm.kernels.scatter import add_quarters_spatial
@@ -40,8 +40,10 @@ from fsm.kernels.tensor import (
     scaled_rows,
     times,
     times_vector,
+    transposed,
     transposed_times,
     transposed_times_vector,
+    with_product,
 )
 
 __all__ = ["force_pose_spatial", "linearise_pose_spatial", "pose_constants_spatial"]
@@ -117,38 +119,6 @@ def _translation_efforts(
 
 
 @kernel(inline=True)
-def _along(f: Quaternion, q: Quaternion) -> Vector:
-    """f . dq for the turns dq = 1/2 e_i q about the joint axes."""
-    return (
-        0.5 * (f[1] * q[0] - f[0] * q[1] + f[3] * q[2] - f[2] * q[3]),
-        0.5 * (f[2] * q[0] - f[3] * q[1] - f[0] * q[2] + f[1] * q[3]),
-        0.5 * (f[3] * q[0] + f[2] * q[1] - f[1] * q[2] - f[0] * q[3]),
-    )
-
-
-@kernel(inline=True)
-def _gradient(slopes: Slopes, q: Quaternion) -> Vector:
-    """g of a measure of q."""
-    return _along((slopes[0], slopes[1], slopes[2], slopes[3]), q)
-
-
-@kernel(inline=True)
-def _curved(slopes: Slopes, q: Quaternion, w: Vector) -> Vector:
-    """S w of a measure of q; its second derivatives with d2q = 1/8 (e_i e_j + e_j e_i) q, -q/4 for i = j and zero else."""
-    d = quaternion_product((0.0, 0.5 * w[0], 0.5 * w[1], 0.5 * w[2]), q)
-    f0, f1, f2, f3, s00, s02, s22, s01, s12, s03, s23 = slopes
-    change = (
-        s00 * d[0] + s01 * d[1] + s02 * d[2] + s03 * d[3],
-        s01 * d[0] + s12 * d[2],
-        s02 * d[0] + s12 * d[1] + s22 * d[2] + s23 * d[3],
-        s03 * d[0] + s23 * d[2],
-    )
-    out = _along(change, q)
-    own = 0.25 * (f0 * q[0] + f1 * q[1] + f2 * q[2] + f3 * q[3])
-    return out[0] - own * w[0], out[1] - own * w[1], out[2] - own * w[2]
-
-
-@kernel(inline=True)
 def _moment(
     k: int, value: float, g: Vector, wa: Vector, wb: Vector, row: np.ndarray, before: np.ndarray, per_second: float
 ) -> float:
@@ -217,12 +187,12 @@ def force_pose_spatial(
         gx = gy = gz = 0.0
         if _acts(row, 4):
             psi, slopes = twist_slopes(q)
-            g = _gradient(slopes, q)
+            g = turn_gradient(slopes, q)
             m = _moment(4, psi + row[_OFFSET], g, wa, wb, row, past, per_second)
             gx, gy, gz = m * g[0], m * g[1], m * g[2]
         if _acts(row, 3) or _acts(row, 5):
             s1, s3, slopes_1, slopes_3 = swing_slopes(q)
-            g1, g3 = _gradient(slopes_1, q), _gradient(slopes_3, q)
+            g1, g3 = turn_gradient(slopes_1, q), turn_gradient(slopes_3, q)
             m1 = _moment(3, s1, g1, wa, wb, row, past, per_second)
             m3 = _moment(5, s3, g3, wa, wb, row, past, per_second)
             gx += m1 * g1[0] + m3 * g3[0]
@@ -238,14 +208,14 @@ def _add_turn(
     moment: Vector, curvature: Slopes, material: Matrix, damped: Matrix,
 ) -> tuple[Vector, Slopes, Matrix, Matrix]:  # fmt: skip
     """Sums over the measures of q: m g, m times the slopes, g (k g + c N)^T and c g g^T."""
-    g = _gradient(slopes, q)
+    g = turn_gradient(slopes, q)
     m = _moment(k, value, g, wa, wb, row, before, per_second)
     stiffness, damping = row[_STIFFNESS + k], row[_DAMPING + k]
     hx, hy, hz = stiffness * g[0], stiffness * g[1], stiffness * g[2]
     if damping != 0.0:
-        damped = _with_product(damped, g, damping * g[0], damping * g[1], damping * g[2])
+        damped = with_product(damped, g, damping * g[0], damping * g[1], damping * g[2])
         if per_second == 0.0:
-            n = _curved(slopes, q, (wa[0] - wb[0], wa[1] - wb[1], wa[2] - wb[2]))
+            n = turn_curvature(slopes, q, (wa[0] - wb[0], wa[1] - wb[1], wa[2] - wb[2]))
             turned = crossed(g, (wa[0] + wb[0], wa[1] + wb[1], wa[2] + wb[2]))
             hx += damping * (n[0] - 0.5 * turned[0])
             hy += damping * (n[1] - 0.5 * turned[1])
@@ -257,28 +227,9 @@ def _add_turn(
             t[0] + m * s[0], t[1] + m * s[1], t[2] + m * s[2], t[3] + m * s[3], t[4] + m * s[4], t[5] + m * s[5],
             t[6] + m * s[6], t[7] + m * s[7], t[8] + m * s[8], t[9] + m * s[9], t[10] + m * s[10],
         ),
-        _with_product(material, g, hx, hy, hz),
+        with_product(material, g, hx, hy, hz),
         damped,
     )  # fmt: skip
-
-
-@kernel(inline=True)
-def _with_product(m: Matrix, g: Vector, hx: float, hy: float, hz: float) -> Matrix:
-    """M + g h^T."""
-    return (
-        m[0] + g[0] * hx, m[1] + g[0] * hy, m[2] + g[0] * hz,
-        m[3] + g[1] * hx, m[4] + g[1] * hy, m[5] + g[1] * hz,
-        m[6] + g[2] * hx, m[7] + g[2] * hy, m[8] + g[2] * hz,
-    )  # fmt: skip
-
-
-@kernel(inline=True)
-def _curvature_matrix(slopes: Slopes, q: Quaternion) -> Matrix:
-    """S of a measure of q, or of a sum of them."""
-    x = _curved(slopes, q, (1.0, 0.0, 0.0))
-    y = _curved(slopes, q, (0.0, 1.0, 0.0))
-    z = _curved(slopes, q, (0.0, 0.0, 1.0))
-    return x[0], x[1], x[2], y[0], y[1], y[2], z[0], z[1], z[2]
 
 
 @kernel(inline=True)
@@ -286,13 +237,7 @@ def _geometric(turn: Matrix, factor: float, g: Vector, u: Vector, w: Vector) -> 
     """M + factor [g] - u.w + u w^T."""
     m, s = turn, u[0] * w[0] + u[1] * w[1] + u[2] * w[2]
     x, y, z = factor * g[0], factor * g[1], factor * g[2]
-    return _with_product((m[0] - s, m[1] - z, m[2] + y, m[3] + z, m[4] - s, m[5] - x, m[6] - y, m[7] + x, m[8] - s), u, *w)
-
-
-@kernel(inline=True)
-def _transposed(m: Matrix) -> Matrix:
-    """M^T."""
-    return m[0], m[3], m[6], m[1], m[4], m[7], m[2], m[5], m[8]
+    return with_product((m[0] - s, m[1] - z, m[2] + y, m[3] + z, m[4] - s, m[5] - x, m[6] - y, m[7] + x, m[8] - s), u, *w)
 
 
 @kernel
@@ -346,7 +291,7 @@ def linearise_pose_spatial(
         _scatter(from_world, from_a, from_b, arm, z, f, g, a, b, force)
 
         # gradients of Z in the coordinates of the bodies; that by v is from_world^T
-        by_v = _transposed(from_world)
+        by_v = transposed(from_world)
         by_a = crossed_matrix((-arm[0], -arm[1], -arm[2]), from_a)
         by_b = crossed_matrix(z, from_b)
         c = (row[_DAMPING], row[_DAMPING + 1], row[_DAMPING + 2])
@@ -370,7 +315,7 @@ def linearise_pose_spatial(
             ha = added(ha, 1.0, scaled_rows(c, na))
             hb = added(hb, 1.0, scaled_rows(c, nb))
         # G^T times that, and B
-        turn = added(turn, 1.0, _curvature_matrix(curvature, q))
+        turn = added(turn, 1.0, curvature_matrix(curvature, q))
         own_a, own_b = _geometric(turn, 0.5, g, f, arm), _geometric(turn, -0.5, g, z, f)
         vv, va = times(from_world, hv), times(from_world, ha)
         vb = times(from_world, added(hb, -1.0, crossed_matrix(f, from_b)))
@@ -383,7 +328,7 @@ def linearise_pose_spatial(
             other = _geometric(turn, -0.5, g, arm, f)
             ba = transposed_times(from_b, added(crossed_matrix((-z[0], -z[1], -z[2]), ha), -1.0, times(other, from_a)))
         else:
-            av, bv, ba = _transposed(va), _transposed(vb), _transposed(ab)
+            av, bv, ba = transposed(va), transposed(vb), transposed(ab)
         add_quarters_spatial(stiffness_flat, slots[i], vv, va, vb, av, bv, aa, ab, ba, bb)
 
         if damped:
@@ -395,5 +340,5 @@ def linearise_pose_spatial(
             ab = transposed_times(from_a, added(crossed_matrix(arm, hb), -1.0, turned))
             bb = transposed_times(from_b, added(turned, -1.0, crossed_matrix(z, hb)))
             add_quarters_spatial(
-                damping_flat, slots[i], vv, va, vb, _transposed(va), _transposed(vb), aa, ab, _transposed(ab), bb
+                damping_flat, slots[i], vv, va, vb, transposed(va), transposed(vb), aa, ab, transposed(ab), bb
             )

@@ -18,16 +18,19 @@ from typing import Final
 import numpy as np
 
 from fsm.kernels.jit import kernel
-from fsm.kernels.tensor import Quaternion
+from fsm.kernels.tensor import Matrix, Quaternion, Vector, quaternion_product
 
 __all__ = [
     "Slopes",
+    "curvature_matrix",
     "increments",
     "product",
     "relative_quaternion",
     "second_increment",
     "swing_measures",
     "swing_slopes",
+    "turn_curvature",
+    "turn_gradient",
     "twist_measure",
     "twist_slopes",
 ]
@@ -195,3 +198,44 @@ def swing_measures(q: np.ndarray, values: np.ndarray, first: np.ndarray, second:
     values[0], values[1], slopes_1, slopes_3 = swing_slopes((q[0], q[1], q[2], q[3]))
     _fill(slopes_1, first[0], second[0])
     _fill(slopes_3, first[1], second[1])
+
+
+@kernel(inline=True)
+def _along(f: Quaternion, q: Quaternion) -> Vector:
+    """f . dq for the turns dq = 1/2 e_i q about the joint axes."""
+    return (
+        0.5 * (f[1] * q[0] - f[0] * q[1] + f[3] * q[2] - f[2] * q[3]),
+        0.5 * (f[2] * q[0] - f[3] * q[1] - f[0] * q[2] + f[1] * q[3]),
+        0.5 * (f[3] * q[0] + f[2] * q[1] - f[1] * q[2] - f[0] * q[3]),
+    )
+
+
+@kernel(inline=True)
+def turn_gradient(slopes: Slopes, q: Quaternion) -> Vector:
+    """g of a measure of q."""
+    return _along((slopes[0], slopes[1], slopes[2], slopes[3]), q)
+
+
+@kernel(inline=True)
+def turn_curvature(slopes: Slopes, q: Quaternion, w: Vector) -> Vector:
+    """S w of a measure of q; its second derivatives with d2q = 1/8 (e_i e_j + e_j e_i) q, -q/4 for i = j and zero else."""
+    d = quaternion_product((0.0, 0.5 * w[0], 0.5 * w[1], 0.5 * w[2]), q)
+    f0, f1, f2, f3, s00, s02, s22, s01, s12, s03, s23 = slopes
+    change = (
+        s00 * d[0] + s01 * d[1] + s02 * d[2] + s03 * d[3],
+        s01 * d[0] + s12 * d[2],
+        s02 * d[0] + s12 * d[1] + s22 * d[2] + s23 * d[3],
+        s03 * d[0] + s23 * d[2],
+    )
+    out = _along(change, q)
+    own = 0.25 * (f0 * q[0] + f1 * q[1] + f2 * q[2] + f3 * q[3])
+    return out[0] - own * w[0], out[1] - own * w[1], out[2] - own * w[2]
+
+
+@kernel(inline=True)
+def curvature_matrix(slopes: Slopes, q: Quaternion) -> Matrix:
+    """S of a measure of q, or of a sum of them."""
+    x = turn_curvature(slopes, q, (1.0, 0.0, 0.0))
+    y = turn_curvature(slopes, q, (0.0, 1.0, 0.0))
+    z = turn_curvature(slopes, q, (0.0, 0.0, 1.0))
+    return x[0], x[1], x[2], y[0], y[1], y[2], z[0], z[1], z[2]

@@ -11,6 +11,8 @@ __all__ = [
     "add_block",
     "add_quarters_planar",
     "add_quarters_spatial",
+    "add_turn_planar",
+    "add_turns_spatial",
     "find_slot",
     "pair_slots",
     "scatter_efforts",
@@ -179,3 +181,31 @@ def add_quarters_spatial(
     _add_spatial(flat, slots[1], 1.0, -1.0, vv, vb, av, ab)
     _add_spatial(flat, slots[2], -1.0, 1.0, vv, va, bv, ba)
     _add_spatial(flat, slots[3], -1.0, -1.0, vv, vb, bv, bb)
+
+
+@kernel(inline=True)
+def add_turn_planar(flat: np.ndarray, slots: np.ndarray, value: float) -> None:
+    """As `add_quarters_planar`, of an element that knows the turn of one body to the other only."""
+    for j in range(4):
+        if slots[j] >= 0:
+            flat[9 * slots[j] + 8] += value if j == 0 or j == 3 else -value
+
+
+@kernel(inline=True)
+def add_turns_spatial(flat: np.ndarray, slots: np.ndarray, aa: Matrix, ab: Matrix, ba: Matrix, bb: Matrix) -> None:
+    """As `add_quarters_spatial`, of an element that knows turns only."""
+    _add_turns(flat, slots[0], aa)
+    _add_turns(flat, slots[1], ab)
+    _add_turns(flat, slots[2], ba)
+    _add_turns(flat, slots[3], bb)
+
+
+@kernel(inline=True)
+def _add_turns(flat: np.ndarray, slot: int, tt: Matrix) -> None:
+    """Add the block of the turns."""
+    if slot < 0:
+        return
+    block = flat[36 * slot : 36 * slot + 36]
+    for j in range(3):
+        for k in range(3):
+            block[21 + 6 * j + k] += tt[3 * j + k]

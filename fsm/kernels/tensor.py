@@ -16,8 +16,10 @@ __all__ = [
     "scaled_rows",
     "times",
     "times_vector",
+    "transposed",
     "transposed_times",
     "transposed_times_vector",
+    "with_product",
 ]
 
 Vector = tuple[float, float, float]
@@ -116,6 +118,22 @@ def added(m: Matrix, factor: float, n: Matrix) -> Matrix:
         m[0] + factor * n[0], m[1] + factor * n[1], m[2] + factor * n[2],
         m[3] + factor * n[3], m[4] + factor * n[4], m[5] + factor * n[5],
         m[6] + factor * n[6], m[7] + factor * n[7], m[8] + factor * n[8],
+    )  # fmt: skip
+
+
+@kernel(inline=True)
+def transposed(m: Matrix) -> Matrix:
+    """M^T."""
+    return m[0], m[3], m[6], m[1], m[4], m[7], m[2], m[5], m[8]
+
+
+@kernel(inline=True)
+def with_product(m: Matrix, g: Vector, hx: float, hy: float, hz: float) -> Matrix:
+    """M + g h^T."""
+    return (
+        m[0] + g[0] * hx, m[1] + g[0] * hy, m[2] + g[0] * hz,
+        m[3] + g[1] * hx, m[4] + g[1] * hy, m[5] + g[1] * hz,
+        m[6] + g[2] * hx, m[7] + g[2] * hy, m[8] + g[2] * hz,
     )  # fmt: skip
 
 

@@ -11,9 +11,11 @@ import numpy as np
 
 from fsm.interactions.bushing_planar import force_pose_planar, linearise_pose_planar, pose_constants_planar
 from fsm.interactions.bushing_spatial import force_pose_spatial, linearise_pose_spatial, pose_constants_spatial
-from fsm.kernels.scatter import pair_slots, scatter_efforts
+from fsm.interactions.crease_planar import force_crease_planar, linearise_crease_planar
+from fsm.interactions.crease_spatial import force_crease_spatial, linearise_crease_spatial
+from fsm.kernels.scatter import pair_slots
 from fsm.laws.bushing import bushing_energy
-from fsm.laws.crease import CurveTable, crease_energy, crease_moment
+from fsm.laws.crease import CurveTable, crease_energy
 from fsm.segments.group import Past
 from fsm.segments.pattern import BodyPattern
 
@@ -27,15 +29,39 @@ _ONE_PASS: dict[int, tuple[Kernel, Kernel, Kernel]] = {
 }
 """By rows of a block: constants of the elements, forces, and forces with tangents."""
 
+_ONE_PASS_CREASE: dict[int, tuple[Kernel, Kernel]] = {
+    3: (force_crease_planar, linearise_crease_planar),
+    6: (force_crease_spatial, linearise_crease_spatial),
+}
+"""By rows of a block: moments, and moments with tangents."""
 
-@dataclass
+
 class _Kept:
     """What has been found for the last pattern and for the last past state; both are known by their identity."""
 
-    pattern: BodyPattern | None = None
-    slots: np.ndarray = field(default_factory=lambda: np.zeros((0, 4), dtype=np.int64))
-    past: np.ndarray | None = None
-    before: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+    def __init__(self) -> None:
+        self._pattern: BodyPattern | None = None
+        self._slots: np.ndarray | None = None
+        self._past: np.ndarray | None = None
+        self._before: np.ndarray | None = None
+
+    def slots(self, group: BushingGroup | CreaseGroup, pattern: BodyPattern) -> np.ndarray:
+        """Where the blocks of every element are."""
+        if self._slots is None or self._pattern is not pattern:
+            self._slots = np.asarray(pair_slots(group.bodies, *pattern.index))
+            self._pattern = pattern
+        return self._slots
+
+    def before(
+        self, group: BushingGroup | CreaseGroup, rates: np.ndarray, past: Past | None
+    ) -> tuple[np.ndarray, float]:
+        """Deformations in the past, and one over the time since, 1/s; zero without a past."""
+        if past is None:
+            return group.rest, 0.0
+        if self._before is None or self._past is not past.poses:
+            self._before = np.asarray(group.measure(past.poses, rates, group.bodies, *group.geometry)[0])
+            self._past = past.poses
+        return self._before, 1.0 / past.duration
 
 
 @dataclass(frozen=True)
@@ -66,50 +92,24 @@ class BushingGroup:
     damping: np.ndarray
     category: np.ndarray
     categories: tuple[str, ...]
+    _kept: _Kept = field(default_factory=_Kept, init=False, repr=False, compare=False)
 
     @property
     def rate_dependent(self) -> bool:
         """See `Group`."""
         return bool(np.any(self.damping))
 
-    _kept: _Kept = field(default_factory=_Kept, init=False, repr=False, compare=False)
-
     @cached_property
     def _constants(self) -> np.ndarray:
         constants, _, _ = _ONE_PASS[self.rest.shape[1]]
         return np.asarray(constants(*self.geometry, self.rest, self.stiffness, self.damping))
 
-    @cached_property
-    def _force(self) -> Kernel:
-        return _ONE_PASS[self.rest.shape[1]][1]
-
-    @cached_property
-    def _linearise(self) -> Kernel:
-        return _ONE_PASS[self.rest.shape[1]][2]
-
-    def _before(self, rates: np.ndarray, past: Past | None) -> tuple[np.ndarray, float]:
-        """Deformations in the past, and one over the time since, 1/s; zero without a past."""
-        if past is None:
-            return self.rest, 0.0
-        kept = self._kept
-        if kept.past is not past.poses:
-            kept.before, _, _ = self.measure(past.poses, rates, self.bodies, *self.geometry)
-            kept.past = past.poses
-        return kept.before, 1.0 / past.duration
-
-    def _slots(self, pattern: BodyPattern) -> np.ndarray:
-        """Where the blocks of every element are."""
-        kept = self._kept
-        if kept.pattern is not pattern:
-            kept.slots = pair_slots(self.bodies, *pattern.index)
-            kept.pattern = pattern
-        return kept.slots
-
     def add_force(
         self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: Past | None = None
     ) -> None:
         """See `Group`."""
-        self._force(poses, rates, self.bodies, self._constants, *self._before(rates, past), force)
+        _, add, _ = _ONE_PASS[force.shape[1]]
+        add(poses, rates, self.bodies, self._constants, *self._kept.before(self, rates, past), force)
 
     def add_linearised(
         self,
@@ -123,9 +123,10 @@ class BushingGroup:
         past: Past | None = None,
     ) -> None:
         """See `Group`."""
-        self._linearise(
-            poses, rates, self.bodies, self._constants, *self._before(rates, past), self._slots(pattern),
-            force, stiffness, damping,
+        _, _, add = _ONE_PASS[force.shape[1]]
+        add(
+            poses, rates, self.bodies, self._constants, *self._kept.before(self, rates, past),
+            self._kept.slots(self, pattern), force, stiffness, damping,
         )  # fmt: skip
 
     def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
@@ -137,7 +138,7 @@ class BushingGroup:
         """See `Group`."""
         value, rate, _ = self.measure(poses, rates, self.bodies, *self.geometry)
         if past is not None:
-            before, per_second = self._before(rates, past)
+            before, per_second = self._kept.before(self, rates, past)
             rate = (value - before) * per_second
         energy, power = bushing_energy(value, rate, self.rest, self.stiffness, self.damping)
         totals = np.bincount(self.category, weights=energy, minlength=len(self.categories))
@@ -150,11 +151,12 @@ class BushingGroup:
 
 @dataclass(frozen=True)
 class CreaseGroup:
-    """Hinges whose moment is a tabulated curve.
+    """Hinges whose moment is a tabulated curve. Energies and forces take different ways as in `BushingGroup`.
 
     Attributes
     ----------
     measure, tangent : kernels of `fsm.interactions.hinge_planar` or `hinge_spatial`
+        The tangent is what the tests hold the one pass against.
     bodies : (m, 2) int array
     geometry : arrays the two kernels take after `bodies`
     rest, side : (m,) arrays
@@ -174,33 +176,29 @@ class CreaseGroup:
     damping: np.ndarray
     curve: np.ndarray
     table: CurveTable
+    _kept: _Kept = field(default_factory=_Kept, init=False, repr=False, compare=False)
 
     @property
     def rate_dependent(self) -> bool:
         """See `Group`."""
         return bool(np.any(self.damping))
 
+    @cached_property
     def _curves(self) -> tuple[np.ndarray, ...]:
         table = self.table
         return self.curve, table.bounds, table.knots, table.coefficients, table.energies
 
-    def _measured(
-        self, poses: np.ndarray, rates: np.ndarray, past: Past | None
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Deformations, their rates and gradients."""
-        value, rate, gradient = self.measure(poses, rates, self.bodies, *self.geometry)
-        if past is not None:
-            before, _, _ = self.measure(past.poses, rates, self.bodies, *self.geometry)
-            rate = (value - before) / past.duration
-        return value, rate, gradient
+    @cached_property
+    def _arguments(self) -> tuple[np.ndarray, ...]:
+        """What both kernels take after poses and rates."""
+        return self.bodies, *self.geometry, self.rest, self.side, self.damping, *self._curves
 
     def add_force(
         self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: Past | None = None
     ) -> None:
         """See `Group`."""
-        angle, rate, gradient = self._measured(poses, rates, past)
-        effort, _ = crease_moment(angle, rate, self.rest, self.side, self.damping, *self._curves())
-        scatter_efforts(self.bodies, gradient, effort, len(self.bodies), force)
+        add, _ = _ONE_PASS_CREASE[force.shape[1]]
+        add(poses, rates, *self._arguments, *self._kept.before(self, rates, past), force)
 
     def add_linearised(
         self,
@@ -214,14 +212,10 @@ class CreaseGroup:
         past: Past | None = None,
     ) -> None:
         """See `Group`."""
-        angle, rate, gradient = self._measured(poses, rates, past)
-        effort, slope = crease_moment(angle, rate, self.rest, self.side, self.damping, *self._curves())
-        scatter_efforts(self.bodies, gradient, effort, len(self.bodies), force)
-        if past is not None:
-            rates = np.zeros_like(rates)  # a difference has no rate that would change as the bodies turn
-        self.tangent(
-            poses, rates, self.bodies, *self.geometry, effort, slope, self.damping,
-            *pattern.index, stiffness, damping,
+        _, add = _ONE_PASS_CREASE[force.shape[1]]
+        add(
+            poses, rates, *self._arguments, *self._kept.before(self, rates, past), self._kept.slots(self, pattern),
+            force, stiffness, damping,
         )  # fmt: skip
 
     def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
@@ -231,8 +225,11 @@ class CreaseGroup:
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None
     ) -> tuple[dict[str, float], float, float]:
         """See `Group`."""
-        angle, rate, _ = self._measured(poses, rates, past)
-        energy = crease_energy(angle, self.rest, self.side, *self._curves())
+        angle, rate, _ = self.measure(poses, rates, self.bodies, *self.geometry)
+        if past is not None:
+            before, per_second = self._kept.before(self, rates, past)
+            rate = (angle - before) * per_second
+        energy = crease_energy(angle, self.rest, self.side, *self._curves)
         return {"creases": float(energy.sum())}, float(self.damping @ rate**2), 0.0
 
     def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:

@@ -6,10 +6,15 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from fsm.solve.dissipation import mean_dissipation
 from fsm.solve.simulate import Ledger, Saved, Statistics, StepEnd
 from fsm.system import Observation, System
 
 __all__ = ["Books"]
+
+
+_AT_FIRST = 5e-4
+"""Part of the span that the largest reaction is taken along for a first measure of energy."""
 
 
 class Books:
@@ -43,6 +48,7 @@ class Books:
         self.ledger = Ledger(start=self.last.energy.stored) if ledger is None else ledger
         self.ledger.balance(self.last.energy.stored, self.last.energy.kinetic)
         self.largest_reaction = self.last.reaction
+        self._span = float(system.scales().span.max(initial=0.0))
         self.pending = [t for t in save_times if t >= time]
         self._nothing = 1e-12 * max(save_times, default=0.0)  # times that differ by less are the same
         statistics.seen.append((self.last.drive, self.last.pair_force))
@@ -52,25 +58,43 @@ class Books:
         """Time of the next state to be saved, or the end."""
         return self.pending[0] if self.pending else end
 
-    def quasi_static(self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation) -> None:
-        """Take a step whose velocities are means over it: work by the trapezoidal rule, dissipation as it was solved."""
+    def turned_over(self, t: float, u: np.ndarray, seen: Observation) -> tuple[float, float]:
+        """Work (J) and dissipated energy (J) of a step whose velocities are means over it.
+
+        Work by the trapezoidal rule, dissipation as it was solved.
+        """
         duration = t - self.time
-        drives = float((0.5 * (self.last.drive.force + seen.drive.force)) @ (seen.drive.travel - self.last.drive.travel))
-        at_end = seen.energy.input_power * duration
-        of_drives = float(seen.drive.force @ (seen.drive.travel - self.last.drive.travel))
-        loads = at_end - of_drives
-        if abs(loads) > 1e-9 * abs(at_end) and not len(seen.drive.force):
+        travel = seen.drive.travel - self.last.drive.travel
+        drives = float((0.5 * (self.last.drive.force + seen.drive.force)) @ travel)
+        loads = seen.energy.input_power * duration - float(seen.drive.force @ travel)
+        if not len(travel) and loads:
             # the loads as they were when the step began, along the same motion
             loads = 0.5 * (loads + self.system.energy(self.time, self.q, u).input_power * duration)
-        self.ledger.work += drives + loads
-        self.ledger.dissipated += seen.energy.dissipated_power * duration
+        return drives + loads, seen.energy.dissipated_power * duration
+
+    def quasi_static(self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation) -> None:
+        """Take a step whose velocities are means over it."""
+        work, dissipated = self.turned_over(t, u, seen)
+        self.ledger.work += work
+        self.ledger.dissipated += dissipated
         self._take(t, q, u, seen)
 
+    def imbalance(self, t: float, u: np.ndarray, seen: Observation) -> float:
+        """What the balance of such a step would be off by, over the energy turned over so far.
+
+        At the start, before anything has been turned over, over that of the reactions along a part of the span.
+        """
+        work, dissipated = self.turned_over(t, u, seen)
+        stored = seen.energy.stored - self.last.energy.stored
+        turnover = max(self.ledger.turnover, abs(seen.energy.stored - self.ledger.start), abs(work))
+        turnover = max(turnover, _AT_FIRST * max(self.largest_reaction, seen.reaction) * self._span)
+        return abs(stored + dissipated - work) / turnover if turnover > 0.0 else 0.0
+
     def dynamic(self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation) -> None:
-        """Take a step of a time integrator: powers by the trapezoidal rule."""
-        half = 0.5 * (t - self.time)
-        self.ledger.work += half * (self.last.energy.input_power + seen.energy.input_power)
-        self.ledger.dissipated += half * (self.last.energy.dissipated_power + seen.energy.dissipated_power)
+        """Take a step of a time integrator."""
+        step = t - self.time
+        self.ledger.work += 0.5 * step * (self.last.energy.input_power + seen.energy.input_power)
+        self.ledger.dissipated += step * mean_dissipation(self.system, (self.time, self.q), (t, q))
         self._take(t, q, u, seen)
 
     def slide(self, t: float, q: np.ndarray, seen: Observation) -> None:

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fsm.errors import EnergyAbort, NotConverged
+from fsm.solve.dissipation import mean_dissipation
 from fsm.solve.generalized_alpha import RHO_INF, GeneralizedAlpha
 from fsm.solve.scipy_ivp import FirstOrder, make_solver
 from fsm.solve.status import Event, Outcome, StepFailed
@@ -275,23 +276,13 @@ class _StepwiseRun(_Run):
         step = solver.t - self.time
         self.statistics.smallest_step = min(self.statistics.smallest_step, step)
         self.last = seen = self.system.observe(solver.t, solver.q, solver.u)
-        self.ledger.dissipated += step * self._dissipated(solver)
+        self.ledger.dissipated += step * mean_dissipation(self.system, (self.time, self.q), (solver.t, solver.q))
         self.ledger.work += 0.5 * step * (begin.input_power + seen.energy.input_power)
         self._look(seen)
         self._balance(seen)
         if self.pending and self.pending[0] <= solver.t:
             self.pending.pop(0)
             self._save(solver.t, solver.q, solver.u, seen, self.ledger)
-
-    def _dissipated(self, solver: GeneralizedAlpha) -> float:
-        """Mean dissipated power of the step, of the mean rates, and of the contact forces at both of its ends.
-
-        Rates at the ends hold what is left of stiff vibrations, and its square: far more than was dissipated on the way.
-        """
-        begin, end = (self.time, self.q), (solver.t, solver.q)
-        mean = self.system.difference(self.q, solver.q) / (solver.t - self.time)
-        powers = [self.system.energy(*here, mean, there).dissipated_power for here, there in ((begin, end), (end, begin))]
-        return 0.5 * sum(powers)
 
 
 class _DenseRun(_Run):

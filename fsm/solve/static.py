@@ -4,7 +4,8 @@ A step predicts the next configuration by extrapolation, corrects it by Newton's
 
 * the equilibrium is stable: K + D/dt has no negative pivots;
 * it is near its prediction: a correction much larger than asked for has hopped to another branch;
-* inertia could be dropped: the kinetic energy is nothing against the energy turned over.
+* inertia could be dropped: the kinetic energy is nothing against the energy turned over;
+* its energy balance closes: else the force has a kink on the way, such as a first touch.
 
 Otherwise the step is cut. Where cutting does not help there is a critical point, and `fsm.solve.critical` says which: at a
 bifurcation the stable branch is taken, at a limit point the structure snaps, and the dynamics takes over until it has
@@ -41,6 +42,10 @@ _SMALLEST = 1e-6
 """Smallest step over the whole time; below it a point is critical."""
 _MOVING = 1e-3
 """Kinetic energy over the energy turned over, above which inertia is not to be dropped."""
+_COARSE = 0.5
+"""Energy error of one step, over the energy turned over and sqrt(rtol): above it the force has a kink that is missed."""
+_KINK = 1e-2
+"""Part of the first step to which steps are cut for the energy balance."""
 _CALMER = 6
 """How often the motion after a snap is given a tenth of the energy to come down to before it is given up."""
 
@@ -103,6 +108,7 @@ class _Reason(Enum):
     FAR = "the equilibrium found is far from its prediction"
     UNSTABLE = "the equilibrium is unstable"
     INERTIA = "inertia is not to be dropped"
+    COARSE = "the energy balance of the step is off"
 
 
 class _Follower:
@@ -191,6 +197,9 @@ class _Follower:
         turnover = max(books.ledger.turnover, abs(seen.energy.stored - books.ledger.start))
         if seen.energy.kinetic > max(_MOVING * turnover, self.slow):
             return _Reason.INERTIA
+        duration = t - books.time
+        if duration > _KINK * self.first_step and books.imbalance(t, found.u, seen) > _COARSE * self.aim:
+            return _Reason.COARSE
         self._adapt(t - books.time, correction if extrapolated else None)
         self._take(t, found, seen)
         return None
@@ -263,7 +272,10 @@ class _Follower:
         quiet = _MOVING * books.ledger.turnover
         for _ in range(_CALMER):
             quiet *= 0.1
-            self.statistics.newton_iterations += move_until_calm(self.system, books, settings.end_time, quiet)
+            self.statistics.newton_iterations += move_until_calm(
+                self.system, books, settings.end_time, quiet, settings.energy_abort
+            )
+            self._judge_energy()
             if books.time >= settings.end_time:
                 return
             self.history = History(self.system)

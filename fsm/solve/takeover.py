@@ -25,8 +25,10 @@ _SLIDE_STEP = 0.02
 """Largest part of the span, or radians, of one step of a slide."""
 
 
-def move_until_calm(system: System, books: Books, until: float, quiet: float) -> int:
+def move_until_calm(system: System, books: Books, until: float, quiet: float, worst: float) -> int:
     """Integrate with inertia and damping until the kinetic energy has fallen to `quiet` (J) or the time is `until` (s).
+
+    Stops, too, when the energy error is more than `worst` of the energy turned over.
 
     Returns
     -------
@@ -42,6 +44,8 @@ def move_until_calm(system: System, books: Books, until: float, quiet: float) ->
         books.dynamic(solver.t, solver.q, solver.u, seen)
         kinetic = seen.energy.kinetic
         largest = max(largest, kinetic)
+        if books.ledger.relative_error > worst:
+            break
         if kinetic < _CALM * largest and kinetic < quiet:
             break
     return solver.iterations

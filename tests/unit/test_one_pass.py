@@ -1,23 +1,28 @@
-"""Force elements in one pass against measure, law, scatter and tangent one after the other."""
+"""Force elements and creases in one pass against measure, law, scatter and tangent one after the other."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from fsm.interactions.hinge_planar import measure_hinge_planar, tangent_hinge_planar
+from fsm.interactions.hinge_spatial import measure_hinge_spatial, tangent_hinge_spatial
 from fsm.interactions.pose_planar import measure_pose_planar, tangent_pose_planar
 from fsm.interactions.pose_spatial import measure_pose_spatial, tangent_pose_spatial
 from fsm.kernels.scatter import scatter_efforts
 from fsm.laws.bushing import bushing
-from fsm.segments.elements import BushingGroup
+from fsm.laws.crease import crease_moment, curve_from_data, join_curves
+from fsm.segments.elements import BushingGroup, CreaseGroup
 from fsm.segments.group import Past
 from fsm.segments.pattern import BodyPattern, body_pattern
 
 BODIES = np.array([[1, 0], [1, 2], [3, 2], [4, 3], [5, 4], [5, 0], [2, 5], [1, 4]])
 DOF = np.array([-1, 0, 1, -1, 2, 3])  # the ground and a held body within
+KINDS = pytest.mark.parametrize("kind", ["bushings", "creases"])
 DIMENSIONS = pytest.mark.parametrize("spatial", [False, True], ids=["planar", "spatial"])
 MISSING = {"none": (), "dampers": ("damping",), "springs": ("stiffness",), "some": ("some",)}
 
@@ -58,25 +63,50 @@ def random_group(spatial: bool, missing: str, rng: np.random.Generator, size: fl
     )  # fmt: skip
 
 
+def random_creases(spatial: bool, missing: str, rng: np.random.Generator, size: float) -> CreaseGroup:
+    m = len(BODIES)
+    axes = [quaternions(size * rng.normal(size=(m, 3))) for _ in range(2)] if spatial else []
+    curves = [curve_from_data(np.linspace(-2, 2, 5), rng.normal(size=5)) for _ in range(2)]
+    damping = rng.uniform(1, 5, m)
+    if MISSING[missing]:
+        damping[:: 1 if missing == "dampers" else 2] = 0.0
+    return CreaseGroup(
+        measure_hinge_spatial if spatial else measure_hinge_planar,
+        tangent_hinge_spatial if spatial else tangent_hinge_planar,
+        BODIES, (*axes, rng.normal(size=m)), rng.normal(size=m), np.where(np.arange(m) % 3, 1.0, -1.0), damping,
+        np.arange(m) % 2, join_curves(curves),
+    )  # fmt: skip
+
+
+def random_elements(kind: str, *arguments: Any) -> BushingGroup | CreaseGroup:
+    return random_group(*arguments) if kind == "bushings" else random_creases(*arguments)
+
+
 def one_after_the_other(
-    group: BushingGroup, poses: np.ndarray, rates: np.ndarray, pattern: BodyPattern, past: Past | None
+    group: BushingGroup | CreaseGroup, poses: np.ndarray, rates: np.ndarray, pattern: BodyPattern, past: Past | None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     value, rate, gradient = group.measure(poses, rates, BODIES, *group.geometry)
     if past is not None:
         rate = (value - group.measure(past.poses, rates, BODIES, *group.geometry)[0]) / past.duration
         rates = np.zeros_like(rates)
-    effort = bushing(value, rate, group.rest, group.stiffness, group.damping)
     force, stiffness, damping = np.zeros_like(rates), pattern.zeros(), pattern.zeros()
+    if isinstance(group, BushingGroup):
+        effort = bushing(value, rate, group.rest, group.stiffness, group.damping)
+        efforts = gradient, effort, group.stiffness, group.damping
+    else:
+        table = group.table
+        effort, slope = crease_moment(
+            value, rate, group.rest, group.side, group.damping, group.curve,
+            table.bounds, table.knots, table.coefficients, table.energies,
+        )  # fmt: skip
+        efforts = effort, slope, group.damping
     scatter_efforts(BODIES, gradient, effort, len(BODIES), force)
-    group.tangent(
-        poses, rates, BODIES, *group.geometry, gradient, effort, group.stiffness, group.damping,
-        *pattern.index, stiffness, damping,
-    )  # fmt: skip
+    group.tangent(poses, rates, BODIES, *group.geometry, *efforts, *pattern.index, stiffness, damping)
     return force, stiffness, damping
 
 
 def in_one_pass(
-    group: BushingGroup, poses: np.ndarray, rates: np.ndarray, pattern: BodyPattern, past: Past | None
+    group: BushingGroup | CreaseGroup, poses: np.ndarray, rates: np.ndarray, pattern: BodyPattern, past: Past | None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Added to what is there already, so that overwriting would show."""
     force, stiffness, damping = np.ones_like(rates), pattern.zeros() + 1.0, pattern.zeros() + 1.0
@@ -87,28 +117,32 @@ def in_one_pass(
     return force - 1.0, stiffness - 1.0, damping - 1.0
 
 
+@KINDS
 @DIMENSIONS
 @pytest.mark.parametrize("missing", list(MISSING))
 @pytest.mark.parametrize("with_past", [False, True], ids=["rates", "past"])
 @pytest.mark.parametrize("size", [0.01, 0.6], ids=["little turned", "much turned"])
-def test_one_pass_is_one_after_the_other(spatial: bool, missing: str, with_past: bool, size: float) -> None:
+def test_one_pass_is_one_after_the_other(
+    kind: str, spatial: bool, missing: str, with_past: bool, size: float
+) -> None:
     rng = np.random.default_rng(7)
-    group = random_group(spatial, missing, rng, size)
+    group = random_elements(kind, spatial, missing, rng, size)
     poses, rates = random_poses(spatial, rng, size), rng.normal(size=(len(DOF), 6 if spatial else 3))
     past = Past(random_poses(spatial, rng, size), 0.4) if with_past else None
     pattern = body_pattern(DOF, [BODIES], rates.shape[1])
     wanted = one_after_the_other(group, poses, rates, pattern, past)
     for name, new, old in zip(("force", "K", "D"), in_one_pass(group, poses, rates, pattern, past), wanted, strict=True):
         np.testing.assert_allclose(new, old, atol=1e-13 * max(np.abs(old).max(), 1.0), err_msg=name)
-    assert np.abs(wanted[0]).max() > 1.0
-    assert np.abs(wanted[2]).max() > 1.0 or missing == "dampers"
+    assert np.abs(wanted[0]).max() > 0.5
+    assert np.abs(wanted[2]).max() > 0.5 or missing == "dampers"
 
 
+@KINDS
 @DIMENSIONS
-def test_what_is_kept_is_of_the_last_pattern_and_past(spatial: bool) -> None:
-    """Patterns and pasts in turn; a group that has seen none gives the same."""
+def test_what_is_kept_is_of_the_last_pattern_and_past(kind: str, spatial: bool) -> None:
+    """Patterns and pasts in turn; a group that has seen none of them gives the same."""
     rng = np.random.default_rng(8)
-    group = random_group(spatial, "none", rng, 0.5)
+    group = random_elements(kind, spatial, "none", rng, 0.5)
     poses, rates = random_poses(spatial, rng, 0.5), rng.normal(size=(len(DOF), 6 if spatial else 3))
     patterns = [body_pattern(dof, [BODIES], rates.shape[1]) for dof in (DOF, np.array([-1, 3, 2, 1, 0, -1]))]
     pasts = [Past(random_poses(spatial, rng, 0.5), 0.1), Past(random_poses(spatial, rng, 0.5), 0.2), None]
@@ -123,10 +157,11 @@ def test_what_is_kept_is_of_the_last_pattern_and_past(spatial: bool) -> None:
         np.testing.assert_array_equal(new, other)
 
 
+@KINDS
 @DIMENSIONS
-def test_dissipated_power_with_a_past(spatial: bool) -> None:
+def test_dissipated_power_with_a_past(kind: str, spatial: bool) -> None:
     rng = np.random.default_rng(9)
-    group = random_group(spatial, "none", rng, 0.5)
+    group = random_elements(kind, spatial, "none", rng, 0.5)
     poses, past = random_poses(spatial, rng, 0.5), Past(random_poses(spatial, rng, 0.5), 0.3)
     rates = np.zeros((len(DOF), 6 if spatial else 3))
     now, then = (group.measure(p, rates, BODIES, *group.geometry)[0] for p in (poses, past.poses))
