@@ -120,6 +120,10 @@ class System(Protocol):
         """Time at which the last drive has done its travel, s; None without a drive."""
         ...
 
+    def progress(self, t: float) -> float:
+        """How far drives, or without one the time, have come: rises with time, and states are smooth in it."""
+        ...
+
     def break_times(self) -> list[float]:
         """Times, s, at which loads or drives are not smooth, so that a step should end there."""
         ...

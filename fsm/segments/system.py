@@ -109,6 +109,13 @@ class SegmentSystem:
         """See `System`."""
         return max((motion.end_time for motion in self.motions), default=None)
 
+    def progress(self, t: float) -> float:
+        """See `System`: the travel of the first drive; a little of the time goes with it, for after it has stopped."""
+        if not self.motions:
+            return t
+        motion = self.motions[0]
+        return motion.at(t)[0] + 1e-6 * motion.speed * t
+
     def break_times(self) -> list[float]:
         """See `System`."""
         times = {time for motion in self.motions for time in (motion.run_up_time, motion.end_time)}

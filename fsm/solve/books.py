@@ -48,6 +48,7 @@ class Books:
         self.ledger = Ledger(start=self.last.energy.stored) if ledger is None else ledger
         self.ledger.balance(self.last.energy.stored, self.last.energy.kinetic)
         self.largest_reaction = self.last.reaction
+        self._earlier: Observation | None = None
         self._span = float(system.scales().span.max(initial=0.0))
         self.pending = [t for t in save_times if t >= time]
         self._nothing = 1e-12 * max(save_times, default=0.0)  # times that differ by less are the same
@@ -61,23 +62,37 @@ class Books:
     def turned_over(self, t: float, u: np.ndarray, seen: Observation) -> tuple[float, float]:
         """Work (J) and dissipated energy (J) of a step whose velocities are means over it.
 
-        Work by the trapezoidal rule, dissipation as it was solved.
+        Work under the parabola through the forces of the last three states, dissipation as it was solved.
         """
         duration = t - self.time
         travel = seen.drive.travel - self.last.drive.travel
-        drives = float((0.5 * (self.last.drive.force + seen.drive.force)) @ travel)
+        drives = float((0.5 * (self.last.drive.force + seen.drive.force) - self._bow(seen)) @ travel)
         loads = seen.energy.input_power * duration - float(seen.drive.force @ travel)
         if not len(travel) and loads:
             # the loads as they were when the step began, along the same motion
             loads = 0.5 * (loads + self.system.energy(self.time, self.q, u).input_power * duration)
         return drives + loads, seen.energy.dissipated_power * duration
 
+    def _bow(self, seen: Observation) -> np.ndarray:
+        """What the mean force of a step lies below that of its ends because the curve is bent, (n_drives,), N."""
+        zero = np.zeros(len(seen.drive.force))
+        if self._earlier is None:
+            return zero
+        before, here, there = self._earlier.drive, self.last.drive, seen.drive
+        first, second = here.travel - before.travel, there.travel - here.travel
+        with np.errstate(divide="ignore", invalid="ignore"):
+            bend = (there.force - here.force) / second - (here.force - before.force) / first
+            bow = second**2 / (6.0 * (first + second)) * bend
+        return np.where(np.isfinite(bow), bow, zero)
+
     def quasi_static(self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation) -> None:
         """Take a step whose velocities are means over it."""
         work, dissipated = self.turned_over(t, u, seen)
         self.ledger.work += work
         self.ledger.dissipated += dissipated
+        earlier = self.last
         self._take(t, q, u, seen)
+        self._earlier = earlier
 
     def imbalance(self, t: float, u: np.ndarray, seen: Observation) -> float:
         """What the balance of such a step would be off by, over the energy turned over so far.
@@ -103,7 +118,7 @@ class Books:
         self._take(t, q, np.zeros_like(self.u), seen)
 
     def _take(self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation) -> None:
-        self.time, self.q, self.u, self.last = t, q, u, seen
+        self.time, self.q, self.u, self.last, self._earlier = t, q, u, seen, None
         self.largest_reaction = max(self.largest_reaction, seen.reaction)
         self.ledger.balance(seen.energy.stored, seen.energy.kinetic)
         self.statistics.seen.append((seen.drive, seen.pair_force))

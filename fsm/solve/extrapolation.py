@@ -1,4 +1,4 @@
-"""Where the next configuration will be, from the last ones."""
+"""Where the next configuration will be, from the last ones: a parabola in the progress of the drive."""
 
 from __future__ import annotations
 
@@ -29,17 +29,13 @@ class History:
 
     def add(self, t: float, q: np.ndarray) -> None:
         """Take a state."""
-        self._states = [*self._states[-(_KEPT - 1) :], (t, q)]
-
-    def forget(self) -> None:
-        """Keep the last state only: the motion had a kink there."""
-        self._states = self._states[-1:]
+        self._states = [*self._states[-(_KEPT - 1) :], (self.system.progress(t), q)]
 
     def increment(self, t: float) -> np.ndarray | None:
         """Increment from the last state to that at time t; None with fewer than two states."""
         if len(self._states) < 2:
             return None
-        last = self._states[-1][1]
+        last, t = self._states[-1][1], self.system.progress(t)
         times = [time for time, _ in self._states]
         total = np.zeros(self.system.nu)
         for i, (at, q) in enumerate(self._states[:-1]):

@@ -38,6 +38,8 @@ __all__ = ["PathSettings", "follow"]
 _FAR = 8.0
 """A correction this much larger than the one aimed at is not believed."""
 _GROWTH, _SHRINK, _CUT = 2.0, 0.4, 0.35
+_ITERATIONS = 6
+"""Iterations of Newton's method, above which steps do not grow."""
 _SMALLEST = 1e-6
 """Smallest step over the whole time; below it a point is critical."""
 _MOVING = 1e-3
@@ -200,7 +202,7 @@ class _Follower:
         duration = t - books.time
         if duration > _KINK * self.first_step and books.imbalance(t, found.u, seen) > _COARSE * self.aim:
             return _Reason.COARSE
-        self._adapt(t - books.time, correction if extrapolated else None)
+        self._adapt(duration, correction if extrapolated else None, found.iterations)
         self._take(t, found, seen)
         return None
 
@@ -211,14 +213,18 @@ class _Follower:
         self.books.quasi_static(t, found.q, found.u, seen)
         self.history.add(t, found.q)
 
-    def _adapt(self, duration: float, correction: float | None) -> None:
-        """Next step: the prediction is of third order, so its error grows as the cube of the step."""
+    def _adapt(self, duration: float, correction: float | None, iterations: int) -> None:
+        """Next step: the prediction is of third order, so its error grows as the cube of the step.
+
+        Where Newton's method took many iterations, a longer step would be one too far.
+        """
         if correction is None:
             return
         factor = 0.9 * (self.aim / max(correction, 1e-12)) ** (1.0 / 3.0)
+        factor = min(factor, _GROWTH, _ITERATIONS / max(iterations, 1))
         wanted = duration * max(_SHRINK, factor)
         # a step that was short because a time had to be hit says little about a long one
-        self.step_size = min(wanted, _GROWTH * max(self.step_size, duration))
+        self.step_size = wanted if duration >= 0.5 * self.step_size else max(wanted, self.step_size)
 
     def _judge_energy(self) -> None:
         judged = self.books.time >= JUDGED_FROM * self.settings.end_time

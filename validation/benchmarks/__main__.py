@@ -105,8 +105,8 @@ def draw_precision(chosen: argparse.Namespace) -> None:
 def run_segments(chosen: argparse.Namespace, about: dict[str, str]) -> None:
     """Cost against the number of segments."""
     counts = QUICK_COUNTS if chosen.quick else COUNTS
-    rows = measure_segments(counts, chosen.methods, chosen.repeat, chosen.limit)
-    write_segments(chosen.out / SEGMENTS, rows, about)
+    for rows in measure_segments(counts, chosen.methods, chosen.repeat, chosen.limit):
+        write_segments(chosen.out / SEGMENTS, rows, about)
 
 
 def draw_segments(chosen: argparse.Namespace) -> None:

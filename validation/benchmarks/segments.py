@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import statistics
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -56,8 +56,8 @@ SCENES: dict[str, tuple[Callable[[int], Scene], bool, int]] = {
 """How to make each with so many segments, whether in space, and the smallest count."""
 
 
-def measure_segments(counts: Sequence[int], methods: Sequence[str], repeat: int, limit: float) -> list[Row]:
-    """Rows for all scenes and counts; what takes longer than `limit` (s) is not tried with more segments."""
+def measure_segments(counts: Sequence[int], methods: Sequence[str], repeat: int, limit: float) -> Iterator[list[Row]]:
+    """All rows so far, after every scene and count; what takes longer than `limit` (s) is not tried with more segments."""
     rows: list[Row] = []
     for scene, (make, spatial, smallest) in SCENES.items():
         over: set[str] = set()
@@ -68,7 +68,7 @@ def measure_segments(counts: Sequence[int], methods: Sequence[str], repeat: int,
                     rows.append(_row(scene, what, count, system, clock, repeat))
                     if float(rows[-1]["time_s"] or "inf") * (STEPS + SETTLING) > limit:
                         over.add(what)
-    return _with_slopes(rows)
+            yield _with_slopes(rows)
 
 
 def _clocks(methods: Sequence[str]) -> dict[str, Callable[[SegmentSystem, int], list[float]]]:
