@@ -38,7 +38,12 @@ class Energy:
     @property
     def stored(self) -> float:
         """Kinetic plus all potential energy, J."""
-        return self.kinetic + sum(self.potential.values())
+        return self.kinetic + self.stored_at_rest
+
+    @property
+    def stored_at_rest(self) -> float:
+        """All potential energy, J."""
+        return sum(self.potential.values())
 
 
 @dataclass(frozen=True)

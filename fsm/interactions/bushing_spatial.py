@@ -137,6 +137,12 @@ def _acts(row: np.ndarray, k: int) -> bool:
 
 
 @kernel(inline=True)
+def _any(v: Vector) -> bool:
+    """Whether a vector is not zero."""
+    return v[0] != 0.0 or v[1] != 0.0 or v[2] != 0.0
+
+
+@kernel(inline=True)
 def _scatter(
     from_world: Matrix, from_a: Matrix, from_b: Matrix, arm: Vector, z: Vector, f: Vector, g: Vector,
     a: int, b: int, force: np.ndarray,
@@ -255,8 +261,8 @@ def linearise_pose_spatial(
 ) -> None:
     """Add the forces of all elements, and K = -dh/dx and D = -dh/du to the block data.
 
-    A difference from a past state has no rate that would change as the bodies turn: N is zero then, and only the blocks
-    of the rotations of one and the same body are not symmetric.
+    A difference from a past state has no rate that would change as the bodies turn, and bodies at rest have none: N is zero
+    then, and only the blocks of the rotations of one and the same body are not symmetric.
 
     Parameters
     ----------
@@ -299,7 +305,7 @@ def linearise_pose_spatial(
             c[0] != 0.0 or c[1] != 0.0 or c[2] != 0.0
             or row[_DAMPING + 3] != 0.0 or row[_DAMPING + 4] != 0.0 or row[_DAMPING + 5] != 0.0
         )  # fmt: skip
-        moving = damped and per_second == 0.0
+        moving = damped and per_second == 0.0 and (_any(v) or _any(wa) or _any(wb))
 
         # k G + c N
         k = (row[_STIFFNESS], row[_STIFFNESS + 1], row[_STIFFNESS + 2])

@@ -105,9 +105,11 @@ def tangent_gap_spatial(
                     - dot(normal, change[ROW_S, m]) * parameters[0, n]
                     - dot(normal, change[ROW_Y, m]) * parameters[1, n]
                 )
+        for m in range(18):
+            along_normal[m] = dot(normal, change[0, m])
         if with_friction:
             _slip_derivatives(
-                surface, normal, dual, change, parameters, normal_change, base_change, gradient[i, 0],
+                surface, normal, dual, change, parameters, normal_change, base_change, along_normal,
                 distance - inset[probe], inset[probe], frames, turned, dual_change, slip_second,
             )  # fmt: skip
         # second variations by rotations of one body
@@ -143,7 +145,6 @@ def tangent_gap_spatial(
             _sliding_derivatives(poses, bodies[i], place[probe], frames, sliding_second)
             for m in range(18):
                 sliding[m] = (dot(surface[ROW_S], change[0, m]) + distance * dot(normal, change[ROW_S, m])) / length
-                along_normal[m] = dot(normal, change[0, m])
             for m in range(18):
                 for n in range(18):
                     hessian[m, n] = (
@@ -235,7 +236,7 @@ def _slip_derivatives(
     parameters: np.ndarray,
     normal_change: np.ndarray,
     base_change: np.ndarray,
-    gap_gradient: np.ndarray,
+    along_normal: np.ndarray,
     lever: float,
     inset: float,
     frames: np.ndarray,
@@ -246,6 +247,8 @@ def _slip_derivatives(
     """Derivative (18, 18, 3) of the slip's gradient V_m by coordinate n, without the second variations by rotations.
 
     V_m = d_m - n (n.d_m) - inset (R_m x n) + lever S^a (n.dS_a,m)
+
+    `along_normal` is n.d_n, the gradient of the distance; on a rounded tip that is not the gradient of the gap.
     """
     for n in range(18):
         for a in range(2):
@@ -256,7 +259,7 @@ def _slip_derivatives(
                     - dot(dual[a], normal_change[n]) * normal[c]
                 )
     for m in range(18):
-        along = dot(normal, change[0, m])
+        along = along_normal[m]
         tilt_s, tilt_y = dot(normal, change[ROW_S, m]), dot(normal, change[ROW_Y, m])
         for n in range(18):
             ds, dy = parameters[0, n], parameters[1, n]
@@ -278,7 +281,7 @@ def _slip_derivatives(
                     moved
                     - normal_change[n, c] * along
                     - normal[c] * slide
-                    + gap_gradient[n] * (dual[0, c] * tilt_s + dual[1, c] * tilt_y)
+                    + along_normal[n] * (dual[0, c] * tilt_s + dual[1, c] * tilt_y)
                     + lever
                     * (
                         dual_change[0, n, c] * tilt_s

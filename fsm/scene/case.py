@@ -46,7 +46,7 @@ class Strip(Model):
     held: tuple[Count, ...] | None = None
 
 
-Method = Literal["auto", "static", "arc-length", "generalized-alpha", "Radau-blocks", "Radau", "BDF", "LSODA"]
+Method = Literal["auto", "static", "generalized-alpha", "Radau-blocks", "Radau", "BDF", "LSODA"]
 
 
 class Solve(Model):
@@ -55,8 +55,8 @@ class Solve(Model):
     Attributes
     ----------
     method : str
-        "auto"; "static" (equilibria as the drives move, the dynamics at snaps); "arc-length" (equilibria, unstable ones
-        too, as far as the path goes); "generalized-alpha"; "Radau-blocks" and "Radau", "BDF", "LSODA" of SciPy.
+        "auto"; "static" (equilibria as the drives move, the dynamics at snaps); "generalized-alpha"; "Radau-blocks"
+        (Radau's steps, linear algebra of its own) and "Radau", "BDF", "LSODA" of SciPy.
     rtol : -
         Relative tolerance; absolute tolerances follow from it and the sizes of the scene. Of statics, the increments
         follow from it: a prediction may be off by its root, of the structure's size or in radians.

@@ -19,6 +19,7 @@ from fsm.kernels.newton_euler import (
     quaternion_rates,
     tangent_from_quaternion,
 )
+from fsm.kernels.place import place_free, take_free
 from fsm.kernels.rotation import conjugate, exponential, inverse_tangent_map, logarithm, multiply, rotate_by
 from fsm.scene.scene import Plate
 from fsm.segments.contacts import ContactGroup
@@ -207,7 +208,8 @@ class SegmentSystem:
 
     def force(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> np.ndarray:
         """See `System`."""
-        return np.asarray(self._all_forces(t, *self.place(t, q, u, before), self._past(t, before))[self.bodies.free]).ravel()
+        forces = self._all_forces(t, *self.place(t, q, u, before), self._past(t, before))
+        return np.asarray(take_free(self.bodies.free, forces))
 
     def tangent(self, t: float, q: np.ndarray, u: np.ndarray | None) -> tuple[sparse.bsr_matrix, sparse.bsr_matrix]:
         """See `System`. The pattern is fixed until the broad phase of contact is renewed."""
@@ -221,7 +223,7 @@ class SegmentSystem:
         moving = [motion.body for motion in self.motions]
         dof[moving] = self.n_free + np.arange(len(moving))
         pattern = body_pattern(dof, [group.pairs(poses)[0] for group in self.groups], self.size)
-        force, stiffness, damping = np.zeros_like(rates), pattern.zeros(), pattern.zeros()
+        force, stiffness, damping = np.zeros(rates.shape), pattern.zeros(), pattern.zeros()
         for group in self.groups:
             group.add_linearised(t, poses, rates, pattern, force, stiffness, damping)
         speeds = np.zeros((pattern.order, self.size))
@@ -238,14 +240,14 @@ class SegmentSystem:
         poses, rates = self.place(t, q, u, before)
         past = self._past(t, before)
         pattern = self._current_pattern(poses)
-        force, stiffness, damping = np.zeros_like(rates), pattern.zeros(), pattern.zeros()
+        force, stiffness, damping = np.zeros(rates.shape), pattern.zeros(), pattern.zeros()
         for group in self.groups:
             group.add_linearised(t, poses, rates, pattern, force, stiffness, damping, past)
         if self.spatial and u is not None:
             add_gyroscopic(rates, self.bodies.inertia, force)
             gyroscopic_damping(rates, self.bodies.inertia, *pattern.index, damping)
         return Linearised(
-            force[self.bodies.free].ravel(), BlockMatrix(pattern, stiffness), BlockMatrix(pattern, damping)
+            take_free(self.bodies.free, force), BlockMatrix(pattern, stiffness), BlockMatrix(pattern, damping)
         )
 
     def energy(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Energy:
@@ -296,13 +298,10 @@ class SegmentSystem:
 
         With `before`, driven bodies have their mean speed since then.
         """
-        poses, rates = self.bodies.pose.copy(), np.zeros_like(self.bodies.rate)
-        free = q.reshape(self.n_free, -1)
-        poses[self.bodies.free] = free
-        if self.spatial:
-            poses[self.bodies.free, 3:] /= np.linalg.norm(free[:, 3:], axis=1, keepdims=True)
+        poses, rates = self.bodies.pose.copy(), np.zeros(self.bodies.rate.shape)
+        place_free(self.bodies.free, q, self.spatial, poses)
         if u is not None:
-            rates[self.bodies.free] = u.reshape(self.n_free, -1)
+            place_free(self.bodies.free, u, False, rates)
         for motion in self.motions:
             travel, speed, _ = motion.at(t)
             n = len(motion.direction)
@@ -322,7 +321,7 @@ class SegmentSystem:
         return Past(self._last_poses, t - before[0])
 
     def _all_forces(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None) -> np.ndarray:
-        force = np.zeros_like(rates)
+        force = np.zeros(rates.shape)
         for group in self.groups:
             group.add_force(t, poses, rates, force, past)
         if self.spatial:

@@ -100,8 +100,8 @@ class Books:
         At the start, before anything has been turned over, over that of the reactions along a part of the span.
         """
         work, dissipated = self.turned_over(t, u, seen)
-        stored = seen.energy.stored - self.last.energy.stored
-        turnover = max(self.ledger.turnover, abs(seen.energy.stored - self.ledger.start), abs(work))
+        stored = seen.energy.stored_at_rest - self.last.energy.stored_at_rest
+        turnover = max(self.ledger.turnover, abs(seen.energy.stored_at_rest - self.ledger.start), abs(work))
         turnover = max(turnover, _AT_FIRST * max(self.largest_reaction, seen.reaction) * self._span)
         return abs(stored + dissipated - work) / turnover if turnover > 0.0 else 0.0
 
@@ -110,17 +110,21 @@ class Books:
         step = t - self.time
         self.ledger.work += 0.5 * step * (self.last.energy.input_power + seen.energy.input_power)
         self.ledger.dissipated += step * mean_dissipation(self.system, (self.time, self.q), (t, q))
-        self._take(t, q, u, seen)
+        self._take(t, q, u, seen, seen.energy.stored)
 
     def slide(self, t: float, q: np.ndarray, seen: Observation) -> None:
         """Take a jump in next to no time, whose energy is gone."""
-        self.ledger.dissipated += self.last.energy.stored - seen.energy.stored
+        self.ledger.dissipated += self.last.energy.stored_at_rest - seen.energy.stored_at_rest
         self._take(t, q, np.zeros_like(self.u), seen)
 
-    def _take(self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation) -> None:
+    def _take(self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation, stored: float | None = None) -> None:
+        """Go on to a state; `stored` is its energy if inertia counts, which it does not in statics."""
         self.time, self.q, self.u, self.last, self._earlier = t, q, u, seen, None
         self.largest_reaction = max(self.largest_reaction, seen.reaction)
-        self.ledger.balance(seen.energy.stored, seen.energy.kinetic)
+        if stored is None:
+            self.ledger.balance(seen.energy.stored_at_rest, 0.0)
+        else:
+            self.ledger.balance(stored, seen.energy.kinetic)
         self.statistics.seen.append((seen.drive, seen.pair_force))
         self.statistics.steps += 1
         self._save()

@@ -22,7 +22,7 @@ __all__ = ["Backend", "LinearSolver"]
 
 Backend = Literal["block", "splu", "pardiso"]
 
-_GOOD = 1e-12
+_GOOD = 1e-10
 """Backward error above which a solution is refined."""
 _POOR = 1e-8
 """Backward error after refinement above which SuperLU takes over."""

@@ -196,8 +196,7 @@ class _Follower:
         if extrapolated and correction > _FAR * self.aim:
             return _Reason.FAR
         seen = self.system.observe(t, found.q, found.u, before)
-        turnover = max(books.ledger.turnover, abs(seen.energy.stored - books.ledger.start))
-        if seen.energy.kinetic > max(_MOVING * turnover, self.slow):
+        if self._inertia_counts(seen):
             return _Reason.INERTIA
         duration = t - books.time
         if duration > _KINK * self.first_step and books.imbalance(t, found.u, seen) > _COARSE * self.aim:
@@ -205,6 +204,12 @@ class _Follower:
         self._adapt(duration, correction if extrapolated else None, found.iterations)
         self._take(t, found, seen)
         return None
+
+    def _inertia_counts(self, seen: Observation) -> bool:
+        """Whether the motion is too fast for statics; nothing would damp it in a system without rates, so there never."""
+        ledger = self.books.ledger
+        turnover = max(ledger.turnover, abs(seen.energy.stored_at_rest - ledger.start))
+        return self.system.rate_dependent and seen.energy.kinetic > max(_MOVING * turnover, self.slow)
 
     def _size(self, increment: np.ndarray) -> float:
         return float(np.abs(increment / self.newton.scales.span).max(initial=0.0))
@@ -272,8 +277,7 @@ class _Follower:
         """Let the structure move, or slide where nothing would damp it, until equilibria can be followed again."""
         books, settings = self.books, self.settings
         if not self.system.rate_dependent:
-            if not slide(self.system, books, books.time + 1e-4 * self.first_step):
-                self._fail(Outcome.NO_EQUILIBRIUM)
+            self._slide()
             return
         quiet = _MOVING * books.ledger.turnover
         for _ in range(_CALMER):
@@ -290,6 +294,19 @@ class _Follower:
             if self._attempt(books.time + self._duration()) is None:
                 return
         self._fail(Outcome.NO_EQUILIBRIUM)
+
+    def _slide(self) -> None:
+        """Slide at a time so little later that the equilibrium is lost; how little, is found by trying."""
+        books, start = self.books, self.books.q
+        later = _SMALLEST * self.settings.end_time
+        while books.time < self.settings.end_time:
+            if not slide(self.system, books, min(books.time + later, self.settings.end_time)):
+                self._fail(Outcome.NO_EQUILIBRIUM)
+            if self._size(self.system.difference(start, books.q)) > _FAR * self.aim:
+                return
+            later *= 2.0
+            if later > self.first_step:
+                return
 
     # the end --------------------------------------------------------------------------------------------------------
 

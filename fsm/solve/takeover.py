@@ -23,6 +23,8 @@ _RELAXATION_TIME = 1e-3
 _SLIDES = 200
 _SLIDE_STEP = 0.02
 """Largest part of the span, or radians, of one step of a slide."""
+_SETTLED = 1e-9
+"""Step of Newton's method at which a slide has ended."""
 
 
 def move_until_calm(system: System, books: Books, until: float, quiet: float, worst: float) -> int:
@@ -72,39 +74,48 @@ def _relaxed(system: System, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarr
 def slide(system: System, books: Books, t: float) -> bool:
     """Slide downhill in energy at time t, just past a critical point, as if overdamped, to a stable equilibrium.
 
-    Steps of (M/theta + K) dx = h with theta as large as the matrix stays positive definite and the step small: an
-    implicit gradient flow, which never climbs.
+    Steps of (M/theta + K) dx = h with theta as large as the matrix stays positive definite and the step small, an
+    implicit gradient flow, which never climbs; of K dx = h as soon as those are.
 
     Returns
     -------
     bool
         Whether a stable equilibrium was reached.
     """
-    q, span, solver = books.q, system.scales().span, LinearSolver()
-    theta = 0.0
+    q, solver, theta = books.q, LinearSolver(), 0.0
     for _ in range(_SLIDES):
         linear = system.linearise(t, q, None)
         stiffness = linear.stiffness.symmetric()
-        inertia = system.inertia(q, stiffness.pattern)
-        diagonal = stiffness.pattern.diagonal
-        softness = _ratio(inertia[diagonal], stiffness.data[diagonal])
-        theta = 4.0 * theta if theta else 1e3 * softness
-        while True:
-            solver.factorise(BlockMatrix(stiffness.pattern, stiffness.data + inertia / theta))
-            step = solver.solve(linear.force)
-            size = float(np.abs(step / span).max(initial=0.0))
-            if not solver.negative_pivots() and size < _SLIDE_STEP:
-                break
-            theta *= 0.5
-            if theta < 1e-3 * softness:
-                return False
+        step, size = _downhill(system, solver, stiffness, linear.force)
+        if step is None:  # not yet near a stable equilibrium: inertia holds the step back
+            inertia = system.inertia(q, stiffness.pattern)
+            diagonal = stiffness.pattern.diagonal
+            softness = _ratio(inertia[diagonal], stiffness.data[diagonal])
+            theta = 4.0 * theta if theta else 1e3 * softness
+            while step is None:
+                held = BlockMatrix(stiffness.pattern, stiffness.data + inertia / theta)
+                step, size = _downhill(system, solver, held, linear.force)
+                theta *= 0.5 if step is None else 1.0
+                if theta < 1e-3 * softness:
+                    return False
+            size = np.inf
         q = system.retract(q, step)
-        if size < 1e-7:
-            solver.factorise(system.linearise(t, q, None).stiffness.symmetric())
-            if not solver.negative_pivots():
-                books.slide(t, q, system.observe(t, q, np.zeros(system.nu)))
-                return True
+        if size < _SETTLED:
+            books.slide(t, q, system.observe(t, q, np.zeros(system.nu)))
+            return True
     return False
+
+
+def _downhill(
+    system: System, solver: LinearSolver, matrix: BlockMatrix, force: np.ndarray
+) -> tuple[np.ndarray | None, float]:
+    """Step and its size over the span; None if the matrix is not positive definite or the step too long."""
+    solver.factorise(matrix)
+    step = solver.solve(force)
+    size = float(np.abs(step / system.scales().span).max(initial=0.0))
+    if solver.negative_pivots() or not size < _SLIDE_STEP:
+        return None, np.inf
+    return step, size
 
 
 def _ratio(inertia: np.ndarray, stiffness: np.ndarray) -> float:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fsm.interactions.surface import STRAIGHT, TIP, overshoot
 from fsm.scene.builders.strip import build_strip
 from fsm.scene.case import Case
 from fsm.scene.scene import Body, Scene
@@ -97,6 +98,53 @@ def pressed_state(system: SegmentSystem, size: float, seed: int) -> tuple[np.nda
     return q, rng.standard_normal(system.nu) * 0.1
 
 
+def tip_state(
+    system: SegmentSystem, angle: float, straight: float, past: float, size: float, seed: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Panels 3 and 4 upright, one slid along the other until a probe is on the disc of a tip.
+
+    Parameters
+    ----------
+    angle : where on the disc, rad from the face's normal
+    straight : part of the tip straight for the probe: `STRAIGHT` for a panel's end, 0 for the middle of its last segment
+    past : +1 or -1
+        Over the beginning of panel 3 or the end of panel 4.
+    size : of what everything is out of place by, as in `random_state`
+    """
+    assert system.contacts is not None
+    pose, crease, radius = system.bodies.pose, 3 * 0.08 * np.cos(np.radians(80)), 0.5 * TIP * 0.08
+    probe = 0.0 if straight else 0.04 / 3
+    # 0.7 radii from the middle of the disc
+    slide = past * (probe + 2 * straight * radius + 0.7 * radius * np.sin(angle))
+    away = (0.7 * np.cos(angle) - 1.0) * radius + float(system.contacts.probes.clearance.max())
+    move = np.zeros((system.n_free, system.size))
+    height = 1 if system.size == 3 else 2
+    for row, body in enumerate(system.bodies.free):
+        panel = int(system.bodies.names[body].split()[1])
+        if panel in (3, 4):
+            side = 1.0 if panel == 3 else -1.0
+            move[row, 0] = crease - side * away / 2 - pose[body, 0]
+            move[row, height] = pose[body, height] / np.sin(np.radians(80)) + side * slide / 2 - pose[body, height]
+            move[row, 2 if system.size == 3 else 4] = -side * np.radians(10)
+    rng = np.random.default_rng(seed)
+    q = system.retract(system.initial()[0], move.ravel())
+    q = system.retract(q, steps(system, size) * rng.standard_normal(system.nu))
+    return q, rng.standard_normal(system.nu) * 0.1
+
+
+def on_tips(system: SegmentSystem, q: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """How far (m) the contacts found are past the straight parts of tips, and the parts that are straight for them."""
+    contacts = system.contacts
+    assert contacts is not None
+    found = contacts._contacts(*system.place(1.0, q, u))
+    assert found is not None
+    stations, straight = contacts.stations[found.piece], contacts.probes.straight[found.probe]
+    s = found.at.reshape(found.count, -1)[:, 0]
+    # a piece at an end is straight, and three times as long as its first two control points are apart
+    length = 3 * (stations[:, 1] - stations[:, 0])
+    return np.array([overshoot(*row)[0] for row in zip(s, stations, length, straight, strict=True)]), straight
+
+
 def differences(function: Callable[[np.ndarray], np.ndarray], at: np.ndarray, step: np.ndarray) -> np.ndarray:
     """Fourth-order central differences of f(at + dx), a column each."""
     columns = []
@@ -168,6 +216,47 @@ def test_contact_alone(spatial: bool, friction: str, thick: bool, seed: int) -> 
     # friction makes the tangent unsymmetric; without it what damping leaves is the only part that does
     assert (np.abs(damping - damping.T).max() > 1e-3 * np.abs(damping).max()) == (friction != "none")
     assert np.abs(stiffness).max() > 0
+
+
+TIPS = pytest.mark.parametrize("past", [1.0, -1.0], ids=["beginning", "end"])
+PROBES = pytest.mark.parametrize("straight", [0.0, STRAIGHT], ids=["interior", "end probe"])
+
+
+@SPATIAL
+@TIPS
+@PROBES
+@pytest.mark.parametrize("friction", list(FRICTION))
+@pytest.mark.parametrize(("angle", "thick"), [(0.5, True), (1.4, False)], ids=["thickness", "middle, nearly round"])
+def test_contact_on_a_rounded_tip(
+    spatial: bool, past: float, straight: float, friction: str, angle: float, thick: bool
+) -> None:
+    contact = {"stiffness": 1e4, "damping": 10.0, "ramp": 1e-3, "thickness_in_gap": thick}
+    system = only(strip_system(spatial, contact=contact, friction=FRICTION[friction]), ContactGroup)
+    q, u = tip_state(system, angle, straight, past, 2e-3, seed=12)
+    over, part = on_tips(system, q, u)
+    # at an end the piece runs from its station 4, at the beginning to its station 5
+    assert np.any((over * past < 0.0) & (part == straight))
+    stiffness, damping = check(system, q, u, size=1e-6)
+    assert np.abs(stiffness).max() > 0
+    assert (np.abs(damping - damping.T).max() > 1e-3 * np.abs(damping).max()) == (friction != "none")
+
+
+@SPATIAL
+@TIPS
+@PROBES
+def test_stiffness_at_rest_on_a_rounded_tip_is_symmetric(spatial: bool, past: float, straight: float) -> None:
+    """It is the second derivative of an energy; in space at rotations that do not commute the force adds its moments."""
+    contact = {"stiffness": 1e4, "damping": 0.0, "ramp": 1e-3}
+    system = only(strip_system(spatial, contact=contact), ContactGroup)
+    q, u = tip_state(system, 0.9, straight, past, 2e-3, seed=13)
+    assert np.any((on_tips(system, q, u)[0] != 0.0) & (on_tips(system, q, u)[1] == straight))
+    stiffness = system.tangent(1.0, q, 0 * u)[0].toarray()
+    if spatial:
+        moments = system.force(1.0, q, 0 * u).reshape(-1, 6)[:, 3:]
+        for body, (x, y, z) in enumerate(moments):
+            turns = slice(6 * body + 3, 6 * body + 6)
+            stiffness[turns, turns] += 0.5 * np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    np.testing.assert_allclose(stiffness, stiffness.T, atol=1e-12 * np.abs(stiffness).max())
 
 
 @SPATIAL

@@ -352,7 +352,12 @@ def test_bad_lists_of_a_crease(tmp_path):
     [
         (["--set", "strip.lenght=1"], "--set strip.lenght: unknown key; did you mean `strip.length`?"),
         (["--set", "strip.length"], "--set strip.length: write it as path=value"),
-        (["--method", "RK45"], 'solve.method: must be "auto", "Radau", "BDF" or "LSODA"; it is "RK45"'),
+        (
+            ["--method", "RK45"],
+            'solve.method: must be "auto", "static", "generalized-alpha", "Radau-blocks", "Radau", "BDF" or "LSODA"; '
+            'it is "RK45"',
+        ),
+        (["--method", "arc-length"], 'solve.method: must be "auto", "static", "generalized-alpha"'),
     ],
 )
 def test_bad_options(tmp_path, options, words):
