@@ -1,4 +1,4 @@
-"""Poses and rates of all bodies from the coordinates of the free ones."""
+"""Poses and rates of all bodies from the coordinates of the free ones, and poses in space moved by increments."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["place_free", "take_free"]
+__all__ = ["place_free", "pose_difference", "retract_poses", "take_free"]
 
 
 @kernel
@@ -37,4 +37,50 @@ def take_free(free: np.ndarray, values: np.ndarray) -> np.ndarray:
     for i in range(free.shape[0]):
         for k in range(size):
             out[i * size + k] = values[free[i], k]
+    return out
+
+
+@kernel
+def retract_poses(q: np.ndarray, dx: np.ndarray) -> np.ndarray:
+    """Positions and quaternions (n * 7,) moved by increments (n * 6,), rotations in body axes; unit norm."""
+    out = np.empty(q.shape[0])
+    for i in range(q.shape[0] // 7):
+        a, b = 7 * i, 6 * i
+        for k in range(3):
+            out[a + k] = q[a + k] + dx[b + k]
+        x, y, z = dx[b + 3], dx[b + 4], dx[b + 5]
+        half = 0.5 * np.sqrt(x * x + y * y + z * z)
+        # sin(half)/(2 half), by its series where half is small
+        factor = 0.5 * np.sin(half) / half if half > 1e-4 else 0.5 - half * half / 12.0
+        w, x, y, z = np.cos(half), factor * x, factor * y, factor * z
+        p, r, s, t = q[a + 3], q[a + 4], q[a + 5], q[a + 6]
+        n0 = p * w - r * x - s * y - t * z
+        n1 = p * x + r * w + s * z - t * y
+        n2 = p * y - r * z + s * w + t * x
+        n3 = p * z + r * y - s * x + t * w
+        norm = np.sqrt(n0 * n0 + n1 * n1 + n2 * n2 + n3 * n3)
+        out[a + 3], out[a + 4], out[a + 5], out[a + 6] = n0 / norm, n1 / norm, n2 / norm, n3 / norm
+    return out
+
+
+@kernel
+def pose_difference(start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Increments (n * 6,) from poses to poses (n * 7,): the inverse of `retract_poses`; rotations up to pi."""
+    count = start.shape[0] // 7
+    out = np.empty(6 * count)
+    for i in range(count):
+        a, b = 7 * i, 6 * i
+        for k in range(3):
+            out[b + k] = end[a + k] - start[a + k]
+        p, r, s, t = start[a + 3], -start[a + 4], -start[a + 5], -start[a + 6]
+        w, x, y, z = end[a + 3], end[a + 4], end[a + 5], end[a + 6]
+        n0 = p * w - r * x - s * y - t * z
+        n1 = p * x + r * w + s * z - t * y
+        n2 = p * y - r * z + s * w + t * x
+        n3 = p * z + r * y - s * x + t * w
+        if n0 < 0.0:
+            n0, n1, n2, n3 = -n0, -n1, -n2, -n3
+        sine = np.sqrt(n1 * n1 + n2 * n2 + n3 * n3)
+        factor = 2.0 * np.arctan2(sine, n0) / sine if sine > 1e-12 else 2.0 / n0
+        out[b + 3], out[b + 4], out[b + 5] = factor * n1, factor * n2, factor * n3
     return out

@@ -7,11 +7,9 @@ import numpy as np
 from fsm.kernels.jit import kernel
 
 __all__ = [
-    "conjugate",
     "exponential",
     "fill_rotation",
     "inverse_tangent_map",
-    "logarithm",
     "multiply",
     "rotate_by",
     "rotation_matrix",
@@ -72,21 +70,6 @@ def rotate_by(p: np.ndarray, vector: np.ndarray) -> np.ndarray:
     axis = p[..., 1:]
     across = np.cross(axis, vector)
     return vector + 2.0 * (p[..., :1] * across + np.cross(axis, across))
-
-
-def conjugate(p: np.ndarray) -> np.ndarray:
-    """Inverse of unit quaternions (..., 4)."""
-    return np.asarray(p, dtype=float) * np.array([1.0, -1.0, -1.0, -1.0])
-
-
-def logarithm(p: np.ndarray) -> np.ndarray:
-    """Rotation vector (..., 3), rad, of unit quaternions (..., 4); its length is at most pi."""
-    p = np.asarray(p, dtype=float)
-    p = np.where(p[..., :1] < 0.0, -p, p)
-    sine = np.linalg.norm(p[..., 1:], axis=-1, keepdims=True)
-    angle = 2.0 * np.arctan2(sine, p[..., :1])
-    # angle/sine tends to 2/p0 as both vanish
-    return p[..., 1:] * np.where(sine > 1e-12, angle / np.maximum(sine, 1e-300), 2.0 / np.maximum(p[..., :1], 0.5))
 
 
 def inverse_tangent_map(vector: np.ndarray) -> np.ndarray:

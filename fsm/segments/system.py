@@ -19,8 +19,8 @@ from fsm.kernels.newton_euler import (
     quaternion_rates,
     tangent_from_quaternion,
 )
-from fsm.kernels.place import place_free, take_free
-from fsm.kernels.rotation import conjugate, exponential, inverse_tangent_map, logarithm, multiply, rotate_by
+from fsm.kernels.place import place_free, pose_difference, retract_poses, take_free
+from fsm.kernels.rotation import inverse_tangent_map, rotate_by
 from fsm.scene.scene import Plate
 from fsm.segments.contacts import ContactGroup
 from fsm.segments.drive import PrescribedMotion
@@ -166,19 +166,13 @@ class SegmentSystem:
         """See `System`."""
         if not self.spatial:
             return q + dx
-        pose, step = q.reshape(-1, 7).copy(), dx.reshape(-1, 6)
-        pose[:, :3] += step[:, :3]
-        pose[:, 3:] = multiply(pose[:, 3:], exponential(step[:, 3:]))
-        pose[:, 3:] /= np.linalg.norm(pose[:, 3:], axis=1, keepdims=True)
-        return pose.ravel()
+        return np.asarray(retract_poses(q, dx))
 
     def difference(self, start: np.ndarray, end: np.ndarray) -> np.ndarray:
         """See `System`."""
         if not self.spatial:
             return end - start
-        first, second = start.reshape(-1, 7), end.reshape(-1, 7)
-        turned = logarithm(multiply(conjugate(first[:, 3:]), second[:, 3:]))
-        return np.hstack([second[:, :3] - first[:, :3], turned]).ravel()
+        return np.asarray(pose_difference(start, end))
 
     def increment_map(self, dx: np.ndarray) -> np.ndarray | None:
         """See `System`."""

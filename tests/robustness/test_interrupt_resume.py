@@ -49,6 +49,7 @@ crease = 3
 speed = "2 mm/s"
 travel = "8 mm"
 [solve]
+method = "Radau"
 rtol = 1e-6
 [save]
 every = "0.1 mm"
@@ -200,7 +201,7 @@ def test_a_fresh_start_takes_the_old_checkpoint_and_summary_away(
     def killed(*_: object, **__: object) -> None:
         raise OSError("killed here")
 
-    monkeypatch.setattr(fsm.recorder, "simulate", killed)
+    monkeypatch.setattr(fsm.recorder, "solve", killed)
     with pytest.raises(OSError, match="killed here"):
         run_case(load_case(case), tmp_path, progress=False)
     assert not (tmp_path / "checkpoint.h5").exists()

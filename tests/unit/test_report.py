@@ -88,12 +88,25 @@ def test_a_plain_strip() -> None:
         "every spring c = 1 ms x k (Kelvin-Voigt)",
         "crease 3 pulled along (0, 0, 1) at 2 mm/s: run-up 0.4 mm, travel 40 mm, 20.2 s",
         "guided",
-        "Radau, chosen by auto",
+        "static, chosen by auto: the drive is slow: kinetic over elastic energy is 2e-06, below 1e-05",
         "201 records, evenly over the travel",
         "segments of 20 mm: error O(l^2)",
-        "halve the speed",
+        "inertia is dropped but at snaps",
     )
-    not_said(text, "watched", "friction creeps", "l alpha/8", "edges", "friction: no", "tapered")
+    not_said(text, "halve the speed", "watched", "friction creeps", "l alpha/8", "edges", "friction: no", "tapered")
+
+
+def test_a_fast_strip() -> None:
+    text = text_of(pull={"speed": "20 mm/s"})
+    said(text, "generalized-alpha, chosen by auto: the drive is fast", "halve the speed")
+    not_said(text, "inertia is dropped")
+
+
+@pytest.mark.parametrize("method", ["static", "generalized-alpha", "Radau-blocks", "Radau", "BDF", "LSODA"])
+def test_a_method_that_is_asked_for(method: str) -> None:
+    text = text_of(solve={"method": method})
+    said(text, f"{method}, asked for", "inertia is dropped" if method == "static" else "halve the speed")
+    not_said(text, "chosen by auto", "halve the speed" if method == "static" else "inertia is dropped")
 
 
 def test_contact_and_friction() -> None:

@@ -1,0 +1,92 @@
+"""Which method `auto` takes, and the reason it gives."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from fsm.scene.choice import SLOW, automatic_method, pace
+from fsm.scene.loads import Constant, Drive, Load, Ramp, Table
+from fsm.scene.materials import LinearCrease, SplineCrease
+from fsm.scene.scene import Body, ForceElement, Scene
+
+MASS, STIFFNESS = 0.5, 2.0
+SLOW_SPEED = (0.5 * SLOW * STIFFNESS / MASS) ** 0.5
+"""m/s; half the pace up to which inertia is dropped."""
+FAST_SPEED = 2.0 * SLOW_SPEED
+
+
+def hinge(name: str = "hinge", **keys: Any) -> ForceElement:
+    given: dict[str, Any] = {"inner": "ground", "outer": "arm", "rotation": (0.0, STIFFNESS, 0.0)}
+    return ForceElement(name=name, **(given | keys))
+
+
+def scene(speed: float | None = SLOW_SPEED, **keys: Any) -> Scene:
+    """An arm on a hinge, another body that is driven, and one that is held."""
+    bodies = (
+        Body(name="arm", mass=MASS, inertia=(1.0, 1.0, 1.0), **keys.pop("arm", {})),
+        Body(name="hand", mass=0.0, inertia=(0.0, 0.0, 0.0)),
+        Body(name="wall", mass=1e9, inertia=(1.0, 1.0, 1.0), held=True),
+    )
+    drives = () if speed is None else (Drive(body="hand", speed=speed, travel=0.1),)
+    return Scene(**({"bodies": bodies, "elements": (hinge(),), "drives": drives} | keys))
+
+
+def test_pace_is_the_mass_that_is_free_at_the_drives_speed_over_the_softest_hinge() -> None:
+    assert pace(scene()) == pytest.approx(0.5 * SLOW)
+    assert pace(scene(FAST_SPEED)) == pytest.approx(2.0 * SLOW)
+    stiffer = hinge("second", rotation=(0.0, 10.0 * STIFFNESS, 0.0))
+    idle = hinge("idle", rotation=(STIFFNESS, 0.0, 0.0))  # no stiffness about its crease axis
+    assert pace(scene(elements=(stiffer, hinge(), idle))) == pace(scene())
+
+
+@pytest.mark.parametrize(
+    "crease",
+    [
+        LinearCrease(law="linear", stiffness=STIFFNESS),
+        SplineCrease(law="spline", angle=(0.0, 1.0, 2.0), moment=(0.0, 0.5, 2.0), scale=2.0, interpolation="pchip"),
+        SplineCrease(law="spline", angle=(0.0, 1.0, 2.0), moment=(0.0, -0.5, -4.0), interpolation="pchip"),
+    ],
+    ids=["linear", "scaled", "falling"],
+)
+def test_pace_with_creases(crease: LinearCrease | SplineCrease) -> None:
+    """A tabulated crease counts with the slope from one end of its curve to the other."""
+    assert pace(scene(elements=(hinge(crease=crease),))) == pytest.approx(0.5 * SLOW)
+
+
+def test_slow_drive() -> None:
+    method, reason = automatic_method(scene())
+    assert method == "static"
+    assert reason == "the drive is slow: kinetic over elastic energy is 5e-06, below 1e-05"
+
+
+def test_fast_drive() -> None:
+    method, reason = automatic_method(scene(FAST_SPEED))
+    assert method == "generalized-alpha"
+    assert reason == "the drive is fast: kinetic over elastic energy is 2e-05, above 1e-05"
+
+
+def test_no_hinge_is_stiff() -> None:
+    assert automatic_method(scene(elements=()))[0] == "generalized-alpha"
+    assert pace(scene(elements=())) == float("inf")
+
+
+def test_free_motion() -> None:
+    assert automatic_method(scene(None)) == ("generalized-alpha", "nothing is driven: the motion is free")
+
+
+@pytest.mark.parametrize("key", ["velocity", "angular_velocity"])
+def test_moving_start(key: str) -> None:
+    moving = scene(arm={key: (0.0, 1e-3, 0.0)})
+    assert automatic_method(moving) == ("generalized-alpha", "bodies move at the start")
+
+
+@pytest.mark.parametrize("time", [Ramp(kind="ramp", end=1.0), Table(kind="table", time=(0.0, 1.0), value=(0.0, 1.0))])
+def test_changing_loads(time: Ramp | Table) -> None:
+    changing = scene(loads=(Load(body="arm", force=(0.0, 0.0, 1.0)), Load(body="arm", force=(1.0, 0.0, 0.0), time=time)))
+    assert automatic_method(changing) == ("generalized-alpha", "loads change with time")
+
+
+def test_constant_loads_are_statics() -> None:
+    assert automatic_method(scene(loads=(Load(body="arm", force=(0.0, 0.0, 1.0), time=Constant()),)))[0] == "static"
