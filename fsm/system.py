@@ -211,3 +211,7 @@ class System(Protocol):
     def blame(self, vector: np.ndarray) -> str:
         """Name of the body that the largest entry of a (nu,) vector belongs to, for messages."""
         ...
+
+    def widest_joint(self, t: float, q: np.ndarray) -> tuple[float, str]:
+        """Largest distance (m) by which a joint of the structure itself has come apart, and its name."""
+        ...

@@ -11,7 +11,6 @@ Past the straight part of its tip, by x, the surface is a disc of radius R (`fsm
 
     g_round = sqrt(x^2 + y^2) - R,   y = g + R,   dx = t.(dp - dC) + distance n.dC_s/L
 
-
 Slip is the relative velocity along t of the two bodies' material at ONE point, x_c = p - inset n, so that action and
 reaction keep the angular momentum.
 

@@ -29,8 +29,7 @@ from fsm.kernels.jit import kernel
 __all__ = ["STRAIGHT", "TIP", "blend", "overshoot", "pieces_of"]
 
 TIP = 0.025
-"""Length by which a surface goes on straight beyond its ends, as a fraction of its own."""
-
+"""Length by which a surface goes on beyond its ends, as a fraction of its own."""
 
 STRAIGHT = 0.5
 """Part of a tip that is straight for the ends of another panel."""

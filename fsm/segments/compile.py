@@ -164,6 +164,8 @@ class _Compiler:
             np.ascontiguousarray(damping[:, keep]),
             np.array([_CATEGORY[e.kind] for e in elements]),
             _CATEGORIES,
+            tuple(e.name for e in elements),
+            np.array([e.kind != "joint" for e in elements]),
         )
 
     def _creases(self) -> CreaseGroup | None:

@@ -81,6 +81,9 @@ class BushingGroup:
     category : (m,) int array
         Index into `categories` of what each element's energy counts as.
     categories : names
+    names : names of the elements
+    structural : (m,) bool array
+        Joints of the structure itself, which cannot come apart; others may be springs of any length.
     """
 
     measure: Kernel
@@ -92,6 +95,8 @@ class BushingGroup:
     damping: np.ndarray
     category: np.ndarray
     categories: tuple[str, ...]
+    names: tuple[str, ...]
+    structural: np.ndarray
     _kept: _Kept = field(default_factory=_Kept, init=False, repr=False, compare=False)
 
     @property
@@ -128,6 +133,15 @@ class BushingGroup:
             poses, rates, self.bodies, self._constants, *self._kept.before(self, rates, past),
             self._kept.slots(self, pattern), force, stiffness, damping,
         )  # fmt: skip
+
+    def gap(self, poses: np.ndarray) -> tuple[float, str]:
+        """Largest distance (m) by which the ends of a structural joint have come apart, and its name."""
+        value, _, _ = self.measure(poses, np.zeros((len(poses), self.rest.shape[1])), self.bodies, *self.geometry)
+        n = 3 if self.rest.shape[1] == 6 else 2
+        held = self.structural[:, None] & (self.stiffness[:, :n] > 0.0)
+        apart = np.sqrt((np.where(held, value[:, :n] - self.rest[:, :n], 0.0) ** 2).sum(axis=1))
+        worst = int(np.argmax(apart))
+        return float(apart[worst]), self.names[worst]
 
     def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
         """See `Group`; springs do not know the time."""

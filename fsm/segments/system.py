@@ -24,6 +24,7 @@ from fsm.kernels.rotation import inverse_tangent_map, rotate_by
 from fsm.scene.scene import Plate
 from fsm.segments.contacts import ContactGroup
 from fsm.segments.drive import PrescribedMotion
+from fsm.segments.elements import BushingGroup
 from fsm.segments.group import Group, Past
 from fsm.segments.loads import LoadGroup
 from fsm.segments.pattern import BodyPattern, body_pattern
@@ -282,6 +283,12 @@ class SegmentSystem:
         """See `System`."""
         worst = int(np.argmax(np.abs(np.nan_to_num(vector, nan=np.inf)))) // self.size
         return self.bodies.names[self.bodies.free[worst]]
+
+    def widest_joint(self, t: float, q: np.ndarray) -> tuple[float, str]:
+        """See `System`."""
+        poses, _ = self.place(t, q, None)
+        gaps = [group.gap(poses) for group in self.groups if isinstance(group, BushingGroup)]
+        return max(gaps, default=(0.0, "none"))
 
     # inside ---------------------------------------------------------------------------------------------------------
 

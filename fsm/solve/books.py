@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -44,16 +45,27 @@ class Books:
         self.system, self.statistics = system, statistics
         self.on_save, self.on_step = on_save, on_step
         self.time, self.q, self.u = time, q, u
-        self.last = system.observe(time, q, u)
+        self.last = self._first(time, q, u)
         self.ledger = Ledger(start=self.last.energy.stored) if ledger is None else ledger
-        self.ledger.balance(self.last.energy.stored, self.last.energy.kinetic)
         self.largest_reaction = self.last.reaction
         self._earlier: Observation | None = None
         self._span = float(system.scales().span.max(initial=0.0))
+        self._saved = -np.inf
         self.pending = [t for t in save_times if t >= time]
         self._nothing = 1e-12 * max(save_times, default=0.0)  # times that differ by less are the same
-        statistics.seen.append((self.last.drive, self.last.pair_force))
+        if not statistics.seen:
+            statistics.seen.append((self.last.drive, self.last.pair_force))
         self._save()
+
+    def _first(self, time: float, q: np.ndarray, u: np.ndarray) -> Observation:
+        """Where the solve begins: of one that goes on, with the forces that were seen there.
+
+        Its velocities may be means over a step, at which stiff dampers would answer with forces of their own.
+        """
+        if not self.statistics.seen:
+            return self.system.observe(time, q, u)
+        drive, pair_force = self.statistics.seen[-1]
+        return replace(self.system.observe(time, q, np.zeros_like(u)), drive=drive, pair_force=pair_force)
 
     def next_save(self, end: float) -> float:
         """Time of the next state to be saved, or the end."""
@@ -131,9 +143,16 @@ class Books:
         if self.on_step is not None:
             self.on_step(StepEnd(t, q, u, self.statistics.steps))
 
+    def save_last(self) -> None:
+        """Hand over the last state, if it was not: the solve ends here."""
+        if self._saved < self.time:
+            self.pending = [self.time]
+            self._save()
+
     def _save(self) -> None:
         while self.pending and self.pending[0] <= self.time + self._nothing:
             self.pending.pop(0)
+            self._saved = self.time
             ledger = self.ledger
             self.on_save(
                 Saved(self.time, self.q.copy(), self.u.copy(), self.last, ledger.dissipated, ledger.work, ledger.error)

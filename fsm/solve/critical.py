@@ -6,11 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fsm.blocks import BlockMatrix
 from fsm.solve.equilibrium_step import Ending, Equilibrium, EquilibriumStep
 from fsm.solve.linear import LinearSolver
 from fsm.system import Before, System
 
-__all__ = ["Critical", "critical_point", "stable_branch"]
+__all__ = ["Critical", "critical_point", "loose_mode", "stable_branch"]
 
 _ITERATIONS = 30
 _ALONG = 0.1
@@ -59,6 +60,24 @@ def critical_point(system: System, t: float, q: np.ndarray, later: float) -> Cri
     mode = mode * span
     mode = mode / (mode / span)[np.argmax(np.abs(mode / span))]
     return Critical(mode, value, along < _ALONG)
+
+
+def loose_mode(system: System, t: float, q: np.ndarray) -> np.ndarray:
+    """What nothing holds, (nu,): the softest mode of a stiffness that is singular, made regular by a trifle."""
+    span = system.scales().span
+    stiffness = system.linearise(t, q, None).stiffness.symmetric()
+    diagonal, size = stiffness.pattern.diagonal, range(stiffness.pattern.size)
+    data = stiffness.data.copy()
+    scale = span.reshape(-1, stiffness.pattern.size) ** 2
+    trifle = 1e-9 * float(np.max(np.abs(data[diagonal][:, size, size]) * scale)) or 1.0
+    data[diagonal[:, None], size, size] += trifle / scale
+    solver = LinearSolver()
+    solver.factorise(BlockMatrix(stiffness.pattern, data))
+    mode = np.random.default_rng(0).standard_normal(system.nu)
+    for _ in range(_ITERATIONS):
+        mode = solver.solve(mode / span) / span
+        mode /= np.linalg.norm(mode)
+    return mode
 
 
 def stable_branch(

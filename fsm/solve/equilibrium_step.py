@@ -12,6 +12,7 @@ from enum import Enum
 import numpy as np
 
 from fsm.blocks import BlockMatrix
+from fsm.errors import NotConverged
 from fsm.solve.linear import LinearSolver
 from fsm.system import Before, Linearised, System
 
@@ -32,6 +33,7 @@ class Ending(Enum):
     UNSTABLE = "the equilibrium is unstable"
     ITERATIONS = "too many iterations"
     NOT_FINITE = "not finite"
+    SINGULAR = "the stiffness is singular"
 
 
 @dataclass
@@ -129,7 +131,10 @@ class EquilibriumStep:
             matrix = self._matrix(linear, dx, duration)
             if iteration == 0:
                 self._largest_stiffness = float(np.abs(matrix.data).max(initial=0.0))
-            self.solver.factorise(matrix)
+            try:
+                self.solver.factorise(matrix)
+            except NotConverged:
+                return self._ended(Ending.SINGULAR, q, iteration, residual)
             step = self.solver.solve(residual)
             self.iterations += 1
             work = float(step @ residual)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from scipy.sparse.linalg import splu
 
+from fsm.blocks import BlockMatrix
 from fsm.errors import NotConverged
 from fsm.solve.linear import LinearSolver
 from fsm.system import System
@@ -53,8 +53,9 @@ def equilibrium(
         if t != before:
             q = system.retract(q, _limited(tangent_prediction(system, before, t, q), size))
         for _ in range(max_iterations):
-            residual = system.force(t, q, None)
-            step = splu(system.tangent(t, q, None)[0].tocsc()).solve(residual)
+            linear = system.linearise(t, q, None)
+            residual = linear.force
+            step = _solved(linear.stiffness, residual)
             q = system.retract(q, _limited(step, size))
             if np.abs(step / size).max(initial=0.0) <= tolerance:
                 break
@@ -79,7 +80,13 @@ def tangent_prediction(system: System, before: float, t: float, q: np.ndarray) -
     whole = system.force(t, q, None) - start
     change = system.force(before + 0.01 * (t - before), q, None) - start
     scale = float(whole @ change) / max(float(change @ change), 1e-300)
-    return np.asarray(splu(system.tangent(before, q, None)[0].tocsc()).solve(start + scale * change))
+    return _solved(system.linearise(before, q, None).stiffness, start + scale * change)
+
+
+def _solved(matrix: BlockMatrix, right: np.ndarray) -> np.ndarray:
+    solver = LinearSolver()
+    solver.factorise(matrix)
+    return solver.solve(right)
 
 
 def _limited(step: np.ndarray, size: np.ndarray) -> np.ndarray:
@@ -95,5 +102,10 @@ def negative_pivots(system: System, t: float, q: np.ndarray) -> int:
     if system.nu == 0:
         return 0
     solver = LinearSolver()
-    solver.factorise(system.linearise(t, q, None).stiffness.symmetric())
+    matrix = system.linearise(t, q, None).stiffness.symmetric()
+    try:
+        solver.factorise(matrix)
+    except NotConverged:  # exactly singular: a mechanism, or a body that nothing holds
+        values = np.linalg.eigvalsh(matrix.bsr().toarray())
+        return int(np.sum(values < -1e-12 * np.abs(values).max(initial=0.0)))
     return solver.negative_pivots()

@@ -24,7 +24,7 @@ import numpy as np
 
 from fsm.errors import EnergyAbort, NotConverged
 from fsm.solve.books import Books
-from fsm.solve.critical import Critical, critical_point, stable_branch
+from fsm.solve.critical import Critical, critical_point, loose_mode, stable_branch
 from fsm.solve.equilibrium_step import Ending, Equilibrium, EquilibriumStep
 from fsm.solve.extrapolation import History
 from fsm.solve.newton import tangent_prediction
@@ -35,6 +35,8 @@ from fsm.system import DriveState, Observation, System
 
 __all__ = ["PathSettings", "follow"]
 
+_FORCES = 1e-3
+"""Forces left over at an equilibrium, over the largest reaction and rtol."""
 _FAR = 8.0
 """A correction this much larger than the one aimed at is not believed."""
 _GROWTH, _SHRINK, _CUT = 2.0, 0.4, 0.35
@@ -46,6 +48,8 @@ _MOVING = 1e-3
 """Kinetic energy over the energy turned over, above which inertia is not to be dropped."""
 _COARSE = 0.5
 """Energy error of one step, over the energy turned over and sqrt(rtol): above it the force has a kink that is missed."""
+_TORN = 0.1
+"""Part of a segment's length that the ends of a joint may come apart."""
 _KINK = 1e-2
 """Part of the first step to which steps are cut for the energy balance."""
 _CALMER = 6
@@ -109,6 +113,7 @@ class _Reason(Enum):
     NEWTON = "Newton's method did not converge"
     FAR = "the equilibrium found is far from its prediction"
     UNSTABLE = "the equilibrium is unstable"
+    SINGULAR = "the stiffness is singular"
     INERTIA = "inertia is not to be dropped"
     COARSE = "the energy balance of the step is off"
 
@@ -127,7 +132,7 @@ class _Follower:
     ) -> None:
         self.system, self.settings = system, settings
         self.statistics = Statistics("static", seen=seen)
-        self.newton = EquilibriumStep(system)
+        self.newton = EquilibriumStep(system, tolerance=_FORCES * settings.rtol)
         self.history = History(system)
         t, q, u = (0.0, *system.initial()) if start is None else start
         self.history.add(t, q)
@@ -140,7 +145,7 @@ class _Follower:
         # energy of everything moving at the speed that the drive may bring about by itself
         speed = self.newton.scales.velocity
         self.slow = 0.5 * float(speed @ (system.mass(q) @ speed))
-        self.seeded = False
+        self.joint = system.widest_joint(t, q)[1]
 
     def go(self) -> None:
         """To the end."""
@@ -158,7 +163,7 @@ class _Follower:
                     continue
                 self.statistics.rejected += 1
                 self.step_size = _CUT * duration
-                if reason is _Reason.INERTIA or self.step_size < smallest:
+                if reason in (_Reason.INERTIA, _Reason.SINGULAR) or self.step_size < smallest:
                     self._pass_critical(reason)
         finally:
             self._count(begun)
@@ -181,7 +186,10 @@ class _Follower:
         increment = self.history.increment(t)
         extrapolated = increment is not None
         if increment is None:
-            increment = tangent_prediction(self.system, books.time, t, books.q)
+            try:
+                increment = tangent_prediction(self.system, books.time, t, books.q)
+            except NotConverged:
+                return _Reason.SINGULAR
         guess = self.system.retract(books.q, increment)
         self.newton.largest_reaction = books.largest_reaction
         before = (books.time, books.q)
@@ -191,7 +199,7 @@ class _Follower:
             return _Reason.UNSTABLE
         if found.ending is not Ending.CONVERGED:
             self.failed = found.residual
-            return _Reason.NEWTON
+            return _Reason.SINGULAR if found.ending is Ending.SINGULAR else _Reason.NEWTON
         correction = self._size(self.system.difference(guess, found.q))
         if extrapolated and correction > _FAR * self.aim:
             return _Reason.FAR
@@ -201,6 +209,9 @@ class _Follower:
         duration = t - books.time
         if duration > _KINK * self.first_step and books.imbalance(t, found.u, seen) > _COARSE * self.aim:
             return _Reason.COARSE
+        apart, self.joint = self.system.widest_joint(t, found.q)
+        if apart > _TORN * self.newton.scales.length:
+            self._fail(Outcome.TORN)
         self._adapt(duration, correction if extrapolated else None, found.iterations)
         self._take(t, found, seen)
         return None
@@ -244,6 +255,9 @@ class _Follower:
         before = (books.time, books.last)
         later = books.time + 1e-3 * self.first_step
         kind = "motion"
+        if reason is _Reason.SINGULAR:
+            self.failed = loose_mode(self.system, books.time, books.q)
+            self._fail(Outcome.MECHANISM)
         if reason is not _Reason.INERTIA:
             critical = critical_point(self.system, books.time, books.q, later)
             kind = "snap"
@@ -321,6 +335,7 @@ class _Follower:
     def _fail(self, outcome: Outcome) -> None:
         self.statistics.outcome = outcome
         books = self.books
+        books.save_last()
         travel = ", ".join(f"{1e3 * x:.4g} mm" for x in books.last.drive.travel)
         where = f"at t = {books.time:.6g} s" + (f" (travel {travel})" if travel else "")
         if outcome is Outcome.ENERGY:
@@ -328,10 +343,11 @@ class _Follower:
             raise EnergyAbort(
                 f"{where}: {outcome.value}. Energy error {ledger.worst:.3g} J of {ledger.turnover:.3g} J turned over"
             )
-        worst = self.system.blame(self.failed)
-        raise NotConverged(
-            f"{where}, step {self.statistics.steps}, method static: {outcome.value}. Largest force left over at {worst}"
-        )
+        text = f"{where}, step {self.statistics.steps}, method static: {outcome.value}"
+        if np.any(self.failed):
+            what = "Not held" if outcome is Outcome.MECHANISM else "Largest force left over at"
+            text += f". {what}: {self.system.blame(self.failed)}"
+        raise NotConverged(f"{text}. Joint strained most: {self.joint}")
 
 
 def _event(kind: str, at: float, before: Observation, end: float, after: Observation) -> Event:

@@ -26,6 +26,14 @@ class Outcome(Enum):
         "no stable equilibrium was found to go on from; give the material damping, so that the motion of a snap can die, "
         "or solve it as dynamics: method = \"generalized-alpha\""
     )
+    MECHANISM = (
+        "the stiffness is singular, so something is not held; give its hinges stiffness, hold it, or solve the motion with "
+        "its inertia: method = \"generalized-alpha\""
+    )
+    TORN = (
+        "a joint has come apart by more than a tenth of a segment: the drive pulls beyond what the structure can reach; "
+        "shorten its travel"
+    )
     TOO_MANY_STEPS = "more steps than [solve] max_steps; raise it, loosen rtol, or pull faster"
     NOT_FINITE = "the state is no longer finite; check masses and stiffnesses, or tighten rtol"
     ENERGY = "the energy balance is off by more than [solve] energy_abort; tighten rtol or set max_step"

@@ -102,6 +102,7 @@ def stopper(fraction: float) -> Callable[[float], None]:
 
 
 def interrupt(case: Path, out: Path, fraction: float, resume: bool = False, *overrides: str) -> None:
+    out.mkdir(exist_ok=True)
     with pytest.raises(KeyboardInterrupt):
         run_case(load_case(case, overrides), out, progress=stopper(fraction), resume=resume)
 
@@ -215,6 +216,51 @@ def test_interrupted_again_and_again(case: Path, whole: tuple[Solution, dict[str
         check_unfinished(tmp_path)
     run_case(load_case(case), tmp_path, progress=False, resume=True)
     check_finished(tmp_path, whole)
+
+
+@pytest.mark.parametrize(
+    ("method", "state", "rate", "force", "end"),
+    [
+        # on the flank of the first touch, the force depends on where the steps are
+        pytest.param("static", 1e-3, 0.5, 1e-2, 1e-6, id="static"),
+        pytest.param("generalized-alpha", 1e-5, 1e-3, 1e-4, 1e-6, id="generalized-alpha"),
+    ],
+)
+def test_interrupted_again_and_again_with_other_methods(
+    case: Path, tmp_path: Path, method: str, state: float, rate: float, force: float, end: float
+) -> None:
+    """Also before the first step, just before and after the first touch, and after the last step.
+
+    `state`, `rate` and `force` bound what any record is off by, `end` what state and force are off by at the end.
+    """
+    override = f"solve.method={method}"
+    summary = run_case(load_case(case, [override]), tmp_path / "whole", progress=False)
+    whole = read_solution(tmp_path / "whole" / "result.h5")
+    assert summary["method"] == method
+    for fractions in [(0.0,), (0.3,), (0.62,), (1.0,), (0.0, 0.3, 0.62, 0.64, 1.0)]:
+        out = tmp_path / str(fractions)
+        for fraction in fractions:
+            interrupt(case, out, fraction, True, override)
+            check_unfinished(out)
+        named = run_case(load_case(case, [override]), out, progress=False, resume=True)
+        found = read_solution(out / "result.h5")
+        assert np.array_equal(found.time, whole.time)
+        assert np.array_equal(found.travel, whole.travel)
+        for name, bound in (("q", state), ("u", rate), ("force", force), ("pair_force", force)):
+            expected = getattr(whole, name)
+            scale = np.abs(expected).max()
+            assert getattr(found, name) == pytest.approx(expected, abs=bound * scale), (fractions, name)
+            if name in ("q", "force"):
+                assert getattr(found, name)[-1] == pytest.approx(expected[-1], abs=end * scale), (fractions, name)
+        assert named["peak_force"] == pytest.approx(summary["peak_force"], rel=end)
+        assert named["peak_travel"] == pytest.approx(summary["peak_travel"], abs=1e-9)
+        for name in ("dissipated", "work"):
+            work = whole.energy["work"].max()
+            assert found.energy[name] == pytest.approx(whole.energy[name], abs=max(2e-3 * rate, 2e-5) * work), name
+        for name in ("contact_travel", "bending_travel"):
+            assert named[name] == pytest.approx(summary[name], abs=1e-4)
+        assert named["energy_error"] < 4.0 * summary["energy_error"]
+        assert named["events"] == summary["events"] == []
 
 
 def test_another_case_starts_afresh(case: Path, whole: tuple[Solution, dict[str, Any]], tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from fsm.interactions.gap_planar import find_contacts_planar, measure_gap_planar
 from fsm.interactions.gap_spatial import find_contacts_spatial, measure_gap_spatial
-from fsm.interactions.surface import TIP, blend, pieces_of
+from fsm.interactions.surface import STRAIGHT, TIP, blend, overshoot, pieces_of
 from fsm.kernels.rotation import rotation_matrix
 from fsm.scene.builders.strip import build_strip
 from fsm.scene.case import Case
@@ -18,6 +18,9 @@ from fsm.segments.compile import compile_scene
 from fsm.segments.contacts import ContactGroup
 from fsm.segments.system import SegmentSystem
 
+PARTS = pytest.mark.parametrize("straight", [0.0, STRAIGHT], ids=["interior", "end probe"])
+SIDES = pytest.mark.parametrize("side", [1.0, -1.0])
+ENDS = pytest.mark.parametrize("last", [False, True], ids=["beginning", "end"])
 SPATIAL = pytest.mark.parametrize("spatial", [False, True], ids=["planar", "spatial"])
 LENGTHS = np.array([0.02, 0.03, 0.025, 0.02, 0.04])
 TURNS = np.array([0.1, 0.35, 0.5, 0.3, 0.45])
@@ -92,7 +95,7 @@ def test_departs_from_the_polygon_by_an_eighth(turn: float) -> None:
     assert np.linalg.norm(middle) == pytest.approx(length * turn / 8, rel=turn**2)
 
 
-def test_ends_go_on_straight_by_the_tip() -> None:
+def test_ends_go_on_by_the_tip() -> None:
     poses = row_of_segments()
     _, stations = pieces_of(np.arange(5), LENGTHS / 2)
     tip = TIP * LENGTHS.sum()
@@ -104,6 +107,20 @@ def test_ends_go_on_straight_by_the_tip() -> None:
     np.testing.assert_array_equal(stations[1:5, 4:], np.tile([0.0, 1.0], (4, 1)))
 
 
+@pytest.mark.parametrize("straight", [0.0, STRAIGHT, 1.0])
+def test_overshoot_begins_where_the_straight_part_ends(straight: float) -> None:
+    _, stations = pieces_of(np.arange(5), LENGTHS / 2)
+    tip = TIP * LENGTHS.sum()
+    for piece, end, sign, length in ((0, 0.0, -1.0, LENGTHS[0] / 2), (5, 1.0, 1.0, LENGTHS[4] / 2)):
+        for past in (1e-9, 0.3 * tip, tip):
+            over, radius = overshoot(end + sign * (straight * tip + past) / length, stations[piece], length, straight)
+            assert over == pytest.approx(sign * past, abs=1e-16)
+            assert radius == pytest.approx(tip / 2, rel=1e-12)
+            assert overshoot(end + sign * (straight * tip - past) / length, stations[piece], length, straight) == (0, 0)
+    for piece in range(1, 5):
+        assert overshoot(0.0, stations[piece], 0.01, straight) == overshoot(1.0, stations[piece], 0.01, straight) == (0, 0)
+
+
 # gap ----------------------------------------------------------------------------------------------------------
 
 
@@ -112,9 +129,16 @@ def quaternion(phi: float) -> list[float]:
 
 
 def seen(
-    surface: np.ndarray, point: tuple[float, float], spatial: bool, side: float = 1.0, clearance: float = 1e-3
+    surface: np.ndarray,
+    point: np.ndarray,
+    spatial: bool,
+    side: float = 1.0,
+    straight: float = 0.0,
+    clearance: float = 1e-3,
+    below: float = 1.0,
+    depth_limit: float = 1.0,
 ) -> tuple[float, np.ndarray, np.ndarray] | None:
-    """Gap (m), gradients (2, 9) of gap and slip, and the rates of both, of one probe on a body of its own."""
+    """Gap (m), gradients (3, 9) of gap and slip (a vector in the plane), and their rates, of one probe on its own body."""
     count = len(surface)
     poses = np.vstack([surface, [*point, 0.3]])
     rates = np.linspace(-1.0, 1.0, poses.size).reshape(poses.shape)
@@ -124,38 +148,62 @@ def seen(
     one = np.ones(1)
     body, window = np.array([count]), np.array([[0, count + 1]])
     probe, piece, gap = np.empty(1, dtype=np.int64), np.empty(1, dtype=np.int64), np.empty(1)
-    limits = (side * one, clearance * one, one, window, owners, stations)
+    limits = (side * one, straight * one, clearance * one, depth_limit * one, window, owners, stations)
+    touch = (side * one, straight * one, clearance * one, inset * one, owners, stations)
     if not spatial:
         at = np.empty(1)
-        found = find_contacts_planar(poses, body, place * one, *limits, 1.0, probe, piece, at, gap)
+        found = find_contacts_planar(poses, body, place * one, *limits, below, probe, piece, at, gap)
         if not found:
             return None
-        _, rate, gradient = measure_gap_planar(
-            poses, rates, 1, probe, piece, at, body, place * one, side * one, inset * one, owners, stations
-        )
-        return float(gap[0]), gradient[0], rate[0]
+        _, rate, gradient = measure_gap_planar(poses, rates, 1, probe, piece, at, body, place * one, *touch)
+        tangent = gradient[0, 1, :2]  # t.dp
+        assert np.linalg.norm(tangent) == pytest.approx(1.0, rel=1e-12)
+        slip, slipping = np.outer(tangent, gradient[0, 1]), tangent * rate[0, 1]
+        return float(gap[0]), np.vstack([gradient[0, :1], slip]), np.array([rate[0, 0], *slipping])
     lifted = np.array([[x, 0.0, z, *quaternion(phi)] for x, z, phi in poses])
     speeds = np.zeros((len(poses), 6))
     speeds[:, [0, 2, 4]] = rates
     half_width, at = np.full(count + 1, 0.02), np.empty((1, 2))
     places = np.array([[place, 0.01]])
-    found = find_contacts_spatial(lifted, body, places, *limits, half_width, 1.0, probe, piece, at, gap)
+    found = find_contacts_spatial(lifted, body, places, *limits, half_width, below, probe, piece, at, gap)
     if not found:
         return None
-    _, rate, gradient = measure_gap_spatial(
-        lifted, speeds, 1, probe, piece, at, body, places, side * one, inset * one, owners, stations, half_width
-    )
+    _, rate, gradient = measure_gap_spatial(lifted, speeds, 1, probe, piece, at, body, places, *touch, half_width)
     assert at[0, 1] == pytest.approx(0.01, abs=1e-12)
-    # in the plane: (x, z, phi) of three bodies, slip along the tangent, which is the normal turned by 90 degrees
+    # in the plane: (x, z, phi) of three bodies, and no slip across
     columns = [6 * b + c for b in range(3) for c in (0, 2, 4)]
-    normal = gradient[0, 0, [0, 2]]
-    tangent = side * np.array([normal[1], -normal[0]])
-    slip = tangent @ gradient[0, [1, 3]][:, columns]
-    return float(gap[0]), np.array([gradient[0, 0, columns], slip]), np.array([rate[0, 0], tangent @ rate[0, [1, 3]]])
+    np.testing.assert_allclose(gradient[0, 2, columns], 0.0, atol=1e-15)
+    return float(gap[0]), gradient[0, [0, 1, 3]][:, columns], rate[0, [0, 1, 3]]
+
+
+class Tip:
+    """A rounded tip in plain geometry: the straight goes on to `end`, where the disc about `middle` touches it."""
+
+    radius = TIP * LENGTHS.sum() / 2
+
+    def __init__(self, poses: np.ndarray, last: bool, side: float, straight: float, clearance: float = 1e-3) -> None:
+        x, z, phi = poses[-1 if last else 0]
+        tangent = np.array([np.cos(phi), -np.sin(phi)])
+        self.out = tangent if last else -tangent
+        self.up = side * np.array([-tangent[1], tangent[0]])
+        half = LENGTHS[-1 if last else 0] / 2
+        self.end = np.array([x, z]) + (half + straight * 2 * self.radius) * self.out + clearance * self.up
+        self.middle = self.end - self.radius * self.up
+
+    def around(self, angle: float, height: float) -> np.ndarray:
+        """The point above the disc at an angle from the face's normal."""
+        return self.middle + (self.radius + height) * self.normal(angle)
+
+    def normal(self, angle: float) -> np.ndarray:
+        return np.sin(angle) * self.out + np.cos(angle) * self.up
+
+    def beside(self, past: float, height: float) -> np.ndarray:
+        """The point past the end of the straight part, above the straight line."""
+        return self.end + past * self.out + height * self.up
 
 
 @SPATIAL
-@pytest.mark.parametrize("side", [1.0, -1.0])
+@SIDES
 def test_gap_is_the_distance_from_the_curve(spatial: bool, side: float) -> None:
     poses = row_of_segments(5e-4)
     dense = np.array([curve(poses, piece, s)[0] for piece in range(6) for s in np.linspace(0, 1, 4001)])
@@ -163,10 +211,60 @@ def test_gap_is_the_distance_from_the_curve(spatial: bool, side: float) -> None:
         c = curve(poses, piece, s)
         tangent = unit(c[1])
         point = c[0] + side * 3e-3 * np.array([-tangent[1], tangent[0]])
-        found = seen(poses, (point[0], point[1]), spatial, side)
+        found = seen(poses, point, spatial, side)
         assert found is not None
         assert found[0] == pytest.approx(2e-3, abs=1e-12)
         assert found[0] + 1e-3 == pytest.approx(np.linalg.norm(dense - point, axis=1).min(), abs=1e-8)
+
+
+@SPATIAL
+@SIDES
+@PARTS
+@ENDS
+def test_gap_at_an_end_is_the_distance_from_the_rounded_outline(
+    spatial: bool, side: float, straight: float, last: bool
+) -> None:
+    """Outline: the curve raised by the clearance, its straight on to the end, a quarter of a circle and a bit more."""
+    poses = row_of_segments(5e-4)
+    tip = Tip(poses, last, side, straight)
+    raised = []
+    for piece in range(6):
+        for s in np.linspace(0, 1, 2001):
+            c = curve(poses, piece, s)
+            tangent = unit(c[1])
+            raised.append(c[0] + side * 1e-3 * np.array([-tangent[1], tangent[0]]))
+    arc = [tip.around(angle, 0.0) for angle in np.linspace(0.0, 1.7, 2001)]
+    ahead = [tip.beside(past, 0.0) for past in np.linspace(-2 * straight * tip.radius, 0.0, 2001)]
+    outline = np.array([*raised, *ahead, *arc])
+    for angle in (0.01, 0.4, 0.8, 1.3):
+        for height in (5e-5, -0.2 * tip.radius, -0.5 * tip.radius):
+            point = tip.around(angle, height)
+            found = seen(poses, point, spatial, side, straight)
+            assert found is not None
+            assert found[0] == pytest.approx(height, abs=1e-12)
+            away = np.linalg.norm(outline - point, axis=1).min()
+            assert abs(found[0]) == pytest.approx(away, abs=1e-8)
+            np.testing.assert_allclose(found[1][0, :2], tip.normal(angle), atol=1e-10)
+    # an edge that stands on a face: pushed along the face's normal
+    found = seen(poses, tip.around(np.pi / 2, -0.3 * tip.radius), spatial, side, straight)
+    assert found is not None
+    assert found[0] == pytest.approx(-0.3 * tip.radius, abs=1e-12)
+    np.testing.assert_allclose(found[1][0, :2], tip.out, atol=1e-10)
+
+
+def assert_smooth(states: list[tuple[float, np.ndarray, np.ndarray] | None], path: np.ndarray, bend: float) -> None:
+    """Neither the gap nor the normal jumps along a path in even steps; `bend` (1/m) is as much as the normal may turn."""
+    assert all(state is not None for state in states)
+    gaps = np.array([state[0] for state in states if state is not None])
+    normals = np.array([state[1][0, :2] for state in states if state is not None])
+    np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1.0, atol=1e-12)
+    moves = np.diff(path, axis=0)
+    step = np.linalg.norm(moves, axis=1).max()
+    assert np.abs(np.diff(gaps)).max() <= step * (1 + 1e-9)
+    assert np.abs(np.diff(normals, axis=0)).max() <= bend * step
+    # dg = n.dp all along; a normal that jumps by a joint's turn would be off by a tenth
+    middle = 0.5 * (normals[1:] + normals[:-1])
+    np.testing.assert_allclose(np.diff(gaps), np.sum(middle * moves, axis=1), atol=1e-3 * step)
 
 
 @SPATIAL
@@ -175,44 +273,75 @@ def test_gap_and_normal_are_continuous_as_a_probe_slides(spatial: bool) -> None:
     poses = row_of_segments()
     start, end = curve(poses, 0, 0.2)[0], curve(poses, 5, 0.8)[0]
     share = np.linspace(0.0, 1.0, 1501)
-    rise = np.array([0.004, 0.01])
-    path = start + np.outer(share, end - start) + rise
-    states = [seen(poses, (p[0], p[1]), spatial) for p in path]
-    assert all(state is not None for state in states)
-    gaps = np.array([state[0] for state in states if state is not None])
-    normals = np.array([state[1][0, :2] for state in states if state is not None])
-    np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1.0, atol=1e-12)
-    step = np.linalg.norm(path[1] - path[0])
-    assert np.abs(np.diff(gaps)).max() <= step * (1 + 1e-9)
+    path = start + np.outer(share, end - start) + np.array([0.004, 0.01])
     # the normal turns by the curvature at most: alpha/(l/2) a joint, with a margin for the offset
-    assert np.abs(np.diff(normals, axis=0)).max() <= 60.0 * step
-    # dg = n.dp across every joint; a normal that jumps by its joint's turn would be off by a tenth
-    middle = 0.5 * (normals[1:] + normals[:-1])
-    np.testing.assert_allclose(np.diff(gaps), middle @ (path[1] - path[0]), atol=1e-3 * step)
+    assert_smooth([seen(poses, p, spatial) for p in path], path, 60.0)
 
 
-@pytest.mark.parametrize("side", [1.0, -1.0])
-def test_planar_and_spatial_gaps_agree(side: float) -> None:
+@SPATIAL
+@SIDES
+@PARTS
+@ENDS
+def test_gap_and_normal_are_continuous_round_a_tip(spatial: bool, side: float, straight: float, last: bool) -> None:
+    poses = row_of_segments()
+    tip = Tip(poses, last, side, straight)
+    depth = 0.3 * tip.radius
+    # over the end of the straight part and round the disc to where an edge stands at 90 degrees
+    ahead = [tip.beside(past, -depth) for past in np.linspace(-2e-3, 0.0, 400, endpoint=False)]
+    around = [tip.around(angle, -depth) for angle in np.linspace(0.0, np.pi / 2, 400)]
+    path = np.array(ahead + around)
+    states = [seen(poses, p, spatial, side, straight) for p in path]
+    assert_smooth(states, path, 1.01 / (tip.radius - depth))
+    np.testing.assert_allclose([state[0] for state in states if state is not None], -depth, atol=1e-12)
+    # straight out: let go gently, at a gap of nothing and not before
+    path = np.array([tip.beside(past, -depth) for past in np.linspace(-2e-3, 0.999 * tip.radius, 800)])
+    states = [seen(poses, p, spatial, side, straight) for p in path]
+    assert_smooth(states, path, 1.01 / (tip.radius - depth))
+    assert states[-1] is not None and states[-1][0] > 0.0
+    touching = [seen(poses, p, spatial, side, straight, below=0.0) is not None for p in path]
+    assert touching == [state is not None and state[0] < 0.0 for state in states]
+    # every derivative, the slip's too, on both sides of the end of the straight part
+    inner, outer = (seen(poses, tip.beside(past, -depth), spatial, side, straight) for past in (-1e-9, 1e-9))
+    assert inner is not None and outer is not None
+    for one, other in zip(inner, outer, strict=True):
+        np.testing.assert_allclose(one, other, atol=5e-6)
+
+
+@SIDES
+@PARTS
+def test_planar_and_spatial_gaps_agree(side: float, straight: float) -> None:
     poses = row_of_segments(5e-4)
-    for x in np.linspace(0.11, 0.2, 19):
-        for z in (-0.25, -0.2):
-            planar, spatial = seen(poses, (x, z), False, side), seen(poses, (x, z), True, side)
-            assert (planar is None) == (spatial is None)
-            if planar is None or spatial is None:
-                continue
-            for one, other in zip(planar, spatial, strict=True):
-                np.testing.assert_allclose(one, other, atol=1e-11)
+    points = [np.array([x, z]) for x in np.linspace(0.11, 0.2, 19) for z in (-0.25, -0.2)]
+    rounded = [
+        Tip(poses, last, side, straight).around(angle, height)
+        for last in (False, True) for angle in (0.3, 1.0, 1.5) for height in (-8e-4, -1e-4)
+    ]  # fmt: skip
+    for number, point in enumerate(points + rounded):
+        planar, spatial = (seen(poses, point, space, side, straight) for space in (False, True))
+        assert (planar is None) == (spatial is None)
+        if planar is None or spatial is None:
+            assert number < len(points)
+            continue
+        for one, other in zip(planar, spatial, strict=True):
+            np.testing.assert_allclose(one, other, atol=1e-11)
 
 
-def test_a_probe_beyond_the_tip_or_too_deep_touches_nothing() -> None:
+@SPATIAL
+@PARTS
+def test_a_probe_beyond_the_tip_or_too_deep_touches_nothing(spatial: bool, straight: float) -> None:
     poses = row_of_segments()
     x, z, phi = poses[-1]
     axis = np.array([np.cos(phi), -np.sin(phi)])
     tip = LENGTHS[-1] / 2 + TIP * LENGTHS.sum()
     inside, outside = (np.array([x, z]) + (tip + d) * axis for d in (-1e-6, 1e-6))
-    for spatial in (False, True):
-        assert seen(poses, (inside[0], inside[1]), spatial) is not None
-        assert seen(poses, (outside[0], outside[1]), spatial) is None
+    assert seen(poses, inside, spatial, straight=straight) is not None
+    assert seen(poses, outside, spatial, straight=straight) is None
+    # the last of the tip is past the disc: nothing is let go there that still pushed
+    for clearance in (0.0, 1e-3):
+        assert seen(poses, inside, spatial, straight=straight, clearance=clearance, below=1e-8) is None
+    rounded = Tip(poses, True, 1.0, straight).around(0.7, -5e-4)
+    assert seen(poses, rounded, spatial, straight=straight, below=0.0, depth_limit=5.1e-4) is not None
+    assert seen(poses, rounded, spatial, straight=straight, below=0.0, depth_limit=4.9e-4) is None
 
 
 # forces -------------------------------------------------------------------------------------------------------
@@ -234,6 +363,11 @@ def pressed_strip(
     if friction:
         data["friction"] = {"mu_static": 0.3, "mu_dynamic": 0.2, "v_static": 0.05, "v_dynamic": 0.2}
     return compile_scene(build_strip(Case.model_validate(data)), spatial)
+
+
+def only_contacts(system: SegmentSystem) -> ContactGroup:
+    assert system.contacts is not None
+    return system.contacts
 
 
 def pressed(system: SegmentSystem, seed: int, depth: float = 7.5e-4) -> np.ndarray:
@@ -258,6 +392,31 @@ def contact_force(system: SegmentSystem, q: np.ndarray, u: np.ndarray) -> tuple[
     force = np.zeros_like(rates)
     system.contacts.add_force(0.0, poses, rates, force)
     return force, poses
+
+
+def slid(system: SegmentSystem, slide: float, depth: float, noise: float = 0.0) -> np.ndarray:
+    """Panels 3 and 4 upright, their faces into each other, and one pushed past the other along their length.
+
+    `noise` (m and a hundredth of a rad) is in the plane, the same for a planar and a spatial system.
+    """
+    contacts = only_contacts(system)
+    pose, middle = system.bodies.pose, 3 * 0.08 * np.cos(np.radians(80))
+    spread, inward = np.random.default_rng(11), (depth - float(contacts.probes.clearance.max())) / 2
+    columns = [0, 1, 2] if system.size == 3 else [0, 2, 4]
+    move = np.zeros((system.n_free, system.size))
+    off = np.zeros((system.n_free, system.size))
+    for row, body in enumerate(system.bodies.free):
+        off[row, columns] = noise * spread.normal(size=3) * [1.0, 1.0, 1e2]
+        panel = int(system.bodies.names[body].split()[1])
+        if panel in (3, 4):
+            side = 1.0 if panel == 3 else -1.0
+            height = pose[body, columns[1]]
+            move[row, columns] = (
+                middle + side * inward - pose[body, 0],
+                height / np.sin(np.radians(80)) + side * slide / 2 - height,
+                -side * np.radians(10),
+            )
+    return system.retract(system.retract(system.initial()[0], move.ravel()), off.ravel())
 
 
 def differences(function: Callable[[np.ndarray], float], size: np.ndarray) -> np.ndarray:
@@ -287,14 +446,8 @@ def test_force_is_minus_the_slope_of_the_contact_energy(spatial: bool, thick: bo
     np.testing.assert_allclose(force, -differences(energy, size), atol=1e-7 * np.abs(force).max())
 
 
-@SPATIAL
-@pytest.mark.parametrize("friction", [False, True], ids=["frictionless", "friction"])
-def test_contact_forces_balance(spatial: bool, friction: bool) -> None:
-    """Force and moment about the origin of all bodies add to nothing: both faces are pushed at one point."""
-    system = pressed_strip(spatial, friction, damping=5.0)
-    q, u = pressed(system, seed=3), np.random.default_rng(3).normal(size=system.nu)
-    force, poses = contact_force(system, q, u)
-    if spatial:
+def assert_balanced(force: np.ndarray, poses: np.ndarray) -> None:
+    if force.shape[1] == 6:
         arms = np.cross(poses[:, :3], force[:, :3])
         turned = np.array([rotation_matrix(p[3:]) @ f[3:] for p, f in zip(poses, force, strict=True)])
         moment, total = np.sum(arms + turned, axis=0), force[:, :3].sum(axis=0)
@@ -305,6 +458,93 @@ def test_contact_forces_balance(spatial: bool, friction: bool) -> None:
     assert size > 0.1
     np.testing.assert_allclose(total, 0.0, atol=1e-12 * size)
     np.testing.assert_allclose(moment, 0.0, atol=1e-12 * size)
+
+
+@SPATIAL
+@pytest.mark.parametrize("friction", [False, True], ids=["frictionless", "friction"])
+def test_contact_forces_balance(spatial: bool, friction: bool) -> None:
+    """Force and moment about the origin of all bodies add to nothing: both faces are pushed at one point."""
+    system = pressed_strip(spatial, friction, damping=5.0)
+    q, u = pressed(system, seed=3), np.random.default_rng(3).normal(size=system.nu)
+    assert_balanced(*contact_force(system, q, u))
+
+
+def on_a_tip(system: SegmentSystem, past: float, straight: float, angle: float, noise: float = 3e-5) -> np.ndarray:
+    """A state in which a probe is on the disc of a tip, at an angle from the face's normal; `past` picks the panel."""
+    radius = TIP * 0.08 / 2
+    probe = 0.0 if straight else 0.01  # a panel's end or the middle of its last segment
+    slide = past * (probe + 2 * straight * radius + 0.6 * radius * np.sin(angle))
+    q = slid(system, slide, (1.0 - 0.6 * np.cos(angle)) * radius, noise)
+    contacts = only_contacts(system)
+    found = contacts._contacts(*system.place(0.0, q, np.zeros(system.nu)))
+    assert found is not None
+    s, stations = found.at.reshape(found.count, -1)[:, 0], contacts.stations[found.piece]
+    parts = contacts.probes.straight[found.probe]
+    over = [overshoot(*row)[0] for row in zip(s, stations, np.ones(found.count), parts, strict=True)]
+    assert np.any((np.array(over) * past < 0.0) & (parts == straight))
+    return q
+
+
+PASTS = pytest.mark.parametrize("past", [1.0, -1.0], ids=["beginning", "end"])
+
+
+def wobbled(system: SegmentSystem, q: np.ndarray) -> np.ndarray:
+    """In space also out of the plane a little."""
+    if system.size == 3:
+        return q
+    noise = np.random.default_rng(17).normal(size=(system.n_free, 6)) * [0.0, 3e-5, 0.0, 3e-3, 0.0, 3e-3]
+    return system.retract(q, noise.ravel())
+
+
+@SPATIAL
+@PASTS
+@PARTS
+@pytest.mark.parametrize(("angle", "thick"), [(0.5, True), (1.4, False)], ids=["thickness", "middle, nearly round"])
+def test_force_on_a_tip_is_minus_the_slope_of_the_contact_energy(
+    spatial: bool, past: float, straight: float, angle: float, thick: bool
+) -> None:
+    system = pressed_strip(spatial, thick=thick)
+    q, rest = wobbled(system, on_a_tip(system, past, straight, angle)), np.zeros(system.nu)
+    contacts = only_contacts(system)
+
+    def energy(dx: np.ndarray) -> float:
+        return contacts.energy(0.0, *system.place(0.0, system.retract(q, dx), rest))[0]["contact"]
+
+    force = contact_force(system, q, rest)[0][system.bodies.free].ravel()
+    assert np.abs(force).max() > 0.1
+    size = np.tile([1e-7] * (system.size // 2 + (system.size == 3)) + [1e-5] * (1 if system.size == 3 else 3), 16)
+    np.testing.assert_allclose(force, -differences(energy, size), atol=1e-7 * np.abs(force).max())
+
+
+@PASTS
+@PARTS
+@pytest.mark.parametrize("friction", [False, True], ids=["frictionless", "friction"])
+def test_planar_and_spatial_contact_agree_on_a_tip(past: float, straight: float, friction: bool) -> None:
+    """Force, stiffness and damping, of the same state in the plane."""
+    results = []
+    for spatial in (False, True):
+        system = pressed_strip(spatial, friction, damping=5.0)
+        q = on_a_tip(system, past, straight, 0.8)
+        u = np.zeros((system.n_free, system.size))
+        planar = [6 * body + c for body in range(system.n_free) for c in (0, 2, 4)]
+        columns = planar if spatial else list(range(system.nu))
+        u.ravel()[columns] = 0.1 * np.random.default_rng(6).normal(size=len(columns))
+        alone = SegmentSystem(system.bodies, system.motions, (only_contacts(system),), system.contacts, system.pair_names)
+        matrices = [matrix.toarray()[np.ix_(columns, columns)] for matrix in alone.tangent(0.0, q, u.ravel())]
+        results.append([alone.force(0.0, q, u.ravel())[columns], *matrices])
+    for one, other in zip(*results, strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-9 * np.abs(one).max())
+        assert np.abs(one).max() > 0.1
+
+
+@SPATIAL
+@PASTS
+@PARTS
+@pytest.mark.parametrize("friction", [False, True], ids=["frictionless", "friction"])
+def test_contact_forces_balance_on_a_tip(spatial: bool, past: float, straight: float, friction: bool) -> None:
+    system = pressed_strip(spatial, friction, damping=5.0)
+    q = wobbled(system, on_a_tip(system, past, straight, 0.9))
+    assert_balanced(*contact_force(system, q, 0.1 * np.random.default_rng(3).normal(size=system.nu)))
 
 
 @SPATIAL
@@ -321,11 +561,6 @@ def test_dissipation_is_what_damping_and_friction_take(spatial: bool) -> None:
 
 
 # broad phase --------------------------------------------------------------------------------------------------
-
-
-def only_contacts(system: SegmentSystem) -> ContactGroup:
-    assert system.contacts is not None
-    return system.contacts
 
 
 @SPATIAL
@@ -365,29 +600,15 @@ def test_tangent_does_not_depend_on_it_either(spatial: bool) -> None:
     np.testing.assert_array_equal(walked[1], direct[1])
 
 
-def slid(system: SegmentSystem, slide: float) -> np.ndarray:
-    """Panels 3 and 4 upright, 10 um into each other, and one pushed past the other along their length."""
-    pose, middle = system.bodies.pose, 3 * 0.08 * np.cos(np.radians(80))
-    move = np.zeros((system.n_free, 3))
-    for row, body in enumerate(system.bodies.free):
-        panel = int(system.bodies.names[body].split()[1])
-        if panel in (3, 4):
-            side = 1.0 if panel == 3 else -1.0
-            height = pose[body, 1] / np.sin(np.radians(80))
-            move[row] = (
-                middle + side * 5e-6 - pose[body, 0],
-                height + side * slide / 2 - pose[body, 1],
-                -side * np.radians(10),
-            )
-    return system.retract(system.initial()[0], move.ravel())
-
-
 @pytest.mark.parametrize("segments", [20, 40])
 def test_tips_are_found_whenever_the_broad_phase_was_renewed(segments: int) -> None:
     """Tip over tip, coming from so far along the panel that the broad phase need not be renewed on the way."""
     walker, fresh = (pressed_strip(False, thick=False, segments=segments) for _ in range(2))
-    rest, over = np.zeros(walker.nu), 0.08 + 0.95 * TIP * 0.08
-    walker.force(0.0, slid(walker, over + 0.77 * only_contacts(walker).margin), rest)
-    walked, direct = (contact_force(system, slid(system, over), rest)[0] for system in (walker, fresh))
+    # so deep that the disc still touches there; panel 3's end then is the only one of it that does
+    rest, over, depth = np.zeros(walker.nu), 0.08 + 0.95 * TIP * 0.08, 0.6 * TIP * 0.08 / 2
+    walker.force(0.0, slid(walker, over + 0.77 * only_contacts(walker).margin, depth), rest)
+    assert only_contacts(walker).refreshes == 1
+    walked, direct = (contact_force(system, slid(system, over, depth), rest)[0] for system in (walker, fresh))
+    assert only_contacts(walker).refreshes == 1
     assert direct.any()
     np.testing.assert_array_equal(walked, direct)

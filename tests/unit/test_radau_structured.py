@@ -17,6 +17,7 @@ from fsm.segments.pattern import body_pattern
 from fsm.segments.system import SegmentSystem
 from fsm.solve.radau_structured import StructuredRadau, _diagonal_blocks, second_order_jacobian
 from fsm.solve.scipy_ivp import FirstOrder, make_solver
+from fsm.solve.simulate import Saved, Settings, Statistics, simulate
 from fsm.system import Linearised
 
 LENGTH, WIDTH, THICKNESS = 0.02, 0.03, 1e-3
@@ -205,3 +206,39 @@ def test_mass_matrices_need_not_be_diagonal() -> None:
 def test_kinematics_between_nodes_are_refused() -> None:
     with pytest.raises(ValueError, match="one node depend on another"):
         _diagonal_blocks(sparse.csr_matrix(np.ones((4, 4))), 2)
+
+
+def pulled(method: str, system: SegmentSystem, times: np.ndarray, rtol: float) -> tuple[list[Saved], Statistics]:
+    saved: list[Saved] = []
+    statistics, ledger = simulate(system, Settings(method, rtol, float(times[-1])), list(times), saved.append)
+    assert ledger.relative_error < 1e-4
+    return saved, statistics
+
+
+@pytest.mark.parametrize("spatial", [False, True])
+def test_a_strip_pulled_by_it_has_the_peak_of_radau(spatial: bool) -> None:
+    """Through `simulate`: steps end at the saved times, and the counters count what Radau's do."""
+    system = strip(spatial)
+    times = np.linspace(0.0, 0.1 * system.motions[0].end_time, 21)
+    (ours, counted), (plain, reference) = (pulled(m, system, times, 1e-6) for m in ("Radau-blocks", "Radau"))
+    assert [state.time for state in ours] == [state.time for state in plain] == list(times)
+    force = np.array([state.observation.drive.force[0] for state in plain])
+    np.testing.assert_allclose([s.observation.drive.force[0] for s in ours], force, atol=1e-5 * force.max())
+    peaks = [max(drive.force[0] for drive, _ in s.seen) for s in (counted, reference)]
+    assert peaks[0] == pytest.approx(peaks[1], rel=1e-5)
+    assert counted.method == "Radau-blocks"
+    assert counted.newton_iterations == counted.force_evaluations // 3 > 0
+    assert 0 < counted.jacobian_evaluations <= counted.factorisations
+    assert counted.steps == pytest.approx(reference.steps, rel=0.2)
+    assert counted.smallest_step > 1e-6 * times[1]
+
+
+@pytest.mark.parametrize("method", ["Radau", "Radau-blocks"])
+def test_no_step_of_a_rounding_error_before_a_saved_time(method: str) -> None:
+    """Saved times a step apart, where the step ends an ulp short of them."""
+    system = rubbing(False)
+    times = np.cumsum(np.full(200, 1e-5))
+    saved, statistics = pulled(method, system, times, 1e-3)
+    assert len(saved) == len(times)
+    assert statistics.smallest_step > 1e-9
+    assert statistics.steps < 2 * len(times)

@@ -119,7 +119,7 @@ def test_contact_and_friction() -> None:
         "two STEPs: 0.3 at 1 mm/s, 0.2 from 10 mm/s on",
         "l alpha/8: 0.4363 mm at a joint bent by 10 deg",
         "tapered to nothing",
-        "by 2.5 % of its length beyond its ends",
+        "a surface goes on by 2.5 % of its length beyond its ends, rounded off: all of it meets ends of other panels, half",
         "faces of other panels pass through each other",
         "v_static tan(a)/mu_static at most, 1 mm/s",
     )
