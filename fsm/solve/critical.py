@@ -9,7 +9,7 @@ import numpy as np
 from fsm.blocks import BlockMatrix
 from fsm.solve.equilibrium_step import Ending, Equilibrium, EquilibriumStep
 from fsm.solve.linear import LinearSolver
-from fsm.system import Before, System
+from fsm.system import System
 
 __all__ = ["Critical", "critical_point", "loose_mode", "stable_branch"]
 
@@ -81,15 +81,14 @@ def loose_mode(system: System, t: float, q: np.ndarray) -> np.ndarray:
 
 
 def stable_branch(
-    step: EquilibriumStep, t: float, guess: np.ndarray, before: Before, critical: Critical, side: float
+    step: EquilibriumStep, t: float, guess: np.ndarray, critical: Critical, side: float
 ) -> Equilibrium | None:
-    """A stable equilibrium at time t beside the unstable path.
+    """A stable equilibrium at rest, at time t, beside the unstable path.
 
     Parameters
     ----------
     step : EquilibriumStep
     t, guess : time just past the bifurcation, and the configuration of the path there
-    before : the last state
     critical : Critical
     side : sign of the mode to go to; 0: try both and take the one of lower energy
 
@@ -101,7 +100,7 @@ def stable_branch(
     for sign in (side,) if side else (1.0, -1.0):
         for amplitude in _AMPLITUDES:
             beside = step.system.retract(guess, np.copysign(amplitude, sign) * critical.mode)
-            trial = step.solve(t, beside, before)
+            trial = step.solve(t, beside, (t, beside))
             if trial.ending is Ending.CONVERGED:
                 found.append((step.system.energy(t, trial.q, None).stored, trial))
                 break

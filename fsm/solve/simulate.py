@@ -309,7 +309,7 @@ class _DenseRun(_Run):
                 if exact:
                     solver.t_bound = self.pending[0] if self.pending else settings.end_time
                     solver.status = "running"
-                    self._reach(solver)
+                    _stretch(solver)
                 message = solver.step()
                 self._count(solver)
                 if message is not None:
@@ -325,12 +325,6 @@ class _DenseRun(_Run):
                 self._arrive(solver.t, *self.equations.split(state.copy()))
         finally:
             self._count(solver, step=False)
-
-    def _reach(self, solver: Any) -> None:
-        """Stretch a step that would end a rounding error short of its bound: what is left would be a step of its own."""
-        left = solver.t_bound - solver.t
-        if abs(solver.h_abs - left) < _NEXT_TO * left:
-            solver.h_abs = (1.0 + _NEXT_TO) * left  # the solver stops at its bound
 
     def _count(self, solver: object, step: bool = True) -> None:
         statistics = self.statistics
@@ -373,3 +367,10 @@ class _DenseRun(_Run):
             dissipated += weight * step * energy.dissipated_power
             work += weight * step * energy.input_power
         self._save(at, q, u, self.system.observe(at, q, u), Ledger(self.ledger.start, dissipated, work))
+
+
+def _stretch(solver: Any) -> None:
+    """Stretch a step that would end a rounding error short of its bound: what is left would be a step of its own."""
+    left = solver.t_bound - solver.t
+    if abs(solver.h_abs - left) < _NEXT_TO * left:
+        solver.h_abs = (1.0 + _NEXT_TO) * left  # the solver stops at its bound

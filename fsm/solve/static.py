@@ -27,7 +27,7 @@ from fsm.solve.books import Books
 from fsm.solve.critical import Critical, critical_point, loose_mode, stable_branch
 from fsm.solve.equilibrium_step import Ending, Equilibrium, EquilibriumStep
 from fsm.solve.extrapolation import History
-from fsm.solve.newton import tangent_prediction
+from fsm.solve.newton import negative_pivots, tangent_prediction
 from fsm.solve.simulate import JUDGED_FROM, Ledger, Saved, Statistics, StepEnd
 from fsm.solve.status import Event, Outcome
 from fsm.solve.takeover import move_until_calm, slide
@@ -48,6 +48,8 @@ _MOVING = 1e-3
 """Kinetic energy over the energy turned over, above which inertia is not to be dropped."""
 _COARSE = 0.5
 """Energy error of one step, over the energy turned over and sqrt(rtol): above it the force has a kink that is missed."""
+_RESTING = 1e-3
+"""Forces left over without the dampers', over the largest reaction, below which a state is an equilibrium."""
 _TORN = 0.1
 """Part of a segment's length that the ends of a joint may come apart."""
 _KINK = 1e-2
@@ -163,7 +165,7 @@ class _Follower:
                     continue
                 self.statistics.rejected += 1
                 self.step_size = _CUT * duration
-                if reason in (_Reason.INERTIA, _Reason.SINGULAR) or self.step_size < smallest:
+                if reason is _Reason.INERTIA or self.step_size < smallest:
                     self._pass_critical(reason)
         finally:
             self._count(begun)
@@ -209,6 +211,8 @@ class _Follower:
         duration = t - books.time
         if duration > _KINK * self.first_step and books.imbalance(t, found.u, seen) > _COARSE * self.aim:
             return _Reason.COARSE
+        if self._resting_unstably(t, found.q):
+            return _Reason.UNSTABLE
         apart, self.joint = self.system.widest_joint(t, found.q)
         if apart > _TORN * self.newton.scales.length:
             self._fail(Outcome.TORN)
@@ -221,6 +225,16 @@ class _Follower:
         ledger = self.books.ledger
         turnover = max(ledger.turnover, abs(seen.energy.stored_at_rest - ledger.start))
         return self.system.rate_dependent and seen.energy.kinetic > max(_MOVING * turnover, self.slow)
+
+    def _resting_unstably(self, t: float, q: np.ndarray) -> bool:
+        """Whether a state of a system with dampers is an unstable equilibrium, on which dampers could keep it for long.
+
+        On its way from one equilibrium to the next a state may well have a stiffness that is not definite.
+        """
+        if not self.system.rate_dependent or not negative_pivots(self.system, t, q):
+            return False
+        left_over = np.abs(self.system.force(t, q, None) * self.newton.scales.length / self.newton.scales.increment)
+        return bool(left_over.max() < _RESTING * self.books.largest_reaction)
 
     def _size(self, increment: np.ndarray) -> float:
         return float(np.abs(increment / self.newton.scales.span).max(initial=0.0))
@@ -279,10 +293,9 @@ class _Follower:
             t = min(books.time + step, books.next_save(self.settings.end_time))
             increment = self.history.increment(t)
             guess = books.q if increment is None else self.system.retract(books.q, increment)
-            before = (books.time, books.q)
-            found = stable_branch(self.newton, t, guess, before, critical, self.settings.imperfection)
+            found = stable_branch(self.newton, t, guess, critical, self.settings.imperfection)
             if found is not None:
-                self._take(t, found, self.system.observe(t, found.q, found.u, before))
+                books.slide(t, found.q, self.system.observe(t, found.q, np.zeros(self.system.nu)))
                 return True
             step *= 4.0
         return False

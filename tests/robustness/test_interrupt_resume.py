@@ -219,19 +219,19 @@ def test_interrupted_again_and_again(case: Path, whole: tuple[Solution, dict[str
 
 
 @pytest.mark.parametrize(
-    ("method", "state", "rate", "force", "end"),
+    ("method", "state", "rate", "force", "energy", "end"),
     [
         # on the flank of the first touch, the force depends on where the steps are
-        pytest.param("static", 1e-3, 0.5, 1e-2, 1e-6, id="static"),
-        pytest.param("generalized-alpha", 1e-5, 1e-3, 1e-4, 1e-6, id="generalized-alpha"),
+        pytest.param("static", 1e-3, 0.5, 1e-2, 3e-3, 1e-6, id="static"),
+        pytest.param("generalized-alpha", 1e-5, 1e-3, 1e-4, 2e-5, 1e-6, id="generalized-alpha"),
     ],
 )
 def test_interrupted_again_and_again_with_other_methods(
-    case: Path, tmp_path: Path, method: str, state: float, rate: float, force: float, end: float
+    case: Path, tmp_path: Path, method: str, state: float, rate: float, force: float, energy: float, end: float
 ) -> None:
     """Also before the first step, just before and after the first touch, and after the last step.
 
-    `state`, `rate` and `force` bound what any record is off by, `end` what state and force are off by at the end.
+    `state`, `rate`, `force`, `energy` bound what any record is off by, `end` what state and force are off by at the end.
     """
     override = f"solve.method={method}"
     summary = run_case(load_case(case, [override]), tmp_path / "whole", progress=False)
@@ -256,7 +256,7 @@ def test_interrupted_again_and_again_with_other_methods(
         assert named["peak_travel"] == pytest.approx(summary["peak_travel"], abs=1e-9)
         for name in ("dissipated", "work"):
             work = whole.energy["work"].max()
-            assert found.energy[name] == pytest.approx(whole.energy[name], abs=max(2e-3 * rate, 2e-5) * work), name
+            assert found.energy[name] == pytest.approx(whole.energy[name], abs=energy * work), name
         for name in ("contact_travel", "bending_travel"):
             assert named[name] == pytest.approx(summary[name], abs=1e-4)
         assert named["energy_error"] < 4.0 * summary["energy_error"]

@@ -17,7 +17,7 @@ from fsm.segments.pattern import body_pattern
 from fsm.segments.system import SegmentSystem
 from fsm.solve.radau_structured import StructuredRadau, _diagonal_blocks, second_order_jacobian
 from fsm.solve.scipy_ivp import FirstOrder, make_solver
-from fsm.solve.simulate import Saved, Settings, Statistics, simulate
+from fsm.solve.simulate import Saved, Settings, Statistics, _stretch, simulate
 from fsm.system import Linearised
 
 LENGTH, WIDTH, THICKNESS = 0.02, 0.03, 1e-3
@@ -234,11 +234,16 @@ def test_a_strip_pulled_by_it_has_the_peak_of_radau(spatial: bool) -> None:
 
 
 @pytest.mark.parametrize("method", ["Radau", "Radau-blocks"])
-def test_no_step_of_a_rounding_error_before_a_saved_time(method: str) -> None:
-    """Saved times a step apart, where the step ends an ulp short of them."""
-    system = rubbing(False)
-    times = np.cumsum(np.full(200, 1e-5))
-    saved, statistics = pulled(method, system, times, 1e-3)
-    assert len(saved) == len(times)
-    assert statistics.smallest_step > 1e-9
-    assert statistics.steps < 2 * len(times)
+@pytest.mark.parametrize("part", [1.0 - 1e-13, 1.0 - 1e-10])
+def test_no_step_of_a_rounding_error_before_a_saved_time(method: str, part: float) -> None:
+    """A step that would end next to the time to be saved ends there."""
+    equations = FirstOrder(strip(False))
+    bound = 1e-5
+    for stretched in (False, True):
+        solver = make_solver(method, equations, 0.0, equations.initial(), bound, 1e-3, np.inf)
+        solver.h_abs = part * bound
+        if stretched:
+            _stretch(solver)
+        solver.step()
+        assert (solver.t == bound) == stretched
+        assert solver.t == pytest.approx(bound, rel=1e-9)

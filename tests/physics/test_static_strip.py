@@ -1,0 +1,129 @@
+"""The pulled strip followed by equilibria: one curve whatever the increments, in agreement with the dynamics, and honest."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fsm.errors import NotConverged
+from fsm.prepare import prepare
+from fsm.results.quantities import peak
+from fsm.scene.load_case import load_case
+from fsm.segments.system import SegmentSystem
+from fsm.solve.newton import negative_pivots
+from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, simulate
+from fsm.solve.static import PathSettings, follow
+
+CASE = Path(__file__).parents[2] / "folding_cases" / "strip_trial" / "case.toml"
+
+
+def trial(*changes: str) -> SegmentSystem:
+    return prepare(load_case(CASE, ["expect=none", *changes]).case)[1]
+
+
+def pulled(
+    system: SegmentSystem, first: float = 5e-4, rtol: float = 1e-4, every: float | None = None, abort: float = 0.05
+) -> tuple[list[Saved], Statistics, Ledger]:
+    """First increment and save interval in m of travel."""
+    motion = system.motions[0]
+    times = [] if every is None else [motion.time_of(x) for x in np.arange(every, motion.travel, every)]
+    saved: list[Saved] = []
+    settings = PathSettings(motion.end_time, motion.time_of(first), rtol=rtol, energy_abort=abort)
+    return saved, *follow(system, settings, times, saved.append)
+
+
+def curve(statistics: Statistics) -> tuple[np.ndarray, np.ndarray]:
+    travel = np.array([drive.travel[0] for drive, _ in statistics.seen])
+    force = np.array([drive.force[0] for drive, _ in statistics.seen])
+    order = np.argsort(travel, kind="stable")
+    return travel[order], force[order]
+
+
+@cache
+def of_increment(first: float, segments: int) -> tuple[float, float]:
+    """Peak force and the force at the end, 55 mm, past the peak."""
+    system = trial(f"strip.segments_per_panel={segments}", 'drive.0.travel="55 mm"')
+    _, statistics, ledger = pulled(system, first)
+    assert ledger.relative_error < 5e-3
+    travel, force = curve(statistics)
+    return peak(travel, force)[0], float(force[-1])
+
+
+@pytest.mark.parametrize("first", [5e-5, 2e-3, 5e-3])
+def test_increments_do_not_choose_the_branch(first: float) -> None:
+    top, end = of_increment(first, 10)
+    reference, end_reference = of_increment(5e-4, 10)
+    assert top == pytest.approx(reference, rel=2e-3)
+    assert end == pytest.approx(end_reference, rel=2e-3)
+    assert top == pytest.approx(1.9365, rel=2e-3)  # of the dynamics, 10 segments a panel
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("first", [5e-5, 5e-4, 2e-3, 5e-3])
+@pytest.mark.parametrize(("segments", "top"), [(5, 1.777), (10, 1.9365), (20, 1.9856), (40, 1.9977)])
+def test_peak_for_all_increments_and_segments(segments: int, top: float, first: float) -> None:
+    assert of_increment(first, segments)[0] == pytest.approx(top, rel=2e-3)
+
+
+@pytest.mark.parametrize("angle", range(70, 87, 2))
+def test_all_fold_angles(angle: int) -> None:
+    system = trial("strip.segments_per_panel=5", f'strip.fold_angle="{angle} deg"', 'drive.0.travel="40 mm"')
+    saved, statistics, ledger = pulled(system, every=2e-3)
+    assert ledger.relative_error < 1e-2
+    assert [negative_pivots(system, state.time, state.q) for state in saved] == [0] * len(saved)
+    travel, force = curve(statistics)
+    assert 0.0 < peak(travel, force)[1] < 0.039
+
+
+@pytest.mark.slow
+def test_curve_is_that_of_the_dynamics() -> None:
+    system = trial("strip.segments_per_panel=10", 'drive.0.travel="40 mm"')
+    motion = system.motions[0]
+    at = np.arange(1e-3, 0.04, 1e-3)
+    dynamic: list[Saved] = []
+    simulate(system, Settings("Radau", 1e-6, motion.end_time), [motion.time_of(x) for x in at], dynamic.append)
+    exact = np.array([state.observation.drive.force[0] for state in dynamic])
+    errors = []
+    for rtol in (1e-3, 1e-5):
+        _, statistics, _ = pulled(system, rtol=rtol)
+        errors.append(float(np.sqrt(np.mean((np.interp(at, *curve(statistics)) - exact) ** 2))) / exact.max())
+    assert errors[0] < 2e-2
+    assert errors[1] < 2e-3
+
+
+def test_whole_path_with_its_snap() -> None:
+    system = trial("strip.segments_per_panel=10", 'drive.0.travel="120 mm"')
+    _, statistics, ledger = pulled(system)
+    assert ledger.relative_error < 1e-2
+    assert [event.kind for event in statistics.events] == ["motion"]
+    event = statistics.events[0]
+    assert 0.08 < event.travel < event.end_travel < 0.1
+    assert curve(statistics)[0][-1] == pytest.approx(0.12)
+
+
+def test_pulled_beyond_taut() -> None:
+    system = trial("strip.segments_per_panel=4", "contact=none", 'drive.0.travel="200 mm"')
+    saved: list[Saved] = []
+    motion = system.motions[0]
+    with pytest.raises(NotConverged, match="come apart.*shorten its travel.*Joint strained most: "):
+        follow(system, PathSettings(motion.end_time, motion.time_of(1e-3)), [0.0], saved.append)
+    assert 0.157 < saved[-1].observation.drive.travel[0] < 0.18  # the last state, though no one asked for it then
+
+
+def test_friction_and_damping_keep_their_rates() -> None:
+    """Halving the speed halves what dampers add to the force, and leaves friction's part alone."""
+    forces = {}
+    for law, changes in {
+        "none": ["material.damping=0"],
+        "dampers": ['material.damping="0.1 s"'],
+        "slower dampers": ['material.damping="0.1 s"', 'drive.0.speed="1 mm/s"'],
+    }.items():
+        system = trial("strip.segments_per_panel=4", "contact=none", 'drive.0.travel="4 mm"', *changes)
+        _, statistics, _ = pulled(system, rtol=1e-6)
+        forces[law] = curve(statistics)[1][-1]
+    drag, slower = forces["dampers"] - forces["none"], forces["slower dampers"] - forces["none"]
+    assert drag > 1e-3 * forces["none"]
+    assert slower == pytest.approx(0.5 * drag, rel=1e-2)
