@@ -132,8 +132,8 @@ class Books:
     def _take(self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation, stored: float | None = None) -> None:
         """Go on to a state; `stored` is its energy if inertia counts, which it does not in statics."""
         self.time, self.q, self.u, self.last, self._earlier = t, q, u, seen, None
-        self.largest_reaction = max(self.largest_reaction, seen.reaction)
         if stored is None:
+            self.largest_reaction = max(self.largest_reaction, seen.reaction)  # that of a motion is another matter
             self.ledger.balance(seen.energy.stored_at_rest, 0.0)
         else:
             self.ledger.balance(stored, seen.energy.kinetic)

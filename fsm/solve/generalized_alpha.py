@@ -53,6 +53,8 @@ _SAFETY = 0.9
 _GROWTH, _SHRINK = 2.0, 0.2
 _STEADY = 1.2
 """A step that could grow by less is kept, and the factorisation with it; no limit of growth is below."""
+_HOP = 0.2
+"""Correction of a prediction, over the span or in radians, that is not believed."""
 _CUT = 0.25
 """Factor on a step whose equations were not solved."""
 _FIRST = 1e-4
@@ -162,6 +164,7 @@ class GeneralizedAlpha:
         self._rtol, self._velocity = rtol, scales.velocity
         self._newton_tolerance = _NEWTON * min(1.0, _LOOSEST / rtol)
         self._increment, self._tolerance = scales.increment, rtol * scales.increment
+        self._span = scales.span
         self._mass = system.mass(q)
         self._breaks = sorted(system.break_times())
         self._pattern: BlockPattern | None = None
@@ -272,7 +275,7 @@ class GeneralizedAlpha:
         c = self.coefficients
         by_u, by_rate = c.gamma / (c.beta * h), _inertial(c, h)
         weight = 1.0 / np.minimum(self._tolerance, (self._rtol / by_u) * (self._velocity + np.abs(self.u)))
-        before, fresh = math.inf, renew
+        before, fresh, predicted = math.inf, renew, trial.x
         for iteration in range(_ITERATIONS):
             if renew:
                 force = self._linearise(end, trial.q, trial.u).force
@@ -300,7 +303,9 @@ class GeneralizedAlpha:
                 self._contraction = 1.0
             left = max(self._contraction, _SURE) / max(1.0 - self._contraction, 1e-3)
             if size * left <= self._newton_tolerance or size <= 1e-3 * self._newton_tolerance:
-                return trial
+                # a correction as long as the structure has found some other root
+                hopped = np.abs((trial.x - predicted) / self._span).max(initial=0.0) > _HOP
+                return None if hopped and self.fixed_step is None else trial
             renew = iteration > 0 and self._slow
             before = size
         return None

@@ -54,6 +54,8 @@ _TORN = 0.1
 """Part of a segment's length that the ends of a joint may come apart."""
 _KINK = 1e-2
 """Part of the first step to which steps are cut for the energy balance."""
+_IN_MOTION = 10.0
+"""Tolerance of the dynamics at a snap over that of the path."""
 _CALMER = 6
 """How often the motion after a snap is given a tenth of the energy to come down to before it is given up."""
 
@@ -310,7 +312,7 @@ class _Follower:
         for _ in range(_CALMER):
             quiet *= 0.1
             self.statistics.newton_iterations += move_until_calm(
-                self.system, books, settings.end_time, quiet, settings.energy_abort
+                self.system, books, settings.end_time, quiet, settings.energy_abort, _IN_MOTION * settings.rtol
             )
             self._judge_energy()
             if books.time >= settings.end_time:

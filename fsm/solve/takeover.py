@@ -16,7 +16,6 @@ __all__ = ["move_until_calm", "slide"]
 _CALM = 1e-4
 """Kinetic energy over the largest since the snap, below which rest is near."""
 _RHO_INF = 0.6
-_RTOL = 3e-3
 _RELAXATIONS = 3
 _RELAXATION_TIME = 1e-3
 """s"""
@@ -27,7 +26,9 @@ _SETTLED = 1e-9
 """Step of Newton's method at which a slide has ended."""
 
 
-def move_until_calm(system: System, books: Books, until: float, quiet: float, worst: float) -> int:
+def move_until_calm(
+    system: System, books: Books, until: float, quiet: float, worst: float, rtol: float
+) -> int:
     """Integrate with inertia and damping until the kinetic energy has fallen to `quiet` (J) or the time is `until` (s).
 
     Stops, too, when the energy error is more than `worst` of the energy turned over.
@@ -38,7 +39,7 @@ def move_until_calm(system: System, books: Books, until: float, quiet: float, wo
         Newton iterations taken.
     """
     u = _relaxed(system, books.time, books.q, books.u)
-    solver = GeneralizedAlpha(system, books.time, books.q, u, _RTOL, rho_inf=_RHO_INF)
+    solver = GeneralizedAlpha(system, books.time, books.q, u, rtol, rho_inf=_RHO_INF)
     largest = 0.0
     while books.time < until:
         solver.step(books.next_save(until))
