@@ -1,6 +1,7 @@
 # make demo    the table of pulled strips: simulate, tabulate, plot, into out/strip_pull
 # make test    all tests but the slow ones
 # make lint    ruff, mypy, import-linter
+# make bench   run time against error of all methods, into out/benchmarks (about half an hour; QUICK=--quick: three minutes)
 #
 # Needs Python 3.11 to 3.14 and make; everything else goes into .venv. Another Python: make PYTHON=python3.12 demo
 
@@ -14,7 +15,7 @@ DEV := $(VENV)/.fsm-dev
 
 VERSION_CHECK := import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 14))
 
-.PHONY: help demo test test-all lint check clean distclean
+.PHONY: help demo test test-all lint check bench clean distclean
 .DELETE_ON_ERROR:
 
 help:
@@ -35,6 +36,10 @@ lint: $(DEV)
 	$(BIN)/lint-imports
 
 check: lint test
+
+QUICK ?=
+bench: $(RUN)
+	$(BIN)/python -m validation.benchmarks $(QUICK)
 
 # An environment that is there already, made by hand or by another version, is kept and brought up to date.
 $(BIN)/python:
