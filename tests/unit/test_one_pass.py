@@ -60,6 +60,7 @@ def random_group(spatial: bool, missing: str, rng: np.random.Generator, size: fl
         measure_pose_spatial if spatial else measure_pose_planar,
         tangent_pose_spatial if spatial else tangent_pose_planar,
         BODIES, geometry, rest, stiffness, damping, np.zeros(m, dtype=np.int64), ("panels",),
+        tuple(f"element {k}" for k in range(m)), np.ones(m, dtype=bool),
     )  # fmt: skip
 
 
