@@ -124,6 +124,13 @@ class Books:
         self.ledger.dissipated += step * mean_dissipation(self.system, (self.time, self.q), (t, q))
         self._take(t, q, u, seen, seen.energy.stored)
 
+    def gains(self, seen: Observation) -> bool:
+        """Whether a jump to a state would gain energy that nothing gave: then it is no jump that would happen."""
+        travel = np.abs(seen.drive.travel - self.last.drive.travel)
+        given = float((np.abs(self.last.drive.force) + np.abs(seen.drive.force)) @ travel)
+        gained = seen.energy.stored_at_rest - self.last.energy.stored_at_rest
+        return not gained <= given + 1e-6 * self.ledger.turnover
+
     def slide(self, t: float, q: np.ndarray, seen: Observation) -> None:
         """Take a jump in next to no time, whose energy is gone."""
         self.ledger.dissipated += self.last.energy.stored_at_rest - seen.energy.stored_at_rest

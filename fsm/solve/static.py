@@ -56,6 +56,8 @@ _KINK = 1e-2
 """Part of the first step to which steps are cut for the energy balance."""
 _IN_MOTION = 10.0
 """Tolerance of the dynamics at a snap over that of the path."""
+_EVENTS = 30
+"""Critical points passed before the path is given up: so many are no path but a solver at a loss."""
 _CALMER = 6
 """How often the motion after a snap is given a tenth of the energy to come down to before it is given up."""
 
@@ -268,6 +270,8 @@ class _Follower:
     def _pass_critical(self, reason: _Reason) -> None:
         """Get past a point where steps do not help."""
         books = self.books
+        if len(self.statistics.events) >= _EVENTS:
+            self._fail(Outcome.NO_EQUILIBRIUM)
         before = (books.time, books.last)
         later = books.time + 1e-3 * self.first_step
         kind = "motion"
@@ -296,8 +300,9 @@ class _Follower:
             increment = self.history.increment(t)
             guess = books.q if increment is None else self.system.retract(books.q, increment)
             found = stable_branch(self.newton, t, guess, critical, self.settings.imperfection)
-            if found is not None:
-                books.slide(t, found.q, self.system.observe(t, found.q, np.zeros(self.system.nu)))
+            seen = None if found is None else self.system.observe(t, found.q, np.zeros(self.system.nu))
+            if found is not None and seen is not None and not books.gains(seen):
+                books.slide(t, found.q, seen)
                 return True
             step *= 4.0
         return False

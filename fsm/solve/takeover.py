@@ -102,7 +102,10 @@ def slide(system: System, books: Books, t: float) -> bool:
             size = np.inf
         q = system.retract(q, step)
         if size < _SETTLED:
-            books.slide(t, q, system.observe(t, q, np.zeros(system.nu)))
+            seen = system.observe(t, q, np.zeros(system.nu))
+            if books.gains(seen):
+                return False
+            books.slide(t, q, seen)
             return True
     return False
 
