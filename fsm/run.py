@@ -24,6 +24,7 @@ from fsm.scene.builders.warm_up import WARM_UP_SHIFT, warm_up_cases
 from fsm.scene.load_case import LoadedCase
 from fsm.solve.newton import negative_pivots
 from fsm.solve.simulate import Settings, simulate
+from fsm.solve.static import PathSettings, follow
 from fsm.summary import check_expectations, missed_expectations
 
 __all__ = ["run_case", "warm_up"]
@@ -79,7 +80,9 @@ def warm_up(spatial: bool = False) -> None:
         _, system = prepare(case)
         q, u = system.initial()
         end = 1e-3 * (system.end_time() or 1.0)
-        simulate(system, Settings("Radau", 1e-3, end), [0.0, end], lambda saved: None)
+        for method in ("Radau", "Radau-blocks", "generalized-alpha"):
+            simulate(system, Settings(method, 1e-3, end), [0.0, end], lambda saved: None)
+        follow(system, PathSettings(end, end / 2.0), [0.0, end], lambda saved: None)
         negative_pivots(system, 0.0, q)
         pushed = np.zeros((system.n_free, system.size))
         names = [system.bodies.names[i] for i in system.bodies.free]
