@@ -300,7 +300,7 @@ class _Follower:
             increment = self.history.increment(t)
             guess = books.q if increment is None else self.system.retract(books.q, increment)
             found = stable_branch(self.newton, t, guess, critical, self.settings.imperfection)
-            seen = None if found is None else self.system.observe(t, found.q, np.zeros(self.system.nu))
+            seen = None if found is None else self.system.observe(t, found.q, None)
             if found is not None and seen is not None and not books.gains(seen):
                 books.slide(t, found.q, seen)
                 return True

@@ -102,7 +102,7 @@ def slide(system: System, books: Books, t: float) -> bool:
             size = np.inf
         q = system.retract(q, step)
         if size < _SETTLED:
-            seen = system.observe(t, q, np.zeros(system.nu))
+            seen = system.observe(t, q, None)
             if books.gains(seen):
                 return False
             books.slide(t, q, seen)
