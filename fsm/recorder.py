@@ -24,6 +24,7 @@ from fsm.scene.load_case import LoadedCase
 from fsm.scene.scene import Scene
 from fsm.segments.save_times import save_times
 from fsm.segments.system import SegmentSystem
+from fsm.solve.linear import LinearSolver
 from fsm.solve.newton import equilibrium, negative_pivots
 from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, StepEnd
 from fsm.solve.solver import solve
@@ -73,6 +74,7 @@ class RecordedSolve:
         self.seen: list[tuple[DriveState, np.ndarray]] = []
         self.records = 0
         self.last: _Point | None = None
+        self.pivots = LinearSolver()
 
     def run(self, progress: bool | Callable[[float], None], begun: float, compiled: float) -> Solution:
         """Solve, write the results file and read it back; `begun` and `compiled` are clocks at the start of the run."""
@@ -176,7 +178,7 @@ class RecordedSolve:
                 pair_force=seen.pair_force,
                 pair_gap=seen.pair_gap,
                 shape=self.system.shape(saved.time, saved.q),
-                negative_pivots=negative_pivots(self.system, saved.time, saved.q),
+                negative_pivots=negative_pivots(self.system, saved.time, saved.q, self.pivots),
             )
         )
         self.records += 1

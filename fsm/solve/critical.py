@@ -28,13 +28,11 @@ class Critical:
     ----------
     mode : (nu,) array
         Largest component, over the span, 1.
-    eigenvalue : of the scaled stiffness, N m
     bifurcation : bool
         The loads and drives do not push along the mode; else the point is a limit point.
     """
 
     mode: np.ndarray
-    eigenvalue: float
     bifurcation: bool
 
 
@@ -48,18 +46,17 @@ def critical_point(system: System, t: float, q: np.ndarray, later: float) -> Cri
     solver = LinearSolver()
     solver.factorise(system.linearise(t, q, None).stiffness.symmetric())
     mode = np.random.default_rng(0).standard_normal(system.nu)
-    value = 0.0
     for _ in range(_ITERATIONS):
         scaled = solver.solve(mode / span) / span
         size = float(np.linalg.norm(scaled))
-        value, previous, mode = float(scaled @ mode) / size**2, mode, scaled / size
+        previous, mode = mode, scaled / size
         if min(np.linalg.norm(mode - previous), np.linalg.norm(mode + previous)) < 1e-8:
             break
     response = solver.solve(system.force(t + 0.01 * (later - t), q, None) - system.force(t, q, None)) / span
     along = abs(float(mode @ response)) / max(float(np.linalg.norm(response)), 1e-300)
     mode = mode * span
     mode = mode / (mode / span)[np.argmax(np.abs(mode / span))]
-    return Critical(mode, value, along < _ALONG)
+    return Critical(mode, along < _ALONG)
 
 
 def loose_mode(system: System, t: float, q: np.ndarray) -> np.ndarray:

@@ -94,14 +94,15 @@ def _limited(step: np.ndarray, size: np.ndarray) -> np.ndarray:
     return step * min(1.0, 0.5 / max(float(np.abs(step / size).max(initial=0.0)), 1e-300))
 
 
-def negative_pivots(system: System, t: float, q: np.ndarray) -> int:
+def negative_pivots(system: System, t: float, q: np.ndarray, solver: LinearSolver | None = None) -> int:
     """Number of negative eigenvalues of the symmetric part of the tangent stiffness at rest; 0 where stable.
 
-    By Sylvester's law, from the signs of the pivots of a factorisation without row exchanges between blocks.
+    By Sylvester's law, from the signs of the pivots of a factorisation without row exchanges between blocks. A solver that
+    knows the pattern already saves its analysis; what it has factorised is lost.
     """
     if system.nu == 0:
         return 0
-    solver = LinearSolver()
+    solver = solver or LinearSolver()
     matrix = system.linearise(t, q, None).stiffness.symmetric()
     try:
         solver.factorise(matrix)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -172,7 +173,7 @@ def simulate(
     return run.statistics, run.ledger
 
 
-class _Run:
+class _Run(ABC):
     """What all methods share: the state, the ledger, saving, judging, failing."""
 
     def __init__(
@@ -200,9 +201,9 @@ class _Run:
             self.pending.pop(0)
             self._save(self.time, self.q, self.u, self.last, self.ledger)
 
+    @abstractmethod
     def go(self) -> None:
         """Step to the end."""
-        raise NotImplementedError
 
     def _arrive(self, t: float, q: np.ndarray, u: np.ndarray) -> None:
         """The end of a step, when all that belongs to it has been accounted for and saved."""

@@ -235,7 +235,7 @@ class _Follower:
 
         On its way from one equilibrium to the next a state may well have a stiffness that is not definite.
         """
-        if not self.system.rate_dependent or not negative_pivots(self.system, t, q):
+        if not self.system.rate_dependent or not negative_pivots(self.system, t, q, self.newton.solver):
             return False
         left_over = np.abs(self.system.force(t, q, None) * self.newton.scales.length / self.newton.scales.increment)
         return bool(left_over.max() < _RESTING * self.books.largest_reaction)
