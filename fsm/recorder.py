@@ -40,12 +40,13 @@ CHECKPOINT_EVERY = 1.0
 
 @dataclass(frozen=True)
 class _Point:
-    """Where a solve can go on: the end of a step, the ledger there, and how many points seen and records there were."""
+    """Where a solve can go on: the end of a step, the ledger there, how many points seen and records there were, memory."""
 
     end: StepEnd
     ledger: Ledger
     seen: int
     records: int
+    memory: np.ndarray
 
 
 class RecordedSolve:
@@ -141,6 +142,7 @@ class RecordedSolve:
             arrays, _, self.warnings = self.resumed
             self.seen = [(DriveState(travel, force), pairs) for travel, force, pairs in _rows(arrays)]
             at = float(arrays["time"][0])
+            self.system.restore(arrays["memory"])
             return (at, arrays["q"], arrays["u"]), Ledger(*(float(x) for x in arrays["ledger"])), at
         start = self._settled() or (0.0, *self.system.initial())
         return start, Ledger(start=self.system.energy(*start).stored), 0.0
@@ -184,7 +186,7 @@ class RecordedSolve:
         self.records += 1
 
     def _step(self, writer: ResultWriter, bar: Progress, ledger: Ledger, end: StepEnd) -> None:
-        self.last = _Point(end, replace(ledger), len(self.seen), self.records)
+        self.last = _Point(end, replace(ledger), len(self.seen), self.records, self.system.memory())
         if time.perf_counter() - self.last_checkpoint > CHECKPOINT_EVERY:
             writer.flush()
             self._write_checkpoint(self.last)
@@ -197,6 +199,7 @@ class RecordedSolve:
                 "time": np.array([point.end.time]),
                 "q": point.end.q,
                 "u": point.end.u,
+                "memory": point.memory,
                 "ledger": np.array(list(asdict(point.ledger).values())),
                 "travel": np.array([drive.travel for drive, _ in self.seen[: point.seen]]),
                 "force": np.array([drive.force for drive, _ in self.seen[: point.seen]]),

@@ -14,7 +14,7 @@ from scipy import sparse
 
 from fsm.blocks import BlockMatrix, BlockPattern
 
-__all__ = ["Before", "DriveState", "Energy", "Linearised", "Observation", "Scales", "System"]
+__all__ = ["Before", "DriveState", "Energy", "Linearised", "Objection", "Observation", "Scales", "System"]
 
 
 @dataclass(frozen=True)
@@ -96,6 +96,22 @@ class Linearised:
     force: np.ndarray
     stiffness: BlockMatrix
     damping: BlockMatrix
+
+
+@dataclass(frozen=True)
+class Objection:
+    """Why a step should not be accepted.
+
+    Attributes
+    ----------
+    part : -
+        Part of the step that may do.
+    reason : str
+        Nothing, when a shorter step is only more exact.
+    """
+
+    part: float
+    reason: str = ""
 
 
 Before = tuple[float, np.ndarray]
@@ -206,6 +222,33 @@ class System(Protocol):
 
     def shape(self, t: float, q: np.ndarray) -> np.ndarray:
         """Corner points (n_quads, 4, 3) of what a person would see, m."""
+        ...
+
+    def commit(self, t: float, q: np.ndarray, u: np.ndarray, before: Before | None = None) -> None:
+        """A step was accepted: what remembers (sides and onsets of contacts, bristles of friction) takes this state.
+
+        Solvers call it at the start and at the end of every step that they keep; nothing else changes what is remembered,
+        so that between two calls forces are functions of the state alone.
+        """
+        ...
+
+    def memory(self) -> np.ndarray:
+        """All that is remembered, as one flat array; empty in most scenes."""
+        ...
+
+    def restore(self, memory: np.ndarray) -> None:
+        """Remember that again: a solve goes on, or steps are taken back."""
+        ...
+
+    def objection(self, t: float, q: np.ndarray, u: np.ndarray | None, step: float) -> Objection | None:
+        """What stands against accepting the state as the end of a step of that length (s) since the last commit.
+
+        u is None in statics, where no impacts are resolved.
+        """
+        ...
+
+    def longest_step(self, t: float, q: np.ndarray, u: np.ndarray) -> float:
+        """Longest step from an accepted state that resolves what goes on there, s; infinite in most."""
         ...
 
     def blame(self, vector: np.ndarray) -> str:

@@ -25,7 +25,13 @@ from fsm.interactions.surface import blend, overshoot
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import add_block
 
-__all__ = ["find_contacts_planar", "measure_gap_planar", "tangent_gap_planar", "window_probes_planar"]
+__all__ = [
+    "find_contacts_planar",
+    "heights_planar",
+    "measure_gap_planar",
+    "tangent_gap_planar",
+    "window_probes_planar",
+]
 
 
 @kernel(inline=True)
@@ -87,29 +93,84 @@ def window_probes_planar(
     owners: np.ndarray,
     stations: np.ndarray,
     reach: np.ndarray,
+    margin: float,
+    nearest_piece: np.ndarray,
     window: np.ndarray,
 ) -> None:
-    """Broad phase: the pieces of its surface that each probe could touch before something has moved by its margin.
+    """Broad phase: the pieces of its surface that each probe could touch before something has moved by the margin.
 
     Parameters
     ----------
     reach : (n,) array, m
-        Clearance plus margin of each probe.
+        Probes farther than that from every piece have no window.
+    margin : m
+        Pieces that are farther than the nearest one by less belong to the window.
+    nearest_piece : (n,) int array, changed in place
+        Of all probes.
     window : (n, 2) int array, changed in place
-        First and one-past-last piece within reach; equal when there is none.
+        First and one-past-last piece; equal when there is none.
     """
     chords = _chords(poses, owners, stations)
     for i in range(probe_body.shape[0]):
         c, s = np.cos(poses[probe_body[i], 2]), np.sin(poses[probe_body[i], 2])
         px = poses[probe_body[i], 0] + c * probe_x[i]
         pz = poses[probe_body[i], 1] - s * probe_x[i]
-        low, high = last_piece[i], first_piece[i]
+        nearest = np.inf
         for j in range(first_piece[i], last_piece[i]):
-            if _chord_distance(chords[j], px, pz) < reach[i] * reach[i]:
-                low = min(low, j)
-                high = max(high, j + 1)
+            distance = _chord_distance(chords[j], px, pz)
+            if distance < nearest:
+                nearest, nearest_piece[i] = distance, j
+        nearest = np.sqrt(nearest)
+        low, high = last_piece[i], first_piece[i]
+        if nearest < reach[i]:
+            bound = (nearest + margin) ** 2
+            for j in range(first_piece[i], last_piece[i]):
+                if _chord_distance(chords[j], px, pz) < bound:
+                    low = min(low, j)
+                    high = max(high, j + 1)
         window[i, 0] = low
         window[i, 1] = max(low, high)
+
+
+@kernel
+def _closest(
+    poses: np.ndarray,
+    px: float,
+    pz: float,
+    piece: int,
+    first: int,
+    last: int,
+    owners: np.ndarray,
+    stations: np.ndarray,
+    weights: np.ndarray,
+    curve: np.ndarray,
+) -> tuple[int, float]:
+    """Closest point (piece, s) of pieces [first, last) to a point, by Newton's method from the middle of a piece.
+
+    `curve` (3, 2) is left at C, C_s, C_ss there. s is outside of its piece when the point is beyond the tips.
+    """
+    at = 0.5
+    for _ in range(40):
+        blend(at, stations[piece], weights)
+        _curve(poses, owners[piece, 0], owners[piece, 1], weights, curve)
+        dx, dz = px - curve[0, 0], pz - curve[0, 1]
+        residual = dx * curve[1, 0] + dz * curve[1, 1]
+        metric = curve[1, 0] ** 2 + curve[1, 1] ** 2
+        slope = metric - dx * curve[2, 0] - dz * curve[2, 1]
+        if slope < 0.1 * metric:
+            slope = metric
+        step = min(0.5, max(-0.5, residual / slope))
+        new = at + step
+        if new > 1.0 and piece + 1 < last:
+            piece, at = piece + 1, 0.0
+            continue
+        if new < 0.0 and piece > first:
+            piece, at = piece - 1, 1.0
+            continue
+        at = min(stations[piece, 5] + 0.5, max(stations[piece, 4] - 0.5, new))
+        if abs(step) < 1e-14:
+            break
+    return piece, at
 
 
 @kernel
@@ -127,6 +188,7 @@ def find_contacts_planar(
     below: float,
     found_probe: np.ndarray,
     found_piece: np.ndarray,
+    found_side: np.ndarray,
     found_s: np.ndarray,
     found_gap: np.ndarray,
 ) -> int:
@@ -134,15 +196,16 @@ def find_contacts_planar(
 
     Parameters
     ----------
+    side : (n,) array
+        +1 or -1: the side of the surface the probe is on; 0 for one that has just come: the side it is on now.
     below : float, m
         0 for contacts; larger to see how near others are.
-    found_probe, found_piece, found_s, found_gap : arrays as long as the probes, changed in place
+    found_probe, found_piece, found_side, found_s, found_gap : arrays as long as the probes, changed in place
 
     Returns
     -------
     int
-        How many were found. A probe beyond the ends of its surface, or deeper than its depth limit (on the other side
-        of a face it went round), touches nothing.
+        How many were found. A probe beyond the ends of its surface, or deeper than its depth limit, touches nothing.
     """
     weights = np.empty((3, 4))
     curve = np.empty((3, 2))
@@ -162,42 +225,57 @@ def find_contacts_planar(
                 piece, nearest = j, distance
         if np.sqrt(nearest) > max(clearance[i] + below, depth_limit[i]) + bound:
             continue
-        at = 0.5
-        for _ in range(40):
-            blend(at, stations[piece], weights)
-            _curve(poses, owners[piece, 0], owners[piece, 1], weights, curve)
-            dx, dz = px - curve[0, 0], pz - curve[0, 1]
-            residual = dx * curve[1, 0] + dz * curve[1, 1]
-            metric = curve[1, 0] ** 2 + curve[1, 1] ** 2
-            slope = metric - dx * curve[2, 0] - dz * curve[2, 1]
-            if slope < 0.1 * metric:
-                slope = metric
-            step = min(0.5, max(-0.5, residual / slope))
-            new = at + step
-            if new > 1.0 and piece + 1 < window[i, 1]:
-                piece, at = piece + 1, 0.0
-                continue
-            if new < 0.0 and piece > window[i, 0]:
-                piece, at = piece - 1, 1.0
-                continue
-            at = min(stations[piece, 5] + 0.5, max(stations[piece, 4] - 0.5, new))
-            if abs(step) < 1e-14:
-                break
+        piece, at = _closest(poses, px, pz, piece, window[i, 0], window[i, 1], owners, stations, weights, curve)
         if at < stations[piece, 4] - 1e-12 or at > stations[piece, 5] + 1e-12:
             continue
         length = np.sqrt(curve[1, 0] ** 2 + curve[1, 1] ** 2)
-        normal_x, normal_z = -side[i] * curve[1, 1] / length, side[i] * curve[1, 0] / length
-        gap = normal_x * (px - curve[0, 0]) + normal_z * (pz - curve[0, 1]) - clearance[i]
+        height = (curve[1, 0] * (pz - curve[0, 1]) - curve[1, 1] * (px - curve[0, 0])) / length
+        facing = side[i]
+        if facing == 0.0:
+            facing = 1.0 if height >= 0.0 else -1.0
+        gap = facing * height - clearance[i]
         over, radius = overshoot(at, stations[piece], length, straight[i])
         if over != 0.0:
             gap = np.hypot(over, gap + radius) - radius
         if gap < below and gap > -depth_limit[i]:
             found_probe[count] = i
             found_piece[count] = piece
+            found_side[count] = facing
             found_s[count] = at
             found_gap[count] = gap
             count += 1
     return count
+
+
+@kernel
+def heights_planar(
+    poses: np.ndarray,
+    probe_body: np.ndarray,
+    probe_x: np.ndarray,
+    nearest_piece: np.ndarray,
+    first_piece: np.ndarray,
+    last_piece: np.ndarray,
+    owners: np.ndarray,
+    stations: np.ndarray,
+    height: np.ndarray,
+) -> None:
+    """How high each probe stands over its surface, m, along the normal (-z', x') of the curve, (n,).
+
+    Nothing (nan) beyond its ends and tips. `nearest_piece` is where the search begins.
+    """
+    weights = np.empty((3, 4))
+    curve = np.empty((3, 2))
+    for i in range(probe_body.shape[0]):
+        c, s = np.cos(poses[probe_body[i], 2]), np.sin(poses[probe_body[i], 2])
+        px = poses[probe_body[i], 0] + c * probe_x[i]
+        pz = poses[probe_body[i], 1] - s * probe_x[i]
+        piece, at = _closest(
+            poses, px, pz, nearest_piece[i], first_piece[i], last_piece[i], owners, stations, weights, curve
+        )
+        height[i] = np.nan
+        if stations[piece, 4] - 1e-12 <= at <= stations[piece, 5] + 1e-12:
+            length = np.sqrt(curve[1, 0] ** 2 + curve[1, 1] ** 2)
+            height[i] = (curve[1, 0] * (pz - curve[0, 1]) - curve[1, 1] * (px - curve[0, 0])) / length
 
 
 @kernel(inline=True)
@@ -253,10 +331,10 @@ def measure_gap_planar(
     count: int,
     found_probe: np.ndarray,
     found_piece: np.ndarray,
+    found_side: np.ndarray,
     found_s: np.ndarray,
     probe_body: np.ndarray,
     probe_x: np.ndarray,
-    side: np.ndarray,
     straight: np.ndarray,
     clearance: np.ndarray,
     inset: np.ndarray,
@@ -285,7 +363,7 @@ def measure_gap_planar(
         bodies[i, 1] = owners[piece, 0]
         bodies[i, 2] = owners[piece, 1]
         _, _, _, _, length, distance, _ = _geometry(
-            poses, bodies[i], probe_x[probe], side[probe], found_s[i], stations[piece], weights, curve, vectors
+            poses, bodies[i], probe_x[probe], found_side[i], found_s[i], stations[piece], weights, curve, vectors
         )
         lever = (distance - inset[probe]) / length
         over, radius = overshoot(found_s[i], stations[piece], length, straight[probe])
@@ -297,7 +375,7 @@ def measure_gap_planar(
                 sliding = vectors[0, m] + distance / length * vectors[3, m]
                 gradient[i, 0, m] = (over * sliding + height * vectors[1, m]) / far
             gradient[i, 1, m] = vectors[0, m] + lever * vectors[3, m]
-        gradient[i, 1, 2] -= side[probe] * inset[probe]
+        gradient[i, 1, 2] -= found_side[i] * inset[probe]
         for k in range(2):
             total = 0.0
             for b in range(3):
@@ -341,19 +419,21 @@ def tangent_gap_planar(
     count: int,
     bodies: np.ndarray,
     gradient: np.ndarray,
-    rate: np.ndarray,
     found_probe: np.ndarray,
     found_piece: np.ndarray,
+    found_side: np.ndarray,
     found_s: np.ndarray,
     probe_x: np.ndarray,
-    side: np.ndarray,
     straight: np.ndarray,
     clearance: np.ndarray,
     inset: np.ndarray,
     stations: np.ndarray,
     normal: np.ndarray,
+    by_depth: np.ndarray,
+    by_closing: np.ndarray,
     effort: np.ndarray,
-    slopes: np.ndarray,
+    by_slip: np.ndarray,
+    by_normal: np.ndarray,
     with_friction: bool,
     dof: np.ndarray,
     indptr: np.ndarray,
@@ -361,18 +441,7 @@ def tangent_gap_planar(
     stiffness_data: np.ndarray,
     damping_data: np.ndarray,
 ) -> None:
-    """Add K and D of the contacts found.
-
-    Parameters
-    ----------
-    normal : (count,) array, N
-    effort : (count, 2) array, N
-        Efforts conjugate to gap (minus the normal force) and slip (friction).
-    slopes : (count, 4) array
-        dN/d penetration, dN/d closing rate, mu/|v|, d mu/d|v|.
-    with_friction : bool
-        False skips the slip's derivatives; the scene has no friction then.
-    """
+    """Add K and D of the contacts found; forces and their slopes are those of `fsm.segments.contact_geometry`."""
     weights = np.empty((3, 4))
     curve = np.empty((3, 2))
     vec = np.empty((5, 9))
@@ -388,7 +457,7 @@ def tangent_gap_planar(
     for i in range(count):
         probe, piece = found_probe[i], found_piece[i]
         tx, tz, nx, nz, length, distance, bend = _geometry(
-            poses, bodies[i], probe_x[probe], side[probe], found_s[i], stations[piece], weights, curve, vec
+            poses, bodies[i], probe_x[probe], found_side[i], found_s[i], stations[piece], weights, curve, vec
         )
         turn = tx * curve[2, 0] + tz * curve[2, 1]
         metric = length * length - distance * bend
@@ -416,8 +485,6 @@ def tangent_gap_planar(
             for n in range(9):
                 hessian[m, n] = -beta[n] * vec[0, m] - vec[3, m] * ds[n]
             hessian[m, m] += curvature[1, m]
-        by_depth, by_rate = slopes[i, 0], slopes[i, 1]
-        by_slip, by_normal = normal[i] * slopes[i, 3], slopes[i, 2] * rate[i, 1]
         over, radius = overshoot(found_s[i], stations[piece], length, straight[probe])
         if over != 0.0:
             # the second derivative of x is the gradient of a slip at the surface itself
@@ -444,15 +511,15 @@ def tangent_gap_planar(
             for m in range(9):
                 gap_rate += hessian[m, n] * speed[m]
                 slip_rate += slip_gradient[m, n] * speed[m]
-            normal_x = -by_depth * gradient[i, 0, n] - by_rate * gap_rate
-            normal_u = -by_rate * gradient[i, 0, n]
-            friction_x = by_slip * slip_rate + by_normal * normal_x
-            friction_u = by_slip * gradient[i, 1, n] + by_normal * normal_u
+            normal_x = -by_depth[i] * gradient[i, 0, n] - by_closing[i] * gap_rate
+            normal_u = -by_closing[i] * gradient[i, 0, n]
+            friction_x = by_slip[i, 0, 0] * slip_rate + by_normal[i, 0] * normal_x
+            friction_u = by_slip[i, 0, 0] * gradient[i, 1, n] + by_normal[i, 0] * normal_u
             for m in range(9):
                 block_k[m, n] = -normal[i] * hessian[m, n] - gradient[i, 0, m] * normal_x
                 block_d[m, n] = -gradient[i, 0, m] * normal_u
                 if with_friction:
-                    block_k[m, n] += gradient[i, 1, m] * friction_x + effort[i, 1] * slip_gradient[m, n]
+                    block_k[m, n] += gradient[i, 1, m] * friction_x + effort[i, 0] * slip_gradient[m, n]
                     block_d[m, n] += gradient[i, 1, m] * friction_u
         add_block(block_k, dof, bodies[i], indptr, indices, stiffness_data)
         add_block(block_d, dof, bodies[i], indptr, indices, damping_data)

@@ -29,6 +29,7 @@ __all__ = [
     "ROW_SY",
     "ROW_Y",
     "find_contacts_spatial",
+    "heights_spatial",
     "measure_gap_spatial",
     "variations",
     "window_probes_spatial",
@@ -104,6 +105,8 @@ def window_probes_spatial(
     stations: np.ndarray,
     half_width: np.ndarray,
     reach: np.ndarray,
+    margin: float,
+    nearest_piece: np.ndarray,
     window: np.ndarray,
 ) -> None:
     """Broad phase; see `window_probes_planar`. `place` is (n, 2), `half_width` (n_pieces,)."""
@@ -111,11 +114,19 @@ def window_probes_spatial(
     chords = _chords(poses, owners, stations, half_width)
     for i in range(probe_body.shape[0]):
         _probe_point(poses, probe_body[i], place[i], frame, point)
-        low, high = last_piece[i], first_piece[i]
+        nearest = np.inf
         for j in range(first_piece[i], last_piece[i]):
-            if _chord_distance(chords[j], point) < reach[i] * reach[i]:
-                low = min(low, j)
-                high = max(high, j + 1)
+            distance = _chord_distance(chords[j], point)
+            if distance < nearest:
+                nearest, nearest_piece[i] = distance, j
+        nearest = np.sqrt(nearest)
+        low, high = last_piece[i], first_piece[i]
+        if nearest < reach[i]:
+            bound = (nearest + margin) ** 2
+            for j in range(first_piece[i], last_piece[i]):
+                if _chord_distance(chords[j], point) < bound:
+                    low = min(low, j)
+                    high = max(high, j + 1)
         window[i, 0] = low
         window[i, 1] = max(low, high)
 
@@ -157,6 +168,54 @@ def _surface(
 
 
 @kernel
+def _closest(
+    poses: np.ndarray,
+    point: np.ndarray,
+    piece: int,
+    first: int,
+    last: int,
+    owners: np.ndarray,
+    stations: np.ndarray,
+    half_width: np.ndarray,
+    y: float,
+    scratch: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray],
+    surface: np.ndarray,
+) -> tuple[int, float, float]:
+    """Closest point (piece, s, y) of pieces [first, last) to a point; `surface` (5, 3) is left at it."""
+    weights, shift, local, frames, gap = scratch
+    s = 0.5
+    for _ in range(40):
+        _tables(s, y, stations[piece], weights, shift, local)
+        _surface(poses, owners[piece, 0], owners[piece, 1], shift, local, frames, surface)
+        for m in range(3):
+            gap[m] = point[m] - surface[ROW, m]
+        r_s, r_y = dot(gap, surface[ROW_S]), dot(gap, surface[ROW_Y])
+        g_ss, g_sy, g_yy = (
+            dot(surface[ROW_S], surface[ROW_S]),
+            dot(surface[ROW_S], surface[ROW_Y]),
+            dot(surface[ROW_Y], surface[ROW_Y]),
+        )
+        m_ss, m_sy = g_ss - dot(gap, surface[ROW_SS]), g_sy - dot(gap, surface[ROW_SY])
+        if m_ss * g_yy - m_sy * m_sy < 0.1 * (g_ss * g_yy - g_sy * g_sy):
+            m_ss, m_sy = g_ss, g_sy
+        determinant = m_ss * g_yy - m_sy * m_sy
+        step_s = min(0.5, max(-0.5, (g_yy * r_s - m_sy * r_y) / determinant))
+        step_y = (m_ss * r_y - m_sy * r_s) / determinant
+        y += step_y
+        new = s + step_s
+        if new > 1.0 and piece + 1 < last:
+            piece, s = piece + 1, 0.0
+            continue
+        if new < 0.0 and piece > first:
+            piece, s = piece - 1, 1.0
+            continue
+        s = min(stations[piece, 5] + 0.5, max(stations[piece, 4] - 0.5, new))
+        if abs(step_s) < 1e-14 and abs(step_y) < 1e-14 * half_width[piece]:
+            break
+    return piece, s, y
+
+
+@kernel
 def find_contacts_spatial(
     poses: np.ndarray,
     probe_body: np.ndarray,
@@ -172,19 +231,19 @@ def find_contacts_spatial(
     below: float,
     found_probe: np.ndarray,
     found_piece: np.ndarray,
+    found_side: np.ndarray,
     found_at: np.ndarray,
     found_gap: np.ndarray,
 ) -> int:
     """Closest points of all probes whose gap is below a bound; see `find_contacts_planar`. `found_at` holds (s, y)."""
-    weights, shift, local = np.empty((3, 4)), np.empty((5, 2)), np.empty((5, 2, 3))
-    frames, surface = np.empty((3, 3, 3)), np.empty((5, 3))
-    point, gap, normal = np.empty(3), np.empty(3), np.empty(3)
+    scratch = (np.empty((3, 4)), np.empty((5, 2)), np.empty((5, 2, 3)), np.empty((3, 3, 3)), np.empty(3))
+    surface, frame, point, normal = np.empty((5, 3)), np.empty((3, 3)), np.empty(3), np.empty(3)
     chords = _chords(poses, owners, stations, half_width)
     count = 0
     for i in range(probe_body.shape[0]):
         if window[i, 0] >= window[i, 1]:
             continue
-        _probe_point(poses, probe_body[i], place[i], frames[0], point)
+        _probe_point(poses, probe_body[i], place[i], frame, point)
         piece, nearest, bound = -1, np.inf, 0.0
         for j in range(window[i, 0], window[i, 1]):
             distance = _chord_distance(chords[j], point)
@@ -193,51 +252,65 @@ def find_contacts_spatial(
                 piece, nearest = j, distance
         if np.sqrt(nearest) > max(clearance[i] + below, depth_limit[i]) + bound:
             continue
-        s, y = 0.5, place[i, 1]
-        for _ in range(40):
-            _tables(s, y, stations[piece], weights, shift, local)
-            _surface(poses, owners[piece, 0], owners[piece, 1], shift, local, frames, surface)
-            for m in range(3):
-                gap[m] = point[m] - surface[ROW, m]
-            r_s, r_y = dot(gap, surface[ROW_S]), dot(gap, surface[ROW_Y])
-            g_ss, g_sy, g_yy = (
-                dot(surface[ROW_S], surface[ROW_S]),
-                dot(surface[ROW_S], surface[ROW_Y]),
-                dot(surface[ROW_Y], surface[ROW_Y]),
-            )
-            m_ss, m_sy = g_ss - dot(gap, surface[ROW_SS]), g_sy - dot(gap, surface[ROW_SY])
-            if m_ss * g_yy - m_sy * m_sy < 0.1 * (g_ss * g_yy - g_sy * g_sy):
-                m_ss, m_sy = g_ss, g_sy
-            determinant = m_ss * g_yy - m_sy * m_sy
-            step_s = min(0.5, max(-0.5, (g_yy * r_s - m_sy * r_y) / determinant))
-            step_y = (m_ss * r_y - m_sy * r_s) / determinant
-            y += step_y
-            new = s + step_s
-            if new > 1.0 and piece + 1 < window[i, 1]:
-                piece, s = piece + 1, 0.0
-                continue
-            if new < 0.0 and piece > window[i, 0]:
-                piece, s = piece - 1, 1.0
-                continue
-            s = min(stations[piece, 5] + 0.5, max(stations[piece, 4] - 0.5, new))
-            if abs(step_s) < 1e-14 and abs(step_y) < 1e-14 * half_width[piece]:
-                break
+        piece, s, y = _closest(
+            poses, point, piece, window[i, 0], window[i, 1], owners, stations, half_width, place[i, 1], scratch, surface
+        )
         if s < stations[piece, 4] - 1e-12 or s > stations[piece, 5] + 1e-12 or abs(y) > half_width[piece]:
             continue
-        cross(surface[ROW_S], surface[ROW_Y], normal)
-        length = np.sqrt(dot(normal, normal))
-        value = side[i] * dot(normal, gap) / length - clearance[i]
+        height = _height(point, surface, normal)
+        facing = side[i]
+        if facing == 0.0:
+            facing = 1.0 if height >= 0.0 else -1.0
+        value = facing * height - clearance[i]
         over, radius = overshoot(s, stations[piece], np.sqrt(dot(surface[ROW_S], surface[ROW_S])), straight[i])
         if over != 0.0:
             value = np.hypot(over, value + radius) - radius
         if value < below and value > -depth_limit[i]:
             found_probe[count] = i
             found_piece[count] = piece
+            found_side[count] = facing
             found_at[count, 0] = s
             found_at[count, 1] = y
             found_gap[count] = value
             count += 1
     return count
+
+
+@kernel(inline=True)
+def _height(point: np.ndarray, surface: np.ndarray, normal: np.ndarray) -> float:
+    """Distance of a point from the surface along S_s x S_y."""
+    cross(surface[ROW_S], surface[ROW_Y], normal)
+    total = 0.0
+    for m in range(3):
+        total += normal[m] * (point[m] - surface[ROW, m])
+    return total / np.sqrt(dot(normal, normal))
+
+
+@kernel
+def heights_spatial(
+    poses: np.ndarray,
+    probe_body: np.ndarray,
+    place: np.ndarray,
+    nearest_piece: np.ndarray,
+    first_piece: np.ndarray,
+    last_piece: np.ndarray,
+    owners: np.ndarray,
+    stations: np.ndarray,
+    half_width: np.ndarray,
+    height: np.ndarray,
+) -> None:
+    """How high each probe stands over its surface; see `heights_planar`."""
+    scratch = (np.empty((3, 4)), np.empty((5, 2)), np.empty((5, 2, 3)), np.empty((3, 3, 3)), np.empty(3))
+    surface, frame, point, normal = np.empty((5, 3)), np.empty((3, 3)), np.empty(3), np.empty(3)
+    for i in range(probe_body.shape[0]):
+        _probe_point(poses, probe_body[i], place[i], frame, point)
+        piece, s, y = _closest(
+            poses, point, nearest_piece[i], first_piece[i], last_piece[i], owners, stations, half_width, place[i, 1],
+            scratch, surface,
+        )  # fmt: skip
+        height[i] = np.nan
+        if stations[piece, 4] - 1e-12 <= s <= stations[piece, 5] + 1e-12 and abs(y) <= half_width[piece]:
+            height[i] = _height(point, surface, normal)
 
 
 @kernel
@@ -313,10 +386,10 @@ def measure_gap_spatial(
     count: int,
     found_probe: np.ndarray,
     found_piece: np.ndarray,
+    found_side: np.ndarray,
     found_at: np.ndarray,
     probe_body: np.ndarray,
     place: np.ndarray,
-    side: np.ndarray,
     straight: np.ndarray,
     clearance: np.ndarray,
     inset: np.ndarray,
@@ -346,7 +419,7 @@ def measure_gap_spatial(
         bodies[i, 1] = owners[piece, 0]
         bodies[i, 2] = owners[piece, 1]
         distance = variations(
-            poses, bodies[i], place[probe], side[probe], found_at[i], stations[piece],
+            poses, bodies[i], place[probe], found_side[i], found_at[i], stations[piece],
             weights, shift, local, frames, surface, normal, dual, change,
         )  # fmt: skip
         lever = distance - inset[probe]

@@ -35,20 +35,22 @@ def tangent_gap_spatial(
     count: int,
     bodies: np.ndarray,
     gradient: np.ndarray,
-    rate: np.ndarray,
     found_probe: np.ndarray,
     found_piece: np.ndarray,
+    found_side: np.ndarray,
     found_at: np.ndarray,
     place: np.ndarray,
-    side: np.ndarray,
     straight: np.ndarray,
     clearance: np.ndarray,
     inset: np.ndarray,
     stations: np.ndarray,
     half_width: np.ndarray,
     normal_force: np.ndarray,
+    by_depth: np.ndarray,
+    by_closing: np.ndarray,
     effort: np.ndarray,
-    slopes: np.ndarray,
+    by_slip: np.ndarray,
+    by_normal: np.ndarray,
     with_friction: bool,
     dof: np.ndarray,
     indptr: np.ndarray,
@@ -56,7 +58,7 @@ def tangent_gap_spatial(
     stiffness_data: np.ndarray,
     damping_data: np.ndarray,
 ) -> None:
-    """Add K and D of the contacts found; arguments as in `tangent_gap_planar`, with slip and friction 3-vectors."""
+    """Add K and D of the contacts found; arguments as in `tangent_gap_planar`, slip and friction are 3-vectors."""
     weights, shift, local = np.empty((3, 4)), np.empty((5, 2)), np.empty((5, 2, 3))
     frames, surface = np.empty((3, 3, 3)), np.empty((5, 3))
     normal, dual, change = np.empty(3), np.empty((2, 3)), np.empty((5, 18, 3))
@@ -66,13 +68,13 @@ def tangent_gap_spatial(
     base_change = np.empty((2, 18, 3))
     hessian, speed = np.empty((18, 18)), np.empty(18)
     slip_second = np.zeros((18, 18, 3))
-    slip_x, response = np.empty(3), np.empty((3, 3))
+    slip_x = np.empty(3)
     sliding, along_normal, sliding_second = np.empty(18), np.empty(18), np.empty((18, 18))
     block_k, block_d = np.empty((18, 18)), np.empty((18, 18))
     for i in range(count):
         probe, piece = found_probe[i], found_piece[i]
         distance = variations(
-            poses, bodies[i], place[probe], side[probe], found_at[i], stations[piece],
+            poses, bodies[i], place[probe], found_side[i], found_at[i], stations[piece],
             weights, shift, local, frames, surface, normal, dual, change,
         )  # fmt: skip
         for b in range(3):
@@ -154,21 +156,13 @@ def tangent_gap_spatial(
                         + over * sliding_second[m, n]
                         + height * hessian[m, n]
                     ) / far
-        by_depth, by_rate, ratio, slope = slopes[i, 0], slopes[i, 1], slopes[i, 2], slopes[i, 3]
         force = normal_force[i]
-        square = rate[i, 1] ** 2 + rate[i, 2] ** 2 + rate[i, 3] ** 2
-        for c in range(3):
-            for e in range(3):
-                response[c, e] = 0.0
-                if square > 0.0:
-                    response[c, e] = force * (slope - ratio) * rate[i, 1 + c] * rate[i, 1 + e] / square
-            response[c, c] += force * ratio
         for n in range(18):
             gap_rate = 0.0
             for m in range(18):
                 gap_rate += hessian[m, n] * speed[m]
-            normal_x = -by_depth * gradient[i, 0, n] - by_rate * gap_rate
-            normal_u = -by_rate * gradient[i, 0, n]
+            normal_x = -by_depth[i] * gradient[i, 0, n] - by_closing[i] * gap_rate
+            normal_u = -by_closing[i] * gradient[i, 0, n]
             for m in range(18):
                 block_k[m, n] = -force * hessian[m, n] - gradient[i, 0, m] * normal_x
                 block_d[m, n] = -gradient[i, 0, m] * normal_u
@@ -180,13 +174,13 @@ def tangent_gap_spatial(
                     total += slip_second[m, n, c] * speed[m]
                 slip_x[c] = total
             for c in range(3):
-                friction_x = ratio * rate[i, 1 + c] * normal_x
-                friction_u = ratio * rate[i, 1 + c] * normal_u
+                friction_x = by_normal[i, c] * normal_x
+                friction_u = by_normal[i, c] * normal_u
                 for e in range(3):
-                    friction_x += response[c, e] * slip_x[e]
-                    friction_u += response[c, e] * gradient[i, 1 + e, n]
+                    friction_x += by_slip[i, c, e] * slip_x[e]
+                    friction_u += by_slip[i, c, e] * gradient[i, 1 + e, n]
                 for m in range(18):
-                    block_k[m, n] += gradient[i, 1 + c, m] * friction_x + effort[i, 1 + c] * slip_second[m, n, c]
+                    block_k[m, n] += gradient[i, 1 + c, m] * friction_x + effort[i, c] * slip_second[m, n, c]
                     block_d[m, n] += gradient[i, 1 + c, m] * friction_u
         add_block(block_k, dof, bodies[i], indptr, indices, stiffness_data)
         add_block(block_d, dof, bodies[i], indptr, indices, damping_data)

@@ -73,8 +73,7 @@ class _Compiler:
         if creases is not None:
             groups.append(creases)
         contacts = compile_contacts(self.scene, self.all_bodies, self.spatial)
-        if contacts is not None:
-            groups.append(contacts)
+        groups += contacts
         if self.scene.loads:
             groups.append(LoadGroup(tuple(self._load(load) for load in self.scene.loads)))
         if any(self.scene.gravity):

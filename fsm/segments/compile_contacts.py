@@ -9,29 +9,33 @@ import numpy as np
 from fsm.interactions import gap_planar, gap_spatial, gap_spatial_tangent
 from fsm.interactions.surface import STRAIGHT, pieces_of
 from fsm.kernels.rotation import rotation_matrix
-from fsm.laws.friction import LAW_STEP, LAW_TANH
-from fsm.scene.contact import Contact
+from fsm.laws.friction import FRICTION_LAWS
+from fsm.laws.normal import NORMAL_LAWS
+from fsm.scene.contact import Contact, Friction
 from fsm.scene.scene import Body, ContactPair, Plate, Scene
-from fsm.segments.contacts import ContactGroup, ContactKernels, FrictionLaw, NormalLaw, Probes
+from fsm.segments.contacts import ContactGroup, FrictionForce, NormalForce
+from fsm.segments.surface_contacts import Probes, SurfaceContacts, SurfaceKernels, Surfaces
 
 __all__ = ["compile_contacts"]
 
-_PLANAR = ContactKernels(
+_PLANAR = SurfaceKernels(
     gap_planar.window_probes_planar,
+    gap_planar.heights_planar,
     gap_planar.find_contacts_planar,
     gap_planar.measure_gap_planar,
     gap_planar.tangent_gap_planar,
 )
-_SPATIAL = ContactKernels(
+_SPATIAL = SurfaceKernels(
     gap_spatial.window_probes_spatial,
+    gap_spatial.heights_spatial,
     gap_spatial.find_contacts_spatial,
     gap_spatial.measure_gap_spatial,
     gap_spatial_tangent.tangent_gap_spatial,
 )
 
 
-def compile_contacts(scene: Scene, bodies: tuple[Body, ...], spatial: bool) -> ContactGroup | None:
-    """The contact group of a scene; None when it has no contact law or no pair of which a body can move.
+def compile_contacts(scene: Scene, bodies: tuple[Body, ...], spatial: bool) -> tuple[ContactGroup, ...]:
+    """The contact groups of a scene; none when it has no contact law or no pair of which a body can move.
 
     Parameters
     ----------
@@ -39,18 +43,47 @@ def compile_contacts(scene: Scene, bodies: tuple[Body, ...], spatial: bool) -> C
     bodies : all bodies in the system's order, the ground first
     spatial : whether the system has six degrees of freedom a body
     """
-    compiler = _ContactCompiler(scene, bodies, spatial)
-    if scene.contact is None or all(compiler.fixed(pair) for pair in scene.pairs):
+    contact = scene.contact
+    if contact is None:
+        return ()
+    compiler = _SurfaceCompiler(scene, contact, bodies, spatial)
+    if all(compiler.fixed(pair) for pair in scene.pairs):
+        return ()
+    normal, friction = _normal(contact), _friction(scene.friction)
+    return (ContactGroup(compiler.geometry(), normal, friction, _mobility(scene, bodies, spatial), len(scene.pairs)),)
+
+
+def _normal(contact: Contact) -> NormalForce:
+    law = NORMAL_LAWS[contact.law]
+    return NormalForce(law, law.params(contact), contact.exponent, getattr(contact, "speed_floor", 1e-4))
+
+
+def _friction(friction: Friction | None) -> FrictionForce | None:
+    if friction is None:
         return None
-    return compiler.group(scene.contact)
+    law = FRICTION_LAWS[friction.law]
+    return FrictionForce(law, law.params(friction))
 
 
-class _ContactCompiler:
-    def __init__(self, scene: Scene, bodies: tuple[Body, ...], spatial: bool) -> None:
-        self.scene, self.all_bodies, self.spatial = scene, bodies, spatial
+def _mobility(scene: Scene, bodies: tuple[Body, ...], spatial: bool) -> np.ndarray:
+    """One over masses and moments of inertia, (n_bodies, 3 or 6); zero for held and driven bodies."""
+    driven = {drive.body for drive in scene.drives}
+    mobility = np.zeros((len(bodies), 6 if spatial else 3))
+    for row, body in zip(mobility, bodies, strict=True):
+        if not body.held and body.name not in driven:
+            inertia = body.inertia if spatial else body.inertia[1:2]
+            row[:] = 1.0 / np.array([*[body.mass] * (3 if spatial else 2), *inertia])
+    return mobility
+
+
+class _SurfaceCompiler:
+    """Pairs of panels as probes on surfaces."""
+
+    def __init__(self, scene: Scene, contact: Contact, bodies: tuple[Body, ...], spatial: bool) -> None:
+        self.scene, self.contact, self.all_bodies, self.spatial = scene, contact, bodies, spatial
         self.index = {body.name: i for i, body in enumerate(bodies)}
 
-    def group(self, contact: Contact) -> ContactGroup:
+    def geometry(self) -> SurfaceContacts:
         """Everything put together."""
         surfaces = {surface.name: surface for surface in self.scene.surfaces}
         members = {
@@ -81,30 +114,11 @@ class _ContactCompiler:
         surface_bodies = np.unique(np.concatenate(list(members.values())))
         radii = np.array([math.hypot(self._plate(b).length, self._plate(b).width) / 2 for b in surface_bodies])
         longest = max(2 * self._plate(b).length for b in surface_bodies if not self.all_bodies[b].held)
-        return ContactGroup(
+        return SurfaceContacts(
             _SPATIAL if self.spatial else _PLANAR,
             probes,
-            owner_table,
-            np.vstack(stations),
-            extra,
-            surface_bodies,
-            radii,
+            Surfaces(owner_table, np.vstack(stations), extra, surface_bodies, radii),
             longest + float(probes.clearance.max()),
-            NormalLaw(contact.stiffness, contact.exponent, contact.damping, contact.ramp),
-            self._friction(),
-            len(self.scene.pairs),
-        )
-
-    def _friction(self) -> FrictionLaw | None:
-        friction = self.scene.friction
-        if friction is None:
-            return None
-        return FrictionLaw(
-            LAW_STEP if friction.law == "step" else LAW_TANH,
-            friction.mu_static,
-            friction.mu_dynamic,
-            friction.v_static,
-            friction.v_dynamic or friction.v_static,
         )
 
     def fixed(self, pair: ContactPair) -> bool:
@@ -125,7 +139,6 @@ class _ContactCompiler:
         first_piece: dict[str, tuple[int, int]],
     ) -> list[tuple[object, ...]]:
         """Both panels probe each other, each with half the weight."""
-        assert self.scene.contact is not None
         rows: list[tuple[object, ...]] = []
         for own, other, at_end in ((pair.first, pair.second, True), (pair.second, pair.first, False)):
             bodies, opposite = members[own], members[other]
@@ -137,7 +150,7 @@ class _ContactCompiler:
                 for x, weight in self._points(body, length):
                     inset = self._plate(body).thickness / 2
                     clearance = inset + thickness
-                    if not self.scene.contact.thickness_in_gap:
+                    if not self.contact.thickness_in_gap:
                         inset = clearance = 0.0
                     if pair.shared == "end-start":
                         from_crease = starts[-1] - start - length / 2 - x if at_end else start + length / 2 + x
@@ -163,10 +176,9 @@ class _ContactCompiler:
 
         A held panel is one long plate: it is cut into cells about as long as the segments that move.
         """
-        assert self.scene.contact is not None
         moving = [plate.length for other in self.all_bodies if (plate := other.plate) and not other.held]
         cells = max(1, round(length / float(np.mean(moving)))) if self.all_bodies[body].held and moving else 1
-        nodes, weights = _lobatto(self.scene.contact.points_per_segment + 1)
+        nodes, weights = _lobatto(self.contact.points_per_segment + 1)
         cell = length / cells
         return [
             (float((k + 0.5 + 0.5 * node) * cell - 0.5 * length), float(0.5 * weight * cell))

@@ -1,232 +1,146 @@
-"""Contact and friction of surfaces as a group: broad phase, closest points, laws, scatter."""
+"""Contact and friction as a group: a geometry finds, laws push, and what has to be remembered is."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from fsm.interactions.motion import moved_beyond
+from fsm.interactions.bristle import carried
 from fsm.kernels.scatter import scatter_efforts
-from fsm.laws.friction import friction
-from fsm.laws.normal_contact import hertz, hertz_energy
+from fsm.laws.friction import FrictionLaw
+from fsm.laws.normal import NormalLaw
+from fsm.segments.contact_geometry import ContactForces, ContactGeometry, Measured, Touching
 from fsm.segments.group import Past
 from fsm.segments.pattern import BodyPattern
 
-__all__ = ["ContactGroup", "ContactKernels", "FrictionLaw", "NormalLaw", "Probes"]
+__all__ = ["ContactGroup", "FrictionForce", "NormalForce"]
 
-Kernel = Callable[..., Any]
-
-
-class Probes(NamedTuple):
-    """Points of one panel that watch the surface of another.
-
-    Attributes
-    ----------
-    body : (n,) int array
-    place : (n,) array of x in the plane, (n, 2) of (x, y) in space, m, body axes
-    side : (n,) array
-        +1 or -1: the side of the surface the probe starts on.
-    straight : (n,) array
-        Part of a tip of the surface that is straight for the probe.
-    inset : (n,) array, m
-        Half thickness of the probe's own panel.
-    clearance : (n,) array, m
-        Distance of the middle surfaces at which the faces touch.
-    depth_limit : (n,) array, m
-    share : (n,) array
-        Fraction of its face that the point stands for.
-    pair : (n,) int array
-        Number of the contact pair.
-    first_piece, last_piece : (n,) int arrays
-        Pieces of the surface watched.
-    """
-
-    body: np.ndarray
-    place: np.ndarray
-    side: np.ndarray
-    straight: np.ndarray
-    inset: np.ndarray
-    clearance: np.ndarray
-    depth_limit: np.ndarray
-    share: np.ndarray
-    pair: np.ndarray
-    first_piece: np.ndarray
-    last_piece: np.ndarray
+_ONSET = 5e-5
+"""Energy stored by an impact at the end of the step in which it began, over that of the impact."""
+_AIM = 1 / 3
+"""Part of that energy that a step is cut to."""
+_STEPS = 30
+"""Steps an impact takes at least."""
 
 
-class NormalLaw(NamedTuple):
-    """Parameters of `fsm.laws.normal_contact.hertz`: N/m^e, -, N s/m, m."""
+class NormalForce(NamedTuple):
+    """A normal law with its parameters; `exponent` and `speed_floor` (m/s) are those of `fsm.scene.contact.Contact`."""
 
-    stiffness: float
+    law: NormalLaw
+    params: np.ndarray
     exponent: float
-    damping: float
-    ramp: float
+    speed_floor: float
 
 
-class FrictionLaw(NamedTuple):
-    """Parameters of `fsm.laws.friction.friction`: law number, -, -, m/s, m/s."""
+class FrictionForce(NamedTuple):
+    """A friction law with its parameters."""
 
-    law: int
-    mu_static: float
-    mu_dynamic: float
-    v_static: float
-    v_dynamic: float
-
-
-class ContactKernels(NamedTuple):
-    """The four kernels of `fsm.interactions.gap_planar` or `gap_spatial`."""
-
-    window: Kernel
-    find: Kernel
-    measure: Kernel
-    tangent: Kernel
+    law: FrictionLaw
+    params: np.ndarray
 
 
 @dataclass
 class _Found:
     """Contacts of one state, with forces."""
 
-    count: int
-    probe: np.ndarray
-    piece: np.ndarray
-    at: np.ndarray
-    penetration: np.ndarray
-    bodies: np.ndarray
-    rate: np.ndarray
-    gradient: np.ndarray
-    normal: np.ndarray
-    slopes: np.ndarray
-    effort: np.ndarray
+    touching: Touching
+    depth: np.ndarray
+    measured: Measured
+    forces: ContactForces
+    deflection: np.ndarray
 
 
 class ContactGroup:
-    """Contacts of all pairs of surfaces.
+    """Contacts of one geometry.
 
-    The broad phase keeps, for each probe, the window of pieces it could reach; it is renewed when a body of a surface
-    has moved by 0.4 of the margin since, so what is found never depends on when that happened.
+    What is remembered, by slot: the closing speed at which a contact began, for laws with a restitution; the deflection
+    of the bristles and the slip velocity, for friction that sticks; what the geometry remembers. It changes when a step
+    is accepted and at no other time, so forces between are functions of the state.
 
     Parameters
     ----------
-    kernels : ContactKernels
-    probes : Probes
-    owners, stations : pieces of all surfaces, see `fsm.interactions.surface`
-    extra : arrays
-        Further geometry the kernels take (half widths in space, nothing in the plane).
-    surface_bodies, radii : (n,) arrays
-        Bodies whose motion renews the broad phase, and the distance of their farthest point.
-    margin : m
-    normal : NormalLaw
-    friction : FrictionLaw or None
+    geometry : ContactGeometry
+    normal : NormalForce
+    friction : FrictionForce or None
+    mobility : (n_bodies, 3 or 6) array
+        One over masses and moments of inertia; zero for what cannot move.
     n_pairs : int
     """
 
     def __init__(
         self,
-        kernels: ContactKernels,
-        probes: Probes,
-        owners: np.ndarray,
-        stations: np.ndarray,
-        extra: tuple[np.ndarray, ...],
-        surface_bodies: np.ndarray,
-        radii: np.ndarray,
-        margin: float,
-        normal: NormalLaw,
-        friction_law: FrictionLaw | None,
+        geometry: ContactGeometry,
+        normal: NormalForce,
+        friction: FrictionForce | None,
+        mobility: np.ndarray,
         n_pairs: int,
     ) -> None:
-        self.kernels = kernels
-        self.probes = probes
-        self.owners = owners
-        self.stations = stations
-        self.extra = extra
-        self.surface_bodies = surface_bodies
-        self.radii = radii
-        self.margin = margin
-        self.normal = normal
-        self.friction = friction_law
-        self.n_pairs = n_pairs
-        self.refreshes = 0
-        # a surface reaches beyond its chords by its tips, and a probe may be as deep as its limit
-        beyond = np.maximum(-stations[:, 4], stations[:, 5] - 1.0) * (stations[:, 3] - stations[:, 0])
-        self._reach = np.maximum(probes.clearance, probes.depth_limit) + float(beyond.max()) + margin
-        count = len(probes.body)
-        self._window = np.zeros((count, 2), dtype=np.int64)
-        self._reference: np.ndarray | None = None
-        self._pairs = np.zeros((0, 2), dtype=np.int64)
+        self.geometry, self.normal, self.friction = geometry, normal, friction
+        self.mobility, self.n_pairs = mobility, n_pairs
+        slots = len(geometry.share)
+        self._onset = np.zeros(slots)
+        self._deflection = np.zeros((slots, geometry.slips))
+        self._slip = np.zeros((slots, geometry.slips))
+        self._time = 0.0
+        self._poses: np.ndarray | None = None
         self._last: tuple[np.ndarray, np.ndarray, _Found | None] | None = None
-        self._buffers = (
-            np.empty(count, dtype=np.int64),
-            np.empty(count, dtype=np.int64),
-            np.empty(probes.place.shape),
-            np.empty(count),
-        )
 
     @property
     def rate_dependent(self) -> bool:
         """See `Group`."""
-        return self.friction is not None or self.normal.damping > 0.0
+        return self.friction is not None or self.normal.law.rate_dependent(self.normal.params)
 
-    def _refresh(self, poses: np.ndarray) -> None:
-        # both may have moved; the rest of the margin is for what the surface departs from its chords
-        if self._reference is not None and not moved_beyond(
-            poses, self._reference, self.surface_bodies, self.radii, 0.4 * self.margin
-        ):
-            return
-        self._reference = poses.copy()
-        probes = self.probes
-        self.kernels.window(
-            poses, probes.body, probes.place, probes.first_piece, probes.last_piece, self.owners, self.stations,
-            *self.extra, self._reach, self._window,
-        )  # fmt: skip
-        self._pairs = _coupled_bodies(probes.body, self._window, self.owners)
-        self.refreshes += 1
+    # forces ---------------------------------------------------------------------------------------------------------
 
-    def _search(self, poses: np.ndarray, below: float) -> int:
-        self._refresh(poses)
-        probes = self.probes
-        count: int = self.kernels.find(
-            poses, probes.body, probes.place, probes.side, probes.straight, probes.clearance,
-            probes.depth_limit, self._window,
-            self.owners, self.stations, *self.extra, below, *self._buffers,
-        )  # fmt: skip
-        return count
-
-    def _contacts(self, poses: np.ndarray, rates: np.ndarray) -> _Found | None:
+    def _contacts(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None) -> _Found | None:
         """Contacts of a state; asked for the very same arrays again (force, then energy), those of the last time."""
         if self._last is None or self._last[0] is not poses or self._last[1] is not rates:
-            self._last = (poses, rates, self._find(poses, rates))
+            self._last = (poses, rates, self._find(t, poses, rates, past))
         return self._last[2]
 
-    def _find(self, poses: np.ndarray, rates: np.ndarray) -> _Found | None:
-        count = self._search(poses, 0.0)
-        if count == 0:
+    def _find(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None) -> _Found | None:
+        geometry = self.geometry
+        touching = geometry.find(poses, 0.0)
+        slot = touching.slot
+        if not len(slot):
             return None
-        probe, piece, at, gap = (buffer[:count].copy() for buffer in self._buffers)
-        probes = self.probes
-        bodies, rate, gradient = self.kernels.measure(
-            poses, rates, count, probe, piece, at, probes.body, probes.place, probes.side,
-            probes.straight, probes.clearance, probes.inset, self.owners, self.stations, *self.extra,
-        )  # fmt: skip
-        penetration = -gap
-        normal, normal_slopes = hertz(penetration, -rate[:, 0], probes.share[probe], *self.normal)
-        effort = np.zeros(rate.shape)
-        effort[:, 0] = -normal
-        slopes = np.zeros((count, 4))
-        slopes[:, :2] = normal_slopes
-        if self.friction is not None:
-            effort[:, 1:], slopes[:, 2:] = friction(np.ascontiguousarray(rate[:, 1:]), normal, *self.friction)
-        return _Found(count, probe, piece, at, penetration, bodies, rate, gradient, normal, slopes, effort)
+        measured = geometry.measure(poses, rates, touching)
+        depth, slip = -touching.gap, np.ascontiguousarray(measured.rate[:, 1:])
+        normal, slopes = self.normal.law.force(
+            depth, -measured.rate[:, 0], self._onset[slot], geometry.share[slot], self.normal.params
+        )
+        count, slips = slip.shape
+        deflection = effort = by_normal = np.zeros((count, slips))
+        by_slip = np.zeros((count, slips, slips))
+        friction = self.friction
+        if friction is not None and friction.law.bristle:
+            # a mean velocity is one already
+            before = slip if past is not None else self._slip[slot]
+            effort, by_slip, by_normal, deflection = friction.law.effort(
+                slip, before, normal, self._deflection[slot], max(0.0, t - self._time), friction.params
+            )
+        elif friction is not None:
+            effort, by_slip, by_normal = friction.law.effort(slip, normal, friction.params)
+        forces = ContactForces(
+            normal,
+            np.ascontiguousarray(slopes[:, 0]),
+            np.ascontiguousarray(slopes[:, 1]),
+            effort,
+            by_slip,
+            by_normal,
+            friction is not None,
+        )
+        return _Found(touching, depth, measured, forces, deflection)
 
     def add_force(
         self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: Past | None = None
     ) -> None:
         """See `Group`."""
-        found = self._contacts(poses, rates)
+        found = self._contacts(t, poses, rates, past)
         if found is not None:
-            scatter_efforts(found.bodies, found.gradient, found.effort, found.count, force)
+            _scatter(found, force)
 
     def add_linearised(
         self,
@@ -240,16 +154,13 @@ class ContactGroup:
         past: Past | None = None,
     ) -> None:
         """See `Group`."""
-        found = self._contacts(poses, rates)
+        found = self._contacts(t, poses, rates, past)
         if found is None:
             return
-        scatter_efforts(found.bodies, found.gradient, found.effort, found.count, force)
-        probes = self.probes
-        self.kernels.tangent(
-            poses, rates, found.count, found.bodies, found.gradient, found.rate, found.probe, found.piece, found.at,
-            probes.place, probes.side, probes.straight, probes.clearance, probes.inset, self.stations, *self.extra,
-            found.normal, found.effort, found.slopes, self.friction is not None, *pattern.index, stiffness, damping,
-        )  # fmt: skip
+        _scatter(found, force)
+        self.geometry.add_tangent(
+            poses, rates, found.touching, found.measured, found.forces, pattern, stiffness, damping
+        )
 
     def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
         """See `Group`; contacts do not know the time."""
@@ -258,42 +169,119 @@ class ContactGroup:
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None
     ) -> tuple[dict[str, float], float, float]:
         """See `Group`."""
-        found = self._contacts(poses, rates)
+        found = self._contacts(t, poses, rates, past)
         if found is None:
             return {"contact": 0.0}, 0.0, 0.0
-        share = self.probes.share[found.probe]
-        stored = hertz_energy(found.penetration, share, self.normal.stiffness, self.normal.exponent)
-        elastic = share * self.normal.stiffness * found.penetration**self.normal.exponent
-        dissipated = float((found.normal - elastic) @ -found.rate[:, 0] + np.sum(found.effort[:, 1:] * found.rate[:, 1:]))
-        return {"contact": float(stored.sum())}, dissipated, 0.0
+        stored = self.normal.law.energy(found.depth, self.geometry.share[found.touching.slot], self.normal.params)
+        damping, friction = self._powers(found)
+        return {"contact": float(stored.sum())}, float(damping.sum() + friction.sum()), 0.0
+
+    def _powers(self, found: _Found) -> tuple[np.ndarray, np.ndarray]:
+        """Powers dissipated by the damping of every contact, and by its friction, W."""
+        share = self.geometry.share[found.touching.slot]
+        still = np.zeros_like(found.depth)
+        elastic, _ = self.normal.law.force(found.depth, still, np.ones_like(found.depth), share, self.normal.params)
+        rate = found.measured.rate
+        return (found.forces.normal - elastic) * -rate[:, 0], (found.forces.effort * rate[:, 1:]).sum(axis=1)
+
+    # results --------------------------------------------------------------------------------------------------------
 
     def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:
         """See `Group`."""
-        self._refresh(poses)
-        return self._pairs, self.refreshes
+        return self.geometry.pairs(poses)
 
-    def observe(self, poses: np.ndarray, rates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def observe(
+        self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Sum of normal forces (N) and smallest gap (m, at most the margin) of every pair, (n_pairs,) each."""
+        geometry = self.geometry
         force = np.zeros(self.n_pairs)
-        gap = np.full(self.n_pairs, self.margin)
-        found = self._contacts(poses, rates)
+        gap = np.full(self.n_pairs, geometry.margin)
+        found = self._contacts(t, poses, rates, past)
         if found is not None:
-            np.add.at(force, self.probes.pair[found.probe], found.normal)
-        count = self._search(poses, self.margin)
-        np.minimum.at(gap, self.probes.pair[self._buffers[0][:count]], self._buffers[3][:count])
+            np.add.at(force, geometry.pair[found.touching.slot], found.forces.normal)
+        near = geometry.find(poses, geometry.margin)
+        np.minimum.at(gap, geometry.pair[near.slot], near.gap)
         return force, gap
 
+    # memory ---------------------------------------------------------------------------------------------------------
 
-def _coupled_bodies(probe_body: np.ndarray, window: np.ndarray, owners: np.ndarray) -> np.ndarray:
-    """Pairs of bodies that a contact within the windows would couple: probe with piece bodies, and those together."""
-    open_probes = np.flatnonzero(window[:, 1] > window[:, 0])
-    if not len(open_probes):
-        return np.zeros((0, 2), dtype=np.int64)
-    lengths = window[open_probes, 1] - window[open_probes, 0]
-    offsets = np.arange(lengths.sum()) - np.repeat(np.cumsum(lengths) - lengths, lengths)
-    pieces = np.repeat(window[open_probes, 0], lengths) + offsets
-    probe = np.repeat(probe_body[open_probes], lengths)
-    first, second = owners[pieces, 0], owners[pieces, 1]
-    count = int(max(probe.max(), owners.max())) + 1
-    keys = np.unique(np.concatenate([probe * count + first, probe * count + second, first * count + second]))
-    return np.column_stack(np.divmod(keys, count))
+    def commit(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None) -> None:
+        """A step was accepted: remember how contacts began, and how far bristles are bent."""
+        found = self._contacts(t, poses, rates, past)
+        onset = np.zeros_like(self._onset)
+        deflection, slip = np.zeros_like(self._deflection), np.zeros_like(self._slip)
+        if found is not None:
+            slot = found.touching.slot
+            # an impact that is pressed on from outside may close faster than it began
+            onset[slot] = np.maximum(self._onset[slot], np.maximum(-found.measured.rate[:, 0], self.normal.speed_floor))
+            slip[slot] = found.measured.rate[:, 1:]
+            deflection[slot] = found.deflection
+            if self._poses is not None and self.geometry.slips == 3 and self.friction is not None:
+                deflection[slot] = carried(found.deflection, self._poses, poses, found.measured.bodies[:, 0])
+        self._onset, self._deflection, self._slip = onset, deflection, slip
+        self._time, self._poses = t, poses
+        self.geometry.commit(poses)
+        self._last = None
+
+    def memory(self) -> np.ndarray:
+        """All that is remembered, as one flat array."""
+        return np.concatenate(
+            [[self._time], self._onset, self._deflection.ravel(), self._slip.ravel(), self.geometry.memory()]
+        )
+
+    def restore(self, memory: np.ndarray) -> None:
+        """Remember that again; bristles are carried on from the next commit."""
+        slots, bent = len(self._onset), self._deflection.size
+        parts = np.split(memory, np.cumsum([1, slots, bent, bent]))
+        self._time, self._onset = float(parts[0][0]), parts[1].copy()
+        self._deflection, self._slip = (part.reshape(slots, -1).copy() for part in parts[2:4])
+        self.geometry.restore(parts[4])
+        self._poses = None
+        self._last = None
+
+    # steps ----------------------------------------------------------------------------------------------------------
+
+    def late(self, t: float, poses: np.ndarray, rates: np.ndarray, step: float) -> float:
+        """Part of a step after which its impacts should begin, so that the speed they begin with is known; 1 if they do."""
+        found = self._contacts(t, poses, rates, None) if self.normal.law.restitution else None
+        if found is None:
+            return 1.0
+        slot = found.touching.slot
+        share = self.geometry.share[slot]
+        stored = self.normal.law.energy(found.depth, share, self.normal.params)
+        speed = np.abs(found.measured.rate[:, 0])
+        kinetic = 0.5 * self._mass(found.measured) * speed**2
+        new = (self._onset[slot] == 0.0) & (stored > _ONSET * kinetic) & (speed > self.normal.speed_floor)
+        if not new.any():
+            return 1.0
+        wanted = (_AIM * _ONSET * kinetic[new] / stored[new]) ** (1.0 / (1.0 + self.normal.exponent))
+        part = 1.0 - found.depth[new] * (1.0 - wanted) / (speed[new] * step)
+        return float(np.clip(part.min(), 0.1, 0.95))
+
+    def longest_step(self, t: float, poses: np.ndarray, rates: np.ndarray) -> float:
+        """Longest step that resolves the impacts going on, s: a part of how long they take."""
+        found = self._contacts(t, poses, rates, None) if self.normal.law.restitution else None
+        if found is None:
+            return np.inf
+        slot = found.touching.slot
+        begun = self._onset[slot] > self.normal.speed_floor
+        if not begun.any():
+            return np.inf
+        speed, share = self._onset[slot][begun], self.geometry.share[slot][begun]
+        kinetic = 0.5 * self._mass(found.measured)[begun] * speed**2
+        one = self.normal.law.energy(np.ones_like(speed), share, self.normal.params)
+        deepest = (kinetic / one) ** (1.0 / (1.0 + self.normal.exponent))
+        return float((3.0 * deepest / speed).min() / _STEPS)
+
+    def _mass(self, measured: Measured) -> np.ndarray:
+        """What moves along the gap of each contact, as if nothing else held it, kg."""
+        mobility = self.mobility[measured.bodies].reshape(len(measured.bodies), -1)
+        flexible = (measured.gradient[:, 0] ** 2 * mobility).sum(axis=1)
+        return np.asarray(1.0 / np.maximum(flexible, 1e-300))
+
+
+def _scatter(found: _Found, force: np.ndarray) -> None:
+    measured = found.measured
+    effort = np.column_stack([-found.forces.normal, found.forces.effort])
+    scatter_efforts(measured.bodies, measured.gradient, effort, len(effort), force)

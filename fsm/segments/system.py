@@ -6,6 +6,7 @@ bodies have no degrees of freedom; the forces on them are summed like all others
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,7 +29,7 @@ from fsm.segments.elements import BushingGroup
 from fsm.segments.group import Group, Past
 from fsm.segments.loads import LoadGroup
 from fsm.segments.pattern import BodyPattern, body_pattern
-from fsm.system import Before, DriveState, Energy, Linearised, Observation, Scales
+from fsm.system import Before, DriveState, Energy, Linearised, Objection, Observation, Scales
 
 __all__ = ["Bodies", "SegmentSystem"]
 
@@ -67,7 +68,7 @@ class SegmentSystem:
     bodies : Bodies
     motions : prescribed motions
     groups : interactions
-    contacts : the contact group among them, or None
+    contacts : the contact groups among them
     pair_names : names of the contact pairs
     """
 
@@ -76,7 +77,7 @@ class SegmentSystem:
         bodies: Bodies,
         motions: tuple[PrescribedMotion, ...],
         groups: tuple[Group, ...],
-        contacts: ContactGroup | None,
+        contacts: tuple[ContactGroup, ...],
         pair_names: tuple[str, ...],
     ) -> None:
         self.bodies = bodies
@@ -86,7 +87,7 @@ class SegmentSystem:
         self.pair_names = pair_names
         self.size = bodies.rate.shape[1]
         self.spatial = self.size == 6
-        self.fixed_pattern = contacts is None
+        self.fixed_pattern = not contacts
         self.rate_dependent = any(group.rate_dependent for group in groups)
         self.n_free = len(bodies.free)
         self.nq = self.n_free * bodies.pose.shape[1]
@@ -260,13 +261,52 @@ class SegmentSystem:
         poses, rates = self.place(t, q, u, before)
         past = self._past(t, before)
         reactions = self._reactions(t, poses, rates, past)
-        contacts = {}
-        if self.contacts is not None:
-            contacts["pair_force"], contacts["pair_gap"] = self.contacts.observe(poses, rates)
+        pair_force, pair_gap = self._observe_contacts(t, poses, rates, past)
         energy = self._energy(t, poses, rates, reactions, past)
         n = 3 if self.spatial else 2
         largest = float(np.abs(reactions[:, :n]).max(initial=0.0))
-        return Observation(self._drive_state(t, reactions), energy, largest, **contacts)
+        return Observation(self._drive_state(t, reactions), energy, largest, pair_force, pair_gap)
+
+    # protocol: what is remembered ------------------------------------------------------------------------------------
+
+    def commit(self, t: float, q: np.ndarray, u: np.ndarray, before: Before | None = None) -> None:
+        """See `System`."""
+        if self.contacts:
+            poses, rates = self.place(t, q, u, before)
+            for group in self.contacts:
+                group.commit(t, poses, rates, self._past(t, before))
+
+    def memory(self) -> np.ndarray:
+        """See `System`: that of the contacts, each with its length before it."""
+        parts = [group.memory() for group in self.contacts]
+        return np.concatenate([array for part in parts for array in ([float(len(part))], part)] or [[]])
+
+    def restore(self, memory: np.ndarray) -> None:
+        """See `System`."""
+        at = 0
+        for group in self.contacts:
+            end = at + 1 + int(memory[at])
+            group.restore(memory[at + 1 : end])
+            at = end
+
+    def objection(self, t: float, q: np.ndarray, u: np.ndarray | None, step: float) -> Objection | None:
+        """See `System`."""
+        if not self.contacts:
+            return None
+        poses, rates = self.place(t, q, u)
+        for group in self.contacts:
+            crossed = group.geometry.crossed(poses)
+            if crossed:
+                return Objection(0.5, f"{self.pair_names[crossed[0]]} pass through each other")
+        part = 1.0 if u is None else min(group.late(t, poses, rates, step) for group in self.contacts)
+        return Objection(part) if part < 1.0 else None
+
+    def longest_step(self, t: float, q: np.ndarray, u: np.ndarray) -> float:
+        """See `System`: that of impacts."""
+        if not self.contacts:
+            return math.inf
+        poses, rates = self.place(t, q, u)
+        return min(group.longest_step(t, poses, rates) for group in self.contacts)
 
     def shape(self, t: float, q: np.ndarray) -> np.ndarray:
         """See `System`: the outline of every plate."""
@@ -337,6 +377,15 @@ class SegmentSystem:
             n = len(motion.direction)
             reactions[motion.body, :n] += self.bodies.inertia[motion.body, :n] * acceleration * motion.direction
         return reactions
+
+    def _observe_contacts(
+        self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Normal force and smallest gap of every pair."""
+        if not self.contacts:
+            return np.zeros(0), np.zeros(0)
+        forces, gaps = zip(*(group.observe(t, poses, rates, past) for group in self.contacts), strict=True)
+        return np.sum(forces, axis=0), np.min(gaps, axis=0)
 
     def _drive_state(self, t: float, reactions: np.ndarray) -> DriveState:
         travel = np.array([motion.at(t)[0] for motion in self.motions])

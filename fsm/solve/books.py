@@ -45,6 +45,7 @@ class Books:
         self.system, self.statistics = system, statistics
         self.on_save, self.on_step = on_save, on_step
         self.time, self.q, self.u = time, q, u
+        system.commit(time, q, u)
         self.last = self._first(time, q, u)
         self.ledger = Ledger(start=self.last.energy.stored) if ledger is None else ledger
         self.largest_reaction = self.last.reaction
@@ -103,6 +104,7 @@ class Books:
         self.ledger.work += work
         self.ledger.dissipated += dissipated
         earlier = self.last
+        self.system.commit(t, q, u, (self.time, self.q))
         self._take(t, q, u, seen)
         self._earlier = earlier
 
@@ -134,7 +136,9 @@ class Books:
     def slide(self, t: float, q: np.ndarray, seen: Observation) -> None:
         """Take a jump in next to no time, whose energy is gone."""
         self.ledger.dissipated += self.last.energy.stored_at_rest - seen.energy.stored_at_rest
-        self._take(t, q, np.zeros_like(self.u), seen)
+        rest = np.zeros_like(self.u)
+        self.system.commit(t, q, rest)
+        self._take(t, q, rest, seen)
 
     def _take(self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation, stored: float | None = None) -> None:
         """Go on to a state; `stored` is its energy if inertia counts, which it does not in statics."""

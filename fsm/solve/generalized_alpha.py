@@ -179,6 +179,7 @@ class GeneralizedAlpha:
         self.rate = self.a = np.zeros_like(u)
         self._slope = np.zeros_like(u)
         self._before = self._present = 0.0
+        self._longest = math.inf
 
     def step(self, until: float) -> None:
         """One step, that ends at `until` or before.
@@ -199,19 +200,23 @@ class GeneralizedAlpha:
                 if trial is None:
                     raise self._failure(Outcome.NO_SOLUTION)
                 break
+            objection = None
             if trial is None:
                 self.failed += 1
                 self.step_size = _CUT * h
             else:
                 error = self._error(trial)
-                if error <= 1.0:
+                objection = self.system.objection(trial.t, trial.q, trial.u, h) if error <= 1.0 else None
+                if error <= 1.0 and objection is None:
                     self._adapt(h, error, grow)
                     break
                 self.rejected += 1
-                self.step_size = h * max(_SHRINK, _SAFETY * error ** (-1.0 / 3.0))
+                factor = max(_SHRINK, _SAFETY * error ** (-1.0 / 3.0)) if objection is None else objection.part
+                self.step_size = h * factor
             grow = False
             if self.step_size < _SMALLEST * max(abs(self.t), until - self.t):
-                raise self._failure(Outcome.NO_SOLUTION if trial is None else Outcome.STEP_TOO_SMALL)
+                outcome = Outcome.NO_SOLUTION if trial is None else Outcome.STEP_TOO_SMALL
+                raise self._failure(outcome, objection.reason if objection is not None else "")
         self._accept(trial)
 
     # start ----------------------------------------------------------------------------------------------------------
@@ -252,7 +257,7 @@ class GeneralizedAlpha:
     def _next_size(self, target: float) -> tuple[float, float]:
         """Size and end of the next step; `target` is hit exactly, without a tiny step before it."""
         left = target - self.t
-        h = min(self.step_size, self.max_step) if self.fixed_step is None else self.fixed_step
+        h = min(self.step_size, self.max_step, self._longest) if self.fixed_step is None else self.fixed_step
         count = math.ceil(left / h * (1.0 - 1e-9))
         if count <= 1:
             return left, target
@@ -337,6 +342,8 @@ class GeneralizedAlpha:
         self._before, self._present = trial.h, trial.h
         self.t, self.q, self.u, self.a, self.rate = trial.t, trial.q, trial.u, trial.a, trial.rate
         self.steps += 1
+        self.system.commit(self.t, self.q, self.u)
+        self._longest = self.system.longest_step(self.t, self.q, self.u)
         if self.t in self._breaks and self._jumps():
             self._started = False
 
@@ -395,8 +402,8 @@ class GeneralizedAlpha:
         self.linear.factorise(BlockMatrix(self._pattern, linear.stiffness.data + moving))
         self._size = h
 
-    def _failure(self, outcome: Outcome) -> StepFailed:
-        return StepFailed(outcome, self.t, self.system.blame(self.rate / self._velocity))
+    def _failure(self, outcome: Outcome, reason: str = "") -> StepFailed:
+        return StepFailed(outcome, self.t, self.system.blame(self.rate / self._velocity), reason)
 
 
 def _inertial(c: Coefficients, h: float) -> float:

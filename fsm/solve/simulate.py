@@ -192,6 +192,7 @@ class _Run(ABC):
         self.begun = time.perf_counter()
         self.statistics = Statistics(settings.method, seen=seen)
         self.time, self.q, self.u = (0.0, *system.initial()) if start is None else start
+        system.commit(self.time, self.q, self.u)
         self.pending = [t for t in save_times if self.time <= t <= settings.end_time]
         self.last = system.observe(self.time, self.q, self.u)
         self.ledger = Ledger(start=self.last.energy.stored) if ledger is None else ledger
@@ -232,7 +233,7 @@ class _Run(ABC):
         travel = ", ".join(f"{1e3 * x:.4g} mm" for x in self.statistics.seen[-1][0].travel)
         where = f"at t = {self.time:.6g} s" + (f" (travel {travel})" if travel else "")
         text = f"{where}, step {self.statistics.steps}, method {self.settings.method}: {outcome.value}"
-        text += f". Fastest changing body: {worst}" + (f". Solver: {detail}" if detail else "")
+        text += f". Fastest changing body: {worst}" + (f". {detail}" if detail else "")
         if outcome is Outcome.ENERGY:
             raise EnergyAbort(f"{text}. Energy error {self.ledger.worst:.3g} J of {self.ledger.turnover:.3g} J turned over")
         raise NotConverged(text)
@@ -260,7 +261,7 @@ class _StepwiseRun(_Run):
                     solver.step(self.pending[0] if self.pending else settings.end_time)
                 except StepFailed as error:
                     self._count(solver)
-                    self._fail(error.outcome)
+                    self._fail(error.outcome, error.reason)
                 self._count(solver)
                 self._account(begin, solver)
                 self._arrive(solver.t, solver.q, solver.u)
@@ -314,7 +315,7 @@ class _DenseRun(_Run):
                 message = solver.step()
                 self._count(solver)
                 if message is not None:
-                    self._fail(Outcome.STEP_TOO_SMALL, str(message))
+                    self._fail(Outcome.STEP_TOO_SMALL, f"Solver: {message}")
                 state = solver.state() if hasattr(solver, "state") else solver.y
                 if not np.all(np.isfinite(state)):
                     self._fail(Outcome.NOT_FINITE)
@@ -323,7 +324,12 @@ class _DenseRun(_Run):
                 self._account(solver.t, state, dense)
                 while self.pending and self.pending[0] <= solver.t:
                     self._save_between(self.pending.pop(0), solver.t, dense, before)
-                self._arrive(solver.t, *self.equations.split(state.copy()))
+                q, u = self.equations.split(state.copy())
+                objection = self.system.objection(solver.t, q, u, solver.t - self.time)
+                if objection is not None and objection.reason:  # these methods cannot take a step back
+                    self._fail(Outcome.CROSSED, objection.reason)
+                self.system.commit(solver.t, q, u)
+                self._arrive(solver.t, q, u)
         finally:
             self._count(solver, step=False)
 

@@ -121,6 +121,7 @@ class _Reason(Enum):
     UNSTABLE = "the equilibrium is unstable"
     SINGULAR = "the stiffness is singular"
     INERTIA = "inertia is not to be dropped"
+    CROSSED = "something passed through a face"
     COARSE = "the energy balance of the step is off"
 
 
@@ -209,6 +210,8 @@ class _Follower:
         correction = self._size(self.system.difference(guess, found.q))
         if extrapolated and correction > _FAR * self.aim:
             return _Reason.FAR
+        if self.system.objection(t, found.q, None, t - books.time) is not None:
+            return _Reason.CROSSED
         seen = self.system.observe(t, found.q, found.u, before)
         if self._inertia_counts(seen):
             return _Reason.INERTIA

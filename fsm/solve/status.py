@@ -35,6 +35,10 @@ class Outcome(Enum):
         "shorten its travel"
     )
     TOO_MANY_STEPS = "more steps than [solve] max_steps; raise it, loosen rtol, or pull faster"
+    CROSSED = (
+        "something passed through a face; take smaller steps (max_step), a stiffer contact, or method = "
+        "\"generalized-alpha\" or \"static\", which cut the step"
+    )
     NOT_FINITE = "the state is no longer finite; check masses and stiffnesses, or tighten rtol"
     ENERGY = "the energy balance is off by more than [solve] energy_abort; tighten rtol or set max_step"
 
@@ -69,8 +73,10 @@ class StepFailed(NotConverged):
     outcome : Outcome
     time : s
     worst : name of the body that is to blame
+    reason : what stood against the last step, if it was not its error
     """
 
-    def __init__(self, outcome: Outcome, time: float, worst: str) -> None:
-        self.outcome, self.time, self.worst = outcome, time, worst
-        super().__init__(f"at t = {time:.6g} s: {outcome.value}. Fastest changing body: {worst}")
+    def __init__(self, outcome: Outcome, time: float, worst: str, reason: str = "") -> None:
+        self.outcome, self.time, self.worst, self.reason = outcome, time, worst, reason
+        also = f". {reason}" if reason else ""
+        super().__init__(f"at t = {time:.6g} s: {outcome.value}. Fastest changing body: {worst}{also}")

@@ -18,6 +18,7 @@ from fsm.scene.case import Case
 from fsm.scene.scene import Body, Scene
 from fsm.segments.compile import compile_scene
 from fsm.segments.contacts import ContactGroup
+from fsm.segments.surface_contacts import SurfaceContacts
 from fsm.segments.loads import LoadGroup
 from fsm.segments.system import SegmentSystem
 from fsm.solve.scipy_ivp import FirstOrder
@@ -64,8 +65,14 @@ def only(system: SegmentSystem, kind: type) -> SegmentSystem:
     """The same bodies with the groups of one kind, so that others do not hide them."""
     groups = tuple(group for group in system.groups if isinstance(group, kind))
     assert groups
-    contacts = system.contacts if kind is ContactGroup else None
+    contacts = system.contacts if kind is ContactGroup else ()
     return SegmentSystem(system.bodies, system.motions, groups, contacts, system.pair_names)
+
+
+def surfaces_of(system: SegmentSystem) -> SurfaceContacts:
+    (contacts,) = system.contacts
+    assert isinstance(contacts.geometry, SurfaceContacts)
+    return contacts.geometry
 
 
 def steps(system: SegmentSystem, size: float) -> np.ndarray:
@@ -111,12 +118,11 @@ def tip_state(
         Over the beginning of panel 3 or the end of panel 4.
     size : of what everything is out of place by, as in `random_state`
     """
-    assert system.contacts is not None
     pose, crease, radius = system.bodies.pose, 3 * 0.08 * np.cos(np.radians(80)), 0.5 * TIP * 0.08
     probe = 0.0 if straight else 0.04 / 3
     # 0.7 radii from the middle of the disc
     slide = past * (probe + 2 * straight * radius + 0.7 * radius * np.sin(angle))
-    away = (0.7 * np.cos(angle) - 1.0) * radius + float(system.contacts.probes.clearance.max())
+    away = (0.7 * np.cos(angle) - 1.0) * radius + float(surfaces_of(system).probes.clearance.max())
     move = np.zeros((system.n_free, system.size))
     height = 1 if system.size == 3 else 2
     for row, body in enumerate(system.bodies.free):
@@ -134,12 +140,11 @@ def tip_state(
 
 def on_tips(system: SegmentSystem, q: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """How far (m) the contacts found are past the straight parts of tips, and the parts that are straight for them."""
-    contacts = system.contacts
-    assert contacts is not None
-    found = contacts._contacts(*system.place(1.0, q, u))
-    assert found is not None
-    stations, straight = contacts.stations[found.piece], contacts.probes.straight[found.probe]
-    s = found.at.reshape(found.count, -1)[:, 0]
+    contacts = surfaces_of(system)
+    found = contacts.find(system.place(1.0, q, u)[0], 0.0)
+    piece, _, at = found.at
+    stations, straight = contacts.surfaces.stations[piece], contacts.probes.straight[found.slot]
+    s = at.reshape(len(piece), -1)[:, 0]
     # a piece at an end is straight, and three times as long as its first two control points are apart
     length = 3 * (stations[:, 1] - stations[:, 0])
     return np.array([overshoot(*row)[0] for row in zip(s, stations, length, straight, strict=True)]), straight
@@ -207,11 +212,10 @@ def test_contact_alone(spatial: bool, friction: str, thick: bool, seed: int) -> 
     contact = {"stiffness": 1e4, "damping": 10.0, "ramp": 1e-3, "thickness_in_gap": thick}
     system = only(strip_system(spatial, contact=contact, friction=FRICTION[friction]), ContactGroup)
     q, u = pressed_state(system, 0.02, seed)
-    assert system.contacts is not None
-    found = system.contacts._contacts(*system.place(1.0, q, u))
-    assert found is not None
-    assert found.count >= 5
-    assert np.unique(found.bodies).size >= 6
+    poses, rates = system.place(1.0, q, u)
+    found = surfaces_of(system).find(poses, 0.0)
+    assert len(found.slot) >= 5
+    assert np.unique(surfaces_of(system).measure(poses, rates, found).bodies).size >= 6
     stiffness, damping = check(system, q, u, size=1e-6)
     # friction makes the tangent unsymmetric; without it what damping leaves is the only part that does
     assert (np.abs(damping - damping.T).max() > 1e-3 * np.abs(damping).max()) == (friction != "none")

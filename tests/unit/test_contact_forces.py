@@ -14,6 +14,7 @@ from fsm.scene.builders.strip import build_strip
 from fsm.scene.case import Case
 from fsm.segments.compile import compile_scene
 from fsm.segments.contacts import ContactGroup
+from fsm.segments.surface_contacts import SurfaceContacts
 from fsm.segments.system import SegmentSystem
 
 PARTS = pytest.mark.parametrize("straight", [0.0, STRAIGHT], ids=["interior", "end probe"])
@@ -42,8 +43,14 @@ def pressed_strip(
 
 
 def only_contacts(system: SegmentSystem) -> ContactGroup:
-    assert system.contacts is not None
-    return system.contacts
+    (contacts,) = system.contacts
+    return contacts
+
+
+def surfaces_of(system: SegmentSystem) -> SurfaceContacts:
+    geometry = only_contacts(system).geometry
+    assert isinstance(geometry, SurfaceContacts)
+    return geometry
 
 
 def pressed(system: SegmentSystem, seed: int, depth: float = 7.5e-4) -> np.ndarray:
@@ -63,10 +70,9 @@ def pressed(system: SegmentSystem, seed: int, depth: float = 7.5e-4) -> np.ndarr
 
 def contact_force(system: SegmentSystem, q: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Forces on all bodies by contact alone, and their poses."""
-    assert system.contacts is not None
     poses, rates = system.place(0.0, q, u)
     force = np.zeros_like(rates)
-    system.contacts.add_force(0.0, poses, rates, force)
+    only_contacts(system).add_force(0.0, poses, rates, force)
     return force, poses
 
 
@@ -75,9 +81,8 @@ def slid(system: SegmentSystem, slide: float, depth: float, noise: float = 0.0) 
 
     `noise` (m and a hundredth of a rad) is in the plane, the same for a planar and a spatial system.
     """
-    contacts = only_contacts(system)
     pose, middle = system.bodies.pose, 3 * 0.08 * np.cos(np.radians(80))
-    spread, inward = np.random.default_rng(11), (depth - float(contacts.probes.clearance.max())) / 2
+    spread, inward = np.random.default_rng(11), (depth - float(surfaces_of(system).probes.clearance.max())) / 2
     columns = [0, 1, 2] if system.size == 3 else [0, 2, 4]
     move = np.zeros((system.n_free, system.size))
     off = np.zeros((system.n_free, system.size))
@@ -110,8 +115,7 @@ def differences(function: Callable[[np.ndarray], float], size: np.ndarray) -> np
 def test_force_is_minus_the_slope_of_the_contact_energy(spatial: bool, thick: bool) -> None:
     system = pressed_strip(spatial, thick=thick)
     q, rest = pressed(system, seed=2), np.zeros(system.nu)
-    assert system.contacts is not None
-    contacts = system.contacts
+    contacts = only_contacts(system)
 
     def energy(dx: np.ndarray) -> float:
         return contacts.energy(0.0, *system.place(0.0, system.retract(q, dx), rest))[0]["contact"]
@@ -151,12 +155,12 @@ def on_a_tip(system: SegmentSystem, past: float, straight: float, angle: float, 
     probe = 0.0 if straight else 0.01  # a panel's end or the middle of its last segment
     slide = past * (probe + 2 * straight * radius + 0.6 * radius * np.sin(angle))
     q = slid(system, slide, (1.0 - 0.6 * np.cos(angle)) * radius, noise)
-    contacts = only_contacts(system)
-    found = contacts._contacts(*system.place(0.0, q, np.zeros(system.nu)))
-    assert found is not None
-    s, stations = found.at.reshape(found.count, -1)[:, 0], contacts.stations[found.piece]
-    parts = contacts.probes.straight[found.probe]
-    over = [overshoot(*row)[0] for row in zip(s, stations, np.ones(found.count), parts, strict=True)]
+    contacts = surfaces_of(system)
+    found = contacts.find(system.place(0.0, q, np.zeros(system.nu))[0], 0.0)
+    piece, _, at = found.at
+    s, stations = at.reshape(len(piece), -1)[:, 0], contacts.surfaces.stations[piece]
+    parts = contacts.probes.straight[found.slot]
+    over = [overshoot(*row)[0] for row in zip(s, stations, np.ones(len(piece)), parts, strict=True)]
     assert np.any((np.array(over) * past < 0.0) & (parts == straight))
     return q
 
@@ -226,10 +230,9 @@ def test_contact_forces_balance_on_a_tip(spatial: bool, past: float, straight: f
 @SPATIAL
 def test_dissipation_is_what_damping_and_friction_take(spatial: bool) -> None:
     system = pressed_strip(spatial, friction=True, damping=5.0)
-    assert system.contacts is not None
     q, u = pressed(system, seed=5), 0.1 * np.random.default_rng(5).normal(size=system.nu)
     poses, rates = system.place(0.0, q, u)
-    power = system.contacts.energy(0.0, poses, rates)[1]
+    power = only_contacts(system).energy(0.0, poses, rates)[1]
     moving, resting = contact_force(system, q, u)[0], contact_force(system, q, 0 * u)[0]
     # the drive does not touch; the elastic part is the same at rest
     assert power == pytest.approx(-float(np.sum((moving - resting) * rates)), rel=1e-10)
@@ -259,7 +262,7 @@ def test_result_does_not_depend_on_when_the_broad_phase_was_renewed(spatial: boo
         np.testing.assert_array_equal(seen_walking.pair_force, seen_fresh.pair_force)
         np.testing.assert_array_equal(seen_walking.pair_gap, seen_fresh.pair_gap)
     assert touched > 20
-    assert 1 < only_contacts(walker).refreshes < 40
+    assert 1 < surfaces_of(walker).refreshes < 40
 
 
 @SPATIAL
@@ -268,9 +271,9 @@ def test_tangent_does_not_depend_on_it_either(spatial: bool) -> None:
     here, u = pressed(walker, seed=9), np.zeros(walker.nu)
     walker.tangent(0.0, here, u)
     there = walker.retract(here, 1e-5 * rng.normal(size=walker.nu))
-    before = only_contacts(walker).refreshes
+    before = surfaces_of(walker).refreshes
     walked = [matrix.toarray() for matrix in walker.tangent(0.0, there, u)]
-    assert only_contacts(walker).refreshes == before
+    assert surfaces_of(walker).refreshes == before
     direct = [matrix.toarray() for matrix in pressed_strip(spatial).tangent(0.0, there, u)]
     np.testing.assert_array_equal(walked[0], direct[0])
     np.testing.assert_array_equal(walked[1], direct[1])
@@ -282,9 +285,9 @@ def test_tips_are_found_whenever_the_broad_phase_was_renewed(segments: int) -> N
     walker, fresh = (pressed_strip(False, thick=False, segments=segments) for _ in range(2))
     # so deep that the disc still touches there; panel 3's end then is the only one of it that does
     rest, over, depth = np.zeros(walker.nu), 0.08 + 0.95 * TIP * 0.08, 0.6 * TIP * 0.08 / 2
-    walker.force(0.0, slid(walker, over + 0.77 * only_contacts(walker).margin, depth), rest)
-    assert only_contacts(walker).refreshes == 1
+    walker.force(0.0, slid(walker, over + 0.77 * surfaces_of(walker).margin, depth), rest)
+    assert surfaces_of(walker).refreshes == 1
     walked, direct = (contact_force(system, slid(system, over, depth), rest)[0] for system in (walker, fresh))
-    assert only_contacts(walker).refreshes == 1
+    assert surfaces_of(walker).refreshes == 1
     assert direct.any()
     np.testing.assert_array_equal(walked, direct)

@@ -18,6 +18,7 @@ from fsm.scene.scene import Body, ForceElement, Scene
 from fsm.segments import report
 from fsm.segments.report import describe
 from fsm.segments.save_times import save_times
+from fsm.segments.surface_contacts import SurfaceContacts
 
 CONTACT = {"stiffness": 1e6, "damping": 3.0}
 STEP = {"mu_static": 0.3, "mu_dynamic": 0.2, "v_static": 1e-3, "v_dynamic": 1e-2}
@@ -153,13 +154,14 @@ def test_counts_are_the_compilers(spatial: bool, segments: int, pairs: list[list
     contact = CONTACT | {"points_per_segment": 3} | ({"pairs": pairs} if pairs else {})
     case = strip_case(contact=contact, strip={"segments_per_panel": segments}, solve={"spatial": spatial})
     _, system = prepare(case)
-    assert system.contacts is not None
+    geometry = system.contacts[0].geometry
+    assert isinstance(geometry, SurfaceContacts)
     said(
         "\n".join(describe(case)),
-        f"{len(system.contacts.probes.body)} contact points",
+        f"{len(geometry.probes.body)} contact points",
         f"{system.nu} degrees of freedom",
         f"{len(system.bodies.free)} free, {int(sum(b.held for b in report.build_scene(case).bodies))} held",
-        f"{len(set(system.contacts.probes.pair))} pair",
+        f"{len(set(geometry.probes.pair))} pair",
     )
 
 

@@ -1,0 +1,238 @@
+"""Contact of panels cut into segments: probe points of one against the C1 surface of another (docs/theory.md)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fsm.interactions.motion import moved_beyond
+from fsm.segments.contact_geometry import ContactForces, Measured, Touching
+from fsm.segments.pattern import BodyPattern
+
+__all__ = ["Probes", "SurfaceContacts", "SurfaceKernels", "Surfaces"]
+
+Kernel = Callable[..., Any]
+
+
+class Probes(NamedTuple):
+    """Points of one panel that watch the surface of another; each is a slot.
+
+    Attributes
+    ----------
+    body : (n,) int array
+    place : (n,) array of x in the plane, (n, 2) of (x, y) in space, m, body axes
+    side : (n,) array
+        +1 or -1: the side of the surface the probe starts on.
+    straight : (n,) array
+        Part of a tip of the surface that is straight for the probe.
+    inset : (n,) array, m
+        Half thickness of the probe's own panel.
+    clearance : (n,) array, m
+        Distance of the middle surfaces at which the faces touch.
+    depth_limit : (n,) array, m
+        A probe deeper than that has gone through the surface, or round its end.
+    share : (n,) array
+        Fraction of its face that the point stands for.
+    pair : (n,) int array
+        Number of the contact pair.
+    first_piece, last_piece : (n,) int arrays
+        Pieces of the surface watched.
+    """
+
+    body: np.ndarray
+    place: np.ndarray
+    side: np.ndarray
+    straight: np.ndarray
+    inset: np.ndarray
+    clearance: np.ndarray
+    depth_limit: np.ndarray
+    share: np.ndarray
+    pair: np.ndarray
+    first_piece: np.ndarray
+    last_piece: np.ndarray
+
+
+class Surfaces(NamedTuple):
+    """All surfaces.
+
+    Attributes
+    ----------
+    owners, stations : pieces, see `fsm.interactions.surface`
+    extra : arrays
+        Further geometry that the kernels take: half widths in space, nothing in the plane.
+    bodies, radii : (n,) arrays
+        Bodies whose motion renews the broad phase, and the distance of their farthest point, m.
+    """
+
+    owners: np.ndarray
+    stations: np.ndarray
+    extra: tuple[np.ndarray, ...]
+    bodies: np.ndarray
+    radii: np.ndarray
+
+
+class SurfaceKernels(NamedTuple):
+    """The kernels of `fsm.interactions.gap_planar` or `gap_spatial`."""
+
+    window: Kernel
+    heights: Kernel
+    find: Kernel
+    measure: Kernel
+    tangent: Kernel
+
+
+class SurfaceContacts:
+    """Probes on surfaces; see `ContactGeometry`.
+
+    The broad phase keeps, for each probe, the window of pieces it could reach; it is renewed when a body of a surface
+    has moved by 0.4 of the margin since, so what is found never depends on when that happened.
+
+    A probe over a surface keeps the side that it is on for as long as it is over it, however deep it gets; one that comes
+    over the end of it is on the side where it is then.
+
+    Parameters
+    ----------
+    kernels : SurfaceKernels
+    probes : Probes
+    surfaces : Surfaces
+    margin : m
+    """
+
+    def __init__(self, kernels: SurfaceKernels, probes: Probes, surfaces: Surfaces, margin: float) -> None:
+        self.kernels, self.probes, self.surfaces, self.margin = kernels, probes, surfaces, margin
+        self.share, self.pair = probes.share, probes.pair
+        self.slips = 1 if probes.place.ndim == 1 else 3
+        self.side = probes.side.copy()
+        self.refreshes = 0
+        # a surface reaches beyond its chords by its tips, and a probe may be as deep as its limit
+        stations = surfaces.stations
+        beyond = np.maximum(-stations[:, 4], stations[:, 5] - 1.0) * (stations[:, 3] - stations[:, 0])
+        self._reach = np.maximum(probes.clearance, probes.depth_limit) + float(beyond.max()) + margin
+        count = len(probes.body)
+        self._nearest = probes.first_piece.copy()
+        self._window = np.zeros((count, 2), dtype=np.int64)
+        self._reference: np.ndarray | None = None
+        self._pairs = np.zeros((0, 2), dtype=np.int64)
+        self._height = np.empty(count)
+        self._buffers = (
+            np.empty(count, dtype=np.int64),
+            np.empty(count, dtype=np.int64),
+            np.empty(count),
+            np.empty(probes.place.shape),
+            np.empty(count),
+        )
+
+    # where ----------------------------------------------------------------------------------------------------------
+
+    def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:
+        """See `ContactGeometry`."""
+        self._refresh(poses)
+        return self._pairs, self.refreshes
+
+    def _refresh(self, poses: np.ndarray) -> None:
+        # both may have moved; the rest of the margin is for what the surface departs from its chords
+        surfaces = self.surfaces
+        if self._reference is not None and not moved_beyond(
+            poses, self._reference, surfaces.bodies, surfaces.radii, 0.4 * self.margin
+        ):
+            return
+        self._reference = poses.copy()
+        probes = self.probes
+        self.kernels.window(
+            poses, probes.body, probes.place, probes.first_piece, probes.last_piece, surfaces.owners,
+            surfaces.stations, *surfaces.extra, self._reach, self.margin, self._nearest, self._window,
+        )  # fmt: skip
+        self._pairs = _coupled_bodies(probes.body, self._window, surfaces.owners)
+        self.refreshes += 1
+
+    def find(self, poses: np.ndarray, below: float) -> Touching:
+        """See `ContactGeometry`; `at` holds pieces, sides and places on them."""
+        self._refresh(poses)
+        probes, surfaces = self.probes, self.surfaces
+        count: int = self.kernels.find(
+            poses, probes.body, probes.place, self.side, probes.straight, probes.clearance, probes.depth_limit,
+            self._window, surfaces.owners, surfaces.stations, *surfaces.extra, below, *self._buffers,
+        )  # fmt: skip
+        slot, piece, side, at, gap = (buffer[:count].copy() for buffer in self._buffers)
+        return Touching(slot, gap, (piece, side, at))
+
+    # how ------------------------------------------------------------------------------------------------------------
+
+    def measure(self, poses: np.ndarray, rates: np.ndarray, touching: Touching) -> Measured:
+        """See `ContactGeometry`."""
+        probes, surfaces = self.probes, self.surfaces
+        return Measured(
+            *self.kernels.measure(
+                poses, rates, len(touching.slot), touching.slot, *touching.at, probes.body, probes.place,
+                probes.straight, probes.clearance, probes.inset, surfaces.owners, surfaces.stations, *surfaces.extra,
+            )
+        )  # fmt: skip
+
+    def add_tangent(
+        self,
+        poses: np.ndarray,
+        rates: np.ndarray,
+        touching: Touching,
+        measured: Measured,
+        forces: ContactForces,
+        pattern: BodyPattern,
+        stiffness: np.ndarray,
+        damping: np.ndarray,
+    ) -> None:
+        """See `ContactGeometry`."""
+        probes, surfaces = self.probes, self.surfaces
+        self.kernels.tangent(
+            poses, rates, len(touching.slot), measured.bodies, measured.gradient, touching.slot, *touching.at,
+            probes.place, probes.straight, probes.clearance, probes.inset, surfaces.stations, *surfaces.extra,
+            *forces, *pattern.index, stiffness, damping,
+        )  # fmt: skip
+
+    # memory ---------------------------------------------------------------------------------------------------------
+
+    def commit(self, poses: np.ndarray) -> None:
+        """See `ContactGeometry`."""
+        height = self._heights(poses)
+        over = np.isfinite(height) & (self.side * height > -self.probes.depth_limit)
+        arrived = np.where(height >= 0.0, 1.0, -1.0)
+        self.side = np.where(over, np.where(self.side == 0.0, arrived, self.side), 0.0)
+
+    def memory(self) -> np.ndarray:
+        """See `ContactGeometry`: the sides."""
+        return self.side.copy()
+
+    def restore(self, memory: np.ndarray) -> None:
+        """See `ContactGeometry`."""
+        self.side = memory.copy()
+
+    def crossed(self, poses: np.ndarray) -> tuple[int, ...]:
+        """See `ContactGeometry`: pairs with a probe deeper than its limit."""
+        height = self._heights(poses)
+        with np.errstate(invalid="ignore"):
+            through = self.side * height <= -self.probes.depth_limit
+        return tuple(int(pair) for pair in np.unique(self.pair[through]))
+
+    def _heights(self, poses: np.ndarray) -> np.ndarray:
+        self._refresh(poses)
+        probes, surfaces = self.probes, self.surfaces
+        self.kernels.heights(
+            poses, probes.body, probes.place, self._nearest, probes.first_piece, probes.last_piece, surfaces.owners,
+            surfaces.stations, *surfaces.extra, self._height,
+        )  # fmt: skip
+        return self._height
+
+
+def _coupled_bodies(probe_body: np.ndarray, window: np.ndarray, owners: np.ndarray) -> np.ndarray:
+    """Pairs of bodies that a contact within the windows would couple: probe with piece bodies, and those together."""
+    open_probes = np.flatnonzero(window[:, 1] > window[:, 0])
+    if not len(open_probes):
+        return np.zeros((0, 2), dtype=np.int64)
+    lengths = window[open_probes, 1] - window[open_probes, 0]
+    offsets = np.arange(lengths.sum()) - np.repeat(np.cumsum(lengths) - lengths, lengths)
+    pieces = np.repeat(window[open_probes, 0], lengths) + offsets
+    probe = np.repeat(probe_body[open_probes], lengths)
+    first, second = owners[pieces, 0], owners[pieces, 1]
+    count = int(max(probe.max(), owners.max())) + 1
+    keys = np.unique(np.concatenate([probe * count + first, probe * count + second, first * count + second]))
+    return np.column_stack(np.divmod(keys, count))
