@@ -1,0 +1,15 @@
+"""Flores, Machado, Silva and Martins, Multibody Syst. Dyn. 25 (2011) 357-375: close to what is asked at any restitution."""
+
+from __future__ import annotations
+
+from fsm.laws.normal.dissipative import restitution_law
+
+__all__ = ["FLORES", "damping_factor"]
+
+
+def damping_factor(restitution: float) -> float:
+    """h = 8 (1 - c)/(5 c)."""
+    return 1.6 * (1.0 - restitution) / restitution
+
+
+FLORES = restitution_law(damping_factor)
