@@ -1,0 +1,135 @@
+"""Straight stand-ins of the pieces of surfaces (`fsm.interactions.surface`): from what search looks at first.
+
+In the plane a piece is the line between its ends; in space a rectangle, that line across the width. With D = 2 or 3, the
+columns of a table of chords, (n_pieces, 6) in the plane and (n_pieces, 12) in space, are
+
+    0 ... D-1      start, m
+    D ... 2D-1     direction up to the other end, m; in space without what of it lies across
+    2D             one over its square; 0 where both ends are one point
+    2D+1           how far the surface may be from the chord, m (`chords_planar`)
+    8, 9, 10       in space: unit vector across, e2 of the first body
+    11             in space: half of what the piece covers across, m
+
+The distance of a point from a chord in space does not count what lies across within the width; beyond the sides it does.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.kernels.jit import kernel
+from fsm.kernels.rotation import fill_rotation
+from fsm.kernels.vector import dot
+
+__all__ = ["chord_boxes", "chord_distance", "chords_planar", "chords_spatial"]
+
+ROUNDING = 1e-12
+"""By this part of its coordinates a box is larger than its chord, so that no rounding puts a point of it outside."""
+
+
+@kernel
+def chords_planar(poses: np.ndarray, owners: np.ndarray, stations: np.ndarray) -> np.ndarray:
+    """Chords of all pieces in the plane.
+
+    Parameters
+    ----------
+    poses : (n_bodies, 3) array
+    owners, stations : pieces, see `fsm.interactions.surface.pieces_of`
+
+    Returns
+    -------
+    (n_pieces, 6) array
+        The bound of the distance, column 5: the piece lies in the hull of its control points, and beyond its ends it goes
+        on by its tip.
+    """
+    out = np.empty((owners.shape[0], 6))
+    for j in range(owners.shape[0]):
+        a, b = owners[j, 0], owners[j, 1]
+        ca, sa = np.cos(poses[a, 2]), np.sin(poses[a, 2])
+        cb, sb = np.cos(poses[b, 2]), np.sin(poses[b, 2])
+        x0 = poses[a, 0] + ca * stations[j, 0]
+        z0 = poses[a, 1] - sa * stations[j, 0]
+        ex = poses[b, 0] + cb * stations[j, 3] - x0
+        ez = poses[b, 1] - sb * stations[j, 3] - z0
+        square = ex * ex + ez * ez
+        inverse = 1.0 / square if square > 0.0 else 0.0
+        one = (stations[j, 1] - stations[j, 0]) * (-sa * ex - ca * ez)
+        other = (stations[j, 2] - stations[j, 3]) * (-sb * ex - cb * ez)
+        tip = max(-stations[j, 4], stations[j, 5] - 1.0) * np.sqrt(square)
+        out[j, 0], out[j, 1], out[j, 2], out[j, 3], out[j, 4] = x0, z0, ex, ez, inverse
+        out[j, 5] = max(abs(one), abs(other)) * np.sqrt(inverse) + tip
+    return out
+
+
+@kernel
+def chords_spatial(poses: np.ndarray, owners: np.ndarray, stations: np.ndarray, half_width: np.ndarray) -> np.ndarray:
+    """Chords of all pieces in space, (n_pieces, 12); see `chords_planar`.
+
+    Parameters
+    ----------
+    poses : (n_bodies, 7) array
+    half_width : (n_pieces,) array, m
+        The lines across turn from the first body's to the second's, which the bound covers.
+    """
+    out = np.empty((owners.shape[0], 12))
+    frame_a, frame_b = np.empty((3, 3)), np.empty((3, 3))
+    line, one, other = np.empty(3), np.empty(3), np.empty(3)
+    for j in range(owners.shape[0]):
+        a, b = owners[j, 0], owners[j, 1]
+        fill_rotation(poses[a, 3:], frame_a)
+        fill_rotation(poses[b, 3:], frame_b)
+        across, turned = 0.0, 0.0
+        for i in range(3):
+            turned += (frame_b[i, 1] - frame_a[i, 1]) ** 2
+            start = poses[a, i] + frame_a[i, 0] * stations[j, 0]
+            line[i] = poses[b, i] + frame_b[i, 0] * stations[j, 3] - start
+            one[i] = frame_a[i, 0] * (stations[j, 1] - stations[j, 0])
+            other[i] = frame_b[i, 0] * (stations[j, 2] - stations[j, 3])
+            out[j, i], out[j, 8 + i] = start, frame_a[i, 1]
+            across += line[i] * frame_a[i, 1]
+        for i in range(3):
+            line[i] -= across * frame_a[i, 1]
+            out[j, 3 + i] = line[i]
+        square = dot(line, line)
+        inverse = 1.0 / square if square > 0.0 else 0.0
+        tip = max(-stations[j, 4], stations[j, 5] - 1.0) * np.sqrt(square)
+        away_one = np.sqrt(max(0.0, dot(one, one) - dot(one, line) ** 2 * inverse))
+        away_other = np.sqrt(max(0.0, dot(other, other) - dot(other, line) ** 2 * inverse))
+        out[j, 6] = inverse
+        out[j, 7] = max(away_one, away_other) + tip + half_width[j] * np.sqrt(turned)
+        out[j, 11] = half_width[j] + abs(across)
+    return out
+
+
+@kernel(inline=True)
+def chord_distance(chord: np.ndarray, point: np.ndarray) -> float:
+    """Squared distance (m^2) of a point (D,) from a chord, a row of the table."""
+    if point.shape[0] == 2:
+        x, z = point[0] - chord[0], point[1] - chord[1]
+        share = min(1.0, max(0.0, (x * chord[2] + z * chord[3]) * chord[4]))
+        x -= share * chord[2]
+        z -= share * chord[3]
+        return x * x + z * z
+    x, y, z = point[0] - chord[0], point[1] - chord[1], point[2] - chord[2]
+    across = x * chord[8] + y * chord[9] + z * chord[10]
+    x, y, z = x - across * chord[8], y - across * chord[9], z - across * chord[10]
+    share = min(1.0, max(0.0, (x * chord[3] + y * chord[4] + z * chord[5]) * chord[6]))
+    x, y, z = x - share * chord[3], y - share * chord[4], z - share * chord[5]
+    beside = max(0.0, abs(across) - chord[11])
+    return x * x + y * y + z * z + beside * beside
+
+
+@kernel
+def chord_boxes(chords: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Lowest and highest corners (n, D) of the boxes along the axes that hold the chords; for `box_tree.fit_tree`."""
+    count, size = chords.shape[0], 2 if chords.shape[1] == 6 else 3
+    lower, upper = np.empty((count, size)), np.empty((count, size))
+    for j in range(count):
+        for i in range(size):
+            start, end = chords[j, i], chords[j, i] + chords[j, size + i]
+            beyond = ROUNDING * (abs(start) + abs(end))
+            if size == 3:
+                beyond += (1.0 + ROUNDING) * chords[j, 11] * abs(chords[j, 8 + i])
+            lower[j, i] = min(start, end) - beyond
+            upper[j, i] = max(start, end) + beyond
+    return lower, upper

@@ -1,0 +1,346 @@
+"""Broad phase: nearest pieces, windows and overlapping boxes against a look at all of them."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fsm.interactions.box_pairs import morton_order, overlapping_pairs, overlapping_pairs_between
+from fsm.interactions.box_tree import fit_tree, nearest_piece, window_pieces
+from fsm.interactions.chord import chord_boxes, chord_distance, chords_planar, chords_spatial
+from fsm.interactions.surface import pieces_of
+from fsm.kernels.rotation import rotation_matrix
+
+SPATIAL = pytest.mark.parametrize("spatial", [False, True], ids=["planar", "spatial"])
+
+
+# chains ---------------------------------------------------------------------------------------------------------------
+
+
+def straight(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Lengths and angles of the segments of a chain."""
+    return np.full(60, 1e-3), np.full(60, 0.3)
+
+
+def zigzag(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Folded flat but for a little: layers of seven segments."""
+    number = np.arange(91)
+    return np.full(91, 2e-3), np.where(number // 7 % 2 == 0, 0.0, np.pi) + 0.02 * rng.normal(size=91)
+
+
+def rolled(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    return np.full(120, 1e-3), np.cumsum(1.0 / (1.0 + 0.1 * np.arange(120)))
+
+
+def coincident(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Back and forth on one line: all layers are at one place."""
+    return np.full(64, 1e-3), np.where(np.arange(64) // 8 % 2 == 0, 0.0, np.pi)
+
+
+def mixed(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """A plate of 80 mm here and there among segments of 0.1 mm."""
+    return np.where(rng.random(80) < 0.1, 0.08, 1e-4), rng.normal(size=80)
+
+
+def single(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    return np.array([0.08]), np.array([-0.4])
+
+
+CHAINS: list[Callable[[np.random.Generator], tuple[np.ndarray, np.ndarray]]] = [
+    straight, zigzag, rolled, coincident, mixed, single,
+]  # fmt: skip
+
+
+def table(lengths: np.ndarray, angles: np.ndarray, spatial: bool, rng: np.random.Generator) -> np.ndarray:
+    """Chords of a chain that hangs together; in space it is turned as a whole and twists a little."""
+    axes = np.column_stack([np.cos(angles), -np.sin(angles)])
+    ends = np.vstack([[0.0, 0.0], np.cumsum(lengths[:, None] * axes, axis=0)])
+    middle = 0.5 * (ends[1:] + ends[:-1])
+    owners, stations = pieces_of(np.arange(len(lengths)), lengths / 2)
+    if not spatial:
+        return chords_planar(np.column_stack([middle, angles]), owners, stations)
+    poses = np.zeros((len(lengths), 7))
+    whole = rng.normal(size=4)
+    turn = rotation_matrix(whole / np.linalg.norm(whole))
+    poses[:, :3] = np.column_stack([middle[:, 0], 0.0 * middle[:, 0], middle[:, 1]]) @ turn.T
+    for i, angle in enumerate(angles):
+        own = np.array([np.cos(angle / 2), 0.02 * rng.normal(), np.sin(angle / 2), 0.0])
+        poses[i, 3:] = product(whole / np.linalg.norm(whole), own / np.linalg.norm(own))
+    return chords_spatial(poses, owners, stations, rng.uniform(0.01, 0.03, len(owners)))
+
+
+def product(p: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Of quaternions."""
+    return np.array([p[0] * q[0] - p[1:] @ q[1:], *(p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:]))])
+
+
+def scene(number: int, spatial: bool) -> dict[str, Any]:
+    """All chains, each a surface, in one table, and probes near and far that watch one of them each."""
+    rng = np.random.default_rng(number)
+    parts = [table(*chain(rng), spatial, rng) for chain in CHAINS]
+    chords = np.vstack(parts)
+    size = 3 if spatial else 2
+    edges = np.cumsum([0] + [len(part) for part in parts])
+    surface = np.repeat(np.arange(len(parts)), 30)
+    points = np.empty((len(surface), size))
+    for i, own in enumerate(surface):
+        piece = rng.integers(edges[own], edges[own + 1])
+        on_it = chords[piece, :size] + rng.random() * chords[piece, size : 2 * size]
+        if spatial:
+            on_it = on_it + rng.uniform(-1.3, 1.3) * chords[piece, 11] * chords[piece, 8:11]
+        points[i] = on_it + 10.0 ** rng.uniform(-6, -1) * rng.normal(size=size)
+    points[0] = chords[0, :size]  # on the end of a piece, and as far from two
+    points[1] = chords[5, :size]
+    return {
+        "points": points,
+        "first": edges[surface],
+        "last": edges[surface + 1],
+        "chords": chords,
+        "reach": rng.uniform(1e-3, 0.05, len(points)),
+        "margin": float(rng.uniform(0.0, 4e-3)),
+    }
+
+
+def windows(given: dict[str, Any], nearest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """What the tree says."""
+    chords, nearest = given["chords"], nearest.copy()
+    window = np.full((len(nearest), 2), -7)
+    window_pieces(
+        given["points"], given["first"], given["last"], chords, fit_tree(*chord_boxes(chords)),
+        given["reach"], given["margin"], nearest, window,
+    )  # fmt: skip
+    return nearest, window
+
+
+def all_distances(given: dict[str, Any], i: int) -> np.ndarray:
+    """Squared distances of a probe from all pieces of its surface."""
+    return np.array([chord_distance(given["chords"][j], given["points"][i]) for j in range(given["first"][i], given["last"][i])])
+
+
+@SPATIAL
+@pytest.mark.parametrize("number", range(6))
+def test_windows_are_those_of_a_look_at_all_pieces(number: int, spatial: bool) -> None:
+    given = scene(number, spatial)
+    nearest, window = windows(given, np.full(len(given["points"]), -1))
+    seen = 0
+    for i, first in enumerate(given["first"]):
+        square = all_distances(given, i)
+        if square.min() >= given["reach"][i] ** 2:
+            assert nearest[i] == -1
+            assert window[i, 0] == window[i, 1]
+            continue
+        seen += 1
+        assert nearest[i] == first + np.argmin(square)
+        within = np.flatnonzero(square < (np.sqrt(square.min()) + given["margin"]) ** 2)
+        within = np.append(within, np.argmin(square))
+        assert tuple(window[i]) == (first + within.min(), first + within.max() + 1)
+    assert 50 < seen < len(nearest) - 10
+
+
+@SPATIAL
+def test_where_one_looks_first_changes_nothing(spatial: bool) -> None:
+    given = scene(7, spatial)
+    count = len(given["points"])
+    cold = windows(given, np.full(count, -1))
+    rng = np.random.default_rng(0)
+    for start in (cold[0], given["first"], given["last"] - 1, given["last"], rng.integers(-5, len(given["chords"]) + 5, count)):
+        for one, other in zip(cold, windows(given, start), strict=True):
+            np.testing.assert_array_equal(one, other)
+
+
+@SPATIAL
+def test_a_window_holds_the_nearest_piece_until_distances_have_changed_by_half_the_margin(spatial: bool) -> None:
+    given = scene(8, spatial) | {"margin": 3e-3, "reach": np.full(180, 0.05)}
+    nearest, window = windows(given, np.full(180, -1))
+    rng = np.random.default_rng(1)
+    for _ in range(5):
+        step = rng.normal(size=given["points"].shape)
+        moved = given | {"points": given["points"] + 1.49e-3 * step / np.linalg.norm(step, axis=1)[:, None]}
+        after, _ = windows(moved, nearest)
+        inside = (nearest >= 0) & (after >= 0)
+        assert inside.sum() > 60
+        assert np.all((window[inside, 0] <= after[inside]) & (after[inside] < window[inside, 1]))
+
+
+@SPATIAL
+def test_nearest_piece_alone(spatial: bool) -> None:
+    given = scene(9, spatial)
+    tree = fit_tree(*chord_boxes(given["chords"]))
+    for i in range(0, len(given["points"]), 7):
+        square = all_distances(given, i)
+        search = (given["points"][i], given["first"][i], given["last"][i], given["chords"], tree, -1)
+        piece, found = nearest_piece(*search, np.inf)
+        assert (piece, found) == (given["first"][i] + np.argmin(square), square.min())
+        assert nearest_piece(*search, square.min()) == (-1, square.min())  # nearer than the bound, not as near
+
+
+@SPATIAL
+def test_no_pieces_and_no_probes(spatial: bool) -> None:
+    given = scene(3, spatial)
+    nothing = given | {"last": given["first"]}
+    nearest, window = windows(nothing, np.zeros(180, dtype=np.int64))
+    assert np.all(nearest == -1)
+    assert np.all(window[:, 0] == window[:, 1])
+    nobody = {key: value[:0] if key in ("points", "first", "last", "reach") else value for key, value in given.items()}
+    assert windows(nobody, np.zeros(0, dtype=np.int64))[1].shape == (0, 2)
+    empty = fit_tree(*chord_boxes(given["chords"][:0]))
+    assert nearest_piece(given["points"][0], 0, 0, given["chords"][:0], empty, -1, np.inf) == (-1, np.inf)
+
+
+@SPATIAL
+def test_a_point_that_is_not_a_number_is_near_nothing(spatial: bool) -> None:
+    given = scene(3, spatial)
+    given["points"][::2, 1] = np.nan
+    nearest, window = windows(given, np.full(180, -1))
+    assert np.all(nearest[::2] == -1)
+    assert np.all(window[::2, 0] == window[::2, 1])
+    assert np.any(nearest[1::2] >= 0)
+
+
+def test_distances_of_chords_in_space() -> None:
+    """A rectangle: along, across within the width, across beyond it."""
+    poses = np.array([[0.0, 0, 0, 1, 0, 0, 0]])
+    owners, stations = pieces_of(np.array([0]), np.array([0.5]))
+    chords = chords_spatial(poses, owners, stations, np.array([0.2, 0.2]))
+    for point, distance in (
+        ([-0.2, 0.1, 0.3], 0.3), ([-0.2, 0.3, 0.0], 0.1), ([-0.8, -0.6, 0.0], 0.5), ([0.3, 0.1, -0.4], np.hypot(0.3, 0.4)),
+    ):  # fmt: skip
+        assert chord_distance(chords[0], np.array(point)) == pytest.approx(distance**2)
+
+
+def test_chords_in_space_are_those_in_the_plane() -> None:
+    rng = np.random.default_rng(2)
+    lengths, angles = zigzag(rng)
+    owners, stations = pieces_of(np.arange(len(lengths)), lengths / 2)
+    place = rng.normal(size=(len(lengths), 2))
+    spatial = np.zeros((len(lengths), 7))
+    spatial[:, [0, 2]] = place
+    spatial[:, 3], spatial[:, 5] = np.cos(angles / 2), np.sin(angles / 2)
+    flat = chords_planar(np.column_stack([place, angles]), owners, stations)
+    solid = chords_spatial(spatial, owners, stations, np.full(len(owners), 0.1))
+    np.testing.assert_allclose(solid[:, [0, 2, 3, 5, 6, 7]], flat, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(solid[:, 11], 0.1, atol=1e-12)
+
+
+def test_a_piece_without_length_is_a_point() -> None:
+    owners, stations = np.array([[0, 1]]), np.array([[0.0, 0.0, 0.0, 0.0, 0.0, 1.0]])
+    chords = chords_planar(np.array([[1.0, 2, 0.3], [1, 2, 0.4]]), owners, stations)
+    assert chord_distance(chords[0], np.array([4.0, 6.0])) == pytest.approx(25.0)
+
+
+# boxes ----------------------------------------------------------------------------------------------------------------
+
+
+def boxes(number: int, size: int) -> tuple[np.ndarray, np.ndarray]:
+    """Heaps, rows and crowds of boxes, of all sizes, some at one place, some touching."""
+    rng = np.random.default_rng(number)
+    count = (0, 1, 2, 5, 60, 200, 300)[number % 7]
+    middle = rng.normal(size=(count, size)) * rng.choice([0.1, 1.0, 30.0])
+    half = 10.0 ** rng.uniform(-3, 0, (count, size)) * rng.choice([0.1, 1.0])
+    if count > 20:
+        middle[5:12], half[5:12] = middle[5], half[5]
+        half[3] = 20.0
+        middle[12], half[12:14] = np.round(middle[13]), 0.5
+        middle[13] = middle[12]
+        middle[13, 0] += 1.0  # face to face
+        middle[14], half[14] = 1e6, 1e-3  # far off
+    return middle - half, middle + half
+
+
+def overlap(lower: np.ndarray, upper: np.ndarray, other_lower: np.ndarray, other_upper: np.ndarray) -> np.ndarray:
+    """All with all."""
+    return np.all((lower[:, None] <= other_upper) & (other_lower <= upper[:, None]), axis=2)
+
+
+@pytest.mark.parametrize("size", [2, 3])
+@pytest.mark.parametrize("number", range(14))
+def test_pairs_are_those_of_all_with_all(number: int, size: int) -> None:
+    lower, upper = boxes(number, size)
+    wanted = np.argwhere(np.triu(overlap(lower, upper, lower, upper), 1))
+    rng = np.random.default_rng(number)
+    for order in (morton_order(lower, upper), np.arange(len(lower)), rng.permutation(len(lower))):
+        pairs = overlapping_pairs(lower, upper, order)
+        assert pairs.dtype == np.int64
+        np.testing.assert_array_equal(pairs, wanted)
+    if len(lower) > 20:
+        assert [12, 13] in wanted.tolist()
+
+
+@pytest.mark.parametrize("size", [2, 3])
+@pytest.mark.parametrize("number", range(10))
+def test_pairs_between_two_sets(number: int, size: int) -> None:
+    lower, upper = boxes(number, size)
+    other = boxes(7 - number % 7 + 7, size)
+    wanted = np.argwhere(overlap(lower, upper, *other))
+    for order in (morton_order(*other), np.arange(len(other[0]))):
+        np.testing.assert_array_equal(overlapping_pairs_between(lower, upper, *other, order), wanted)
+
+
+@pytest.mark.parametrize("size", [2, 3])
+def test_boxes_without_end_and_without_numbers(size: int) -> None:
+    lower, upper = boxes(6, size)
+    lower[20], upper[20] = -np.inf, np.inf
+    lower[21, 0], upper[21, 1], lower[30], upper[31] = -np.inf, np.inf, np.nan, np.nan
+    wanted = np.argwhere(np.triu(overlap(lower, upper, lower, upper), 1))
+    pairs = overlapping_pairs(lower, upper, morton_order(lower, upper))
+    np.testing.assert_array_equal(pairs, wanted)
+    assert np.sum(pairs == 20) >= len(lower) - 3
+    assert not np.any((pairs == 30) | (pairs == 31))
+
+
+@pytest.mark.parametrize("size", [2, 3])
+def test_the_order_keeps_neighbours_together(size: int) -> None:
+    """Along the curve the way from box to box is a fraction of what it is at random, and each box comes once."""
+    middle = np.random.default_rng(4).random((3000, size))
+    order = morton_order(middle - 1e-3, middle + 1e-3)
+    np.testing.assert_array_equal(np.sort(order), np.arange(3000))
+    way, random = (np.linalg.norm(np.diff(path, axis=0), axis=1).mean() for path in (middle[order], middle))
+    assert way < 0.25 * random
+    np.testing.assert_array_equal(morton_order(middle[:5] * 0.0, middle[:5] * 0.0), np.arange(5))
+
+
+# pure Python ----------------------------------------------------------------------------------------------------------
+
+
+def evaluate() -> list[Any]:
+    """Everything in this file's kernels, of small scenes."""
+    found: list[Any] = []
+    for spatial in (False, True):
+        given = scene(11, spatial)
+        keep = slice(None, None, 9)
+        some = {key: value[keep] if key in ("points", "first", "last", "reach") else value for key, value in given.items()}
+        found += windows(some, np.full(len(some["points"]), -1))
+    for size in (2, 3):
+        lower, upper = boxes(4, size)
+        other = boxes(11, size)
+        found.append(overlapping_pairs(lower, upper, morton_order(lower, upper)))
+        found.append(overlapping_pairs_between(lower, upper, *other, morton_order(*other)))
+    return found
+
+
+PROGRAM = """
+import importlib.util, pickle, sys
+spec = importlib.util.spec_from_file_location("evaluation", sys.argv[1])
+module = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(module)
+assert not hasattr(module.fit_tree, "signatures"), "compiled after all"
+sys.stdout.buffer.write(pickle.dumps(module.evaluate()))
+"""
+
+
+def test_compiled_is_what_python_says() -> None:
+    environment = os.environ | {"NUMBA_DISABLE_JIT": "1"}
+    result = subprocess.run(
+        [sys.executable, "-c", PROGRAM, str(Path(__file__))], capture_output=True, env=environment, check=False
+    )
+    assert result.returncode == 0, result.stderr.decode()
+    for compiled, python in zip(evaluate(), pickle.loads(result.stdout), strict=True):
+        np.testing.assert_array_equal(compiled, python)
