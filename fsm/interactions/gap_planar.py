@@ -21,6 +21,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from fsm.interactions.box_tree import fit_tree, nearest_piece
+from fsm.interactions.chord import chord_boxes, chord_distance, chords_planar
 from fsm.interactions.surface import blend, overshoot
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import add_block
@@ -29,9 +31,13 @@ __all__ = [
     "find_contacts_planar",
     "heights_planar",
     "measure_gap_planar",
+    "probe_points_planar",
     "tangent_gap_planar",
-    "window_probes_planar",
 ]
+
+
+_EXACT, _ROUGH = 1e-14, 1e-3
+"""Tolerance in s of a closest point that forces come from, and of one that only tells where things are."""
 
 
 @kernel(inline=True)
@@ -48,88 +54,14 @@ def _curve(
 
 
 @kernel
-def _chords(poses: np.ndarray, owners: np.ndarray, stations: np.ndarray) -> np.ndarray:
-    """Straight lines between the ends of all pieces, (n_pieces, 6), and how far the surface may be from them.
-
-    Columns: start x, z; direction x, z; one over its square; bound of the distance: the piece lies in the hull of its
-    control points, and beyond its ends goes on by its tip.
-    """
-    out = np.empty((owners.shape[0], 6))
-    for j in range(owners.shape[0]):
-        a, b = owners[j, 0], owners[j, 1]
-        ca, sa = np.cos(poses[a, 2]), np.sin(poses[a, 2])
-        cb, sb = np.cos(poses[b, 2]), np.sin(poses[b, 2])
-        x0 = poses[a, 0] + ca * stations[j, 0]
-        z0 = poses[a, 1] - sa * stations[j, 0]
-        ex = poses[b, 0] + cb * stations[j, 3] - x0
-        ez = poses[b, 1] - sb * stations[j, 3] - z0
-        square = ex * ex + ez * ez
-        one = (stations[j, 1] - stations[j, 0]) * (-sa * ex - ca * ez)
-        other = (stations[j, 2] - stations[j, 3]) * (-sb * ex - cb * ez)
-        length = np.sqrt(square)
-        tip = max(-stations[j, 4], stations[j, 5] - 1.0) * length
-        out[j, 0], out[j, 1], out[j, 2], out[j, 3], out[j, 4] = x0, z0, ex, ez, 1.0 / square
-        out[j, 5] = max(abs(one), abs(other)) / length + tip
-    return out
-
-
-@kernel(inline=True)
-def _chord_distance(chord: np.ndarray, px: float, pz: float) -> float:
-    """Squared distance of a point from a chord."""
-    dx, dz = px - chord[0], pz - chord[1]
-    share = min(1.0, max(0.0, (dx * chord[2] + dz * chord[3]) * chord[4]))
-    dx -= share * chord[2]
-    dz -= share * chord[3]
-    return dx * dx + dz * dz
-
-
-@kernel
-def window_probes_planar(
-    poses: np.ndarray,
-    probe_body: np.ndarray,
-    probe_x: np.ndarray,
-    first_piece: np.ndarray,
-    last_piece: np.ndarray,
-    owners: np.ndarray,
-    stations: np.ndarray,
-    reach: np.ndarray,
-    margin: float,
-    nearest_piece: np.ndarray,
-    window: np.ndarray,
-) -> None:
-    """Broad phase: the pieces of its surface that each probe could touch before something has moved by the margin.
-
-    Parameters
-    ----------
-    reach : (n,) array, m
-        Probes farther than that from every piece have no window.
-    margin : m
-        Pieces that are farther than the nearest one by less belong to the window.
-    nearest_piece : (n,) int array, changed in place
-        Of all probes.
-    window : (n, 2) int array, changed in place
-        First and one-past-last piece; equal when there is none.
-    """
-    chords = _chords(poses, owners, stations)
+def probe_points_planar(poses: np.ndarray, probe_body: np.ndarray, probe_x: np.ndarray) -> np.ndarray:
+    """Where the probes are, (n, 2), m."""
+    points = np.empty((probe_body.shape[0], 2))
     for i in range(probe_body.shape[0]):
         c, s = np.cos(poses[probe_body[i], 2]), np.sin(poses[probe_body[i], 2])
-        px = poses[probe_body[i], 0] + c * probe_x[i]
-        pz = poses[probe_body[i], 1] - s * probe_x[i]
-        nearest = np.inf
-        for j in range(first_piece[i], last_piece[i]):
-            distance = _chord_distance(chords[j], px, pz)
-            if distance < nearest:
-                nearest, nearest_piece[i] = distance, j
-        nearest = np.sqrt(nearest)
-        low, high = last_piece[i], first_piece[i]
-        if nearest < reach[i]:
-            bound = (nearest + margin) ** 2
-            for j in range(first_piece[i], last_piece[i]):
-                if _chord_distance(chords[j], px, pz) < bound:
-                    low = min(low, j)
-                    high = max(high, j + 1)
-        window[i, 0] = low
-        window[i, 1] = max(low, high)
+        points[i, 0] = poses[probe_body[i], 0] + c * probe_x[i]
+        points[i, 1] = poses[probe_body[i], 1] - s * probe_x[i]
+    return points
 
 
 @kernel
@@ -142,6 +74,7 @@ def _closest(
     last: int,
     owners: np.ndarray,
     stations: np.ndarray,
+    tolerance: float,
     weights: np.ndarray,
     curve: np.ndarray,
 ) -> tuple[int, float]:
@@ -168,7 +101,7 @@ def _closest(
             piece, at = piece - 1, 1.0
             continue
         at = min(stations[piece, 5] + 0.5, max(stations[piece, 4] - 0.5, new))
-        if abs(step) < 1e-14:
+        if abs(step) < tolerance:
             break
     return piece, at
 
@@ -209,23 +142,22 @@ def find_contacts_planar(
     """
     weights = np.empty((3, 4))
     curve = np.empty((3, 2))
-    chords = _chords(poses, owners, stations)
+    chords = chords_planar(poses, owners, stations)
+    points = probe_points_planar(poses, probe_body, probe_x)
     count = 0
     for i in range(probe_body.shape[0]):
         if window[i, 0] >= window[i, 1]:
             continue
-        c, s = np.cos(poses[probe_body[i], 2]), np.sin(poses[probe_body[i], 2])
-        px = poses[probe_body[i], 0] + c * probe_x[i]
-        pz = poses[probe_body[i], 1] - s * probe_x[i]
+        px, pz = points[i, 0], points[i, 1]
         piece, nearest, bound = -1, np.inf, 0.0
         for j in range(window[i, 0], window[i, 1]):
-            distance = _chord_distance(chords[j], px, pz)
+            distance = chord_distance(chords[j], points[i])
             bound = max(bound, chords[j, 5])
             if distance < nearest:
                 piece, nearest = j, distance
         if np.sqrt(nearest) > max(clearance[i] + below, depth_limit[i]) + bound:
             continue
-        piece, at = _closest(poses, px, pz, piece, window[i, 0], window[i, 1], owners, stations, weights, curve)
+        piece, at = _closest(poses, px, pz, piece, window[i, 0], window[i, 1], owners, stations, _EXACT, weights, curve)
         if at < stations[piece, 4] - 1e-12 or at > stations[piece, 5] + 1e-12:
             continue
         length = np.sqrt(curve[1, 0] ** 2 + curve[1, 1] ** 2)
@@ -252,27 +184,32 @@ def heights_planar(
     poses: np.ndarray,
     probe_body: np.ndarray,
     probe_x: np.ndarray,
-    nearest_piece: np.ndarray,
     first_piece: np.ndarray,
     last_piece: np.ndarray,
     owners: np.ndarray,
     stations: np.ndarray,
+    nearest: np.ndarray,
     height: np.ndarray,
 ) -> None:
     """How high each probe stands over its surface, m, along the normal (-z', x') of the curve, (n,).
 
-    Nothing (nan) beyond its ends and tips. `nearest_piece` is where the search begins.
+    Nothing (nan) beyond its ends and tips. `nearest` (n,) is where the search for the nearest pieces begins, changed to
+    where it ends.
     """
     weights = np.empty((3, 4))
     curve = np.empty((3, 2))
+    chords = chords_planar(poses, owners, stations)
+    lower, upper = chord_boxes(chords)
+    tree = fit_tree(lower, upper)
+    points = probe_points_planar(poses, probe_body, probe_x)
     for i in range(probe_body.shape[0]):
-        c, s = np.cos(poses[probe_body[i], 2]), np.sin(poses[probe_body[i], 2])
-        px = poses[probe_body[i], 0] + c * probe_x[i]
-        pz = poses[probe_body[i], 1] - s * probe_x[i]
-        piece, at = _closest(
-            poses, px, pz, nearest_piece[i], first_piece[i], last_piece[i], owners, stations, weights, curve
-        )
+        first, last = first_piece[i], last_piece[i]
+        nearest[i], _ = nearest_piece(points[i], first, last, chords, tree, nearest[i], np.inf)
         height[i] = np.nan
+        if nearest[i] < 0:
+            continue
+        px, pz = points[i, 0], points[i, 1]
+        piece, at = _closest(poses, px, pz, nearest[i], first, last, owners, stations, _ROUGH, weights, curve)
         if stations[piece, 4] - 1e-12 <= at <= stations[piece, 5] + 1e-12:
             length = np.sqrt(curve[1, 0] ** 2 + curve[1, 1] ** 2)
             height[i] = (curve[1, 0] * (pz - curve[0, 1]) - curve[1, 1] * (px - curve[0, 0])) / length

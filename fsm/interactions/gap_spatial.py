@@ -17,6 +17,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from fsm.interactions.box_tree import fit_tree, nearest_piece
+from fsm.interactions.chord import chord_boxes, chord_distance, chords_spatial
 from fsm.interactions.surface import blend, overshoot
 from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
@@ -31,60 +33,16 @@ __all__ = [
     "find_contacts_spatial",
     "heights_spatial",
     "measure_gap_spatial",
+    "probe_points_spatial",
     "variations",
-    "window_probes_spatial",
 ]
 
 # rows of the tables of surface derivatives
 ROW, ROW_S, ROW_Y, ROW_SS, ROW_SY = 0, 1, 2, 3, 4
 
 
-@kernel
-def _chords(poses: np.ndarray, owners: np.ndarray, stations: np.ndarray, half_width: np.ndarray) -> np.ndarray:
-    """Straight lines between the ends of all pieces, (n_pieces, 11), and how far the surface may be from them.
-
-    Columns: start; side direction; direction, not counting what lies across; one over its square; bound of the distance:
-    the piece lies in the hull of its control points, its lines across turn from one body's to the other's, and beyond
-    its ends it goes on by its tip.
-    """
-    out = np.empty((owners.shape[0], 11))
-    frame_a, frame_b = np.empty((3, 3)), np.empty((3, 3))
-    line, one, other = np.empty(3), np.empty(3), np.empty(3)
-    for j in range(owners.shape[0]):
-        a, b = owners[j, 0], owners[j, 1]
-        fill_rotation(poses[a, 3:], frame_a)
-        fill_rotation(poses[b, 3:], frame_b)
-        across, turned = 0.0, 0.0
-        for i in range(3):
-            turned += (frame_b[i, 1] - frame_a[i, 1]) ** 2
-            start = poses[a, i] + frame_a[i, 0] * stations[j, 0]
-            line[i] = poses[b, i] + frame_b[i, 0] * stations[j, 3] - start
-            one[i] = frame_a[i, 0] * (stations[j, 1] - stations[j, 0])
-            other[i] = frame_b[i, 0] * (stations[j, 2] - stations[j, 3])
-            out[j, i], out[j, 3 + i] = start, frame_a[i, 1]
-            across += line[i] * frame_a[i, 1]
-        for i in range(3):
-            line[i] -= across * out[j, 3 + i]
-            out[j, 6 + i] = line[i]
-        square = dot(line, line)
-        out[j, 9] = 1.0 / square
-        length = np.sqrt(square)
-        tip = max(-stations[j, 4], stations[j, 5] - 1.0) * length
-        away_one = np.sqrt(max(0.0, dot(one, one) - dot(one, line) ** 2 / square))
-        away_other = np.sqrt(max(0.0, dot(other, other) - dot(other, line) ** 2 / square))
-        out[j, 10] = max(away_one, away_other) + tip + half_width[j] * np.sqrt(turned)
-    return out
-
-
-@kernel(inline=True)
-def _chord_distance(chord: np.ndarray, point: np.ndarray) -> float:
-    """Squared distance of a point from a chord, not counting what lies across it."""
-    x, y, z = point[0] - chord[0], point[1] - chord[1], point[2] - chord[2]
-    across = x * chord[3] + y * chord[4] + z * chord[5]
-    x, y, z = x - across * chord[3], y - across * chord[4], z - across * chord[5]
-    share = min(1.0, max(0.0, (x * chord[6] + y * chord[7] + z * chord[8]) * chord[9]))
-    x, y, z = x - share * chord[6], y - share * chord[7], z - share * chord[8]
-    return x * x + y * y + z * z
+_EXACT, _ROUGH = 1e-14, 1e-3
+"""Tolerance in s of a closest point that forces come from, and of one that only tells where things are."""
 
 
 @kernel
@@ -95,40 +53,12 @@ def _probe_point(poses: np.ndarray, body: int, place: np.ndarray, frame: np.ndar
 
 
 @kernel
-def window_probes_spatial(
-    poses: np.ndarray,
-    probe_body: np.ndarray,
-    place: np.ndarray,
-    first_piece: np.ndarray,
-    last_piece: np.ndarray,
-    owners: np.ndarray,
-    stations: np.ndarray,
-    half_width: np.ndarray,
-    reach: np.ndarray,
-    margin: float,
-    nearest_piece: np.ndarray,
-    window: np.ndarray,
-) -> None:
-    """Broad phase; see `window_probes_planar`. `place` is (n, 2), `half_width` (n_pieces,)."""
-    frame, point = np.empty((3, 3)), np.empty(3)
-    chords = _chords(poses, owners, stations, half_width)
+def probe_points_spatial(poses: np.ndarray, probe_body: np.ndarray, place: np.ndarray) -> np.ndarray:
+    """Where the probes are, (n, 3), m."""
+    points, frame = np.empty((probe_body.shape[0], 3)), np.empty((3, 3))
     for i in range(probe_body.shape[0]):
-        _probe_point(poses, probe_body[i], place[i], frame, point)
-        nearest = np.inf
-        for j in range(first_piece[i], last_piece[i]):
-            distance = _chord_distance(chords[j], point)
-            if distance < nearest:
-                nearest, nearest_piece[i] = distance, j
-        nearest = np.sqrt(nearest)
-        low, high = last_piece[i], first_piece[i]
-        if nearest < reach[i]:
-            bound = (nearest + margin) ** 2
-            for j in range(first_piece[i], last_piece[i]):
-                if _chord_distance(chords[j], point) < bound:
-                    low = min(low, j)
-                    high = max(high, j + 1)
-        window[i, 0] = low
-        window[i, 1] = max(low, high)
+        _probe_point(poses, probe_body[i], place[i], frame, points[i])
+    return points
 
 
 @kernel
@@ -178,6 +108,7 @@ def _closest(
     stations: np.ndarray,
     half_width: np.ndarray,
     y: float,
+    tolerance: float,
     scratch: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray],
     surface: np.ndarray,
 ) -> tuple[int, float, float]:
@@ -210,7 +141,7 @@ def _closest(
             piece, s = piece - 1, 1.0
             continue
         s = min(stations[piece, 5] + 0.5, max(stations[piece, 4] - 0.5, new))
-        if abs(step_s) < 1e-14 and abs(step_y) < 1e-14 * half_width[piece]:
+        if abs(step_s) < tolerance and abs(step_y) < tolerance * half_width[piece]:
             break
     return piece, s, y
 
@@ -237,24 +168,26 @@ def find_contacts_spatial(
 ) -> int:
     """Closest points of all probes whose gap is below a bound; see `find_contacts_planar`. `found_at` holds (s, y)."""
     scratch = (np.empty((3, 4)), np.empty((5, 2)), np.empty((5, 2, 3)), np.empty((3, 3, 3)), np.empty(3))
-    surface, frame, point, normal = np.empty((5, 3)), np.empty((3, 3)), np.empty(3), np.empty(3)
-    chords = _chords(poses, owners, stations, half_width)
+    surface, normal = np.empty((5, 3)), np.empty(3)
+    chords = chords_spatial(poses, owners, stations, half_width)
+    points = probe_points_spatial(poses, probe_body, place)
     count = 0
     for i in range(probe_body.shape[0]):
         if window[i, 0] >= window[i, 1]:
             continue
-        _probe_point(poses, probe_body[i], place[i], frame, point)
+        point = points[i]
         piece, nearest, bound = -1, np.inf, 0.0
         for j in range(window[i, 0], window[i, 1]):
-            distance = _chord_distance(chords[j], point)
-            bound = max(bound, chords[j, 10])
+            distance = chord_distance(chords[j], point)
+            bound = max(bound, chords[j, 7])
             if distance < nearest:
                 piece, nearest = j, distance
         if np.sqrt(nearest) > max(clearance[i] + below, depth_limit[i]) + bound:
             continue
         piece, s, y = _closest(
-            poses, point, piece, window[i, 0], window[i, 1], owners, stations, half_width, place[i, 1], scratch, surface
-        )
+            poses, point, piece, window[i, 0], window[i, 1], owners, stations, half_width, place[i, 1], _EXACT, scratch,
+            surface,
+        )  # fmt: skip
         if s < stations[piece, 4] - 1e-12 or s > stations[piece, 5] + 1e-12 or abs(y) > half_width[piece]:
             continue
         height = _height(point, surface, normal)
@@ -291,26 +224,32 @@ def heights_spatial(
     poses: np.ndarray,
     probe_body: np.ndarray,
     place: np.ndarray,
-    nearest_piece: np.ndarray,
     first_piece: np.ndarray,
     last_piece: np.ndarray,
     owners: np.ndarray,
     stations: np.ndarray,
     half_width: np.ndarray,
+    nearest: np.ndarray,
     height: np.ndarray,
 ) -> None:
     """How high each probe stands over its surface; see `heights_planar`."""
     scratch = (np.empty((3, 4)), np.empty((5, 2)), np.empty((5, 2, 3)), np.empty((3, 3, 3)), np.empty(3))
-    surface, frame, point, normal = np.empty((5, 3)), np.empty((3, 3)), np.empty(3), np.empty(3)
+    surface, normal = np.empty((5, 3)), np.empty(3)
+    chords = chords_spatial(poses, owners, stations, half_width)
+    lower, upper = chord_boxes(chords)
+    tree = fit_tree(lower, upper)
+    points = probe_points_spatial(poses, probe_body, place)
     for i in range(probe_body.shape[0]):
-        _probe_point(poses, probe_body[i], place[i], frame, point)
-        piece, s, y = _closest(
-            poses, point, nearest_piece[i], first_piece[i], last_piece[i], owners, stations, half_width, place[i, 1],
-            scratch, surface,
-        )  # fmt: skip
+        first, last = first_piece[i], last_piece[i]
+        nearest[i], _ = nearest_piece(points[i], first, last, chords, tree, nearest[i], np.inf)
         height[i] = np.nan
+        if nearest[i] < 0:
+            continue
+        piece, s, y = _closest(
+            poses, points[i], nearest[i], first, last, owners, stations, half_width, place[i, 1], _ROUGH, scratch, surface
+        )
         if stations[piece, 4] - 1e-12 <= s <= stations[piece, 5] + 1e-12 and abs(y) <= half_width[piece]:
-            height[i] = _height(point, surface, normal)
+            height[i] = _height(points[i], surface, normal)
 
 
 @kernel

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from fsm.interactions import gap_planar, gap_spatial, gap_spatial_tangent
+from fsm.interactions.chord import chords_planar, chords_spatial
 from fsm.interactions.surface import STRAIGHT, pieces_of
 from fsm.kernels.rotation import rotation_matrix
 from fsm.laws.friction import FRICTION_LAWS
@@ -18,15 +19,22 @@ from fsm.segments.surface_contacts import Probes, SurfaceContacts, SurfaceKernel
 
 __all__ = ["compile_contacts"]
 
+_DEEPEST = 0.05
+"""Depth at which a point counts as having gone through a panel, over the panel's length."""
+_SEGMENTS_DEEP = 4.0
+"""The same over the length of a segment; the smaller of both holds. Pieces farther away need not be watched."""
+
 _PLANAR = SurfaceKernels(
-    gap_planar.window_probes_planar,
+    chords_planar,
+    gap_planar.probe_points_planar,
     gap_planar.heights_planar,
     gap_planar.find_contacts_planar,
     gap_planar.measure_gap_planar,
     gap_planar.tangent_gap_planar,
 )
 _SPATIAL = SurfaceKernels(
-    gap_spatial.window_probes_spatial,
+    chords_spatial,
+    gap_spatial.probe_points_spatial,
     gap_spatial.heights_spatial,
     gap_spatial.find_contacts_spatial,
     gap_spatial.measure_gap_spatial,
@@ -82,6 +90,8 @@ class _SurfaceCompiler:
     def __init__(self, scene: Scene, contact: Contact, bodies: tuple[Body, ...], spatial: bool) -> None:
         self.scene, self.contact, self.all_bodies, self.spatial = scene, contact, bodies, spatial
         self.index = {body.name: i for i, body in enumerate(bodies)}
+        moving = [plate.length for body in bodies if (plate := body.plate) and not body.held]
+        self._moving_lengths = np.array(moving)
 
     def geometry(self) -> SurfaceContacts:
         """Everything put together."""
@@ -113,12 +123,11 @@ class _SurfaceCompiler:
             extra = (np.array([self._plate(a).width / 2 for a, _ in owner_table]),)
         surface_bodies = np.unique(np.concatenate(list(members.values())))
         radii = np.array([math.hypot(self._plate(b).length, self._plate(b).width) / 2 for b in surface_bodies])
-        longest = max(2 * self._plate(b).length for b in surface_bodies if not self.all_bodies[b].held)
         return SurfaceContacts(
             _SPATIAL if self.spatial else _PLANAR,
             probes,
             Surfaces(owner_table, np.vstack(stations), extra, surface_bodies, radii),
-            longest + float(probes.clearance.max()),
+            2.0 * float(self._moving_lengths.max()),
         )
 
     def fixed(self, pair: ContactPair) -> bool:
@@ -166,7 +175,7 @@ class _SurfaceCompiler:
                     straight = STRAIGHT if at_an_end else 0.0
                     for lane, lane_share in self._lanes(body):
                         rows.append(
-                            (body, (x, lane), side, straight, inset, clearance, self._depth_limit(opposite),
+                            (body, (x, lane), side, straight, inset, clearance, self._depth_limit(opposite, clearance),
                              share * lane_share, number, *first_piece[other])
                         )  # fmt: skip
         return rows
@@ -176,8 +185,7 @@ class _SurfaceCompiler:
 
         A held panel is one long plate: it is cut into cells about as long as the segments that move.
         """
-        moving = [plate.length for other in self.all_bodies if (plate := other.plate) and not other.held]
-        cells = max(1, round(length / float(np.mean(moving)))) if self.all_bodies[body].held and moving else 1
+        cells = max(1, round(length / float(self._moving_lengths.mean()))) if self.all_bodies[body].held else 1
         nodes, weights = _lobatto(self.contact.points_per_segment + 1)
         cell = length / cells
         return [
@@ -207,10 +215,11 @@ class _SurfaceCompiler:
         cross = np.cross(self._axis(bodies[0], 0), self._axis(opposite[0], 0))
         return float(np.linalg.norm(cross))
 
-    def _depth_limit(self, opposite: np.ndarray) -> float:
-        """Deeper than this a probe is taken to be on the other side, having gone round the end."""
+    def _depth_limit(self, opposite: np.ndarray, clearance: float) -> float:
+        """Deeper than this a probe has gone through the surface: a part of the panel, but no more than a few segments."""
         lengths = [self._plate(b).length for b in opposite]
-        return max(0.05 * sum(lengths), self._plate(opposite[0]).thickness)
+        deepest = max(_DEEPEST * sum(lengths), self._plate(opposite[0]).thickness)
+        return min(deepest, _SEGMENTS_DEEP * max(self._moving_lengths) + clearance)
 
 
 def _lobatto(count: int) -> tuple[np.ndarray, np.ndarray]:

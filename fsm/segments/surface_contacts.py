@@ -7,6 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fsm.interactions.box_tree import fit_tree, window_pieces
+from fsm.interactions.chord import chord_boxes
 from fsm.interactions.motion import moved_beyond
 from fsm.segments.contact_geometry import ContactForces, Measured, Touching
 from fsm.segments.pattern import BodyPattern
@@ -14,6 +16,9 @@ from fsm.segments.pattern import BodyPattern
 __all__ = ["Probes", "SurfaceContacts", "SurfaceKernels", "Surfaces"]
 
 Kernel = Callable[..., Any]
+
+_RENEWAL = 0.4
+"""Part of the margin that anything may move by before the broad phase is renewed."""
 
 
 class Probes(NamedTuple):
@@ -74,9 +79,10 @@ class Surfaces(NamedTuple):
 
 
 class SurfaceKernels(NamedTuple):
-    """The kernels of `fsm.interactions.gap_planar` or `gap_spatial`."""
+    """The kernels of `fsm.interactions.gap_planar` or `gap_spatial`, and the chords of `fsm.interactions.chord`."""
 
-    window: Kernel
+    chords: Kernel
+    points: Kernel
     heights: Kernel
     find: Kernel
     measure: Kernel
@@ -87,7 +93,7 @@ class SurfaceContacts:
     """Probes on surfaces; see `ContactGeometry`.
 
     The broad phase keeps, for each probe, the window of pieces it could reach; it is renewed when a body of a surface
-    has moved by 0.4 of the margin since, so what is found never depends on when that happened.
+    has moved by a part of the margin since, so what is found never depends on when that happened.
 
     A probe over a surface keeps the side that it is on for as long as it is over it, however deep it gets; one that comes
     over the end of it is on the side where it is then.
@@ -108,14 +114,18 @@ class SurfaceContacts:
         self.refreshes = 0
         # a surface reaches beyond its chords by its tips, and a probe may be as deep as its limit
         stations = surfaces.stations
-        beyond = np.maximum(-stations[:, 4], stations[:, 5] - 1.0) * (stations[:, 3] - stations[:, 0])
-        self._reach = np.maximum(probes.clearance, probes.depth_limit) + float(beyond.max()) + margin
+        self._tips = np.maximum(-stations[:, 4], stations[:, 5] - 1.0)
+        beyond = self._tips * (stations[:, 3] - stations[:, 0])
+        seen = np.maximum(probes.clearance + margin, probes.depth_limit)
+        self._reach = seen + 2.0 * _RENEWAL * margin + float(beyond.max())
         count = len(probes.body)
-        self._nearest = probes.first_piece.copy()
+        self._nearest = np.full(count, -1, dtype=np.int64)
+        self._nearest_of_all = self._nearest.copy()
         self._window = np.zeros((count, 2), dtype=np.int64)
         self._reference: np.ndarray | None = None
         self._pairs = np.zeros((0, 2), dtype=np.int64)
         self._height = np.empty(count)
+        self._height_at: np.ndarray | None = None
         self._buffers = (
             np.empty(count, dtype=np.int64),
             np.empty(count, dtype=np.int64),
@@ -132,17 +142,21 @@ class SurfaceContacts:
         return self._pairs, self.refreshes
 
     def _refresh(self, poses: np.ndarray) -> None:
-        # both may have moved; the rest of the margin is for what the surface departs from its chords
-        surfaces = self.surfaces
+        probes, surfaces, kernels = self.probes, self.surfaces, self.kernels
         if self._reference is not None and not moved_beyond(
-            poses, self._reference, surfaces.bodies, surfaces.radii, 0.4 * self.margin
+            poses, self._reference, surfaces.bodies, surfaces.radii, _RENEWAL * self.margin
         ):
             return
         self._reference = poses.copy()
-        probes = self.probes
-        self.kernels.window(
-            poses, probes.body, probes.place, probes.first_piece, probes.last_piece, surfaces.owners,
-            surfaces.stations, *surfaces.extra, self._reach, self.margin, self._nearest, self._window,
+        chords = kernels.chords(poses, surfaces.owners, surfaces.stations, *surfaces.extra)
+        dimension = 2 if self.slips == 1 else 3
+        inverse, bound = chords[:, 2 * dimension], chords[:, 2 * dimension + 1]
+        # how far pieces are from their chords; tips go on beyond the ends, where nothing else is nearer
+        bulge = float((bound - self._tips / np.sqrt(inverse)).max())
+        window_pieces(
+            kernels.points(poses, probes.body, probes.place), probes.first_piece, probes.last_piece, chords,
+            fit_tree(*chord_boxes(chords)), self._reach + bulge, 2.0 * (2.0 * _RENEWAL * self.margin + bulge),
+            self._nearest, self._window,
         )  # fmt: skip
         self._pairs = _coupled_bodies(probes.body, self._window, surfaces.owners)
         self.refreshes += 1
@@ -214,11 +228,14 @@ class SurfaceContacts:
         return tuple(int(pair) for pair in np.unique(self.pair[through]))
 
     def _heights(self, poses: np.ndarray) -> np.ndarray:
-        self._refresh(poses)
+        """Heights of all probes; those of the last time if nothing has moved."""
+        if self._height_at is not None and np.array_equal(self._height_at, poses):
+            return self._height
+        self._height_at = poses.copy()
         probes, surfaces = self.probes, self.surfaces
         self.kernels.heights(
-            poses, probes.body, probes.place, self._nearest, probes.first_piece, probes.last_piece, surfaces.owners,
-            surfaces.stations, *surfaces.extra, self._height,
+            poses, probes.body, probes.place, probes.first_piece, probes.last_piece, surfaces.owners,
+            surfaces.stations, *surfaces.extra, self._nearest_of_all, self._height,
         )  # fmt: skip
         return self._height
 
