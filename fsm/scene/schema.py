@@ -14,6 +14,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from fsm.scene.case import Case
+from fsm.scene.model import Model
 from fsm.scene.units import Unit
 
 __all__ = ["Place", "locate", "tags", "top"]
@@ -103,7 +104,7 @@ def locate(data: Mapping[str, Any], location: Sequence[str | int]) -> tuple[Plac
     Place or None
         None if nothing may stand there.
     list
-        The path as the user wrote it, without tags.
+        The path as the user wrote it, without tags, and without the number of a single value where a list may stand.
     """
     place: Place | None = top(data)
     path: list[str | int] = []
@@ -112,7 +113,8 @@ def locate(data: Mapping[str, Any], location: Sequence[str | int]) -> tuple[Plac
         if place is not None and place.discriminator() and not chosen:
             chosen = True
             continue
-        path.append(key)
+        if not (isinstance(key, int) and place is not None and isinstance(place.value, str | float | int)):
+            path.append(key)
         place = place.step(key) if place else None
         chosen = False
     return place, path
@@ -173,4 +175,6 @@ def _fields(model: type[BaseModel], value: Any) -> dict[str, Any]:
     defaults = {
         name: field.get_default() for name, field in model.model_fields.items() if not field.is_required()
     }
-    return {**defaults, **(value if isinstance(value, Mapping) else {})}
+    if not isinstance(value, Mapping):
+        return defaults
+    return {**defaults, **(model.completed(value) if issubclass(model, Model) else value)}

@@ -206,7 +206,7 @@ class Unit:
         power = fields.get(self.power)
         if isinstance(power, bool) or not isinstance(power, int | float):
             return ""
-        return f"{self.symbol}^{power:.12g}"
+        return self.symbol if power == 1 else f"{self.symbol}^{power:.12g}"
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         def read(value: Any, info: core_schema.ValidationInfo) -> float:

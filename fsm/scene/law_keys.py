@@ -1,0 +1,64 @@
+"""Sections whose keys depend on their law: what a law needs, what it may have, what it refuses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, Final, NamedTuple
+
+from pydantic import ValidationInfo
+from pydantic_core import PydanticCustomError, PydanticKnownError
+
+from fsm.scene.units import with_unit
+
+__all__ = ["MISSING", "LawKeys", "check_key", "mark_missing", "without_unused"]
+
+
+class LawKeys(NamedTuple):
+    """Keys that a law needs, and keys that it may have."""
+
+    needed: tuple[str, ...]
+    optional: tuple[str, ...] = ()
+
+
+Laws = Mapping[str, LawKeys]
+
+MISSING: Final = object()
+"""Stands for a value that the law needs and nobody gave, so that it is told at its own path, with all other faults."""
+
+
+def mark_missing(written: Mapping[str, Any], laws: Laws, law: object) -> dict[str, Any]:
+    """The section with `MISSING` for every needed key that it lacks."""
+    needed = laws[law].needed if isinstance(law, str) and law in laws else ()
+    return {**dict.fromkeys(needed, MISSING), **written}
+
+
+def check_key(laws: Laws) -> Callable[[Any, ValidationInfo], Any]:
+    """Validator of every key of a section, to run before its own: needed but missing, or given but not used."""
+    of_laws = {key for keys in laws.values() for key in _keys(keys)}
+
+    def check(value: Any, info: ValidationInfo) -> Any:
+        key, law = info.field_name, info.data.get("law", "")
+        if value is MISSING:
+            raise PydanticKnownError("missing")
+        if key in of_laws and law in laws and value is not None and key not in _keys(laws[law]):
+            others = [with_unit(name, None) for name, keys in laws.items() if key in _keys(keys)]
+            text = f"not used with law = {with_unit(law, None)}, only with {_listed(others)}; remove it"
+            raise PydanticCustomError("quantity", "{text}", {"text": text})
+        return value
+
+    return check
+
+
+def without_unused(data: Mapping[str, Any], laws: Laws) -> dict[str, Any]:
+    """The section without the defaults of keys that its law does not have."""
+    of_laws = {key for keys in laws.values() for key in _keys(keys)}
+    used = _keys(laws[data["law"]])
+    return {key: value for key, value in data.items() if key not in of_laws or key in used}
+
+
+def _keys(keys: LawKeys) -> tuple[str, ...]:
+    return keys.needed + keys.optional
+
+
+def _listed(names: list[str]) -> str:
+    return " or ".join(names) if len(names) < 3 else f"{', '.join(names[:-1])} or {names[-1]}"
