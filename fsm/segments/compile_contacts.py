@@ -63,7 +63,7 @@ def compile_contacts(scene: Scene, bodies: tuple[Body, ...], spatial: bool) -> t
 
 def _normal(contact: Contact) -> NormalForce:
     law = NORMAL_LAWS[contact.law]
-    return NormalForce(law, law.params(contact), contact.exponent, getattr(contact, "speed_floor", 1e-4))
+    return NormalForce(law, law.params(contact), contact.exponent, contact.speed_floor)
 
 
 def _friction(friction: Friction | None) -> FrictionForce | None:
