@@ -379,7 +379,7 @@ def _of_contact(view: _View) -> Iterator[str]:
         f"a surface goes on by {100 * SURFACE_TIP:g} % of its length beyond its ends, rounded off: "
         "all of it meets ends of other panels, half of it their other points"
     )
-    yield "only the pairs above touch: faces of other panels pass through each other"
+    yield 'only the pairs above touch, faces of others pass through each other; `self_contact = true` watches all'
     if view.spatial:
         yield "edges do not touch: points beyond a panel's sides, |y| > width/2, meet nothing"
 
