@@ -91,13 +91,14 @@ def test_impact_has_no_restitution_of_its_own(mass: float, speed: float, e: floa
 
 
 def test_kelvin_voigt() -> None:
-    """Damping ratio 0.1, let go where the force is zero; a damper that pulls until d = 0 would leave exp(-pi z/wd) = 0.729."""
+    """Damping ratio 0.1, let go where the force is zero; a damper that pulls until d = 0 would leave exp(-pi z/wd)."""
     stiffness, mass = 1e6, 1.0
     contact = Contact(law="linear", stiffness=stiffness, damping=0.2 * math.sqrt(stiffness * mass), ramp=1e-9)
     z = 0.1
     wd = math.sqrt(1 - z * z)
     closed = math.exp(-z / wd * (math.pi - math.atan2(2 * z * wd, 1 - 2 * z * z)))
     assert closed > math.exp(-math.pi * z / wd) == pytest.approx(0.729248, abs=5e-7)
+    assert closed == pytest.approx(0.744079, abs=5e-7)
     assert impact(contact, mass, 1.0)[0] == pytest.approx(closed, rel=1e-5)
 
 
