@@ -121,10 +121,9 @@ class ContactGroup:
         by_slip = np.zeros((count, slips, slips))
         friction = self.friction
         if friction is not None and friction.law.bristle:
-            # a mean velocity is one already
-            before = slip if past is not None else self._slip[slot]
+            weight = 0.5 if past is None else 1.0
             effort, by_slip, by_normal, deflection = friction.law.effort(
-                slip, before, normal, self._deflection[slot], max(0.0, t - self._time), friction.params
+                slip, self._slip[slot], normal, self._deflection[slot], max(0.0, t - self._time), weight, friction.params
             )
         elif friction is not None:
             effort, by_slip, by_normal = friction.law.effort(slip, normal, friction.params)

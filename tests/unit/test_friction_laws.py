@@ -33,12 +33,18 @@ def evaluate(friction: Friction, slip: np.ndarray, normal: np.ndarray | float = 
 
 
 def bristles(
-    slip: Any, before: Any, deflection: Any, duration: float, normal: Any = 1.0, friction: Friction = LUGRE
+    slip: Any,
+    before: Any,
+    deflection: Any,
+    duration: float,
+    normal: Any = 1.0,
+    friction: Friction = LUGRE,
+    weight: float = 0.5,
 ) -> tuple[np.ndarray, ...]:
     arrays = [np.atleast_2d(np.asarray(a, float)) for a in (slip, before, deflection)]
     normals = np.broadcast_to(np.asarray(normal, float), len(arrays[0])).copy()
     law = FRICTION_LAWS["lugre"]
-    return law.effort(arrays[0], arrays[1], normals, arrays[2], duration, law.params(friction))
+    return law.effort(arrays[0], arrays[1], normals, arrays[2], duration, weight, law.params(friction))
 
 
 def coefficient(friction: Friction, speed: float) -> float:
