@@ -146,19 +146,21 @@ def test_values() -> None:
 
 @components
 @pytest.mark.parametrize("duration", [0.0, 1e-5, 1e-3, 1e-1])
-def test_derivatives_of_bristles(c: int, duration: float) -> None:
+@pytest.mark.parametrize("weight", [0.5, 1.0])
+def test_derivatives_of_bristles(c: int, duration: float, weight: float) -> None:
     """Steps much shorter and much longer than bristles take to give way; partly bent in any direction before."""
     rng = np.random.default_rng(4)
     friction = LUGRE.model_copy(update={"viscous": 0.3})
     slip, before = slips(5, c), slips(6, c)
-    speed = np.minimum(np.linalg.norm(slip, axis=1), np.linalg.norm(slip + before, axis=1))
+    mean = weight * slip + (1.0 - weight) * before
+    speed = np.minimum(np.linalg.norm(slip, axis=1), 2.0 * np.linalg.norm(mean, axis=1))
     deflection = PRESLIDING * rng.uniform(-0.5, 0.5, slip.shape)
     normal = rng.uniform(0.1, 10, len(slip))
 
     def effort(s: np.ndarray) -> np.ndarray:
-        return bristles(s, before, deflection, duration, normal, friction)[0]
+        return bristles(s, before, deflection, duration, normal, friction, weight)[0]
 
-    value, by_slip, by_normal, _ = bristles(slip, before, deflection, duration, normal, friction)
+    value, by_slip, by_normal, _ = bristles(slip, before, deflection, duration, normal, friction, weight)
     found = differences(effort, slip, 1e-3 * speed)
     allowed = 1e-8 * np.abs(by_slip).max(axis=(1, 2)) + 1e-12 * np.linalg.norm(value, axis=1) / (1e-3 * speed)
     assert np.all(np.abs(found - by_slip) <= allowed[:, None, None])
