@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from fsm.laws.friction import FRICTION_LAWS
+from fsm.laws.friction.lugre import _mean_decay
 from fsm.scene.contact import FRICTION_KEYS, Friction
 
 MU_S, MU_D, V_S, V_D, V_STRIBECK, PRESLIDING = 0.3, 0.2, 1e-3, 1e-2, 5e-3, 1e-5
@@ -212,6 +214,15 @@ def test_one_step_of_constant_slip_is_exact() -> None:
 
     wanted = solve_ivp(rate, (0, 5e-3), start[0], method="DOP853", rtol=1e-12, atol=1e-20).y[:, -1]
     np.testing.assert_allclose(whole[0], wanted, rtol=1e-9, atol=1e-14 * PRESLIDING)
+
+
+def test_mean_decay_on_both_sides_of_its_series() -> None:
+    """(1 - exp(-x))/x and its slope, the latter by the sum of -(-x)^(k-1) k/(k+1)!."""
+    for x in (0.0, 1e-8, 9.99e-4, 1.001e-3, 0.3):
+        value, slope = _mean_decay(x)
+        assert value == pytest.approx(math.fsum((-x) ** k / math.factorial(k + 1) for k in range(25)), rel=1e-13)
+        wanted = math.fsum(-((-x) ** (k - 1)) * k / math.factorial(k + 1) for k in range(1, 25))
+        assert slope == pytest.approx(wanted, rel=1e-12)
 
 
 def test_steps_are_of_second_order() -> None:
