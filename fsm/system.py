@@ -240,6 +240,13 @@ class System(Protocol):
         """Remember that again: a solve goes on, or steps are taken back."""
         ...
 
+    def parted(self) -> bool:
+        """Whether contacts closed where the tangents were taken last are open at the state looked at last.
+
+        Then those tangents are far too stiff there, and a correction that they give may be small for that alone.
+        """
+        ...
+
     def objection(self, t: float, q: np.ndarray, u: np.ndarray | None, step: float) -> Objection | None:
         """What stands against accepting the state as the end of a step of that length (s) since the last commit.
 

@@ -19,11 +19,11 @@ __all__ = ["ContactGroup", "FrictionForce", "NormalForce"]
 
 _STEPS = 60
 """Steps that an impact takes at least."""
-_FIRST = 0.01
+_FIRST = 0.006
 """Length of the step in which an impact begins, over that of the impact, counted from its beginning."""
-_BEFORE = 0.005
+_BEFORE = 0.003
 """The step before ends so long before it, over its length."""
-_JOLT = 2e-3
+_JOLT = 3e-4
 """Change of speed by an impact in the step in which it begins, over its speed, that is too much."""
 _IMPACT = 3.0
 """Closing speed from which on a contact is an impact, over the floor of speeds of its law."""
@@ -90,6 +90,7 @@ class ContactGroup:
         self._time = 0.0
         self._poses: np.ndarray | None = None
         self._rates = np.zeros((0, 0))
+        self._stiff = np.zeros(0, dtype=np.int64)
         self._last: tuple[np.ndarray, np.ndarray, _Found | None] | None = None
 
     @property
@@ -159,12 +160,20 @@ class ContactGroup:
     ) -> None:
         """See `Group`."""
         found = self._contacts(t, poses, rates, past)
+        self._stiff = np.zeros(0, dtype=np.int64) if found is None else found.touching.slot
         if found is None:
             return
         _scatter(found, force)
         self.geometry.add_tangent(
             poses, rates, found.touching, found.measured, found.forces, pattern, stiffness, damping
         )
+
+    def parted(self) -> bool:
+        """Whether contacts closed where the tangents were taken last are open at the state looked at last."""
+        found = None if self._last is None else self._last[2]
+        if found is None:
+            return len(self._stiff) > 0
+        return not np.isin(self._stiff, found.touching.slot).all()
 
     def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
         """See `Group`; contacts do not know the time."""
@@ -258,17 +267,20 @@ class ContactGroup:
             return 1.0
         slot, measured = found.touching.slot, found.measured
         before = self._rates[measured.bodies].reshape(len(slot), -1)
-        closing = -(measured.gradient[:, 0] * before).sum(axis=1)
+        start, end = -(measured.gradient[:, 0] * before).sum(axis=1), -measured.rate[:, 0]
         mass = self._mass(measured)
         jolt = found.forces.normal * step / mass
-        new = (self._onset[slot] == 0.0) & (closing > _IMPACT * self.normal.speed_floor) & (jolt > _JOLT * closing)
+        speed = np.maximum(start, end + jolt)  # the second is about that of a step without the contact
+        new = (self._onset[slot] == 0.0) & (speed > _IMPACT * self.normal.speed_floor) & (jolt > _JOLT * speed)
         if not new.any():
             return 1.0
+        start, end, jolt, speed = start[new], end[new], jolt[new], speed[new]
         # the way that was closed, by the speeds at both ends, tells how wide the gap was
-        gap = 0.5 * (closing - measured.rate[:, 0])[new] * step - found.depth[new]
-        lasts = self._lasts(mass[new], closing[new], self.geometry.share[slot][new])
-        begins = gap / closing[new] - _BEFORE * lasts
-        return float(np.clip(begins.min() / step, 0.05, 0.9))
+        gap = np.maximum(0.0, 0.5 * (start + end) * step - found.depth[new])
+        slowing = np.sqrt(np.maximum(0.0, start**2 + 2.0 * gap * (end + jolt - start) / step))
+        begins = 2.0 * gap / np.maximum(start + slowing, 1e-300)
+        lasts = self._lasts(mass[new], speed, self.geometry.share[slot][new])
+        return float(np.clip((begins - _BEFORE * lasts).min() / step, 0.05, 0.9))
 
     def longest_step(self, t: float, poses: np.ndarray, rates: np.ndarray) -> float:
         """Longest step that resolves the impacts that go on or are about to begin, s."""

@@ -289,6 +289,10 @@ class SegmentSystem:
             group.restore(memory[at + 1 : end])
             at = end
 
+    def parted(self) -> bool:
+        """See `System`."""
+        return any(group.parted() for group in self.contacts)
+
     def objection(self, t: float, q: np.ndarray, u: np.ndarray | None, step: float) -> Objection | None:
         """See `System`."""
         if not self.contacts:

@@ -307,7 +307,11 @@ class GeneralizedAlpha:
                 # nothing is known of this matrix
                 self._contraction = 1.0
             left = max(self._contraction, _SURE) / max(1.0 - self._contraction, 1e-3)
-            if size * left <= self._newton_tolerance or size <= 1e-3 * self._newton_tolerance:
+            converged = size * left <= self._newton_tolerance or size <= 1e-3 * self._newton_tolerance
+            if converged and not renew and self.system.parted():
+                renew, before = True, size
+                continue
+            if converged:
                 # a correction as long as the structure has found some other root
                 hopped = np.abs((trial.x - predicted) / self._span).max(initial=0.0) > _HOP
                 return None if hopped and self.fixed_step is None else trial
