@@ -14,9 +14,9 @@ How a client with surfaces uses it, at every renewal of its broad phase (in spac
     tree = fit_tree(*chord_boxes(chords))
     window_pieces(points, first_piece, last_piece, chords, tree, reach, margin, nearest, window)
 
-`nearest` is kept from one renewal to the next (-1 at first), which saves work and changes nothing. A piece outside its window
-cannot become the nearest before some distance has changed by half the margin. A surface is not its chord: its closest point
-is on a piece whose chord is farther than the nearest by at most twice the bound in the table of chords. So
+`nearest` is kept from one renewal to the next (-1 at first), which saves work and changes nothing. A piece outside its
+window cannot become the nearest before some distance has changed by half the margin. A surface is not its chord: its
+closest point is on a piece whose chord is farther than the nearest by at most twice the bound in the table of chords. So
 
     margin = 2 (change of distances until the next renewal + largest bound of the chords)
     reach  = largest gap or depth that counts + change of distances + largest bound
@@ -240,9 +240,12 @@ def window_pieces(
         From the first to one past the last piece that is farther than the nearest by less than the margin; all between
         them are in it, however far. Equal when the nearest is out of reach.
     """
+    piece = -1
     for i in range(points.shape[0]):
         first, last = first_piece[i], last_piece[i]
-        piece, square = nearest_piece(points[i], first, last, chords, tree, nearest[i], reach[i] * reach[i])
+        # a new probe starts where the one before it ended: they too follow each other along a chain
+        start = nearest[i] if nearest[i] >= 0 else piece
+        piece, square = nearest_piece(points[i], first, last, chords, tree, start, reach[i] * reach[i])
         nearest[i] = piece
         if piece < 0:
             window[i, 0] = window[i, 1] = first

@@ -122,7 +122,8 @@ def windows(given: dict[str, Any], nearest: np.ndarray) -> tuple[np.ndarray, np.
 
 def all_distances(given: dict[str, Any], i: int) -> np.ndarray:
     """Squared distances of a probe from all pieces of its surface."""
-    return np.array([chord_distance(given["chords"][j], given["points"][i]) for j in range(given["first"][i], given["last"][i])])
+    pieces = range(given["first"][i], given["last"][i])
+    return np.array([chord_distance(given["chords"][j], given["points"][i]) for j in pieces])
 
 
 @SPATIAL
@@ -151,7 +152,8 @@ def test_where_one_looks_first_changes_nothing(spatial: bool) -> None:
     count = len(given["points"])
     cold = windows(given, np.full(count, -1))
     rng = np.random.default_rng(0)
-    for start in (cold[0], given["first"], given["last"] - 1, given["last"], rng.integers(-5, len(given["chords"]) + 5, count)):
+    anywhere = rng.integers(-5, len(given["chords"]) + 5, count)
+    for start in (cold[0], given["first"], given["last"] - 1, given["last"], anywhere):
         for one, other in zip(cold, windows(given, start), strict=True):
             np.testing.assert_array_equal(one, other)
 
@@ -280,8 +282,9 @@ def test_pairs_between_two_sets(number: int, size: int) -> None:
     lower, upper = boxes(number, size)
     other = boxes(7 - number % 7 + 7, size)
     wanted = np.argwhere(overlap(lower, upper, *other))
-    for order in (morton_order(*other), np.arange(len(other[0]))):
-        np.testing.assert_array_equal(overlapping_pairs_between(lower, upper, *other, order), wanted)
+    orders, other_orders = ((morton_order(*one), np.arange(len(one[0]))) for one in ((lower, upper), other))
+    for order, other_order in zip(orders, other_orders, strict=True):
+        np.testing.assert_array_equal(overlapping_pairs_between(lower, upper, order, *other, other_order), wanted)
 
 
 @pytest.mark.parametrize("size", [2, 3])
@@ -322,7 +325,7 @@ def evaluate() -> list[Any]:
         lower, upper = boxes(4, size)
         other = boxes(11, size)
         found.append(overlapping_pairs(lower, upper, morton_order(lower, upper)))
-        found.append(overlapping_pairs_between(lower, upper, *other, morton_order(*other)))
+        found.append(overlapping_pairs_between(lower, upper, morton_order(lower, upper), *other, morton_order(*other)))
     return found
 
 
