@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from fsm.overlap import near_boxes
 from fsm.results.solution import Solution
 from fsm.scene.scene import Scene
 
@@ -32,12 +33,12 @@ def first_crossings(solution: Solution, scene: Scene) -> list[tuple[int, int, fl
     for number in range(len(solution)):
         start = solution.shape[number, :, 0][:, [0, 2]]
         end = solution.shape[number, :, 1][:, [0, 2]]
-        for i, j in zip(*np.nonzero(_crossing(start, end)), strict=True):
-            if _at_a_tip(start, end, panel, i, j):
-                continue
+        for i, j in _crossing(start, end):
             pair = (int(min(panel[i], panel[j])), int(max(panel[i], panel[j])))
-            if pair[0] != pair[1] and pair[0] > 0 and pair not in watched:
-                found.setdefault(pair, float(at[number]))
+            if pair[0] == pair[1] or pair[0] <= 0 or pair in watched or pair in found:
+                continue
+            if not _at_a_tip(start, end, panel, i, j):
+                found[pair] = float(at[number])
     return [(a, b, travel) for (a, b), travel in sorted(found.items())]
 
 
@@ -52,13 +53,16 @@ def _watched(scene: Scene) -> set[tuple[int, int]]:
 
 
 def _crossing(start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """(n, n) matrix: does line i cross line j in the inside of both."""
+    """Pairs (m, 2) of lines that cross in the inside of both."""
     along = end - start
-    side_start = _side(along, start, start)
-    side_end = _side(along, start, end)
     tiny = 1e-9 * float(np.max(np.sum(along**2, axis=1)))
-    apart = (side_start * side_end < 0.0) & (np.abs(side_start) > tiny) & (np.abs(side_end) > tiny)
-    return np.asarray(apart & apart.T)
+    i, j = near_boxes(np.minimum(start, end), np.maximum(start, end))
+    across = np.full(len(i), True)
+    for line, other in ((i, j), (j, i)):
+        side_start = _side(along[line], start[other] - start[line])
+        side_end = _side(along[line], end[other] - start[line])
+        across &= (side_start * side_end < 0.0) & (np.abs(side_start) > tiny) & (np.abs(side_end) > tiny)
+    return np.column_stack([i[across], j[across]])
 
 
 def _at_a_tip(start: np.ndarray, end: np.ndarray, panel: np.ndarray, i: int, j: int) -> bool:
@@ -75,7 +79,6 @@ def _at_a_tip(start: np.ndarray, end: np.ndarray, panel: np.ndarray, i: int, j: 
     return False
 
 
-def _side(along: np.ndarray, origin: np.ndarray, point: np.ndarray) -> np.ndarray:
-    """(n, n): twice the signed area of line i and point j."""
-    offset = point[None] - origin[:, None]
-    return along[:, None, 0] * offset[..., 1] - along[:, None, 1] * offset[..., 0]
+def _side(along: np.ndarray, offset: np.ndarray) -> np.ndarray:
+    """Twice the signed area between lines and points, one each."""
+    return np.asarray(along[:, 0] * offset[:, 1] - along[:, 1] * offset[:, 0])

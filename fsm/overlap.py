@@ -21,6 +21,7 @@ __all__ = [
     "distance",
     "find_overlaps",
     "length_of",
+    "near_boxes",
     "outlines",
     "panel_of_body",
     "points_at",
@@ -124,15 +125,44 @@ def find_overlaps(
     low = np.array([p.points.min(axis=0) for p in panels]) - thick[:, None] / 2
     high = np.array([p.points.max(axis=0) for p in panels]) + thick[:, None] / 2
     tolerance = 1e-9 * float(np.max(high - low))
-    near = np.all((low[:, None] <= high[None]) & (low[None] <= high[:, None]), axis=2)
     found = []
-    for i, j in zip(*np.nonzero(np.triu(near, 1)), strict=True):
+    for i, j in zip(*near_boxes(low, high), strict=True):
         a, b, t = panels[i], panels[j], float(thick[i] + thick[j]) / 2
         joined = b.name in a.neighbours or a.name in b.neighbours
         depth = _crease_depth(a.points, b.points, t) if joined else _depth(a.points, b.points, t)
         if depth > tolerance:
             found.append((a.name, b.name, depth))
     return found
+
+
+def near_boxes(low: Points, high: Points) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Pairs of rectangles along the axes that overlap or touch, by a sweep along the axis on which fewer do.
+
+    Parameters
+    ----------
+    low, high : (n, 2) arrays, m
+
+    Returns
+    -------
+    first, second : (m,) int arrays
+        first < second, in ascending order.
+    """
+    best: tuple[int, NDArray[np.int64], NDArray[np.int64]] | None = None
+    for axis in (0, 1):
+        order = np.argsort(low[:, axis], kind="stable")
+        end = np.searchsorted(low[order, axis], high[order, axis], side="right")
+        count = np.maximum(end - np.arange(1, len(low) + 1), 0)
+        if best is None or count.sum() < best[0]:
+            best = int(count.sum()), order, count
+    assert best is not None
+    total, order, count = best
+    one = np.repeat(np.arange(len(low)), count)
+    other = one + 1 + np.arange(total) - np.repeat(np.cumsum(count) - count, count)
+    i, j = order[one], order[other]
+    near = np.all((low[i] <= high[j]) & (low[j] <= high[i]), axis=1)
+    first, second = np.minimum(i[near], j[near]), np.maximum(i[near], j[near])
+    ascending = np.lexsort((second, first))
+    return first[ascending], second[ascending]
 
 
 # -- geometry ------------------------------------------------------------------------------------------
@@ -171,37 +201,67 @@ def _joined(ends: list[Points]) -> Points:
 def _neighbours(lines: list[Points]) -> list[list[int]]:
     if not lines:
         return []
-    ends = np.array([line[[0, -1]] for line in lines])
-    size = float(np.max(np.ptp(ends.reshape(-1, 2), axis=0)))
-    apart = np.linalg.norm(ends[:, None, :, None] - ends[None, :, None, :], axis=-1).min(axis=(2, 3))
-    return [[int(j) for j in np.flatnonzero(row <= 1e-6 * size) if j != i] for i, row in enumerate(apart)]
+    ends = np.array([line[[0, -1]] for line in lines]).reshape(-1, 2)
+    close = 1e-6 * float(np.max(np.ptp(ends, axis=0)))
+    near: list[set[int]] = [set() for _ in lines]
+    for p, q in zip(*near_boxes(ends - close, ends + close), strict=True):
+        if p // 2 != q // 2 and np.linalg.norm(ends[p] - ends[q]) <= close:
+            near[p // 2].add(int(q // 2))
+            near[q // 2].add(int(p // 2))
+    return [sorted(numbers) for numbers in near]
 
 
 def _depth(a: Points, b: Points, t: float) -> float:
-    """How deep two lines of mean thickness t are inside each other; negative: how far apart."""
-    if _cross(a, b):
+    """How deep two lines of mean thickness t are inside each other; 0 or less if they are not."""
+    i, j = _near_pieces(a, b, t)
+    if not len(i):
+        return 0.0
+    if _cross(a, b, i, j):
         return t + min(float(distance(line[[0, -1]], other).min()) for line, other in ((a, b), (b, a)))
-    return t - min(float(distance(a, b).min()), float(distance(b, a).min()))
+    nearest = np.inf
+    for line, other, m, n in ((a, b, i, j), (b, a, j, i)):
+        start, along = other[n], other[n + 1] - other[n]
+        for point in (line[m], line[m + 1]):
+            nearest = min(nearest, float(_from_piece(point, start, along).min()))
+    return t - nearest
+
+
+def _near_pieces(a: Points, b: Points, t: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Pieces of two lines that are nearer to each other than t, or cross, with others about as near."""
+    start, end = np.concatenate([a[:-1], b[:-1]]), np.concatenate([a[1:], b[1:]])
+    low, high = np.minimum(start, end), np.maximum(start, end)
+    reach = 0.5 * t + 1e-9 * float(np.max(np.ptp(start, axis=0)) + t)
+    first, second = near_boxes(low - reach, high + reach)
+    of_both = (first < len(a) - 1) & (second >= len(a) - 1)
+    return first[of_both], second[of_both] - (len(a) - 1)
+
+
+def _from_piece(points: Points, start: Points, along: Points) -> Points:
+    """Of points from straight pieces, one each (or by broadcasting)."""
+    square = np.maximum(np.sum(along * along, axis=-1), 1e-300)
+    offset = points - start
+    share = np.clip(np.sum(offset * along, axis=-1) / square, 0, 1)
+    return np.asarray(np.linalg.norm(offset - share[..., None] * along, axis=-1))
 
 
 def distance(points: Points, line: Points) -> Points:
     """Of points from a polyline."""
-    start, along = line[:-1], np.diff(line, axis=0)
-    square = np.maximum(np.einsum("ij,ij->i", along, along), 1e-300)
-    offset = points[:, None] - start
-    share = np.clip(np.einsum("kij,ij->ki", offset, along) / square, 0, 1)
-    return np.linalg.norm(offset - share[..., None] * along, axis=-1).min(axis=1)
+    return _from_piece(points[:, None], line[:-1], np.diff(line, axis=0)).min(axis=1)
 
 
-def _cross(a: Points, b: Points) -> bool:
-    """Whether two polylines cross; a corner counts to one side, so that a crossing in a corner is found."""
+def _cross(a: Points, b: Points, i: NDArray[np.int64], j: NDArray[np.int64]) -> bool:
+    """Whether two polylines cross, piece i in piece j; a corner counts to one side, so that a crossing there is found."""
 
-    def sides(line: Points, points: Points) -> NDArray[np.bool_]:
-        along, offset = np.diff(line, axis=0)[:, None], points[None] - line[:-1, None]
-        return along[..., 0] * offset[..., 1] - along[..., 1] * offset[..., 0] > 0
+    def parted(line: Points, m: NDArray[np.int64], points: Points, n: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Whether the ends of piece n are on different sides of piece m."""
+        along = line[m + 1] - line[m]
+        before, after = (
+            along[:, 0] * offset[:, 1] - along[:, 1] * offset[:, 0] > 0
+            for offset in (points[n] - line[m], points[n + 1] - line[m])
+        )
+        return np.asarray(before != after)
 
-    of_b, of_a = sides(a, b), sides(b, a)
-    return bool(np.any((of_b[:, 1:] != of_b[:, :-1]) & (of_a[:, 1:] != of_a[:, :-1]).T))
+    return bool(np.any(parted(a, i, b, j) & parted(b, j, a, i)))
 
 
 def _crease_depth(a: Points, b: Points, t: float) -> float:

@@ -57,52 +57,91 @@ def morton_order(lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
 
 
 @kernel
-def _visit(
-    low_corner: np.ndarray,
-    high_corner: np.ndarray,
-    first: int,
+def _meet(
+    number: int,
     lower: np.ndarray,
     upper: np.ndarray,
+    order: np.ndarray,
+    other_lower: np.ndarray,
+    other_upper: np.ndarray,
+    other_order: np.ndarray,
     tree: np.ndarray,
-    hits: np.ndarray,
+    same: bool,
+    keys: np.ndarray,
     count: int,
 ) -> int:
-    """Append the boxes from number `first` on that overlap one box to `hits` from place `count` on; the new count.
+    """Append the keys of the pairs of the `LEAF` boxes in a row from `number` on with the others; the new count.
 
-    What is past the end of `hits` is counted only.
+    The boxes go through the tree together, neighbours as they are. If both sets are the same, pairs with later boxes only.
+    What is past the end of `keys` is counted only.
     """
     size = lower.shape[1]
+    end = min(number + LEAF, lower.shape[0])
     leaves = tree.shape[0] // 2
     node, span = 1, leaves * LEAF
     while node > 0:
         low = node * span - leaves * LEAF
-        enter = low + span > first
-        for i in range(size):
-            enter = enter and tree[node, i] <= high_corner[i] and low_corner[i] <= tree[node, size + i]
+        enter = False
+        if not same or low + span > number:
+            for q in range(number, end):
+                enter = enter or _touch(lower[q], upper[q], tree[node, :size], tree[node, size:])
         if enter and node < leaves:
             node, span = 2 * node, span // 2
             continue
         if enter:
-            for j in range(max(low, first), min(low + span, lower.shape[0])):
-                meet = True
-                for i in range(size):
-                    meet = meet and lower[j, i] <= high_corner[i] and low_corner[i] <= upper[j, i]
-                if meet:
-                    if count < hits.shape[0]:
-                        hits[count] = j
-                    count += 1
+            for q in range(number, end):
+                for j in range(max(low, q + 1) if same else low, min(low + span, other_lower.shape[0])):
+                    if _touch(lower[q], upper[q], other_lower[j], other_upper[j]):
+                        if count < keys.shape[0]:
+                            one, other = order[q], other_order[j]
+                            if same and one > other:
+                                one, other = other, one
+                            keys[count] = one * other_lower.shape[0] + other
+                        count += 1
         node, span = next_node(node, span)
     return count
 
 
+@kernel(inline=True)
+def _touch(lower: np.ndarray, upper: np.ndarray, other_lower: np.ndarray, other_upper: np.ndarray) -> bool:
+    """Whether two boxes overlap or touch."""
+    touch = True
+    for i in range(lower.shape[0]):
+        touch = touch and lower[i] <= other_upper[i] and other_lower[i] <= upper[i]
+    return touch
+
+
 @kernel
-def _split(keys: np.ndarray, count: int) -> np.ndarray:
-    """Pairs (m, 2) in ascending order from keys, the first number times `count` plus the second."""
-    keys = np.sort(keys)
-    pairs = np.empty((keys.shape[0], 2), dtype=np.int64)
-    for k in range(keys.shape[0]):
-        pairs[k, 0] = keys[k] // count
-        pairs[k, 1] = keys[k] - pairs[k, 0] * count
+def _pairs(
+    lower: np.ndarray,
+    upper: np.ndarray,
+    order: np.ndarray,
+    other_lower: np.ndarray,
+    other_upper: np.ndarray,
+    other_order: np.ndarray,
+    same: bool,
+) -> np.ndarray:
+    """Pairs in ascending order of boxes that are in the order given."""
+    tree = fit_tree(other_lower, other_upper)
+    # a pair's key is the first number times the count of the others plus the second
+    keys = np.empty(4 * lower.shape[0] + 16, dtype=np.int64)
+    count = 0
+    for leaf in range((lower.shape[0] + LEAF - 1) // LEAF):
+        while True:
+            new = _meet(
+                leaf * LEAF, lower, upper, order, other_lower, other_upper, other_order, tree, same, keys, count
+            )  # fmt: skip
+            if new <= keys.shape[0]:
+                break
+            longer = np.empty(2 * new, dtype=np.int64)
+            longer[:count] = keys[:count]
+            keys = longer
+        count = new
+    keys = np.sort(keys[:count])
+    pairs = np.empty((count, 2), dtype=np.int64)
+    for k in range(count):
+        pairs[k, 0] = keys[k] // other_lower.shape[0]
+        pairs[k, 1] = keys[k] - pairs[k, 0] * other_lower.shape[0]
     return pairs
 
 
@@ -122,28 +161,15 @@ def overlapping_pairs(lower: np.ndarray, upper: np.ndarray, order: np.ndarray) -
     (m, 2) int array
         Pairs i < j in ascending order.
     """
-    count = lower.shape[0]
-    sorted_lower, sorted_upper = lower[order], upper[order]
-    tree = fit_tree(sorted_lower, sorted_upper)
-    hits = np.empty(0, dtype=np.int64)
-    total = 0
-    for j in range(count):
-        total = _visit(sorted_lower[j], sorted_upper[j], j + 1, sorted_lower, sorted_upper, tree, hits, total)
-    keys = np.empty(total, dtype=np.int64)
-    start = 0
-    for j in range(count):
-        end = _visit(sorted_lower[j], sorted_upper[j], j + 1, sorted_lower, sorted_upper, tree, keys, start)
-        for k in range(start, end):
-            one, other = order[j], order[keys[k]]
-            keys[k] = min(one, other) * count + max(one, other)
-        start = end
-    return _split(keys, count)
+    lower, upper = lower[order], upper[order]
+    return _pairs(lower, upper, order, lower, upper, order, True)
 
 
 @kernel
 def overlapping_pairs_between(
     lower: np.ndarray,
     upper: np.ndarray,
+    order: np.ndarray,
     other_lower: np.ndarray,
     other_upper: np.ndarray,
     other_order: np.ndarray,
@@ -152,28 +178,15 @@ def overlapping_pairs_between(
 
     Parameters
     ----------
-    lower, upper : (n, D) arrays, m
-    other_lower, other_upper : (p, D) arrays, m
-    other_order : (p,) int array
-        `morton_order` of the other set. The tree is over it, so let it be the larger one.
+    lower, upper, order : (n, D), (n, D) and (n,) arrays
+    other_lower, other_upper, other_order : (p, D), (p, D) and (p,) arrays
+        The tree is over these.
 
     Returns
     -------
     (m, 2) int array
         Number in the one set and number in the other, in ascending order.
     """
-    count = other_lower.shape[0]
-    sorted_lower, sorted_upper = other_lower[other_order], other_upper[other_order]
-    tree = fit_tree(sorted_lower, sorted_upper)
-    hits = np.empty(0, dtype=np.int64)
-    total = 0
-    for j in range(lower.shape[0]):
-        total = _visit(lower[j], upper[j], 0, sorted_lower, sorted_upper, tree, hits, total)
-    keys = np.empty(total, dtype=np.int64)
-    start = 0
-    for j in range(lower.shape[0]):
-        end = _visit(lower[j], upper[j], 0, sorted_lower, sorted_upper, tree, keys, start)
-        for k in range(start, end):
-            keys[k] = j * count + other_order[keys[k]]
-        start = end
-    return _split(keys, count)
+    return _pairs(
+        lower[order], upper[order], order, other_lower[other_order], other_upper[other_order], other_order, False
+    )  # fmt: skip

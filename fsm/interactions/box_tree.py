@@ -15,12 +15,14 @@ How a client with surfaces uses it, at every renewal of its broad phase (in spac
     window_pieces(points, first_piece, last_piece, chords, tree, reach, margin, nearest, window)
 
 `nearest` is kept from one renewal to the next (-1 at first), which saves work and changes nothing. A piece outside its
-window cannot become the nearest before some distance has changed by half the margin. A surface is not its
-chord: its closest point is on a piece whose chord is farther than the nearest by at most twice the bound in the table of
-chords. So
+window cannot become the nearest before some distance has changed by half the margin. A surface is not its chord: its
+closest point is on a piece whose chord is farther than the nearest by at most twice what surfaces depart from chords. So
 
-    margin = 2 (change of distances until the next renewal + largest bound of the chords)
-    reach  = largest gap or depth that counts + change of distances + largest bound
+    margin = 2 (change of distances until the next renewal + departure from chords)
+    reach  = largest gap or depth that counts + change of distances + departure, tips at the ends of surfaces included
+
+where the change is the sum of what a probe and a piece move. The tips are no part of the margin: a point beside a tip has
+the piece that the tip belongs to as its nearest.
 
 With the tree fitted anew for a state, which is cheap, `nearest_piece` gives the nearest piece itself without a window.
 """
@@ -233,21 +235,24 @@ def window_pieces(
         Pieces of the surface that each watches, the last one excluded.
     chords, tree : see `nearest_piece`
     reach : (n,) array, m
-        Surfaces from here on are not seen.
+        Pieces from here on are not seen.
     margin : m
     nearest : (n,) int array, changed in place
         Nearest piece, -1 if it is out of reach; what was in it is where to look first.
     window : (n, 2) int array, changed in place
-        From the first to one past the last piece that is farther than the nearest by less than the margin; all between
-        them are in it, however far. Equal when the nearest is out of reach.
+        From the first to one past the last piece within reach that is farther than the nearest by less than the margin; all
+        between them are in it, however far. Equal when the nearest is out of reach.
     """
+    piece = -1
     for i in range(points.shape[0]):
         first, last = first_piece[i], last_piece[i]
-        piece, square = nearest_piece(points[i], first, last, chords, tree, nearest[i], reach[i] * reach[i])
+        # a new probe starts where the one before it ended: they too follow each other along a chain
+        start = nearest[i] if nearest[i] >= 0 else piece
+        piece, square = nearest_piece(points[i], first, last, chords, tree, start, reach[i] * reach[i])
         nearest[i] = piece
         if piece < 0:
             window[i, 0] = window[i, 1] = first
             continue
-        bound = (np.sqrt(square) + margin) ** 2
+        bound = min(np.sqrt(square) + margin, reach[i]) ** 2
         window[i, 0] = _first_within(points[i], first, piece, chords, tree, bound)
         window[i, 1] = _last_within(points[i], piece + 1, last, chords, tree, bound) + 1

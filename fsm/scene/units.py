@@ -15,6 +15,7 @@ import math
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, GetCoreSchemaHandler
@@ -63,6 +64,7 @@ _TYPED = str.maketrans({"\u03bc": "µ", "²": "^2", "³": "^3", "−": "-"})
 _NAMES_MM = {"m": "mm", "kg": "t", "Pa": "MPa"}
 
 
+@lru_cache(maxsize=1024)  # a scene names the same few a hundred thousand times
 def parse_unit(text: str) -> tuple[float, Dimension]:
     """SI value and dimension of a unit such as ``N mm/rad``, ``kg/m^3`` or ``N/m^1.5``.
 

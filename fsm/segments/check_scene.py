@@ -48,22 +48,22 @@ def _bodies(scene: Scene) -> Iterator[Fault]:
 
 
 def _references(scene: Scene) -> Iterator[Fault]:
-    names = [GROUND, *(body.name for body in scene.bodies)]
+    names = dict.fromkeys([GROUND, *(body.name for body in scene.bodies)])
     for i, element in enumerate(scene.elements):
         for end in ("inner", "outer"):
             name = getattr(element, end)
             if name not in names:
-                yield Fault(f"scene.elements.{i}.{end}", f"no body is called {name!r}{nearest(name, names)}")
+                yield Fault(f"scene.elements.{i}.{end}", f"no body is called {name!r}{nearest(name, list(names))}")
         if element.inner == element.outer:
             yield Fault(f"scene.elements.{i}", f"joins {element.inner!r} to itself")
     for i, load in enumerate(scene.loads):
         if load.body not in names:
-            yield Fault(f"load.{i}.body", f"no body is called {load.body!r}{nearest(load.body, names)}")
+            yield Fault(f"load.{i}.body", f"no body is called {load.body!r}{nearest(load.body, list(names))}")
 
 
 def _surfaces(scene: Scene) -> Iterator[Fault]:
     bodies = {body.name: body for body in scene.bodies}
-    surfaces = [surface.name for surface in scene.surfaces]
+    surfaces = dict.fromkeys(surface.name for surface in scene.surfaces)
     for i, surface in enumerate(scene.surfaces):
         if not surface.bodies:
             yield Fault(f"scene.surfaces.{i}.bodies", "there are none")
@@ -76,7 +76,7 @@ def _surfaces(scene: Scene) -> Iterator[Fault]:
         for end in ("first", "second"):
             name = getattr(pair, end)
             if name not in surfaces:
-                yield Fault(f"scene.pairs.{i}.{end}", f"no surface is called {name!r}{nearest(name, surfaces)}")
+                yield Fault(f"scene.pairs.{i}.{end}", f"no surface is called {name!r}{nearest(name, list(surfaces))}")
     if scene.friction is not None and scene.contact is None:
         yield Fault("friction", "needs a [contact] section to act in")
 

@@ -140,7 +140,7 @@ def test_windows_are_those_of_a_look_at_all_pieces(number: int, spatial: bool) -
             continue
         seen += 1
         assert nearest[i] == first + np.argmin(square)
-        within = np.flatnonzero(square < (np.sqrt(square.min()) + given["margin"]) ** 2)
+        within = np.flatnonzero(square < min(np.sqrt(square.min()) + given["margin"], given["reach"][i]) ** 2)
         within = np.append(within, np.argmin(square))
         assert tuple(window[i]) == (first + within.min(), first + within.max() + 1)
     assert 50 < seen < len(nearest) - 10
@@ -161,12 +161,13 @@ def test_where_one_looks_first_changes_nothing(spatial: bool) -> None:
 @SPATIAL
 def test_a_window_holds_the_nearest_piece_until_distances_have_changed_by_half_the_margin(spatial: bool) -> None:
     given = scene(8, spatial) | {"margin": 3e-3, "reach": np.full(180, 0.05)}
+    reach = {"reach": given["reach"] - 1.5e-3}  # what is in it afterwards was in reach before
     nearest, window = windows(given, np.full(180, -1))
     rng = np.random.default_rng(1)
     for _ in range(5):
         step = rng.normal(size=given["points"].shape)
         moved = given | {"points": given["points"] + 1.49e-3 * step / np.linalg.norm(step, axis=1)[:, None]}
-        after, _ = windows(moved, nearest)
+        after, _ = windows(moved | reach, nearest)
         inside = (nearest >= 0) & (after >= 0)
         assert inside.sum() > 60
         assert np.all((window[inside, 0] <= after[inside]) & (after[inside] < window[inside, 1]))
@@ -282,8 +283,9 @@ def test_pairs_between_two_sets(number: int, size: int) -> None:
     lower, upper = boxes(number, size)
     other = boxes(7 - number % 7 + 7, size)
     wanted = np.argwhere(overlap(lower, upper, *other))
-    for order in (morton_order(*other), np.arange(len(other[0]))):
-        np.testing.assert_array_equal(overlapping_pairs_between(lower, upper, *other, order), wanted)
+    orders, other_orders = ((morton_order(*one), np.arange(len(one[0]))) for one in ((lower, upper), other))
+    for order, other_order in zip(orders, other_orders, strict=True):
+        np.testing.assert_array_equal(overlapping_pairs_between(lower, upper, order, *other, other_order), wanted)
 
 
 @pytest.mark.parametrize("size", [2, 3])
@@ -324,7 +326,7 @@ def evaluate() -> list[Any]:
         lower, upper = boxes(4, size)
         other = boxes(11, size)
         found.append(overlapping_pairs(lower, upper, morton_order(lower, upper)))
-        found.append(overlapping_pairs_between(lower, upper, *other, morton_order(*other)))
+        found.append(overlapping_pairs_between(lower, upper, morton_order(lower, upper), *other, morton_order(*other)))
     return found
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,9 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from fsm import preview as module
+from fsm.crossing import _crossing
 from fsm.errors import CaseError
+from fsm.overlap import near_boxes
 from fsm.preview import Outline, find_overlaps, outlines, preview
 from fsm.scene.builders.strip import build_scene
 from fsm.scene.case import Case
@@ -140,6 +143,58 @@ def test_a_long_strip_is_checked_quickly_enough_to_be_checked_always() -> None:
     near = [tuple(names[max(0, n - 1) : n + 2]) for n in range(1000)]
     many = [Outline(names[n], knots[n : n + 2], 3e-4, near[n]) for n in range(1000)]
     assert find_overlaps(many) == []
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, 300])
+@pytest.mark.parametrize("stretch", [(1.0, 1.0), (1.0, 100.0), (100.0, 0.0)])
+def test_near_boxes_are_those_of_all_with_all(count: int, stretch: tuple[float, float]) -> None:
+    rng = np.random.default_rng(count)
+    low = np.round(rng.random((count, 2)) * 20, 1) * stretch
+    high = low + np.round(rng.random((count, 2)), 1) * rng.choice([0.0, 1.0, 5.0], (count, 1))
+    near = np.all((low[:, None] <= high) & (low <= high[:, None]), axis=2)
+    np.testing.assert_array_equal(np.column_stack(near_boxes(low, high)), np.argwhere(np.triu(near, 1)))
+
+
+def cut_at(line: np.ndarray, other: np.ndarray) -> tuple[float, float]:
+    """Where two straight lines meet, as shares of both."""
+    along, across = line[1] - line[0], other[1] - other[0]
+    one, two = np.linalg.solve(np.column_stack([along, -across]), other[0] - line[0])
+    return one, two
+
+
+def test_crossing_lines_are_those_of_all_with_all() -> None:
+    rng = np.random.default_rng(1)
+    start = rng.random((80, 2))
+    end = start + 0.3 * rng.normal(size=(80, 2))
+    lines = np.stack([start, end], axis=1)
+    wanted = [
+        (i, j) for i in range(80) for j in range(i + 1, 80) if all(0 < s < 1 for s in cut_at(lines[i], lines[j]))
+    ]  # fmt: skip
+    assert len(wanted) > 50
+    assert [tuple(pair) for pair in _crossing(start, end)] == wanted
+
+
+@pytest.mark.parametrize("thickness", [0.01, 0.1])
+def test_depths_of_crumpled_panels_are_those_of_all_pieces(thickness: float) -> None:
+    """Against points along both lines, each with each."""
+    rng = np.random.default_rng(2)
+    share = np.linspace(0, 1, 200)[:, None]
+    touching = apart = 0
+    for _ in range(60):
+        lines = [np.cumsum(np.vstack([rng.random(2), 0.1 * rng.normal(size=(12, 2)) + 0.05]), axis=0) for _ in range(2)]
+        dense = [np.vstack([a + share * (b - a) for a, b in pairwise(line)]) for line in lines]
+        nearest = min(float(np.linalg.norm(dense[1] - point, axis=1).min()) for point in dense[0])
+        if nearest < 2e-3:
+            continue  # perhaps they cross
+        found = find_overlaps([Outline(name, line, thickness) for name, line in zip("ab", lines, strict=True)])
+        if nearest < thickness:
+            assert found == [("a", "b", pytest.approx(thickness - nearest, abs=1e-3))]
+            touching += 1
+        elif nearest > thickness + 1e-3:
+            assert found == []
+            apart += 1
+    assert apart > 3
+    assert touching > 0
 
 
 def test_a_plate_tilted_out_of_the_plane_is_refused() -> None:

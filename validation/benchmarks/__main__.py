@@ -17,6 +17,14 @@ from dataclasses import replace
 from pathlib import Path
 
 from validation.benchmarks import one_thread  # first of all: before anything that loads NumPy
+from validation.benchmarks.broad_phase import (
+    BROAD_PHASE,
+    BROAD_PHASE_COUNTS,
+    QUICK_BROAD_PHASE_COUNTS,
+    broad_phase_table,
+    measure_broad_phase,
+    write_broad_phase,
+)
 from validation.benchmarks.demo import OUT, machine
 from validation.benchmarks.demo import measure as measure_demo
 from validation.benchmarks.memory import measure_memory
@@ -27,7 +35,7 @@ from validation.benchmarks.problem import Problem, Tight
 from validation.benchmarks.scenes import PROBLEMS, QUICK
 from validation.benchmarks.segments import COUNTS, QUICK_COUNTS, SEGMENTS, measure_segments, segments_table, write_segments
 
-PARTS = ("precision", "segments", "demo", "memory")
+PARTS = ("precision", "segments", "broad_phase", "demo", "memory")
 
 
 def options(arguments: list[str] | None = None) -> argparse.Namespace:
@@ -117,6 +125,20 @@ def draw_segments(chosen: argparse.Namespace) -> None:
         print(segments_table(rows), end="\n\n")
 
 
+def run_broad_phase(chosen: argparse.Namespace, about: dict[str, str]) -> None:
+    """Cost of the broad phase of contact."""
+    counts = QUICK_BROAD_PHASE_COUNTS if chosen.quick else BROAD_PHASE_COUNTS
+    for rows in measure_broad_phase(counts, chosen.repeat):
+        write_broad_phase(chosen.out / BROAD_PHASE, rows, about)
+
+
+def draw_broad_phase(chosen: argparse.Namespace) -> None:
+    """Its table."""
+    rows = read(chosen.out / BROAD_PHASE)
+    if rows:
+        print(broad_phase_table(rows), end="\n\n")
+
+
 def run_demo(chosen: argparse.Namespace, about: dict[str, str]) -> None:
     """Cold, warm and per-case times of the demo table, medians over repeats."""
     found: list[dict[str, float]] = []
@@ -155,6 +177,7 @@ def main(arguments: list[str] | None = None) -> int:
     runs: dict[str, Callable[[argparse.Namespace, dict[str, str]], None]] = {
         "precision": run_precision,
         "segments": run_segments,
+        "broad_phase": run_broad_phase,
         "demo": run_demo,
         "memory": run_memory,
     }
@@ -163,6 +186,7 @@ def main(arguments: list[str] | None = None) -> int:
     print(", ".join(f"{name} {value}" for name, value in about.items()), end="\n\n")
     draw_precision(chosen)
     draw_segments(chosen)
+    draw_broad_phase(chosen)
     draw_values(chosen, "demo_times.csv", "demo table | time (s)")
     draw_values(chosen, "memory.csv", "job | peak memory (MB)")
     say(f"written to {chosen.out}")
