@@ -169,9 +169,9 @@ def test_bristles_hold_the_block(slope: float) -> None:
     travel, _ = slide(slope, 2.0, 5e-4)
     crept = abs(travel[-1] - travel[2000])  # in the last second
     assert crept < 1e-6 * creep(min(slope, 0.195))
-    # bent slowly: dz = dx (1 - mu/mu_s). At 0.29 the tilting is not slow enough for that
-    if slope < 0.2:
-        assert travel[-1] == pytest.approx(-1e-5 * math.log(1 - slope / 0.3), rel=1e-2)
+    # springs, up to 0.8 of what they hold
+    if slope < 0.24:
+        assert travel[-1] == pytest.approx(1e-5 * slope / 0.3, rel=1e-6)
 
 
 def test_bristles_give_way_beyond_the_static_coefficient() -> None:
@@ -191,7 +191,9 @@ def test_bristles_follow_their_rate_equation() -> None:
         _, u, z = state
         pull = min(1.0, t / tilting) * normal * slope
         fade = math.exp(-((u / 5e-3) ** 2))
-        z_rate = u - 3e4 * abs(u) / (0.2 + 0.1 * fade) * z
+        g = 0.2 + 0.1 * fade
+        x = min(1.0, max(0.0, (3e4 * abs(z) / g - 0.8) / 0.2)) if u * z > 0.0 else 0.0
+        z_rate = u - x * x * (3.0 - 2.0 * x) * 3e4 * abs(u) / g * z
         return u, (pull - normal * (3e4 * z + 40.0 * fade * z_rate)) / MASS, z_rate
 
     wanted = solve_ivp(rate, (0, end), [0.0, 0.0, 0.0], method="DOP853", rtol=1e-11, atol=1e-16).y[:, -1]

@@ -163,8 +163,9 @@ def test_derivatives_of_bristles(c: int, duration: float, weight: float) -> None
         return bristles(s, before, deflection, duration, normal, friction, weight)[0]
 
     value, by_slip, by_normal, _ = bristles(slip, before, deflection, duration, normal, friction, weight)
-    found = differences(effort, slip, 1e-3 * speed)
-    allowed = 1e-8 * np.abs(by_slip).max(axis=(1, 2)) + 1e-12 * np.linalg.norm(value, axis=1) / (1e-3 * speed)
+    # short, since the law is C1 only where bristles begin to give way
+    found = differences(effort, slip, 1e-4 * speed)
+    allowed = 1e-7 * np.abs(by_slip).max(axis=(1, 2)) + 1e-12 * np.linalg.norm(value, axis=1) / (1e-4 * speed)
     assert np.all(np.abs(found - by_slip) <= allowed[:, None, None])
     np.testing.assert_allclose(by_normal, value / normal[:, None], rtol=1e-13)
 

@@ -1,15 +1,20 @@
 """LuGre friction: bristles that bend and give way; what sticks stays (docs/theory.md).
 
-    dz/dt = v - a(v) z,  a = sigma_0 |v|/g(v),  g = mu_d + (mu_s - mu_d) exp(-(v/v_S)^2)
+    dz/dt = v - a z,  a = alpha(r) sigma_0 |v|/g(v),  g = mu_d + (mu_s - mu_d) exp(-(v/v_S)^2),  r = sigma_0 |z|/g(v)
     f = N (sigma_0 z + sigma_1 exp(-(v/v_S)^2) dz/dt + sigma_2 v)
 
 Canudas de Wit, Olsson, Astrom and Lischinsky, IEEE Trans. Autom. Control 40 (1995) 419-425, with z, v and f vectors in the
 tangent plane and the bristles' effort in proportion to N. Their damping fades as they slide (Olsson's form): so the law
 is dissipative for sigma_1 < 9.3 mu_d/v_S, which with a constant sigma_1 no law is at all speeds.
 
-Over a step of length h with the mean slip w the deflection goes to z = E z_0 + h phi w, with x = a(w) h, E = exp(-x),
-phi = (1 - E)/x: exact for a constant slip, and never beyond the larger of |z_0| and g/sigma_0. The rest of the force is of
-the end of the step. At h = 0 the deflection is the old one.
+alpha, a cubic from 0 at r = 0.8 to 1 at r = 1, and 0 where z shrinks (Dupont, Hayward, Armstrong and Altpeter, IEEE Trans.
+Autom. Control 47 (2002) 787-792): below 0.8 of what they can hold bristles are springs. With alpha = 1 everywhere, which is
+the law of 1995, they give way a little at every vibration, and what should stick creeps.
+
+Over a step of length h with the mean slip w the deflection goes to z = E z_0 + h phi w, with x = a h, E = exp(-x),
+phi = (1 - E)/x, alpha taken where the bristles would be as springs, z_0 + h w: exact for a constant slip of springs and of
+bristles that give way, and never beyond the larger of |z_0| and g/sigma_0. The rest of the force is of the end of the
+step. At h = 0 the deflection is the old one.
 """
 
 from __future__ import annotations
@@ -20,15 +25,32 @@ from fsm.kernels.jit import kernel
 from fsm.laws.friction.isotropic import length
 from fsm.laws.friction.law import FrictionDescription, FrictionLaw
 from fsm.laws.friction.stribeck import stribeck_curve
+from fsm.laws.step import step
 
 __all__ = ["LUGRE", "lugre"]
 
 
+_ELASTIC = 0.8
+"""Part of what bristles can hold up to which they are springs."""
+
+
 @kernel(inline=True)
-def _relaxation(speed: float, params: np.ndarray) -> tuple[float, float]:
-    """a(|v|) = sigma_0 |v|/g(|v|), 1/s, and its slope, 1/m."""
+def _relaxation(
+    slip: np.ndarray, speed: float, bent: np.ndarray, size: float, params: np.ndarray
+) -> tuple[float, float, float]:
+    """a, 1/s, and its slopes by |v|, 1/m, and by |z|, 1/(m s); `slip` and `bent` are v and z, then their lengths."""
     g, fall = stribeck_curve(speed, params[0], params[1], params[2])
-    return params[3] * speed / g, params[3] * (g - speed * fall) / (g * g)
+    along = 0.0
+    for c in range(slip.shape[0]):
+        along += slip[c] * bent[c]
+    if along <= 0.0:
+        return 0.0, 0.0, 0.0
+    ratio = params[3] * size / g
+    alpha, slope = step((ratio - _ELASTIC) / (1.0 - _ELASTIC))
+    slope /= 1.0 - _ELASTIC
+    rate = params[3] * speed / g
+    by_speed = alpha * params[3] * (g - speed * fall) / (g * g) - rate * slope * ratio * fall / g
+    return alpha * rate, by_speed, rate * slope * params[3] / g
 
 
 @kernel(inline=True)
@@ -60,31 +82,41 @@ def lugre(
     effort, by_normal = np.empty((count, components)), np.empty((count, components))
     by_slip, new_deflection = np.empty((count, components, components)), np.empty((count, components))
     mean = weight * slip + (1.0 - weight) * slip_before
+    spring = deflection + duration * mean
+    z_by_slip = np.empty((components, components))
     for i in range(count):
-        speed, mean_speed = length(slip, i), length(mean, i)
-        a, a_slope = _relaxation(speed, params)
-        a_mean, a_mean_slope = _relaxation(mean_speed, params)
+        mean_speed, reach = length(mean, i), length(spring, i)
+        a_mean, by_mean_speed, by_reach = _relaxation(mean[i], mean_speed, spring[i], reach, params)
         decay = np.exp(-a_mean * duration)
         phi, phi_slope = _mean_decay(a_mean * duration)
-        sigma_1 = params[4] * np.exp(-((speed / v_stribeck) ** 2))
-        sigma_1_slope = -2.0 * sigma_1 * speed / v_stribeck**2
         for c in range(components):
             new_deflection[i, c] = decay * deflection[i, c] + duration * phi * mean[i, c]
+        # the mean slip moves by its weight times the slip
+        for c in range(components):
+            by_x = phi_slope * duration * mean[i, c] - decay * deflection[i, c]
+            for k in range(components):
+                same = 1.0 if c == k else 0.0
+                along_mean = mean[i, k] / mean_speed if mean_speed > 0.0 else 0.0
+                along_spring = spring[i, k] / reach if reach > 0.0 else 0.0
+                x_slope = duration * (by_mean_speed * along_mean + by_reach * duration * along_spring)
+                z_by_slip[c, k] = weight * (duration * phi * same + by_x * x_slope)
+        speed, size = length(slip, i), length(new_deflection, i)
+        a, by_speed, by_size = _relaxation(slip[i], speed, new_deflection[i], size, params)
+        sigma_1 = params[4] * np.exp(-((speed / v_stribeck) ** 2))
+        sigma_1_slope = -2.0 * sigma_1 * speed / v_stribeck**2
         for c in range(components):
             z = new_deflection[i, c]
             z_rate = slip[i, c] - a * z
             by_normal[i, c] = sigma_0 * z + sigma_1 * z_rate + sigma_2 * slip[i, c]
             effort[i, c] = normal[i] * by_normal[i, c]
-            # by x = a(w) h along the mean slip, and by the speed now along the slip now
-            by_mean_speed = (phi_slope * duration * mean[i, c] - decay * deflection[i, c]) * duration * a_mean_slope
-            by_speed = sigma_1_slope * z_rate - sigma_1 * a_slope * z
             for k in range(components):
                 same = 1.0 if c == k else 0.0
-                along_mean = mean[i, k] / mean_speed if mean_speed > 0.0 else 0.0
                 along = slip[i, k] / speed if speed > 0.0 else 0.0
-                # the mean slip moves by its weight times the slip
-                z_by_slip = weight * (duration * phi * same + by_mean_speed * along_mean)
-                total = (sigma_0 - sigma_1 * a) * z_by_slip + (sigma_1 + sigma_2) * same + by_speed * along
+                size_by_slip = 0.0
+                for m in range(components):
+                    size_by_slip += new_deflection[i, m] / size * z_by_slip[m, k] if size > 0.0 else 0.0
+                total = (sigma_0 - sigma_1 * a) * z_by_slip[c, k] + (sigma_1 + sigma_2) * same
+                total += (sigma_1_slope * z_rate - sigma_1 * by_speed * z) * along - sigma_1 * by_size * z * size_by_slip
                 by_slip[i, c, k] = normal[i] * total
     return effort, by_slip, by_normal, new_deflection
 
