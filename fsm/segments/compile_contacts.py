@@ -91,7 +91,9 @@ class _SurfaceCompiler:
         self.scene, self.contact, self.all_bodies, self.spatial = scene, contact, bodies, spatial
         self.index = {body.name: i for i, body in enumerate(bodies)}
         moving = [plate.length for body in bodies if (plate := body.plate) and not body.held]
-        self._moving_lengths = np.array(moving)
+        self._longest, self._mean_length = max(moving), float(np.mean(moving))
+        self._shallowest = _SEGMENTS_DEEP * self._longest
+        self._lobatto = _lobatto(contact.points_per_segment + 1)
 
     def geometry(self) -> SurfaceContacts:
         """Everything put together."""
@@ -127,7 +129,7 @@ class _SurfaceCompiler:
             _SPATIAL if self.spatial else _PLANAR,
             probes,
             Surfaces(owner_table, np.vstack(stations), extra, surface_bodies, radii),
-            2.0 * float(self._moving_lengths.max()),
+            2.0 * self._longest,
         )
 
     def fixed(self, pair: ContactPair) -> bool:
@@ -156,6 +158,7 @@ class _SurfaceCompiler:
             facing = sum(self._plate(b).length for b in opposite)  # the stiffness is that of the smaller face
             side = self._side(bodies, opposite)
             thickness = self._plate(opposite[0]).thickness / 2
+            opening, deepest = self._opening(bodies, opposite), self._deepest(opposite)
             for body, length, start in zip(bodies, lengths, starts, strict=False):
                 for x, weight in self._points(body, length):
                     inset = self._plate(body).thickness / 2
@@ -167,7 +170,7 @@ class _SurfaceCompiler:
                         if from_crease < 1e-9 * starts[-1]:
                             continue  # the crease itself: the layers are one there, and their gap is noise
                         # the thickness grows from nothing with the distance from the crease
-                        reduced = min(clearance, 0.5 * from_crease * self._opening(bodies, opposite))
+                        reduced = min(clearance, 0.5 * from_crease * opening)
                         inset *= reduced / clearance if clearance else 1.0
                         clearance = reduced
                     share = 0.5 * weight / min(starts[-1], facing)
@@ -176,7 +179,7 @@ class _SurfaceCompiler:
                     straight = STRAIGHT if at_an_end else 0.0
                     for lane, lane_share in self._lanes(body):
                         rows.append(
-                            (body, (x, lane), side, straight, inset, clearance, self._depth_limit(opposite, clearance),
+                            (body, (x, lane), side, straight, inset, clearance, min(deepest, self._shallowest + clearance),
                              share * lane_share, number, *first_piece[other])
                         )  # fmt: skip
         return rows
@@ -186,8 +189,8 @@ class _SurfaceCompiler:
 
         A held panel is one long plate: it is cut into cells about as long as the segments that move.
         """
-        cells = max(1, round(length / float(self._moving_lengths.mean()))) if self.all_bodies[body].held else 1
-        nodes, weights = _lobatto(self.contact.points_per_segment + 1)
+        cells = max(1, round(length / self._mean_length)) if self.all_bodies[body].held else 1
+        nodes, weights = self._lobatto
         cell = length / cells
         return [
             (float((k + 0.5 + 0.5 * node) * cell - 0.5 * length), float(0.5 * weight * cell))
@@ -216,11 +219,9 @@ class _SurfaceCompiler:
         cross = np.cross(self._axis(bodies[0], 0), self._axis(opposite[0], 0))
         return float(np.linalg.norm(cross))
 
-    def _depth_limit(self, opposite: np.ndarray, clearance: float) -> float:
-        """Deeper than this a probe has gone through the surface: a part of the panel, but no more than a few segments."""
-        lengths = [self._plate(b).length for b in opposite]
-        deepest = max(_DEEPEST * sum(lengths), self._plate(opposite[0]).thickness)
-        return min(deepest, _SEGMENTS_DEEP * max(self._moving_lengths) + clearance)
+    def _deepest(self, opposite: np.ndarray) -> float:
+        """Deeper than this a probe has gone through the surface."""
+        return max(_DEEPEST * sum(self._plate(b).length for b in opposite), self._plate(opposite[0]).thickness)
 
 
 def _lobatto(count: int) -> tuple[np.ndarray, np.ndarray]:
