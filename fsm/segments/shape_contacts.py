@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from fsm.interactions import edge_edge, point_shape_planar, point_shape_spatial
-from fsm.interactions.box_pairs import overlapping_pairs
+from fsm.interactions.listed_boxes import overlapping_listed
 from fsm.interactions.motion import moved_beyond
 from fsm.interactions.shape_distance import HALF_SPACE
 from fsm.interactions.swept import edges_pass, local_edges, path_poses, points_pass, turn_between
@@ -182,7 +182,7 @@ class ShapeContacts:
     def _near(self, poses: np.ndarray, reach: float) -> np.ndarray:
         """Units whose shapes may be within reach of each other."""
         low, high = self._boxes(poses)
-        return overlapping_pairs(low - reach / 2, high + reach / 2, self.tables.units)
+        return overlapping_listed(low - reach / 2, high + reach / 2, self.tables.units)
 
     def _refresh(self, poses: np.ndarray) -> None:
         # both may have moved; the rest of the margin is for small positive bounds
@@ -326,7 +326,7 @@ class ShapeContacts:
         bulge = np.zeros(len(start))
         bulge[self._moving] = self._radii * (1.0 - np.cos(turn / 2))
         aside = bulge[self.tables.shapes.body][:, None]
-        return overlapping_pairs(
+        return overlapping_listed(
             np.minimum(low, other_low) - aside, np.maximum(high, other_high) + aside, self.tables.units
         )
 

@@ -337,10 +337,8 @@ def test_planar_and_spatial_agree_in_a_plane_motion(name: str) -> None:
     planar = point_state(name, False)
     tables = planar.contacts.tables
     builder = TableBuilder(True)
-    shape = Shape(
-        2, int(tables.shapes.kind[0]), POINTS[name][1], 0.005, (*tables.shapes.offset[0, :1], 0.0, tables.shapes.offset[0, 1]),
-        about_y(tables.shapes.frame[0]),
-    )  # fmt: skip
+    offset = (tables.shapes.offset[0, 0], 0.0, tables.shapes.offset[0, 1])
+    shape = Shape(2, int(tables.shapes.kind[0]), POINTS[name][1], 0.005, offset, about_y(tables.shapes.frame[0]))
     x, z = tables.points.place[0]
     number, own = builder.add_shape(shape), builder.add_shape(Shape(1, SPHERE, (0.0, 0.0, 0.0), 0.012, (x, 0.0, z)))
     builder.add_points(own, np.zeros((1, 3)), 0.012, np.ones(1), number, 0)

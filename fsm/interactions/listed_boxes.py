@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-__all__ = ["overlapping_pairs"]
+__all__ = ["overlapping_listed"]
 
 
-def overlapping_pairs(low: np.ndarray, high: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+def overlapping_listed(low: np.ndarray, high: np.ndarray, pairs: np.ndarray) -> np.ndarray:
     """Rows of `pairs` whose boxes have a point in common.
 
     Parameters
