@@ -51,13 +51,15 @@ class PlateContacts(ShapeContacts):
     ----------
     plates : rectangles, `fsm.segments.shape_tables.as_rectangle`
     pairs : (m, 2) int array of plates
-    numbers : (m,) int array
-        Contact pair of the scene that each is; by default its own row.
     spatial : bool
-    points : int
-        Intervals between the points of a line of a plate's grid.
     margin : float, m
         How near plates are before they are watched.
+    points : int
+        Intervals between the points of a line of a plate's grid.
+    share : (m, 2) array
+        Fraction of its panel that each plate of a pair is.
+    numbers : (m,) int array
+        Contact pair of the scene that each is; by default its own row.
     joined : (m,) bool array
         Pairs that are joined, along an edge as a rule: points and edges that lie in the other plate in the poses
         `reference` never touch it.
@@ -72,12 +74,14 @@ class PlateContacts(ShapeContacts):
         spatial: bool,
         margin: float,
         points: int = 2,
+        share: np.ndarray | None = None,
         numbers: np.ndarray | None = None,
         joined: np.ndarray | None = None,
         reference: np.ndarray | None = None,
     ) -> None:
         pairs = np.asarray(pairs, dtype=np.int64).reshape(-1, 2)
         numbers = np.arange(len(pairs)) if numbers is None else numbers
+        parts = np.ones(pairs.shape) if share is None else share
         builder = TableBuilder(spatial)
         for plate in plates:
             builder.add_shape(plate)
@@ -85,11 +89,11 @@ class PlateContacts(ShapeContacts):
             int(plate): builder.add_edges(plates[plate], shape_edges(plates[plate])) if spatial else []
             for plate in np.unique(pairs)
         }
-        for (one, two), number in zip(pairs.tolist(), numbers.tolist(), strict=True):
-            for own, other in ((one, two), (two, one)):
-                places, share = plate_grid(plates[own], points, spatial)
-                builder.add_points(own, places, plates[own].radius, 0.5 * share, other, number)
-            builder.add_edge_pairs(edges[one], edges[two], EDGE_SHARE, number)
+        for (one, two), both, number in zip(pairs.tolist(), parts.tolist(), numbers.tolist(), strict=True):
+            for own, other, part in ((one, two, both[0]), (two, one, both[1])):
+                places, weights = plate_grid(plates[own], points, spatial)
+                builder.add_points(own, places, plates[own].radius, 0.5 * part * weights, other, number)
+            builder.add_edge_pairs(edges[one], edges[two], EDGE_SHARE * min(both), number)
             builder.close_unit(one, two)
         longest = max((2 * plate.size[0] for plate in plates), default=0.0)
         super().__init__(builder.tables(), spatial, margin, 0.05 * longest)

@@ -22,10 +22,11 @@ Kernel = Callable[..., Any]
 
 
 class Touching(NamedTuple):
-    """Slots whose gap is below a bound: slot (count,) int, gap (count,), m; points before edges."""
+    """Slots whose gap is below a bound: slot (count,) int, gap (count,), m; points before edges. `at` has nothing."""
 
     slot: np.ndarray
     gap: np.ndarray
+    at: tuple[np.ndarray, ...] = ()
 
 
 class Measured(NamedTuple):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -122,7 +123,7 @@ def work_and_energy(contacts: PlateContacts, path: Callable[[float], np.ndarray]
     states = [path(x) for x in np.linspace(0, 1, count + 1)]
     energies = [force_and_energy(contacts, state)[1] for state in (states[0], states[count // 2], states[-1])]
     missing = energies[-1] - energies[0]
-    for before, after in zip(states[:-1], states[1:], strict=True):
+    for before, after in pairwise(states):
         middle = 0.5 * (before + after)
         middle[:, 3:] /= np.linalg.norm(middle[:, 3:], axis=1, keepdims=True)
         conjugate = middle[:, 3:] * [1.0, -1.0, -1.0, -1.0]
