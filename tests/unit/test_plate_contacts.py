@@ -70,6 +70,19 @@ def test_a_small_plate_in_the_middle_of_a_large_one_is_found(spatial: bool, smal
     assert near.gap.min() == pytest.approx(0.05 * THICK)
 
 
+def test_long_plates_that_cross_between_their_points_lean_on_their_edges() -> None:
+    """Like a plus sign: no point of either is over the other, and four pairs of edges cross."""
+    contacts = two_plates(True, (0.5, 0.04), (0.5, 0.04))
+    quarter = [np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)]
+    poses = np.array([[0, 0, 0, 1, 0, 0, 0], [0.12, 0.13, 0.9 * THICK, *quarter]], dtype=float)
+    touching = contacts.find(poses, 0.0)
+    assert (touching.slot >= len(contacts.tables.points.body)).all()
+    assert len(touching.slot) == 4
+    np.testing.assert_allclose(touching.gap, -0.1 * THICK, atol=1e-15)
+    gradient = contacts.measure(poses, np.zeros((2, 6)), touching).gradient
+    np.testing.assert_allclose(np.abs(gradient[:, 0, 2]), 1.0)
+
+
 @SPATIAL
 def test_what_is_found_does_not_depend_on_when_the_broad_phase_was_renewed(spatial: bool) -> None:
     """A walk in small steps against a fresh broad phase at every state."""
@@ -77,7 +90,7 @@ def test_what_is_found_does_not_depend_on_when_the_broad_phase_was_renewed(spati
     here, versions, touched = np.array([pose(spatial, 0.0, 0.0), pose(spatial, 0.05, 0.012, 0.1)]), set(), 0
     for step in range(400):
         # down and up again, now and then out of reach
-        here[1, 2 if spatial else 1] = 0.05 * (1 + np.cos(step / 25)) + 1e-3
+        here[1, 2 if spatial else 1] = 0.03 * (1 + np.cos(step / 25)) + 1e-3
         here[:, 0] += 3e-4 * rng.normal(size=2)
         fresh = two_plates(spatial, (0.2, 0.1), (0.16, 0.12))
         for below in (0.0, 0.004, 0.03):
