@@ -48,7 +48,9 @@ def _watched(scene: Scene) -> set[tuple[int, int]]:
     panel = {body.name: body.panel for body in scene.bodies}
     surface = {s.name: panel[s.bodies[0]] for s in scene.surfaces}
     return {
-        (min(surface[p.first], surface[p.second]), max(surface[p.first], surface[p.second])) for p in scene.pairs
+        (min(surface[p.first], surface[p.second]), max(surface[p.first], surface[p.second]))
+        for p in scene.pairs
+        if p.first in surface and p.second in surface
     }
 
 

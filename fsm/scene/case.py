@@ -10,6 +10,7 @@ from fsm.scene.contact import Contact, Friction
 from fsm.scene.loads import Drive, Load
 from fsm.scene.materials import Crease, Material
 from fsm.scene.model import Model
+from fsm.scene.obstacle import Obstacle
 from fsm.scene.scene import Scene
 from fsm.scene.units import Acceleration, Angle, Count, Length, Number, Time
 
@@ -137,6 +138,7 @@ class Case(Model):
     friction: Friction | None = None
     drive: tuple[Drive, ...] = ()
     load: tuple[Load, ...] = ()
+    obstacle: tuple[Obstacle, ...] = ()
     gravity: tuple[Acceleration, Acceleration, Acceleration] = (0.0, 0.0, 0.0)
     solve: Solve = Solve()
     save: Save = Save()

@@ -48,6 +48,7 @@ def check_sections(sections: Sections) -> list[Fault]:
         *_scene_drives(sections),
         *_twice(sections.drives),
         *_friction(sections),
+        *_obstacles(sections),
         *_end(sections),
         *_method(sections.solve),
     ]
@@ -156,6 +157,12 @@ def _friction(sections: Sections) -> Iterable[Fault]:
             "scene.friction",
             "friction acts where faces touch, but there is no contact; add it, or remove friction",
         )
+
+
+def _obstacles(sections: Sections) -> Iterable[Fault]:
+    in_scene = sections.scene is not None and sections.scene.contact is not None
+    if "obstacle" in sections.written and "contact" not in sections.written and not in_scene:
+        yield Fault("obstacle", "[[obstacle]] can be touched, but there is no [contact]; add it, or remove [[obstacle]]")
 
 
 def _end(sections: Sections) -> Iterable[Fault]:

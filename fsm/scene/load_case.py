@@ -139,7 +139,7 @@ def read_case(data: Mapping[str, Any], folder: Path) -> tuple[Case | None, list[
     return Case(**values), []
 
 
-_LISTS = ("drive", "load")
+_LISTS = ("drive", "load", "obstacle")
 """Sections that may stand several times."""
 
 

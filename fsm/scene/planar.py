@@ -12,7 +12,8 @@ _TOLERANCE = 1e-12
 def out_of_plane(scene: Scene) -> list[str]:
     """Reasons why the scene needs six degrees of freedom a body; empty when three will do.
 
-    A scene is planar when all bodies are centred on y = 0 and turned about y only, and nothing pushes them out.
+    A scene is planar when all bodies are centred on y = 0 and turned about y only, obstacles too, and nothing pushes
+    them out.
     """
     reasons = []
     for body in scene.bodies:
@@ -41,6 +42,14 @@ def out_of_plane(scene: Scene) -> list[str]:
             break
         if not drive.guide:
             reasons.append("an unguided crease line can sway out of the plane")
+            break
+    for obstacle in scene.obstacles:
+        _, x, _, z = obstacle.orientation
+        if obstacle.shape != "sphere" and (abs(x) > _TOLERANCE or abs(z) > _TOLERANCE):
+            reasons.append(f"obstacle {obstacle.name!r} is turned out of the plane")
+            break
+        if obstacle.shape != "plane" and abs(obstacle.position[1]) > _TOLERANCE:
+            reasons.append(f"obstacle {obstacle.name!r} is not centred in the plane y = 0")
             break
     if scene.gravity[1]:
         reasons.append("gravity acts out of the plane")

@@ -14,6 +14,7 @@ from fsm.scene.contact import Contact, Friction
 from fsm.scene.loads import Drive, Load
 from fsm.scene.materials import Crease
 from fsm.scene.model import Model
+from fsm.scene.obstacle import Obstacle
 from fsm.scene.units import (
     Acceleration,
     Angle,
@@ -125,9 +126,10 @@ class Surface(Model):
 
 
 class ContactPair(Model):
-    """Two surfaces that may touch.
+    """Two things that may touch: surfaces, bodies with a plate, or one of these and an obstacle.
 
-    `shared` names the surfaces' common crease, if they have one: "end-start" when the end of `first` is the start of
+    A surface touches a plate or an obstacle as the rigid plates it is made of. `shared` names the common crease of two
+    surfaces, if they have one: "end-start" when the end of `first` is the start of
     `second`. There the layers are joined and the thickness in the gap is tapered to nothing.
     """
 
@@ -142,6 +144,7 @@ class Scene(Model):
     bodies: tuple[Body, ...] = ()
     elements: tuple[ForceElement, ...] = ()
     surfaces: tuple[Surface, ...] = ()
+    obstacles: tuple[Obstacle, ...] = ()
     pairs: tuple[ContactPair, ...] = ()
     contact: Contact | None = None
     friction: Friction | None = None

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 
 from fsm.errors import Fault
 from fsm.scene.scene import GROUND, Scene
+from fsm.segments.check_contacts import contact_faults
 
 __all__ = ["check_scene"]
 
@@ -18,7 +19,7 @@ def check_scene(scene: Scene) -> list[Fault]:
     return [
         *_bodies(scene),
         *_references(scene),
-        *_surfaces(scene),
+        *contact_faults(scene),
         *_drives(scene),
     ]
 
@@ -59,26 +60,6 @@ def _references(scene: Scene) -> Iterator[Fault]:
     for i, load in enumerate(scene.loads):
         if load.body not in names:
             yield Fault(f"load.{i}.body", f"no body is called {load.body!r}{nearest(load.body, list(names))}")
-
-
-def _surfaces(scene: Scene) -> Iterator[Fault]:
-    bodies = {body.name: body for body in scene.bodies}
-    surfaces = dict.fromkeys(surface.name for surface in scene.surfaces)
-    for i, surface in enumerate(scene.surfaces):
-        if not surface.bodies:
-            yield Fault(f"scene.surfaces.{i}.bodies", "there are none")
-        for name in surface.bodies:
-            if name not in bodies:
-                yield Fault(f"scene.surfaces.{i}.bodies", f"no body is called {name!r}{nearest(name, list(bodies))}")
-            elif bodies[name].plate is None:
-                yield Fault(f"scene.surfaces.{i}.bodies", f"body {name!r} has no plate, so it has no face to touch")
-    for i, pair in enumerate(scene.pairs):
-        for end in ("first", "second"):
-            name = getattr(pair, end)
-            if name not in surfaces:
-                yield Fault(f"scene.pairs.{i}.{end}", f"no surface is called {name!r}{nearest(name, list(surfaces))}")
-    if scene.friction is not None and scene.contact is None:
-        yield Fault("friction", "needs a [contact] section to act in")
 
 
 def _drives(scene: Scene) -> Iterator[Fault]:

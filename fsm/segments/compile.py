@@ -72,7 +72,7 @@ class _Compiler:
         creases = self._creases()
         if creases is not None:
             groups.append(creases)
-        contacts = compile_contacts(self.scene, self.all_bodies, self.spatial)
+        contacts = compile_contacts(self.scene, self.all_bodies, self.pose, self.spatial)
         groups += contacts
         if self.scene.loads:
             groups.append(LoadGroup(tuple(self._load(load) for load in self.scene.loads)))

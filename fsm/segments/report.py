@@ -17,8 +17,9 @@ from fsm.scene.case import Case
 from fsm.scene.choice import automatic_method
 from fsm.scene.loads import Drive
 from fsm.scene.materials import SplineCrease
+from fsm.scene.party import Party, parties
 from fsm.scene.planar import out_of_plane
-from fsm.scene.scene import Body, ContactPair, ForceElement, Scene
+from fsm.scene.scene import GROUND, Body, ContactPair, ForceElement, Scene
 from fsm.segments.check_scene import check_scene
 from fsm.segments.drive import PrescribedMotion
 from fsm.segments.save_times import save_times
@@ -113,15 +114,23 @@ class _View:
         ]
 
     @cached_property
+    def parties(self) -> dict[str, Party]:
+        """What the pairs name."""
+        return parties(self.scene)
+
+    @cached_property
     def pairs(self) -> list[ContactPair]:
         """Those that can meet."""
         if self.scene.contact is None:
             return []
-        members = {surface.name: surface.bodies for surface in self.scene.surfaces}
         return [
             pair
             for pair in self.scene.pairs
-            if not all(self.bodies[name].held for name in (*members[pair.first], *members[pair.second]))
+            if not all(
+                name == GROUND or self.bodies[name].held
+                for end in (pair.first, pair.second)
+                for name in self.parties[end].bodies
+            )
         ]
 
     @property
@@ -233,20 +242,25 @@ def _contact(view: _View) -> Iterator[str]:
 def _contact_points(view: _View) -> int:
     assert view.scene.contact is not None
     per_segment = view.scene.contact.points_per_segment + 1
-    members = {surface.name: surface.bodies for surface in view.scene.surfaces}
     # as in the compiler: plates that are not held, driven ones among them
     moving = [body.plate.length for body in view.scene.bodies if body.plate is not None and not body.held]
     mean = float(np.mean(moving)) if moving else 0.0
-    total = 0
+    total = rigid = 0
     for pair in view.pairs:
         total -= 2 if pair.shared == "end-start" else 0  # none on the crease itself
-        for name in (*members[pair.first], *members[pair.second]):
+        sides = [view.parties[pair.first], view.parties[pair.second]]
+        if any(side.kind != "surface" for side in sides):
+            # rigid plates: a grid of points each in space
+            plates = sum(len(side.bodies) for side in sides if side.kind != "obstacle")
+            rigid += plates * per_segment ** (2 if view.spatial else 1)
+            continue
+        for name in (*sides[0].bodies, *sides[1].bodies):
             body = view.bodies[name]
             assert body.plate is not None  # checked
             held = body.held and mean > 0.0
             # a held plate is cut into cells about as long as the segments that move
             total += per_segment * (max(1, round(body.plate.length / mean)) if held else 1)
-    return total * (2 if view.spatial else 1)
+    return total * (2 if view.spatial else 1) + rigid
 
 
 def _friction(view: _View) -> Iterator[str]:
@@ -322,7 +336,7 @@ def _left_out(view: _View) -> Iterator[str]:
     if scene.contact is None:
         yield "contact: no [contact]; panels pass through each other"
     elif not view.pairs:
-        yield "contact: [contact] is there, but no two surfaces of its pairs can meet"
+        yield "contact: [contact] is there, but no two sides of its pairs can meet"
     elif scene.friction is None:
         yield "friction: no [friction]; faces slide freely"
     if not any(element.crease is not None for element in view.elements):

@@ -21,6 +21,7 @@ from fsm.scene.load_case import load_case
 from fsm.scene.loads import Constant, Drive, Load, Ramp, Table
 from fsm.scene.materials import LinearCrease, Material, SplineCrease
 from fsm.scene.model import Model
+from fsm.scene.obstacle import Obstacle
 from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
 from fsm.solve.status import Event
 
@@ -31,8 +32,8 @@ CREASE = ROOT / "folding_cases" / "strip_pull" / "crease.csv"
 
 TABLES: list[tuple[type[BaseModel], ...]] = [
     (Case,), (Strip,), (Material,), (LinearCrease, SplineCrease), (Contact,), (Friction,), (Drive,), (Load,),
-    (Constant, Ramp, Table), (Solve,), (Save,), (Expect,), (Scene,), (Body,), (Plate,), (ForceElement,), (Surface,),
-    (ContactPair,),
+    (Constant, Ramp, Table), (Obstacle,), (Solve,), (Save,), (Expect,), (Scene,), (Body,), (Plate,), (ForceElement,),
+    (Surface,), (ContactPair,),
 ]  # fmt: skip
 """The sections in the order of the page."""
 

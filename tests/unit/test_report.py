@@ -143,7 +143,7 @@ def test_contact_in_space_without_thickness_or_friction() -> None:
 
 def test_no_pair_that_can_meet() -> None:
     text = text_of(contact=CONTACT | {"pairs": []})
-    said(text, "no two surfaces of its pairs can meet")
+    said(text, "no two sides of its pairs can meet")
     not_said(text, "watched", "Hertz", "l alpha/8")
 
 

@@ -33,6 +33,7 @@ def build_scene(case: Case) -> Scene:
             ("contact", case.contact),
             ("friction", case.friction),
             ("loads", case.load),
+            ("obstacles", case.obstacle),
             ("drives", case.drive),
             ("gravity", case.gravity if any(case.gravity) else None),
         )
@@ -112,7 +113,8 @@ class _StripBuilder:
                 Surface(name=f"panel {p + 1}", bodies=tuple(s.name for s in segments))
                 for p, segments in enumerate(panels)
             ),
-            pairs=self._pairs(),
+            obstacles=self.case.obstacle,
+            pairs=self._pairs() + self._obstacle_pairs(),
             contact=self.case.contact,
             friction=self.case.friction,
             loads=self.case.load,
@@ -134,6 +136,15 @@ class _StripBuilder:
             ContactPair(first=f"panel {i}", second=f"panel {j}", shared="end-start" if j == i + 1 else "none")
             for i, j in (sorted(pair) for pair in chosen)
             if not {i, j} <= self.held
+        )
+
+    def _obstacle_pairs(self) -> tuple[ContactPair, ...]:
+        """Every panel that moves with every obstacle."""
+        if self.case.contact is None:
+            return ()
+        moving = [panel + 1 for panel in range(self.strip.panels) if panel + 1 not in self.held]
+        return tuple(
+            ContactPair(first=f"panel {panel}", second=obstacle.name) for obstacle in self.case.obstacle for panel in moving
         )
 
     def crease_point(self, number: int) -> tuple[float, float]:

@@ -1,0 +1,292 @@
+"""A rounded point of one body against a shape fixed in another, in space.
+
+    g = phi(xi) - r_point - r_shape,    xi = F^T (A_b^T (p - r_b) - c)          phi: `fsm.interactions.shape_distance`
+
+with the point p = r_a + A_a x, and c, F the shape's place and axes in body b. The normal n = A_b F grad phi points from the
+shape to the point; contact is at x_c = p - r_point n, on the point's own face. With H the Hessian of phi in inertial axes
+and M the relative motion at p (`fsm.interactions.contact_frame`),
+
+    dn = H M + dtheta_b x n,      dx_c = dp - r_point dn
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.interactions.contact_frame import contact_derivatives, contact_gradient, relative_motion
+from fsm.interactions.contact_tangent import add_contact_tangent
+from fsm.interactions.shape_distance import shape_derivatives, shape_distance
+from fsm.kernels.jit import kernel
+from fsm.kernels.rotation import fill_rotation
+from fsm.kernels.vector import cross, rotate
+
+__all__ = ["find_points_spatial", "local_points_spatial", "measure_points_spatial", "tangent_points_spatial"]
+
+
+@kernel
+def local_points_spatial(
+    poses: np.ndarray,
+    slots: np.ndarray,
+    probe_body: np.ndarray,
+    probe_place: np.ndarray,
+    probe_shape: np.ndarray,
+    shape_body: np.ndarray,
+    shape_offset: np.ndarray,
+    shape_frame: np.ndarray,
+) -> np.ndarray:
+    """Places of probes in the axes of their shapes, (m, 3), m.
+
+    Parameters
+    ----------
+    poses : (n_bodies, 7) array
+    slots : (m,) int array
+        Rows of the probes wanted.
+    probe_body, probe_place, probe_shape : (n,) int, (n, 3), (n,) int arrays
+    shape_body, shape_offset, shape_frame : (s,) int, (s, 3), (s, 3, 3) arrays
+    """
+    out = np.empty((slots.shape[0], 3))
+    frame, arm = np.empty((3, 3)), np.empty(3)
+    for i in range(slots.shape[0]):
+        probe = slots[i]
+        shape = probe_shape[probe]
+        a, b = probe_body[probe], shape_body[shape]
+        fill_rotation(poses[a, 3:], frame)
+        rotate(frame, probe_place[probe], arm)
+        for c in range(3):
+            arm[c] += poses[a, c] - poses[b, c]
+        fill_rotation(poses[b, 3:], frame)
+        _into(frame, shape_offset[shape], shape_frame[shape], arm, out[i])
+    return out
+
+
+@kernel
+def _into(frame: np.ndarray, offset: np.ndarray, axes: np.ndarray, arm: np.ndarray, out: np.ndarray) -> None:
+    """A place (3,) from the body's centre, inertial axes, as one in the axes of a shape of the body."""
+    for c in range(3):
+        out[c] = 0.0
+    for k in range(3):
+        along = frame[0, k] * arm[0] + frame[1, k] * arm[1] + frame[2, k] * arm[2] - offset[k]
+        for c in range(3):
+            out[c] += axes[k, c] * along
+
+
+@kernel
+def find_points_spatial(
+    poses: np.ndarray,
+    slots: np.ndarray,
+    probe_body: np.ndarray,
+    probe_place: np.ndarray,
+    probe_radius: np.ndarray,
+    probe_shape: np.ndarray,
+    shape_body: np.ndarray,
+    shape_kind: np.ndarray,
+    shape_size: np.ndarray,
+    shape_offset: np.ndarray,
+    shape_frame: np.ndarray,
+    shape_radius: np.ndarray,
+    below: float,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Probes whose gap is below a bound.
+
+    Parameters
+    ----------
+    poses ... shape_frame : as in `local_points_spatial`
+    probe_radius, shape_radius : (n,) and (s,) arrays, m
+        Roundings of points and shapes.
+    shape_kind, shape_size : (s,) int and (s, 3) arrays
+    below : float, m
+
+    Returns
+    -------
+    slot : (count,) int array
+    gap : (count,) array, m
+    """
+    local = local_points_spatial(
+        poses, slots, probe_body, probe_place, probe_shape, shape_body, shape_offset, shape_frame
+    )
+    slot, gap = np.empty(slots.shape[0], dtype=np.int64), np.empty(slots.shape[0])
+    count = 0
+    for i in range(slots.shape[0]):
+        shape = probe_shape[slots[i]]
+        value = shape_distance(shape_kind[shape], shape_size[shape], local[i])
+        value -= probe_radius[slots[i]] + shape_radius[shape]
+        if value < below:
+            slot[count] = slots[i]
+            gap[count] = value
+            count += 1
+    return slot[:count].copy(), gap[:count].copy()
+
+
+@kernel
+def _state(
+    poses: np.ndarray,
+    a: int,
+    b: int,
+    place: np.ndarray,
+    radius: float,
+    kind: int,
+    size: np.ndarray,
+    offset: np.ndarray,
+    axes: np.ndarray,
+    frames: np.ndarray,
+    world: np.ndarray,
+    local: np.ndarray,
+    slope: np.ndarray,
+    bend: np.ndarray,
+    normal: np.ndarray,
+    arms: np.ndarray,
+) -> None:
+    """Frames, the shape's axes in inertial ones (`world`), n, and the arms of the probe's centre (rows 0, 1) and of x_c.
+
+    `slope` and `bend` are the derivatives of phi in the shape's axes.
+    """
+    fill_rotation(poses[a, 3:], frames[0])
+    fill_rotation(poses[b, 3:], frames[1])
+    rotate(frames[0], place, arms[0])
+    for c in range(3):
+        arms[1, c] = arms[0, c] + poses[a, c] - poses[b, c]
+    _into(frames[1], offset, axes, arms[1], local)
+    shape_derivatives(kind, size, local, slope, bend)
+    for i in range(3):
+        for j in range(3):
+            world[i, j] = (
+                frames[1, i, 0] * axes[0, j] + frames[1, i, 1] * axes[1, j] + frames[1, i, 2] * axes[2, j]
+            )
+    rotate(world, slope, normal)
+    for c in range(3):
+        arms[2, c] = arms[0, c] - radius * normal[c]
+        arms[3, c] = arms[1, c] - radius * normal[c]
+
+
+@kernel
+def measure_points_spatial(
+    poses: np.ndarray,
+    rates: np.ndarray,
+    slots: np.ndarray,
+    probe_body: np.ndarray,
+    probe_place: np.ndarray,
+    probe_radius: np.ndarray,
+    probe_shape: np.ndarray,
+    shape_body: np.ndarray,
+    shape_kind: np.ndarray,
+    shape_size: np.ndarray,
+    shape_offset: np.ndarray,
+    shape_frame: np.ndarray,
+    shape_radius: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Rates and gradients of gap and slip.
+
+    Returns
+    -------
+    bodies : (count, 2) int array
+        Of the probe and of the shape.
+    rate : (count, 4) array, m/s
+        Rate of the gap, and the slip velocity in inertial axes.
+    gradient : (count, 4, 12) array
+    """
+    count = slots.shape[0]
+    bodies = np.empty((count, 2), dtype=np.int64)
+    rate, gradient = np.empty((count, 4)), np.empty((count, 4, 12))
+    frames, world, arms = np.empty((2, 3, 3)), np.empty((3, 3)), np.empty((4, 3))
+    local, slope, bend, normal = np.empty(3), np.empty(3), np.empty((3, 3)), np.empty(3)
+    motion = np.empty((12, 3))
+    for i in range(count):
+        probe = slots[i]
+        shape = probe_shape[probe]
+        bodies[i, 0], bodies[i, 1] = probe_body[probe], shape_body[shape]
+        _state(
+            poses, bodies[i, 0], bodies[i, 1], probe_place[probe], probe_radius[probe], shape_kind[shape],
+            shape_size[shape], shape_offset[shape], shape_frame[shape],
+            frames, world, local, slope, bend, normal, arms,
+        )  # fmt: skip
+        relative_motion(frames, arms[2:], motion)
+        contact_gradient(rates, bodies[i], normal, motion, rate[i], gradient[i])
+    return bodies, rate, gradient
+
+
+@kernel
+def _changes(
+    frames: np.ndarray,
+    world: np.ndarray,
+    bend: np.ndarray,
+    normal: np.ndarray,
+    radius: float,
+    motion: np.ndarray,
+    normal_change: np.ndarray,
+    point_change: np.ndarray,
+) -> None:
+    """dn and dx_c (12, 3) from M at the probe's centre, see the module."""
+    turned = np.empty(3)
+    for m in range(12):
+        for i in range(3):
+            along = world[0, i] * motion[m, 0] + world[1, i] * motion[m, 1] + world[2, i] * motion[m, 2]
+            turned[i] = along
+        for i in range(3):
+            total = 0.0
+            for j in range(3):
+                total += world[i, j] * (
+                    bend[j, 0] * turned[0] + bend[j, 1] * turned[1] + bend[j, 2] * turned[2]
+                )
+            normal_change[m, i] = total
+    for j in range(3):
+        cross(frames[1][:, j], normal, turned)
+        for c in range(3):
+            normal_change[9 + j, c] += turned[c]
+    for m in range(12):
+        for c in range(3):
+            point_change[m, c] = (motion[m, c] if m < 6 else 0.0) - radius * normal_change[m, c]
+
+
+@kernel
+def tangent_points_spatial(
+    poses: np.ndarray,
+    rates: np.ndarray,
+    slots: np.ndarray,
+    bodies: np.ndarray,
+    gradient: np.ndarray,
+    probe_body: np.ndarray,
+    probe_place: np.ndarray,
+    probe_radius: np.ndarray,
+    probe_shape: np.ndarray,
+    shape_body: np.ndarray,
+    shape_kind: np.ndarray,
+    shape_size: np.ndarray,
+    shape_offset: np.ndarray,
+    shape_frame: np.ndarray,
+    shape_radius: np.ndarray,
+    normal_force: np.ndarray,
+    by_depth: np.ndarray,
+    by_closing: np.ndarray,
+    effort: np.ndarray,
+    by_slip: np.ndarray,
+    by_normal: np.ndarray,
+    with_friction: bool,
+    dof: np.ndarray,
+    indptr: np.ndarray,
+    indices: np.ndarray,
+    stiffness_data: np.ndarray,
+    damping_data: np.ndarray,
+) -> None:
+    """Add K and D; `bodies` and `gradient` are those of `measure_points_spatial`, forces as in `add_contact_tangent`."""
+    frames, world, arms = np.empty((2, 3, 3)), np.empty((3, 3)), np.empty((4, 3))
+    local, slope, bend, normal = np.empty(3), np.empty(3), np.empty((3, 3)), np.empty(3)
+    motion, normal_change, point_change = np.empty((12, 3)), np.empty((12, 3)), np.empty((12, 3))
+    hessian, slip_second = np.empty((12, 12)), np.empty((12, 12, 3))
+    block_k, block_d = np.empty((12, 12)), np.empty((12, 12))
+    for i in range(slots.shape[0]):
+        probe = slots[i]
+        shape = probe_shape[probe]
+        _state(
+            poses, bodies[i, 0], bodies[i, 1], probe_place[probe], probe_radius[probe], shape_kind[shape],
+            shape_size[shape], shape_offset[shape], shape_frame[shape],
+            frames, world, local, slope, bend, normal, arms,
+        )  # fmt: skip
+        relative_motion(frames, arms[:2], motion)
+        _changes(frames, world, bend, normal, probe_radius[probe], motion, normal_change, point_change)
+        relative_motion(frames, arms[2:], motion)
+        contact_derivatives(frames, arms[2:], normal, motion, normal_change, point_change, hessian, slip_second)
+        add_contact_tangent(
+            rates, bodies[i], gradient[i], hessian, slip_second, normal_force[i], by_depth[i], by_closing[i],
+            effort[i], by_slip[i], by_normal[i], with_friction, dof, indptr, indices, stiffness_data, damping_data,
+            block_k, block_d,
+        )  # fmt: skip

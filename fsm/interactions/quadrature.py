@@ -1,0 +1,14 @@
+"""Points and weights for sums over a length."""
+
+from __future__ import annotations
+
+import numpy as np
+
+__all__ = ["gauss_lobatto"]
+
+
+def gauss_lobatto(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes and weights (count,) on [-1, 1], at least two: both ends are nodes, the weights add to 2."""
+    legendre = np.polynomial.legendre.Legendre.basis(count - 1)
+    nodes = np.concatenate([[-1.0], np.sort(legendre.deriv().roots().real), [1.0]])
+    return nodes, 2.0 / (count * (count - 1) * legendre(nodes) ** 2)

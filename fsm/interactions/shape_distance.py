@@ -1,0 +1,156 @@
+"""Distance phi of a point from a solid shape in the shape's own axes, its gradient and its Hessian.
+
+    half-space   z <= 0 is solid, +z its normal                                   phi = z
+    box          half sizes (a, b, c) along x, y, z
+    cylinder     radius R about y, half length h:                                 sizes (R, h, R)
+    sphere       radius R:                                                        sizes (R, R, R)
+    rectangle    half sizes (a, b, 0): a box without height; phi is unsigned, a plate's thickness is a radius around it
+
+Outside phi is the exact distance; it is C1 there, its Hessian jumps where the closest feature changes from a face to an
+edge or a corner. Inside phi is minus the distance to the nearest face, side or cap.
+
+Kinks, all inside or on the surface: box and cylinder where two faces are equally near; the axis of a cylinder and the
+centre of a sphere; the rectangle itself, through which phi = |z|. A rounded point (radius r) that is less than r deep never
+sees them.
+
+A half size may be infinite: the shape then has no end in that direction, as in the plane, where shapes are cut by y = 0.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.kernels.jit import kernel
+
+__all__ = ["BOX", "CYLINDER", "HALF_SPACE", "RECTANGLE", "SPHERE", "shape_derivatives", "shape_distance"]
+
+HALF_SPACE, BOX, CYLINDER, SPHERE, RECTANGLE = 0, 1, 2, 3, 4
+
+
+@kernel
+def shape_distance(kind: int, size: np.ndarray, point: np.ndarray) -> float:
+    """Signed distance of a point, m.
+
+    Parameters
+    ----------
+    kind : HALF_SPACE, BOX, CYLINDER, SPHERE or RECTANGLE
+    size : (3,) array, m
+        See the module; not read for a half-space.
+    point : (3,) array, m, axes of the shape
+    """
+    if kind == HALF_SPACE:
+        return float(point[2])
+    if kind == SPHERE:
+        return float(np.sqrt(point[0] ** 2 + point[1] ** 2 + point[2] ** 2) - size[0])
+    over_y = abs(point[1]) - size[1]
+    if kind == CYLINDER:
+        over_x, over_z = np.sqrt(point[0] ** 2 + point[2] ** 2) - size[0], -np.inf
+    else:
+        over_x, over_z = abs(point[0]) - size[0], abs(point[2]) - size[2]
+    deepest = max(over_x, over_y, over_z)
+    if deepest <= 0.0:
+        return float(deepest)
+    return float(np.sqrt(max(over_x, 0.0) ** 2 + max(over_y, 0.0) ** 2 + max(over_z, 0.0) ** 2))
+
+
+@kernel
+def shape_derivatives(
+    kind: int, size: np.ndarray, point: np.ndarray, gradient: np.ndarray, hessian: np.ndarray
+) -> float:
+    """Distance as `shape_distance`, with its derivatives.
+
+    Parameters
+    ----------
+    gradient : (3,) array, changed in place
+        A unit vector everywhere; on a kink, that of one of the sides.
+    hessian : (3, 3) array, 1/m, changed in place
+
+    Returns
+    -------
+    float, m
+    """
+    gradient[:] = 0.0
+    hessian[:] = 0.0
+    if kind == HALF_SPACE:
+        gradient[2] = 1.0
+    elif kind == SPHERE:
+        _radial(point, 1.0, gradient, hessian)
+    elif kind == CYLINDER:
+        _cylinder(size, point, gradient, hessian)
+    else:
+        _box(size, point, gradient, hessian)
+    return shape_distance(kind, size, point)
+
+
+@kernel
+def _radial(point: np.ndarray, along: float, gradient: np.ndarray, hessian: np.ndarray) -> None:
+    """Derivatives of sqrt(x^2 + along y^2 + z^2), along = 0 or 1; +z is taken for the direction at zero."""
+    far = np.sqrt(point[0] ** 2 + along * point[1] ** 2 + point[2] ** 2)
+    if far == 0.0:
+        gradient[2] = 1.0
+        return
+    gradient[0], gradient[1], gradient[2] = point[0] / far, along * point[1] / far, point[2] / far
+    for i in range(3):
+        hessian[i, i] = 1.0 / far
+        for j in range(3):
+            hessian[i, j] -= gradient[i] * gradient[j] / far
+    hessian[1, 1] *= along
+
+
+@kernel
+def _cylinder(size: np.ndarray, point: np.ndarray, gradient: np.ndarray, hessian: np.ndarray) -> None:
+    """Side, cap, or the rim between them: the distance from the rim is sqrt(u^2 + v^2), u past the side, v past the cap."""
+    over_side = np.sqrt(point[0] ** 2 + point[2] ** 2) - size[0]
+    over_cap = abs(point[1]) - size[1]
+    sign = 1.0 if point[1] >= 0.0 else -1.0
+    if over_cap > over_side and over_side <= 0.0:
+        gradient[1] = sign
+        return
+    _radial(point, 0.0, gradient, hessian)
+    if over_cap <= 0.0:
+        return
+    far = np.sqrt(over_side**2 + over_cap**2)
+    side, cap = over_side / far, over_cap / far
+    for i in range(3):
+        gradient[i] *= side
+    gradient[1] = sign * cap
+    # the side's own curvature, and that of the circle around the rim: (I2 - n n)/far in the plane of (u, v)
+    for i in range(3):
+        for j in range(3):
+            hessian[i, j] *= side
+    radial_x, radial_z = gradient[0] / side, gradient[2] / side
+    turn_x, turn_y, turn_z = cap * radial_x, -side * sign, cap * radial_z
+    hessian[0, 0] += turn_x * turn_x / far
+    hessian[0, 1] += turn_x * turn_y / far
+    hessian[0, 2] += turn_x * turn_z / far
+    hessian[1, 0] += turn_y * turn_x / far
+    hessian[1, 1] += turn_y * turn_y / far
+    hessian[1, 2] += turn_y * turn_z / far
+    hessian[2, 0] += turn_z * turn_x / far
+    hessian[2, 1] += turn_z * turn_y / far
+    hessian[2, 2] += turn_z * turn_z / far
+
+
+@kernel
+def _box(size: np.ndarray, point: np.ndarray, gradient: np.ndarray, hessian: np.ndarray) -> None:
+    """Face (one coordinate is past it), edge (two) or corner (three); inside, the nearest face."""
+    past, nearest, square = 0, 2, 0.0
+    for i in range(3):
+        over = abs(point[i]) - size[i]
+        if over > abs(point[nearest]) - size[nearest]:
+            nearest = i
+        if over > 0.0:
+            past += 1
+            square += over * over
+    if past < 2:
+        gradient[nearest] = 1.0 if point[nearest] >= 0.0 else -1.0
+        return
+    far = np.sqrt(square)
+    for i in range(3):
+        over = abs(point[i]) - size[i]
+        if over > 0.0:
+            gradient[i] = (over if point[i] >= 0.0 else -over) / far
+            hessian[i, i] = 1.0 / far
+    for i in range(3):
+        for j in range(3):
+            hessian[i, j] -= gradient[i] * gradient[j] / far

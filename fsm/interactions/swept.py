@@ -1,0 +1,177 @@
+"""What passed through what while bodies moved from one pose to another: swept boxes, and exact tests on straight paths.
+
+A turn is cut into steps, and in each the moving thing goes on a straight line in the axes of the other.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.interactions.shape_distance import RECTANGLE, shape_distance
+from fsm.kernels.jit import kernel
+from fsm.kernels.rotation import fill_rotation
+from fsm.kernels.vector import cross, dot, rotate
+
+__all__ = ["edges_pass", "local_edges", "path_poses", "points_pass", "turn_between"]
+
+STEP = 0.2
+"""Largest turn of a step, rad."""
+
+INSIDE = 1.0 - 1e-6
+"""Part of a face or edge that counts: what is joined at an edge touches it for ever, and passes through nothing."""
+
+
+def turn_between(start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Angle (n_bodies,) that each body has turned, rad, from poses (n_bodies, 3 or 7)."""
+    if start.shape[1] == 3:
+        return np.abs(end[:, 2] - start[:, 2])
+    half = np.minimum(1.0, np.abs(np.einsum("ij,ij->i", start[:, 3:], end[:, 3:])))
+    return np.asarray(2.0 * np.arccos(half))
+
+
+def path_poses(start: np.ndarray, end: np.ndarray) -> list[np.ndarray]:
+    """Poses on the way, both ends included: places on straight lines, turns in equal parts or nearly so."""
+    turn = turn_between(start, end).max(initial=0.0)
+    count = max(1, int(np.ceil(turn / STEP)))
+    if start.shape[1] == 3:
+        return [start + k / count * (end - start) for k in range(count + 1)]
+    sign = np.sign(np.einsum("ij,ij->i", start[:, 3:], end[:, 3:]))
+    far = end.copy()
+    far[:, 3:] *= np.where(sign == 0.0, 1.0, sign)[:, None]
+    poses = [start + k / count * (far - start) for k in range(count + 1)]
+    for pose in poses:
+        pose[:, 3:] /= np.linalg.norm(pose[:, 3:], axis=1, keepdims=True)
+    return poses
+
+
+@kernel
+def points_pass(
+    kind: np.ndarray, size: np.ndarray, limit: np.ndarray, start: np.ndarray, end: np.ndarray
+) -> np.ndarray:
+    """Whether points that move on straight lines in the axes of their shapes pass through them.
+
+    Parameters
+    ----------
+    kind, size : (m,) int and (m, 3) arrays
+        As in `fsm.interactions.shape_distance`. A rectangle is passed when the height over it changes sign inside it.
+    limit : (m,) array, m
+        A solid shape is passed when the path goes deeper than this.
+    start, end : (m, 3) arrays, m
+
+    Returns
+    -------
+    (m,) bool array
+    """
+    out = np.zeros(kind.shape[0], dtype=np.bool_)
+    at = np.empty(3)
+    for i in range(kind.shape[0]):
+        step = end[i] - start[i]
+        if kind[i] == RECTANGLE:
+            if (start[i, 2] >= 0.0) == (end[i, 2] >= 0.0):
+                continue
+            part = -start[i, 2] / step[2]
+            inside = True
+            for c in range(2):
+                if not abs(start[i, c] + part * step[c]) <= INSIDE * size[i, c]:
+                    inside = False
+            out[i] = inside
+            continue
+        length, part = np.sqrt(dot(step, step)), 0.0
+        while True:
+            for c in range(3):
+                at[c] = start[i, c] + part * step[c]
+            above = shape_distance(kind[i], size[i], at) + limit[i]
+            if not above >= 0.0:
+                out[i] = True
+                break
+            if part >= 1.0:
+                break
+            # the distance changes by no more than the way; a graze is stepped over in thousandths
+            part = min(1.0, part + max(above / length if length > 0.0 else 1.0, 1e-3))
+    return out
+
+
+@kernel
+def local_edges(
+    poses: np.ndarray,
+    slots: np.ndarray,
+    pairs: np.ndarray,
+    edge_body: np.ndarray,
+    edge_middle: np.ndarray,
+    edge_direction: np.ndarray,
+    edge_half: np.ndarray,
+) -> np.ndarray:
+    """Both ends (m, 2, 3) of the first edges of pairs, in axes fixed to the second with x along it, from its middle, m."""
+    out = np.empty((slots.shape[0], 2, 3))
+    frame, axes = np.empty((3, 3)), np.empty((3, 3))
+    unit, point, local = np.zeros(3), np.empty(3), np.empty(3)
+    for i in range(slots.shape[0]):
+        one, two = pairs[slots[i], 0], pairs[slots[i], 1]
+        a, b = edge_body[one], edge_body[two]
+        along = edge_direction[two]
+        smallest = 0
+        for c in range(3):
+            unit[c] = 0.0
+            if abs(along[c]) < abs(along[smallest]):
+                smallest = c
+        unit[smallest] = 1.0
+        axes[0] = along
+        cross(along, unit, axes[1])
+        axes[1] /= np.sqrt(dot(axes[1], axes[1]))
+        cross(along, axes[1], axes[2])
+        for side in range(2):
+            reach = edge_half[one] if side == 1 else -edge_half[one]
+            for c in range(3):
+                local[c] = edge_middle[one, c] + reach * edge_direction[one, c]
+            fill_rotation(poses[a, 3:], frame)
+            rotate(frame, local, point)
+            for c in range(3):
+                point[c] += poses[a, c] - poses[b, c]
+            fill_rotation(poses[b, 3:], frame)
+            for c in range(3):
+                local[c] = dot(frame[:, c], point) - edge_middle[two, c]
+            rotate(axes, local, out[i, side])
+    return out
+
+
+@kernel
+def edges_pass(half: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Whether edges whose ends move on straight lines pass through an edge at rest on the x axis, (m,) bool.
+
+    Seen along x, the moving edge P Q passes over the origin when P x Q = 0 with the origin between P and Q: a quadratic
+    equation in time.
+
+    Parameters
+    ----------
+    half : (m,) array, m
+        Half lengths of the edges at rest.
+    start, end : (m, 2, 3) arrays of `local_edges`
+    """
+    out = np.zeros(half.shape[0], dtype=np.bool_)
+    times = np.empty(2)
+    for i in range(half.shape[0]):
+        p, q = start[i, 0], start[i, 1]
+        u, v = end[i, 0] - p, end[i, 1] - q
+        a = u[1] * v[2] - u[2] * v[1]
+        b = p[1] * v[2] - p[2] * v[1] + u[1] * q[2] - u[2] * q[1]
+        c = p[1] * q[2] - p[2] * q[1]
+        if c == 0.0 or b * b < 4.0 * a * c:
+            continue
+        root = -0.5 * (b + (np.sqrt(b * b - 4.0 * a * c) if b >= 0.0 else -np.sqrt(b * b - 4.0 * a * c)))
+        times[0] = root / a if a != 0.0 else 2.0
+        times[1] = c / root if root != 0.0 else 2.0
+        for k in range(2):
+            time = times[k]
+            if not 0.0 <= time <= 1.0:
+                continue
+            py, pz, qy, qz = p[1] + time * u[1], p[2] + time * u[2], q[1] + time * v[1], q[2] + time * v[2]
+            if py * qy + pz * qz > 0.0:
+                continue
+            near, far = np.sqrt(py * py + pz * pz), np.sqrt(qy * qy + qz * qz)
+            if near + far == 0.0:
+                continue
+            part = near / (near + far)
+            x = (1.0 - part) * (p[0] + time * u[0]) + part * (q[0] + time * v[0])
+            if abs(x) <= INSIDE * half[i] and abs(2.0 * part - 1.0) <= INSIDE:
+                out[i] = True
+    return out

@@ -1,0 +1,54 @@
+"""Rigid obstacles that plates and panels can touch, at rest or fixed to a body."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from fsm.scene.model import Model
+from fsm.scene.units import Length, Number
+
+__all__ = ["Obstacle"]
+
+_SIZES = {"plane": (), "box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",)}
+_Extent = Annotated[Length, Field(gt=0)]
+
+
+class Obstacle(Model):
+    """A solid shape.
+
+    Attributes
+    ----------
+    name : str
+    shape : "plane" (all below z = 0 of its own axes), "box", "cylinder" (along its own y axis), "sphere"
+    size : m
+        Of a box, along its own x, y, z.
+    radius : m
+        Of a cylinder or a sphere.
+    length : m
+        Of a cylinder.
+    position, orientation : m, unit quaternion (scalar first)
+        Of its centre, of a plane any point on it; in the axes of the body it is fixed to.
+    body : name of that body; absent means the ground
+    """
+
+    name: str
+    shape: Literal["plane", "box", "cylinder", "sphere"]
+    size: tuple[_Extent, _Extent, _Extent] | None = None
+    radius: _Extent | None = None
+    length: _Extent | None = None
+    position: tuple[Length, Length, Length] = (0.0, 0.0, 0.0)
+    orientation: tuple[Number, Number, Number, Number] = (1.0, 0.0, 0.0, 0.0)
+    body: str | None = None
+
+    @model_validator(mode="after")
+    def _sized(self) -> Self:
+        needed = _SIZES[self.shape]
+        for key in ("size", "radius", "length"):
+            given = getattr(self, key) is not None
+            if given and key not in needed:
+                raise ValueError(f"a {self.shape} has no `{key}`; remove it")
+            if not given and key in needed:
+                raise ValueError(f"a {self.shape} needs its `{key}`")
+        return self

@@ -1,0 +1,77 @@
+"""What is wrong with the surfaces, obstacles and contact pairs of a scene."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator
+
+from fsm.errors import Fault
+from fsm.scene.party import Party, parties
+from fsm.scene.scene import GROUND, ContactPair, Scene
+from fsm.scene.units import nearest
+
+__all__ = ["contact_faults"]
+
+
+def contact_faults(scene: Scene) -> Iterator[Fault]:
+    """All faults of what can touch."""
+    yield from _surfaces(scene)
+    yield from _obstacles(scene)
+    known, bodies = parties(scene), {body.name for body in scene.bodies}
+    for i, pair in enumerate(scene.pairs):
+        yield from _pair(pair, known, bodies, f"scene.pairs.{i}")
+    if scene.friction is not None and scene.contact is None:
+        yield Fault("friction", "needs a [contact] section to act in")
+
+
+def _surfaces(scene: Scene) -> Iterator[Fault]:
+    bodies = {body.name: body for body in scene.bodies}
+    for i, surface in enumerate(scene.surfaces):
+        path = f"scene.surfaces.{i}.bodies"
+        if not surface.bodies:
+            yield Fault(path, "there are none")
+        for name in surface.bodies:
+            if name not in bodies:
+                yield Fault(path, f"no body is called {name!r}{nearest(name, list(bodies))}")
+            elif bodies[name].plate is None:
+                yield Fault(path, f"body {name!r} has no plate, so it has no face to touch")
+
+
+def _obstacles(scene: Scene) -> Iterator[Fault]:
+    bodies = [GROUND, *(body.name for body in scene.bodies)]
+    taken = {*bodies, *(surface.name for surface in scene.surfaces)}
+    counts = Counter(obstacle.name for obstacle in scene.obstacles)
+    for i, obstacle in enumerate(scene.obstacles):
+        path = f"scene.obstacles.{i}"
+        if obstacle.name in taken:
+            yield Fault(f"{path}.name", f"{obstacle.name!r} is a body or a surface already; choose another name")
+        if counts[obstacle.name] > 1:
+            yield Fault(f"{path}.name", f"{obstacle.name!r} is used {counts[obstacle.name]} times; names must differ")
+        if obstacle.body is not None and obstacle.body not in bodies:
+            yield Fault(f"{path}.body", f"no body is called {obstacle.body!r}{nearest(obstacle.body, bodies)}")
+        length = math.hypot(*obstacle.orientation)
+        if abs(length - 1.0) > 1e-6:
+            yield Fault(f"{path}.orientation", f"length {length:g}; give a unit quaternion")
+
+
+def _pair(pair: ContactPair, known: dict[str, Party], bodies: set[str], path: str) -> Iterator[Fault]:
+    found: list[Party] = []
+    for end in ("first", "second"):
+        name = getattr(pair, end)
+        if name in known:
+            found.append(known[name])
+        elif name in bodies:
+            yield Fault(f"{path}.{end}", f"body {name!r} has no plate, so it has no face to touch")
+        else:
+            yield Fault(f"{path}.{end}", f"no surface, plate or obstacle is called {name!r}{nearest(name, known)}")
+    if len(found) < 2:
+        return
+    kinds = [party.kind for party in found]
+    if kinds == ["obstacle", "obstacle"]:
+        yield Fault(path, f"obstacles {pair.first!r} and {pair.second!r} do not touch each other; name a surface or a plate")
+        return
+    for name in sorted(set(found[0].bodies) & set(found[1].bodies)):
+        yield Fault(path, f"{pair.first!r} and {pair.second!r} are both part of body {name!r}: they cannot touch")
+    if pair.shared != "none" and kinds != ["surface", "surface"]:
+        yield Fault(f"{path}.shared", "only two surfaces share a crease; leave it out")

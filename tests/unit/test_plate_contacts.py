@@ -1,0 +1,271 @@
+"""Rigid plates against each other and against obstacles: nothing is missed, nothing passes through unseen."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fsm.interactions.shape_distance import BOX, CYLINDER, HALF_SPACE, SPHERE
+from fsm.kernels.rotation import exponential, multiply
+from fsm.segments.obstacle_contacts import ObstacleContacts
+from fsm.segments.plate_contacts import PlateContacts, plate_grid
+from fsm.segments.shape_contacts import ShapeContacts
+from fsm.segments.shape_tables import Shape, as_rectangle
+
+SPATIAL = pytest.mark.parametrize("spatial", [False, True], ids=["planar", "spatial"])
+THICK = 4e-3
+
+
+def pose(spatial: bool, x: float, z: float, turn: float = 0.0, y: float = 0.0) -> list[float]:
+    """A pose in the plane, or the same in space (and off it by y)."""
+    if not spatial:
+        return [x, z, turn]
+    return [x, y, z, np.cos(turn / 2), 0.0, np.sin(turn / 2), 0.0]
+
+
+def two_plates(spatial: bool, first: tuple[float, float], second: tuple[float, float]) -> PlateContacts:
+    rectangles = [as_rectangle(body, *size, THICK) for body, size in enumerate((first, second))]
+    return PlateContacts(rectangles, np.array([[0, 1]]), spatial, 0.02)
+
+
+def crossed(contacts: ShapeContacts, *states: np.ndarray) -> np.ndarray:
+    """What is found crossed at the end, all states but the last being committed one after the other."""
+    for state in states[:-1]:
+        assert not len(contacts.crossed(state)) or state is states[0]
+        contacts.commit(state)
+    return contacts.crossed(states[-1])
+
+
+# plates ----------------------------------------------------------------------------------------------------------------
+
+
+@SPATIAL
+def test_shares_of_faces_that_lie_on_each_other_add_to_one(spatial: bool) -> None:
+    contacts = two_plates(spatial, (0.2, 0.1), (0.2, 0.1))
+    touching = contacts.find(np.array([pose(spatial, 0.3, 0.2), pose(spatial, 0.3, 0.2 + 0.9 * THICK)]), 0.0)
+    points = touching.slot[touching.slot < len(contacts.tables.points.body)]
+    assert contacts.share[points].sum() == pytest.approx(1.0, rel=1e-14)
+    np.testing.assert_allclose(touching.gap[: len(points)], -0.1 * THICK, atol=1e-15)
+    places, share = plate_grid(as_rectangle(0, 0.2, 0.1, THICK), 2, True)
+    assert share @ places[:, 0] ** 2 == pytest.approx(0.2**2 / 12)
+
+
+@SPATIAL
+@pytest.mark.parametrize("small_first", [False, True])
+def test_a_small_plate_in_the_middle_of_a_large_one_is_found(spatial: bool, small_first: bool) -> None:
+    """By its own points; it is far from all points and edges of the other."""
+    sizes = [(0.02, 0.01), (0.5, 0.3)][:: 1 if small_first else -1]
+    contacts = two_plates(spatial, *sizes)
+    low = 0 if small_first else 1
+    poses = np.zeros((2, 7 if spatial else 3))
+    poses[low] = pose(spatial, 0.06, 0.95 * THICK, 0.0, 0.04)
+    poses[1 - low] = pose(spatial, 0.0, 0.0)
+    touching = contacts.find(poses, 0.0)
+    probing = contacts.tables.points.body[touching.slot]
+    assert set(probing) == {low}
+    np.testing.assert_allclose(touching.gap, -0.05 * THICK, atol=1e-15)
+    poses[low] = pose(spatial, 0.06, 1.05 * THICK, 0.0, 0.04)
+    assert not len(contacts.find(poses, 0.0).slot)
+    near = contacts.find(poses, 0.5 * THICK)
+    assert near.gap.min() == pytest.approx(0.05 * THICK)
+
+
+def test_long_plates_that_cross_between_their_points_lean_on_their_edges() -> None:
+    """Like a plus sign: no point of either is over the other, and four pairs of edges cross."""
+    contacts = two_plates(True, (0.5, 0.04), (0.5, 0.04))
+    quarter = [np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)]
+    poses = np.array([[0, 0, 0, 1, 0, 0, 0], [0.12, 0.13, 0.9 * THICK, *quarter]], dtype=float)
+    touching = contacts.find(poses, 0.0)
+    assert (touching.slot >= len(contacts.tables.points.body)).all()
+    assert len(touching.slot) == 4
+    np.testing.assert_allclose(touching.gap, -0.1 * THICK, atol=1e-15)
+    gradient = contacts.measure(poses, np.zeros((2, 6)), touching).gradient
+    np.testing.assert_allclose(np.abs(gradient[:, 0, 2]), 1.0)
+
+
+@SPATIAL
+def test_what_is_found_does_not_depend_on_when_the_broad_phase_was_renewed(spatial: bool) -> None:
+    """A walk in small steps against a fresh broad phase at every state."""
+    rng, walker = np.random.default_rng(2), two_plates(spatial, (0.2, 0.1), (0.16, 0.12))
+    here, versions, touched = np.array([pose(spatial, 0.0, 0.0), pose(spatial, 0.05, 0.012, 0.1)]), set(), 0
+    for step in range(400):
+        # down and up again, now and then out of reach
+        here[1, 2 if spatial else 1] = 0.03 * (1 + np.cos(step / 25)) + 1e-3
+        here[:, 0] += 3e-4 * rng.normal(size=2)
+        fresh = two_plates(spatial, (0.2, 0.1), (0.16, 0.12))
+        for below in (0.0, 0.004, 0.03):
+            walked, direct = walker.find(here, below), fresh.find(here, below)
+            np.testing.assert_array_equal(walked.slot, direct.slot)
+            np.testing.assert_array_equal(walked.gap, direct.gap)
+        touched += bool(len(walker.find(here, 0.0).slot))
+        versions.add(walker.pairs(here)[1])
+    assert 20 < touched < 380
+    assert 2 < len(versions) < 200
+
+
+@SPATIAL
+@pytest.mark.parametrize("turn", [0.0, 0.4, np.pi / 2])
+def test_a_thin_fast_plate_that_passes_another_is_seen(spatial: bool, turn: float) -> None:
+    """From well above to well below in one step: no contact at either end."""
+    contacts = two_plates(spatial, (0.2, 0.1), (0.16, 0.12))
+    above = np.array([pose(spatial, 0.0, 0.0), pose(spatial, 0.05, 0.3, turn, 0.02)])
+    below = np.array([pose(spatial, 0.0, 0.0), pose(spatial, 0.04, -0.3, turn + 0.1, 0.02)])
+    aside = np.array([pose(spatial, 0.0, 0.0), pose(spatial, 0.6, -0.3, turn + 0.1, 0.02)])
+    assert not len(contacts.find(above, 0.0).slot)
+    assert not len(contacts.find(below, 0.0).slot)
+    assert not len(contacts.crossed(below))
+    found = crossed(contacts, above, below)
+    assert len(found)
+    assert set(found[:, 1]) == {0}
+    assert not len(crossed(contacts, above, aside))
+    # both moved together: nothing passed
+    assert not len(crossed(contacts, above, above + 0.0))
+    contacts.commit(below)
+    assert not len(contacts.crossed(below))
+
+
+@SPATIAL
+def test_a_plate_that_swings_through_another_is_seen(spatial: bool) -> None:
+    """The tip goes round by 1.8 rad in one step; on the straight line between its ends it would miss."""
+    contacts = two_plates(spatial, (0.2, 0.1), (0.05, 0.1))
+    turns = (-0.9, 0.9)
+    poses = [np.array([pose(spatial, 0.0, 0.0, turn), pose(spatial, 0.105, 0.0)]) for turn in turns]
+    assert len(crossed(contacts, *poses))
+    far = [np.array([pose(spatial, 0.0, 0.0, turn), pose(spatial, 0.13, 0.0)]) for turn in turns]
+    assert not len(crossed(contacts, *far))
+
+
+def test_edges_that_pass_are_seen_where_no_point_does() -> None:
+    """Two plates on edge, like an X, one pushed down through the other."""
+    contacts = two_plates(True, (0.2, 0.1), (0.16, 0.12))
+    one = exponential(np.array([np.pi / 2, 0.0, 0.0]))
+    two = multiply(exponential(np.array([0.0, 0.0, 1.1])), one)
+    above = np.array([[0, 0, 0, *one], [0.022, 0.013, 0.115, *two]])
+    below = np.array([[0, 0, 0, *one], [0.022, 0.013, 0.07, *two]])
+    found = crossed(contacts, above, below)
+    assert len(found) == 1
+    assert found[0, 0] >= len(contacts.tables.points.body)
+    beside = np.array([[0, 0, 0, *one], [0.19, 0.13, 0.07, *two]])
+    assert not len(crossed(contacts, beside + [0, 0, 0.045, 0, 0, 0, 0], beside))
+
+
+@SPATIAL
+def test_resting_and_sliding_contact_is_no_alarm(spatial: bool) -> None:
+    contacts, rng = two_plates(spatial, (0.2, 0.1), (0.16, 0.12)), np.random.default_rng(5)
+    for step in range(200):
+        x, z = 2e-3 * (step - 100), THICK * (0.8 + 0.1 * rng.normal())
+        here = np.array([pose(spatial, 0.0, 0.0), pose(spatial, x, z, 1e-3 * rng.normal(), 0.01)])
+        assert not len(contacts.crossed(here))
+        contacts.commit(here)
+
+
+@SPATIAL
+def test_memory_comes_back(spatial: bool) -> None:
+    contacts = two_plates(spatial, (0.2, 0.1), (0.16, 0.12))
+    above = np.array([pose(spatial, 0.0, 0.0), pose(spatial, 0.05, 0.3)])
+    below = np.array([pose(spatial, 0.0, 0.0), pose(spatial, 0.05, -0.3)])
+    empty = contacts.memory()
+    contacts.commit(above)
+    kept = contacts.memory()
+    contacts.commit(below)
+    assert not len(contacts.crossed(below))
+    contacts.restore(kept)
+    assert len(contacts.crossed(below))
+    contacts.restore(empty)
+    assert not len(contacts.crossed(below))
+
+
+@SPATIAL
+def test_joined_plates_do_not_touch_where_they_are_joined(spatial: bool) -> None:
+    """Hinged along an edge and folded from flat until they lie on each other: silent until then, no alarm on the way."""
+    half = 0.1
+    rectangles = [as_rectangle(body, 2 * half, 0.1, THICK) for body in range(2)]
+
+    def folded(angle: float) -> np.ndarray:
+        at = pose(spatial, half + half * np.cos(angle), half * np.sin(angle), -angle)
+        return np.array([pose(spatial, 0.0, 0.0), at])
+
+    contacts = PlateContacts(
+        rectangles, np.array([[0, 1]]), spatial, 0.02, joined=np.ones(1, dtype=bool), reference=folded(0.0)
+    )
+    for angle in np.linspace(0.0, 3.0, 60):
+        here = folded(angle)
+        assert not len(contacts.find(here, 0.0).slot)
+        assert not len(contacts.crossed(here))
+        contacts.commit(here)
+    last = contacts.find(folded(np.pi - 0.5 * THICK / (2 * half)), 0.0)
+    assert len(last.slot)
+    assert contacts.share[last.slot[last.slot < len(contacts.tables.points.body)]].sum() > 0.5
+
+
+# obstacles -------------------------------------------------------------------------------------------------------------
+
+OBSTACLES = {
+    "plane": (HALF_SPACE, (0.0, 0.0, 0.0), 0.0),
+    "box": (BOX, (0.01, 0.02, 0.03), 0.03),
+    "cylinder": (CYLINDER, (0.02, 0.1, 0.02), 0.02),
+    "sphere": (SPHERE, (0.02, 0.02, 0.02), 0.02),
+}
+EACH = pytest.mark.parametrize("name", list(OBSTACLES))
+
+
+def on_obstacle(name: str, spatial: bool, turn: float = 0.0) -> ObstacleContacts:
+    kind, size, _ = OBSTACLES[name]
+    quaternion = (float(np.cos(turn / 2)), 0.0, float(np.sin(turn / 2)), 0.0)
+    shape = Shape(0, kind, size, orientation=quaternion)
+    return ObstacleContacts([as_rectangle(1, 0.4, 0.3, THICK)], [shape], np.array([[0, 0]]), spatial, 0.02)
+
+
+@SPATIAL
+@EACH
+def test_a_plate_that_rests_on_an_obstacle_between_its_points(name: str, spatial: bool) -> None:
+    """Its points are 0.2 m apart and the obstacle is a few cm: it probes the plate."""
+    contacts, top = on_obstacle(name, spatial), OBSTACLES[name][2]
+    for lift, touches in ((0.45 * THICK, True), (0.55 * THICK, False)):
+        poses = np.array([pose(spatial, 0.0, 0.0), pose(spatial, 0.07, top + lift, 0.0, 0.05)])
+        touching = contacts.find(poses, 0.0)
+        assert bool(len(touching.slot)) == touches
+        near = contacts.find(poses, THICK)
+        assert near.gap.min() == pytest.approx(lift - 0.5 * THICK, abs=1e-12)
+
+
+def test_a_box_corner_and_a_turned_box() -> None:
+    """Turned by 45 degrees, the box meets the plate with an edge, found by its corners."""
+    contacts = on_obstacle("box", True, np.pi / 4)
+    top = np.sqrt(0.5) * (0.01 + 0.03)
+    poses = np.array([pose(True, 0.0, 0.0), pose(True, 0.05, top + 0.45 * THICK)])
+    assert contacts.find(poses, 0.0).gap.min() == pytest.approx(-0.05 * THICK, abs=1e-12)
+
+
+@SPATIAL
+@EACH
+def test_a_plate_that_passes_an_obstacle_is_seen(name: str, spatial: bool) -> None:
+    contacts = on_obstacle(name, spatial)
+    still = pose(spatial, 0.0, 0.0)
+    above, below = (np.array([still, pose(spatial, 0.05, z, 0.1, 0.03)]) for z in (0.3, -0.3))
+    assert not len(contacts.find(above, 0.0).slot)
+    assert len(crossed(contacts, above, below))
+    aside = np.array([still, pose(spatial, 0.9, -0.3 if name != "plane" else 0.1, 0.1, 0.03)])
+    assert not len(crossed(contacts, above, aside))
+
+
+@SPATIAL
+@EACH
+def test_a_plate_that_lies_on_an_obstacle_is_no_alarm(name: str, spatial: bool) -> None:
+    contacts, rng, top = on_obstacle(name, spatial), np.random.default_rng(7), OBSTACLES[name][2]
+    for step in range(100):
+        z = top + THICK * rng.uniform(0.3, 0.49)
+        here = np.array([pose(spatial, 0.0, 0.0), pose(spatial, 1e-3 * (step - 50), z, 0.0, 0.03)])
+        assert len(contacts.find(here, 0.0).slot)
+        assert not len(contacts.crossed(here))
+        contacts.commit(here)
+
+
+@SPATIAL
+def test_an_obstacle_may_move(spatial: bool) -> None:
+    """Only where the two are to each other counts, also for what passes."""
+    contacts = on_obstacle("sphere", spatial)
+    away = [np.array([pose(spatial, x, 0.3), pose(spatial, x + 0.05, 0.6)]) for x in (0.0, 0.7)]
+    assert not len(crossed(contacts, *away))
+    through = np.array([pose(spatial, 0.0, 0.9), pose(spatial, 0.05, 0.6)])
+    assert len(crossed(contacts, away[0], through))
