@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import math
 from collections import Counter
 from collections.abc import Iterator
@@ -9,9 +10,8 @@ from collections.abc import Iterator
 from fsm.errors import Fault
 from fsm.scene.party import Party, parties
 from fsm.scene.scene import GROUND, ContactPair, Scene
-from fsm.scene.units import nearest
 
-__all__ = ["contact_faults"]
+__all__ = ["contact_faults", "nearest"]
 
 
 def contact_faults(scene: Scene) -> Iterator[Fault]:
@@ -64,7 +64,7 @@ def _pair(pair: ContactPair, known: dict[str, Party], bodies: set[str], path: st
         elif name in bodies:
             yield Fault(f"{path}.{end}", f"body {name!r} has no plate, so it has no face to touch")
         else:
-            yield Fault(f"{path}.{end}", f"no surface, plate or obstacle is called {name!r}{nearest(name, known)}")
+            yield Fault(f"{path}.{end}", f"no surface, plate or obstacle is called {name!r}{nearest(name, list(known))}")
     if len(found) < 2:
         return
     kinds = [party.kind for party in found]
@@ -75,3 +75,9 @@ def _pair(pair: ContactPair, known: dict[str, Party], bodies: set[str], path: st
         yield Fault(path, f"{pair.first!r} and {pair.second!r} are both part of body {name!r}: they cannot touch")
     if pair.shared != "none" and kinds != ["surface", "surface"]:
         yield Fault(f"{path}.shared", "only two surfaces share a crease; leave it out")
+
+
+def nearest(name: str, names: list[str]) -> str:
+    """'; did you mean ...?' or nothing."""
+    close = difflib.get_close_matches(name, names, n=1)
+    return f"; did you mean {close[0]!r}?" if close else ""

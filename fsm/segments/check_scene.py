@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections import Counter
 from collections.abc import Iterator
 
 from fsm.errors import Fault
 from fsm.scene.scene import GROUND, Scene
-from fsm.segments.check_contacts import contact_faults
+from fsm.segments.check_contacts import contact_faults, nearest
 
 __all__ = ["check_scene"]
 
@@ -76,9 +75,3 @@ def _drives(scene: Scene) -> Iterator[Fault]:
     for name, count in Counter(drive.body for drive in scene.drives).items():
         if count > 1:
             yield Fault("drive", f"{name!r} is driven {count} times; one drive a body")
-
-
-def nearest(name: str, names: list[str]) -> str:
-    """'; did you mean ...?' or nothing."""
-    close = difflib.get_close_matches(name, names, n=1)
-    return f"; did you mean {close[0]!r}?" if close else ""
