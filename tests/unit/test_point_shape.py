@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,31 +11,22 @@ import pytest
 from fsm.interactions.shape_distance import BOX, CYLINDER, HALF_SPACE, RECTANGLE, SPHERE
 from fsm.kernels.rotation import exponential, multiply, rotate_by, rotation_matrix
 from fsm.kernels.scatter import scatter_efforts
+from fsm.segments.contact_geometry import ContactForces, Measured, Touching
 from fsm.segments.pattern import body_pattern
-from fsm.segments.shape_contacts import Measured, ShapeContacts, Touching
+from fsm.segments.shape_contacts import ShapeContacts
 from fsm.segments.shape_tables import Shape, TableBuilder
 
 STIFFNESS, DAMPING, MU, CREEP = 3e5, 0.4, 0.3, 0.05
 
 
-class Forces(NamedTuple):
-    normal: np.ndarray
-    by_depth: np.ndarray
-    by_closing: np.ndarray
-    effort: np.ndarray
-    by_slip: np.ndarray
-    by_normal: np.ndarray
-    with_friction: bool
-
-
-def smooth_laws(gap: np.ndarray, rate: np.ndarray, with_friction: bool) -> Forces:
+def smooth_laws(gap: np.ndarray, rate: np.ndarray, with_friction: bool) -> ContactForces:
     """N = K d^1.5 (1 + c d'), f = mu N v/sqrt(v^2 + v0^2)."""
     depth, closing, slip = -gap, -rate[:, 0], rate[:, 1:]
     normal = STIFFNESS * depth**1.5 * (1.0 + DAMPING * closing)
     speed = np.sqrt(np.sum(slip**2, axis=1) + CREEP**2)
     unit = slip / speed[:, None]
     across = np.eye(slip.shape[1]) - unit[:, :, None] * unit[:, None, :]
-    return Forces(
+    return ContactForces(
         normal,
         1.5 * STIFFNESS * depth**0.5 * (1.0 + DAMPING * closing),
         STIFFNESS * depth**1.5 * DAMPING,
