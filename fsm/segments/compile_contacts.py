@@ -116,7 +116,7 @@ class _SurfaceCompiler:
             rows += self._probes(number, pair, members, first_piece)
         columns = [np.array(column) for column in zip(*rows, strict=True)]
         place = columns[1] if self.spatial else np.ascontiguousarray(columns[1][:, 0])
-        probes = Probes(columns[0].astype(np.int64), place, *columns[2:8], *(c.astype(np.int64) for c in columns[8:]))
+        probes = Probes(columns[0].astype(np.int64), place, *columns[2:9], *(c.astype(np.int64) for c in columns[9:]))
         owner_table = np.vstack(owners)
         extra: tuple[np.ndarray, ...] = ()
         if self.spatial:
@@ -152,6 +152,7 @@ class _SurfaceCompiler:
         for own, other, at_end in ((pair.first, pair.second, True), (pair.second, pair.first, False)):
             bodies, opposite = members[own], members[other]
             lengths = np.array([self._plate(b).length for b in bodies])
+            area = float(lengths @ np.array([self._plate(b).width for b in bodies]))
             starts = np.concatenate([[0.0], np.cumsum(lengths)])
             side = self._side(bodies, opposite)
             thickness = self._plate(opposite[0]).thickness / 2
@@ -176,7 +177,7 @@ class _SurfaceCompiler:
                     for lane, lane_share in self._lanes(body):
                         rows.append(
                             (body, (x, lane), side, straight, inset, clearance, self._depth_limit(opposite, clearance),
-                             share * lane_share, number, *first_piece[other])
+                             share * lane_share, share * lane_share * area, number, *first_piece[other])
                         )  # fmt: skip
         return rows
 

@@ -82,12 +82,16 @@ class ContactGeometry(Protocol):
 
     share: np.ndarray
     """Part of its face that each slot stands for, (n_slots,)."""
+    area: np.ndarray
+    """Area that each slot stands for, m^2, (n_slots,): share times that of its face, whatever the share is a part of."""
     pair: np.ndarray
     """Number of the contact pair of each slot, (n_slots,)."""
     slips: int
     """Components of a slip: 1 in the plane, 3 in space."""
     margin: float
     """How far away others are still seen, m."""
+    refreshes: int
+    """How often the broad phase was renewed."""
 
     def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:
         """Pairs of bodies that a contact could couple until the broad phase is renewed, and a number that changes then."""
