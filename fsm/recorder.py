@@ -144,7 +144,7 @@ class RecordedSolve:
             self.seen = [(DriveState(travel, force), pairs) for travel, force, pairs in _rows(arrays)]
             at = float(arrays["time"][0])
             self.system.restore(arrays["memory"])
-            ledger = replace(Ledger(*(float(x) for x in arrays["ledger"])), pair_energy=arrays["pair_energy"])
+            ledger = Ledger(*[*arrays["ledger"].tolist(), arrays["pair_energy"]])
             return (at, arrays["q"], arrays["u"]), ledger, at
         start = self._settled() or (0.0, *self.system.initial())
         return start, Ledger.opened(self.system.energy(*start)), 0.0

@@ -16,7 +16,7 @@ from matplotlib.patches import Patch
 
 from fsm.plots.marks import EVENTS, shade_stages, summary_with_stages
 from fsm.plots.style import COLOURS, GREY, WIDE, abscissa, figure, rounded
-from fsm.results.quantities import touching_pairs
+from fsm.results.quantities import CONTACT_THRESHOLD, touching_pairs
 from fsm.results.solution import Floats, Solution
 
 __all__ = ["plot_contact_map"]
@@ -73,11 +73,13 @@ def _draw_bands(ax: Axes, x: Floats, force: Floats, area: Floats) -> PolyCollect
     known = np.isfinite(area) & (largest > 0.0)
     half = np.where(known, THIN + (HALF - THIN) * area / (largest or 1.0), HALF)
     edges = np.concatenate([x[:1], 0.5 * (x[1:] + x[:-1]), x[-1:]])
-    record, row = np.nonzero(force > 0.0)
+    record, row = np.nonzero(force > CONTACT_THRESHOLD * force.max())
     left, right, reach = edges[record], edges[record + 1], half[record, row]
-    corners = [(left, row - reach), (right, row - reach), (right, row + reach), (left, row + reach)]
-    bands = PolyCollection(np.stack([np.stack(corner, axis=1) for corner in corners], axis=1), zorder=2)
-    bands.set(array=force[record, row], cmap=COLOUR_MAP, norm=PowerNorm(0.5, 0.0, float(force.max())), edgecolor="face", linewidth=0.2)
+    low, high = row - reach, row + reach
+    corners = np.stack([left, low, right, low, right, high, left, high], axis=1).reshape(-1, 4, 2)
+    bands = PolyCollection(list(corners), zorder=2)
+    bands.set(array=force[record, row], cmap=COLOUR_MAP, norm=PowerNorm(0.5, 0.0, float(force.max())))
+    bands.set(edgecolor="face", linewidth=0.2)  # no seams
     ax.add_collection(bands, autolim=False)
     return bands
 
