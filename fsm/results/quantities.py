@@ -265,8 +265,8 @@ def summarise_contacts(
     pair_force : (m, n_pairs) array, N       at all points looked at, more than the records
     touches : as in `summarise`
     """
-    looked_at = np.asarray(pair_force, dtype=float).reshape(-1, solution.pair_force.shape[1])
-    forces = np.concatenate([looked_at, solution.pair_force])
+    looked_at = np.asarray(pair_force, dtype=float)
+    forces = np.concatenate([looked_at.reshape(len(looked_at), solution.pair_force.shape[1]), solution.pair_force])
     slid = sliding_distance(solution.time, solution.pair_slip)
     known = {touch["pair"]: touch["travel"] for touch in touches}
     found = []
