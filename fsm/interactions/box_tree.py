@@ -14,9 +14,10 @@ How a client with surfaces uses it, at every renewal of its broad phase (in spac
     tree = fit_tree(*chord_boxes(chords))
     window_pieces(points, first_piece, last_piece, chords, tree, reach, margin, nearest, window)
 
-`nearest` is kept from one renewal to the next (-1 at first), which saves work and changes nothing. A piece outside its window
-cannot become the nearest before some distance has changed by half the margin. A surface is not its chord: its closest point
-is on a piece whose chord is farther than the nearest by at most twice the bound in the table of chords. So
+`nearest` is kept from one renewal to the next (-1 at first), which saves work and changes nothing. A piece outside its
+window cannot become the nearest before some distance has changed by half the margin. A surface is not its
+chord: its closest point is on a piece whose chord is farther than the nearest by at most twice the bound in the table of
+chords. So
 
     margin = 2 (change of distances until the next renewal + largest bound of the chords)
     reach  = largest gap or depth that counts + change of distances + largest bound

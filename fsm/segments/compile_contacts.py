@@ -154,6 +154,7 @@ class _SurfaceCompiler:
             lengths = np.array([self._plate(b).length for b in bodies])
             area = float(lengths @ np.array([self._plate(b).width for b in bodies]))
             starts = np.concatenate([[0.0], np.cumsum(lengths)])
+            facing = sum(self._plate(b).length for b in opposite)  # the stiffness is that of the smaller face
             side = self._side(bodies, opposite)
             thickness = self._plate(opposite[0]).thickness / 2
             for body, length, start in zip(bodies, lengths, starts, strict=False):
@@ -170,7 +171,7 @@ class _SurfaceCompiler:
                         reduced = min(clearance, 0.5 * from_crease * self._opening(bodies, opposite))
                         inset *= reduced / clearance if clearance else 1.0
                         clearance = reduced
-                    share = 0.5 * weight / starts[-1]
+                    share = 0.5 * weight / min(starts[-1], facing)
                     along = start + length / 2 + x
                     at_an_end = min(along, starts[-1] - along) < 1e-9 * starts[-1]
                     straight = STRAIGHT if at_an_end else 0.0

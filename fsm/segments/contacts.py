@@ -18,12 +18,16 @@ from fsm.system import PairState
 
 __all__ = ["ContactGroup", "FrictionForce", "NormalForce"]
 
-_ONSET = 5e-5
-"""Energy stored by an impact at the end of the step in which it began, over that of the impact."""
-_AIM = 1 / 3
-"""Part of that energy that a step is cut to."""
-_STEPS = 30
-"""Steps an impact takes at least."""
+_STEPS = 60
+"""Steps that an impact takes at least."""
+_FIRST = 0.01
+"""Length of the step in which an impact begins, over that of the impact, counted from its beginning."""
+_BEFORE = 0.005
+"""The step before ends so long before it, over its length."""
+_JOLT = 2e-3
+"""Change of speed by an impact in the step in which it begins, over its speed, that is too much."""
+_IMPACT = 3.0
+"""Closing speed from which on a contact is an impact, over the floor of speeds of its law."""
 
 
 class NormalForce(NamedTuple):
@@ -88,6 +92,7 @@ class ContactGroup:
         self._slip = np.zeros((slots, geometry.slips))
         self._time = 0.0
         self._poses: np.ndarray | None = None
+        self._rates = np.zeros((0, 0))
         self._last: tuple[np.ndarray, np.ndarray, _Found | None] | None = None
 
     @property
@@ -120,10 +125,9 @@ class ContactGroup:
         by_slip = np.zeros((count, slips, slips))
         friction = self.friction
         if friction is not None and friction.law.bristle:
-            # a mean velocity is one already
-            before = slip if past is not None else self._slip[slot]
+            weight = 0.5 if past is None else 1.0
             effort, by_slip, by_normal, deflection = friction.law.effort(
-                slip, before, normal, self._deflection[slot], max(0.0, t - self._time), friction.params
+                slip, self._slip[slot], normal, self._deflection[slot], max(0.0, t - self._time), weight, friction.params
             )
         elif friction is not None:
             effort, by_slip, by_normal = friction.law.effort(slip, normal, friction.params)
@@ -242,7 +246,7 @@ class ContactGroup:
             if self._poses is not None and self.geometry.slips == 3 and self.friction is not None:
                 deflection[slot] = carried(found.deflection, self._poses, poses, found.measured.bodies[:, 0])
         self._onset, self._deflection, self._slip = onset, deflection, slip
-        self._time, self._poses = t, poses
+        self._time, self._poses, self._rates = t, poses, rates
         self.geometry.commit(poses)
         self._last = None
 
@@ -265,36 +269,59 @@ class ContactGroup:
     # steps ----------------------------------------------------------------------------------------------------------
 
     def late(self, t: float, poses: np.ndarray, rates: np.ndarray, step: float) -> float:
-        """Part of a step after which its impacts should begin, so that the speed they begin with is known; 1 if they do."""
-        found = self._contacts(t, poses, rates, None) if self.normal.law.restitution else None
+        """Part of a step that ends before its impacts begin; 1 if they begin gently, or none does.
+
+        A law of restitution needs to know the speed with which an impact begins, and a long step blurs it.
+        """
+        if not self._resolves or self._poses is None:
+            return 1.0
+        found = self._contacts(t, poses, rates, None)
         if found is None:
             return 1.0
-        slot = found.touching.slot
-        share = self.geometry.share[slot]
-        stored = self.normal.law.energy(found.depth, share, self.normal.params)
-        speed = np.abs(found.measured.rate[:, 0])
-        kinetic = 0.5 * self._mass(found.measured) * speed**2
-        new = (self._onset[slot] == 0.0) & (stored > _ONSET * kinetic) & (speed > self.normal.speed_floor)
+        slot, measured = found.touching.slot, found.measured
+        before = self._rates[measured.bodies].reshape(len(slot), -1)
+        closing = -(measured.gradient[:, 0] * before).sum(axis=1)
+        mass = self._mass(measured)
+        jolt = found.forces.normal * step / mass
+        new = (self._onset[slot] == 0.0) & (closing > _IMPACT * self.normal.speed_floor) & (jolt > _JOLT * closing)
         if not new.any():
             return 1.0
-        wanted = (_AIM * _ONSET * kinetic[new] / stored[new]) ** (1.0 / (1.0 + self.normal.exponent))
-        part = 1.0 - found.depth[new] * (1.0 - wanted) / (speed[new] * step)
-        return float(np.clip(part.min(), 0.1, 0.95))
+        # the way that was closed, by the speeds at both ends, tells how wide the gap was
+        gap = 0.5 * (closing - measured.rate[:, 0])[new] * step - found.depth[new]
+        lasts = self._lasts(mass[new], closing[new], self.geometry.share[slot][new])
+        begins = gap / closing[new] - _BEFORE * lasts
+        return float(np.clip(begins.min() / step, 0.05, 0.9))
 
     def longest_step(self, t: float, poses: np.ndarray, rates: np.ndarray) -> float:
-        """Longest step that resolves the impacts going on, s: a part of how long they take."""
-        found = self._contacts(t, poses, rates, None) if self.normal.law.restitution else None
-        if found is None:
+        """Longest step that resolves the impacts that go on or are about to begin, s."""
+        if not self._resolves:
             return np.inf
-        slot = found.touching.slot
-        begun = self._onset[slot] > self.normal.speed_floor
-        if not begun.any():
+        near = self.geometry.find(poses, self.geometry.margin)
+        if not len(near.slot):
             return np.inf
-        speed, share = self._onset[slot][begun], self.geometry.share[slot][begun]
-        kinetic = 0.5 * self._mass(found.measured)[begun] * speed**2
+        measured = self.geometry.measure(poses, rates, near)
+        onset, closing = self._onset[near.slot], -measured.rate[:, 0]
+        begun = onset > 0.0
+        speed = np.where(begun, onset, closing)
+        # of what is about to begin a normal that turns says nothing from afar
+        counts = speed > _IMPACT * self.normal.speed_floor
+        if not counts.any():
+            return np.inf
+        mass, share = self._mass(measured)[counts], self.geometry.share[near.slot][counts]
+        lasts = self._lasts(mass, speed[counts], share)
+        begins = np.maximum(near.gap[counts], 0.0) / speed[counts]
+        before = np.where(begins > 2.0 * _BEFORE * lasts, begins - _BEFORE * lasts, begins + _FIRST * lasts)
+        return float(np.where(begun[counts], lasts / _STEPS, before).min())
+
+    @property
+    def _resolves(self) -> bool:
+        return self.normal.law.restitution
+
+    def _lasts(self, mass: np.ndarray, speed: np.ndarray, share: np.ndarray) -> np.ndarray:
+        """How long impacts last without their damping, s: 2.94 (Hertz) or 3.14 (linear) depths over the speed, about."""
         one = self.normal.law.energy(np.ones_like(speed), share, self.normal.params)
-        deepest = (kinetic / one) ** (1.0 / (1.0 + self.normal.exponent))
-        return float((3.0 * deepest / speed).min() / _STEPS)
+        deepest = (0.5 * mass * speed**2 / one) ** (1.0 / (1.0 + self.normal.exponent))
+        return np.asarray(3.0 * deepest / speed)
 
     def _mass(self, measured: Measured) -> np.ndarray:
         """What moves along the gap of each contact, as if nothing else held it, kg."""

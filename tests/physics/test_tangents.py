@@ -18,8 +18,8 @@ from fsm.scene.case import Case
 from fsm.scene.scene import Body, Scene
 from fsm.segments.compile import compile_scene
 from fsm.segments.contacts import ContactGroup
-from fsm.segments.surface_contacts import SurfaceContacts
 from fsm.segments.loads import LoadGroup
+from fsm.segments.surface_contacts import SurfaceContacts
 from fsm.segments.system import SegmentSystem
 from fsm.solve.scipy_ivp import FirstOrder
 

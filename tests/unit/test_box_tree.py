@@ -122,7 +122,8 @@ def windows(given: dict[str, Any], nearest: np.ndarray) -> tuple[np.ndarray, np.
 
 def all_distances(given: dict[str, Any], i: int) -> np.ndarray:
     """Squared distances of a probe from all pieces of its surface."""
-    return np.array([chord_distance(given["chords"][j], given["points"][i]) for j in range(given["first"][i], given["last"][i])])
+    pieces = range(given["first"][i], given["last"][i])
+    return np.array([chord_distance(given["chords"][j], given["points"][i]) for j in pieces])
 
 
 @SPATIAL
@@ -151,7 +152,8 @@ def test_where_one_looks_first_changes_nothing(spatial: bool) -> None:
     count = len(given["points"])
     cold = windows(given, np.full(count, -1))
     rng = np.random.default_rng(0)
-    for start in (cold[0], given["first"], given["last"] - 1, given["last"], rng.integers(-5, len(given["chords"]) + 5, count)):
+    anywhere = rng.integers(-5, len(given["chords"]) + 5, count)
+    for start in (cold[0], given["first"], given["last"] - 1, given["last"], anywhere):
         for one, other in zip(cold, windows(given, start), strict=True):
             np.testing.assert_array_equal(one, other)
 

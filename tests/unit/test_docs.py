@@ -16,7 +16,7 @@ from pydantic import BaseModel
 from fsm.cli import cli
 from fsm.run import run_case
 from fsm.scene.case import Case, Expect, Save, Solve, Strip
-from fsm.scene.contact import Contact, Friction
+from fsm.scene.contact import FRICTION_KEYS, NORMAL_KEYS, Contact, Friction
 from fsm.scene.load_case import load_case
 from fsm.scene.loads import Constant, Drive, Load, Ramp, Table
 from fsm.scene.materials import LinearCrease, Material, SplineCrease
@@ -35,6 +35,9 @@ TABLES: list[tuple[type[BaseModel], ...]] = [
     (ContactPair,),
 ]  # fmt: skip
 """The sections in the order of the page."""
+
+LAWS = {Contact: (NORMAL_KEYS, {"young", "poisson", "radius"}), Friction: (FRICTION_KEYS, set())}
+"""Sections of one model whose keys depend on the law: the table of their laws, and optional keys it need not name."""
 
 
 def rows(heading: str) -> Iterator[list[list[str]]]:
@@ -83,6 +86,14 @@ def test_defaults(index: int) -> None:
         if any(required):
             assert default.startswith("needed by"), key
             continue
+        laws, _ = LAWS.get(TABLES[index][0], ({}, set()))
+        needing = [law for law, keys in laws.items() if name in keys.needed]
+        default, _, needed_by = default.partition("needed by")
+        assert re.findall(r'"([\w-]+)"', needed_by) == needing, key
+        default = default.strip("; ")
+        if needing and not default:  # no other law has it
+            assert not any(name in keys.optional for keys in laws.values()), key
+            continue
         field = fields[0]
         value = field.get_default(call_default_factory=True)
         if isinstance(value, bool):
@@ -93,6 +104,17 @@ def test_defaults(index: int) -> None:
             assert default == f'"{value}"', key
         elif isinstance(value, tuple) and value and not isinstance(value[0], BaseModel):
             assert default == str([int(x) if x == int(x) else x for x in value]), key
+
+
+def test_laws_are_described() -> None:
+    """Every law of contact and friction has its row, with the keys that it needs and may have."""
+    tables = list(rows("| law | needs | may have | force of a face |"))
+    tables += list(rows("| law | needs | may have | friction over normal force |"))
+    for table, (laws, left_out) in zip(tables, LAWS.values(), strict=True):
+        assert [row[0].strip('"') for row in table] == list(laws)
+        for row, keys in zip(table, laws.values(), strict=True):
+            assert set(re.findall(r"`(\w+)`", row[1])) == set(keys.needed), row
+            assert set(re.findall(r"`(\w+)`", row[2])) == set(keys.optional) - left_out, row
 
 
 def examples(page: Path) -> list[str]:

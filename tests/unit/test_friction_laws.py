@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from fsm.laws.friction import FRICTION_LAWS
+from fsm.laws.friction.lugre import _mean_decay
 from fsm.scene.contact import FRICTION_KEYS, Friction
 
 MU_S, MU_D, V_S, V_D, V_STRIBECK, PRESLIDING = 0.3, 0.2, 1e-3, 1e-2, 5e-3, 1e-5
@@ -33,12 +35,18 @@ def evaluate(friction: Friction, slip: np.ndarray, normal: np.ndarray | float = 
 
 
 def bristles(
-    slip: Any, before: Any, deflection: Any, duration: float, normal: Any = 1.0, friction: Friction = LUGRE
+    slip: Any,
+    before: Any,
+    deflection: Any,
+    duration: float,
+    normal: Any = 1.0,
+    friction: Friction = LUGRE,
+    weight: float = 0.5,
 ) -> tuple[np.ndarray, ...]:
     arrays = [np.atleast_2d(np.asarray(a, float)) for a in (slip, before, deflection)]
     normals = np.broadcast_to(np.asarray(normal, float), len(arrays[0])).copy()
     law = FRICTION_LAWS["lugre"]
-    return law.effort(arrays[0], arrays[1], normals, arrays[2], duration, law.params(friction))
+    return law.effort(arrays[0], arrays[1], normals, arrays[2], duration, weight, law.params(friction))
 
 
 def coefficient(friction: Friction, speed: float) -> float:
@@ -140,19 +148,21 @@ def test_values() -> None:
 
 @components
 @pytest.mark.parametrize("duration", [0.0, 1e-5, 1e-3, 1e-1])
-def test_derivatives_of_bristles(c: int, duration: float) -> None:
+@pytest.mark.parametrize("weight", [0.5, 1.0])
+def test_derivatives_of_bristles(c: int, duration: float, weight: float) -> None:
     """Steps much shorter and much longer than bristles take to give way; partly bent in any direction before."""
     rng = np.random.default_rng(4)
     friction = LUGRE.model_copy(update={"viscous": 0.3})
     slip, before = slips(5, c), slips(6, c)
-    speed = np.minimum(np.linalg.norm(slip, axis=1), np.linalg.norm(slip + before, axis=1))
+    mean = weight * slip + (1.0 - weight) * before
+    speed = np.minimum(np.linalg.norm(slip, axis=1), 2.0 * np.linalg.norm(mean, axis=1))
     deflection = PRESLIDING * rng.uniform(-0.5, 0.5, slip.shape)
     normal = rng.uniform(0.1, 10, len(slip))
 
     def effort(s: np.ndarray) -> np.ndarray:
-        return bristles(s, before, deflection, duration, normal, friction)[0]
+        return bristles(s, before, deflection, duration, normal, friction, weight)[0]
 
-    value, by_slip, by_normal, _ = bristles(slip, before, deflection, duration, normal, friction)
+    value, by_slip, by_normal, _ = bristles(slip, before, deflection, duration, normal, friction, weight)
     found = differences(effort, slip, 1e-3 * speed)
     allowed = 1e-8 * np.abs(by_slip).max(axis=(1, 2)) + 1e-12 * np.linalg.norm(value, axis=1) / (1e-3 * speed)
     assert np.all(np.abs(found - by_slip) <= allowed[:, None, None])
@@ -204,6 +214,15 @@ def test_one_step_of_constant_slip_is_exact() -> None:
 
     wanted = solve_ivp(rate, (0, 5e-3), start[0], method="DOP853", rtol=1e-12, atol=1e-20).y[:, -1]
     np.testing.assert_allclose(whole[0], wanted, rtol=1e-9, atol=1e-14 * PRESLIDING)
+
+
+def test_mean_decay_on_both_sides_of_its_series() -> None:
+    """(1 - exp(-x))/x and its slope, the latter by the sum of -(-x)^(k-1) k/(k+1)!."""
+    for x in (0.0, 1e-8, 9.99e-4, 1.001e-3, 0.3):
+        value, slope = _mean_decay(x)
+        assert value == pytest.approx(math.fsum((-x) ** k / math.factorial(k + 1) for k in range(25)), rel=1e-13)
+        wanted = math.fsum(-((-x) ** (k - 1)) * k / math.factorial(k + 1) for k in range(1, 25))
+        assert slope == pytest.approx(wanted, rel=1e-12)
 
 
 def test_steps_are_of_second_order() -> None:

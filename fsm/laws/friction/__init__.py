@@ -8,14 +8,13 @@ from __future__ import annotations
 
 from typing import Final
 
-from fsm.laws.friction.coefficient import LAW_STEP, LAW_TANH, friction
 from fsm.laws.friction.law import FrictionDescription, FrictionLaw
 from fsm.laws.friction.lugre import LUGRE
 from fsm.laws.friction.stribeck import STRIBECK
 from fsm.laws.friction.tanh import TANH
 from fsm.laws.friction.two_step import TWO_STEP
 
-__all__ = ["FRICTION_LAWS", "LAW_STEP", "LAW_TANH", "FrictionDescription", "FrictionLaw", "friction"]
+__all__ = ["FRICTION_LAWS", "FrictionDescription", "FrictionLaw"]
 
 FRICTION_LAWS: Final[dict[str, FrictionLaw]] = {
     "step": TWO_STEP,

@@ -47,6 +47,7 @@ def lugre(
     normal: np.ndarray,
     deflection: np.ndarray,
     duration: float,
+    weight: float,
     params: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Effort, its derivatives and the new deflection, see `FrictionLaw`.
@@ -58,7 +59,7 @@ def lugre(
     count, components = slip.shape
     effort, by_normal = np.empty((count, components)), np.empty((count, components))
     by_slip, new_deflection = np.empty((count, components, components)), np.empty((count, components))
-    mean = 0.5 * (slip + slip_before)
+    mean = weight * slip + (1.0 - weight) * slip_before
     for i in range(count):
         speed, mean_speed = length(slip, i), length(mean, i)
         a, a_slope = _relaxation(speed, params)
@@ -81,8 +82,8 @@ def lugre(
                 same = 1.0 if c == k else 0.0
                 along_mean = mean[i, k] / mean_speed if mean_speed > 0.0 else 0.0
                 along = slip[i, k] / speed if speed > 0.0 else 0.0
-                # half: the mean slip moves by half of the slip
-                z_by_slip = 0.5 * (duration * phi * same + by_mean_speed * along_mean)
+                # the mean slip moves by its weight times the slip
+                z_by_slip = weight * (duration * phi * same + by_mean_speed * along_mean)
                 total = (sigma_0 - sigma_1 * a) * z_by_slip + (sigma_1 + sigma_2) * same + by_speed * along
                 by_slip[i, c, k] = normal[i] * total
     return effort, by_slip, by_normal, new_deflection
