@@ -53,7 +53,8 @@ def plot_contact_map(solution: Solution, path: str | Path) -> None:
             handles += _area_note(area)
         else:
             ax.text(0.5, 0.5, "nothing touches", transform=ax.transAxes, ha="center", va="center", color=GREY)
-        fig.legend(handles=handles, loc="outside upper center", ncols=4, columnspacing=1.2, handlelength=1.4)
+        columns = 4 if len(handles) <= 4 else 3
+        fig.legend(handles=handles, loc="outside upper center", ncols=columns, columnspacing=1.2, handlelength=1.4)
 
 
 def _name_rows(ax: Axes, names: Sequence[str]) -> None:
