@@ -242,18 +242,23 @@ def preview(case: str, out: str, overrides: tuple[str, ...]) -> None:
 @click.option("--out", metavar="DIR", help="Folder for the plots; default: that of the result.")
 @debug_option
 def plot(result: str, out: str | None) -> None:
-    """Draw force, motion and energy of a result again."""
+    """Draw force, motion, energy and contacts of a result again."""
     from fsm.results.store import read_solution
 
     solution = read_solution(Path(result))
     folder = _out_folder(out) if out else Path(result).parent
     folder.mkdir(parents=True, exist_ok=True)
 
+    from fsm.plots.contact_map import plot_contact_map
     from fsm.plots.energy import plot_energy
     from fsm.plots.force import plot_force
     from fsm.plots.motion import plot_motion
+    from fsm.results.quantities import touching_pairs
 
-    for draw, name in ((plot_force, "force.png"), (plot_motion, "motion.png"), (plot_energy, "energy.png")):
+    plots = [(plot_force, "force.png"), (plot_motion, "motion.png"), (plot_energy, "energy.png")]
+    if touching_pairs(solution.pair_force):
+        plots.append((plot_contact_map, "contact.png"))
+    for draw, name in plots:
         draw(solution, folder / name)
         click.echo(str(folder / name))
 

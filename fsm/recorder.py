@@ -114,6 +114,7 @@ class RecordedSolve:
                 "dimension": solution.layout.dimension,
                 "compile_time_s": jit.compile_time() - compiled,
                 "wall_time_s": time.perf_counter() - begun,
+                "contact_stats": self.system.contact_stats(),
             }
             writer.finish(_plain(statistics), summary)
         self.checkpoint.unlink(missing_ok=True)
@@ -143,9 +144,10 @@ class RecordedSolve:
             self.seen = [(DriveState(travel, force), pairs) for travel, force, pairs in _rows(arrays)]
             at = float(arrays["time"][0])
             self.system.restore(arrays["memory"])
-            return (at, arrays["q"], arrays["u"]), Ledger(*(float(x) for x in arrays["ledger"])), at
+            ledger = Ledger(*[*arrays["ledger"].tolist(), arrays["pair_energy"]])
+            return (at, arrays["q"], arrays["u"]), ledger, at
         start = self._settled() or (0.0, *self.system.initial())
-        return start, Ledger(start=self.system.energy(*start).stored), 0.0
+        return start, Ledger.opened(self.system.energy(*start)), 0.0
 
     def _settled(self) -> tuple[float, np.ndarray, np.ndarray] | None:
         """A strip whose creases are not at rest as folded starts from its equilibrium; other scenes start as given."""
@@ -177,8 +179,9 @@ class RecordedSolve:
                     "work": saved.work,
                     "error": saved.error,
                 },
-                pair_force=seen.pair_force,
-                pair_gap=seen.pair_gap,
+                **{f"pair_{name}": values for name, values in vars(seen.pairs).items()},
+                pair_friction_energy=saved.pair_energy[0],
+                pair_damping_energy=saved.pair_energy[1],
                 shape=self.system.shape(saved.time, saved.q),
                 negative_pivots=negative_pivots(self.system, saved.time, saved.q, self.pivots),
             )
@@ -193,6 +196,8 @@ class RecordedSolve:
         bar.step(end.time, end.steps)
 
     def _write_checkpoint(self, point: _Point) -> None:
+        ledger = asdict(point.ledger)
+        pair_energy = ledger.pop("pair_energy")
         write_checkpoint(
             self.checkpoint,
             {
@@ -200,7 +205,8 @@ class RecordedSolve:
                 "q": point.end.q,
                 "u": point.end.u,
                 "memory": point.memory,
-                "ledger": np.array(list(asdict(point.ledger).values())),
+                "ledger": np.array(list(ledger.values())),
+                "pair_energy": pair_energy,
                 "travel": np.array([drive.travel for drive, _ in self.seen[: point.seen]]),
                 "force": np.array([drive.force for drive, _ in self.seen[: point.seen]]),
                 "pair_force": np.array([pairs for _, pairs in self.seen[: point.seen]]),

@@ -13,12 +13,14 @@ import numpy as np
 
 from fsm.errors import ExpectationFailed
 from fsm.kernels import jit
+from fsm.plots.contact_map import plot_contact_map
 from fsm.plots.energy import plot_energy
 from fsm.plots.force import plot_force
 from fsm.plots.motion import plot_motion
 from fsm.prepare import prepare
 from fsm.recorder import RecordedSolve
-from fsm.results.export import write_force_csv
+from fsm.results.export import write_contact_csv, write_force_csv
+from fsm.results.quantities import touching_pairs
 from fsm.results.solution import Solution
 from fsm.scene.builders.warm_up import WARM_UP_SHIFT, warm_up_cases
 from fsm.scene.load_case import LoadedCase
@@ -33,6 +35,8 @@ def run_case(
     loaded: LoadedCase, out: Path, *, progress: bool | Callable[[float], None] = True, resume: bool = False
 ) -> dict[str, Any]:
     """Run a case and write result.h5, summary.json, force.csv, force.png, motion.png and energy.png into `out`.
+
+    With a contact that carries force in a record, contact.csv and contact.png as well.
 
     Parameters
     ----------
@@ -99,6 +103,13 @@ def _write(solution: Solution, out: Path) -> None:
         plot_force(solution, out / "force.png")
     plot_motion(solution, out / "motion.png")
     plot_energy(solution, out / "energy.png")
+    contact = out / "contact.csv", out / "contact.png"
+    if touching_pairs(solution.pair_force):
+        write_contact_csv(solution, contact[0])
+        plot_contact_map(solution, contact[1])
+    else:  # those of another run in this folder
+        for path in contact:
+            path.unlink(missing_ok=True)
     partial = out / "summary.json.part"
     partial.write_text(json.dumps(solution.summary, indent=2) + "\n", encoding="utf-8")
     os.replace(partial, out / "summary.json")

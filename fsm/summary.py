@@ -9,7 +9,7 @@ import numpy as np
 
 from fsm.crossing import first_crossings
 from fsm.errors import CaseError, Fault
-from fsm.results.quantities import Curve, summarise
+from fsm.results.quantities import Curve, summarise, summarise_contacts
 from fsm.results.solution import Solution
 from fsm.scene.case import Case
 from fsm.scene.load_case import LoadedCase
@@ -28,7 +28,7 @@ _SCALARS = (
 def summary_of(
     solution: Solution, scene: Scene, statistics: Statistics, ledger: Ledger, warnings: list[str]
 ) -> dict[str, Any]:
-    """What summary.json holds, but for times and sizes: peak, stages, counters, energy error, stability, warnings.
+    """What summary.json holds, but for times and sizes: peak, stages, contacts, counters, energy error, warnings.
 
     Parameters
     ----------
@@ -40,6 +40,8 @@ def summary_of(
     summary: dict[str, Any] = {"peak_force": 0.0, "peak_travel": 0.0, "stages": []}
     if solution.travel.shape[1]:
         summary |= summarise(_fine_curve(solution, statistics), solution.layout.pair_names)
+    looked_at = np.array([forces for _, forces in statistics.seen])
+    summary["contact"] = summarise_contacts(solution, looked_at, summary.get("touches", ()))
     unstable = int(np.sum(solution.negative_pivots > 0))
     summary |= {
         "steps": statistics.steps,

@@ -14,7 +14,9 @@ from scipy import sparse
 
 from fsm.blocks import BlockMatrix, BlockPattern
 
-__all__ = ["Before", "DriveState", "Energy", "Linearised", "Objection", "Observation", "Scales", "System"]
+__all__ = [
+    "Before", "DriveState", "Energy", "Linearised", "Objection", "Observation", "PairState", "Scales", "System"
+]  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -28,12 +30,15 @@ class Energy:
     dissipated_power : W, >= 0
     input_power : W
         Of loads and drives.
+    pair_power : (2, n_pairs) array, W
+        Of the dissipated power, what friction (first row) and damping (second) of every contact pair take.
     """
 
     kinetic: float
     potential: dict[str, float]
     dissipated_power: float
     input_power: float
+    pair_power: np.ndarray = field(default_factory=lambda: np.zeros((2, 0)))
 
     @property
     def stored(self) -> float:
@@ -79,14 +84,58 @@ class Scales:
 
 
 @dataclass(frozen=True)
+class PairState:
+    """The contact pairs of one state, (n_pairs,) arrays.
+
+    Attributes
+    ----------
+    force : N
+        Sum of the normal forces.
+    gap : m
+        The smallest, at most as far as contacts look; negative where the faces penetrate.
+    area : m^2
+        Of the face that touches, the mean of both faces.
+    friction : N
+        Sum of the magnitudes of the friction forces.
+    slip : m/s
+        Mean slip speed, each contact weighted by its normal force; 0 without any.
+    friction_power, damping_power : W
+        Dissipated by friction, and by the damping of the normal force.
+    """
+
+    force: np.ndarray
+    gap: np.ndarray
+    area: np.ndarray
+    friction: np.ndarray
+    slip: np.ndarray
+    friction_power: np.ndarray
+    damping_power: np.ndarray
+
+    def joined(self, other: PairState) -> PairState:
+        """The same pairs with the contacts of both."""
+        force = self.force + other.force
+        slip = np.divide(
+            self.force * self.slip + other.force * other.slip, force, out=np.zeros(len(force)), where=force > 0.0
+        )
+        return PairState(
+            force,
+            np.minimum(self.gap, other.gap),
+            self.area + other.area,
+            self.friction + other.friction,
+            slip,
+            self.friction_power + other.friction_power,
+            self.damping_power + other.damping_power,
+        )
+
+
+@dataclass(frozen=True)
 class Observation:
     """What a result file keeps of one state besides q and u; `reaction` is the largest one at any body, N."""
 
     drive: DriveState
     energy: Energy
-    reaction: float = 0.0
-    pair_force: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    pair_gap: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    reaction: float
+    pairs: PairState
 
 
 @dataclass(frozen=True)

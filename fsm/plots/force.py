@@ -10,10 +10,10 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
-from fsm.plots.style import COLOURS, GREY, SINGLE, STAGE_COLOURS, WIDE, abscissa, figure, rounded
-from fsm.results.quantities import STAGES, Curve, peak, summarise
+from fsm.plots.marks import EVENTS, shade_stages, summary_with_stages
+from fsm.plots.style import COLOURS, GREY, SINGLE, WIDE, abscissa, figure, rounded
+from fsm.results.quantities import peak
 from fsm.results.solution import Solution
 
 __all__ = ["plot_force", "plot_overlay"]
@@ -42,10 +42,8 @@ def plot_force(solution: Solution, path: str | Path) -> None:
         ax.margins(x=0)
         if solution.force.shape[1] > 1:
             ax.legend(loc="best")
-        summary = solution.summary
-        if "stages" not in summary:
-            summary = summarise(Curve.of(solution), solution.layout.pair_names)
-        stages: list[Artist] = [*_shade_stages(ax, summary["stages"], float(x[-1]))]
+        summary = summary_with_stages(solution)
+        stages: list[Artist] = [*shade_stages(ax, summary["stages"], float(x[-1]))]
         stages += _mark_events(ax, summary.get("events", []))
         fig.legend(handles=stages, loc="outside upper center", ncols=3, columnspacing=1.2, handlelength=1.4)
         _mark_peak(ax, solution)
@@ -95,22 +93,10 @@ def _say(ax: Axes, text: str) -> None:
     ax.text(0.5, 0.5, text, transform=ax.transAxes, ha="center", va="center", color=GREY)
 
 
-def _shade_stages(ax: Axes, stages: Sequence[dict[str, Any]], last: float) -> list[Patch]:
-    """Bands behind the curve; gives back what names them."""
-    begins = [1e3 * stage["travel"] for stage in stages]
-    patches: list[Patch] = []
-    for stage, begin, end in zip(stages, begins, [*begins[1:], last], strict=True):
-        colour = STAGE_COLOURS[STAGES.index(stage["name"]) if stage["name"] in STAGES else 0]
-        ax.axvspan(begin, max(begin, end), color=colour, alpha=0.2, linewidth=0)
-        name = stage["name"] if not patches else f"{stage['name']} from {rounded(begin)} mm"
-        patches.append(Patch(facecolor=colour, alpha=0.35, label=name))
-    return patches
-
-
 def _mark_events(ax: Axes, events: Sequence[dict[str, Any]]) -> list[Line2D]:
     """Snaps and bifurcations on the curve; gives back what names them."""
     handles: list[Line2D] = []
-    for kind, marker, label in (("snap", "v", "snap"), ("motion", "v", "snap"), ("bifurcation", "D", "bifurcation")):
+    for kind, (marker, label) in EVENTS.items():
         at = [event for event in events if event["kind"] == kind]
         if not at:
             continue

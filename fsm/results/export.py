@@ -1,4 +1,4 @@
-"""Results for other programs: the force curve as CSV."""
+"""Results for other programs: the force curve and the contacts as CSV."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
+from fsm.results.quantities import sliding_distance, touching_pairs
 from fsm.results.solution import ENERGIES, Floats, Solution
 
-__all__ = ["force_columns", "write_force_csv"]
+__all__ = ["force_columns", "write_contact_csv", "write_force_csv"]
 
 
 def force_columns(solution: Solution, energies: bool = False) -> dict[str, Floats]:
@@ -38,3 +39,30 @@ def write_force_csv(solution: Solution, path: str | Path, energies: bool = False
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(columns)
         writer.writerows([f"{value:.12g}" for value in row] for row in rows)
+
+
+def write_contact_csv(solution: Solution, path: str | Path) -> None:
+    """Write the contacts, a row for each record and each pair that ever touches, 12 significant digits.
+
+    Columns: ``travel (m)`` of the first drive, if there is one, ``time (s)``, ``pair``, and what is known of the pair.
+    """
+    columns = {
+        "normal force (N)": solution.pair_force,
+        "gap (m)": solution.pair_gap,
+        "area (m^2)": solution.pair_area,
+        "friction (N)": solution.pair_friction,
+        "slip speed (m/s)": solution.pair_slip,
+        "sliding distance (m)": sliding_distance(solution.time, solution.pair_slip),
+        "friction energy (J)": solution.pair_friction_energy,
+        "damping energy (J)": solution.pair_damping_energy,
+    }
+    when = {"travel (m)": solution.travel[:, 0]} if solution.travel.shape[1] else {}
+    when["time (s)"] = solution.time
+    with Path(path).open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow([*when, "pair", *columns])
+        for record in range(len(solution)):
+            begin = [f"{values[record]:.12g}" for values in when.values()]
+            for k in touching_pairs(solution.pair_force):
+                values = [f"{of[record, k]:.12g}" for of in columns.values()]
+                writer.writerow([*begin, solution.layout.pair_names[k], *values])

@@ -11,7 +11,19 @@ from numpy.typing import ArrayLike
 
 from fsm.results.solution import Floats, Solution
 
-__all__ = ["CONTACT_THRESHOLD", "STAGES", "Curve", "Stage", "find_stages", "first_touch", "peak", "summarise"]
+__all__ = [
+    "CONTACT_THRESHOLD",
+    "STAGES",
+    "Curve",
+    "Stage",
+    "find_stages",
+    "first_touch",
+    "peak",
+    "sliding_distance",
+    "summarise",
+    "summarise_contacts",
+    "touching_pairs",
+]
 
 STAGES = ("initial deformation", "contact", "bending")
 CONTACT_THRESHOLD = 1e-4
@@ -214,3 +226,67 @@ def _touches(curve: Curve, pair_names: Sequence[str]) -> list[dict[str, Any]]:
         if x is not None
     ]
     return sorted(found, key=lambda touch: touch["travel"])
+
+
+def touching_pairs(pair_force: ArrayLike) -> list[int]:
+    """Numbers of the pairs that touch at some time, as `first_touch` has it; (n, n_pairs) array, N."""
+    f = np.asarray(pair_force, dtype=float)
+    largest = f.max(axis=0, initial=0.0)
+    return [int(k) for k in np.flatnonzero(largest > CONTACT_THRESHOLD * largest.max(initial=0.0))]
+
+
+def sliding_distance(time: ArrayLike, slip: ArrayLike) -> Floats:
+    """How far the faces of every pair have slid along each other up to each record, m, (n, n_pairs).
+
+    Slip speeds integrated over time by the trapezoidal rule, so only as good as records are dense.
+
+    Parameters
+    ----------
+    time : (n,) array, s
+    slip : (n, n_pairs) array, m/s
+    """
+    t, v = np.asarray(time, dtype=float), np.asarray(slip, dtype=float)
+    steps = 0.5 * (v[1:] + v[:-1]) * np.diff(t)[:, None]
+    return np.concatenate([np.zeros((1, v.shape[1])), np.cumsum(steps, axis=0)])
+
+
+def summarise_contacts(
+    solution: Solution, pair_force: ArrayLike, touches: Sequence[dict[str, Any]] = ()
+) -> list[dict[str, Any]]:
+    """What became of every pair that touched, SI, in the order of the scene.
+
+    * `pair`; `travel` at the first touch, or its `time` without a drive
+    * `largest_force`; `largest_penetration`, `largest_area` of all records, 0 if the faces are apart in all of them
+    * `sliding_distance`: see there; `friction_energy`, `damping_energy`: dissipated in all
+
+    Parameters
+    ----------
+    solution : Solution
+    pair_force : (m, n_pairs) array, N       at all points looked at, more than the records
+    touches : as in `summarise`
+    """
+    looked_at = np.asarray(pair_force, dtype=float)
+    forces = np.concatenate([looked_at.reshape(len(looked_at), solution.pair_force.shape[1]), solution.pair_force])
+    slid = sliding_distance(solution.time, solution.pair_slip)
+    known = {touch["pair"]: touch["travel"] for touch in touches}
+    found = []
+    for k in touching_pairs(forces):
+        name = solution.layout.pair_names[k]
+        entry: dict[str, Any] = {"pair": name}
+        record = int(np.argmax(solution.pair_force[:, k] > 0.0))
+        if solution.travel.shape[1]:
+            entry["travel"] = known.get(name, float(solution.travel[record, 0]))
+        else:
+            entry["time"] = float(solution.time[record])
+        found.append(
+            entry
+            | {
+                "largest_force": float(forces[:, k].max()),
+                "largest_penetration": max(0.0, -float(solution.pair_gap[:, k].min())),
+                "largest_area": float(solution.pair_area[:, k].max()),
+                "sliding_distance": float(slid[-1, k]),
+                "friction_energy": float(solution.pair_friction_energy[-1, k]),
+                "damping_energy": float(solution.pair_damping_energy[-1, k]),
+            }
+        )
+    return found

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["ENERGIES", "Floats", "Integers", "Layout", "Record", "Solution"]
+__all__ = ["ENERGIES", "PAIRS", "Floats", "Integers", "Layout", "Record", "Solution"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -27,6 +27,19 @@ ENERGIES: dict[str, str] = {
 }
 """The energies of a record, J, and what each one is."""
 
+PAIRS: dict[str, tuple[str, str]] = {
+    "pair_force": ("N", "sum of the normal forces of the pair"),
+    "pair_gap": ("m", "smallest gap of the pair, negative where the faces penetrate"),
+    "pair_area": ("m^2", "area of the face of the pair that touches"),
+    "pair_friction": ("N", "sum of the magnitudes of the friction forces of the pair"),
+    "pair_slip": ("m/s", "mean slip speed of the pair, weighted by the normal forces"),
+    "pair_friction_power": ("W", "power dissipated by the friction of the pair"),
+    "pair_damping_power": ("W", "power dissipated by the damping of the normal forces of the pair"),
+    "pair_friction_energy": ("J", "energy dissipated by the friction of the pair since the start, over all steps"),
+    "pair_damping_energy": ("J", "energy dissipated by that damping since the start, over all steps"),
+}
+"""What a record has of every contact pair: unit, and what it is. All but gap and energies are 0 where nothing touches."""
+
 
 @dataclass
 class Record:
@@ -41,10 +54,8 @@ class Record:
         How far each drive has gone, and its reaction along its direction (a pull is positive).
     energy : dict of float, J
         Keys of `ENERGIES`; one that is left out is zero.
-    pair_force : (n_pairs,) array, N
-        Sum of the normal forces of a contact pair.
-    pair_gap : (n_pairs,) array, m
-        Smallest gap of a pair; negative where the faces penetrate.
+    pair_force, pair_gap, ... : (n_pairs,) arrays
+        Of every contact pair; see `PAIRS`.
     shape : (n_quads, 4, 3) array, m
         Corner points of every plate a person would see, in turn around it: (start, -y), (end, -y), (end, +y),
         (start, +y), where start and end are along the x axis of the plate.
@@ -60,6 +71,13 @@ class Record:
     energy: dict[str, float]
     pair_force: Floats
     pair_gap: Floats
+    pair_area: Floats
+    pair_friction: Floats
+    pair_slip: Floats
+    pair_friction_power: Floats
+    pair_damping_power: Floats
+    pair_friction_energy: Floats
+    pair_damping_energy: Floats
     shape: Floats
     negative_pivots: int = 0
 
@@ -96,8 +114,8 @@ class Solution:
 
     Attributes
     ----------
-    time, q, u, travel, force, pair_force, pair_gap, shape, negative_pivots : arrays, first axis time
-        Units as in `Record`.
+    time, q, u, travel, force, pair_force, pair_gap, ..., shape, negative_pivots : arrays, first axis time
+        Units as in `Record` and `PAIRS`.
     energy : dict of (n,) arrays, J
         All keys of `ENERGIES`.
     layout : Layout
@@ -115,6 +133,13 @@ class Solution:
     energy: dict[str, Floats]
     pair_force: Floats
     pair_gap: Floats
+    pair_area: Floats
+    pair_friction: Floats
+    pair_slip: Floats
+    pair_friction_power: Floats
+    pair_damping_power: Floats
+    pair_friction_energy: Floats
+    pair_damping_energy: Floats
     shape: Floats
     negative_pivots: Integers
     layout: Layout = field(default_factory=Layout)
@@ -152,5 +177,5 @@ def stack_energies(records: Sequence[Record]) -> dict[str, Floats]:
 
 def stack(records: Sequence[Record]) -> dict[str, Floats]:
     """The float fields of records as arrays over time, by field name."""
-    names = ("time", "q", "u", "travel", "force", "pair_force", "pair_gap", "shape")
+    names = ("time", "q", "u", "travel", "force", *PAIRS, "shape")
     return {name: np.array([getattr(r, name) for r in records], dtype=float) for name in names}

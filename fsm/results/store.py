@@ -8,7 +8,7 @@ Layout (`n` records; groups and datasets of things a scene does not have are lef
     /state/q, u          (time, coordinate), (time, rate)
     /energy/kinetic ...  (time)                 all of `fsm.results.solution.ENERGIES`
     /drive/travel, force (time, drive_name)
-    /contact/pair_force, pair_gap   (time, pair)
+    /contact/pair_force, pair_gap ...   (time, pair)   all of `fsm.results.solution.PAIRS`
     /shape               (time, quad, corner, axis)
     /stats               attributes, and negative_pivots (time)
     /summary             attributes
@@ -21,6 +21,8 @@ an attribute (lists, dicts) is kept there as JSON under ``<name>_json``.
 How it survives a kill: data go to ``result.part.h5`` in HDF5's single-writer mode, in which the file on disk
 is consistent at any moment; `/time` is written after all else, so that a record counts only when it is whole.
 In the end `finish` gives a copy its stats and its final name.
+
+Version 2 has of contact pairs more than force and gap; read from a file of version 1, the rest is NaN.
 """
 
 from __future__ import annotations
@@ -40,24 +42,25 @@ import numpy as np
 
 from fsm.errors import CaseError, FsmError
 from fsm.results.attributes import read_attributes, write_attributes
-from fsm.results.solution import ENERGIES, Floats, Layout, Record, Solution, stack, stack_energies
+from fsm.results.solution import ENERGIES, PAIRS, Floats, Layout, Record, Solution, stack, stack_energies
 from fsm.results.unfinished import is_marked_open, unmarked
 
 __all__ = ["ResultWriter", "part_path", "read_checkpoint", "read_solution", "write_checkpoint"]
 
-FORMAT, VERSION = "fsm result", 1
+FORMAT, VERSION = "fsm result", 2
 CHECKPOINT_FORMAT = "fsm checkpoint"
 BUFFER_BYTES = 4_000_000
 CHUNK_BYTES = 65_536
 
 
 class _Variable(NamedTuple):
-    """A dataset over time: where it is, its dimensions after time, its unit and what it is."""
+    """A dataset over time: where it is, its dimensions after time, unit, what it is, and the version that brought it."""
 
     path: str
     dims: tuple[str, ...]
     units: str
     text: str
+    since: int = 1
 
 
 VARIABLES: dict[str, _Variable] = {
@@ -65,15 +68,14 @@ VARIABLES: dict[str, _Variable] = {
     "u": _Variable("state/u", ("rate",), "m/s, rad/s", "velocity"),
     "travel": _Variable("drive/travel", ("drive_name",), "m", "travel of the drive"),
     "force": _Variable("drive/force", ("drive_name",), "N", "force of the drive, a pull is positive"),
-    "pair_force": _Variable("contact/pair_force", ("pair",), "N", "sum of the normal forces of the pair"),
-    "pair_gap": _Variable("contact/pair_gap", ("pair",), "m", "smallest gap of the pair"),
+    **{
+        name: _Variable(f"contact/{name}", ("pair",), units, text, 1 if name in ("pair_force", "pair_gap") else 2)
+        for name, (units, text) in PAIRS.items()
+    },
     "shape": _Variable("shape", ("quad", "corner", "axis"), "m", "corner points of the plates"),
     "negative_pivots": _Variable("stats/negative_pivots", (), "1", "negative pivots of the tangent"),
     **{name: _Variable(f"energy/{name}", (), "J", text) for name, text in ENERGIES.items()},
 }
-EMPTY: dict[str, tuple[int, ...]] = {"shape": (0, 4, 3)} | dict.fromkeys(
-    ("q", "u", "travel", "force", "pair_force", "pair_gap"), (0,)
-)
 
 
 def part_path(path: str | Path) -> Path:
@@ -347,9 +349,12 @@ def read_solution(path: str | Path) -> Solution:
 
 
 def _read_rows(file: Any, name: str, n: int) -> Any:
-    path = VARIABLES[name].path
+    path, dims, _, _, since = VARIABLES[name]
     if path not in file:
-        return np.zeros((n, *EMPTY[name]))
+        tail = tuple(len(file[dim]) for dim in dims)
+        if 0 not in tail and int(file.attrs["version"]) >= since:
+            raise KeyError(f"/{path} is missing")
+        return np.full((n, *tail), np.nan)
     values = file[path][:n]
     if len(values) < n:
         raise OSError(f"/{path} is shorter than /time")

@@ -84,7 +84,7 @@ class _SurfaceCompiler:
         rows = [row for number, pair in self.pairs for row in self._probes(number, pair, members, first_piece)]
         columns = [np.array(column) for column in zip(*rows, strict=True)]
         place = columns[1] if self.spatial else np.ascontiguousarray(columns[1][:, 0])
-        probes = Probes(columns[0].astype(np.int64), place, *columns[2:8], *(c.astype(np.int64) for c in columns[8:]))
+        probes = Probes(columns[0].astype(np.int64), place, *columns[2:9], *(c.astype(np.int64) for c in columns[9:]))
         owner_table = np.vstack(owners)
         extra: tuple[np.ndarray, ...] = ()
         if self.spatial:
@@ -140,13 +140,14 @@ class _SurfaceCompiler:
                         inset *= reduced / clearance if clearance else 1.0
                         clearance = reduced
                     share = 0.5 * weight / min(starts[-1], facing)
+                    area = 0.5 * weight * self._plate(body).width
                     along = start + length / 2 + x
                     at_an_end = min(along, starts[-1] - along) < 1e-9 * starts[-1]
                     straight = STRAIGHT if at_an_end else 0.0
                     for lane, lane_share in self._lanes(body):
                         rows.append(
                             (body, (x, lane), side, straight, inset, clearance, min(deepest, self._shallowest + clearance),
-                             share * lane_share, number, *first_piece[other])
+                             share * lane_share, area * lane_share, number, *first_piece[other])
                         )  # fmt: skip
         return rows
 

@@ -82,12 +82,20 @@ class ContactGeometry(Protocol):
 
     share: np.ndarray
     """Part of its face that each slot stands for, (n_slots,)."""
+    area: np.ndarray
+    """Area that each slot stands for, m^2, (n_slots,). Where both faces of a pair watch each other, each has half its
+    weight, so that faces in full contact add up to one face."""
     pair: np.ndarray
     """Number of the contact pair of each slot, (n_slots,)."""
     slips: int
     """Components of a slip: 1 in the plane, 3 in space."""
     margin: float
     """How far away others are still seen, m."""
+
+    @property
+    def refreshes(self) -> int:
+        """How often the broad phase was renewed."""
+        ...
 
     def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:
         """Pairs of bodies that a contact could couple until the broad phase is renewed, and a number that changes then."""

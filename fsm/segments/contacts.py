@@ -14,6 +14,7 @@ from fsm.laws.normal import NormalLaw
 from fsm.segments.contact_geometry import ContactForces, ContactGeometry, Measured, Touching
 from fsm.segments.group import Past
 from fsm.segments.pattern import BodyPattern
+from fsm.system import PairState
 
 __all__ = ["ContactGroup", "FrictionForce", "NormalForce"]
 
@@ -47,13 +48,14 @@ class FrictionForce(NamedTuple):
 
 @dataclass
 class _Found:
-    """Contacts of one state, with forces."""
+    """Contacts of one state, with forces; `powers` (2, count), W, once they were asked for."""
 
     touching: Touching
     depth: np.ndarray
     measured: Measured
     forces: ContactForces
     deflection: np.ndarray
+    powers: np.ndarray | None = None
 
 
 class ContactGroup:
@@ -83,6 +85,7 @@ class ContactGroup:
     ) -> None:
         self.geometry, self.normal, self.friction = geometry, normal, friction
         self.mobility, self.n_pairs = mobility, n_pairs
+        self.evaluations = 0
         slots = len(geometry.share)
         self._onset = np.zeros(slots)
         self._deflection = np.zeros((slots, geometry.slips))
@@ -108,6 +111,7 @@ class ContactGroup:
 
     def _find(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None) -> _Found | None:
         geometry = self.geometry
+        self.evaluations += 1
         touching = geometry.find(poses, 0.0)
         slot = touching.slot
         if not len(slot):
@@ -186,16 +190,29 @@ class ContactGroup:
         if found is None:
             return {"contact": 0.0}, 0.0, 0.0
         stored = self.normal.law.energy(found.depth, self.geometry.share[found.touching.slot], self.normal.params)
-        damping, friction = self._powers(found)
-        return {"contact": float(stored.sum())}, float(damping.sum() + friction.sum()), 0.0
+        return {"contact": float(stored.sum())}, float(self._powers(found).sum()), 0.0
 
-    def _powers(self, found: _Found) -> tuple[np.ndarray, np.ndarray]:
-        """Powers dissipated by the damping of every contact, and by its friction, W."""
-        share = self.geometry.share[found.touching.slot]
-        still = np.zeros_like(found.depth)
-        elastic, _ = self.normal.law.force(found.depth, still, np.ones_like(found.depth), share, self.normal.params)
-        rate = found.measured.rate
-        return (found.forces.normal - elastic) * -rate[:, 0], (found.forces.effort * rate[:, 1:]).sum(axis=1)
+    def pair_power(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None) -> np.ndarray:
+        """Power that friction and damping of every pair dissipate, (2, n_pairs), W."""
+        found = self._contacts(t, poses, rates, past)
+        if found is None:
+            return np.zeros((2, self.n_pairs))
+        return np.stack([self._by_pair(found, power) for power in self._powers(found)])
+
+    def _powers(self, found: _Found) -> np.ndarray:
+        """Powers dissipated by the friction of every contact, and by its damping, (2, count), W."""
+        if found.powers is None:
+            share = self.geometry.share[found.touching.slot]
+            still = np.zeros_like(found.depth)
+            elastic, _ = self.normal.law.force(found.depth, still, np.ones_like(found.depth), share, self.normal.params)
+            rate = found.measured.rate
+            friction = (found.forces.effort * rate[:, 1:]).sum(axis=1)
+            found.powers = np.stack([friction, (found.forces.normal - elastic) * -rate[:, 0]])
+        return found.powers
+
+    def _by_pair(self, found: _Found, values: np.ndarray) -> np.ndarray:
+        """Sums over the contacts of every pair, (n_pairs,)."""
+        return np.bincount(self.geometry.pair[found.touching.slot], values, self.n_pairs)
 
     # results --------------------------------------------------------------------------------------------------------
 
@@ -203,19 +220,24 @@ class ContactGroup:
         """See `Group`."""
         return self.geometry.pairs(poses)
 
-    def observe(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Sum of normal forces (N) and smallest gap (m, at most the margin) of every pair, (n_pairs,) each."""
+    def observe(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None) -> PairState:
+        """The pairs as this group has them; gaps are at most the margin."""
         geometry = self.geometry
-        force = np.zeros(self.n_pairs)
         gap = np.full(self.n_pairs, geometry.margin)
-        found = self._contacts(t, poses, rates, past)
-        if found is not None:
-            np.add.at(force, geometry.pair[found.touching.slot], found.forces.normal)
         near = geometry.find(poses, geometry.margin)
         np.minimum.at(gap, geometry.pair[near.slot], near.gap)
-        return force, gap
+        found = self._contacts(t, poses, rates, past)
+        if found is None:
+            none = np.zeros(self.n_pairs)
+            return PairState(none, gap, none, none, none, none, none)
+        normal = found.forces.normal
+        speed, effort = (np.sqrt((v**2).sum(axis=1)) for v in (found.measured.rate[:, 1:], found.forces.effort))
+        force, carried_by = self._by_pair(found, normal), self._by_pair(found, normal * speed)
+        slip = np.divide(carried_by, force, out=np.zeros(self.n_pairs), where=force > 0.0)
+        area = self._by_pair(found, geometry.area[found.touching.slot])
+        return PairState(
+            force, gap, area, self._by_pair(found, effort), slip, *self.pair_power(t, poses, rates, past)
+        )
 
     # memory ---------------------------------------------------------------------------------------------------------
 

@@ -73,11 +73,12 @@ class ObstacleContacts(ShapeContacts):
             plate, obstacle, against = plates[own], obstacles[other], len(plates) + other
             half = 1.0 if obstacle.kind == HALF_SPACE else 0.5
             places, weights = plate_grid(plate, points, spatial)
-            builder.add_points(own, places, plate.radius, half * part * weights, against, number)
+            area = 4.0 * plate.size[0] * plate.size[1] * weights
+            builder.add_points(own, places, plate.radius, half * part * weights, area, against, number)
             groups = _probes_of(obstacle, plate, spatial)
             for back, radius in groups:
                 each = np.full(len(back), 0.5 * part / (len(back) * len(groups)))
-                builder.add_points(against, back, radius, each, own, number)
+                builder.add_points(against, back, radius, each, np.zeros(len(back)), own, number)
             builder.add_edge_pairs(plate_edges.get(own, []), box_edges.get(other, []), EDGE_SHARE * part, number)
             builder.close_unit(own, against)
         longest = max((2 * plate.size[0] for plate in plates), default=0.0)

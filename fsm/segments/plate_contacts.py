@@ -90,9 +90,13 @@ class PlateContacts(ShapeContacts):
             for plate in np.unique(pairs)
         }
         for (one, two), both, number in zip(pairs.tolist(), parts.tolist(), numbers.tolist(), strict=True):
-            for own, other, part in ((one, two, both[0]), (two, one, both[1])):
+            areas = [4.0 * plates[k].size[0] * plates[k].size[1] for k in (one, two)]
+            # the stiffness is that of the smaller face
+            smaller = min(areas[0] / both[0], areas[1] / both[1])
+            for own, other, area in ((one, two, areas[0]), (two, one, areas[1])):
                 places, weights = plate_grid(plates[own], points, spatial)
-                builder.add_points(own, places, plates[own].radius, 0.5 * part * weights, other, number)
+                each = 0.5 * area * weights
+                builder.add_points(own, places, plates[own].radius, each / smaller, each, other, number)
             builder.add_edge_pairs(edges[one], edges[two], EDGE_SHARE * min(both), number)
             builder.close_unit(one, two)
         longest = max((2 * plate.size[0] for plate in plates), default=0.0)

@@ -67,7 +67,7 @@ class ShapeContacts:
         self.tables = tables
         self.spatial = spatial
         self.margin = margin
-        self.share, self.pair = tables.share, tables.pair
+        self.share, self.area, self.pair = tables.share, tables.area, tables.pair
         self.slips = 3 if spatial else 1
         self._kernels = _SPATIAL if spatial else _PLANAR
         self._count = len(tables.points.body)
@@ -145,6 +145,11 @@ class ShapeContacts:
         self._slots = self._slots_of(units)
         self._bodies = np.unique(self.tables.shapes.body[self.tables.units[units]], axis=0)
         self._version += 1
+
+    @property
+    def refreshes(self) -> int:
+        """How often the broad phase was renewed and found something else."""
+        return self._version
 
     def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:
         """Pairs (m, 2) of bodies that may touch before the next renewal, and a number that changes when they do."""

@@ -106,8 +106,8 @@ class Tables(NamedTuple):
         Shapes.
     point_start, pair_start : (u + 1,) int arrays
         First point and first pair of edges of every unit.
-    share, pair : (n_slots,) arrays
-        Fraction of a face, and number of the contact pair.
+    share, area, pair : (n_slots,) arrays
+        Fraction of a face, area that it stands for (m^2), and number of the contact pair.
     """
 
     shapes: Shapes
@@ -118,6 +118,7 @@ class Tables(NamedTuple):
     point_start: np.ndarray
     pair_start: np.ndarray
     share: np.ndarray
+    area: np.ndarray
     pair: np.ndarray
 
 
@@ -132,8 +133,8 @@ class TableBuilder:
         self._pairs: list[tuple[int, int, float]] = []
         self._units: list[tuple[int, int]] = []
         self._starts: list[tuple[int, int]] = [(0, 0)]
-        self._point_share: list[tuple[float, int]] = []
-        self._pair_share: list[tuple[float, int]] = []
+        self._point_share: list[tuple[float, float, int]] = []
+        self._pair_share: list[tuple[float, float, int]] = []
 
     def add_shape(self, shape: Shape) -> int:
         """Number of the new shape."""
@@ -149,12 +150,21 @@ class TableBuilder:
             self._edges.append((shape.body, (start + end) / 2, along / length, length / 2, shape.radius))
         return list(range(first, len(self._edges)))
 
-    def add_points(self, owner: int, local: np.ndarray, radius: float, share: np.ndarray, against: int, pair: int) -> None:
+    def add_points(
+        self,
+        owner: int,
+        local: np.ndarray,
+        radius: float,
+        share: np.ndarray,
+        area: np.ndarray,
+        against: int,
+        pair: int,
+    ) -> None:
         """Points (n, 3) in the axes of the shape `owner` that probe another shape; to the unit that is open."""
         shape = self.shapes[owner]
-        for place, part in zip(shape.in_body(local), share, strict=True):
+        for place, part, size in zip(shape.in_body(local), share, area, strict=True):
             self._points.append((shape.body, place if self.spatial else place[[0, 2]], radius, against))
-            self._point_share.append((float(part), pair))
+            self._point_share.append((float(part), float(size), pair))
 
     def add_edge_pairs(self, first: list[int], second: list[int], share: float, pair: int) -> None:
         """Each edge of one list with each of the other; to the unit that is open.
@@ -167,7 +177,7 @@ class TableBuilder:
                 radius = self._edges[one][4] + self._edges[two][4]
                 sine = min(0.2, radius / min(self._edges[one][3], self._edges[two][3]))
                 self._pairs.append((one, two, max(sine, 1e-3) ** 2))
-                self._pair_share.append((share, pair))
+                self._pair_share.append((share, 0.0, pair))
 
     def close_unit(self, first: int, second: int) -> None:
         """What was added since the last unit is that of these two shapes."""
@@ -202,7 +212,8 @@ class TableBuilder:
             np.ascontiguousarray(starts[:, 0]),
             np.ascontiguousarray(starts[:, 1]),
             np.array([row[0] for row in share]),
-            np.array([row[1] for row in share], dtype=np.int64),
+            np.array([row[1] for row in share]),
+            np.array([row[2] for row in share], dtype=np.int64),
         )
 
     def _shape_table(self) -> Shapes:

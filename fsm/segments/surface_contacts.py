@@ -40,6 +40,8 @@ class Probes(NamedTuple):
         A probe deeper than that has gone through the surface, or round its end.
     share : (n,) array
         Fraction of its face that the point stands for.
+    area : (n,) array, m^2
+        The same of the area: half of it is that of the face itself, half that of the one opposite.
     pair : (n,) int array
         Number of the contact pair.
     first_piece, last_piece : (n,) int arrays
@@ -54,6 +56,7 @@ class Probes(NamedTuple):
     clearance: np.ndarray
     depth_limit: np.ndarray
     share: np.ndarray
+    area: np.ndarray
     pair: np.ndarray
     first_piece: np.ndarray
     last_piece: np.ndarray
@@ -108,7 +111,7 @@ class SurfaceContacts:
 
     def __init__(self, kernels: SurfaceKernels, probes: Probes, surfaces: Surfaces, margin: float) -> None:
         self.kernels, self.probes, self.surfaces, self.margin = kernels, probes, surfaces, margin
-        self.share, self.pair = probes.share, probes.pair
+        self.share, self.area, self.pair = probes.share, probes.area, probes.pair
         self.slips = 1 if probes.place.ndim == 1 else 3
         self.side = probes.side.copy()
         self.refreshes = 0

@@ -29,7 +29,7 @@ from fsm.segments.elements import BushingGroup
 from fsm.segments.group import Group, Past
 from fsm.segments.loads import LoadGroup
 from fsm.segments.pattern import BodyPattern, body_pattern
-from fsm.system import Before, DriveState, Energy, Linearised, Objection, Observation, Scales
+from fsm.system import Before, DriveState, Energy, Linearised, Objection, Observation, PairState, Scales
 
 __all__ = ["Bodies", "SegmentSystem"]
 
@@ -261,11 +261,19 @@ class SegmentSystem:
         poses, rates = self.place(t, q, u, before)
         past = self._past(t, before)
         reactions = self._reactions(t, poses, rates, past)
-        pair_force, pair_gap = self._observe_contacts(t, poses, rates, past)
         energy = self._energy(t, poses, rates, reactions, past)
         n = 3 if self.spatial else 2
         largest = float(np.abs(reactions[:, :n]).max(initial=0.0))
-        return Observation(self._drive_state(t, reactions), energy, largest, pair_force, pair_gap)
+        pairs = self._observe_pairs(t, poses, rates, past)
+        return Observation(self._drive_state(t, reactions), energy, largest, pairs)
+
+    def contact_stats(self) -> dict[str, int]:
+        """Of all contact groups: slots, states that they were found in, renewals of the broad phase."""
+        return {
+            "slots": sum(len(group.geometry.share) for group in self.contacts),
+            "evaluations": sum(group.evaluations for group in self.contacts),
+            "renewals": sum(group.geometry.refreshes for group in self.contacts),
+        }
 
     # protocol: what is remembered ------------------------------------------------------------------------------------
 
@@ -382,14 +390,13 @@ class SegmentSystem:
             reactions[motion.body, :n] += self.bodies.inertia[motion.body, :n] * acceleration * motion.direction
         return reactions
 
-    def _observe_contacts(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Normal force and smallest gap of every pair."""
-        if not self.contacts:
-            return np.zeros(0), np.zeros(0)
-        forces, gaps = zip(*(group.observe(t, poses, rates, past) for group in self.contacts), strict=True)
-        return np.sum(forces, axis=0), np.min(gaps, axis=0)
+    def _observe_pairs(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None) -> PairState:
+        """The contact pairs, what all groups have of them put together."""
+        none = np.zeros(len(self.pair_names))
+        total = PairState(none, np.full(len(none), np.inf), none, none, none, none, none)
+        for group in self.contacts:
+            total = total.joined(group.observe(t, poses, rates, past))
+        return total
 
     def _drive_state(self, t: float, reactions: np.ndarray) -> DriveState:
         travel = np.array([motion.at(t)[0] for motion in self.motions])
@@ -407,8 +414,11 @@ class SegmentSystem:
                 potential[name] = potential.get(name, 0.0) + value
             dissipated += lost
             power += gained
+        pair_power = np.zeros((2, len(self.pair_names)))
+        for contacts in self.contacts:
+            pair_power += contacts.pair_power(t, poses, rates, past)
         kinetic = 0.5 * float(np.sum(self.bodies.inertia * rates**2))
-        return Energy(kinetic, potential, dissipated, power + float(np.sum(reactions * rates)))
+        return Energy(kinetic, potential, dissipated, power + float(np.sum(reactions * rates)), pair_power)
 
     def _current_pattern(self, poses: np.ndarray) -> BodyPattern:
         pairs, versions = zip(*(group.pairs(poses) for group in self.groups), strict=True) if self.groups else ((), ())

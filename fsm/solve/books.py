@@ -47,7 +47,7 @@ class Books:
         self.time, self.q, self.u = time, q, u
         system.commit(time, q, u)
         self.last = self._first(time, q, u)
-        self.ledger = Ledger(start=self.last.energy.stored) if ledger is None else ledger
+        self.ledger = Ledger.opened(self.last.energy) if ledger is None else ledger
         self.largest_reaction = self.last.reaction
         self._earlier: Observation | None = None
         self._span = float(system.scales().span.max(initial=0.0))
@@ -55,7 +55,7 @@ class Books:
         self.pending = [t for t in save_times if t >= time]
         self._nothing = 1e-12 * max(save_times, default=0.0)  # times that differ by less are the same
         if not statistics.seen:
-            statistics.seen.append((self.last.drive, self.last.pair_force))
+            statistics.seen.append((self.last.drive, self.last.pairs.force))
         self._save()
 
     def _first(self, time: float, q: np.ndarray, u: np.ndarray) -> Observation:
@@ -66,14 +66,15 @@ class Books:
         if not self.statistics.seen:
             return self.system.observe(time, q, u)
         drive, pair_force = self.statistics.seen[-1]
-        return replace(self.system.observe(time, q, np.zeros_like(u)), drive=drive, pair_force=pair_force)
+        here = self.system.observe(time, q, np.zeros_like(u))
+        return replace(here, drive=drive, pairs=replace(here.pairs, force=pair_force))
 
     def next_save(self, end: float) -> float:
         """Time of the next state to be saved, or the end."""
         return self.pending[0] if self.pending else end
 
-    def turned_over(self, t: float, u: np.ndarray, seen: Observation) -> tuple[float, float]:
-        """Work (J) and dissipated energy (J) of a step whose velocities are means over it.
+    def turned_over(self, t: float, u: np.ndarray, seen: Observation) -> tuple[float, float, np.ndarray]:
+        """Work (J), dissipated energy (J) and what of it contact pairs take, of a step whose velocities are means over it.
 
         Work under the parabola through the forces of the last three states, dissipation as it was solved.
         """
@@ -84,7 +85,7 @@ class Books:
         if not len(travel) and loads:
             # the loads as they were when the step began, along the same motion
             loads = 0.5 * (loads + self.system.energy(self.time, self.q, u).input_power * duration)
-        return drives + loads, seen.energy.dissipated_power * duration
+        return drives + loads, seen.energy.dissipated_power * duration, seen.energy.pair_power * duration
 
     def _bow(self, seen: Observation) -> np.ndarray:
         """What the mean force of a step lies below that of its ends because the curve is bent, (n_drives,), N."""
@@ -100,9 +101,7 @@ class Books:
 
     def quasi_static(self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation) -> None:
         """Take a step whose velocities are means over it."""
-        work, dissipated = self.turned_over(t, u, seen)
-        self.ledger.work += work
-        self.ledger.dissipated += dissipated
+        self.ledger.add(*self.turned_over(t, u, seen))
         earlier = self.last
         self.system.commit(t, q, u, (self.time, self.q))
         self._take(t, q, u, seen)
@@ -113,7 +112,7 @@ class Books:
 
         At the start, before anything has been turned over, over that of the reactions along a part of the span.
         """
-        work, dissipated = self.turned_over(t, u, seen)
+        work, dissipated, _ = self.turned_over(t, u, seen)
         stored = seen.energy.stored_at_rest - self.last.energy.stored_at_rest
         turnover = max(self.ledger.turnover, abs(seen.energy.stored_at_rest - self.ledger.start), abs(work))
         turnover = max(turnover, _AT_FIRST * max(self.largest_reaction, seen.reaction) * self._span)
@@ -122,8 +121,9 @@ class Books:
     def dynamic(self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation) -> None:
         """Take a step of a time integrator."""
         step = t - self.time
-        self.ledger.work += 0.5 * step * (self.last.energy.input_power + seen.energy.input_power)
-        self.ledger.dissipated += step * mean_dissipation(self.system, (self.time, self.q), (t, q))
+        dissipated, of_pairs = mean_dissipation(self.system, (self.time, self.q), (t, q))
+        work = 0.5 * step * (self.last.energy.input_power + seen.energy.input_power)
+        self.ledger.add(work, step * dissipated, step * of_pairs)
         self._take(t, q, u, seen, seen.energy.stored)
 
     def gains(self, seen: Observation) -> bool:
@@ -148,7 +148,7 @@ class Books:
             self.ledger.balance(seen.energy.stored_at_rest, 0.0)
         else:
             self.ledger.balance(stored, seen.energy.kinetic)
-        self.statistics.seen.append((seen.drive, seen.pair_force))
+        self.statistics.seen.append((seen.drive, seen.pairs.force))
         self.statistics.steps += 1
         self._save()
         if self.on_step is not None:
@@ -165,6 +165,5 @@ class Books:
             self.pending.pop(0)
             self._saved = self.time
             ledger = self.ledger
-            self.on_save(
-                Saved(self.time, self.q.copy(), self.u.copy(), self.last, ledger.dissipated, ledger.work, ledger.error)
-            )
+            books = ledger.dissipated, ledger.work, ledger.error, ledger.pair_energy
+            self.on_save(Saved(self.time, self.q.copy(), self.u.copy(), self.last, *books))

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from fsm.system import Before, System
 
 __all__ = ["mean_dissipation"]
 
 
-def mean_dissipation(system: System, begin: Before, end: Before) -> float:
-    """Mean dissipated power (W) of a step between two states (time, configuration).
+def mean_dissipation(system: System, begin: Before, end: Before) -> tuple[float, np.ndarray]:
+    """Mean dissipated power (W) of a step between two states (time, configuration), and that of the contact pairs.
 
     Of the mean rates, and of the contact forces at both ends. Rates at the ends hold what is left of stiff vibrations,
-    and its square: far more than was dissipated on the way.
+    and its square: far more than was dissipated on the way. That of the pairs is as in `Energy.pair_power`.
     """
     mean = system.difference(begin[1], end[1]) / (end[0] - begin[0])
-    powers = [system.energy(*here, mean, there).dissipated_power for here, there in ((begin, end), (end, begin))]
-    return 0.5 * sum(powers)
+    first, last = (system.energy(*here, mean, there) for here, there in ((begin, end), (end, begin)))
+    return 0.5 * (first.dissipated_power + last.dissipated_power), 0.5 * (first.pair_power + last.pair_power)

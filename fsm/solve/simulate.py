@@ -11,7 +11,7 @@ import math
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -68,7 +68,8 @@ class Ledger:
     """Energy bookkeeping, J.
 
     `error` is the present imbalance, `worst` the largest so far, `turnover` the largest energy stored, dissipated or put
-    in so far, which errors are measured against.
+    in so far, which errors are measured against. `pair_energy` (2, n_pairs) is what friction and damping of every contact
+    pair have dissipated.
     """
 
     start: float = 0.0
@@ -78,6 +79,18 @@ class Ledger:
     worst: float = 0.0
     turnover: float = 0.0
     kinetic_worst: float = 0.0
+    pair_energy: np.ndarray = field(default_factory=lambda: np.zeros((2, 0)))
+
+    @classmethod
+    def opened(cls, energy: Energy) -> Ledger:
+        """The ledger of a solve that begins in a state of that energy."""
+        return cls(start=energy.stored, pair_energy=np.zeros_like(energy.pair_power))
+
+    def add(self, work: float, dissipated: float, of_pairs: np.ndarray) -> None:
+        """Add the work, what was dissipated, and what of that contact pairs took."""
+        self.work += work
+        self.dissipated += dissipated
+        self.pair_energy = self.pair_energy + of_pairs
 
     def balance(self, stored: float, kinetic: float) -> None:
         """Compare with the energy stored now."""
@@ -96,7 +109,7 @@ class Ledger:
 
 @dataclass(frozen=True)
 class Saved:
-    """A state that was asked for: time (s), q, u, what was observed, and the ledger's dissipated, work, error (J)."""
+    """A state that was asked for: time (s), q, u, what was observed, and the ledger's numbers (J)."""
 
     time: float
     q: np.ndarray
@@ -105,6 +118,7 @@ class Saved:
     dissipated: float
     work: float
     error: float
+    pair_energy: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -195,7 +209,7 @@ class _Run(ABC):
         system.commit(self.time, self.q, self.u)
         self.pending = [t for t in save_times if self.time <= t <= settings.end_time]
         self.last = system.observe(self.time, self.q, self.u)
-        self.ledger = Ledger(start=self.last.energy.stored) if ledger is None else ledger
+        self.ledger = Ledger.opened(self.last.energy) if ledger is None else ledger
         self._look(self.last)
         self._balance(self.last)
         if self.pending and self.pending[0] <= self.time:
@@ -218,14 +232,14 @@ class _Run(ABC):
             self.on_step(StepEnd(t, q, u, self.statistics.steps))
 
     def _look(self, seen: Observation) -> None:
-        self.statistics.seen.append((seen.drive, seen.pair_force))
+        self.statistics.seen.append((seen.drive, seen.pairs.force))
 
     def _balance(self, seen: Observation) -> None:
         self.ledger.balance(seen.energy.stored, seen.energy.kinetic)
 
     def _save(self, at: float, q: np.ndarray, u: np.ndarray, seen: Observation, ledger: Ledger) -> None:
         error = seen.energy.stored - ledger.start + ledger.dissipated - ledger.work
-        self.on_save(Saved(at, q.copy(), u.copy(), seen, ledger.dissipated, ledger.work, error))
+        self.on_save(Saved(at, q.copy(), u.copy(), seen, ledger.dissipated, ledger.work, error, ledger.pair_energy))
 
     def _fail(self, outcome: Outcome, detail: str = "") -> None:
         self.statistics.outcome = outcome
@@ -283,8 +297,9 @@ class _StepwiseRun(_Run):
         step = solver.t - self.time
         self.statistics.smallest_step = min(self.statistics.smallest_step, step)
         self.last = seen = self.system.observe(solver.t, solver.q, solver.u)
-        self.ledger.dissipated += step * mean_dissipation(self.system, (self.time, self.q), (solver.t, solver.q))
-        self.ledger.work += 0.5 * step * (begin.input_power + seen.energy.input_power)
+        dissipated, of_pairs = mean_dissipation(self.system, (self.time, self.q), (solver.t, solver.q))
+        work = 0.5 * step * (begin.input_power + seen.energy.input_power)
+        self.ledger.add(work, step * dissipated, step * of_pairs)
         self._look(seen)
         self._balance(seen)
         if self.pending and self.pending[0] <= solver.t:
@@ -320,7 +335,7 @@ class _DenseRun(_Run):
                 if not np.all(np.isfinite(state)):
                     self._fail(Outcome.NOT_FINITE)
                 dense = solver.interpolant() if hasattr(solver, "interpolant") else solver.dense_output()
-                before = (self.ledger.dissipated, self.ledger.work)
+                before = replace(self.ledger)
                 self._account(solver.t, state, dense)
                 while self.pending and self.pending[0] <= solver.t:
                     self._save_between(self.pending.pop(0), solver.t, dense, before)
@@ -351,29 +366,29 @@ class _DenseRun(_Run):
         for node, weight in zip(_NODES, _WEIGHTS, strict=True):
             at = self.time + node * step
             seen = self.system.observe(at, *self.equations.split(dense(at)))
-            self.ledger.dissipated += weight * step * seen.energy.dissipated_power
-            self.ledger.work += weight * step * seen.energy.input_power
+            self._add(self.ledger, weight * step, seen.energy)
             self._look(seen)
         self.last = self.system.observe(end, *self.equations.split(state))
         self._look(self.last)
         self._balance(self.last)
 
-    def _save_between(
-        self, at: float, end: float, dense: Callable[[float], np.ndarray], before: tuple[float, float]
-    ) -> None:
+    @staticmethod
+    def _add(ledger: Ledger, duration: float, energy: Energy) -> None:
+        """Add the powers of a state over a time."""
+        ledger.add(duration * energy.input_power, duration * energy.dissipated_power, duration * energy.pair_power)
+
+    def _save_between(self, at: float, end: float, dense: Callable[[float], np.ndarray], before: Ledger) -> None:
         """Save inside or at the end of a step; the integrals there are taken up to the very time."""
         q, u = self.equations.split(dense(at))
         if at >= end:
             self._save(end, q, u, self.last, self.ledger)
             return
         step = at - self.time
-        dissipated, work = before
+        until = replace(before)
         for node, weight in zip(_NODES, _WEIGHTS, strict=True):
             t = self.time + node * step
-            energy = self.system.energy(t, *self.equations.split(dense(t)))
-            dissipated += weight * step * energy.dissipated_power
-            work += weight * step * energy.input_power
-        self._save(at, q, u, self.system.observe(at, q, u), Ledger(self.ledger.start, dissipated, work))
+            self._add(until, weight * step, self.system.energy(t, *self.equations.split(dense(t))))
+        self._save(at, q, u, self.system.observe(at, q, u), until)
 
 
 def _stretch(solver: Any) -> None:

@@ -82,7 +82,7 @@ def swing(count: int, rtol: float) -> tuple[list[Saved], Ledger]:
 def test_strip_with_contact_and_friction() -> None:
     saved, ledger = rubbing_strip(1e-8)
     touching = saved[-1].observation
-    assert touching.pair_force.sum() > 1e-3
+    assert touching.pairs.force.sum() > 1e-3
     assert touching.energy.potential["contact"] > 0.0
     assert ledger.relative_error < 1e-6
 

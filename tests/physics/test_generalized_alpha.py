@@ -330,7 +330,7 @@ def test_strip_agrees_with_radau() -> None:
     _, _, exact = pulled("Radau", 1e-5)
     _, _, found = pulled(ALPHA, 1e-6)
     force = np.array([[record.observation.drive.force[0] for record in run] for run in (exact, found)])
-    assert exact[-1].observation.pair_force.sum() > 1e-3
+    assert exact[-1].observation.pairs.force.sum() > 1e-3
     assert force[1] == pytest.approx(force[0], abs=2e-3 * np.abs(force[0]).max())
     off = strip().difference(exact[-1].q, found[-1].q) / strip().scales().increment
     assert np.abs(off).max() < 1e-3

@@ -132,7 +132,7 @@ def disturbed(system: SegmentSystem, seed: int) -> tuple[np.ndarray, np.ndarray]
 def test_inner_forces_and_moments_cancel(seed: int, spatial: bool) -> None:
     system = two_chains(spatial)
     q, u = disturbed(system, seed)
-    assert system.observe(0.0, q, u).pair_force[0] > 1.0
+    assert system.observe(0.0, q, u).pairs.force[0] > 1.0
     force, moment = imbalance(system, q, u)
     assert force < 1e-12
     assert moment < 1e-12
@@ -144,7 +144,7 @@ def run(spatial: bool, method: str, rtol: float) -> tuple[SegmentSystem, Saved]:
     system = two_chains(spatial)
     saved: list[Saved] = []
     simulate(system, Settings(method, rtol, 0.02), [0.0, 0.02], saved.append)
-    assert saved[0].observation.pair_force[0] > 1.0
+    assert saved[0].observation.pairs.force[0] > 1.0
     return system, saved[-1]
 
 

@@ -42,7 +42,7 @@ def test_spatial_force_curve_is_the_planar_one() -> None:
     planar, spatial = pulled(False), pulled(True)
     plane, space = (np.array([s.observation.drive.force[0] for s in run]) for run in (planar, spatial))
     assert space == pytest.approx(plane, abs=1e-6 * plane.max())
-    pairs, pairs_in_space = (np.array([s.observation.pair_force for s in run]) for run in (planar, spatial))
+    pairs, pairs_in_space = (np.array([s.observation.pairs.force for s in run]) for run in (planar, spatial))
     # it touches within the travel, not from the start
     assert pairs[0].max() < 1e-12
     assert pairs[-1].max() > 0.1

@@ -131,12 +131,16 @@ def check_finished(out: Path, whole: tuple[Solution, dict[str, Any]]) -> None:
     assert found.pair_force == pytest.approx(expected.pair_force, abs=1e-4 * expected.pair_force.max())
     for name in ("dissipated", "work"):
         assert found.energy[name] == pytest.approx(expected.energy[name], abs=1e-5 * expected.energy["work"].max())
+    lost = expected.pair_damping_energy + expected.pair_friction_energy
+    again = found.pair_damping_energy + found.pair_friction_energy
+    assert again == pytest.approx(lost, abs=1e-2 * lost.max())
+    assert [pair["pair"] for pair in named["contact"]] == [pair["pair"] for pair in summary["contact"]]
     for name in ("contact_travel", "bending_travel"):  # drawn from points that lie as the steps do
         assert named[name] == pytest.approx(summary[name], abs=3e-5)
     assert 0.1 * summary["energy_error"] < named["energy_error"] < 1e-6
     assert [touch["pair"] for touch in named["touches"]] == [touch["pair"] for touch in summary["touches"]]
     assert sorted(path.name for path in out.iterdir()) == [
-        "energy.png", "force.csv", "force.png", "motion.png", "result.h5", "summary.json",
+        "contact.csv", "contact.png", "energy.png", "force.csv", "force.png", "motion.png", "result.h5", "summary.json",
     ]  # fmt: skip
 
 

@@ -51,7 +51,7 @@ def evaluate(spatial: bool) -> dict[str, Any]:
         "stiffness": stiffness.toarray(),
         "damping": damping.toarray(),
         "energy": np.array([seen.energy.stored, seen.energy.dissipated_power, seen.energy.input_power]),
-        "pairs": np.concatenate([seen.pair_force, seen.pair_gap]),
+        "pairs": np.concatenate(list(vars(seen.pairs).values())),
         "reactions": system.reactions(1.0, q, u),
         "rates": system.kinematic_map(q, u),
         "jacobian": np.hstack([np.asarray(part) for part in jacobian]),

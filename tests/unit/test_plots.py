@@ -12,12 +12,13 @@ import pytest
 from matplotlib.figure import Figure
 from PIL import Image
 
+from fsm.plots.contact_map import HALF, plot_contact_map
 from fsm.plots.energy import plot_energy
 from fsm.plots.force import plot_force, plot_overlay
 from fsm.plots.motion import leaves_plane, pick_records, plot_motion
 from fsm.plots.style import STYLE, energy_unit
 from fsm.results.quantities import Curve, summarise
-from fsm.results.solution import ENERGIES, Layout, Record, Solution
+from fsm.results.solution import ENERGIES, PAIRS, Layout, Record, Solution
 
 PANEL, HALF_WIDTH, FOLD, CELLS = 0.08, 0.02, np.radians(80), 8
 
@@ -49,6 +50,16 @@ def strip_shape(rise: float, out: float = 0.0) -> np.ndarray:
     return np.array(quads)
 
 
+def contact(s: float) -> dict[str, np.ndarray]:
+    """The first pair never touches; the second does from 13 mm on, with more and more area."""
+    force = 20 * max(0.0, s - 0.013)
+    return {
+        "pair_force": np.array([0.0, force]),
+        "pair_gap": np.array([1e-3, 0.013 - s]),
+        "pair_area": np.array([0.0, 1e-4 * force]),
+    }
+
+
 def strip_run(n: int = 151, drives: int = 1, peak: float = 2.0, out: float = 0.0) -> Solution:
     """A run with the three stages: contact at 13 mm, the peak near 27 mm."""
     travel = np.linspace(0, 0.15, n)
@@ -62,8 +73,7 @@ def strip_run(n: int = 151, drives: int = 1, peak: float = 2.0, out: float = 0.0
                 "panels": w * h, "creases": w * (0.95 - h), "contact": 0.02 * w, "gravity": -0.05 * w,
                 "dissipated": 0.08 * w, "work": w, "error": 1e-7 * w * np.sin(300 * s),
             },
-            pair_force=np.array([0.0, max(0.0, s - 0.013) * 20]), pair_gap=np.array([1e-3, 0.013 - s]),
-            shape=strip_shape(s, out),
+            **(dict.fromkeys(PAIRS, np.zeros(2)) | contact(s)), shape=strip_shape(s, out),
         )
         for s, f, w, h in zip(travel, force, work, share, strict=True)
     ]  # fmt: skip
@@ -226,6 +236,60 @@ def test_scene_without_a_drive_is_drawn_over_time(tmp_path: Path, figures: list[
     assert labels(figures[1])[0] == "time (s)"
     assert "75.0 s" in words(figures[2])
     assert "none of the runs has a drive" in words(figures[3])
+
+
+def test_contact_map(tmp_path: Path, figures: list[Figure]) -> None:
+    run = strip_run()
+    plot_contact_map(run, tmp_path / "contact.png")
+    assert ink(tmp_path / "contact.png") > 0.05
+    assert labels(figures[0]) == ["travel (mm)", "normal force (N)"]
+    written = words(figures[0])
+    assert "3-4" in written
+    assert "1-2" not in written  # never touches
+    assert "contact from 13.0 mm" in written
+    assert "full height: 274 mm² touch" in written
+    (bands,) = (c for c in figures[0].axes[0].collections if c.get_array() is not None)
+    touching = run.pair_force[:, 1] > 1e-9
+    np.testing.assert_allclose(bands.get_array(), run.pair_force[touching, 1])
+    boxes = np.array([path.vertices[:4] for path in bands.get_paths()])
+    left, right, heights = boxes[:, 0, 0], boxes[:, 1, 0], np.ptp(boxes[:, :, 1], axis=1)
+    np.testing.assert_allclose(left[1:], right[:-1])
+    assert left[0] == pytest.approx(13.5)  # records are 1 mm apart, the first that touches is at 14 mm
+    assert right[-1] == pytest.approx(150.0)
+    assert heights[-1] == pytest.approx(2 * HALF)
+    assert (np.diff(heights) > 0).all()
+
+
+def test_contact_map_marks_snaps(tmp_path: Path, figures: list[Figure]) -> None:
+    run = strip_run()
+    run.summary["events"] = [{"kind": "snap", "travel": 0.05, "end_travel": 0.05}]
+    plot_contact_map(run, tmp_path / "contact.png")
+    assert "snap" in words(figures[0])
+    assert any(np.allclose(line.get_xdata(), 50.0) for line in figures[0].axes[0].lines)
+
+
+def test_contact_map_of_other_runs(tmp_path: Path, figures: list[Figure]) -> None:
+    """Over time; of a file that knows no areas; of many pairs; where nothing touches; of one record."""
+    free = undriven(strip_run(31))
+    plot_contact_map(free, tmp_path / "contact.png")
+    assert labels(figures[0]) == ["time (s)", "normal force (N)"]
+    free.pair_area = np.full_like(free.pair_area, np.nan)
+    plot_contact_map(free, tmp_path / "contact.png")
+    assert "full height" not in words(figures[1])
+    (bands,) = (c for c in figures[1].axes[0].collections if c.get_array() is not None)
+    assert {round(float(np.ptp(path.vertices[:, 1])), 9) for path in bands.get_paths()} == {2 * HALF}
+    free.layout = Layout(pair_names=tuple(f"{k}-{k + 1}" for k in range(100)))
+    free.pair_force = np.repeat(free.pair_force[:, 1:], 100, axis=1)
+    free.pair_area = np.ones_like(free.pair_force)
+    plot_contact_map(free, tmp_path / "contact.png")
+    named = figures[2].axes[0].get_yticklabels()
+    assert [label.get_text() for label in named[:2]] == ["0-1", "3-4"]
+    free.pair_force = 0.0 * free.pair_force
+    plot_contact_map(free, tmp_path / "contact.png")
+    assert "nothing touches" in words(figures[3])
+    alone = strip_run(1)
+    alone.pair_force[:] = 1.0
+    plot_contact_map(alone, tmp_path / "contact.png")
 
 
 @pytest.mark.parametrize("n", [1, 2])

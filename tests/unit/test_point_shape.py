@@ -161,7 +161,7 @@ def point_state(name: str, spatial: bool, seed: int = 1) -> State:
     builder = TableBuilder(spatial)
     number = builder.add_shape(shape)
     own = builder.add_shape(Shape(1, SPHERE, (0.0, 0.0, 0.0), 0.012, tuple(place)))
-    builder.add_points(own, np.zeros((1, 3)), 0.012, np.ones(1), number, 0)
+    builder.add_points(own, np.zeros((1, 3)), 0.012, np.ones(1), np.zeros(1), number, 0)
     builder.close_unit(own, number)
     contacts = ShapeContacts(builder.tables(), spatial, 0.05, 0.0)
     return State(contacts, poses, rng.normal(size=(3, 6 if spatial else 3)))
@@ -332,7 +332,7 @@ def test_planar_and_spatial_agree_in_a_plane_motion(name: str) -> None:
     shape = Shape(2, int(tables.shapes.kind[0]), POINTS[name][1], 0.005, offset, about_y(tables.shapes.frame[0]))
     x, z = tables.points.place[0]
     number, own = builder.add_shape(shape), builder.add_shape(Shape(1, SPHERE, (0.0, 0.0, 0.0), 0.012, (x, 0.0, z)))
-    builder.add_points(own, np.zeros((1, 3)), 0.012, np.ones(1), number, 0)
+    builder.add_points(own, np.zeros((1, 3)), 0.012, np.ones(1), np.zeros(1), number, 0)
     builder.close_unit(own, number)
     poses = np.array([[x, 0.0, z, *about_y(turn)] for x, z, turn in planar.poses])
     rates = np.zeros((3, 6))

@@ -7,7 +7,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fsm.results.quantities import Curve, find_stages, first_touch, peak, summarise
+from fsm.results.quantities import (
+    Curve,
+    find_stages,
+    first_touch,
+    peak,
+    sliding_distance,
+    summarise,
+    summarise_contacts,
+    touching_pairs,
+)
+from fsm.results.solution import Layout, Record, Solution
 
 
 @given(
@@ -137,3 +147,52 @@ def test_summary() -> None:
     assert summary["bending_force"] == summary["stages"][2]["force"]
     assert [touch["pair"] for touch in summary["touches"]] == ["3-4"]
     assert summary["touches"][0]["travel"] == pytest.approx(CONTACT, abs=1e-6)
+
+
+def test_sliding_distance_is_the_integral_of_the_slip() -> None:
+    time = np.array([0.0, 0.1, 0.4, 1.0])
+    slid = sliding_distance(time, np.column_stack([2.0 * time, np.ones(4)]))
+    np.testing.assert_allclose(slid, np.column_stack([time**2, time]), atol=1e-15)  # a line is integrated exactly
+
+
+def test_pairs_that_touch_are_those_of_first_touch() -> None:
+    force = np.array([[0.0, 0.0, 0.0, 0.0], [5.0, 1e-6, 0.0, 1.0], [0.0, 0.0, 0.0, 0.0]])
+    assert touching_pairs(force) == [0, 3]
+    assert [x is not None for x in first_touch([0.0, 1.0, 2.0], force)] == [True, False, False, True]
+    assert touching_pairs(np.zeros((4, 2))) == []
+    assert touching_pairs(np.zeros((4, 0))) == []
+
+
+def contact_run(driven: bool) -> Solution:
+    """Three pairs: one touches in a record, one between records only, one never."""
+    force, gap = np.zeros((4, 3)), np.full((4, 3), 1e-3)
+    force[2:, 0], gap[2:, 0] = (2.0, 1.0), (-3e-6, -2e-6)
+    energy = np.cumsum(force, axis=0)
+    records = [
+        Record(
+            time=0.5 * i, q=np.zeros(1), u=np.zeros(1), travel=np.array([0.01 * i])[: int(driven)],
+            force=np.zeros(int(driven)), energy={}, pair_force=force[i], pair_gap=gap[i], pair_area=1e-4 * force[i],
+            pair_friction=0.1 * force[i], pair_slip=force[i], pair_friction_power=force[i], pair_damping_power=force[i],
+            pair_friction_energy=energy[i], pair_damping_energy=2 * energy[i], shape=np.zeros((0, 4, 3)),
+        )
+        for i in range(4)
+    ]  # fmt: skip
+    return Solution.from_records(records, Layout(pair_names=("a - b", "b - c", "c - d")))
+
+
+def test_summary_of_contacts() -> None:
+    looked_at = [[0.0, 0.0, 0.0], [2.5, 1.0, 0.0]]
+    touches = [{"pair": "a - b", "travel": 0.012, "force": 1.0}, {"pair": "b - c", "travel": 0.015, "force": 1.0}]
+    first, second = summarise_contacts(contact_run(True), looked_at, touches)
+    assert first == {
+        "pair": "a - b", "travel": 0.012, "largest_force": 2.5, "largest_penetration": 3e-6, "largest_area": 2e-4,
+        "sliding_distance": pytest.approx(0.5 * 1.0 + 0.5 * 1.5), "friction_energy": 3.0, "damping_energy": 6.0,
+    }  # fmt: skip
+    assert second["pair"] == "b - c"
+    assert (second["travel"], second["largest_force"], second["largest_penetration"]) == (0.015, 1.0, 0.0)
+
+
+def test_summary_of_contacts_without_a_drive_has_their_time() -> None:
+    (first,) = summarise_contacts(contact_run(False), [])
+    assert first["time"] == 1.0
+    assert "travel" not in first

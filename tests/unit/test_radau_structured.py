@@ -117,7 +117,7 @@ def test_solves_the_whole_equations(spatial: bool, gamma: complex) -> None:
     y = equations.initial()
     y[: system.nq] += 1e-5 * rng.standard_normal(system.nq)  # quaternions off the unit sphere, too
     y[system.nq :] += 0.1 * rng.standard_normal(system.nu)
-    assert system.observe(0.0, *equations.split(y)).pair_force.max() > 0.0
+    assert system.observe(0.0, *equations.split(y)).pairs.force.max() > 0.0
     solver = StructuredRadau(equations.rate, 0.0, y, 1.0, system=system)
     factors = solver.lu(gamma * solver.I - second_order_jacobian(system, 0.0, y))
     whole = gamma * np.eye(len(y)) - equations.jacobian(0.0, y).toarray()

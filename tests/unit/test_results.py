@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from fsm.errors import CaseError, FsmError
-from fsm.results.export import write_force_csv
-from fsm.results.solution import ENERGIES, Layout, Record, Solution
+from fsm.results.export import write_contact_csv, write_force_csv
+from fsm.results.solution import ENERGIES, PAIRS, Layout, Record, Solution
 from fsm.results.store import ResultWriter, part_path, read_checkpoint, read_solution, write_checkpoint
 from fsm.results.unfinished import checksum, is_marked_open, unmarked
 
@@ -40,14 +40,13 @@ def record(i: int, drives: int = 1, pairs: int = 2) -> Record:
     return Record(
         time=0.5 * i, q=rng.normal(size=6), u=rng.normal(size=5), travel=np.full(drives, 1e-3 * i),
         force=rng.normal(size=drives), energy={name: float(rng.normal()) for name in ENERGIES},
-        pair_force=rng.random(pairs), pair_gap=rng.normal(size=pairs), shape=rng.normal(size=(3, 4, 3)),
-        negative_pivots=i % 2,
+        **{name: rng.normal(size=pairs) for name in PAIRS}, shape=rng.normal(size=(3, 4, 3)), negative_pivots=i % 2,
     )  # fmt: skip
 
 
 def assert_same(solution: Solution, numbers: range) -> None:
     wanted = Solution.from_records([record(i) for i in numbers], LAYOUT)
-    for name in ("time", "q", "u", "travel", "force", "pair_force", "pair_gap", "shape", "negative_pivots"):
+    for name in ("time", "q", "u", "travel", "force", *PAIRS, "shape", "negative_pivots"):
         np.testing.assert_array_equal(getattr(solution, name), getattr(wanted, name), err_msg=name)
     for name in ENERGIES:
         np.testing.assert_array_equal(solution.energy[name], wanted.energy[name], err_msg=name)
@@ -121,7 +120,7 @@ def test_scene_without_drive_and_contact(tmp_path: Path) -> None:
         assert "contact" not in file
     solution = read_solution(path)
     assert solution.travel.shape == solution.force.shape == (3, 0)
-    assert solution.pair_force.shape == solution.pair_gap.shape == (3, 0)
+    assert {getattr(solution, name).shape for name in PAIRS} == {(3, 0)}
 
 
 def test_records_of_another_size_than_the_layout_are_refused(tmp_path: Path) -> None:
@@ -148,8 +147,11 @@ def test_every_dataset_has_a_unit_and_named_dimensions(tmp_path: Path) -> None:
         assert file["drive/force"].attrs["units"] == "N"
         assert [dim[0].name for dim in file["shape"].dims] == ["/time", "/quad", "/corner", "/axis"]
         wanted = {"case", "provenance", "time", "shape", "stats", "state/q", "state/u", "drive/travel"}
-        wanted |= {"drive/force", "contact/pair_force", "contact/pair_gap"}
+        wanted |= {"drive/force", *(f"contact/{name}" for name in PAIRS)}
         wanted |= {f"energy/{name}" for name in ENERGIES}
+        for name, (units, _) in PAIRS.items():
+            assert file[f"contact/{name}"].attrs["units"] == units
+            assert [dim[0].name for dim in file[f"contact/{name}"].dims] == ["/time", "/pair"]
         assert not [name for name in wanted if name not in file]
     assert not faults
 
@@ -256,6 +258,24 @@ def test_a_file_with_a_missing_part_is_refused(tmp_path: Path) -> None:
         read_solution(path)
 
 
+def test_a_file_of_the_first_version_has_force_and_gap_of_its_pairs(tmp_path: Path) -> None:
+    path = write(tmp_path / "result.h5")
+    later = [name for name in PAIRS if name not in ("pair_force", "pair_gap")]
+    with h5py.File(path, "r+") as file:
+        for name in later:
+            del file[f"contact/{name}"]
+    with pytest.raises(CaseError, match=r"damaged.*pair_area"):
+        read_solution(path)
+    with h5py.File(path, "r+") as file:
+        file.attrs["version"] = 1
+    solution, wanted = read_solution(path), Solution.from_records([record(i) for i in range(7)], LAYOUT)
+    np.testing.assert_array_equal(solution.pair_force, wanted.pair_force)
+    np.testing.assert_array_equal(solution.pair_gap, wanted.pair_gap)
+    for name in later:
+        assert getattr(solution, name).shape == (7, 2)
+        assert np.isnan(getattr(solution, name)).all()
+
+
 def test_a_missing_result_points_to_the_part_file(tmp_path: Path) -> None:
     with ResultWriter(tmp_path / "result.h5", LAYOUT) as writer:
         writer.append(record(0))
@@ -313,6 +333,26 @@ def test_force_csv(tmp_path: Path) -> None:
     assert heading[:2] == ["travel of crease 3 (m)", "force of crease 3 (N)"]
     assert heading[2:4] == ["travel of crease 5 (m)", "force of crease 5 (N)"]
     assert heading[4:] == ["time (s)", *(f"energy {name} (J)" for name in ENERGIES)]
+
+
+def test_contact_csv(tmp_path: Path) -> None:
+    run = Solution.from_records([record(i) for i in range(4)], LAYOUT)
+    run.pair_force[:, 0] = 0.0
+    run.pair_force[1:3, 1] = 2.0, 3.0
+    run.pair_slip[:, 1] = 0.1
+    write_contact_csv(run, tmp_path / "contact.csv")
+    heading, *lines = (tmp_path / "contact.csv").read_text(encoding="utf-8").splitlines()
+    assert heading == (
+        "travel (m),time (s),pair,normal force (N),gap (m),area (m^2),friction (N),slip speed (m/s),"
+        "sliding distance (m),friction energy (J),damping energy (J)"
+    )
+    rows = [line.split(",") for line in lines]
+    assert [row[2] for row in rows] == ["panel 2 - panel 3"] * 4  # the other never touches
+    numbers = np.array([[float(cell) for cell in row[:2] + row[3:]] for row in rows])
+    np.testing.assert_allclose(numbers[:, 1], run.time)
+    np.testing.assert_allclose(numbers[:, 2], run.pair_force[:, 1], rtol=1e-11)
+    np.testing.assert_allclose(numbers[:, 7], 0.1 * run.time, atol=1e-12)
+    np.testing.assert_allclose(numbers[:, 9], run.pair_damping_energy[:, 1], rtol=1e-11)
 
 
 def test_a_killed_file_cut_short_is_refused_and_does_not_hang(tmp_path: Path) -> None:

@@ -71,7 +71,7 @@ def check_stack() -> Iterator[Finding]:
     yield "energy balance", ledger.relative_error, 1e-2
     free = heights[0] - 0.5 * 9.81 * saved[2].time ** 2
     yield "free fall for 10 ms / thickness", float(np.abs(heights[2] - free).max() / thickness), 1e-8
-    yield "deepest penetration / thickness", float(-min(s.observation.pair_gap.min() for s in saved) / thickness), 0.1
+    yield "deepest penetration / thickness", float(-min(s.observation.pairs.gap.min() for s in saved) / thickness), 0.1
     rest = thickness * np.arange(1, count + 1)
     yield "heights at the end, lying on each other / thickness", float(np.abs(heights[-1] - rest).max() / thickness), 0.1
 

@@ -1,0 +1,106 @@
+"""Which panels touch, when and how hard: a band for every contact pair over the travel."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import PowerNorm
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from fsm.plots.marks import EVENTS, shade_stages, summary_with_stages
+from fsm.plots.style import COLOURS, GREY, WIDE, abscissa, figure, rounded
+from fsm.results.quantities import CONTACT_THRESHOLD, touching_pairs
+from fsm.results.solution import Floats, Solution
+
+__all__ = ["plot_contact_map"]
+
+COLOUR_MAP = "viridis_r"
+HALF, THIN = 0.4, 0.07
+"""Half heights of the band of the largest area, and of one that touches with next to none, in rows."""
+NAMED = 40
+"""More rows than this are too many to name each."""
+
+
+def plot_contact_map(solution: Solution, path: str | Path) -> None:
+    """A row for every pair that ever touches, over travel in mm, or over time without a drive.
+
+    The colour goes with the root of the normal force; the height of the band is the area that touches, over the
+    largest of any pair. Stages are shaded, snaps and bifurcations marked, as in the plot of the force.
+    """
+    pairs = touching_pairs(solution.pair_force)
+    height = float(np.clip(1.35 + 0.26 * len(pairs), 2.0, 9.0))
+    with figure(path, (WIDE[0], height)) as fig:
+        ax = fig.add_subplot()
+        x, label = abscissa(solution)
+        ax.set_xlabel(label)
+        _name_rows(ax, [solution.layout.pair_names[k] for k in pairs])
+        ax.set_xlim(x[0], x[-1] if x[-1] > x[0] else x[0] + 1.0)
+        handles: list[Artist] = []
+        if solution.travel.shape[1]:
+            summary = summary_with_stages(solution)
+            handles += shade_stages(ax, summary["stages"], float(x[-1]))
+            handles += _mark_events(ax, summary.get("events", []))
+        if pairs:
+            force, area = solution.pair_force[:, pairs], solution.pair_area[:, pairs]
+            fig.colorbar(_draw_bands(ax, x, force, area), ax=ax, pad=0.01, aspect=16, label="normal force (N)")
+            handles += _area_note(area)
+        else:
+            ax.text(0.5, 0.5, "nothing touches", transform=ax.transAxes, ha="center", va="center", color=GREY)
+        columns = 4 if len(handles) <= 4 else 3
+        fig.legend(handles=handles, loc="outside upper center", ncols=columns, columnspacing=1.2, handlelength=1.4)
+
+
+def _name_rows(ax: Axes, names: Sequence[str]) -> None:
+    """The first pair on top; of very many every second, third ... is named."""
+    every = max(1, -(-len(names) // NAMED))
+    rows = range(0, len(names), every)
+    ax.set_yticks(list(rows), [names[row] for row in rows])
+    ax.set_ylim(max(len(names), 1) - 0.5, -0.5)
+    ax.tick_params(axis="y", length=0)
+    for row in range(len(names)):
+        ax.axhline(row, color=GREY, linewidth=0.3, alpha=0.5, zorder=1)
+
+
+def _draw_bands(ax: Axes, x: Floats, force: Floats, area: Floats) -> PolyCollection:
+    """A rectangle for each record in which a pair touches, as wide as halfway to the records beside it."""
+    largest = np.nanmax(area, initial=0.0)
+    known = np.isfinite(area) & (largest > 0.0)
+    half = np.where(known, THIN + (HALF - THIN) * area / (largest or 1.0), HALF)
+    edges = np.concatenate([x[:1], 0.5 * (x[1:] + x[:-1]), x[-1:]])
+    record, row = np.nonzero(force > CONTACT_THRESHOLD * force.max())
+    left, right, reach = edges[record], edges[record + 1], half[record, row]
+    low, high = row - reach, row + reach
+    corners = np.stack([left, low, right, low, right, high, left, high], axis=1).reshape(-1, 4, 2)
+    bands = PolyCollection(list(corners), zorder=2)
+    bands.set(array=force[record, row], cmap=COLOUR_MAP, norm=PowerNorm(0.5, 0.0, float(force.max())))
+    bands.set(edgecolor="face", linewidth=0.2)  # no seams
+    ax.add_collection(bands, autolim=False)
+    return bands
+
+
+def _area_note(area: Floats) -> list[Patch]:
+    """What the height of the bands means; nothing when areas are not known."""
+    largest = float(np.nanmax(area, initial=0.0))
+    if not largest > 0.0:
+        return []
+    return [Patch(facecolor=GREY, label=f"full height: {rounded(largest * 1e6)} mm² touch")]
+
+
+def _mark_events(ax: Axes, events: Sequence[dict[str, Any]]) -> list[Line2D]:
+    """Snaps and bifurcations as lines across all rows, markers on top; gives back what names them."""
+    handles: dict[str, Line2D] = {}
+    for event in events:
+        marker, label = EVENTS[event["kind"]]
+        style: dict[str, Any] = {"color": COLOURS[3], "marker": marker, "markersize": 5, "linestyle": "none"}
+        at = 1e3 * event["travel"]
+        ax.axvline(at, color=COLOURS[3], linestyle=":", linewidth=1.0, zorder=3)
+        ax.plot([at], [1.0], transform=ax.get_xaxis_transform(), zorder=5, clip_on=False, **style)
+        handles.setdefault(label, Line2D([], [], label=label, **style))
+    return list(handles.values())
