@@ -18,7 +18,13 @@ import numpy as np
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import add_quarters_planar
 
-__all__ = ["advance_efforts_planar", "force_pose_planar", "linearise_pose_planar", "pose_constants_planar", "stored_pose_planar"]
+__all__ = [
+    "advance_efforts_planar",
+    "force_pose_planar",
+    "linearise_pose_planar",
+    "pose_constants_planar",
+    "stored_pose_planar",
+]
 
 _REST, _STIFFNESS, _DAMPING = 7, 10, 13
 
@@ -218,6 +224,15 @@ def linearise_pose_planar(
         )  # fmt: skip
 
 
+@kernel(inline=True)
+def _measure_all(
+    poses: np.ndarray, rates: np.ndarray, turns: np.ndarray, a: int, b: int, row: np.ndarray
+) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    """(Z1, Z3, psi), and G times the bodies' rates."""
+    _, _, a1, a3, z1, z3, psi, v1, v3, wa, wb = _measure(poses, rates, turns, a, b, row)
+    return (z1 - row[4], z3 - row[5], psi), (v1 + a3 * wa - z3 * wb, v3 - a1 * wa + z1 * wb, wa - wb)
+
+
 @kernel
 def advance_efforts_planar(
     poses: np.ndarray,
@@ -238,11 +253,8 @@ def advance_efforts_planar(
     efforts = np.empty((bodies.shape[0], 3))
     turns = _turns(poses)
     for i in range(bodies.shape[0]):
-        a, b = bodies[i, 0], bodies[i, 1]
         row, past = constants[i], before[i]
-        ct, st, a1, a3, z1, z3, psi, v1, v3, wa, wb = _measure(poses, change, turns, a, b, row)
-        x = (z1 - row[4], z3 - row[5], psi)
-        dx = (v1 + a3 * wa - z3 * wb, v3 - a1 * wa + z1 * wb, wa - wb)
+        x, dx = _measure_all(poses, change, turns, bodies[i, 0], bodies[i, 1], row)
         for k in range(3):
             later = x[k] + dx[k]
             damped = row[_DAMPING + k] * per_second * (later - past[k])
@@ -268,11 +280,8 @@ def stored_pose_planar(
     energy, apart, power = np.empty(bodies.shape[0]), np.empty(bodies.shape[0]), 0.0
     turns = _turns(poses)
     for i in range(bodies.shape[0]):
-        a, b = bodies[i, 0], bodies[i, 1]
         row, past = constants[i], before[i]
-        ct, st, a1, a3, z1, z3, psi, v1, v3, wa, wb = _measure(poses, rates, turns, a, b, row)
-        x = (z1 - row[4], z3 - row[5], psi)
-        rate = (v1 + a3 * wa - z3 * wb, v3 - a1 * wa + z1 * wb, wa - wb)
+        x, rate = _measure_all(poses, rates, turns, bodies[i, 0], bodies[i, 1], row)
         stored = square = 0.0
         for k in range(3):
             strained = x[k] - row[_REST + k]

@@ -46,7 +46,13 @@ from fsm.kernels.tensor import (
     with_product,
 )
 
-__all__ = ["advance_efforts_spatial", "force_pose_spatial", "linearise_pose_spatial", "pose_constants_spatial", "stored_pose_spatial"]
+__all__ = [
+    "advance_efforts_spatial",
+    "force_pose_spatial",
+    "linearise_pose_spatial",
+    "pose_constants_spatial",
+    "stored_pose_spatial",
+]
 
 _OFFSET, _REST, _STIFFNESS, _DAMPING = 14, 15, 21, 27
 
@@ -213,7 +219,7 @@ def _add_turn(
     row: np.ndarray, before: np.ndarray, per_second: float, efforts: np.ndarray,
     moment: Vector, bent: Vector, curvature: Slopes, material: Matrix, damped: Matrix,
 ) -> tuple[Vector, Vector, Slopes, Matrix, Matrix]:  # fmt: skip
-    """Sums over the measures of q: m g, the same and m times the slopes of the given efforts, g (k g + c N)^T and c g g^T."""
+    """Sums over the measures of q: m g; the same and m times the slopes, of given efforts; g (k g + c N)^T and c g g^T."""
     g = turn_gradient(slopes, q)
     m = _moment(k, value, g, wa, wb, row, before, per_second)
     moment = (moment[0] + m * g[0], moment[1] + m * g[1], moment[2] + m * g[2])
@@ -361,7 +367,7 @@ def linearise_pose_spatial(
 
 
 @kernel(inline=True)
-def _observe(
+def _measure_all(
     poses: np.ndarray, rates: np.ndarray, a: int, b: int, row: np.ndarray, value: np.ndarray, change: np.ndarray
 ) -> None:
     """All measures of one element into `value` (6,), and G times the bodies' rates into `change` (6,)."""
@@ -404,7 +410,7 @@ def advance_efforts_spatial(
     efforts, x, dx = np.empty((bodies.shape[0], 6)), np.empty(6), np.empty(6)
     for i in range(bodies.shape[0]):
         row, past = constants[i], before[i]
-        _observe(poses, change, bodies[i, 0], bodies[i, 1], row, x, dx)
+        _measure_all(poses, change, bodies[i, 0], bodies[i, 1], row, x, dx)
         for k in range(6):
             later = x[k] + dx[k]
             damped = row[_DAMPING + k] * per_second * (later - past[k])
@@ -431,7 +437,7 @@ def stored_pose_spatial(
     x, rate = np.empty(6), np.empty(6)
     for i in range(bodies.shape[0]):
         row, past = constants[i], before[i]
-        _observe(poses, rates, bodies[i, 0], bodies[i, 1], row, x, rate)
+        _measure_all(poses, rates, bodies[i, 0], bodies[i, 1], row, x, rate)
         stored = square = 0.0
         for k in range(6):
             strained = x[k] - row[_REST + k]

@@ -16,8 +16,11 @@ from fsm.blocks import BlockMatrix, BlockPattern
 from fsm.kernels.newton_euler import (
     add_gyroscopic,
     gyroscopic_damping,
+    largest_force,
+    motion_energy,
     quaternion_jacobian,
     quaternion_rates,
+    reactions_to,
     tangent_from_quaternion,
 )
 from fsm.kernels.place import place_bodies, place_free, pose_difference, retract_poses, shift_body, take_free
@@ -312,9 +315,7 @@ class SegmentSystem:
         if self.contacts is not None:
             contacts["pair_force"], contacts["pair_gap"] = self.contacts.observe(poses, rates)
         energy = self._energy(t, poses, rates, reactions, past)
-        n = 3 if self.spatial else 2
-        largest = float(np.abs(reactions[:, :n]).max(initial=0.0))
-        return Observation(self._drive_state(t, reactions), energy, largest, **contacts)
+        return Observation(self._drive_state(t, reactions), energy, largest_force(reactions), **contacts)
 
     def shape(self, t: float, q: np.ndarray) -> np.ndarray:
         """See `System`: the outline of every plate."""
@@ -380,18 +381,18 @@ class SegmentSystem:
         return force
 
     def _reactions(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None) -> np.ndarray:
-        reactions = -self._all_forces(t, poses, rates, past)
-        reactions[self.bodies.free] = 0.0
+        reactions = np.asarray(reactions_to(self._all_forces(t, poses, rates, past), self.bodies.free))
         for motion in self.motions:
             _, _, acceleration = motion.at(t)
-            n = len(motion.direction)
-            reactions[motion.body, :n] += self.bodies.inertia[motion.body, :n] * acceleration * motion.direction
+            if acceleration:
+                n = len(motion.direction)
+                shift_body(reactions, motion.body, self.bodies.inertia[motion.body, :n] * motion.direction, acceleration)
         return reactions
 
     def _drive_state(self, t: float, reactions: np.ndarray) -> DriveState:
         travel = np.array([motion.at(t)[0] for motion in self.motions])
-        force = [reactions[m.body, : len(m.direction)] @ m.direction for m in self.motions]
-        return DriveState(travel, np.array(force))
+        force = np.array([reactions[m.body, : len(m.direction)] @ m.direction for m in self.motions])
+        return DriveState(travel, force)
 
     def _energy(
         self, t: float, poses: np.ndarray, rates: np.ndarray, reactions: np.ndarray, past: Past | None = None
@@ -404,8 +405,8 @@ class SegmentSystem:
                 potential[name] = potential.get(name, 0.0) + value
             dissipated += lost
             power += gained
-        kinetic = 0.5 * float(np.sum(self.bodies.inertia * rates**2))
-        return Energy(kinetic, potential, dissipated, power + float(np.sum(reactions * rates)))
+        kinetic, driven = motion_energy(self.bodies.inertia, rates, reactions)
+        return Energy(kinetic, potential, dissipated, power + driven)
 
     def _current_pattern(self, poses: np.ndarray) -> BodyPattern:
         if self._pattern is not None and self.fixed_pattern:

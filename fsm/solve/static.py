@@ -23,10 +23,10 @@ from enum import Enum
 import numpy as np
 
 from fsm.errors import EnergyAbort, NotConverged
+from fsm.kernels.vector import largest_ratio
 from fsm.solve.books import Books
 from fsm.solve.critical import Critical, critical_point, loose_mode, stable_branch
 from fsm.solve.equilibrium_step import Ending, EquilibriumStep
-from fsm.kernels.vector import largest_ratio
 from fsm.solve.extrapolation import History, Prediction
 from fsm.solve.newton import negative_pivots, tangent_prediction
 from fsm.solve.simulate import JUDGED_FROM, Ledger, Saved, Statistics, StepEnd
