@@ -7,7 +7,7 @@ one of unit norm a body), u velocities (inertial axes) and body rates; increment
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from scipy import sparse
@@ -15,7 +15,7 @@ from scipy import sparse
 from fsm.blocks import BlockMatrix, BlockPattern
 
 __all__ = [
-    "Before", "DriveState", "Energy", "Linearised", "Objection", "Observation", "PairState", "Scales", "System"
+    "Before", "DriveState", "Energy", "Linearised", "MixedSystem", "Objection", "Observation", "PairState", "Scales", "System"
 ]  # fmt: skip
 
 
@@ -313,4 +313,27 @@ class System(Protocol):
 
     def widest_joint(self, t: float, q: np.ndarray) -> tuple[float, str]:
         """Largest distance (m) by which a joint of the structure itself has come apart, and its name."""
+        ...
+
+
+@runtime_checkable
+class MixedSystem(Protocol):
+    """A system of stiff springs that lets Newton's method for statics take their efforts as unknowns beside q.
+
+    With efforts e = k (m(q) - x0) as equations of their own, Newton's matrix has the geometric stiffness of e as it is
+    advanced from one iteration to the next, to first order, instead of that of k (m(q) - x0): a position that is slightly
+    off strains a stiff spring out of all proportion, and the stiffness of such efforts means nothing. All else, and the
+    equilibria, are the same (Magisano, Leonetti, Garcea 2017).
+    """
+
+    def efforts(
+        self, t: float, q: np.ndarray, before: Before | None = None, dx: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Efforts of the springs at q, one after the other; with dx, as they are after that increment to first order."""
+        ...
+
+    def linearise_mixed(
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None, efforts: np.ndarray
+    ) -> Linearised:
+        """As `System.linearise`, the geometric stiffness of the springs that of the given efforts."""
         ...

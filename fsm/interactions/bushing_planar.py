@@ -18,7 +18,13 @@ import numpy as np
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import add_quarters_planar
 
-__all__ = ["force_pose_planar", "linearise_pose_planar", "pose_constants_planar"]
+__all__ = [
+    "advance_efforts_planar",
+    "force_pose_planar",
+    "linearise_pose_planar",
+    "pose_constants_planar",
+    "stored_pose_planar",
+]
 
 _REST, _STIFFNESS, _DAMPING = 7, 10, 13
 
@@ -143,6 +149,7 @@ def linearise_pose_planar(
     constants: np.ndarray,
     before: np.ndarray,
     per_second: float,
+    efforts: np.ndarray,
     slots: np.ndarray,
     force: np.ndarray,
     stiffness_data: np.ndarray,
@@ -155,6 +162,8 @@ def linearise_pose_planar(
     Parameters
     ----------
     poses ... per_second, force : as in `force_pose_planar`
+    efforts : (m, 3) array, or (0, 3)
+        Efforts that the geometric stiffness is to be of, instead of those at the poses; see `advance_efforts_planar`.
     slots : (m, 4) int array of `pair_slots`
     stiffness_data, damping_data : (n_blocks, 3, 3) arrays, changed in place
     """
@@ -166,6 +175,8 @@ def linearise_pose_planar(
         ct, st, a1, a3, z1, z3, psi, v1, v3, wa, wb = _measure(poses, rates, turns, a, b, row)
         f1, f3, m = _efforts(a1, a3, z1, z3, psi, v1, v3, wa, wb, row, before[i], per_second)
         _scatter(ct, st, a1, a3, z1, z3, f1, f3, m, a, b, force)
+        if efforts.shape[0] > 0:
+            f1, f3 = efforts[i, 0], efforts[i, 1]
         k1, k3, kp = row[_STIFFNESS], row[_STIFFNESS + 1], row[_STIFFNESS + 2]
         c1, c3, cp = row[_DAMPING], row[_DAMPING + 1], row[_DAMPING + 2]
 
@@ -211,3 +222,72 @@ def linearise_pose_planar(
             dxx, dxz, dxz, dzz, dxa, dza, dxb, dzb, dxa, dza, dxb, dzb,
             a3 * d1a - a1 * d3a + cp, dab, dab, z1 * d3b - z3 * d1b + cp,
         )  # fmt: skip
+
+
+@kernel(inline=True)
+def _measure_all(
+    poses: np.ndarray, rates: np.ndarray, turns: np.ndarray, a: int, b: int, row: np.ndarray
+) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    """(Z1, Z3, psi), and G times the bodies' rates."""
+    _, _, a1, a3, z1, z3, psi, v1, v3, wa, wb = _measure(poses, rates, turns, a, b, row)
+    return (z1 - row[4], z3 - row[5], psi), (v1 + a3 * wa - z3 * wb, v3 - a1 * wa + z1 * wb, wa - wb)
+
+
+@kernel
+def advance_efforts_planar(
+    poses: np.ndarray,
+    change: np.ndarray,
+    bodies: np.ndarray,
+    constants: np.ndarray,
+    before: np.ndarray,
+    per_second: float,
+) -> np.ndarray:
+    """Efforts (m, 3) of all elements after a change of the poses, to first order: e + (k + c/dt) G dx.
+
+    Parameters
+    ----------
+    poses, bodies, constants, before, per_second : as in `force_pose_planar`
+    change : (n_bodies, 3) array
+        Increments of the poses; zeros give the efforts at the poses.
+    """
+    efforts = np.empty((bodies.shape[0], 3))
+    turns = _turns(poses)
+    for i in range(bodies.shape[0]):
+        row, past = constants[i], before[i]
+        x, dx = _measure_all(poses, change, turns, bodies[i, 0], bodies[i, 1], row)
+        for k in range(3):
+            later = x[k] + dx[k]
+            damped = row[_DAMPING + k] * per_second * (later - past[k])
+            efforts[i, k] = row[_STIFFNESS + k] * (later - row[_REST + k]) + damped
+    return efforts
+
+
+@kernel
+def stored_pose_planar(
+    poses: np.ndarray,
+    rates: np.ndarray,
+    bodies: np.ndarray,
+    constants: np.ndarray,
+    before: np.ndarray,
+    per_second: float,
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Potential energy of every element (m,), J, how far its ends are apart (m,), m, and the power of all dampers, W.
+
+    Parameters
+    ----------
+    poses ... per_second : as in `force_pose_planar`
+    """
+    energy, apart, power = np.empty(bodies.shape[0]), np.empty(bodies.shape[0]), 0.0
+    turns = _turns(poses)
+    for i in range(bodies.shape[0]):
+        row, past = constants[i], before[i]
+        x, rate = _measure_all(poses, rates, turns, bodies[i, 0], bodies[i, 1], row)
+        stored = square = 0.0
+        for k in range(3):
+            strained = x[k] - row[_REST + k]
+            stored += 0.5 * row[_STIFFNESS + k] * strained**2
+            square += strained**2 if k < 2 and row[_STIFFNESS + k] > 0.0 else 0.0
+            speed = (x[k] - past[k]) * per_second if per_second != 0.0 else rate[k]
+            power += row[_DAMPING + k] * speed**2
+        energy[i], apart[i] = stored, np.sqrt(square)
+    return energy, apart, power

@@ -46,7 +46,13 @@ from fsm.kernels.tensor import (
     with_product,
 )
 
-__all__ = ["force_pose_spatial", "linearise_pose_spatial", "pose_constants_spatial"]
+__all__ = [
+    "advance_efforts_spatial",
+    "force_pose_spatial",
+    "linearise_pose_spatial",
+    "pose_constants_spatial",
+    "stored_pose_spatial",
+]
 
 _OFFSET, _REST, _STIFFNESS, _DAMPING = 14, 15, 21, 27
 
@@ -210,12 +216,15 @@ def force_pose_spatial(
 @kernel(inline=True)
 def _add_turn(
     k: int, value: float, slopes: Slopes, q: Quaternion, wa: Vector, wb: Vector,
-    row: np.ndarray, before: np.ndarray, per_second: float,
-    moment: Vector, curvature: Slopes, material: Matrix, damped: Matrix,
-) -> tuple[Vector, Slopes, Matrix, Matrix]:  # fmt: skip
-    """Sums over the measures of q: m g, m times the slopes, g (k g + c N)^T and c g g^T."""
+    row: np.ndarray, before: np.ndarray, per_second: float, efforts: np.ndarray,
+    moment: Vector, bent: Vector, curvature: Slopes, material: Matrix, damped: Matrix,
+) -> tuple[Vector, Vector, Slopes, Matrix, Matrix]:  # fmt: skip
+    """Sums over the measures of q: m g; the same and m times the slopes, of given efforts; g (k g + c N)^T and c g g^T."""
     g = turn_gradient(slopes, q)
     m = _moment(k, value, g, wa, wb, row, before, per_second)
+    moment = (moment[0] + m * g[0], moment[1] + m * g[1], moment[2] + m * g[2])
+    if efforts.shape[0] > 0:
+        m = efforts[k]
     stiffness, damping = row[_STIFFNESS + k], row[_DAMPING + k]
     hx, hy, hz = stiffness * g[0], stiffness * g[1], stiffness * g[2]
     if damping != 0.0:
@@ -228,7 +237,8 @@ def _add_turn(
             hz += damping * (n[2] - 0.5 * turned[2])
     t, s = curvature, slopes
     return (
-        (moment[0] + m * g[0], moment[1] + m * g[1], moment[2] + m * g[2]),
+        moment,
+        (bent[0] + m * g[0], bent[1] + m * g[1], bent[2] + m * g[2]),
         (
             t[0] + m * s[0], t[1] + m * s[1], t[2] + m * s[2], t[3] + m * s[3], t[4] + m * s[4], t[5] + m * s[5],
             t[6] + m * s[6], t[7] + m * s[7], t[8] + m * s[8], t[9] + m * s[9], t[10] + m * s[10],
@@ -254,6 +264,7 @@ def linearise_pose_spatial(
     constants: np.ndarray,
     before: np.ndarray,
     per_second: float,
+    efforts: np.ndarray,
     slots: np.ndarray,
     force: np.ndarray,
     stiffness_data: np.ndarray,
@@ -267,6 +278,8 @@ def linearise_pose_spatial(
     Parameters
     ----------
     poses ... per_second, force : as in `force_pose_spatial`
+    efforts : (m, 6) array, or (0, 6)
+        Efforts that the geometric stiffness is to be of, instead of those at the poses; see `advance_efforts_spatial`.
     slots : (m, 4) int array of `pair_slots`
     stiffness_data, damping_data : (n_blocks, 6, 6) arrays, changed in place
     """
@@ -278,23 +291,26 @@ def linearise_pose_spatial(
         from_world, from_a, from_b, arm, z, q = _place(poses, a, b, row)
         v, wa, wb = _speeds(rates, a, b, from_world, from_a, from_b)
         f = _translation_efforts(arm, z, v, wa, wb, row, past, per_second)
-        g = (0.0, 0.0, 0.0)
+        given = efforts[i] if efforts.shape[0] > 0 else efforts.reshape(-1)
+        g = bent = (0.0, 0.0, 0.0)
         curvature = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         turn, turn_damped = nothing, nothing
         if _acts(row, 4):
             psi, slopes = twist_slopes(q)
-            g, curvature, turn, turn_damped = _add_turn(
-                4, psi + row[_OFFSET], slopes, q, wa, wb, row, past, per_second, g, curvature, turn, turn_damped
+            g, bent, curvature, turn, turn_damped = _add_turn(
+                4, psi + row[_OFFSET], slopes, q, wa, wb, row, past, per_second, given, g, bent, curvature, turn, turn_damped
             )
         if _acts(row, 3) or _acts(row, 5):
             s1, s3, slopes_1, slopes_3 = swing_slopes(q)
-            g, curvature, turn, turn_damped = _add_turn(
-                3, s1, slopes_1, q, wa, wb, row, past, per_second, g, curvature, turn, turn_damped
+            g, bent, curvature, turn, turn_damped = _add_turn(
+                3, s1, slopes_1, q, wa, wb, row, past, per_second, given, g, bent, curvature, turn, turn_damped
             )
-            g, curvature, turn, turn_damped = _add_turn(
-                5, s3, slopes_3, q, wa, wb, row, past, per_second, g, curvature, turn, turn_damped
+            g, bent, curvature, turn, turn_damped = _add_turn(
+                5, s3, slopes_3, q, wa, wb, row, past, per_second, given, g, bent, curvature, turn, turn_damped
             )
         _scatter(from_world, from_a, from_b, arm, z, f, g, a, b, force)
+        if given.shape[0] > 0:
+            f = (given[0], given[1], given[2])
 
         # gradients of Z in the coordinates of the bodies; that by v is from_world^T
         by_v = transposed(from_world)
@@ -322,7 +338,7 @@ def linearise_pose_spatial(
             hb = added(hb, 1.0, scaled_rows(c, nb))
         # G^T times that, and B
         turn = added(turn, 1.0, curvature_matrix(curvature, q))
-        own_a, own_b = _geometric(turn, 0.5, g, f, arm), _geometric(turn, -0.5, g, z, f)
+        own_a, own_b = _geometric(turn, 0.5, bent, f, arm), _geometric(turn, -0.5, bent, z, f)
         vv, va = times(from_world, hv), times(from_world, ha)
         vb = times(from_world, added(hb, -1.0, crossed_matrix(f, from_b)))
         aa = transposed_times(from_a, added(times(own_a, from_a), 1.0, crossed_matrix(arm, ha)))
@@ -331,7 +347,7 @@ def linearise_pose_spatial(
         if moving:
             av = transposed_times(from_a, crossed_matrix(arm, hv))
             bv = transposed_times(from_b, added(crossed_matrix(f, by_v), -1.0, crossed_matrix(z, hv)))
-            other = _geometric(turn, -0.5, g, arm, f)
+            other = _geometric(turn, -0.5, bent, arm, f)
             ba = transposed_times(from_b, added(crossed_matrix((-z[0], -z[1], -z[2]), ha), -1.0, times(other, from_a)))
         else:
             av, bv, ba = transposed(va), transposed(vb), transposed(ab)
@@ -348,3 +364,86 @@ def linearise_pose_spatial(
             add_quarters_spatial(
                 damping_flat, slots[i], vv, va, vb, transposed(va), transposed(vb), aa, ab, transposed(ab), bb
             )
+
+
+@kernel(inline=True)
+def _measure_all(
+    poses: np.ndarray, rates: np.ndarray, a: int, b: int, row: np.ndarray, value: np.ndarray, change: np.ndarray
+) -> None:
+    """All measures of one element into `value` (6,), and G times the bodies' rates into `change` (6,)."""
+    from_world, from_a, from_b, arm, z, q = _place(poses, a, b, row)
+    v, wa, wb = _speeds(rates, a, b, from_world, from_a, from_b)
+    turn_a, turn_b = crossed(wa, arm), crossed(wb, z)
+    w = (wa[0] - wb[0], wa[1] - wb[1], wa[2] - wb[2])
+    for k in range(3):
+        value[k], change[k] = z[k] - row[3 + k], v[k] + turn_a[k] - turn_b[k]
+    for k in range(3, 6):
+        value[k] = change[k] = 0.0
+    if _acts(row, 4):
+        psi, slopes = twist_slopes(q)
+        g = turn_gradient(slopes, q)
+        value[4], change[4] = psi + row[_OFFSET], g[0] * w[0] + g[1] * w[1] + g[2] * w[2]
+    if _acts(row, 3) or _acts(row, 5):
+        value[3], value[5], slopes_1, slopes_3 = swing_slopes(q)
+        g1, g3 = turn_gradient(slopes_1, q), turn_gradient(slopes_3, q)
+        change[3] = g1[0] * w[0] + g1[1] * w[1] + g1[2] * w[2]
+        change[5] = g3[0] * w[0] + g3[1] * w[1] + g3[2] * w[2]
+
+
+@kernel
+def advance_efforts_spatial(
+    poses: np.ndarray,
+    change: np.ndarray,
+    bodies: np.ndarray,
+    constants: np.ndarray,
+    before: np.ndarray,
+    per_second: float,
+) -> np.ndarray:
+    """Efforts (m, 6) of all elements after a change of the poses, to first order: e + (k + c/dt) G dx.
+
+    Parameters
+    ----------
+    poses, bodies, constants, before, per_second : as in `force_pose_spatial`
+    change : (n_bodies, 6) array
+        Increments of the poses; zeros give the efforts at the poses.
+    """
+    efforts, x, dx = np.empty((bodies.shape[0], 6)), np.empty(6), np.empty(6)
+    for i in range(bodies.shape[0]):
+        row, past = constants[i], before[i]
+        _measure_all(poses, change, bodies[i, 0], bodies[i, 1], row, x, dx)
+        for k in range(6):
+            later = x[k] + dx[k]
+            damped = row[_DAMPING + k] * per_second * (later - past[k])
+            efforts[i, k] = row[_STIFFNESS + k] * (later - row[_REST + k]) + damped
+    return efforts
+
+
+@kernel
+def stored_pose_spatial(
+    poses: np.ndarray,
+    rates: np.ndarray,
+    bodies: np.ndarray,
+    constants: np.ndarray,
+    before: np.ndarray,
+    per_second: float,
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Potential energy of every element (m,), J, how far its ends are apart (m,), m, and the power of all dampers, W.
+
+    Parameters
+    ----------
+    poses ... per_second : as in `force_pose_spatial`
+    """
+    energy, apart, power = np.empty(bodies.shape[0]), np.empty(bodies.shape[0]), 0.0
+    x, rate = np.empty(6), np.empty(6)
+    for i in range(bodies.shape[0]):
+        row, past = constants[i], before[i]
+        _measure_all(poses, rates, bodies[i, 0], bodies[i, 1], row, x, rate)
+        stored = square = 0.0
+        for k in range(6):
+            strained = x[k] - row[_REST + k]
+            stored += 0.5 * row[_STIFFNESS + k] * strained**2
+            square += strained**2 if k < 3 and row[_STIFFNESS + k] > 0.0 else 0.0
+            speed = (x[k] - past[k]) * per_second if per_second != 0.0 else rate[k]
+            power += row[_DAMPING + k] * speed**2
+        energy[i], apart[i] = stored, np.sqrt(square)
+    return energy, apart, power

@@ -12,7 +12,7 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["backward_error", "count_negative", "factorise", "fill_in", "multiply_blocks", "solve_factorised"]
+__all__ = ["backward_error", "count_negative", "factorise", "fill_in", "multiply_blocks", "solve_refined"]
 
 
 @kernel
@@ -267,7 +267,7 @@ def count_negative(diagonal: np.ndarray, factors: np.ndarray) -> int:
 
 
 @kernel
-def solve_factorised(
+def _solve_factorised(
     order: np.ndarray,
     indptr: np.ndarray,
     indices: np.ndarray,
@@ -341,3 +341,39 @@ def backward_error(
                 if not error <= worst:
                     worst = error
     return worst
+
+
+@kernel
+def solve_refined(
+    order: np.ndarray,
+    indptr: np.ndarray,
+    indices: np.ndarray,
+    diagonal: np.ndarray,
+    factors: np.ndarray,
+    rows: np.ndarray,
+    columns: np.ndarray,
+    data: np.ndarray,
+    right: np.ndarray,
+    good: float,
+) -> tuple[np.ndarray, float]:
+    """Solve A x = b with the factors of `factorise`, refined once if the backward error is above `good`.
+
+    Parameters
+    ----------
+    order, indptr, indices, diagonal, factors : of `fill_in` and `factorise`
+    rows, columns, data : A
+    right : (n d,) array
+
+    Returns
+    -------
+    x : (n d,) array
+    error : float
+        Backward error of x.
+    """
+    residual = np.empty(right.shape[0], dtype=factors.dtype)
+    x = _solve_factorised(order, indptr, indices, diagonal, factors, right)
+    error = backward_error(rows, columns, data, x, right, residual)
+    if error > good:
+        x += _solve_factorised(order, indptr, indices, diagonal, factors, residual)
+        error = backward_error(rows, columns, data, x, right, residual)
+    return x, error

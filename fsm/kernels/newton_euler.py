@@ -14,11 +14,13 @@ from fsm.kernels.scatter import find_slot
 
 __all__ = [
     "HOLD",
-
     "add_gyroscopic",
     "gyroscopic_damping",
+    "largest_force",
+    "motion_energy",
     "quaternion_jacobian",
     "quaternion_rates",
+    "reactions_to",
     "tangent_from_quaternion",
 ]
 
@@ -59,6 +61,40 @@ def gyroscopic_damping(
         damping_data[slot, 4, 5] += (jx - jz) * wx
         damping_data[slot, 5, 3] += (jy - jx) * wy
         damping_data[slot, 5, 4] += (jy - jx) * wx
+
+
+@kernel
+def reactions_to(force: np.ndarray, free: np.ndarray) -> np.ndarray:
+    """What holds the bodies without degrees of freedom against `force` (n_bodies, 3 or 6); zero for the free ones."""
+    out = np.empty(force.shape)
+    for i in range(force.shape[0]):
+        for k in range(force.shape[1]):
+            out[i, k] = -force[i, k]
+    for i in range(free.shape[0]):
+        for k in range(force.shape[1]):
+            out[free[i], k] = 0.0
+    return out
+
+
+@kernel
+def largest_force(wrenches: np.ndarray) -> float:
+    """Largest component of the forces in wrenches (n_bodies, 3 or 6), the moments left out."""
+    largest = 0.0
+    for i in range(wrenches.shape[0]):
+        for k in range(3 if wrenches.shape[1] == 6 else 2):
+            largest = max(largest, abs(wrenches[i, k]))
+    return largest
+
+
+@kernel
+def motion_energy(inertia: np.ndarray, rates: np.ndarray, wrenches: np.ndarray) -> tuple[float, float]:
+    """Kinetic energy (J) of all bodies, and the power (W) of wrenches on them; all (n_bodies, 3 or 6)."""
+    kinetic = power = 0.0
+    for i in range(rates.shape[0]):
+        for k in range(rates.shape[1]):
+            kinetic += 0.5 * inertia[i, k] * rates[i, k] ** 2
+            power += wrenches[i, k] * rates[i, k]
+    return kinetic, power
 
 
 @kernel

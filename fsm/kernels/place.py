@@ -6,7 +6,7 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["place_free", "pose_difference", "retract_poses", "take_free"]
+__all__ = ["place_bodies", "place_free", "pose_difference", "retract_poses", "shift_body", "take_free"]
 
 
 @kernel
@@ -27,6 +27,24 @@ def place_free(free: np.ndarray, values: np.ndarray, unit: bool, out: np.ndarray
             norm = np.sqrt(total)
             for k in range(3, 7):
                 out[row, k] /= norm
+
+
+@kernel
+def place_bodies(start: np.ndarray, free: np.ndarray, q: np.ndarray, unit: bool) -> np.ndarray:
+    """Poses (n_bodies, size) of all bodies: those of `start`, but the free ones at q; see `place_free`."""
+    out = np.empty(start.shape)
+    for i in range(start.shape[0]):
+        for k in range(start.shape[1]):
+            out[i, k] = start[i, k]
+    place_free(free, q, unit, out)
+    return out
+
+
+@kernel
+def shift_body(out: np.ndarray, body: int, direction: np.ndarray, distance: float) -> None:
+    """Move one row of `out` along a direction (n,)."""
+    for k in range(direction.shape[0]):
+        out[body, k] += distance * direction[k]
 
 
 @kernel

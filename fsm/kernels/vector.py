@@ -1,4 +1,4 @@
-"""Products of 3-vectors, without allocation."""
+"""Products of 3-vectors, and the size of a long vector, without allocation."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["cross", "dot", "rotate"]
+__all__ = ["cross", "dot", "largest_ratio", "rotate"]
 
 
 @kernel
@@ -28,3 +28,16 @@ def cross(a: np.ndarray, b: np.ndarray, out: np.ndarray) -> None:
     out[0] = a[1] * b[2] - a[2] * b[1]
     out[1] = a[2] * b[0] - a[0] * b[2]
     out[2] = a[0] * b[1] - a[1] * b[0]
+
+
+@kernel
+def largest_ratio(vector: np.ndarray, scale: np.ndarray) -> float:
+    """Largest |v|/s of two (n,) arrays, 0 without any; not a number if one is none."""
+    largest = 0.0
+    for i in range(vector.shape[0]):
+        ratio = abs(vector[i]) / scale[i]
+        if not ratio <= largest:
+            largest = ratio
+            if np.isnan(ratio):
+                break
+    return largest

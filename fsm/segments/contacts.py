@@ -260,19 +260,24 @@ class ContactGroup:
         self._last = None
 
     def memory(self) -> np.ndarray:
-        """All that is remembered, as one flat array."""
-        return np.concatenate(
-            [[self._time], self._onset, self._deflection.ravel(), self._slip.ravel(), self.geometry.memory()]
-        )
+        """All that is remembered, as one flat array; nothing before the first commit."""
+        if self._poses is None:
+            return np.zeros(0)
+        own = (self._onset, self._deflection, self._slip, self._poses, self._rates)
+        return np.concatenate([[self._time], *(part.ravel() for part in own), self.geometry.memory()])
 
     def restore(self, memory: np.ndarray) -> None:
-        """Remember that again; bristles are carried on from the next commit."""
+        """Remember that again."""
+        if not len(memory):
+            return
         slots, bent = len(self._onset), self._deflection.size
-        parts = np.split(memory, np.cumsum([1, slots, bent, bent]))
-        self._time, self._onset = float(parts[0][0]), parts[1].copy()
-        self._deflection, self._slip = (part.reshape(slots, -1).copy() for part in parts[2:4])
-        self.geometry.restore(parts[4])
-        self._poses = None
+        bodies, size = self.mobility.shape
+        width = 3 if size == 3 else 7
+        parts = np.split(memory.copy(), np.cumsum([1, slots, bent, bent, bodies * width, bodies * size]))
+        self._time, self._onset = float(parts[0][0]), parts[1]
+        self._deflection, self._slip = (part.reshape(slots, -1) for part in parts[2:4])
+        self._poses, self._rates = parts[4].reshape(bodies, width), parts[5].reshape(bodies, size)
+        self.geometry.restore(parts[6])
         self._last = None
 
     # steps ----------------------------------------------------------------------------------------------------------

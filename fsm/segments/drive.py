@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -28,12 +29,12 @@ class PrescribedMotion:
     travel: float
     run_up: float
 
-    @property
+    @cached_property
     def run_up_time(self) -> float:
         """Time after which the speed is constant, s."""
         return 2.0 * self.run_up / self.speed
 
-    @property
+    @cached_property
     def end_time(self) -> float:
         """Time at which the travel is done, s."""
         return self.run_up_time + (self.travel - self.run_up) / self.speed

@@ -5,16 +5,27 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from fsm.interactions.bushing_planar import force_pose_planar, linearise_pose_planar, pose_constants_planar
-from fsm.interactions.bushing_spatial import force_pose_spatial, linearise_pose_spatial, pose_constants_spatial
+from fsm.interactions.bushing_planar import (
+    advance_efforts_planar,
+    force_pose_planar,
+    linearise_pose_planar,
+    pose_constants_planar,
+    stored_pose_planar,
+)
+from fsm.interactions.bushing_spatial import (
+    advance_efforts_spatial,
+    force_pose_spatial,
+    linearise_pose_spatial,
+    pose_constants_spatial,
+    stored_pose_spatial,
+)
 from fsm.interactions.crease_planar import force_crease_planar, linearise_crease_planar
 from fsm.interactions.crease_spatial import force_crease_spatial, linearise_crease_spatial
 from fsm.kernels.scatter import pair_slots
-from fsm.laws.bushing import bushing_energy
 from fsm.laws.crease import CurveTable, crease_energy
 from fsm.segments.group import Past
 from fsm.segments.pattern import BodyPattern
@@ -23,11 +34,26 @@ __all__ = ["BushingGroup", "CreaseGroup"]
 
 Kernel = Callable[..., Any]
 
-_ONE_PASS: dict[int, tuple[Kernel, Kernel, Kernel]] = {
-    3: (pose_constants_planar, force_pose_planar, linearise_pose_planar),
-    6: (pose_constants_spatial, force_pose_spatial, linearise_pose_spatial),
+
+class _OnePass(NamedTuple):
+    """Kernels that do all in one pass over the elements."""
+
+    constants: Kernel
+    force: Kernel
+    linearise: Kernel
+    advance: Kernel
+    stored: Kernel
+
+
+_ONE_PASS = {
+    3: _OnePass(
+        pose_constants_planar, force_pose_planar, linearise_pose_planar, advance_efforts_planar, stored_pose_planar
+    ),
+    6: _OnePass(
+        pose_constants_spatial, force_pose_spatial, linearise_pose_spatial, advance_efforts_spatial, stored_pose_spatial
+    ),
 }
-"""By rows of a block: constants of the elements, forces, and forces with tangents."""
+"""By rows of a block."""
 
 _ONE_PASS_CREASE: dict[int, tuple[Kernel, Kernel]] = {
     3: (force_crease_planar, linearise_crease_planar),
@@ -68,13 +94,12 @@ class _Kept:
 class BushingGroup:
     """Linear springs and dampers between relative poses.
 
-    Energies take the way of measure and law. Forces and tangents, which the solvers ask for all the time, go through the
-    kernels of `fsm.interactions.bushing_planar` or `bushing_spatial`, which do all in one pass.
+    All goes through the kernels of `fsm.interactions.bushing_planar` or `bushing_spatial`, which take one pass.
 
     Attributes
     ----------
     measure, tangent : kernels of `fsm.interactions.pose_planar` or `pose_spatial`
-        The tangent is what the tests hold the one pass against.
+        What the tests hold the one pass against; the measure also gives deformations in the past.
     bodies : (m, 2) int array
     geometry : arrays the two kernels take after `bodies`
     rest, stiffness, damping : (m, 3 or 6) arrays
@@ -99,22 +124,33 @@ class BushingGroup:
     structural: np.ndarray
     _kept: _Kept = field(default_factory=_Kept, init=False, repr=False, compare=False)
 
-    @property
+    @cached_property
     def rate_dependent(self) -> bool:
         """See `Group`."""
         return bool(np.any(self.damping))
 
     @cached_property
+    def _kernels(self) -> _OnePass:
+        return _ONE_PASS[self.rest.shape[1]]
+
+    @cached_property
     def _constants(self) -> np.ndarray:
-        constants, _, _ = _ONE_PASS[self.rest.shape[1]]
-        return np.asarray(constants(*self.geometry, self.rest, self.stiffness, self.damping))
+        return np.asarray(self._kernels.constants(*self.geometry, self.rest, self.stiffness, self.damping))
+
+    @cached_property
+    def _own(self) -> np.ndarray:
+        """No efforts given: those at the poses."""
+        return np.zeros((0, self.rest.shape[1]))
+
+    def _before(self, rates: np.ndarray, past: Past | None) -> tuple[np.ndarray, float]:
+        """Deformations in the past and one over the time since, where there are dampers."""
+        return self._kept.before(self, rates, past if self.rate_dependent else None)
 
     def add_force(
         self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: Past | None = None
     ) -> None:
         """See `Group`."""
-        _, add, _ = _ONE_PASS[force.shape[1]]
-        add(poses, rates, self.bodies, self._constants, *self._kept.before(self, rates, past), force)
+        self._kernels.force(poses, rates, self.bodies, self._constants, *self._before(rates, past), force)
 
     def add_linearised(
         self,
@@ -126,21 +162,25 @@ class BushingGroup:
         stiffness: np.ndarray,
         damping: np.ndarray,
         past: Past | None = None,
+        efforts: np.ndarray | None = None,
     ) -> None:
-        """See `Group`."""
-        _, _, add = _ONE_PASS[force.shape[1]]
-        add(
-            poses, rates, self.bodies, self._constants, *self._kept.before(self, rates, past),
-            self._kept.slots(self, pattern), force, stiffness, damping,
+        """See `Group`. With `efforts` (m, 3 or 6), the geometric stiffness is of those."""
+        self._kernels.linearise(
+            poses, rates, self.bodies, self._constants, *self._before(rates, past),
+            self._own if efforts is None else efforts, self._kept.slots(self, pattern), force, stiffness, damping,
         )  # fmt: skip
+
+    def efforts(self, poses: np.ndarray, change: np.ndarray, past: Past | None = None) -> np.ndarray:
+        """Efforts (m, 3 or 6) after a change (n_bodies, 3 or 6) of the poses, to first order."""
+        before = self._before(change, past)
+        return np.asarray(self._kernels.advance(poses, change, self.bodies, self._constants, *before))
 
     def gap(self, poses: np.ndarray) -> tuple[float, str]:
         """Largest distance (m) by which the ends of a structural joint have come apart, and its name."""
-        value, _, _ = self.measure(poses, np.zeros((len(poses), self.rest.shape[1])), self.bodies, *self.geometry)
-        n = 3 if self.rest.shape[1] == 6 else 2
-        held = self.structural[:, None] & (self.stiffness[:, :n] > 0.0)
-        apart = np.sqrt((np.where(held, value[:, :n] - self.rest[:, :n], 0.0) ** 2).sum(axis=1))
-        worst = int(np.argmax(apart))
+        at_rest = np.zeros((len(poses), self.rest.shape[1]))
+        _, apart, _ = self._kernels.stored(poses, at_rest, self.bodies, self._constants, self.rest, 0.0)
+        apart = apart * self.structural
+        worst = int(apart.argmax())
         return float(apart[worst]), self.names[worst]
 
     def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
@@ -150,13 +190,10 @@ class BushingGroup:
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None
     ) -> tuple[dict[str, float], float, float]:
         """See `Group`."""
-        value, rate, _ = self.measure(poses, rates, self.bodies, *self.geometry)
-        if past is not None:
-            before, per_second = self._kept.before(self, rates, past)
-            rate = (value - before) * per_second
-        energy, power = bushing_energy(value, rate, self.rest, self.stiffness, self.damping)
+        before = self._before(rates, past)
+        energy, _, power = self._kernels.stored(poses, rates, self.bodies, self._constants, *before)
         totals = np.bincount(self.category, weights=energy, minlength=len(self.categories))
-        return {name: float(total) for name, total in zip(self.categories, totals, strict=True)}, power, 0.0
+        return dict(zip(self.categories, totals.tolist(), strict=True)), power, 0.0
 
     def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:
         """See `Group`."""

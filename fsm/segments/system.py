@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy import sparse
@@ -16,11 +17,14 @@ from fsm.blocks import BlockMatrix, BlockPattern
 from fsm.kernels.newton_euler import (
     add_gyroscopic,
     gyroscopic_damping,
+    largest_force,
+    motion_energy,
     quaternion_jacobian,
     quaternion_rates,
+    reactions_to,
     tangent_from_quaternion,
 )
-from fsm.kernels.place import place_free, pose_difference, retract_poses, take_free
+from fsm.kernels.place import place_bodies, place_free, pose_difference, retract_poses, shift_body, take_free
 from fsm.kernels.rotation import inverse_tangent_map, rotate_by
 from fsm.scene.scene import Plate
 from fsm.segments.contacts import ContactGroup
@@ -97,6 +101,9 @@ class SegmentSystem:
         self._dof[bodies.free] = np.arange(self.n_free)
         self._plate_bodies = np.array([body for body, _, _ in bodies.plates], dtype=np.int64)
         self._plate_corners = _corners([plate for _, plate, _ in bodies.plates])
+        self._at_rest = np.zeros(bodies.rate.shape)
+        self._springs = tuple(group for group in groups if isinstance(group, BushingGroup))
+        self._others = tuple(group for group in groups if not isinstance(group, BushingGroup))
         self._last_before: Before | None = None
         self._last_poses = bodies.pose
         self._pattern: BodyPattern | None = None
@@ -125,7 +132,12 @@ class SegmentSystem:
         return sorted(times.union(*(group.break_times() for group in self.groups if isinstance(group, LoadGroup))))
 
     def scales(self) -> Scales:
-        """See `System`.
+        """See `System`."""
+        return self._scales
+
+    @cached_property
+    def _scales(self) -> Scales:
+        """Typical sizes.
 
         The length is that of the median segment (without plates, the distance between bodies). The speed is the fastest
         at the start or, with a drive, ten times the drive's: vibrations that no one asks for need not be followed to a
@@ -189,6 +201,10 @@ class SegmentSystem:
 
     def mass(self, q: np.ndarray) -> sparse.csr_matrix:
         """See `System`; diagonal and constant."""
+        return self._mass_matrix
+
+    @cached_property
+    def _mass_matrix(self) -> sparse.csr_matrix:
         return sparse.diags_array(self._mass, format="csr")
 
     def inertia(self, q: np.ndarray, pattern: BlockPattern) -> np.ndarray:
@@ -233,12 +249,47 @@ class SegmentSystem:
 
     def linearise(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Linearised:
         """See `System`."""
+        return self._linearised(t, q, u, before, None)
+
+    def linearise_mixed(
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None, efforts: np.ndarray
+    ) -> Linearised:
+        """See `MixedSystem`."""
+        return self._linearised(t, q, u, before, efforts)
+
+    def efforts(
+        self, t: float, q: np.ndarray, before: Before | None = None, dx: np.ndarray | None = None
+    ) -> np.ndarray:
+        """See `MixedSystem`."""
+        poses, at_rest = self.place(t, q, None)
+        change = at_rest
+        if dx is not None:
+            change = np.zeros(at_rest.shape)
+            place_free(self.bodies.free, dx, False, change)
+        past = self._past(t, before)
+        parts = [group.efforts(poses, change, past) for group in self._springs]
+        return parts[0].ravel() if len(parts) == 1 else np.concatenate([np.zeros(0), *(part.ravel() for part in parts)])
+
+    def _linearised(
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None, efforts: np.ndarray | None
+    ) -> Linearised:
         poses, rates = self.place(t, q, u, before)
         past = self._past(t, before)
         pattern = self._current_pattern(poses)
         force, stiffness, damping = np.zeros(rates.shape), pattern.zeros(), pattern.zeros()
-        for group in self.groups:
-            group.add_linearised(t, poses, rates, pattern, force, stiffness, damping, past)
+        sums = force, stiffness, damping
+        if efforts is None:
+            for group in self.groups:
+                group.add_linearised(t, poses, rates, pattern, *sums, past)
+        else:
+            first = 0
+            for springs in self._springs:
+                last = first + springs.rest.size
+                own = efforts[first:last].reshape(springs.rest.shape)
+                springs.add_linearised(t, poses, rates, pattern, *sums, past, own)
+                first = last
+            for group in self._others:
+                group.add_linearised(t, poses, rates, pattern, *sums, past)
         if self.spatial and u is not None:
             add_gyroscopic(rates, self.bodies.inertia, force)
             gyroscopic_damping(rates, self.bodies.inertia, *pattern.index, damping)
@@ -262,10 +313,8 @@ class SegmentSystem:
         past = self._past(t, before)
         reactions = self._reactions(t, poses, rates, past)
         energy = self._energy(t, poses, rates, reactions, past)
-        n = 3 if self.spatial else 2
-        largest = float(np.abs(reactions[:, :n]).max(initial=0.0))
         pairs = self._observe_pairs(t, poses, rates, past)
-        return Observation(self._drive_state(t, reactions), energy, largest, pairs)
+        return Observation(self._drive_state(t, reactions), energy, largest_force(reactions), pairs)
 
     def contact_stats(self) -> dict[str, int]:
         """Of all contact groups: slots, states that they were found in, renewals of the broad phase."""
@@ -339,7 +388,7 @@ class SegmentSystem:
     def widest_joint(self, t: float, q: np.ndarray) -> tuple[float, str]:
         """See `System`."""
         poses, _ = self.place(t, q, None)
-        gaps = [group.gap(poses) for group in self.groups if isinstance(group, BushingGroup)]
+        gaps = [group.gap(poses) for group in self._springs]
         return max(gaps, default=(0.0, "none"))
 
     # inside ---------------------------------------------------------------------------------------------------------
@@ -349,20 +398,22 @@ class SegmentSystem:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Poses and rates of all bodies, the driven ones at time t included; quaternions of unit norm. No u: at rest.
 
-        With `before`, driven bodies have their mean speed since then.
+        With `before`, driven bodies have their mean speed since then. Rates at rest are shared: not to be changed.
         """
-        poses, rates = self.bodies.pose.copy(), np.zeros(self.bodies.rate.shape)
-        place_free(self.bodies.free, q, self.spatial, poses)
-        if u is not None:
-            place_free(self.bodies.free, u, False, rates)
+        bodies = self.bodies
+        poses = np.asarray(place_bodies(bodies.pose, bodies.free, q, self.spatial))
+        if u is None:
+            for motion in self.motions:
+                shift_body(poses, motion.body, motion.direction, motion.at(t)[0])
+            return poses, self._at_rest
+        rates = np.zeros(bodies.rate.shape)
+        place_free(bodies.free, u, False, rates)
         for motion in self.motions:
             travel, speed, _ = motion.at(t)
-            n = len(motion.direction)
-            poses[motion.body, :n] += travel * motion.direction
-            if u is not None:
-                if before is not None:
-                    speed = (travel - motion.at(before[0])[0]) / (t - before[0])
-                rates[motion.body, :n] = speed * motion.direction
+            shift_body(poses, motion.body, motion.direction, travel)
+            if before is not None:
+                speed = (travel - motion.at(before[0])[0]) / (t - before[0])
+            shift_body(rates, motion.body, motion.direction, speed)
         return poses, rates
 
     def _past(self, t: float, before: Before | None) -> Past | None:
@@ -377,17 +428,17 @@ class SegmentSystem:
         force = np.zeros(rates.shape)
         for group in self.groups:
             group.add_force(t, poses, rates, force, past)
-        if self.spatial:
+        if self.spatial and rates is not self._at_rest:
             add_gyroscopic(rates, self.bodies.inertia, force)
         return force
 
     def _reactions(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None) -> np.ndarray:
-        reactions = -self._all_forces(t, poses, rates, past)
-        reactions[self.bodies.free] = 0.0
+        reactions = np.asarray(reactions_to(self._all_forces(t, poses, rates, past), self.bodies.free))
         for motion in self.motions:
             _, _, acceleration = motion.at(t)
-            n = len(motion.direction)
-            reactions[motion.body, :n] += self.bodies.inertia[motion.body, :n] * acceleration * motion.direction
+            if acceleration:
+                n = len(motion.direction)
+                shift_body(reactions, motion.body, self.bodies.inertia[motion.body, :n] * motion.direction, acceleration)
         return reactions
 
     def _observe_pairs(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None) -> PairState:
@@ -400,8 +451,8 @@ class SegmentSystem:
 
     def _drive_state(self, t: float, reactions: np.ndarray) -> DriveState:
         travel = np.array([motion.at(t)[0] for motion in self.motions])
-        force = [reactions[m.body, : len(m.direction)] @ m.direction for m in self.motions]
-        return DriveState(travel, np.array(force))
+        force = np.array([reactions[m.body, : len(m.direction)] @ m.direction for m in self.motions])
+        return DriveState(travel, force)
 
     def _energy(
         self, t: float, poses: np.ndarray, rates: np.ndarray, reactions: np.ndarray, past: Past | None = None
@@ -417,10 +468,12 @@ class SegmentSystem:
         pair_power = np.zeros((2, len(self.pair_names)))
         for contacts in self.contacts:
             pair_power += contacts.pair_power(t, poses, rates, past)
-        kinetic = 0.5 * float(np.sum(self.bodies.inertia * rates**2))
-        return Energy(kinetic, potential, dissipated, power + float(np.sum(reactions * rates)), pair_power)
+        kinetic, driven = motion_energy(self.bodies.inertia, rates, reactions)
+        return Energy(kinetic, potential, dissipated, power + driven, pair_power)
 
     def _current_pattern(self, poses: np.ndarray) -> BodyPattern:
+        if self._pattern is not None and self.fixed_pattern:
+            return self._pattern
         pairs, versions = zip(*(group.pairs(poses) for group in self.groups), strict=True) if self.groups else ((), ())
         if self._pattern is None or versions != self._pattern_version:
             self._pattern = body_pattern(self._dof, list(pairs), self.size)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,6 +17,14 @@ __all__ = ["Books"]
 
 _AT_FIRST = 5e-4
 """Part of the span that the largest reaction is taken along for a first measure of energy."""
+
+
+class TurnedOver(NamedTuple):
+    """What a step turns over: work and dissipated energy, J, and the latter by friction and damping of pairs, (2, n_pairs)."""
+
+    work: float
+    dissipated: float
+    of_pairs: np.ndarray
 
 
 class Books:
@@ -73,57 +82,77 @@ class Books:
         """Time of the next state to be saved, or the end."""
         return self.pending[0] if self.pending else end
 
-    def turned_over(self, t: float, u: np.ndarray, seen: Observation) -> tuple[float, float, np.ndarray]:
+    def turned_over(self, t: float, u: np.ndarray, seen: Observation) -> TurnedOver:
         """Work (J), dissipated energy (J) and what of it contact pairs take, of a step whose velocities are means over it.
 
         Work under the parabola through the forces of the last three states, dissipation as it was solved.
         """
         duration = t - self.time
-        travel = seen.drive.travel - self.last.drive.travel
-        drives = float((0.5 * (self.last.drive.force + seen.drive.force) - self._bow(seen)) @ travel)
-        loads = seen.energy.input_power * duration - float(seen.drive.force @ travel)
-        if not len(travel) and loads:
+        drives = driven = 0.0
+        for k, force in enumerate(seen.drive.force.tolist()):
+            travel = float(seen.drive.travel[k] - self.last.drive.travel[k])
+            drives += (0.5 * (float(self.last.drive.force[k]) + force) - self._bow(k, seen)) * travel
+            driven += force * travel
+        loads = seen.energy.input_power * duration - driven
+        if not len(seen.drive.force) and loads:
             # the loads as they were when the step began, along the same motion
             loads = 0.5 * (loads + self.system.energy(self.time, self.q, u).input_power * duration)
-        return drives + loads, seen.energy.dissipated_power * duration, seen.energy.pair_power * duration
+        return TurnedOver(
+            drives + loads, seen.energy.dissipated_power * duration, seen.energy.pair_power * duration
+        )
 
-    def _bow(self, seen: Observation) -> np.ndarray:
-        """What the mean force of a step lies below that of its ends because the curve is bent, (n_drives,), N."""
-        zero = np.zeros(len(seen.drive.force))
+    def _bow(self, k: int, seen: Observation) -> float:
+        """What the mean force of drive k in a step lies below that of its ends because the curve is bent, N."""
         if self._earlier is None:
-            return zero
-        before, here, there = self._earlier.drive, self.last.drive, seen.drive
-        first, second = here.travel - before.travel, there.travel - here.travel
-        with np.errstate(divide="ignore", invalid="ignore"):
-            bend = (there.force - here.force) / second - (here.force - before.force) / first
-            bow = second**2 / (6.0 * (first + second)) * bend
-        return np.where(np.isfinite(bow), bow, zero)
+            return 0.0
+        points = [
+            (float(drive.travel[k]), float(drive.force[k]))
+            for drive in (self._earlier.drive, self.last.drive, seen.drive)
+        ]
+        (x0, f0), (x1, f1), (x2, f2) = points
+        first, second = x1 - x0, x2 - x1
+        if first == 0.0 or second == 0.0 or first + second == 0.0:
+            return 0.0
+        bend = (f2 - f1) / second - (f1 - f0) / first
+        return second**2 / (6.0 * (first + second)) * bend
 
-    def quasi_static(self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation) -> None:
+    def quasi_static(
+        self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation, turned_over: TurnedOver
+    ) -> None:
         """Take a step whose velocities are means over it."""
-        self.ledger.add(*self.turned_over(t, u, seen))
+        self.ledger.add(*turned_over)
         earlier = self.last
         self.system.commit(t, q, u, (self.time, self.q))
         self._take(t, q, u, seen)
         self._earlier = earlier
 
-    def imbalance(self, t: float, u: np.ndarray, seen: Observation) -> float:
+    def imbalance(self, seen: Observation, turned_over: TurnedOver) -> float:
         """What the balance of such a step would be off by, over the energy turned over so far.
 
         At the start, before anything has been turned over, over that of the reactions along a part of the span.
         """
-        work, dissipated, _ = self.turned_over(t, u, seen)
+        work, dissipated, _ = turned_over
         stored = seen.energy.stored_at_rest - self.last.energy.stored_at_rest
         turnover = max(self.ledger.turnover, abs(seen.energy.stored_at_rest - self.ledger.start), abs(work))
         turnover = max(turnover, _AT_FIRST * max(self.largest_reaction, seen.reaction) * self._span)
         return abs(stored + dissipated - work) / turnover if turnover > 0.0 else 0.0
 
-    def dynamic(self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation) -> None:
-        """Take a step of a time integrator."""
+    def turned_over_in_motion(self, t: float, q: np.ndarray, seen: Observation) -> TurnedOver:
+        """Work (J) and dissipated energy (J) of a step of a time integrator."""
         step = t - self.time
         dissipated, of_pairs = mean_dissipation(self.system, (self.time, self.q), (t, q))
         work = 0.5 * step * (self.last.energy.input_power + seen.energy.input_power)
-        self.ledger.add(work, step * dissipated, step * of_pairs)
+        return TurnedOver(work, step * dissipated, step * of_pairs)
+
+    def loss(self, seen: Observation, turned_over: TurnedOver) -> float:
+        """What the balance of such a step would be off by, over the energy turned over."""
+        work, dissipated, _ = turned_over
+        off = abs(seen.energy.stored - self.last.energy.stored + dissipated - work)
+        return off / self.ledger.turnover if self.ledger.turnover > 0.0 else 0.0
+
+    def dynamic(self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation, turned_over: TurnedOver) -> None:
+        """Take a step of a time integrator."""
+        self.ledger.add(*turned_over)
         self._take(t, q, u, seen, seen.energy.stored)
 
     def gains(self, seen: Observation) -> bool:

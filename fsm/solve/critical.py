@@ -78,14 +78,19 @@ def loose_mode(system: System, t: float, q: np.ndarray) -> np.ndarray:
 
 
 def stable_branch(
-    step: EquilibriumStep, t: float, guess: np.ndarray, critical: Critical, side: float
+    step: EquilibriumStep,
+    t: float,
+    guess: np.ndarray,
+    efforts: np.ndarray | None,
+    critical: Critical,
+    side: float,
 ) -> Equilibrium | None:
     """A stable equilibrium at rest, at time t, beside the unstable path.
 
     Parameters
     ----------
     step : EquilibriumStep
-    t, guess : time just past the bifurcation, and the configuration of the path there
+    t, guess, efforts : time just past the bifurcation, and the configuration and springs' efforts of the path there
     critical : Critical
     side : sign of the mode to go to; 0: try both and take the one of lower energy
 
@@ -97,7 +102,7 @@ def stable_branch(
     for sign in (side,) if side else (1.0, -1.0):
         for amplitude in _AMPLITUDES:
             beside = step.system.retract(guess, np.copysign(amplitude, sign) * critical.mode)
-            trial = step.solve(t, beside, (t, beside))
+            trial = step.solve(t, beside, (t, beside), efforts)
             if trial.ending is Ending.CONVERGED:
                 found.append((step.system.energy(t, trial.q, None).stored, trial))
                 break

@@ -1,15 +1,30 @@
-"""Where the next configuration will be, from the last ones: a parabola in the progress of the drive."""
+"""Where the next state will be, from the last ones: a parabola in the progress of the drive."""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
 from fsm.system import System
 
-__all__ = ["History"]
+__all__ = ["History", "Prediction"]
 
 _KEPT = 3
 """States kept: the curve through them is a parabola."""
+
+
+class Prediction(NamedTuple):
+    """Increment (nu,) from the last state, and the efforts of the springs after it; none if none were kept."""
+
+    increment: np.ndarray
+    efforts: np.ndarray | None
+
+
+class _State(NamedTuple):
+    progress: float
+    q: np.ndarray
+    efforts: np.ndarray | None
 
 
 class History:
@@ -22,26 +37,29 @@ class History:
 
     def __init__(self, system: System) -> None:
         self.system = system
-        self._states: list[tuple[float, np.ndarray]] = []
+        self._states: list[_State] = []
 
     def __len__(self) -> int:
         return len(self._states)
 
-    def add(self, t: float, q: np.ndarray) -> None:
-        """Take a state."""
-        self._states = [*self._states[-(_KEPT - 1) :], (self.system.progress(t), q)]
+    def add(self, t: float, q: np.ndarray, efforts: np.ndarray | None = None) -> None:
+        """Take a state; the efforts of its springs, if they are to be predicted too, in all states."""
+        self._states = [*self._states[-(_KEPT - 1) :], _State(self.system.progress(t), q, efforts)]
 
-    def increment(self, t: float) -> np.ndarray | None:
-        """Increment from the last state to that at time t; None with fewer than two states."""
+    def predict(self, t: float) -> Prediction | None:
+        """The state at time t; None with fewer than two states."""
         if len(self._states) < 2:
             return None
-        last, t = self._states[-1][1], self.system.progress(t)
-        times = [time for time, _ in self._states]
-        total = np.zeros(self.system.nu)
-        for i, (at, q) in enumerate(self._states[:-1]):
+        *earlier, last = self._states
+        aim = self.system.progress(t)
+        increment = np.zeros(self.system.nu)
+        efforts = last.efforts
+        for state in earlier:
             weight = 1.0
-            for j, other in enumerate(times):
-                if j != i:
-                    weight *= (t - other) / (at - other)
-            total += weight * self.system.difference(last, q)
-        return total
+            for other in self._states:
+                if other is not state:
+                    weight *= (aim - other.progress) / (state.progress - other.progress)
+            increment += weight * self.system.difference(last.q, state.q)
+            if last.efforts is not None and state.efforts is not None:
+                efforts = efforts + weight * (state.efforts - last.efforts)
+        return Prediction(increment, efforts)

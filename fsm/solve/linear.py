@@ -8,7 +8,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from scipy import sparse
@@ -16,7 +17,7 @@ from scipy.sparse.linalg import splu
 
 from fsm.blocks import BlockMatrix, BlockPattern
 from fsm.errors import FsmError, NotConverged
-from fsm.kernels.block_lu import backward_error, count_negative, factorise, fill_in, solve_factorised
+from fsm.kernels.block_lu import count_negative, factorise, fill_in, solve_refined
 
 __all__ = ["Backend", "LinearSolver"]
 
@@ -32,7 +33,6 @@ _POOR = 1e-8
 class _Symbolic:
     """What is known of a pattern: order of elimination, filled rows, places of the blocks in them."""
 
-    pattern: BlockPattern
     order: np.ndarray
     indptr: np.ndarray
     indices: np.ndarray
@@ -63,7 +63,7 @@ class LinearSolver:
     Attributes
     ----------
     analyses, factorisations, fallbacks : int
-        Patterns met, matrices factorised, matrices that SuperLU had to take over.
+        Patterns met that no other solver had, matrices factorised, matrices that SuperLU had to take over.
 
     Raises
     ------
@@ -71,10 +71,14 @@ class LinearSolver:
         PARDISO is asked for and not installed.
     """
 
+    _known: ClassVar[WeakKeyDictionary[BlockPattern, _Symbolic]] = WeakKeyDictionary()
+    """What all solvers have worked out, as long as the patterns live."""
+
     def __init__(self, backend: Backend = "block") -> None:
         self.backend = backend
         self.analyses = self.factorisations = self.fallbacks = 0
         self._pardiso = _pardiso_solver() if backend == "pardiso" else None
+        self._pattern: BlockPattern | None = None
         self._symbolic: _Symbolic | None = None
         self._matrix: BlockMatrix | None = None
         self._factors = np.zeros((0, 0, 0))
@@ -111,13 +115,12 @@ class LinearSolver:
         pattern = matrix.pattern
         if pattern.order == 0:
             return np.zeros(0)
-        residual = np.empty(len(right), dtype=self._factors.dtype)
-        x = self._block_solve(right)
-        rest = (pattern.indptr, pattern.indices, matrix.data)
-        error = backward_error(*rest, x, right, residual)
-        if error > _GOOD:
-            x = x + self._block_solve(residual)
-            error = backward_error(*rest, x, right, residual)
+        known = self._symbolic
+        assert known is not None
+        x, error = solve_refined(
+            known.order, known.indptr, known.indices, known.diagonal, self._factors,
+            pattern.indptr, pattern.indices, matrix.data, right, _GOOD,
+        )  # fmt: skip
         if not error <= _POOR:
             self.fallbacks += 1
             self._other = self._library_factors(matrix)
@@ -135,18 +138,14 @@ class LinearSolver:
     # inside ---------------------------------------------------------------------------------------------------------
 
     def _analyse(self, pattern: BlockPattern) -> _Symbolic:
-        if self._symbolic is None or self._symbolic.pattern is not pattern:
-            order = _minimum_degree(pattern)
-            self._symbolic = _Symbolic(pattern, order, *fill_in(pattern.indptr, pattern.indices, order))
-            self.analyses += 1
+        if self._symbolic is None or self._pattern is not pattern:
+            self._pattern, self._symbolic = pattern, self._known.get(pattern)
+            if self._symbolic is None:
+                order = _minimum_degree(pattern)
+                self._symbolic = _Symbolic(order, *fill_in(pattern.indptr, pattern.indices, order))
+                self._known[pattern] = self._symbolic
+                self.analyses += 1
         return self._symbolic
-
-    def _block_solve(self, right: np.ndarray) -> np.ndarray:
-        known = self._symbolic
-        assert known is not None
-        return np.asarray(
-            solve_factorised(known.order, known.indptr, known.indices, known.diagonal, self._factors, right)
-        )
 
     def _library_factors(self, matrix: BlockMatrix) -> Any:
         """A function that solves with the matrix, by PARDISO where chosen and else by SuperLU."""

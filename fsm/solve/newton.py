@@ -70,8 +70,10 @@ def equilibrium(
     return q
 
 
-def tangent_prediction(system: System, before: float, t: float, q: np.ndarray) -> np.ndarray:
-    """Increment of the equilibrium from `before` to t, to first order.
+def tangent_prediction(
+    system: System, before: float, t: float, q: np.ndarray, solver: LinearSolver | None = None
+) -> np.ndarray:
+    """Increment of the equilibrium from `before` to t, to first order; what `solver` has factorised is lost.
 
     A drive that moves alone by much stretches its springs so far that neither the forces nor the tangent mean anything.
     So the change of the forces is taken over the beginning of the step, and its size by comparison with all of it.
@@ -80,11 +82,11 @@ def tangent_prediction(system: System, before: float, t: float, q: np.ndarray) -
     whole = system.force(t, q, None) - start
     change = system.force(before + 0.01 * (t - before), q, None) - start
     scale = float(whole @ change) / max(float(change @ change), 1e-300)
-    return _solved(system.linearise(before, q, None).stiffness, start + scale * change)
+    return _solved(system.linearise(before, q, None).stiffness, start + scale * change, solver)
 
 
-def _solved(matrix: BlockMatrix, right: np.ndarray) -> np.ndarray:
-    solver = LinearSolver()
+def _solved(matrix: BlockMatrix, right: np.ndarray, solver: LinearSolver | None = None) -> np.ndarray:
+    solver = solver or LinearSolver()
     solver.factorise(matrix)
     return solver.solve(right)
 

@@ -23,15 +23,16 @@ from enum import Enum
 import numpy as np
 
 from fsm.errors import EnergyAbort, NotConverged
+from fsm.kernels.vector import largest_ratio
 from fsm.solve.books import Books
 from fsm.solve.critical import Critical, critical_point, loose_mode, stable_branch
-from fsm.solve.equilibrium_step import Ending, Equilibrium, EquilibriumStep
-from fsm.solve.extrapolation import History
+from fsm.solve.equilibrium_step import Ending, EquilibriumStep
+from fsm.solve.extrapolation import History, Prediction
 from fsm.solve.newton import negative_pivots, tangent_prediction
 from fsm.solve.simulate import JUDGED_FROM, Ledger, Saved, Statistics, StepEnd
 from fsm.solve.status import Event, Outcome
 from fsm.solve.takeover import move_until_calm, slide
-from fsm.system import DriveState, Observation, System
+from fsm.system import Before, DriveState, Observation, System
 
 __all__ = ["PathSettings", "follow"]
 
@@ -52,6 +53,8 @@ _RESTING = 1e-3
 """Forces left over without the dampers', over the largest reaction, below which a state is an equilibrium."""
 _TORN = 0.1
 """Part of a segment's length that the ends of a joint may come apart."""
+_AGAIN = 0.1
+"""Part of the first step with which a path goes on where there is no history to predict from."""
 _KINK = 1e-2
 """Part of the first step to which steps are cut for the energy balance."""
 _IN_MOTION = 10.0
@@ -142,11 +145,12 @@ class _Follower:
         self.newton = EquilibriumStep(system, tolerance=_FORCES * settings.rtol)
         self.history = History(system)
         t, q, u = (0.0, *system.initial()) if start is None else start
-        self.history.add(t, q)
+        self._remember(t, q)
         self.books = Books(system, self.statistics, ledger, save_times, on_save, on_step, t, q, u)
         self.breaks = [at for at in system.break_times() if t < at < settings.end_time]
         self.first_step = min(settings.first_step, settings.max_step)
-        self.step_size = self.first_step
+        # one state gives a tangent only, and of a solve that goes on the drive does not begin slowly
+        self.step_size = self.first_step if start is None else _AGAIN * self.first_step
         self.aim = math.sqrt(settings.rtol)
         self.failed = np.zeros(system.nu)
         # energy of everything moving at the speed that the drive may bring about by itself
@@ -190,17 +194,18 @@ class _Follower:
     def _attempt(self, t: float) -> _Reason | None:
         """Try a step to time t; None if it was taken."""
         books = self.books
-        increment = self.history.increment(t)
-        extrapolated = increment is not None
-        if increment is None:
+        before = (books.time, books.q)
+        prediction = self.history.predict(t)
+        extrapolated = prediction is not None
+        if prediction is None:
             try:
-                increment = tangent_prediction(self.system, books.time, t, books.q)
+                increment = tangent_prediction(self.system, books.time, t, books.q, self.newton.solver)
             except NotConverged:
                 return _Reason.SINGULAR
-        guess = self.system.retract(books.q, increment)
+            prediction = Prediction(increment, self.newton.efforts(t, books.q, before, increment))
+        guess = self.system.retract(books.q, prediction.increment)
         self.newton.largest_reaction = books.largest_reaction
-        before = (books.time, books.q)
-        found = self.newton.solve(t, guess, before)
+        found = self.newton.solve(t, guess, before, prediction.efforts)
         if found.ending is Ending.UNSTABLE:
             self.failed = found.residual
             return _Reason.UNSTABLE
@@ -216,7 +221,8 @@ class _Follower:
         if self._inertia_counts(seen):
             return _Reason.INERTIA
         duration = t - books.time
-        if duration > _KINK * self.first_step and books.imbalance(t, found.u, seen) > _COARSE * self.aim:
+        turned_over = books.turned_over(t, found.u, seen)
+        if duration > _KINK * self.first_step and books.imbalance(seen, turned_over) > _COARSE * self.aim:
             return _Reason.COARSE
         if self._resting_unstably(t, found.q):
             return _Reason.UNSTABLE
@@ -224,7 +230,8 @@ class _Follower:
         if apart > _TORN * self.newton.scales.length:
             self._fail(Outcome.TORN)
         self._adapt(duration, correction if extrapolated else None, found.iterations)
-        self._take(t, found, seen)
+        books.quasi_static(t, found.q, found.u, seen, turned_over)
+        self._remember(t, found.q, before)
         return None
 
     def _inertia_counts(self, seen: Observation) -> bool:
@@ -244,11 +251,17 @@ class _Follower:
         return bool(left_over.max() < _RESTING * self.books.largest_reaction)
 
     def _size(self, increment: np.ndarray) -> float:
-        return float(np.abs(increment / self.newton.scales.span).max(initial=0.0))
+        return float(largest_ratio(increment, self.newton.scales.span))
 
-    def _take(self, t: float, found: Equilibrium, seen: Observation) -> None:
-        self.books.quasi_static(t, found.q, found.u, seen)
-        self.history.add(t, found.q)
+    def _remember(self, t: float, q: np.ndarray, before: Before | None = None) -> None:
+        """Take a state into the history, with the efforts of its springs."""
+        self.efforts = self.newton.efforts(t, q, before)
+        self.history.add(t, q, self.efforts)
+
+    def _forget(self) -> None:
+        """Begin the history anew at the present state."""
+        self.history = History(self.system)
+        self._remember(self.books.time, self.books.q)
 
     def _adapt(self, duration: float, correction: float | None, iterations: int) -> None:
         """Next step: the prediction is of third order, so its error grows as the cube of the step.
@@ -289,9 +302,8 @@ class _Follower:
         if kind != "bifurcation":
             self._move()
         self.statistics.events.append(_event(kind, *before, books.time, books.last))
-        self.history = History(self.system)
-        self.history.add(books.time, books.q)
-        self.step_size = min(self.step_size, 0.1 * self.first_step)
+        self._forget()
+        self.step_size = min(self.step_size, _AGAIN * self.first_step)
         self.step_size = max(self.step_size, 10.0 * _SMALLEST * self.settings.end_time)
 
     def _branch(self, critical: Critical) -> bool:
@@ -300,9 +312,11 @@ class _Follower:
         step = 10.0 * _SMALLEST * self.settings.end_time
         while step < self.first_step:
             t = min(books.time + step, books.next_save(self.settings.end_time))
-            increment = self.history.increment(t)
-            guess = books.q if increment is None else self.system.retract(books.q, increment)
-            found = stable_branch(self.newton, t, guess, critical, self.settings.imperfection)
+            prediction = self.history.predict(t)
+            guess, efforts = books.q, self.efforts
+            if prediction is not None:
+                guess, efforts = self.system.retract(books.q, prediction.increment), prediction.efforts
+            found = stable_branch(self.newton, t, guess, efforts, critical, self.settings.imperfection)
             seen = None if found is None else self.system.observe(t, found.q, None)
             if found is not None and seen is not None and not books.gains(seen):
                 books.slide(t, found.q, seen)
@@ -325,8 +339,7 @@ class _Follower:
             self._judge_energy()
             if books.time >= settings.end_time:
                 return
-            self.history = History(self.system)
-            self.history.add(books.time, books.q)
+            self._forget()
             self.step_size = 1e-2 * self.first_step
             if self._attempt(books.time + self._duration()) is None:
                 return

@@ -16,6 +16,11 @@ __all__ = ["move_until_calm", "slide"]
 _CALM = 1e-4
 """Kinetic energy over the largest since the snap, below which rest is near."""
 _RHO_INF = 0.6
+_LOST = 2e-3
+"""Energy error of one step, over the energy turned over, above which it was too long: it is done again, shorter."""
+_SHORTER, _LONGER = 0.25, 1.5
+_TRIES = 4
+"""How often a step is done again; what is lost still is numerical damping of what is too fast to be followed."""
 _RELAXATIONS = 3
 _RELAXATION_TIME = 1e-3
 """s"""
@@ -40,18 +45,28 @@ def move_until_calm(
     """
     u = _relaxed(system, books.time, books.q, books.u)
     solver = GeneralizedAlpha(system, books.time, books.q, u, rtol, rho_inf=_RHO_INF)
-    largest = 0.0
+    largest, iterations, tries = 0.0, 0, 0
     while books.time < until:
+        before, memory = (solver.t, solver.q, solver.u), system.memory()
         solver.step(books.next_save(until))
         seen = system.observe(solver.t, solver.q, solver.u)
-        books.dynamic(solver.t, solver.q, solver.u, seen)
+        turned_over = books.turned_over_in_motion(solver.t, solver.q, seen)
+        if books.loss(seen, turned_over) > _LOST and tries < _TRIES:
+            tries, iterations = tries + 1, iterations + solver.iterations
+            system.restore(memory)
+            shorter = _SHORTER * (solver.t - before[0])
+            solver = GeneralizedAlpha(system, *before, rtol, rho_inf=_RHO_INF, max_step=shorter)
+            continue
+        tries = 0
+        solver.max_step *= _LONGER
+        books.dynamic(solver.t, solver.q, solver.u, seen, turned_over)
         kinetic = seen.energy.kinetic
         largest = max(largest, kinetic)
         if books.ledger.relative_error > worst:
             break
         if kinetic < _CALM * largest and kinetic < quiet:
             break
-    return solver.iterations
+    return iterations + solver.iterations
 
 
 def _relaxed(system: System, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:

@@ -14,7 +14,7 @@ from fsm.results.quantities import peak
 from fsm.scene.load_case import load_case
 from fsm.segments.system import SegmentSystem
 from fsm.solve.newton import negative_pivots
-from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, simulate
+from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, StepEnd, simulate
 from fsm.solve.static import PathSettings, follow
 
 CASE = Path(__file__).parents[2] / "folding_cases" / "strip_trial" / "case.toml"
@@ -76,6 +76,44 @@ def test_all_fold_angles(angle: int) -> None:
     assert [negative_pivots(system, state.time, state.q) for state in saved] == [0] * len(saved)
     travel, force = curve(statistics)
     assert 0.0 < peak(travel, force)[1] < 0.039
+
+
+@pytest.mark.parametrize("spatial", [False, True], ids=["planar", "spatial"])
+@pytest.mark.parametrize("segments", [4, 20])
+def test_few_steps_and_iterations_without_contact(segments: int, spatial: bool) -> None:
+    """20 steps and 120 iterations without springs' efforts as unknowns. Forces are those of small increments."""
+    system = trial(
+        f"strip.segments_per_panel={segments}", "contact=none", "material.damping=0", "strip.thickness=1e-4",
+        "crease.stiffness=0.02", 'drive.0.travel="40 mm"', f"solve.spatial={str(spatial).lower()}",
+    )  # fmt: skip
+    _, statistics, _ = pulled(system, first=2e-3, rtol=1e-3)
+    assert statistics.steps <= 12
+    assert statistics.newton_iterations <= 3.5 * statistics.steps
+    travel, force = curve(statistics)
+    motion = system.motions[0]
+    exact: list[Saved] = []
+    fine = PathSettings(motion.end_time, motion.time_of(1e-4), rtol=1e-8)
+    small, _ = follow(system, fine, [motion.time_of(x) for x in travel], exact.append)
+    assert small.steps > 5 * statistics.steps
+    wanted = np.array([state.observation.drive.force[0] for state in exact])
+    np.testing.assert_allclose(force, wanted, atol=1e-5 * wanted.max())
+
+
+def test_a_path_that_goes_on_begins_with_a_small_step() -> None:
+    system = trial("strip.segments_per_panel=5", 'drive.0.travel="20 mm"')
+    motion = system.motions[0]
+    settings = PathSettings(motion.end_time, motion.time_of(2e-3))
+    ends: list[StepEnd] = []
+    statistics, _ = follow(system, settings, [], lambda state: None, ends.append)
+    start = next(end for end in ends if motion.at(end.time)[0] > 5e-3)
+    again: list[StepEnd] = []
+    resumed, _ = follow(
+        system, settings, [], lambda state: None, again.append, (start.time, start.q, start.u),
+        seen=statistics.seen[: start.steps + 1],
+    )  # fmt: skip
+    assert again[0].time - start.time <= 0.1001 * settings.first_step
+    assert resumed.rejected == 0 or again[0].steps == 1
+    assert curve(resumed)[1][-1] == pytest.approx(curve(statistics)[1][-1], rel=1e-4)  # dampers know the steps
 
 
 @pytest.mark.slow

@@ -13,8 +13,9 @@ from fsm.interactions.hinge_planar import measure_hinge_planar, tangent_hinge_pl
 from fsm.interactions.hinge_spatial import measure_hinge_spatial, tangent_hinge_spatial
 from fsm.interactions.pose_planar import measure_pose_planar, tangent_pose_planar
 from fsm.interactions.pose_spatial import measure_pose_spatial, tangent_pose_spatial
+from fsm.kernels.place import retract_poses
 from fsm.kernels.scatter import scatter_efforts
-from fsm.laws.bushing import bushing
+from fsm.laws.bushing import bushing, bushing_energy
 from fsm.laws.crease import crease_moment, curve_from_data, join_curves
 from fsm.segments.elements import BushingGroup, CreaseGroup
 from fsm.segments.group import Past
@@ -170,3 +171,90 @@ def test_dissipated_power_with_a_past(kind: str, spatial: bool) -> None:
     now, then = (group.measure(p, rates, BODIES, *group.geometry)[0] for p in (poses, past.poses))
     _, power, _ = group.energy(0.0, poses, rates, past)
     assert power == pytest.approx(np.sum(group.damping * ((now - then) / 0.3) ** 2), rel=1e-12)
+
+
+def efforts_of(group: BushingGroup, poses: np.ndarray, past: Past | None) -> np.ndarray:
+    """By measure and law; at rest, or with rates since the past."""
+    rates = np.zeros((len(DOF), group.rest.shape[1]))
+    value, rate, _ = group.measure(poses, rates, BODIES, *group.geometry)
+    if past is not None:
+        rate = (value - group.measure(past.poses, rates, BODIES, *group.geometry)[0]) / past.duration
+    return bushing(value, rate, group.rest, group.stiffness, group.damping)
+
+
+def moved(poses: np.ndarray, change: np.ndarray) -> np.ndarray:
+    return poses + change if poses.shape[1] == 3 else retract_poses(poses.ravel(), change.ravel()).reshape(-1, 7)
+
+
+@DIMENSIONS
+@pytest.mark.parametrize("missing", list(MISSING))
+@pytest.mark.parametrize("seen", ["rest", "past"])
+def test_efforts_are_advanced_to_first_order(spatial: bool, missing: str, seen: str) -> None:
+    rng = np.random.default_rng(10)
+    group = random_group(spatial, missing, rng, 0.5)
+    poses, change = random_poses(spatial, rng, 0.5), rng.normal(size=(len(DOF), 6 if spatial else 3))
+    past = Past(random_poses(spatial, rng, 0.5), 0.3) if seen == "past" else None
+    # measures that nothing acts on are not worked out
+    acting = (group.stiffness != 0.0) | (group.damping != 0.0)
+    now = efforts_of(group, poses, past)
+    np.testing.assert_allclose(group.efforts(poses, np.zeros_like(change), past), acting * now, atol=1e-12)
+    errors = []
+    for size in (1e-2, 1e-3):
+        exact = acting * efforts_of(group, moved(poses, size * change), past)
+        errors.append(np.abs(group.efforts(poses, size * change, past) - exact).max())
+    assert errors[1] < 0.02 * errors[0] or errors[0] == 0.0
+    assert np.abs(acting * (efforts_of(group, moved(poses, change), past) - now)).max() > 0.1 or (
+        (missing, seen) == ("springs", "rest")
+    )
+
+
+@DIMENSIONS
+@pytest.mark.parametrize("seen", ["rates", "rest", "past"])
+def test_given_efforts_are_in_the_geometric_stiffness_alone(spatial: bool, seen: str) -> None:
+    """Those at the poses change nothing; others change K, and nothing else, in proportion."""
+    rng = np.random.default_rng(11)
+    group = random_group(spatial, "none", rng, 0.5)
+    poses, rates = random_poses(spatial, rng, 0.5), rng.normal(size=(len(DOF), 6 if spatial else 3))
+    if seen != "rates":
+        rates[:] = 0.0
+    past = Past(random_poses(spatial, rng, 0.5), 0.4) if seen == "past" else None
+    pattern = body_pattern(DOF, [BODIES], rates.shape[1])
+
+    def linearised(efforts: np.ndarray | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        sums = np.zeros_like(rates), pattern.zeros(), pattern.zeros()
+        group.add_linearised(0.0, poses, rates, pattern, *sums, past, efforts)
+        return sums
+
+    force, stiffness, damping = linearised(None)
+    value, rate, _ = group.measure(poses, rates, BODIES, *group.geometry)
+    at_poses = efforts_of(group, poses, past) if past is not None else bushing(
+        value, rate, group.rest, group.stiffness, group.damping
+    )
+    for part, (given, own) in enumerate(zip(linearised(at_poses), (force, stiffness, damping), strict=True)):
+        np.testing.assert_allclose(given, own, atol=1e-12 * np.abs(own).max(), err_msg=str(part))
+    change = rng.normal(size=at_poses.shape)
+    once, twice = linearised(at_poses + change), linearised(at_poses + 2.0 * change)
+    np.testing.assert_array_equal(once[0], force)
+    np.testing.assert_array_equal(once[2], damping)
+    assert np.abs(once[1] - stiffness).max() > 0.1
+    np.testing.assert_allclose(twice[1] - stiffness, 2.0 * (once[1] - stiffness), atol=1e-11)
+
+
+@DIMENSIONS
+@pytest.mark.parametrize("missing", list(MISSING))
+def test_stored_energy_and_gaps(spatial: bool, missing: str) -> None:
+    rng = np.random.default_rng(12)
+    group = random_group(spatial, missing, rng, 0.5)
+    poses, rates = random_poses(spatial, rng, 0.5), rng.normal(size=(len(DOF), 6 if spatial else 3))
+    value, rate, _ = group.measure(poses, rates, BODIES, *group.geometry)
+    energy, power = bushing_energy(value, rate, group.rest, group.stiffness, group.damping)
+    stored, lost, gained = group.energy(0.0, poses, rates)
+    assert stored["panels"] == pytest.approx(energy.sum(), rel=1e-12)
+    assert lost == pytest.approx(power, rel=1e-12)
+    assert gained == 0.0
+    n = 3 if spatial else 2
+    strained = np.where(group.stiffness[:, :n] > 0.0, value[:, :n] - group.rest[:, :n], 0.0)
+    apart = np.linalg.norm(strained, axis=1)
+    gap, name = group.gap(poses)
+    assert gap == pytest.approx(apart.max(), rel=1e-12)
+    assert name == f"element {np.argmax(apart)}"
