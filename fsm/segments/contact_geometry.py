@@ -83,8 +83,8 @@ class ContactGeometry(Protocol):
     share: np.ndarray
     """Part of its face that each slot stands for, (n_slots,)."""
     area: np.ndarray
-    """Area that each slot stands for, m^2, (n_slots,): share times that of the face that it is a part of. Where both faces of
-    a pair watch each other, each has half its weight, so that faces in full contact add up to one face."""
+    """Area that each slot stands for, m^2, (n_slots,): share times that of the face that it is a part of. Where both faces
+    of a pair watch each other, each has half its weight, so that faces in full contact add up to one face."""
     pair: np.ndarray
     """Number of the contact pair of each slot, (n_slots,)."""
     slips: int
