@@ -195,6 +195,8 @@ class GeneralizedAlpha:
         grow = True
         while True:
             h, end = self._next_size(target)
+            if not end > self.t:
+                raise self._failure(Outcome.STEP_TOO_SMALL)
             trial = self._solve(end, h)
             if self.fixed_step is not None:
                 if trial is None:
