@@ -23,7 +23,7 @@ import numpy as np
 
 from fsm.interactions.box_tree import fit_tree, nearest_piece
 from fsm.interactions.chord import chord_boxes, chord_distance, chords_planar
-from fsm.interactions.surface import blend, overshoot
+from fsm.interactions.surface import BARE, beyond_end, blend, overshoot
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import add_block
 
@@ -53,14 +53,19 @@ def _curve(
         out[d, 1] = wa * poses[a, 1] + wb * poses[b, 1] - sa * xa - sb * xb
 
 
+@kernel(inline=True)
+def _probe_point(poses: np.ndarray, body: int, x: float, out: np.ndarray) -> None:
+    c, s = np.cos(poses[body, 2]), np.sin(poses[body, 2])
+    out[0] = poses[body, 0] + c * x
+    out[1] = poses[body, 1] - s * x
+
+
 @kernel
 def probe_points_planar(poses: np.ndarray, probe_body: np.ndarray, probe_x: np.ndarray) -> np.ndarray:
     """Where the probes are, (n, 2), m."""
     points = np.empty((probe_body.shape[0], 2))
     for i in range(probe_body.shape[0]):
-        c, s = np.cos(poses[probe_body[i], 2]), np.sin(poses[probe_body[i], 2])
-        points[i, 0] = poses[probe_body[i], 0] + c * probe_x[i]
-        points[i, 1] = poses[probe_body[i], 1] - s * probe_x[i]
+        _probe_point(poses, probe_body[i], probe_x[i], points[i])
     return points
 
 
@@ -143,22 +148,25 @@ def find_contacts_planar(
     weights = np.empty((3, 4))
     curve = np.empty((3, 2))
     chords = chords_planar(poses, owners, stations)
-    points = probe_points_planar(poses, probe_body, probe_x)
+    point = np.empty(2)
     count = 0
     for i in range(probe_body.shape[0]):
         if window[i, 0] >= window[i, 1]:
             continue
-        px, pz = points[i, 0], points[i, 1]
+        _probe_point(poses, probe_body[i], probe_x[i], point)
         piece, nearest, bound = -1, np.inf, 0.0
         for j in range(window[i, 0], window[i, 1]):
-            distance = chord_distance(chords[j], points[i])
+            distance = chord_distance(chords[j], point)
             bound = max(bound, chords[j, 5])
             if distance < nearest:
                 piece, nearest = j, distance
         if np.sqrt(nearest) > max(clearance[i] + below, depth_limit[i]) + bound:
             continue
+        px, pz = point[0], point[1]
         piece, at = _closest(poses, px, pz, piece, window[i, 0], window[i, 1], owners, stations, _EXACT, weights, curve)
         if at < stations[piece, 4] - 1e-12 or at > stations[piece, 5] + 1e-12:
+            continue
+        if straight[i] == BARE and beyond_end(at, BARE):
             continue
         length = np.sqrt(curve[1, 0] ** 2 + curve[1, 1] ** 2)
         height = (curve[1, 0] * (pz - curve[0, 1]) - curve[1, 1] * (px - curve[0, 0])) / length
@@ -166,7 +174,7 @@ def find_contacts_planar(
         if facing == 0.0:
             facing = 1.0 if height >= 0.0 else -1.0
         gap = facing * height - clearance[i]
-        over, radius = overshoot(at, stations[piece], length, straight[i])
+        over, radius = overshoot(at, stations[piece], length, straight[i], clearance[i])
         if over != 0.0:
             gap = np.hypot(over, gap + radius) - radius
         if gap < below and gap > -depth_limit[i]:
@@ -184,6 +192,7 @@ def heights_planar(
     poses: np.ndarray,
     probe_body: np.ndarray,
     probe_x: np.ndarray,
+    straight: np.ndarray,
     first_piece: np.ndarray,
     last_piece: np.ndarray,
     owners: np.ndarray,
@@ -210,7 +219,8 @@ def heights_planar(
             continue
         px, pz = points[i, 0], points[i, 1]
         piece, at = _closest(poses, px, pz, nearest[i], first, last, owners, stations, _ROUGH, weights, curve)
-        if stations[piece, 4] - 1e-12 <= at <= stations[piece, 5] + 1e-12:
+        on_it = stations[piece, 4] - 1e-12 <= at <= stations[piece, 5] + 1e-12
+        if on_it and not beyond_end(at, straight[i]):
             length = np.sqrt(curve[1, 0] ** 2 + curve[1, 1] ** 2)
             height[i] = (curve[1, 0] * (pz - curve[0, 1]) - curve[1, 1] * (px - curve[0, 0])) / length
 
@@ -303,7 +313,7 @@ def measure_gap_planar(
             poses, bodies[i], probe_x[probe], found_side[i], found_s[i], stations[piece], weights, curve, vectors
         )
         lever = (distance - inset[probe]) / length
-        over, radius = overshoot(found_s[i], stations[piece], length, straight[probe])
+        over, radius = overshoot(found_s[i], stations[piece], length, straight[probe], clearance[probe])
         height = distance - clearance[probe] + radius
         far = np.hypot(over, height)
         for m in range(9):
@@ -422,7 +432,7 @@ def tangent_gap_planar(
             for n in range(9):
                 hessian[m, n] = -beta[n] * vec[0, m] - vec[3, m] * ds[n]
             hessian[m, m] += curvature[1, m]
-        over, radius = overshoot(found_s[i], stations[piece], length, straight[probe])
+        over, radius = overshoot(found_s[i], stations[piece], length, straight[probe], clearance[probe])
         if over != 0.0:
             # the second derivative of x is the gradient of a slip at the surface itself
             _slip_gradient(vec, ds, beta, curvature, distance / length, length, turn, slip_gradient)

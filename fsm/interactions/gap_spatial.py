@@ -19,7 +19,7 @@ import numpy as np
 
 from fsm.interactions.box_tree import fit_tree, nearest_piece
 from fsm.interactions.chord import chord_boxes, chord_distance, chords_spatial
-from fsm.interactions.surface import blend, overshoot
+from fsm.interactions.surface import BARE, beyond_end, blend, overshoot
 from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
 from fsm.kernels.vector import cross, dot, rotate
@@ -168,14 +168,13 @@ def find_contacts_spatial(
 ) -> int:
     """Closest points of all probes whose gap is below a bound; see `find_contacts_planar`. `found_at` holds (s, y)."""
     scratch = (np.empty((3, 4)), np.empty((5, 2)), np.empty((5, 2, 3)), np.empty((3, 3, 3)), np.empty(3))
-    surface, normal = np.empty((5, 3)), np.empty(3)
+    surface, frame, point, normal = np.empty((5, 3)), np.empty((3, 3)), np.empty(3), np.empty(3)
     chords = chords_spatial(poses, owners, stations, half_width)
-    points = probe_points_spatial(poses, probe_body, place)
     count = 0
     for i in range(probe_body.shape[0]):
         if window[i, 0] >= window[i, 1]:
             continue
-        point = points[i]
+        _probe_point(poses, probe_body[i], place[i], frame, point)
         piece, nearest, bound = -1, np.inf, 0.0
         for j in range(window[i, 0], window[i, 1]):
             distance = chord_distance(chords[j], point)
@@ -190,12 +189,16 @@ def find_contacts_spatial(
         )  # fmt: skip
         if s < stations[piece, 4] - 1e-12 or s > stations[piece, 5] + 1e-12 or abs(y) > half_width[piece]:
             continue
+        if straight[i] == BARE and beyond_end(s, BARE):
+            continue
         height = _height(point, surface, normal)
         facing = side[i]
         if facing == 0.0:
             facing = 1.0 if height >= 0.0 else -1.0
         value = facing * height - clearance[i]
-        over, radius = overshoot(s, stations[piece], np.sqrt(dot(surface[ROW_S], surface[ROW_S])), straight[i])
+        over, radius = overshoot(
+            s, stations[piece], np.sqrt(dot(surface[ROW_S], surface[ROW_S])), straight[i], clearance[i]
+        )
         if over != 0.0:
             value = np.hypot(over, value + radius) - radius
         if value < below and value > -depth_limit[i]:
@@ -224,6 +227,7 @@ def heights_spatial(
     poses: np.ndarray,
     probe_body: np.ndarray,
     place: np.ndarray,
+    straight: np.ndarray,
     first_piece: np.ndarray,
     last_piece: np.ndarray,
     owners: np.ndarray,
@@ -248,7 +252,8 @@ def heights_spatial(
         piece, s, y = _closest(
             poses, points[i], nearest[i], first, last, owners, stations, half_width, place[i, 1], _ROUGH, scratch, surface
         )
-        if stations[piece, 4] - 1e-12 <= s <= stations[piece, 5] + 1e-12 and abs(y) <= half_width[piece]:
+        on_it = stations[piece, 4] - 1e-12 <= s <= stations[piece, 5] + 1e-12 and abs(y) <= half_width[piece]
+        if on_it and not beyond_end(s, straight[i]):
             height[i] = _height(points[i], surface, normal)
 
 
@@ -363,7 +368,7 @@ def measure_gap_spatial(
         )  # fmt: skip
         lever = distance - inset[probe]
         length = np.sqrt(dot(surface[ROW_S], surface[ROW_S]))
-        over, radius = overshoot(found_at[i, 0], stations[piece], length, straight[probe])
+        over, radius = overshoot(found_at[i, 0], stations[piece], length, straight[probe], clearance[probe])
         height = distance - clearance[probe] + radius
         far = np.hypot(over, height)
         for m in range(18):

@@ -140,7 +140,7 @@ def tangent_gap_spatial(
                             for c in range(3):
                                 slip_second[first + row, first + column, c] += lever * dual[a, c] * along
         length = np.sqrt(dot(surface[ROW_S], surface[ROW_S]))
-        over, radius = overshoot(found_at[i, 0], stations[piece], length, straight[probe])
+        over, radius = overshoot(found_at[i, 0], stations[piece], length, straight[probe], clearance[probe])
         if over != 0.0:
             height = distance - clearance[probe] + radius
             far = np.hypot(over, height)

@@ -15,6 +15,11 @@ so that what slides off an end is let go gently, and an edge that stands on a fa
 creases that meet tip to tip (panels 3 and 4 of the pulled strip do, on their mirror plane) must not slip past each other:
 for the ends of another panel the first half of the tip is straight; for all other points none of it.
 
+That is for panels that share a crease, which must be told on which side of each other they are. Other surfaces end in a cap:
+R is the clearance and x counts from the end itself, so g = sqrt(x^2 + h^2) - clearance with h the height over the middle
+line, the same from both sides, and what comes head on is met. Ends of panels of one chain pass each other's ends, which
+are met as those of the panels between.
+
     C(s) = sum_k B_k(s) (r_k + A_k (X_k, 0)),     k = 0 ... 3, the first two on body a, the last two on body b
 
 In space the same with y e2 added to every control point: a ruled surface S(s, y).
@@ -26,13 +31,15 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["STRAIGHT", "TIP", "blend", "overshoot", "pieces_of"]
+__all__ = ["BARE", "CAP", "STRAIGHT", "TIP", "beyond_end", "blend", "overshoot", "pieces_of"]
 
 TIP = 0.025
 """Length by which a surface goes on beyond its ends, as a fraction of its own."""
 
 STRAIGHT = 0.5
 """Part of a tip that is straight for the ends of another panel."""
+CAP, BARE = -1.0, -2.0
+"""In place of that part: the end has a cap about its own line, as thick as the faces stand apart; or nothing beyond it."""
 
 
 def pieces_of(bodies: np.ndarray, half_lengths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -94,11 +101,25 @@ def blend(s: float, stations: np.ndarray, out: np.ndarray) -> None:
 
 
 @kernel(inline=True)
-def overshoot(s: float, stations: np.ndarray, length: float, straight: float) -> tuple[float, float]:
+def beyond_end(s: float, straight: float) -> bool:
+    """Whether a point at s of an end piece is beyond an end without a tip, one with a cap or a bare one."""
+    return straight < 0.0 and (s < -1e-12 or s > 1.0 + 1e-12)
+
+
+@kernel(inline=True)
+def overshoot(
+    s: float, stations: np.ndarray, length: float, straight: float, clearance: float
+) -> tuple[float, float]:
     """How far a point at s is past the straight part of a tip, m (negative at the surface's beginning), and R there, m.
 
-    `straight` is the part of the tip that is straight, `length` is |C_s|. Zero elsewhere.
+    `straight` is the part of the tip that is straight, or CAP or BARE, `length` is |C_s|. Zero elsewhere.
     """
+    if straight < 0.0:
+        if s < 0.0:
+            return s * length, clearance
+        if s > 1.0:
+            return (s - 1.0) * length, clearance
+        return 0.0, 0.0
     if s < straight * stations[4]:
         return (s - straight * stations[4]) * length, -0.5 * stations[4] * length
     high = stations[5] - 1.0

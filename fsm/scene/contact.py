@@ -121,9 +121,7 @@ class Contact(Model):
     points_per_segment : int
         Intervals between the contact points of a segment (Gauss-Lobatto: its ends are points too).
     pairs : pairs of panel numbers of a strip that are watched
-        Absent: every panel with the next one.
-    self_contact : bool
-        Every panel with every other.
+        Absent: every panel with every other.
     """
 
     law: Literal[
@@ -141,7 +139,6 @@ class Contact(Model):
     thickness_in_gap: bool = True
     points_per_segment: Annotated[Count, Field(ge=1, le=5)] = 2
     pairs: tuple[tuple[int, int], ...] | None = None
-    self_contact: bool = False
 
     @classmethod
     def completed(cls, written: Mapping[str, Any]) -> dict[str, Any]:
@@ -174,9 +171,7 @@ class Contact(Model):
         return hertz_stiffness(young, poisson, radius)
 
     @model_validator(mode="after")
-    def _agrees(self) -> Self:
-        if self.self_contact and self.pairs is not None:
-            raise ValueError("`self_contact` watches all pairs of panels; remove it, or `pairs`")
+    def _is_linear(self) -> Self:
         if self.law == "linear" and self.exponent != 1.0:
             raise ValueError(f'law = "linear" has the exponent 1; it is {self.exponent:g}; remove it, or take "hertz"')
         return self

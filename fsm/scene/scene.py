@@ -130,12 +130,13 @@ class ContactPair(Model):
 
     A surface touches a plate or an obstacle as the rigid plates it is made of. `shared` names the common crease of two
     surfaces, if they have one: "end-start" when the end of `first` is the start of
-    `second`. There the layers are joined and the thickness in the gap is tapered to nothing.
+    `second`: there the layers are joined, and the thickness in the gap is tapered to nothing. "chain": panels of one strip
+    without a common crease, whose ends meet as those of the panels between them do.
     """
 
     first: str
     second: str
-    shared: Literal["none", "end-start"] = "none"
+    shared: Literal["none", "end-start", "chain"] = "none"
 
 
 class Scene(Model):

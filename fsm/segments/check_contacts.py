@@ -74,7 +74,7 @@ def _pair(pair: ContactPair, known: dict[str, Party], bodies: set[str], path: st
     for name in sorted(set(found[0].bodies) & set(found[1].bodies)):
         yield Fault(path, f"{pair.first!r} and {pair.second!r} are both part of body {name!r}: they cannot touch")
     if pair.shared != "none" and kinds != ["surface", "surface"]:
-        yield Fault(f"{path}.shared", "only two surfaces share a crease; leave it out")
+        yield Fault(f"{path}.shared", "only two surfaces share a crease or a chain; leave it out")
 
 
 def nearest(name: str, names: list[str]) -> str:

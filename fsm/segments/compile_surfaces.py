@@ -9,7 +9,7 @@ import numpy as np
 from fsm.interactions import gap_planar, gap_spatial, gap_spatial_tangent
 from fsm.interactions.chord import chords_planar, chords_spatial
 from fsm.interactions.quadrature import gauss_lobatto
-from fsm.interactions.surface import STRAIGHT, pieces_of
+from fsm.interactions.surface import BARE, CAP, STRAIGHT, pieces_of
 from fsm.kernels.rotation import rotation_matrix
 from fsm.scene.contact import Contact
 from fsm.scene.scene import Body, ContactPair, Plate, Scene
@@ -21,6 +21,9 @@ _DEEPEST = 0.05
 """Depth at which a point counts as having gone through a panel, over the panel's length."""
 _SEGMENTS_DEEP = 4.0
 """The same over the length of a segment; the smaller of both holds. Pieces farther away need not be watched."""
+
+_TIPS = {"end-start": (0.0, STRAIGHT), "chain": (CAP, BARE), "none": (CAP, CAP)}
+"""Tips of a surface for the points of another one, and for its ends, by what the two share."""
 
 _PLANAR = SurfaceKernels(
     chords_planar,
@@ -143,7 +146,7 @@ class _SurfaceCompiler:
                     area = 0.5 * weight * self._plate(body).width
                     along = start + length / 2 + x
                     at_an_end = min(along, starts[-1] - along) < 1e-9 * starts[-1]
-                    straight = STRAIGHT if at_an_end else 0.0
+                    straight = _TIPS[pair.shared][int(at_an_end)]
                     for lane, lane_share in self._lanes(body):
                         rows.append(
                             (body, (x, lane), side, straight, inset, clearance, min(deepest, self._shallowest + clearance),

@@ -387,13 +387,14 @@ def _of_contact(view: _View) -> Iterator[str]:
     if view.segment:
         off = _mm(view.segment / 8 * math.radians(10))
         yield f"the contact surface departs from the segments by l alpha/8: {off} at a joint bent by 10 deg"
-    if contact.thickness_in_gap and any(pair.shared != "none" for pair in view.pairs):
+    if contact.thickness_in_gap and any(pair.shared == "end-start" for pair in view.pairs):
         yield "next to a shared crease the thickness in the gap is tapered to nothing: layers join there"
     yield (
         f"a surface goes on by {100 * SURFACE_TIP:g} % of its length beyond its ends, rounded off: "
         "all of it meets ends of other panels, half of it their other points"
     )
-    yield 'only the pairs above touch, faces of others pass through each other; `self_contact = true` watches all'
+    if contact.pairs is not None:
+        yield "only the pairs above touch: faces of other panels pass through each other"
     if view.spatial:
         yield "edges do not touch: points beyond a panel's sides, |y| > width/2, meet nothing"
 

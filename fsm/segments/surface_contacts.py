@@ -31,7 +31,7 @@ class Probes(NamedTuple):
     side : (n,) array
         +1 or -1: the side of the surface the probe starts on.
     straight : (n,) array
-        Part of a tip of the surface that is straight for the probe.
+        Part of a tip of the surface that is straight for the probe, or CAP or BARE (`fsm.interactions.surface`).
     inset : (n,) array, m
         Half thickness of the probe's own panel.
     clearance : (n,) array, m
@@ -237,7 +237,7 @@ class SurfaceContacts:
         self._height_at = poses.copy()
         probes, surfaces = self.probes, self.surfaces
         self.kernels.heights(
-            poses, probes.body, probes.place, probes.first_piece, probes.last_piece, surfaces.owners,
+            poses, probes.body, probes.place, probes.straight, probes.first_piece, probes.last_piece, surfaces.owners,
             surfaces.stations, *surfaces.extra, self._nearest_of_all, self._height,
         )  # fmt: skip
         return self._height

@@ -147,7 +147,7 @@ def on_tips(system: SegmentSystem, q: np.ndarray, u: np.ndarray) -> tuple[np.nda
     s = at.reshape(len(piece), -1)[:, 0]
     # a piece at an end is straight, and three times as long as its first two control points are apart
     length = 3 * (stations[:, 1] - stations[:, 0])
-    return np.array([overshoot(*row)[0] for row in zip(s, stations, length, straight, strict=True)]), straight
+    return np.array([overshoot(*row, 0.0)[0] for row in zip(s, stations, length, straight, strict=True)]), straight
 
 
 def differences(function: Callable[[np.ndarray], np.ndarray], at: np.ndarray, step: np.ndarray) -> np.ndarray:

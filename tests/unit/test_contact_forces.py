@@ -160,7 +160,7 @@ def on_a_tip(system: SegmentSystem, past: float, straight: float, angle: float, 
     piece, _, at = found.at
     s, stations = at.reshape(len(piece), -1)[:, 0], contacts.surfaces.stations[piece]
     parts = contacts.probes.straight[found.slot]
-    over = [overshoot(*row)[0] for row in zip(s, stations, np.ones(len(piece)), parts, strict=True)]
+    over = [overshoot(*row, 0.0)[0] for row in zip(s, stations, np.ones(len(piece)), parts, strict=True)]
     assert np.any((np.array(over) * past < 0.0) & (parts == straight))
     return q
 

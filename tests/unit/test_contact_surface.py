@@ -104,12 +104,12 @@ def test_overshoot_begins_where_the_straight_part_ends(straight: float) -> None:
     tip = TIP * LENGTHS.sum()
     for piece, end, sign, length in ((0, 0.0, -1.0, LENGTHS[0] / 2), (5, 1.0, 1.0, LENGTHS[4] / 2)):
         for past in (1e-9, 0.3 * tip, tip):
-            over, radius = overshoot(end + sign * (straight * tip + past) / length, stations[piece], length, straight)
+            over, radius = overshoot(end + sign * (straight * tip + past) / length, stations[piece], length, straight, 0.0)
             assert over == pytest.approx(sign * past, abs=1e-16)
             assert radius == pytest.approx(tip / 2, rel=1e-12)
-            assert overshoot(end + sign * (straight * tip - past) / length, stations[piece], length, straight) == (0, 0)
+            assert overshoot(end + sign * (straight * tip - past) / length, stations[piece], length, straight, 0.0) == (0, 0)
     for piece in range(1, 5):
-        assert overshoot(0.0, stations[piece], 0.01, straight) == overshoot(1.0, stations[piece], 0.01, straight) == (0, 0)
+        assert overshoot(0.0, stations[piece], 0.01, straight, 0.0) == overshoot(1.0, stations[piece], 0.01, straight, 0.0) == (0, 0)
 
 
 # gap ----------------------------------------------------------------------------------------------------------

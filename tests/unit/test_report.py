@@ -121,7 +121,7 @@ def test_contact_and_friction() -> None:
         "l alpha/8: 0.4363 mm at a joint bent by 10 deg",
         "tapered to nothing",
         "a surface goes on by 2.5 % of its length beyond its ends, rounded off: all of it meets ends of other panels, half",
-        "faces of others pass through each other",
+        "faces of other panels pass through each other",
         "v_static tan(a)/mu_static at most, 1 mm/s",
     )
     not_said(text, "contact: no", "friction: no", "edges")

@@ -8,7 +8,6 @@ panels is hinged to by half a joint.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import combinations, pairwise
 
@@ -123,17 +122,13 @@ class _StripBuilder:
         )
 
     def _pairs(self) -> tuple[ContactPair, ...]:
-        """The pairs the case names, all, or every panel with the next (seed 003, section 3: (1,2) (2,3) ... (5,6))."""
+        """The pairs the case names, or every panel with every other (seed 003 has every one with the next)."""
         if self.case.contact is None:
             return ()
-        panels = range(1, self.strip.panels + 1)
-        chosen: Iterable[tuple[int, int]] = pairwise(panels)
-        if self.case.contact.self_contact:
-            chosen = combinations(panels, 2)
-        elif self.case.contact.pairs is not None:
-            chosen = self.case.contact.pairs
+        every = combinations(range(1, self.strip.panels + 1), 2)
+        chosen = every if self.case.contact.pairs is None else self.case.contact.pairs
         return tuple(
-            ContactPair(first=f"panel {i}", second=f"panel {j}", shared="end-start" if j == i + 1 else "none")
+            ContactPair(first=f"panel {i}", second=f"panel {j}", shared="end-start" if j == i + 1 else "chain")
             for i, j in (sorted(pair) for pair in chosen)
             if not {i, j} <= self.held
         )
