@@ -15,7 +15,8 @@ from scipy import sparse
 from fsm.blocks import BlockMatrix, BlockPattern
 
 __all__ = [
-    "Before", "DriveState", "Energy", "Linearised", "MixedSystem", "Objection", "Observation", "PairState", "Scales", "System"
+    "Before", "DriveState", "Energy", "Linearised", "MixedSystem", "Objection", "Observation", "PairState", "Scales",
+    "System",
 ]  # fmt: skip
 
 

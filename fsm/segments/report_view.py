@@ -1,0 +1,122 @@
+"""What the lines of `fsm check` look at, and how they write numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from fsm.scene.case import Case
+from fsm.scene.choice import automatic_method
+from fsm.scene.loads import Drive
+from fsm.scene.party import Party, parties
+from fsm.scene.planar import out_of_plane
+from fsm.scene.scene import GROUND, Body, ContactPair, ForceElement, Scene
+from fsm.segments.drive import PrescribedMotion
+
+__all__ = ["View", "count", "millimetres", "triple"]
+
+
+@dataclass(frozen=True)
+class View:
+    """A case and its scene, and what follows from them."""
+
+    case: Case
+    scene: Scene
+
+    @cached_property
+    def reasons(self) -> list[str]:
+        """Why the scene is not planar."""
+        return out_of_plane(self.scene)
+
+    @property
+    def spatial(self) -> bool:
+        """Whether it is solved in space."""
+        return self.case.solve.spatial or bool(self.reasons)
+
+    @cached_property
+    def bodies(self) -> dict[str, Body]:
+        """By name."""
+        return {body.name: body for body in self.scene.bodies}
+
+    @cached_property
+    def free(self) -> list[Body]:
+        """Neither held nor driven."""
+        driven = {drive.body for drive in self.scene.drives}
+        return [body for body in self.scene.bodies if not body.held and body.name not in driven]
+
+    @cached_property
+    def elements(self) -> list[ForceElement]:
+        """Those that do something."""
+        return [
+            e
+            for e in self.scene.elements
+            if e.crease is not None
+            or any((*e.translation, *e.rotation, *e.translation_damping, *e.rotation_damping))
+        ]
+
+    @cached_property
+    def parties(self) -> dict[str, Party]:
+        """What the pairs name."""
+        return parties(self.scene)
+
+    @cached_property
+    def pairs(self) -> list[ContactPair]:
+        """Those that can meet."""
+        if self.scene.contact is None:
+            return []
+        return [
+            pair
+            for pair in self.scene.pairs
+            if not all(
+                name == GROUND or self.bodies[name].held
+                for end in (pair.first, pair.second)
+                for name in self.parties[end].bodies
+            )
+        ]
+
+    @property
+    def segment(self) -> float:
+        """Median length of the plates that move, m; 0 without any."""
+        lengths = [body.plate.length for body in self.free if body.plate is not None]
+        return float(np.median(lengths)) if lengths else 0.0
+
+    @property
+    def method(self) -> str:
+        """What solves it."""
+        chosen = self.case.solve.method
+        return automatic_method(self.scene)[0] if chosen == "auto" else chosen
+
+    @cached_property
+    def motions(self) -> list[PrescribedMotion]:
+        """Of the drives."""
+        return [_motion(number, drive) for number, drive in enumerate(self.scene.drives)]
+
+    @property
+    def end(self) -> float:
+        """When the solve ends, s."""
+        if self.case.solve.end_time is not None:
+            return self.case.solve.end_time
+        return max(motion.end_time for motion in self.motions)
+
+
+def _motion(number: int, drive: Drive) -> PrescribedMotion:
+    direction = np.array(drive.direction, dtype=float)
+    run_up = 0.01 * drive.travel if drive.run_up is None else drive.run_up
+    return PrescribedMotion(number, direction / np.linalg.norm(direction), drive.speed, drive.travel, run_up)
+
+
+def count(number: int, one: str, many: str = "") -> str:
+    """A number of things."""
+    return f"{number} {one if number == 1 else many or one + 's'}"
+
+
+def millimetres(length: float) -> str:
+    """A length in mm."""
+    return f"{1e3 * length:.4g} mm"
+
+
+def triple(vector: tuple[float, float, float]) -> str:
+    """A vector."""
+    return "(" + ", ".join(f"{x:g}" for x in vector) + ")"
