@@ -40,6 +40,8 @@ _FORCES = 1e-3
 """Forces left over at an equilibrium, over the largest reaction and rtol."""
 _FAR = 8.0
 """A correction this much larger than the one aimed at is not believed."""
+_FURTHEST = 0.25
+"""Part of the structure's span, or radians, that no correction is believed beyond, however loose the tolerance."""
 _GROWTH, _SHRINK, _CUT = 2.0, 0.4, 0.35
 _ITERATIONS = 6
 """Iterations of Newton's method, above which steps do not grow."""
@@ -152,6 +154,7 @@ class _Follower:
         # one state gives a tangent only, and of a solve that goes on the drive does not begin slowly
         self.step_size = self.first_step if start is None else _AGAIN * self.first_step
         self.aim = math.sqrt(settings.rtol)
+        self.far = min(_FAR * self.aim, _FURTHEST)
         self.failed = np.zeros(system.nu)
         # energy of everything moving at the speed that the drive may bring about by itself
         speed = self.newton.scales.velocity
@@ -213,7 +216,7 @@ class _Follower:
             self.failed = found.residual
             return _Reason.SINGULAR if found.ending is Ending.SINGULAR else _Reason.NEWTON
         correction = self._size(self.system.difference(guess, found.q))
-        if extrapolated and correction > _FAR * self.aim:
+        if extrapolated and correction > self.far:
             return _Reason.FAR
         if self.system.objection(t, found.q, None, t - books.time) is not None:
             return _Reason.CROSSED
@@ -352,7 +355,7 @@ class _Follower:
         while books.time < self.settings.end_time:
             if not slide(self.system, books, min(books.time + later, self.settings.end_time)):
                 self._fail(Outcome.NO_EQUILIBRIUM)
-            if self._size(self.system.difference(start, books.q)) > _FAR * self.aim:
+            if self._size(self.system.difference(start, books.q)) > self.far:
                 return
             later *= 2.0
             if later > self.first_step:

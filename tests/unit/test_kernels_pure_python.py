@@ -45,11 +45,14 @@ def evaluate(spatial: bool) -> dict[str, Any]:
     u = rng.normal(size=system.nu)
     seen = system.observe(1.0, q, u)
     stiffness, damping = system.tangent(1.0, q, u)
+    efforts = system.efforts(1.0, q, None, move)
     jacobian = [matrix.toarray() for matrix in system.kinematic_jacobian(q, u)]
     return {
         "force": system.force(1.0, q, u),
         "stiffness": stiffness.toarray(),
         "damping": damping.toarray(),
+        "efforts": efforts,
+        "mixed stiffness": system.linearise_mixed(1.0, q, None, None, efforts).stiffness.data,
         "energy": np.array([seen.energy.stored, seen.energy.dissipated_power, seen.energy.input_power]),
         "pairs": np.concatenate(list(vars(seen.pairs).values())),
         "reactions": system.reactions(1.0, q, u),
