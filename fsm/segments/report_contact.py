@@ -34,6 +34,7 @@ def _lost(contact: Contact) -> str:
 
 
 def contact_lines(view: View) -> Iterator[str]:
+    """The pairs, the law, the points, the gap."""
     contact = view.scene.contact
     if contact is None or not view.pairs:
         return
@@ -41,7 +42,8 @@ def contact_lines(view: View) -> Iterator[str]:
     yield f"{count(len(view.pairs), 'pair')} watched: {names}"
     yield f"{_LAWS[contact.law]}, K = {contact.stiffness:.4g} N/m^{contact.exponent:g} of a whole face{_lost(contact)}"
     if contact.restitution is not None:
-        yield f"impacts take 60 steps at least; below {millimetres(contact.speed_floor)}/s a contact is a press, not an impact"
+        slow = f"{millimetres(contact.speed_floor)}/s"
+        yield f"impacts take 60 steps at least; below {slow} a contact is a press, not an impact"
     yield f"{count(_contact_points(view), 'contact point')}, both faces of a pair watching each other"
     if contact.thickness_in_gap:
         yield "faces touch at half the sum of their thicknesses"
@@ -74,13 +76,14 @@ def _contact_points(view: View) -> int:
 
 
 def friction_lines(view: View) -> Iterator[str]:
+    """The law."""
     law = view.scene.friction
     if law is None or not view.pairs:
         return
     if law.law == "lugre":
         yield (
-            f"LuGre bristles: {law.mu_static:g} at rest after {millimetres(law.presliding or 0.0)}, {law.mu_dynamic:g} sliding, "
-            f"over {millimetres(law.v_stribeck or 0.0)}/s"
+            f"LuGre bristles: {law.mu_static:g} at rest after {millimetres(law.presliding or 0.0)}, "
+            f"{law.mu_dynamic:g} sliding, over {millimetres(law.v_stribeck or 0.0)}/s"
         )
     elif law.law == "stribeck":
         yield (
@@ -97,6 +100,7 @@ def friction_lines(view: View) -> Iterator[str]:
 
 
 def approximations_of_contact(view: View) -> Iterator[str]:
+    """What surfaces, thickness and pairs leave out."""
     contact = view.scene.contact
     assert contact is not None
     if view.segment:
@@ -115,6 +119,7 @@ def approximations_of_contact(view: View) -> Iterator[str]:
 
 
 def approximations_of_friction(view: View) -> str:
+    """How the law departs from sticking."""
     law = view.scene.friction
     assert law is not None
     if law.law == "lugre":

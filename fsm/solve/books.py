@@ -20,7 +20,7 @@ _AT_FIRST = 5e-4
 
 
 class TurnedOver(NamedTuple):
-    """What a step turns over: work and dissipated energy, J, and of the latter friction and damping of pairs, (2, n_pairs)."""
+    """What a step turns over: work and dissipated energy, J; of that friction and damping of pairs, (2, n_pairs)."""
 
     work: float
     dissipated: float

@@ -17,6 +17,7 @@ from fsm.scene.case import Case
 from fsm.scene.scene import Body, ForceElement, Scene
 from fsm.segments import report
 from fsm.segments.report import describe
+from fsm.segments.report_contact import SURFACE_TIP
 from fsm.segments.save_times import save_times
 from fsm.segments.surface_contacts import SurfaceContacts
 
@@ -268,4 +269,4 @@ def test_records_are_announced_as_they_will_be_saved(sections: dict[str, Any]) -
 
 
 def test_constant_said_twice_agrees() -> None:
-    assert report.SURFACE_TIP == TIP
+    assert SURFACE_TIP == TIP
