@@ -22,7 +22,7 @@ from fsm.recorder import RecordedSolve
 from fsm.results.export import write_contact_csv, write_force_csv
 from fsm.results.quantities import touching_pairs
 from fsm.results.solution import Solution
-from fsm.scene.builders.warm_up import WARM_UP_SHIFT, warm_up_cases
+from fsm.scene.builders.warm_up import warm_up_plates, warm_up_strip
 from fsm.scene.load_case import LoadedCase
 from fsm.solve.newton import negative_pivots
 from fsm.solve.simulate import Settings, simulate
@@ -78,19 +78,27 @@ def run_case(
     return summary
 
 
-def warm_up(spatial: bool = False) -> None:
-    """Compile (or load) every kernel a run needs, by solving the first instants of a small strip of every kind."""
-    for case in warm_up_cases(spatial):
-        _, system = prepare(case)
+def warm_up(spatial: bool = False, plates: bool = True) -> None:
+    """Compile (or load) every kernel a run needs, by solving the first instants of a small strip, and of rigid plates.
+
+    Parameters
+    ----------
+    spatial : bool
+    plates : bool
+        False leaves out contact of rigid plates and obstacles.
+    """
+    for warm in (warm_up_strip(spatial), *([warm_up_plates(spatial)] if plates else [])):
+        _, system = prepare(warm.case)
         q, u = system.initial()
         end = 1e-3 * (system.end_time() or 1.0)
         for method in ("Radau", "Radau-blocks", "generalized-alpha"):
             simulate(system, Settings(method, 1e-3, end), [0.0, end], lambda saved: None)
-        follow(system, PathSettings(end, end / 2.0), [0.0, end], lambda saved: None)
-        negative_pivots(system, 0.0, q)
+        if system.motions:
+            follow(system, PathSettings(end, end / 2.0), [0.0, end], lambda saved: None)
+            negative_pivots(system, 0.0, q)
         pushed = np.zeros((system.n_free, system.size))
-        names = [system.bodies.names[i] for i in system.bodies.free]
-        pushed[[name.startswith("panel 3") for name in names], 0] = WARM_UP_SHIFT
+        moved = [system.bodies.names[i].startswith(warm.moved) for i in system.bodies.free]
+        pushed[moved, 0], pushed[moved, 2 if system.size == 6 else 1] = warm.shift
         touching = system.retract(q, pushed.ravel())
         system.tangent(0.0, touching, u)
         system.observe(0.0, touching, u)

@@ -216,7 +216,7 @@ def _run_rows(
     from fsm.run import warm_up
 
     for spatial in sorted(dimensions):
-        warm_up(spatial=spatial)
+        warm_up(spatial=spatial, plates=False)
     numbers = list(jobs)
     count = min(workers or os.cpu_count() or 1, len(numbers))
     with (

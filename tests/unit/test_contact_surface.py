@@ -107,7 +107,8 @@ def test_overshoot_begins_where_the_straight_part_ends(straight: float) -> None:
             over, radius = overshoot(end + sign * (straight * tip + past) / length, stations[piece], length, straight, 0.0)
             assert over == pytest.approx(sign * past, abs=1e-16)
             assert radius == pytest.approx(tip / 2, rel=1e-12)
-            assert overshoot(end + sign * (straight * tip - past) / length, stations[piece], length, straight, 0.0) == (0, 0)
+            before = end + sign * (straight * tip - past) / length
+            assert overshoot(before, stations[piece], length, straight, 0.0) == (0, 0)
     for piece in range(1, 5):
         assert overshoot(0.0, stations[piece], 0.01, straight, 0.0) == overshoot(1.0, stations[piece], 0.01, straight, 0.0) == (0, 0)
 

@@ -169,7 +169,7 @@ def fake_run(monkeypatch):
 
     module = types.ModuleType("fsm.run")
     module.run_case = run_case  # type: ignore[attr-defined]
-    module.warm_up = lambda spatial: calls.append(("warm up", spatial))  # type: ignore[attr-defined]
+    module.warm_up = lambda spatial, plates: calls.append(("warm up", spatial))  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, "fsm.run", module)
     monkeypatch.setattr("fsm.table.run_jobs", run_here)
     return calls

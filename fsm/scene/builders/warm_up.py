@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from fsm.scene.case import Case
 
-__all__ = ["WARM_UP_SHIFT", "warm_up_cases"]
-
-WARM_UP_SHIFT = 0.014
-"""Moved by this along x (m), panel 3 lies in panel 4."""
+__all__ = ["WarmUp", "warm_up_plates", "warm_up_strip"]
 
 
-def warm_up_cases(spatial: bool) -> list[Case]:
-    """One strip with a tabulated crease, contact and friction."""
-    data: dict[str, Any] = {
+class WarmUp(NamedTuple):
+    """A case, and bodies (all whose names begin so) that touch something when they are moved by x and z, m."""
+
+    case: Case
+    moved: str
+    shift: tuple[float, float]
+
+
+def warm_up_strip(spatial: bool) -> WarmUp:
+    """A strip with a tabulated crease, contact and friction."""
+    strip: dict[str, Any] = {
         "strip": {
             "length": 0.48, "width": 0.04, "thickness": 1e-4, "panels": 6, "fold_angle": 1.4, "segments_per_panel": 2,
         },
@@ -27,4 +32,25 @@ def warm_up_cases(spatial: bool) -> list[Case]:
         "drive": [{"crease": 3, "speed": 0.02, "travel": 0.01}],
         "solve": {"spatial": spatial},
     }  # fmt: skip
-    return [Case.model_validate(data)]
+    return WarmUp(Case.model_validate(strip), "panel 3", (0.014, 0.0))
+
+
+def warm_up_plates(spatial: bool) -> WarmUp:
+    """A plate that falls on another and on an obstacle."""
+    plate = {"length": 0.02, "width": 0.02, "thickness": 1e-3}
+    body = {"mass": 1e-3, "inertia": [1e-7, 1e-7, 1.5e-7], "plate": plate}
+    plates: dict[str, Any] = {
+        "scene": {
+            "bodies": [
+                {"name": "under", "held": True, "position": [0.0, 0.0, 0.0]} | body,
+                {"name": "over", "position": [0.005, 0.0, 1.01e-3]} | body,
+            ],
+            "obstacles": [{"name": "floor", "shape": "plane", "position": [0.0, 0.0, 5e-4]}],
+            "pairs": [{"first": "under", "second": "over"}, {"first": "over", "second": "floor"}],
+        },
+        "contact": {"stiffness": 1e6, "restitution": 0.5},
+        "friction": {"law": "lugre", "mu_static": 0.3, "mu_dynamic": 0.2, "v_stribeck": 0.01, "presliding": 1e-5},
+        "gravity": [0.0, 0.0, -9.81],
+        "solve": {"spatial": spatial, "end_time": 0.01},
+    }
+    return WarmUp(Case.model_validate(plates), "over", (0.0, -2e-5))
