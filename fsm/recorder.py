@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import os
 import platform
@@ -29,6 +30,7 @@ from fsm.solve.newton import equilibrium, negative_pivots
 from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, StepEnd
 from fsm.solve.solver import solve
 from fsm.solve.static import PathSettings
+from fsm.solve.status import Event
 from fsm.summary import summary_of
 from fsm.system import DriveState
 
@@ -68,6 +70,7 @@ class RecordedSolve:
         self.target = out / "result.h5"
         self.checkpoint = out / "checkpoint.h5"
         self.last_checkpoint = time.perf_counter()
+        self.events: list[Event] = []
         self.resumed = self._read_checkpoint() if resume else None
         (out / "summary.json").unlink(missing_ok=True)  # it says that the case in this folder is done
         if self.resumed is None:
@@ -106,6 +109,7 @@ class RecordedSolve:
                 if self.last is not None:
                     self._write_checkpoint(self.last)
                 raise
+            statistics.events[:0] = self.events
             writer.flush()
             solution = read_solution(part_path(self.target))
             summary = summary_of(solution, self.scene, statistics, ledger, self.warnings) | {
@@ -211,7 +215,12 @@ class RecordedSolve:
                 "force": np.array([drive.force for drive, _ in self.seen[: point.seen]]),
                 "pair_force": np.array([pairs for _, pairs in self.seen[: point.seen]]),
             },
-            {"case": self.loaded.text, "records": point.records, "warnings": self.warnings},
+            {
+                "case": self.loaded.text,
+                "records": point.records,
+                "warnings": self.warnings,
+                "events": json.dumps([asdict(event) for event in (*self.events, *point.end.events)]),
+            },
         )
         self.last_checkpoint = time.perf_counter()
 
@@ -222,6 +231,7 @@ class RecordedSolve:
         arrays, attributes = read_checkpoint(self.checkpoint)
         if attributes.get("case") != self.loaded.text:
             return None
+        self.events = [Event(**event) for event in json.loads(attributes["events"])]
         return arrays, int(attributes["records"]), list(attributes["warnings"])
 
     def _layout(self, method: str, reason: str) -> Layout:

@@ -287,7 +287,7 @@ class System(Protocol):
         ...
 
     def restore(self, memory: np.ndarray) -> None:
-        """Remember that again: a solve goes on, or steps are taken back."""
+        """Remember that again: a solve goes on, or steps are taken back. Nothing: a solve begins."""
         ...
 
     def parted(self) -> bool:

@@ -132,7 +132,7 @@ class ContactGeometry(Protocol):
         ...
 
     def restore(self, memory: np.ndarray) -> None:
-        """Remember that again."""
+        """Remember that again; nothing: what there is at the start."""
         ...
 
     def crossed(self, poses: np.ndarray) -> tuple[int, ...]:

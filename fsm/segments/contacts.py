@@ -267,8 +267,13 @@ class ContactGroup:
         return np.concatenate([[self._time], *(part.ravel() for part in own), self.geometry.memory()])
 
     def restore(self, memory: np.ndarray) -> None:
-        """Remember that again."""
+        """Remember that again; nothing: forget all."""
+        self._last = None
         if not len(memory):
+            for kept in (self._onset, self._deflection, self._slip):
+                kept[:] = 0.0
+            self._time, self._poses = 0.0, None
+            self.geometry.restore(memory)
             return
         slots, bent = len(self._onset), self._deflection.size
         bodies, size = self.mobility.shape
@@ -278,7 +283,6 @@ class ContactGroup:
         self._deflection, self._slip = (part.reshape(slots, -1) for part in parts[2:4])
         self._poses, self._rates = parts[4].reshape(bodies, width), parts[5].reshape(bodies, size)
         self.geometry.restore(parts[6])
-        self._last = None
 
     # steps ----------------------------------------------------------------------------------------------------------
 

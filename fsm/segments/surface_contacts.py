@@ -221,7 +221,7 @@ class SurfaceContacts:
 
     def restore(self, memory: np.ndarray) -> None:
         """See `ContactGeometry`."""
-        self.side = memory.copy()
+        self.side = memory.copy() if len(memory) else self.probes.side.copy()
 
     def crossed(self, poses: np.ndarray) -> tuple[int, ...]:
         """See `ContactGeometry`: pairs with a probe deeper than its limit."""

@@ -340,6 +340,10 @@ class SegmentSystem:
 
     def restore(self, memory: np.ndarray) -> None:
         """See `System`."""
+        if not len(memory):
+            for group in self.contacts:
+                group.restore(memory)
+            return
         at = 0
         for group in self.contacts:
             end = at + 1 + int(memory[at])

@@ -181,7 +181,7 @@ class Books:
         self.statistics.steps += 1
         self._save()
         if self.on_step is not None:
-            self.on_step(StepEnd(t, q, u, self.statistics.steps))
+            self.on_step(StepEnd(t, q, u, self.statistics.steps, tuple(self.statistics.events)))
 
     def save_last(self) -> None:
         """Hand over the last state, if it was not: the solve ends here."""

@@ -123,12 +123,13 @@ class Saved:
 
 @dataclass(frozen=True)
 class StepEnd:
-    """End of a step: time (s), q, u, steps so far. A solve can go on from here; from between steps the stiff modes ring."""
+    """End of a step: time (s), q, u, steps, events so far. A solve can go on from here; between steps stiff modes ring."""
 
     time: float
     q: np.ndarray
     u: np.ndarray
     steps: int
+    events: tuple[Event, ...] = ()
 
 
 @dataclass
@@ -206,6 +207,8 @@ class _Run(ABC):
         self.begun = time.perf_counter()
         self.statistics = Statistics(settings.method, seen=seen)
         self.time, self.q, self.u = (0.0, *system.initial()) if start is None else start
+        if start is None:
+            system.restore(np.zeros(0))
         system.commit(self.time, self.q, self.u)
         self.pending = [t for t in save_times if self.time <= t <= settings.end_time]
         self.last = system.observe(self.time, self.q, self.u)

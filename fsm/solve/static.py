@@ -146,6 +146,8 @@ class _Follower:
         self.statistics = Statistics("static", seen=seen)
         self.newton = EquilibriumStep(system, tolerance=_FORCES * settings.rtol)
         self.history = History(system)
+        if start is None:
+            system.restore(np.zeros(0))
         t, q, u = (0.0, *system.initial()) if start is None else start
         self._remember(t, q)
         self.books = Books(system, self.statistics, ledger, save_times, on_save, on_step, t, q, u)

@@ -110,7 +110,8 @@ def test_overshoot_begins_where_the_straight_part_ends(straight: float) -> None:
             before = end + sign * (straight * tip - past) / length
             assert overshoot(before, stations[piece], length, straight, 0.0) == (0, 0)
     for piece in range(1, 5):
-        assert overshoot(0.0, stations[piece], 0.01, straight, 0.0) == overshoot(1.0, stations[piece], 0.01, straight, 0.0) == (0, 0)
+        for s in (0.0, 1.0):
+            assert overshoot(s, stations[piece], 0.01, straight, 0.0) == (0, 0)
 
 
 # gap ----------------------------------------------------------------------------------------------------------

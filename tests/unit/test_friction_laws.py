@@ -171,13 +171,14 @@ def test_derivatives_of_bristles(c: int, duration: float, weight: float) -> None
 
 
 @pytest.mark.parametrize("bent", [0.0, 0.6, 1.0])
-def test_derivative_at_rest_is_the_mean_of_both_directions(bent: float) -> None:
+def test_derivative_at_rest_is_that_of_springs(bent: float) -> None:
     h, z = 1e-4, bent * PRESLIDING
     effort = [bristles([v], [0.0], [z], h)[0][0, 0] for v in (-1e-9, 0.0, 1e-9)]
     ahead, back = (effort[2] - effort[1]) / 1e-9, (effort[1] - effort[0]) / 1e-9
-    assert bristles([0.0], [0.0], [z], h)[1][0, 0, 0] == pytest.approx(0.5 * (ahead + back), rel=1e-4)
+    assert bristles([0.0], [0.0], [z], h)[1][0, 0, 0] == pytest.approx(back, rel=1e-4)
+    assert bent == 1.0 or ahead == pytest.approx(back, rel=1e-4)
     if bent == 1.0:  # at mu_s bristles give way ahead, and are as stiff as ever back, but for their damping
-        assert back == pytest.approx(SIGMA_0 * h + 2 * MU_D / V_STRIBECK, rel=1e-4)
+        assert back == pytest.approx(0.5 * SIGMA_0 * h + MU_D / V_STRIBECK, rel=1e-4)
         assert abs(ahead) < 1e-4 * back
 
 
@@ -201,20 +202,23 @@ def test_bristles_slide_on_the_curve_of_stribeck(speed: float) -> None:
 
 
 def test_one_step_of_constant_slip_is_exact() -> None:
-    """As many short ones, and as the rate equation itself."""
-    slip, start = np.array([[2e-3, 0.0, -1e-3]]), PRESLIDING * np.array([[-0.5, 0.3, 0.2]])
-    whole = bristles(slip, slip, start, 5e-3)[3]
-    parts = start
-    for _ in range(50):
-        parts = bristles(slip, slip, parts, 1e-4)[3]
-    np.testing.assert_allclose(parts, whole, rtol=1e-12)
+    """Of springs, and of bristles that have given way: as many short ones, and as the rate equation itself."""
+    slip = np.array([[2e-3, 0.0, -1e-3]])
     speed = float(np.linalg.norm(slip))
+    held = sliding(speed) / SIGMA_0
+    for start, duration in ((PRESLIDING * np.array([[-0.2, 0.1, 0.1]]), 2e-3), (held * slip / speed, 5e-3)):
+        whole = bristles(slip, slip, start, duration)[3]
+        parts = start
+        for _ in range(50):
+            parts = bristles(slip, slip, parts, duration / 50)[3]
+        np.testing.assert_allclose(parts, whole, rtol=1e-12)
+        gives_way = 1.0 if np.linalg.norm(start) > 0.9 * held else 0.0
 
-    def rate(t: float, z: np.ndarray) -> np.ndarray:
-        return slip[0] - SIGMA_0 * speed / sliding(speed) * z
+        def rate(t: float, z: np.ndarray, gives_way: float = gives_way) -> np.ndarray:
+            return slip[0] - gives_way * SIGMA_0 * speed / sliding(speed) * z
 
-    wanted = solve_ivp(rate, (0, 5e-3), start[0], method="DOP853", rtol=1e-12, atol=1e-20).y[:, -1]
-    np.testing.assert_allclose(whole[0], wanted, rtol=1e-9, atol=1e-14 * PRESLIDING)
+        wanted = solve_ivp(rate, (0, duration), start[0], method="DOP853", rtol=1e-12, atol=1e-20).y[:, -1]
+        np.testing.assert_allclose(whole[0], wanted, rtol=1e-9, atol=1e-14 * PRESLIDING)
 
 
 def test_mean_decay_on_both_sides_of_its_series() -> None:
@@ -226,25 +230,27 @@ def test_mean_decay_on_both_sides_of_its_series() -> None:
         assert slope == pytest.approx(wanted, rel=1e-12)
 
 
-def test_steps_are_of_second_order() -> None:
-    """Slip 5 mm/s sin(200 t): error against SciPy falls by four with each halving."""
+@pytest.mark.parametrize(("part", "order", "slack"), [(0.15, 2.0, 0.1), (0.8, 1.0, 0.15)], ids=["springs", "give way"])
+def test_order_of_steps(part: float, order: float, slack: float) -> None:
+    """Slip 5 mm/s sin(200 t), error against SciPy: springs to second order, giving way to first."""
 
     def slip(t: float) -> float:
         return 5e-3 * float(np.sin(200 * t))
 
     def rate(t: float, z: np.ndarray) -> np.ndarray:
-        return slip(t) - SIGMA_0 * abs(slip(t)) / sliding(slip(t)) * z
+        reach = np.where(slip(t) * z > 0.0, np.clip((SIGMA_0 * abs(z) / sliding(slip(t)) - 0.8) / 0.2, 0.0, 1.0), 0.0)
+        return slip(t) - reach * reach * (3.0 - 2.0 * reach) * SIGMA_0 * abs(slip(t)) / sliding(slip(t)) * z
 
-    end = 0.8 * np.pi / 200
+    end = part * np.pi / 200
     wanted = solve_ivp(rate, (0, end), [0.0], method="DOP853", rtol=1e-12, atol=1e-20).y[0, -1]
     errors = []
-    for steps in (100, 200, 400):
+    for steps in (400, 800, 1600):
         z, h = np.zeros((1, 1)), end / steps
         for i in range(steps):
             z = bristles([slip((i + 1) * h)], [slip(i * h)], z, h)[3]
         errors.append(abs(z[0, 0] - wanted))
     orders = np.log2(np.array(errors[:-1]) / errors[1:])
-    np.testing.assert_allclose(orders, 2.0, atol=0.1)
+    np.testing.assert_allclose(orders, order, atol=slack)
 
 
 @components

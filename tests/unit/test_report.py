@@ -111,18 +111,23 @@ def test_a_method_that_is_asked_for(method: str) -> None:
     not_said(text, "chosen by auto", "halve the speed" if method == "static" else "inertia is dropped")
 
 
+def test_pairs_that_are_listed() -> None:
+    said(text_of(contact=CONTACT | {"pairs": [[3, 4]]}), "faces of other panels pass through each other")
+    not_said(text_of(contact=CONTACT), "pass through each other")
+
+
 def test_contact_and_friction() -> None:
     text = text_of(contact=CONTACT, friction=STEP)
     said(
         text,
-        "5 pairs watched: panel 1 - panel 2, panel 2 - panel 3",
+        "14 pairs watched: panel 1 - panel 2, panel 1 - panel 3",
         "K = 1e+06 N/m^1.5 of a whole face, damped: C = 3 N s/m",
         "faces touch at half the sum of their thicknesses",
         "two STEPs: 0.3 at 1 mm/s, 0.2 from 10 mm/s on",
         "l alpha/8: 0.4363 mm at a joint bent by 10 deg",
         "tapered to nothing",
         "a surface goes on by 2.5 % of its length beyond its ends, rounded off: all of it meets ends of other panels, half",
-        "faces of other panels pass through each other",
+
         "v_static tan(a)/mu_static at most, 1 mm/s",
     )
     not_said(text, "contact: no", "friction: no", "edges")

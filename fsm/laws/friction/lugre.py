@@ -14,7 +14,7 @@ the law of 1995, they give way a little at every vibration, and what should stic
 Over a step of length h with the mean slip w the deflection goes to z = E z_0 + h phi w, with x = a h, E = exp(-x),
 phi = (1 - E)/x, alpha taken where the bristles would be as springs, z_0 + h w: exact for a constant slip of springs and of
 bristles that give way, and never beyond the larger of |z_0| and g/sigma_0. The rest of the force is of the end of the
-step. At h = 0 the deflection is the old one.
+step. Second order in h for springs, first where they begin to give way. At h = 0 the deflection is the old one.
 """
 
 from __future__ import annotations
@@ -74,8 +74,8 @@ def lugre(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Effort, its derivatives and the new deflection, see `FrictionLaw`.
 
-    `params`: mu_s, mu_d, v_S (m/s), sigma_0 (1/m), sigma_1 (s/m), sigma_2 (s/m). |v| has a kink at v = 0: there the
-    derivatives are the mean of those of both directions.
+    `params`: mu_s, mu_d, v_S (m/s), sigma_0 (1/m), sigma_1 (s/m), sigma_2 (s/m). |v| has a kink at v = 0 where
+    bristles are bent beyond springs: there the derivatives are those of unbending, the stiffer ones.
     """
     v_stribeck, sigma_0, sigma_2 = params[2], params[3], params[5]
     count, components = slip.shape
