@@ -187,10 +187,14 @@ class RecordedSolve:
                 pair_friction_energy=saved.pair_energy[0],
                 pair_damping_energy=saved.pair_energy[1],
                 shape=self.system.shape(saved.time, saved.q),
-                negative_pivots=negative_pivots(self.system, saved.time, saved.q, self.pivots),
+                negative_pivots=self._unstable_ways(saved),
             )
         )
         self.records += 1
+
+    def _unstable_ways(self, saved: Saved) -> int:
+        """Negative pivots of the stiffness; none without a drive, since a free motion passes no equilibria."""
+        return negative_pivots(self.system, saved.time, saved.q, self.pivots) if self.system.motions else 0
 
     def _step(self, writer: ResultWriter, bar: Progress, ledger: Ledger, end: StepEnd) -> None:
         self.last = _Point(end, replace(ledger), len(self.seen), self.records, self.system.memory())

@@ -103,6 +103,10 @@ def approximations_of_contact(view: View) -> Iterator[str]:
     """What surfaces, thickness and pairs leave out."""
     contact = view.scene.contact
     assert contact is not None
+    on_surfaces = any(view.parties[p.first].kind == view.parties[p.second].kind == "surface" for p in view.pairs)
+    if not on_surfaces:
+        yield "rigid plates are rounded by half their thickness; nearly parallel edges touch by the points along them"
+        return
     if view.segment:
         off = millimetres(view.segment / 8 * math.radians(10))
         yield f"the contact surface departs from the segments by l alpha/8: {off} at a joint bent by 10 deg"
