@@ -68,8 +68,15 @@ def exponential(vector: np.ndarray) -> np.ndarray:
 def rotate_by(p: np.ndarray, vector: np.ndarray) -> np.ndarray:
     """Vectors (..., 3) turned by unit quaternions (..., 4)."""
     axis = p[..., 1:]
-    across = np.cross(axis, vector)
-    return vector + 2.0 * (p[..., :1] * across + np.cross(axis, across))
+    across = _cross(axis, vector)
+    return vector + 2.0 * (p[..., :1] * across + _cross(axis, across))
+
+
+def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """`np.cross` takes ten times as long for a few vectors."""
+    a0, a1, a2 = a[..., 0], a[..., 1], a[..., 2]
+    b0, b1, b2 = b[..., 0], b[..., 1], b[..., 2]
+    return np.stack([a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0], axis=-1)
 
 
 def inverse_tangent_map(vector: np.ndarray) -> np.ndarray:

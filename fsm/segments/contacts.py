@@ -90,6 +90,7 @@ class ContactGroup:
         self._onset = np.zeros(slots)
         self._deflection = np.zeros((slots, geometry.slips))
         self._slip = np.zeros((slots, geometry.slips))
+        self._held = np.zeros(0, dtype=np.int64)  # slots of which these are not zero: few of very many
         self._time = 0.0
         self._poses: np.ndarray | None = None
         self._rates = np.zeros((0, 0))
@@ -244,17 +245,18 @@ class ContactGroup:
     def commit(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None) -> None:
         """A step was accepted: remember how contacts began, and how far bristles are bent."""
         found = self._contacts(t, poses, rates, past)
-        onset = np.zeros_like(self._onset)
-        deflection, slip = np.zeros_like(self._deflection), np.zeros_like(self._slip)
+        slot = np.zeros(0, dtype=np.int64) if found is None else found.touching.slot
+        before = self._onset[slot]
+        for values in (self._onset, self._deflection, self._slip):
+            values[self._held] = 0.0
         if found is not None:
-            slot = found.touching.slot
             # an impact that is pressed on from outside may close faster than it began
-            onset[slot] = np.maximum(self._onset[slot], np.maximum(-found.measured.rate[:, 0], self.normal.speed_floor))
-            slip[slot] = found.measured.rate[:, 1:]
-            deflection[slot] = found.deflection
+            self._onset[slot] = np.maximum(before, np.maximum(-found.measured.rate[:, 0], self.normal.speed_floor))
+            self._slip[slot] = found.measured.rate[:, 1:]
+            self._deflection[slot] = found.deflection
             if self._poses is not None and self.geometry.slips == 3 and self.friction is not None:
-                deflection[slot] = carried(found.deflection, self._poses, poses, found.measured.bodies[:, 0])
-        self._onset, self._deflection, self._slip = onset, deflection, slip
+                self._deflection[slot] = carried(found.deflection, self._poses, poses, found.measured.bodies[:, 0])
+        self._held = slot
         self._time, self._poses, self._rates = t, poses, rates
         self.geometry.commit(poses)
         self._last = None
@@ -281,6 +283,7 @@ class ContactGroup:
         parts = np.split(memory.copy(), np.cumsum([1, slots, bent, bent, bodies * width, bodies * size]))
         self._time, self._onset = float(parts[0][0]), parts[1]
         self._deflection, self._slip = (part.reshape(slots, -1) for part in parts[2:4])
+        self._held = np.flatnonzero(self._onset)
         self._poses, self._rates = parts[4].reshape(bodies, width), parts[5].reshape(bodies, size)
         self.geometry.restore(parts[6])
 

@@ -1,0 +1,139 @@
+"""Random rigid plates that fall into a box of five planes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from fsm.scene.contact import Contact, Friction
+from fsm.scene.obstacle import Obstacle
+from fsm.scene.scene import Body, ContactPair, Plate, Scene
+from fsm.segments.compile import compile_scene
+from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, StepEnd, simulate
+
+__all__ = ["CONTACT", "GRAVITY", "PLATE", "SPACING", "Fall", "box_scene", "deepest_allowed", "drop", "half_width"]
+
+PLATE = Plate(length=0.02, width=0.015, thickness=1e-3)
+DENSITY, GRAVITY = 1000.0, 9.81
+SPACING = 0.027
+"""Between the middles of plates as they are let go: more than a diagonal, so that none touches another."""
+MASS = DENSITY * PLATE.length * PLATE.width * PLATE.thickness
+CONTACT = Contact(stiffness=1e7, damping=0.5, ramp=1e-5)
+CORNER = 1.0 / 72.0
+"""Least share of a face that a point stands for: a corner of a grid of 3 x 3, which plates have from both sides."""
+
+
+@dataclass(frozen=True)
+class Fall:
+    """What came of it.
+
+    Attributes
+    ----------
+    saved : states
+    statistics, ledger
+    deepest : largest penetration in all steps, m
+    fastest : largest sum of kinetic energy of one plate, J
+    rise : largest gain of stored energy over its smallest value before, J
+    """
+
+    saved: list[Saved]
+    statistics: Statistics
+    ledger: Ledger
+    deepest: float
+    fastest: float
+    rise: float
+
+
+def half_width(columns: int) -> float:
+    """From the middle of the box to a side, m."""
+    return 0.5 * SPACING * columns + 1.5e-3
+
+
+def box_scene(
+    count: int, columns: int, seed: int = 1, contact: Contact = CONTACT, friction: Friction | None = None
+) -> Scene:
+    """Plates in layers of `columns` by `columns`, turned and turning anyhow, over the floor of the box.
+
+    Parameters
+    ----------
+    count : int
+    columns : int
+    """
+    rng = np.random.default_rng(seed)
+    squares = np.array([PLATE.length, PLATE.width, PLATE.thickness]) ** 2
+    inertia = tuple((MASS / 12 * (squares.sum() - squares)).tolist())
+    bodies = []
+    for number in range(count):
+        layer, place = divmod(number, columns**2)
+        row, column = divmod(place, columns)
+        turn = rng.normal(size=4)
+        bodies.append(
+            Body(
+                name=f"plate {number + 1}",
+                mass=MASS,
+                inertia=inertia,
+                plate=PLATE,
+                position=(
+                    SPACING * (row - 0.5 * (columns - 1)),
+                    SPACING * (column - 0.5 * (columns - 1)),
+                    0.015 + SPACING * layer,
+                ),
+                orientation=tuple((turn / np.linalg.norm(turn)).tolist()),
+                velocity=tuple((0.05 * rng.normal(size=3)).tolist()),
+                angular_velocity=tuple((2.0 * rng.normal(size=3)).tolist()),
+            )
+        )
+    pairs = [ContactPair(first=one.name, second=two.name) for one, two in combinations(bodies, 2)]
+    walls = _walls(half_width(columns))
+    pairs += [ContactPair(first=body.name, second=wall.name) for body in bodies for wall in walls]
+    return Scene(
+        bodies=tuple(bodies), obstacles=walls, pairs=tuple(pairs), contact=contact, friction=friction,
+        gravity=(0.0, 0.0, -GRAVITY),
+    )  # fmt: skip
+
+
+def _walls(half: float) -> tuple[Obstacle, ...]:
+    """Floor and four sides, each a plane whose normal points inwards."""
+    c = math.sqrt(0.5)
+    return (
+        Obstacle(name="floor", shape="plane"),
+        Obstacle(name="left", shape="plane", position=(-half, 0.0, 0.0), orientation=(c, 0.0, c, 0.0)),
+        Obstacle(name="right", shape="plane", position=(half, 0.0, 0.0), orientation=(c, 0.0, -c, 0.0)),
+        Obstacle(name="front", shape="plane", position=(0.0, -half, 0.0), orientation=(c, -c, 0.0, 0.0)),
+        Obstacle(name="back", shape="plane", position=(0.0, half, 0.0), orientation=(c, c, 0.0, 0.0)),
+    )
+
+
+def deepest_allowed(contact: Contact, energy: float) -> float:
+    """Depth at which one point at the corner of a plate has taken up that energy, J, and nothing else helped, m."""
+    power = contact.exponent + 1.0
+    return float((power * energy / (CORNER * contact.stiffness)) ** (1.0 / power))
+
+
+def drop(
+    scene: Scene, end: float, rtol: float, interval: float = 1e-3, progress: bool = False
+) -> Fall:
+    """Let them fall until `end`, s, with a state every `interval`, s."""
+    system = compile_scene(scene, True)
+    saved: list[Saved] = []
+    extremes = {"deepest": 0.0, "fastest": 0.0}
+    mobility = system.bodies.inertia[system.bodies.free]
+
+    def look(state: StepEnd) -> None:
+        poses, _ = system.place(state.time, state.q, state.u)
+        for group in system.contacts:
+            extremes["deepest"] = max(extremes["deepest"], -float(group.geometry.find(poses, 0.0).gap.min(initial=0.0)))
+        kinetic = 0.5 * (mobility * state.u.reshape(mobility.shape) ** 2).sum(axis=1)
+        extremes["fastest"] = max(extremes["fastest"], float(kinetic.max()))
+
+    def keep(state: Saved) -> None:
+        saved.append(state)
+        if progress:
+            print(f"{1e3 * state.time:.0f} ms, {1e3 * state.observation.energy.kinetic:.3g} mJ", flush=True)
+
+    times = np.arange(0.0, end + 0.5 * interval, interval)
+    statistics, ledger = simulate(system, Settings("generalized-alpha", rtol, end), times.tolist(), keep, look)
+    return Fall(saved, statistics, ledger, extremes["deepest"], extremes["fastest"], 0.0)
