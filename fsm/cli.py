@@ -299,7 +299,7 @@ def _out_folder(out: str) -> Path:
 def summary_lines(summary: Mapping[str, Any], folder: Path) -> list[str]:
     """What a user wants to know of a run: peak, stages, warnings, where the files are."""
     lines = []
-    if "peak_force" in summary:
+    if summary.get("peak_force"):
         lines.append(
             f"peak force  {summary['peak_force']:.4g} N at {summary['peak_travel'] * 1e3:.2f} mm of travel"
         )

@@ -26,6 +26,8 @@ _BEFORE = 0.003
 """The step before ends so long before it, over its length."""
 _JOLT = 3e-4
 """Change of speed by an impact in the step in which it begins, over its speed, that is too much."""
+_LASTING = 10.0
+"""Time after which a contact rests, over the length of its impact without damping."""
 _IMPACT = 3.0
 """Closing speed from which on a contact is an impact, over the floor of speeds of its law."""
 
@@ -87,7 +89,7 @@ class ContactGroup:
         self.mobility, self.n_pairs = mobility, n_pairs
         self.evaluations = 0
         slots = len(geometry.share)
-        self._onset = np.zeros(slots)
+        self._onset, self._began = np.zeros(slots), np.zeros(slots)
         self._deflection = np.zeros((slots, geometry.slips))
         self._slip = np.zeros((slots, geometry.slips))
         self._held = np.zeros(0, dtype=np.int64)  # slots of which these are not zero: few of very many
@@ -246,12 +248,14 @@ class ContactGroup:
         """A step was accepted: remember how contacts began, and how far bristles are bent."""
         found = self._contacts(t, poses, rates, past)
         slot = np.zeros(0, dtype=np.int64) if found is None else found.touching.slot
-        before = self._onset[slot]
-        for values in (self._onset, self._deflection, self._slip):
+        before, began = self._onset[slot], self._began[slot]
+        for values in (self._onset, self._began, self._deflection, self._slip):
             values[self._held] = 0.0
         if found is not None:
             # an impact that is pressed on from outside may close faster than it began
-            self._onset[slot] = np.maximum(before, np.maximum(-found.measured.rate[:, 0], self.normal.speed_floor))
+            closing = np.maximum(-found.measured.rate[:, 0], self.normal.speed_floor)
+            self._onset[slot] = np.maximum(before, closing)
+            self._began[slot] = np.where(before == 0.0, t, began)
             self._slip[slot] = found.measured.rate[:, 1:]
             self._deflection[slot] = found.deflection
             if self._poses is not None and self.geometry.slips == 3 and self.friction is not None:
@@ -265,14 +269,14 @@ class ContactGroup:
         """All that is remembered, as one flat array; nothing before the first commit."""
         if self._poses is None:
             return np.zeros(0)
-        own = (self._onset, self._deflection, self._slip, self._poses, self._rates)
+        own = (self._onset, self._began, self._deflection, self._slip, self._poses, self._rates)
         return np.concatenate([[self._time], *(part.ravel() for part in own), self.geometry.memory()])
 
     def restore(self, memory: np.ndarray) -> None:
         """Remember that again; nothing: forget all."""
         self._last = None
         if not len(memory):
-            for kept in (self._onset, self._deflection, self._slip):
+            for kept in (self._onset, self._began, self._deflection, self._slip):
                 kept[:] = 0.0
             self._time, self._poses = 0.0, None
             self.geometry.restore(memory)
@@ -280,12 +284,12 @@ class ContactGroup:
         slots, bent = len(self._onset), self._deflection.size
         bodies, size = self.mobility.shape
         width = 3 if size == 3 else 7
-        parts = np.split(memory.copy(), np.cumsum([1, slots, bent, bent, bodies * width, bodies * size]))
-        self._time, self._onset = float(parts[0][0]), parts[1]
-        self._deflection, self._slip = (part.reshape(slots, -1) for part in parts[2:4])
+        parts = np.split(memory.copy(), np.cumsum([1, slots, slots, bent, bent, bodies * width, bodies * size]))
+        self._time, self._onset, self._began = float(parts[0][0]), parts[1], parts[2]
+        self._deflection, self._slip = (part.reshape(slots, -1) for part in parts[3:5])
         self._held = np.flatnonzero(self._onset)
-        self._poses, self._rates = parts[4].reshape(bodies, width), parts[5].reshape(bodies, size)
-        self.geometry.restore(parts[6])
+        self._poses, self._rates = parts[5].reshape(bodies, width), parts[6].reshape(bodies, size)
+        self.geometry.restore(parts[7])
 
     # steps ----------------------------------------------------------------------------------------------------------
 
@@ -332,10 +336,11 @@ class ContactGroup:
         if not counts.any():
             return np.inf
         mass, share = self._mass(measured)[counts], self.geometry.share[near.slot][counts]
-        lasts = self._lasts(mass, speed[counts], share)
+        lasts, begun = self._lasts(mass, speed[counts], share), begun[counts]
         begins = np.maximum(near.gap[counts], 0.0) / speed[counts]
         before = np.where(begins > 2.0 * _BEFORE * lasts, begins - _BEFORE * lasts, begins + _FIRST * lasts)
-        return float(np.where(begun[counts], lasts / _STEPS, before).min())
+        rests = begun & (t - self._began[near.slot][counts] > _LASTING * lasts)
+        return float(np.where(rests, np.inf, np.where(begun, lasts / _STEPS, before)).min())
 
     @property
     def _resolves(self) -> bool:
