@@ -1,4 +1,4 @@
-"""Do panels overlap as folded? The check of a planar scene before it is solved, in the x-z plane."""
+"""Do panels overlap as folded? The checks of a scene before it is solved, in the x-z plane and, coarser, in space."""
 
 from __future__ import annotations
 
@@ -13,13 +13,15 @@ from numpy.typing import NDArray
 from fsm.errors import CaseError, Fault
 from fsm.scene.builders.strip import build_scene
 from fsm.scene.case import Case
-from fsm.scene.scene import Body, Scene
+from fsm.scene.party import parties
+from fsm.scene.scene import Body, Plate, Scene
 
 __all__ = [
     "Outline",
     "axes_of",
     "distance",
     "find_overlaps",
+    "find_pierced",
     "length_of",
     "near_boxes",
     "outlines",
@@ -133,6 +135,46 @@ def find_overlaps(
         if depth > tolerance:
             found.append((a.name, b.name, depth))
     return found
+
+
+def find_pierced(scene: Scene) -> list[tuple[str, str]]:
+    """Names of contact pairs of which an edge of one plate goes through the middle surface of another.
+
+    Contact is looked for at points and edges, and may have none where plates stick in each other.
+    """
+    plates = {body.name: (body, body.plate) for body in scene.bodies if body.plate is not None}
+    known = parties(scene)
+    found = []
+    for pair in scene.pairs:
+        sides = [known[name] for name in (pair.first, pair.second)]
+        if "obstacle" in (sides[0].kind, sides[1].kind):
+            continue
+        one, two = ([plates[name] for name in side.bodies] for side in sides)
+        if _pierce(one, two) or _pierce(two, one):
+            found.append((pair.first, pair.second))
+    return found
+
+
+def _pierce(edged: list[tuple[Body, Plate]], faces: list[tuple[Body, Plate]]) -> bool:
+    """Whether an edge of some plates passes through the face of another, beyond rounding at what they share."""
+    around = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) / 2
+    corners = np.array(
+        [
+            np.array(body.position) + (around * [plate.length, plate.width]) @ axes_of(body)[:, :2].T
+            for body, plate in edged
+        ]
+    )
+    start, end = corners.reshape(-1, 3), np.roll(corners, -1, axis=1).reshape(-1, 3)
+    for body, plate in faces:
+        half = 0.5 * np.array([plate.length, plate.width])
+        near = 1e-6 * float(half.max())
+        (a, b) = ((points - np.array(body.position)) @ axes_of(body) for points in (start, end))
+        across = (np.minimum(a[:, 2], b[:, 2]) < -near) & (np.maximum(a[:, 2], b[:, 2]) > near)
+        part = a[across, 2:] / (a[across, 2:] - b[across, 2:])
+        at = a[across, :2] + part * (b[across, :2] - a[across, :2])
+        if np.any(np.all(np.abs(at) < half - near, axis=1)):
+            return True
+    return False
 
 
 def near_boxes(low: Points, high: Points) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -2,40 +2,121 @@
 
 from __future__ import annotations
 
+import math
+
+import numpy as np
+
 from fsm.errors import CaseError, Fault
-from fsm.overlap import find_overlaps
+from fsm.overlap import find_overlaps, find_pierced
 from fsm.scene.builders.strip import build_scene
 from fsm.scene.case import Case
+from fsm.scene.party import parties
 from fsm.scene.planar import out_of_plane
 from fsm.scene.scene import Scene
 from fsm.segments.compile import compile_scene
+from fsm.segments.separate import overlaps, separate, shallowest
 from fsm.segments.system import SegmentSystem
 
 __all__ = ["prepare"]
 
 
-def prepare(case: Case, source: str = "") -> tuple[Scene, SegmentSystem]:
+def prepare(case: Case, source: str = "", warnings: list[str] | None = None) -> tuple[Scene, SegmentSystem]:
     """Build and compile a case.
+
+    Parameters
+    ----------
+    case : Case
+    source : str
+        File that faults are told of.
+    warnings : list of str, optional
+        What was changed is added to it.
+
+    Returns
+    -------
+    Scene, SegmentSystem
+        With `contact.resolve_overlap`, of bodies that were moved apart where they overlapped.
 
     Raises
     ------
     CaseError
-        All faults of the scene, and panels that overlap as folded.
+        All faults of the scene, and what overlaps at the start.
     """
     scene = build_scene(case)
     try:
         system = compile_scene(scene, case.solve.spatial)
     except CaseError as error:
         raise CaseError(error.faults, source) from None
-    if scene.contact is not None and not out_of_plane(scene):
-        faults = [
-            Fault(
-                "strip" if case.strip else "scene",
-                f"{first} and {second} overlap at the start by {1e3 * depth:.3g} mm; "
-                "use a smaller fold_angle or thickness, or thickness_in_gap = false",
-            )
-            for first, second, depth in find_overlaps(scene)
-        ]
-        if faults:
-            raise CaseError(faults, source)
+    found = _overlaps(scene, system, case)
+    if found and scene.contact is not None and scene.contact.resolve_overlap:
+        moved = _moved(scene, system, separate(system))
+        if warnings is not None:
+            warnings.append(_told(scene, moved, found))
+        scene, system = moved, compile_scene(moved, case.solve.spatial)
+        found = _overlaps(scene, system, case)
+    if found:
+        raise CaseError(found, source)
     return scene, system
+
+
+def _overlaps(scene: Scene, system: SegmentSystem, case: Case) -> list[Fault]:
+    """What overlaps at the start, a fault for each pair.
+
+    Panels in one plane are judged by their outlines, whether they are watched or not: these know how much layers overlap
+    beside a crease. All else is judged by what its contact would be.
+    """
+    if scene.contact is None:
+        return []
+    where = "strip" if case.strip else "scene"
+    flat = not out_of_plane(scene.model_copy(update={"obstacles": ()}))
+    hint = "use a smaller fold_angle or thickness, or thickness_in_gap = false"
+    faults: dict[frozenset[str], Fault] = {}
+    if flat:
+        for first, second, depth in find_overlaps(scene):
+            if depth < shallowest(system):
+                continue
+            faults[frozenset((first, second))] = Fault(where, _line(first, second, depth, hint))
+    else:
+        for first, second in find_pierced(scene):
+            text = f"{first} and {second} pass through each other at the start; move them apart"
+            faults[frozenset((first, second))] = Fault(where, text)
+    known = parties(scene)
+    depths = dict(overlaps(system))
+    for pair in scene.pairs:
+        both_surfaces = known[pair.first].kind == known[pair.second].kind == "surface"
+        depth = depths.get(f"{pair.first} - {pair.second}", 0.0)
+        if depth > 0.0 and not (flat and both_surfaces):
+            fault = Fault(where, _line(pair.first, pair.second, depth, "move them apart, or set contact.resolve_overlap"))
+            faults.setdefault(frozenset((pair.first, pair.second)), fault)
+    return list(faults.values())
+
+
+def _line(first: str, second: str, depth: float, hint: str) -> str:
+    return f"{first} and {second} overlap at the start by {1e3 * depth:.3g} mm; {hint}"
+
+
+def _moved(scene: Scene, system: SegmentSystem, q: np.ndarray) -> Scene:
+    """The scene with its free bodies where q says."""
+    names = [system.bodies.names[i] for i in system.bodies.free]
+    rows = dict(zip(names, q.reshape(len(names), -1).tolist(), strict=True))
+    bodies = []
+    for body in scene.bodies:
+        place = rows.get(body.name)
+        if place is not None and system.spatial:
+            body = body.model_copy(update={"position": tuple(place[:3]), "orientation": tuple(place[3:])})
+        elif place is not None:
+            x, z, phi = place
+            turned = (math.cos(phi / 2), 0.0, math.sin(phi / 2), 0.0)
+            body = body.model_copy(update={"position": (x, body.position[1], z), "orientation": turned})
+        bodies.append(body)
+    return scene.model_copy(update={"bodies": tuple(bodies)})
+
+
+def _told(before: Scene, after: Scene, found: list[Fault]) -> str:
+    """What was moved, in words."""
+    ways = [math.dist(one.position, two.position) for one, two in zip(before.bodies, after.bodies, strict=True)]
+    most = int(np.argmax(ways))
+    pairs = "1 pair" if len(found) == 1 else f"{len(found)} pairs"
+    return (
+        f"{pairs} overlapped at the start and were moved apart, {after.bodies[most].name} the most, "
+        f"by {1e3 * ways[most]:.3g} mm"
+    )

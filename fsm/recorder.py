@@ -61,12 +61,22 @@ class RecordedSolve:
     out : folder of the results
     resume : bool
         Go on from a checkpoint in `out`, if there is one of this very case.
+    warnings : list of str
+        What was noticed before.
     """
 
-    def __init__(self, loaded: LoadedCase, scene: Scene, system: SegmentSystem, out: Path, resume: bool) -> None:
+    def __init__(
+        self,
+        loaded: LoadedCase,
+        scene: Scene,
+        system: SegmentSystem,
+        out: Path,
+        resume: bool,
+        warnings: list[str],
+    ) -> None:
         self.loaded, self.scene, self.system, self.out = loaded, scene, system, out
         self.case = loaded.case
-        self.warnings: list[str] = []
+        self.warnings = list(warnings)
         self.target = out / "result.h5"
         self.checkpoint = out / "checkpoint.h5"
         self.last_checkpoint = time.perf_counter()

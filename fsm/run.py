@@ -66,10 +66,11 @@ def run_case(
     """
     begun = time.perf_counter()
     compiled = jit.compile_time()
-    scene, system = prepare(loaded.case, str(loaded.path))
+    warnings: list[str] = []
+    scene, system = prepare(loaded.case, str(loaded.path), warnings)
     check_expectations(loaded)
     out.mkdir(parents=True, exist_ok=True)
-    solution = RecordedSolve(loaded, scene, system, out, resume).run(progress, begun, compiled)
+    solution = RecordedSolve(loaded, scene, system, out, resume, warnings).run(progress, begun, compiled)
     _write(solution, out)
     summary = solution.summary
     failed = missed_expectations(loaded.case, summary)

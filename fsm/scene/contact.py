@@ -122,6 +122,8 @@ class Contact(Model):
         Intervals between the contact points of a segment (Gauss-Lobatto: its ends are points too).
     pairs : pairs of panel numbers of a strip that are watched
         Absent: every panel with every other.
+    resolve_overlap : bool
+        Bodies that overlap at the start are moved apart; false refuses them.
     """
 
     law: Literal[
@@ -139,6 +141,7 @@ class Contact(Model):
     thickness_in_gap: bool = True
     points_per_segment: Annotated[Count, Field(ge=1, le=5)] = 2
     pairs: tuple[tuple[int, int], ...] | None = None
+    resolve_overlap: bool = False
 
     @classmethod
     def completed(cls, written: Mapping[str, Any]) -> dict[str, Any]:

@@ -167,7 +167,7 @@ class ContactGroup:
     ) -> None:
         """See `Group`."""
         found = self._contacts(t, poses, rates, past)
-        self._stiff = np.zeros(0, dtype=np.int64) if found is None else found.touching.slot
+        self._stiff = _pushing(found)
         if found is None:
             return
         _scatter(found, force)
@@ -176,11 +176,9 @@ class ContactGroup:
         )
 
     def parted(self) -> bool:
-        """Whether contacts closed where the tangents were taken last are open at the state looked at last."""
+        """Whether contacts that pushed where the tangents were taken last do not at the state looked at last."""
         found = None if self._last is None else self._last[2]
-        if found is None:
-            return len(self._stiff) > 0
-        return not np.isin(self._stiff, found.touching.slot).all()
+        return not np.isin(self._stiff, _pushing(found)).all()
 
     def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
         """See `Group`; contacts do not know the time."""
@@ -307,7 +305,9 @@ class ContactGroup:
         before = self._rates[measured.bodies].reshape(len(slot), -1)
         start, end = -(measured.gradient[:, 0] * before).sum(axis=1), -measured.rate[:, 0]
         mass = self._mass(measured)
-        jolt = found.forces.normal * step / mass
+        normal = found.forces.normal
+        # what parts without a force at the end of the step has had all of its impact within it
+        jolt = np.where(normal > 0.0, normal * step / mass, start - end)
         speed = np.maximum(start, end + jolt)  # the second is about that of a step without the contact
         new = (self._onset[slot] == 0.0) & (speed > _IMPACT * self.normal.speed_floor) & (jolt > _JOLT * speed)
         if not new.any():
@@ -357,6 +357,11 @@ class ContactGroup:
         mobility = self.mobility[measured.bodies].reshape(len(measured.bodies), -1)
         flexible = (measured.gradient[:, 0] ** 2 * mobility).sum(axis=1)
         return np.asarray(1.0 / np.maximum(flexible, 1e-300))
+
+
+def _pushing(found: _Found | None) -> np.ndarray:
+    """Slots with a force; a contact that parts fast may be closed and have none."""
+    return np.zeros(0, dtype=np.int64) if found is None else found.touching.slot[found.forces.normal > 0.0]
 
 
 def _scatter(found: _Found, force: np.ndarray) -> None:

@@ -245,6 +245,7 @@ class GeneralizedAlpha:
         self.a = self.rate + self.coefficients.shift * h * self._slope
         self._present, self._before = h, 0.0
         self._contraction, self._last_error = 1.0, 1.0
+        self._longest = self.system.longest_step(self.t, self.q, self.u)
         self._started = True
 
     def _first_size(self, left: float) -> float:
