@@ -128,7 +128,7 @@ class RecordedSolve:
                 "dimension": solution.layout.dimension,
                 "compile_time_s": jit.compile_time() - compiled,
                 "wall_time_s": time.perf_counter() - begun,
-                "contact_stats": self.system.contact_stats(),
+                "contact_stats": self.system.contacts.stats(),
             }
             writer.finish(_plain(statistics), summary)
         self.checkpoint.unlink(missing_ok=True)

@@ -27,13 +27,14 @@ from fsm.kernels.newton_euler import (
 from fsm.kernels.place import place_bodies, place_free, pose_difference, retract_poses, shift_body, take_free
 from fsm.kernels.rotation import inverse_tangent_map, rotate_by
 from fsm.scene.scene import Plate
+from fsm.segments.all_contacts import Contacts
 from fsm.segments.contacts import ContactGroup
 from fsm.segments.drive import PrescribedMotion
 from fsm.segments.elements import BushingGroup
 from fsm.segments.group import Group, Past
 from fsm.segments.loads import LoadGroup
 from fsm.segments.pattern import BodyPattern, body_pattern
-from fsm.system import Before, DriveState, Energy, Linearised, Objection, Observation, PairState, Scales
+from fsm.system import Before, DriveState, Energy, Linearised, Objection, Observation, Scales
 
 __all__ = ["Bodies", "SegmentSystem"]
 
@@ -87,7 +88,7 @@ class SegmentSystem:
         self.bodies = bodies
         self.motions = motions
         self.groups = groups
-        self.contacts = contacts
+        self.contacts = Contacts(contacts)
         self.pair_names = pair_names
         self.size = bodies.rate.shape[1]
         self.spatial = self.size == 6
@@ -313,65 +314,37 @@ class SegmentSystem:
         past = self._past(t, before)
         reactions = self._reactions(t, poses, rates, past)
         energy = self._energy(t, poses, rates, reactions, past)
-        pairs = self._observe_pairs(t, poses, rates, past)
+        pairs = self.contacts.observe(t, poses, rates, past, len(self.pair_names))
         return Observation(self._drive_state(t, reactions), energy, largest_force(reactions), pairs)
-
-    def contact_stats(self) -> dict[str, int]:
-        """Of all contact groups: slots, states that they were found in, renewals of the broad phase."""
-        return {
-            "slots": sum(len(group.geometry.share) for group in self.contacts),
-            "evaluations": sum(group.evaluations for group in self.contacts),
-            "renewals": sum(group.geometry.refreshes for group in self.contacts),
-        }
 
     # protocol: what is remembered ------------------------------------------------------------------------------------
 
     def commit(self, t: float, q: np.ndarray, u: np.ndarray, before: Before | None = None) -> None:
         """See `System`."""
         if self.contacts:
-            poses, rates = self.place(t, q, u, before)
-            for group in self.contacts:
-                group.commit(t, poses, rates, self._past(t, before))
+            self.contacts.commit(t, *self.place(t, q, u, before), self._past(t, before))
 
     def memory(self) -> np.ndarray:
-        """See `System`: that of the contacts, each with its length before it."""
-        parts = [group.memory() for group in self.contacts]
-        return np.concatenate([array for part in parts for array in ([float(len(part))], part)] or [[]])
+        """See `System`: that of the contacts."""
+        return self.contacts.memory()
 
     def restore(self, memory: np.ndarray) -> None:
         """See `System`."""
-        if not len(memory):
-            for group in self.contacts:
-                group.restore(memory)
-            return
-        at = 0
-        for group in self.contacts:
-            end = at + 1 + int(memory[at])
-            group.restore(memory[at + 1 : end])
-            at = end
+        self.contacts.restore(memory)
 
     def parted(self) -> bool:
         """See `System`."""
-        return any(group.parted() for group in self.contacts)
+        return self.contacts.parted()
 
     def objection(self, t: float, q: np.ndarray, u: np.ndarray | None, step: float) -> Objection | None:
         """See `System`."""
         if not self.contacts:
             return None
-        poses, rates = self.place(t, q, u)
-        for group in self.contacts:
-            crossed = group.geometry.crossed(poses)
-            if crossed:
-                return Objection(0.5, f"{self.pair_names[crossed[0]]} pass through each other")
-        part = 1.0 if u is None else min(group.late(t, poses, rates, step) for group in self.contacts)
-        return Objection(part) if part < 1.0 else None
+        return self.contacts.objection(t, *self.place(t, q, u), None if u is None else step, self.pair_names)
 
     def longest_step(self, t: float, q: np.ndarray, u: np.ndarray) -> float:
         """See `System`: that of impacts."""
-        if not self.contacts:
-            return math.inf
-        poses, rates = self.place(t, q, u)
-        return min(group.longest_step(t, poses, rates) for group in self.contacts)
+        return self.contacts.longest_step(t, *self.place(t, q, u)) if self.contacts else math.inf
 
     def shape(self, t: float, q: np.ndarray) -> np.ndarray:
         """See `System`: the outline of every plate."""
@@ -445,14 +418,6 @@ class SegmentSystem:
                 shift_body(reactions, motion.body, self.bodies.inertia[motion.body, :n] * motion.direction, acceleration)
         return reactions
 
-    def _observe_pairs(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None) -> PairState:
-        """The contact pairs, what all groups have of them put together."""
-        none = np.zeros(len(self.pair_names))
-        total = PairState(none, np.full(len(none), np.inf), none, none, none, none, none)
-        for group in self.contacts:
-            total = total.joined(group.observe(t, poses, rates, past))
-        return total
-
     def _drive_state(self, t: float, reactions: np.ndarray) -> DriveState:
         travel = np.array([motion.at(t)[0] for motion in self.motions])
         force = np.array([reactions[m.body, : len(m.direction)] @ m.direction for m in self.motions])
@@ -469,9 +434,7 @@ class SegmentSystem:
                 potential[name] = potential.get(name, 0.0) + value
             dissipated += lost
             power += gained
-        pair_power = np.zeros((2, len(self.pair_names)))
-        for contacts in self.contacts:
-            pair_power += contacts.pair_power(t, poses, rates, past)
+        pair_power = self.contacts.pair_power(t, poses, rates, past, len(self.pair_names))
         kinetic, driven = motion_energy(self.bodies.inertia, rates, reactions)
         return Energy(kinetic, potential, dissipated, power + driven, pair_power)
 

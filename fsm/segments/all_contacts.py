@@ -1,0 +1,87 @@
+"""All contact groups of a scene as one: what they remember, what they object to, what they report."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from fsm.segments.contacts import ContactGroup
+from fsm.segments.group import Past
+from fsm.system import Objection, PairState
+
+__all__ = ["Contacts"]
+
+
+class Contacts(tuple[ContactGroup, ...]):
+    """The contact groups of a scene; none in most. Poses and rates are of all bodies."""
+
+    __slots__ = ()
+
+    # memory ---------------------------------------------------------------------------------------------------------
+
+    def commit(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None) -> None:
+        """A step was accepted."""
+        for group in self:
+            group.commit(t, poses, rates, past)
+
+    def memory(self) -> np.ndarray:
+        """What all remember, each with its length before it."""
+        parts = [group.memory() for group in self]
+        return np.concatenate([array for part in parts for array in ([float(len(part))], part)] or [[]])
+
+    def restore(self, memory: np.ndarray) -> None:
+        """Remember that again; nothing: forget all."""
+        at = 0
+        for group in self:
+            end = at + 1 + int(memory[at]) if len(memory) else 0
+            group.restore(memory[at + 1 : end])
+            at = end
+
+    # steps ----------------------------------------------------------------------------------------------------------
+
+    def parted(self) -> bool:
+        """Whether contacts that pushed where the tangents were taken last do not at the state looked at last."""
+        return any(group.parted() for group in self)
+
+    def objection(
+        self, t: float, poses: np.ndarray, rates: np.ndarray, step: float | None, names: tuple[str, ...]
+    ) -> Objection | None:
+        """What stands against a step of that length, s; None in statics, where no impacts are resolved."""
+        for group in self:
+            crossed = group.geometry.crossed(poses)
+            if crossed:
+                return Objection(0.5, f"{names[crossed[0]]} pass through each other")
+        part = 1.0 if step is None else min((group.late(t, poses, rates, step) for group in self), default=1.0)
+        return Objection(part) if part < 1.0 else None
+
+    def longest_step(self, t: float, poses: np.ndarray, rates: np.ndarray) -> float:
+        """Longest step that resolves the impacts of all, s."""
+        return min((group.longest_step(t, poses, rates) for group in self), default=math.inf)
+
+    # results --------------------------------------------------------------------------------------------------------
+
+    def observe(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None, pairs: int) -> PairState:
+        """The contact pairs, what all groups have of them put together."""
+        none = np.zeros(pairs)
+        total = PairState(none, np.full(pairs, np.inf), none, none, none, none, none)
+        for group in self:
+            total = total.joined(group.observe(t, poses, rates, past))
+        return total
+
+    def pair_power(
+        self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None, pairs: int
+    ) -> np.ndarray:
+        """Power that friction and damping of every pair dissipate, (2, pairs), W."""
+        total = np.zeros((2, pairs))
+        for group in self:
+            total += group.pair_power(t, poses, rates, past)
+        return total
+
+    def stats(self) -> dict[str, int]:
+        """Slots, states that they were found in, renewals of the broad phase."""
+        return {
+            "slots": sum(len(group.geometry.share) for group in self),
+            "evaluations": sum(group.evaluations for group in self),
+            "renewals": sum(group.geometry.refreshes for group in self),
+        }
