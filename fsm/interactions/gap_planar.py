@@ -197,13 +197,14 @@ def heights_planar(
     last_piece: np.ndarray,
     owners: np.ndarray,
     stations: np.ndarray,
+    reach: np.ndarray,
     nearest: np.ndarray,
     height: np.ndarray,
 ) -> None:
     """How high each probe stands over its surface, m, along the normal (-z', x') of the curve, (n,).
 
-    Nothing (nan) beyond its ends and tips. `nearest` (n,) is where the search for the nearest pieces begins, changed to
-    where it ends.
+    Nothing (nan) beyond its ends and tips, and farther from all pieces than `reach` (n,), m. `nearest` (n,) is where the
+    search for the nearest pieces begins, changed to where it ends.
     """
     weights = np.empty((3, 4))
     curve = np.empty((3, 2))
@@ -213,7 +214,7 @@ def heights_planar(
     points = probe_points_planar(poses, probe_body, probe_x)
     for i in range(probe_body.shape[0]):
         first, last = first_piece[i], last_piece[i]
-        nearest[i], _ = nearest_piece(points[i], first, last, chords, tree, nearest[i], np.inf)
+        nearest[i], _ = nearest_piece(points[i], first, last, chords, tree, nearest[i], reach[i] * reach[i])
         height[i] = np.nan
         if nearest[i] < 0:
             continue

@@ -233,6 +233,7 @@ def heights_spatial(
     owners: np.ndarray,
     stations: np.ndarray,
     half_width: np.ndarray,
+    reach: np.ndarray,
     nearest: np.ndarray,
     height: np.ndarray,
 ) -> None:
@@ -245,7 +246,7 @@ def heights_spatial(
     points = probe_points_spatial(poses, probe_body, place)
     for i in range(probe_body.shape[0]):
         first, last = first_piece[i], last_piece[i]
-        nearest[i], _ = nearest_piece(points[i], first, last, chords, tree, nearest[i], np.inf)
+        nearest[i], _ = nearest_piece(points[i], first, last, chords, tree, nearest[i], reach[i] * reach[i])
         height[i] = np.nan
         if nearest[i] < 0:
             continue

@@ -129,6 +129,7 @@ class SurfaceContacts:
         self._pairs = np.zeros((0, 2), dtype=np.int64)
         self._height = np.empty(count)
         self._height_at: np.ndarray | None = None
+        self._committed: np.ndarray | None = None
         self._buffers = (
             np.empty(count, dtype=np.int64),
             np.empty(count, dtype=np.int64),
@@ -210,10 +211,10 @@ class SurfaceContacts:
 
     def commit(self, poses: np.ndarray) -> None:
         """See `ContactGeometry`."""
-        height = self._heights(poses)
+        height = self._heights(poses, self._reach)
         over = np.isfinite(height) & (self.side * height > -self.probes.depth_limit)
-        arrived = np.where(height >= 0.0, 1.0, -1.0)
-        self.side = np.where(over, np.where(self.side == 0.0, arrived, self.side), 0.0)
+        self.side = np.where(over, np.where(self.side == 0.0, _side_of(height), self.side), 0.0)
+        self._committed = poses
 
     def memory(self) -> np.ndarray:
         """See `ContactGeometry`: the sides."""
@@ -222,25 +223,47 @@ class SurfaceContacts:
     def restore(self, memory: np.ndarray) -> None:
         """See `ContactGeometry`."""
         self.side = memory.copy() if len(memory) else self.probes.side.copy()
+        self._committed = None
 
     def crossed(self, poses: np.ndarray) -> tuple[int, ...]:
         """See `ContactGeometry`: pairs with a probe deeper than its limit."""
-        height = self._heights(poses)
+        side, reach = self.side, self._reach
+        if self._committed is not None:
+            motion = self._motion(self._committed, poses)
+            reach = reach + 2.0 * motion
+            if motion > 0.5 * self.margin:  # what was too far away to be on a side may be through by now
+                before = self._heights(self._committed, reach)
+                side = np.where((side == 0.0) & np.isfinite(before), _side_of(before), side)
+        height = self._heights(poses, reach)
         with np.errstate(invalid="ignore"):
-            through = self.side * height <= -self.probes.depth_limit
+            through = side * height <= -self.probes.depth_limit
         return tuple(int(pair) for pair in np.unique(self.pair[through]))
 
-    def _heights(self, poses: np.ndarray) -> np.ndarray:
-        """Heights of all probes; those of the last time if nothing has moved."""
+    def _motion(self, before: np.ndarray, after: np.ndarray) -> float:
+        """By how much any point of a surface has moved at most, m."""
+        surfaces, n = self.surfaces, 2 if self.slips == 1 else 3
+        change = np.abs(after[surfaces.bodies] - before[surfaces.bodies])
+        # a quaternion changes by half the angle turned
+        turn = (1.0 if n == 2 else 2.2) * change[:, n:].sum(axis=1) * surfaces.radii
+        return float((change[:, :n].sum(axis=1) + turn).max(initial=0.0))
+
+    def _heights(self, poses: np.ndarray, reach: np.ndarray) -> np.ndarray:
+        """Heights of all probes within reach; those of the last time if nothing has moved."""
         if self._height_at is not None and np.array_equal(self._height_at, poses):
             return self._height
         self._height_at = poses.copy()
         probes, surfaces = self.probes, self.surfaces
+        height = np.empty(len(probes.body))
         self.kernels.heights(
             poses, probes.body, probes.place, probes.straight, probes.first_piece, probes.last_piece, surfaces.owners,
-            surfaces.stations, *surfaces.extra, self._nearest_of_all, self._height,
+            surfaces.stations, *surfaces.extra, reach, self._nearest_of_all, height,
         )  # fmt: skip
-        return self._height
+        self._height = height
+        return height
+
+
+def _side_of(height: np.ndarray) -> np.ndarray:
+    return np.where(height >= 0.0, 1.0, -1.0)
 
 
 def _coupled_bodies(probe_body: np.ndarray, window: np.ndarray, owners: np.ndarray) -> np.ndarray:
