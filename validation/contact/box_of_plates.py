@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -12,16 +13,18 @@ from fsm.scene.contact import Contact, Friction
 from fsm.scene.obstacle import Obstacle
 from fsm.scene.scene import Body, ContactPair, Plate, Scene
 from fsm.segments.compile import compile_scene
+from fsm.segments.system import SegmentSystem
 from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, StepEnd, simulate
 
-__all__ = ["CONTACT", "GRAVITY", "PLATE", "SPACING", "Fall", "box_scene", "deepest_allowed", "drop", "half_width"]
+__all__ = ["CONTACT", "FRICTION", "Fall", "box_scene", "deepest_allowed", "drop", "half_width", "outside"]
 
 PLATE = Plate(length=0.02, width=0.015, thickness=1e-3)
 DENSITY, GRAVITY = 1000.0, 9.81
 SPACING = 0.027
 """Between the middles of plates as they are let go: more than a diagonal, so that none touches another."""
 MASS = DENSITY * PLATE.length * PLATE.width * PLATE.thickness
-CONTACT = Contact(stiffness=1e7, damping=0.5, ramp=1e-5)
+CONTACT = Contact(stiffness=5e6, restitution=0.5)
+FRICTION = Friction(law="tanh", mu_dynamic=0.2, v_static=0.02)
 CORNER = 1.0 / 72.0
 """Least share of a face that a point stands for: a corner of a grid of 3 x 3, which plates have from both sides."""
 
@@ -32,19 +35,23 @@ class Fall:
 
     Attributes
     ----------
+    system : SegmentSystem
     saved : states
     statistics, ledger
     deepest : largest penetration in all steps, m
-    fastest : largest sum of kinetic energy of one plate, J
-    rise : largest gain of stored energy over its smallest value before, J
+    fastest : largest kinetic energy of one plate, J
+    rise : largest gain of all energy (nothing puts any in), J
+    time : processor time, s
     """
 
+    system: SegmentSystem
     saved: list[Saved]
     statistics: Statistics
     ledger: Ledger
     deepest: float
     fastest: float
     rise: float
+    time: float
 
 
 def half_width(columns: int) -> float:
@@ -53,7 +60,7 @@ def half_width(columns: int) -> float:
 
 
 def box_scene(
-    count: int, columns: int, seed: int = 1, contact: Contact = CONTACT, friction: Friction | None = None
+    count: int, columns: int, seed: int = 1, contact: Contact = CONTACT, friction: Friction | None = FRICTION
 ) -> Scene:
     """Plates in layers of `columns` by `columns`, turned and turning anyhow, over the floor of the box.
 
@@ -107,33 +114,46 @@ def _walls(half: float) -> tuple[Obstacle, ...]:
     )
 
 
-def deepest_allowed(contact: Contact, energy: float) -> float:
-    """Depth at which one point at the corner of a plate has taken up that energy, J, and nothing else helped, m."""
-    power = contact.exponent + 1.0
-    return float((power * energy / (CORNER * contact.stiffness)) ** (1.0 / power))
+def deepest_allowed(contact: Contact, energy: float, weight: float) -> float:
+    """Depth of one corner of a plate that takes up all of an energy (J), and that of a weight (N) that sinks with it, m.
+
+    Elastic: K d^(e+1)/(e+1) = energy + weight d, with the corner's part of K.
+    """
+    power, depth = contact.exponent + 1.0, 0.0
+    for _ in range(50):
+        depth = float((power * (energy + weight * depth) / (CORNER * contact.stiffness)) ** (1.0 / power))
+    return depth
 
 
-def drop(
-    scene: Scene, end: float, rtol: float, interval: float = 1e-3, progress: bool = False
-) -> Fall:
+def outside(system: SegmentSystem, state: Saved, half: float) -> float:
+    """How far the corner farthest out is beyond the walls or below the floor, m; negative when all are inside."""
+    corners = system.shape(state.time, state.q)
+    return float(max((np.abs(corners[..., :2]) - half).max(), (-corners[..., 2]).max()))
+
+
+def drop(scene: Scene, end: float, rtol: float, interval: float = 1e-3, progress: bool = False) -> Fall:
     """Let them fall until `end`, s, with a state every `interval`, s."""
     system = compile_scene(scene, True)
     saved: list[Saved] = []
-    extremes = {"deepest": 0.0, "fastest": 0.0}
-    mobility = system.bodies.inertia[system.bodies.free]
+    deepest = fastest = 0.0
+    inertia = system.bodies.inertia[system.bodies.free]
 
     def look(state: StepEnd) -> None:
-        poses, _ = system.place(state.time, state.q, state.u)
+        nonlocal deepest, fastest
+        poses, _ = system.place(state.time, state.q, None)
         for group in system.contacts:
-            extremes["deepest"] = max(extremes["deepest"], -float(group.geometry.find(poses, 0.0).gap.min(initial=0.0)))
-        kinetic = 0.5 * (mobility * state.u.reshape(mobility.shape) ** 2).sum(axis=1)
-        extremes["fastest"] = max(extremes["fastest"], float(kinetic.max()))
+            deepest = max(deepest, -float(group.geometry.find(poses, 0.0).gap.min(initial=0.0)))
+        fastest = max(fastest, float((0.5 * inertia * state.u.reshape(inertia.shape) ** 2).sum(axis=1).max()))
 
     def keep(state: Saved) -> None:
         saved.append(state)
         if progress:
-            print(f"{1e3 * state.time:.0f} ms, {1e3 * state.observation.energy.kinetic:.3g} mJ", flush=True)
+            kinetic, error = state.observation.energy.kinetic, state.error
+            print(f"{1e3 * state.time:.0f} ms, kinetic {1e3 * kinetic:.3g} mJ, error {1e6 * error:.3g} uJ", flush=True)
 
     times = np.arange(0.0, end + 0.5 * interval, interval)
+    begun = time.process_time()
     statistics, ledger = simulate(system, Settings("generalized-alpha", rtol, end), times.tolist(), keep, look)
-    return Fall(saved, statistics, ledger, extremes["deepest"], extremes["fastest"], 0.0)
+    stored = np.array([state.observation.energy.stored for state in saved])
+    rise = float((stored - np.minimum.accumulate(stored)).max())
+    return Fall(system, saved, statistics, ledger, deepest, fastest, rise, time.process_time() - begun)

@@ -1,0 +1,91 @@
+"""The pulled strip in space and in the plane, with friction, and with contact stiffer, softer, thicker and thinner."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from fsm.prepare import prepare
+from fsm.results.quantities import peak
+from fsm.scene.load_case import load_case
+from fsm.solve.simulate import Saved
+from fsm.solve.static import PathSettings, follow
+
+__all__ = ["CASE", "Pull", "curve_difference", "pull"]
+
+CASE = Path(__file__).parents[2] / "folding_cases" / "strip_trial" / "case.toml"
+EVERY = 1e-3
+"""Travel between the records, m."""
+
+
+@dataclass(frozen=True)
+class Pull:
+    """One pull.
+
+    Attributes
+    ----------
+    travel, force : (n,) arrays, m and N
+        At even travels.
+    peak_force, peak_travel : N, m
+        Of all steps.
+    deepest : m
+    slid : m
+        Way that faces slid on each other, of the pair that slid farthest while it touched.
+    friction_energy, turnover : J
+        Taken by friction; turned over by all.
+    energy_error : relative to the latter
+    steps, rejected : int
+    time : processor time of the solve, s
+    """
+
+    travel: np.ndarray
+    force: np.ndarray
+    peak_force: float
+    peak_travel: float
+    deepest: float
+    slid: float
+    friction_energy: float
+    turnover: float
+    energy_error: float
+    steps: int
+    rejected: int
+    time: float
+
+
+def pull(*changes: str, segments: int = 10, travel: float = 0.04, rtol: float = 1e-4) -> Pull:
+    """The trial strip by statics, with changes as `--set` takes them."""
+    overrides = [f"strip.segments_per_panel={segments}", f"drive.0.travel={travel}", "expect=none", *changes]
+    _, system = prepare(load_case(CASE, overrides).case)
+    motion = system.motions[0]
+    times = [motion.time_of(x) for x in np.arange(EVERY, travel, EVERY)]
+    saved: list[Saved] = []
+    begun = time.process_time()
+    settings = PathSettings(motion.end_time, motion.time_of(travel / 200), rtol=rtol)
+    statistics, ledger = follow(system, settings, [0.0, *times, motion.end_time], saved.append)
+    taken = time.process_time() - begun
+    drives = [drive for drive, _ in statistics.seen]
+    top, at = peak(np.array([d.travel[0] for d in drives]), np.array([d.force[0] for d in drives]))
+    at_times = np.array([state.time for state in saved])
+    slips = np.array([state.observation.pairs.slip for state in saved])
+    return Pull(
+        np.array([state.observation.drive.travel[0] for state in saved]),
+        np.array([state.observation.drive.force[0] for state in saved]),
+        top,
+        at,
+        max(0.0, -min(float(state.observation.pairs.gap.min()) for state in saved)),
+        float(np.trapezoid(slips, at_times, axis=0).max(initial=0.0)),
+        float(ledger.pair_energy[0].sum()),
+        ledger.turnover,
+        ledger.relative_error,
+        statistics.steps,
+        statistics.rejected,
+        taken,
+    )
+
+
+def curve_difference(one: Pull, other: Pull) -> float:
+    """Largest difference of two force curves over the peak."""
+    return float(np.abs(one.force - other.force).max() / max(one.peak_force, other.peak_force))
