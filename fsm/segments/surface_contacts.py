@@ -129,6 +129,7 @@ class SurfaceContacts:
         self._pairs = np.zeros((0, 2), dtype=np.int64)
         self._height = np.empty(count)
         self._height_at: np.ndarray | None = None
+        self._height_farther = 0.0
         self._committed: np.ndarray | None = None
         self._buffers = (
             np.empty(count, dtype=np.int64),
@@ -211,7 +212,7 @@ class SurfaceContacts:
 
     def commit(self, poses: np.ndarray) -> None:
         """See `ContactGeometry`."""
-        height = self._heights(poses, self._reach)
+        height = self._heights(poses)
         over = np.isfinite(height) & (self.side * height > -self.probes.depth_limit)
         self.side = np.where(over, np.where(self.side == 0.0, _side_of(height), self.side), 0.0)
         self._committed = poses
@@ -227,14 +228,13 @@ class SurfaceContacts:
 
     def crossed(self, poses: np.ndarray) -> tuple[int, ...]:
         """See `ContactGeometry`: pairs with a probe deeper than its limit."""
-        side, reach = self.side, self._reach
+        side, motion = self.side, 0.0
         if self._committed is not None:
             motion = self._motion(self._committed, poses)
-            reach = reach + 2.0 * motion
             if motion > 0.5 * self.margin:  # what was too far away to be on a side may be through by now
-                before = self._heights(self._committed, reach)
+                before = self._heights(self._committed, 2.0 * motion)
                 side = np.where((side == 0.0) & np.isfinite(before), _side_of(before), side)
-        height = self._heights(poses, reach)
+        height = self._heights(poses, 2.0 * motion)
         with np.errstate(invalid="ignore"):
             through = side * height <= -self.probes.depth_limit
         return tuple(int(pair) for pair in np.unique(self.pair[through]))
@@ -247,16 +247,17 @@ class SurfaceContacts:
         turn = (1.0 if n == 2 else 2.2) * change[:, n:].sum(axis=1) * surfaces.radii
         return float((change[:, :n].sum(axis=1) + turn).max(initial=0.0))
 
-    def _heights(self, poses: np.ndarray, reach: np.ndarray) -> np.ndarray:
-        """Heights of all probes within reach; those of the last time if nothing has moved."""
-        if self._height_at is not None and np.array_equal(self._height_at, poses):
+    def _heights(self, poses: np.ndarray, farther: float = 0.0) -> np.ndarray:
+        """Heights of all probes within reach and so much farther, m; those of the last time if they will do."""
+        at = self._height_at
+        if at is not None and farther <= self._height_farther and np.array_equal(at, poses):
             return self._height
-        self._height_at = poses.copy()
+        self._height_at, self._height_farther = poses.copy(), farther
         probes, surfaces = self.probes, self.surfaces
         height = np.empty(len(probes.body))
         self.kernels.heights(
             poses, probes.body, probes.place, probes.straight, probes.first_piece, probes.last_piece, surfaces.owners,
-            surfaces.stations, *surfaces.extra, reach, self._nearest_of_all, height,
+            surfaces.stations, *surfaces.extra, self._reach + farther, self._nearest_of_all, height,
         )  # fmt: skip
         self._height = height
         return height
