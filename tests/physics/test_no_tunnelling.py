@@ -135,11 +135,11 @@ def test_radau_says_when_something_passed() -> None:
 
 def pushed(yielding: bool, target: str, **keys: Any) -> Scene:
     """A plate driven 10 mm down, where after 5 mm another lies, on springs or held."""
-    scene = shot(target, 0.0, 0.0, Contact(stiffness=1e8))
+    scene = shot(target, 0.0, 0.0, Contact(stiffness=1e8, **keys))
     bodies = {body.name: body for body in scene.bodies}
     low = bodies["low"].model_copy(update={"held": not yielding})
     springs = ForceElement(
-        name="springs", inner="ground", outer="low", translation=(1e3, 1e3, 100.0), rotation=(1.0, 1.0, 1.0), **keys
+        name="springs", inner="ground", outer="low", translation=(1e3, 1e3, 100.0), rotation=(1.0, 1.0, 1.0)
     )
     spare = Body(name="spare", mass=MASS, inertia=INERTIA, position=(1.0, 0.0, 0.0))
     hung = springs.model_copy(update={"name": "hung", "outer": "spare", "point_inner": (1.0, 0.0, 0.0)})
@@ -169,9 +169,10 @@ def test_a_plate_on_springs_is_pushed_along(first: float, target: str, spatial: 
 @DIMENSIONS
 @pytest.mark.parametrize("target", ["surface", "plate"])
 @pytest.mark.parametrize("first", [1.0, 0.3], ids=["one increment", "few"])
-def test_a_plate_is_not_driven_through_another(first: float, target: str, spatial: bool) -> None:
+@pytest.mark.parametrize("damping", [0.0, 10.0], ids=["elastic", "damped"])
+def test_a_plate_is_not_driven_through_another(damping: float, first: float, target: str, spatial: bool) -> None:
     """Both are held where they are: there is no solution."""
-    system = compile_scene(pushed(False, target), spatial)
+    system = compile_scene(pushed(False, target, damping=damping), spatial)
     end = float(system.end_time() or 0.0)
     with pytest.raises(NotConverged, match="pass through each other"):
         follow(system, PathSettings(end, first * end), [end], lambda saved: None)
