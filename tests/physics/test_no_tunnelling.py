@@ -34,16 +34,16 @@ def bouncing(speed: float, part: float = 1.0, **keys: float) -> Contact:
 
 def shot(target: str, speed: float, tilt: float, contact: Contact) -> Scene:
     """A thin plate that flies at a held panel, a held plate or a half-space, whose middle surfaces are at z = 0."""
+    outline = Plate(length=LENGTH, width=LENGTH, thickness=THICK)
     high = Body(
-        name="high", mass=MASS, inertia=INERTIA, plate=Plate(length=LENGTH, width=LENGTH, thickness=THICK),
-        position=(0.0, 0.0, HEIGHT), velocity=(0.0, 0.0, -speed), orientation=(math.cos(tilt / 2), 0.0, math.sin(tilt / 2), 0.0),
+        name="high", mass=MASS, inertia=INERTIA, plate=outline, position=(0.0, 0.0, HEIGHT), velocity=(0.0, 0.0, -speed),
+        orientation=(math.cos(tilt / 2), 0.0, math.sin(tilt / 2), 0.0),
     )  # fmt: skip
     if target == "plane":
         floor = (Obstacle(name="low", shape="plane", position=(0.0, 0.0, THICK / 2)),)
         return Scene(bodies=(high,), obstacles=floor, pairs=(ContactPair(first="high", second="low"),), contact=contact)
-    low = high.model_copy(
-        update={"name": "low", "held": True, "plate": Plate(length=0.08, width=0.08, thickness=THICK), "position": (0.0,) * 3}
-    ).model_copy(update={"orientation": (1.0, 0.0, 0.0, 0.0), "velocity": (0.0, 0.0, 0.0)})
+    wide = Plate(length=0.08, width=0.08, thickness=THICK)
+    low = Body(name="low", mass=MASS, inertia=INERTIA, held=True, plate=wide)
     faces = (Surface(name="below", bodies=("low",)), Surface(name="above", bodies=("high",)))
     names = ("above", "below") if target == "surface" else ("high", "low")
     pair = ContactPair(first=names[0], second=names[1])
@@ -112,10 +112,13 @@ def test_radau_gets_it_right_or_says_so(tilt: float, target: str, spatial: bool)
     """SciPy's method cannot take a step back."""
     for speed in (50.0, 500.0):
         system = compile_scene(shot(target, speed, tilt, bouncing(speed)), spatial)
+        said = ""
         try:
             seen = fly(system, speed, "Radau")
         except NotConverged as error:
-            assert "pass through each other" in str(error)
+            said = str(error)
+        if said:
+            assert "pass through each other" in said
         else:
             assert lowest(system, seen) > 0.0
             assert parting(system, seen) > 0.0
