@@ -86,7 +86,7 @@ def parting(system: SegmentSystem, seen: list[Saved]) -> float:
 @TARGETS
 @pytest.mark.parametrize("tilt", [0.0, 0.3], ids=["flat", "on an edge"])
 @pytest.mark.parametrize("keys", [{}, {"restitution": 0.7}], ids=["elastic", "c = .7"])
-@pytest.mark.parametrize("speed", [50.0, 500.0])
+@pytest.mark.parametrize("speed", [pytest.param(50.0, marks=pytest.mark.slow), 500.0])
 def test_a_thin_fast_plate_comes_back(speed: float, keys: dict[str, float], tilt: float, target: str, spatial: bool) -> None:
     system = compile_scene(shot(target, speed, tilt, bouncing(speed, **keys)), spatial)
     seen = fly(system, speed, "generalized-alpha")
