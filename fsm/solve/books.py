@@ -155,12 +155,14 @@ class Books:
         self.ledger.add(*turned_over)
         self._take(t, q, u, seen, seen.energy.stored)
 
-    def gains(self, seen: Observation) -> bool:
-        """Whether a jump to a state would gain energy that nothing gave: then it is no jump that would happen."""
+    def may_jump(self, t: float, q: np.ndarray, seen: Observation) -> bool:
+        """Whether a jump to a state could happen: through no face, and without a gain of energy that nothing gave."""
+        if self.system.objection(t, q, None, t - self.time) is not None:
+            return False
         travel = np.abs(seen.drive.travel - self.last.drive.travel)
         given = float((np.abs(self.last.drive.force) + np.abs(seen.drive.force)) @ travel)
         gained = seen.energy.stored_at_rest - self.last.energy.stored_at_rest
-        return not gained <= given + 1e-6 * self.ledger.turnover
+        return bool(gained <= given + 1e-6 * self.ledger.turnover)
 
     def slide(self, t: float, q: np.ndarray, seen: Observation) -> None:
         """Take a jump in next to no time, whose energy is gone."""

@@ -158,6 +158,7 @@ class _Follower:
         self.aim = math.sqrt(settings.rtol)
         self.far = min(_FAR * self.aim, _FURTHEST)
         self.failed = np.zeros(system.nu)
+        self.objection = ""
         # energy of everything moving at the speed that the drive may bring about by itself
         speed = self.newton.scales.velocity
         self.slow = 0.5 * float(speed @ (system.mass(q) @ speed))
@@ -220,7 +221,9 @@ class _Follower:
         correction = self._size(self.system.difference(guess, found.q))
         if extrapolated and correction > self.far:
             return _Reason.FAR
-        if self.system.objection(t, found.q, None, t - books.time) is not None:
+        objection = self.system.objection(t, found.q, None, t - books.time)
+        if objection is not None:
+            self.objection = objection.reason
             return _Reason.CROSSED
         seen = self.system.observe(t, found.q, found.u, before)
         if self._inertia_counts(seen):
@@ -236,6 +239,7 @@ class _Follower:
             self._fail(Outcome.TORN)
         self._adapt(duration, correction if extrapolated else None, found.iterations)
         books.quasi_static(t, found.q, found.u, seen, turned_over)
+        self.objection = ""
         self._remember(t, found.q, before)
         return None
 
@@ -323,7 +327,7 @@ class _Follower:
                 guess, efforts = self.system.retract(books.q, prediction.increment), prediction.efforts
             found = stable_branch(self.newton, t, guess, efforts, critical, self.settings.imperfection)
             seen = None if found is None else self.system.observe(t, found.q, None)
-            if found is not None and seen is not None and not books.gains(seen):
+            if found is not None and seen is not None and books.may_jump(t, found.q, seen):
                 books.slide(t, found.q, seen)
                 return True
             step *= 4.0
@@ -388,6 +392,8 @@ class _Follower:
         if np.any(self.failed):
             what = "Not held" if outcome is Outcome.MECHANISM else "Largest force left over at"
             text += f". {what}: {self.system.blame(self.failed)}"
+        if self.objection:
+            text += f". {self.objection}"
         raise NotConverged(f"{text}. Joint strained most: {self.joint}")
 
 

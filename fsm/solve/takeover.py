@@ -118,7 +118,7 @@ def slide(system: System, books: Books, t: float) -> bool:
         q = system.retract(q, step)
         if size < _SETTLED:
             seen = system.observe(t, q, None)
-            if books.gains(seen):
+            if not books.may_jump(t, q, seen):
                 return False
             books.slide(t, q, seen)
             return True

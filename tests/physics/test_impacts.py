@@ -89,7 +89,10 @@ def upwards(spatial: bool) -> int:
 
 @DIMENSIONS
 @pytest.mark.parametrize("target", TARGETS)
-@pytest.mark.parametrize("law", ["restitution", "hunt-crossley", "lankarani-nikravesh", "flores"])
+@pytest.mark.parametrize(
+    "law",
+    ["restitution", *(pytest.param(x, marks=pytest.mark.slow) for x in ("hunt-crossley", "lankarani-nikravesh", "flores"))],
+)
 def test_a_plate_that_lands_flat_comes_back_as_asked(law: Any, target: str, spatial: bool) -> None:
     for c in (0.1, 0.3, 0.5, 0.7, 0.9):
         contact = Contact(law=law, stiffness=1e8, restitution=c, speed_floor=1e-6)
@@ -222,7 +225,7 @@ def test_depth_and_duration_of_an_elastic_impact(exponent: float, target: str, s
 
 @DIMENSIONS
 @pytest.mark.parametrize("target", ["plane", "surface"])
-@pytest.mark.parametrize("e", [0.5, 0.8])
+@pytest.mark.parametrize("e", [0.5, pytest.param(0.8, marks=pytest.mark.slow)])
 def test_fifteen_bounces(e: float, target: str, spatial: bool) -> None:
     """sqrt(2 H/g) (1 + 2 (e + e^2 + ...)), and the speed they leave with: hard enough that gravity does not count."""
     height, up = 10.0, upwards(spatial)
@@ -294,7 +297,11 @@ def test_order_two_across_elastic_impacts(build: Any) -> None:
 
 @DIMENSIONS
 @pytest.mark.parametrize("target", TARGETS)
-@pytest.mark.parametrize("keys", [{"restitution": 0.3}, {"restitution": 0.9}, {}], ids=["c = .3", "c = .9", "elastic"])
+@pytest.mark.parametrize(
+    "keys",
+    [{"restitution": 0.3}, pytest.param({"restitution": 0.9}, marks=pytest.mark.slow), {}],
+    ids=["c = .3", "c = .9", "elastic"],
+)
 def test_energy_through_an_impact(keys: dict[str, float], target: str, spatial: bool) -> None:
     """What the damping of the contact takes is what the plate has lost."""
     contact = Contact(stiffness=1e8, **keys)

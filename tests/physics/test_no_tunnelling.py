@@ -34,16 +34,16 @@ def bouncing(speed: float, part: float = 1.0, **keys: float) -> Contact:
 
 def shot(target: str, speed: float, tilt: float, contact: Contact) -> Scene:
     """A thin plate that flies at a held panel, a held plate or a half-space, whose middle surfaces are at z = 0."""
+    outline = Plate(length=LENGTH, width=LENGTH, thickness=THICK)
     high = Body(
-        name="high", mass=MASS, inertia=INERTIA, plate=Plate(length=LENGTH, width=LENGTH, thickness=THICK),
-        position=(0.0, 0.0, HEIGHT), velocity=(0.0, 0.0, -speed), orientation=(math.cos(tilt / 2), 0.0, math.sin(tilt / 2), 0.0),
+        name="high", mass=MASS, inertia=INERTIA, plate=outline, position=(0.0, 0.0, HEIGHT), velocity=(0.0, 0.0, -speed),
+        orientation=(math.cos(tilt / 2), 0.0, math.sin(tilt / 2), 0.0),
     )  # fmt: skip
     if target == "plane":
         floor = (Obstacle(name="low", shape="plane", position=(0.0, 0.0, THICK / 2)),)
         return Scene(bodies=(high,), obstacles=floor, pairs=(ContactPair(first="high", second="low"),), contact=contact)
-    low = high.model_copy(
-        update={"name": "low", "held": True, "plate": Plate(length=0.08, width=0.08, thickness=THICK), "position": (0.0,) * 3}
-    ).model_copy(update={"orientation": (1.0, 0.0, 0.0, 0.0), "velocity": (0.0, 0.0, 0.0)})
+    wide = Plate(length=0.08, width=0.08, thickness=THICK)
+    low = Body(name="low", mass=MASS, inertia=INERTIA, held=True, plate=wide)
     faces = (Surface(name="below", bodies=("low",)), Surface(name="above", bodies=("high",)))
     names = ("above", "below") if target == "surface" else ("high", "low")
     pair = ContactPair(first=names[0], second=names[1])
@@ -86,7 +86,7 @@ def parting(system: SegmentSystem, seen: list[Saved]) -> float:
 @TARGETS
 @pytest.mark.parametrize("tilt", [0.0, 0.3], ids=["flat", "on an edge"])
 @pytest.mark.parametrize("keys", [{}, {"restitution": 0.7}], ids=["elastic", "c = .7"])
-@pytest.mark.parametrize("speed", [50.0, 500.0])
+@pytest.mark.parametrize("speed", [pytest.param(50.0, marks=pytest.mark.slow), 500.0])
 def test_a_thin_fast_plate_comes_back(speed: float, keys: dict[str, float], tilt: float, target: str, spatial: bool) -> None:
     system = compile_scene(shot(target, speed, tilt, bouncing(speed, **keys)), spatial)
     seen = fly(system, speed, "generalized-alpha")
@@ -112,10 +112,13 @@ def test_radau_gets_it_right_or_says_so(tilt: float, target: str, spatial: bool)
     """SciPy's method cannot take a step back."""
     for speed in (50.0, 500.0):
         system = compile_scene(shot(target, speed, tilt, bouncing(speed)), spatial)
+        said = ""
         try:
             seen = fly(system, speed, "Radau")
         except NotConverged as error:
-            assert "pass through each other" in str(error)
+            said = str(error)
+        if said:
+            assert "pass through each other" in said
         else:
             assert lowest(system, seen) > 0.0
             assert parting(system, seen) > 0.0
@@ -135,11 +138,11 @@ def test_radau_says_when_something_passed() -> None:
 
 def pushed(yielding: bool, target: str, **keys: Any) -> Scene:
     """A plate driven 10 mm down, where after 5 mm another lies, on springs or held."""
-    scene = shot(target, 0.0, 0.0, Contact(stiffness=1e8))
+    scene = shot(target, 0.0, 0.0, Contact(stiffness=1e8, **keys))
     bodies = {body.name: body for body in scene.bodies}
     low = bodies["low"].model_copy(update={"held": not yielding})
     springs = ForceElement(
-        name="springs", inner="ground", outer="low", translation=(1e3, 1e3, 100.0), rotation=(1.0, 1.0, 1.0), **keys
+        name="springs", inner="ground", outer="low", translation=(1e3, 1e3, 100.0), rotation=(1.0, 1.0, 1.0)
     )
     spare = Body(name="spare", mass=MASS, inertia=INERTIA, position=(1.0, 0.0, 0.0))
     hung = springs.model_copy(update={"name": "hung", "outer": "spare", "point_inner": (1.0, 0.0, 0.0)})
@@ -169,9 +172,10 @@ def test_a_plate_on_springs_is_pushed_along(first: float, target: str, spatial: 
 @DIMENSIONS
 @pytest.mark.parametrize("target", ["surface", "plate"])
 @pytest.mark.parametrize("first", [1.0, 0.3], ids=["one increment", "few"])
-def test_a_plate_is_not_driven_through_another(first: float, target: str, spatial: bool) -> None:
+@pytest.mark.parametrize("damping", [0.0, 10.0], ids=["elastic", "damped"])
+def test_a_plate_is_not_driven_through_another(damping: float, first: float, target: str, spatial: bool) -> None:
     """Both are held where they are: there is no solution."""
-    system = compile_scene(pushed(False, target), spatial)
+    system = compile_scene(pushed(False, target, damping=damping), spatial)
     end = float(system.end_time() or 0.0)
     with pytest.raises(NotConverged, match="pass through each other"):
         follow(system, PathSettings(end, first * end), [end], lambda saved: None)

@@ -39,10 +39,8 @@ def plate(name: str, length: float = LENGTH, **keys: Any) -> Body:
 
 def block(friction: Friction, slope: float = 0.0, speed: float = 0.0, start: float = 0.0, row: int = 1) -> Scene:
     """A plate at rest on a row of held ones, as deep as its weight presses it; gravity is turned, not the floor."""
-    long = 0.08
-    floor = [
-        plate(f"floor {k}", long / row, held=True, position=((k + 0.5) * long / row - long / 2, 0.0, 0.0)) for k in range(row)
-    ]
+    each = 0.08 / row
+    floor = [plate(f"floor {k}", each, held=True, position=((k + 0.5) * each - 0.04, 0.0, 0.0)) for k in range(row)]
     angle = math.atan(slope)
     depth = (MASS * G * math.cos(angle) / STIFFNESS) ** (2 / 3)
     slider = plate("block", position=(start, 0.0, THICK - depth), velocity=(speed, 0.0, 0.0))

@@ -63,7 +63,8 @@ def test_a_plate_in_an_obstacle_is_refused(side: float) -> None:
     bodies = (plate("a", position=(0.0, side, 0.3e-3)), plate("b", position=(0.1, side, 0.5e-3)))
     pairs = tuple(ContactPair(first=name, second="floor") for name in ("a", "b"))
     lines = refused(case(Scene(bodies=bodies, obstacles=(FLOOR,), pairs=pairs)))
-    assert lines == ["x.toml: scene: a and floor overlap at the start by 0.2 mm; move them apart, or set contact.resolve_overlap"]
+    hint = "move them apart, or set contact.resolve_overlap"
+    assert lines == [f"x.toml: scene: a and floor overlap at the start by 0.2 mm; {hint}"]
 
 
 def test_surfaces_in_space_are_refused() -> None:
@@ -73,7 +74,8 @@ def test_surfaces_in_space_are_refused() -> None:
             "pairs": (ContactPair(first="one", second="two"),),
         }
     )
-    assert [line.split(";")[0] for line in refused(case(scene))] == ["x.toml: scene: one and two overlap at the start by 0.2 mm"]
+    lines = [line.split(";")[0] for line in refused(case(scene))]
+    assert lines == ["x.toml: scene: one and two overlap at the start by 0.2 mm"]
 
 
 def test_a_plate_stuck_in_another_is_refused() -> None:
@@ -91,7 +93,9 @@ def test_a_plate_stuck_in_another_is_refused() -> None:
 def test_strips_as_folded_do_not_overlap(spatial: bool) -> None:
     """Layers beside a crease do, in space as in the plane, and that is no fault."""
     strip = {
-        "strip": {"length": 0.48, "width": 0.04, "thickness": 3e-4, "panels": 6, "fold_angle": "83 deg", "segments_per_panel": 4},
+        "strip": {
+            "length": 0.48, "width": 0.04, "thickness": 3e-4, "panels": 6, "fold_angle": "83 deg", "segments_per_panel": 4,
+        },
         "material": {"young": 3e9, "density": 800},
         "crease": {"law": "linear", "stiffness": 9e-3},
         "contact": {"stiffness": 1e8},
