@@ -27,7 +27,7 @@ def check_stack(quick: bool, out: Path) -> list[Check]:
     plots.draw_stack(out / "stack.png", pressed)
     crossed = sum(len(stack.crossings(pressed.system, state)) for state in pressed.saved)
     flat = min(state.q[-3] for state in pressed.saved)
-    say(f"stack: {panels} panels, pressed to {1e3 * flat:.2f} mm, deepest {1e6 * pressed.deepest.max():.1f} um")
+    say(f"stack: {panels} panels, press at {1e3 * flat:.2f} mm, deepest {1e6 * pressed.deepest.max():.1f} um")
     statistics = pressed.statistics
     say(f"       {statistics.steps} steps, {len(statistics.events)} snaps, {statistics.wall_time:.0f} s")
     touched = pressed.allowed > 0.0
