@@ -1,8 +1,9 @@
-"""Cost against the number of segments: a static Newton iteration and a time step, and their slopes."""
+"""Cost against the number of segments: a static Newton iteration, a time step, the contacts alone, and their slopes."""
 
 from __future__ import annotations
 
 import csv
+import math
 import statistics
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -13,6 +14,7 @@ import numpy as np
 
 from fsm.scene.scene import Scene
 from fsm.segments.compile import compile_scene
+from fsm.segments.pattern import body_pattern
 from fsm.segments.system import SegmentSystem
 from fsm.solve.linear import Backend, LinearSolver
 from fsm.solve.simulate import Settings, simulate
@@ -34,6 +36,8 @@ STEPS, SETTLING = 10, 20
 LARGEST_DENSE = 6000
 """States up to which LSODA is tried where it has no band: it keeps a full matrix."""
 RTOL = 1e-3
+CLOSED = 90.05
+"""Fold angle at which contacts are timed, degrees: beyond a right angle panels lie in each other."""
 
 
 class _Enough(Exception):
@@ -63,7 +67,7 @@ def measure_segments(counts: Sequence[int], methods: Sequence[str], repeat: int,
         over: set[str] = set()
         for count in (n for n in counts if n >= smallest):
             system = compile_scene(make(count), spatial)
-            for what, clock in _clocks(methods).items():
+            for what, clock in (_clocks(methods) | (CONTACT_CLOCKS if system.contacts else {})).items():
                 if what not in over:
                     rows.append(_row(scene, what, count, system, clock, repeat))
                     if float(rows[-1]["time_s"] or "inf") * (STEPS + SETTLING) > limit:
@@ -138,6 +142,54 @@ def time_steps(system: SegmentSystem, method: str) -> list[float]:
     steps = np.diff(ends[SETTLING:])
     # a step that renews the matrices costs many times one that does not: what counts is the mean
     return [float(np.mean(steps))]
+
+
+def contact_forces(system: SegmentSystem, repeat: int) -> list[float]:
+    """Processor times of contacts alone, found, measured, with their forces and tangents, where all faces touch."""
+    poses, rates = closed(system), np.zeros(system.bodies.rate.shape)
+    dof = np.full(len(poses), -1, dtype=np.int64)
+    dof[system.bodies.free] = np.arange(system.n_free)
+    pattern = body_pattern(dof, [group.pairs(poses)[0] for group in system.contacts], system.size)
+    times = []
+    for _ in range(max(5, repeat) + 1):
+        sums = np.zeros(rates.shape), pattern.zeros(), pattern.zeros()
+        here = poses.copy()  # of the very same array the contacts would be remembered
+        begun = time.process_time()
+        for group in system.contacts:
+            group.add_linearised(0.0, here, rates, pattern, *sums)
+        times.append(time.process_time() - begun)
+    return times[1:]
+
+
+def contact_renewal(system: SegmentSystem, repeat: int) -> list[float]:
+    """Processor times of the broad phase when everything has moved by its margin."""
+    poses, times = closed(system), []
+    for _ in range(max(5, repeat) + 1):
+        begun = time.process_time()
+        for group in system.contacts:
+            poses = poses.copy()
+            poses[:, 0] += group.geometry.margin
+            group.pairs(poses)
+        times.append(time.process_time() - begun)
+    return times[1:]
+
+
+def closed(system: SegmentSystem) -> np.ndarray:
+    """Poses of the folded strip in the plane, closed until all neighbours lie in each other by a little."""
+    poses, _ = system.place(0.0, system.initial()[0], None)
+    poses, turned = poses.copy(), np.abs(poses[:, 2]) > 0.1
+    fold = float(np.abs(poses[turned, 2]).max())
+    shut = math.radians(CLOSED)
+    poses[turned, 2] *= shut / fold
+    poses[:, 0] *= math.cos(shut) / math.cos(fold)
+    poses[:, 1] *= math.sin(shut) / math.sin(fold)
+    return poses
+
+
+CONTACT_CLOCKS: dict[str, Callable[[SegmentSystem, int], list[float]]] = {
+    "contact, all touching": contact_forces,
+    "contact, broad phase": contact_renewal,
+}
 
 
 def slope(counts: Sequence[float], times: Sequence[float]) -> float:

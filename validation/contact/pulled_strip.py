@@ -14,7 +14,7 @@ from fsm.scene.load_case import load_case
 from fsm.solve.simulate import Saved
 from fsm.solve.static import PathSettings, follow
 
-__all__ = ["CASE", "Pull", "curve_difference", "pull"]
+__all__ = ["CASE", "Pull", "as_thick", "curve_difference", "pull"]
 
 CASE = Path(__file__).parents[2] / "folding_cases" / "strip_trial" / "case.toml"
 EVERY = 1e-3
@@ -84,6 +84,17 @@ def pull(*changes: str, segments: int = 10, travel: float = 0.04, rtol: float = 
         statistics.rejected,
         taken,
     )
+
+
+def as_thick(thickness: float) -> list[str]:
+    """Changes that make the faces touch at another thickness, m, with mass and bending stiffness as they are."""
+    part = 3e-4 / thickness
+    return [
+        f"strip.thickness={thickness}",
+        "contact.thickness_in_gap=true",
+        f"material.young={3e9 * part**3}",
+        f"material.density={800.0 * part}",
+    ]
 
 
 def curve_difference(one: Pull, other: Pull) -> float:

@@ -109,7 +109,7 @@ def collision(restitution: float, heavy: float = 3.0, rtol: float = 1e-6) -> Cas
 
 
 def corner(restitution: float, angle: float = math.radians(30.0), rtol: float = 1e-6) -> Case:
-    """A tilted plate meets a floor with one end at 0.2 m/s, no gravity, no friction: speed (m/s), spin (rad/s), energy (J)."""
+    """A tilted plate meets a floor by one end at 0.2 m/s, no gravity or friction: speed (m/s), spin (rad/s), energy (J)."""
     mass, height = 0.02, LENGTH / 2 * math.sin(angle) + THICKNESS / 2 + 0.005
     body = _body("plate", mass, (0.0, height), angle, (0.0, -0.2))
     scene = Scene(

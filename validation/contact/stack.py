@@ -57,11 +57,20 @@ class Pressed:
     deepest: np.ndarray
     allowed: np.ndarray
 
+    @property
+    def not_back(self) -> float:
+        """How far the last state is from the first, m or rad."""
+        return float(np.abs(self.saved[-1].q - self.saved[0].q).max())
+
 
 def stack_scene(
-    panels: int = 20, segments: int = 4, force: float = 2.0, contact: Contact = CONTACT, friction: Friction | None = None
+    panels: int = 20,
+    segments: int = 3,
+    force: float = 2.0,
+    contact: Contact = CONTACT,
+    friction: Friction | None = None,
 ) -> Scene:
-    """The press is a half-space fixed to a body that is guided along x; the strip begins with a hinge at the wall, as stiff as a crease.
+    """The press is a half-space fixed to a body that is guided along x; the strip begins at the wall with one more crease.
 
     Parameters
     ----------

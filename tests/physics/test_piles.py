@@ -1,0 +1,105 @@
+"""Contact among many: a stack pressed flat, plates in a box, the pulled strip with all kinds of contact, rigid bodies."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from validation.contact import box_of_plates, pulled_strip, rigid_peer, stack
+
+
+def squeezed(panels: int) -> stack.Pressed:
+    pressed = stack.press(stack.stack_scene(panels))
+    assert [stack.crossings(pressed.system, state) for state in pressed.saved] == [[]] * len(pressed.saved)
+    assert pressed.system.objection(stack.END, pressed.saved[-1].q, None, 1.0) is None
+    assert (pressed.deepest <= 1.001 * pressed.allowed).all()
+    # all layers are pressed, by the force that is put on
+    force = np.max([state.observation.pairs.force for state in pressed.saved], axis=0)
+    assert (force > 0.1).sum() >= panels - 1
+    assert min(state.q[-3] for state in pressed.saved) < 1.3 * panels * stack.THICKNESS
+    assert pressed.ledger.relative_error < 1e-2
+    assert pressed.not_back < 1e-3
+    return pressed
+
+
+def test_a_stack_is_pressed_flat_and_comes_back() -> None:
+    squeezed(8)
+
+
+@pytest.mark.slow
+def test_a_stack_of_twenty() -> None:
+    squeezed(20)
+
+
+def dropped(count: int, columns: int, end: float) -> None:
+    fall = box_of_plates.drop(box_of_plates.box_scene(count, columns), end, 1e-4)
+    weight = count * box_of_plates.MASS * box_of_plates.GRAVITY
+    assert fall.deepest > 5e-5
+    assert fall.deepest < box_of_plates.deepest_allowed(box_of_plates.CONTACT, 2.0 * fall.fastest, weight)
+    half = box_of_plates.half_width(columns)
+    assert max(box_of_plates.outside(fall.system, state, half) for state in fall.saved) < 0.0
+    assert fall.rise < 1e-5 * fall.ledger.turnover
+    assert fall.ledger.relative_error < 1e-3
+    assert fall.ledger.dissipated == pytest.approx(float(fall.ledger.pair_energy.sum()), rel=1e-9)
+
+
+def test_plates_fall_into_a_box() -> None:
+    dropped(6, 1, 0.04)
+
+
+@pytest.mark.slow
+def test_more_plates_fall_into_a_box() -> None:
+    dropped(16, 2, 0.08)
+
+
+def test_contact_in_space_is_that_in_the_plane() -> None:
+    plane, space = pulled_strip.pull(segments=5), pulled_strip.pull("solve.spatial=true", segments=5)
+    assert plane.deepest > 0.0
+    assert pulled_strip.curve_difference(plane, space) < 1e-8
+
+
+def test_friction_moves_the_peak_smoothly() -> None:
+    """By little: the faces slide a tenth of a millimetre on each other."""
+    peaks, energies = [], []
+    for mu in (0.15, 0.3, 0.45, 0.6):
+        found = pulled_strip.pull('friction.law="tanh"', f"friction.mu_dynamic={mu}", 'friction.v_static="1 um/s"')
+        peaks.append(found.peak_force)
+        energies.append(found.friction_energy)
+        assert found.slid < 2e-4
+        assert found.friction_energy < 1e-3 * found.turnover
+    assert (np.diff(peaks) > 0.0).all()
+    assert (np.diff(energies) > 0.0).all()
+    assert np.ptp(np.diff(peaks)) < 0.1 * np.mean(np.diff(peaks))
+    assert peaks[-1] / peaks[0] - 1.0 < 1e-4
+
+
+@pytest.mark.parametrize("stiffness", ["2e5", "1e7", "1e9", "1e11", "1e13"])
+def test_contact_of_any_stiffness(stiffness: str) -> None:
+    found = pulled_strip.pull(f"contact.stiffness={stiffness}")
+    assert found.energy_error < 1e-3
+    assert found.steps < 250
+    assert found.peak_force == pytest.approx(1.9377, rel=0.12 if stiffness == "2e5" else 0.012)
+
+
+@pytest.mark.parametrize("thickness", [3e-3, 3e-4, 1e-5])
+def test_contact_of_any_thickness(thickness: float) -> None:
+    found = pulled_strip.pull(*pulled_strip.as_thick(thickness))
+    assert found.energy_error < 1e-3
+    assert found.steps < 250
+
+
+@pytest.mark.parametrize("restitution", [1.0, 0.5, 0.1])
+def test_free_plates_that_collide(restitution: float) -> None:
+    """Against closed forms; the second lasts for a while, in which the plate turns."""
+    one = rigid_peer.collision(restitution)
+    np.testing.assert_allclose(one.fsm, one.exact, rtol=2e-4)
+    np.testing.assert_allclose(one.pymunk, one.exact, rtol=1e-9)
+    other = rigid_peer.corner(restitution)
+    np.testing.assert_allclose(other.fsm, other.exact, rtol=3e-3)
+    np.testing.assert_allclose(other.pymunk, other.exact, rtol=1e-9)
+
+
+def test_a_plate_slides_until_it_rests() -> None:
+    case = rigid_peer.slide()
+    assert case.fsm[[0, 2]] == pytest.approx(case.exact[[0, 2]], rel=1e-5)
+    assert case.pymunk[0] == pytest.approx(case.exact[0], rel=2e-4)
