@@ -1,4 +1,4 @@
-"""Bristles of friction that sticks go along with the body that carries them."""
+"""Bristles of friction: they turn with the body that carries them, and follow the way slipped."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
+from fsm.kernels.scatter import add_block
 
-__all__ = ["carried"]
+__all__ = ["add_way_stiffness", "carried"]
 
 
 @kernel
@@ -34,3 +35,39 @@ def carried(vectors: np.ndarray, before: np.ndarray, after: np.ndarray, bodies: 
             for k in range(3):
                 out[i, j] += new[j, k] * local[k]
     return out
+
+
+@kernel
+def add_way_stiffness(
+    bodies: np.ndarray,
+    gradient: np.ndarray,
+    by_way: np.ndarray,
+    dof: np.ndarray,
+    indptr: np.ndarray,
+    indices: np.ndarray,
+    stiffness: np.ndarray,
+) -> None:
+    """Add what the friction of bristles changes by as positions do: G^T (df/dway) G for every contact.
+
+    Parameters
+    ----------
+    bodies : (m, k) int array
+    gradient : (m, 1 + c, k size) array
+        G in the rows from 1 on: way slipped by moves of the bodies. How G itself turns in a step is left out.
+    by_way : (m, c, c) array, N/m
+    dof, indptr, indices : see `fsm.segments.pattern.BodyPattern`
+    stiffness : block data, changed in place
+    """
+    order = gradient.shape[2]
+    block, half = np.empty((order, order)), np.empty(order)
+    for i in range(bodies.shape[0]):
+        block[:] = 0.0
+        for c in range(by_way.shape[1]):
+            for n in range(order):
+                half[n] = 0.0
+                for e in range(by_way.shape[2]):
+                    half[n] += by_way[i, c, e] * gradient[i, 1 + e, n]
+            for m in range(order):
+                for n in range(order):
+                    block[m, n] += gradient[i, 1 + c, m] * half[n]
+        add_block(block, dof, bodies[i], indptr, indices, stiffness)

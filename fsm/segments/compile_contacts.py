@@ -38,7 +38,10 @@ def compile_contacts(
     ]
     normal, friction = _normal(contact), _friction(scene.friction)
     mobility = _mobility(scene, bodies, spatial)
-    return tuple(ContactGroup(geometry, normal, friction, mobility, len(scene.pairs)) for geometry in geometries)
+    joined = {name for element in scene.elements for name in (element.inner, element.outer)}
+    loose = mobility.any(axis=1) & np.array([body.name not in joined for body in bodies])
+    count = len(scene.pairs)
+    return tuple(ContactGroup(geometry, normal, friction, mobility, loose, count) for geometry in geometries)
 
 
 def _normal(contact: Contact) -> NormalForce:

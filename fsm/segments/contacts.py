@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsm.interactions.bristle import carried
+from fsm.interactions.bristle import add_way_stiffness, carried
+from fsm.kernels.place import pose_difference
 from fsm.kernels.scatter import scatter_efforts
 from fsm.laws.friction import FrictionLaw
 from fsm.laws.normal import NormalLaw
@@ -26,6 +27,8 @@ _BEFORE = 0.003
 """The step before ends so long before it, over its length."""
 _JOLT = 3e-4
 """Change of speed by an impact in the step in which it begins, over its speed, that is too much."""
+_HEAVY = 0.1
+"""Energy of an impact of a loose body that is resolved with any law, over all kinetic energy."""
 _LASTING = 10.0
 """Time after which a contact rests, over the length of its impact without damping."""
 _IMPACT = 3.0
@@ -57,6 +60,7 @@ class _Found:
     measured: Measured
     forces: ContactForces
     deflection: np.ndarray
+    by_way: np.ndarray | None
     powers: np.ndarray | None = None
 
 
@@ -74,6 +78,8 @@ class ContactGroup:
     friction : FrictionForce or None
     mobility : (n_bodies, 3 or 6) array
         One over masses and moments of inertia; zero for what cannot move.
+    loose : (n_bodies,) bool array
+        Bodies that can move and that no force element holds.
     n_pairs : int
     """
 
@@ -83,15 +89,15 @@ class ContactGroup:
         normal: NormalForce,
         friction: FrictionForce | None,
         mobility: np.ndarray,
+        loose: np.ndarray,
         n_pairs: int,
     ) -> None:
         self.geometry, self.normal, self.friction = geometry, normal, friction
-        self.mobility, self.n_pairs = mobility, n_pairs
+        self.mobility, self.loose, self.n_pairs = mobility, loose, n_pairs
         self.evaluations = 0
         slots = len(geometry.share)
         self._onset, self._began = np.zeros(slots), np.zeros(slots)
         self._deflection = np.zeros((slots, geometry.slips))
-        self._slip = np.zeros((slots, geometry.slips))
         self._held = np.zeros(0, dtype=np.int64)  # slots of which these are not zero: few of very many
         self._time = 0.0
         self._poses: np.ndarray | None = None
@@ -126,13 +132,18 @@ class ContactGroup:
         )
         count, slips = slip.shape
         deflection = effort = by_normal = np.zeros((count, slips))
-        by_slip = np.zeros((count, slips, slips))
+        by_slip, by_way = np.zeros((count, slips, slips)), None
         friction = self.friction
         if friction is not None and friction.law.bristle:
-            weight = 0.5 if past is None else 1.0
-            effort, by_slip, by_normal, deflection = friction.law.effort(
-                slip, self._slip[slot], normal, self._deflection[slot], max(0.0, t - self._time), weight, friction.params
+            duration = max(0.0, t - self._time)
+            mean = slip if past is not None else self._mean_slip(poses, measured, slip, duration)
+            effort, by_slip, by_mean, by_normal, deflection = friction.law.effort(
+                slip, mean, normal, self._deflection[slot], duration, friction.params
             )
+            if past is not None:
+                by_slip = by_slip + by_mean
+            elif duration > 0.0:
+                by_way = by_mean / duration
         elif friction is not None:
             effort, by_slip, by_normal = friction.law.effort(slip, normal, friction.params)
         forces = ContactForces(
@@ -144,7 +155,20 @@ class ContactGroup:
             by_normal,
             friction is not None,
         )
-        return _Found(touching, depth, measured, forces, deflection)
+        return _Found(touching, depth, measured, forces, deflection, by_way)
+
+    def _mean_slip(self, poses: np.ndarray, measured: Measured, slip: np.ndarray, duration: float) -> np.ndarray:
+        """Way slipped since the last accepted state over the time: bristles follow it, and what holds is where it was.
+
+        Bent by velocities, they and the positions would drift apart by the errors of the steps.
+        """
+        if duration == 0.0 or self._poses is None:
+            return slip
+        moved = poses - self._poses
+        if self.geometry.slips == 3:
+            moved = pose_difference(self._poses.ravel(), poses.ravel()).reshape(-1, 6)
+        way = np.einsum("ncm,nm->nc", measured.gradient[:, 1:], moved[measured.bodies].reshape(len(slip), -1))
+        return np.ascontiguousarray(way / duration)
 
     def add_force(
         self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: Past | None = None
@@ -174,6 +198,8 @@ class ContactGroup:
         self.geometry.add_tangent(
             poses, rates, found.touching, found.measured, found.forces, pattern, stiffness, damping
         )
+        if found.by_way is not None:
+            add_way_stiffness(found.measured.bodies, found.measured.gradient, found.by_way, *pattern.index, stiffness)
 
     def parted(self) -> bool:
         """Whether contacts that pushed where the tangents were taken last do not at the state looked at last."""
@@ -247,14 +273,13 @@ class ContactGroup:
         found = self._contacts(t, poses, rates, past)
         slot = np.zeros(0, dtype=np.int64) if found is None else found.touching.slot
         before, began = self._onset[slot], self._began[slot]
-        for values in (self._onset, self._began, self._deflection, self._slip):
+        for values in (self._onset, self._began, self._deflection):
             values[self._held] = 0.0
         if found is not None:
             # an impact that is pressed on from outside may close faster than it began
             closing = np.maximum(-found.measured.rate[:, 0], self.normal.speed_floor)
             self._onset[slot] = np.maximum(before, closing)
             self._began[slot] = np.where(before == 0.0, t, began)
-            self._slip[slot] = found.measured.rate[:, 1:]
             self._deflection[slot] = found.deflection
             if self._poses is not None and self.geometry.slips == 3 and self.friction is not None:
                 self._deflection[slot] = carried(found.deflection, self._poses, poses, found.measured.bodies[:, 0])
@@ -267,14 +292,14 @@ class ContactGroup:
         """All that is remembered, as one flat array; nothing before the first commit."""
         if self._poses is None:
             return np.zeros(0)
-        own = (self._onset, self._began, self._deflection, self._slip, self._poses, self._rates)
+        own = (self._onset, self._began, self._deflection, self._poses, self._rates)
         return np.concatenate([[self._time], *(part.ravel() for part in own), self.geometry.memory()])
 
     def restore(self, memory: np.ndarray) -> None:
         """Remember that again; nothing: forget all."""
         self._last = None
         if not len(memory):
-            for kept in (self._onset, self._began, self._deflection, self._slip):
+            for kept in (self._onset, self._began, self._deflection):
                 kept[:] = 0.0
             self._time, self._poses = 0.0, None
             self.geometry.restore(memory)
@@ -282,12 +307,12 @@ class ContactGroup:
         slots, bent = len(self._onset), self._deflection.size
         bodies, size = self.mobility.shape
         width = 3 if size == 3 else 7
-        parts = np.split(memory.copy(), np.cumsum([1, slots, slots, bent, bent, bodies * width, bodies * size]))
+        parts = np.split(memory.copy(), np.cumsum([1, slots, slots, bent, bodies * width, bodies * size]))
         self._time, self._onset, self._began = float(parts[0][0]), parts[1], parts[2]
-        self._deflection, self._slip = (part.reshape(slots, -1) for part in parts[3:5])
+        self._deflection = parts[3].reshape(slots, -1)
         self._held = np.flatnonzero(self._onset)
-        self._poses, self._rates = parts[5].reshape(bodies, width), parts[6].reshape(bodies, size)
-        self.geometry.restore(parts[7])
+        self._poses, self._rates = parts[4].reshape(bodies, width), parts[5].reshape(bodies, size)
+        self.geometry.restore(parts[6])
 
     # steps ----------------------------------------------------------------------------------------------------------
 
@@ -296,7 +321,7 @@ class ContactGroup:
 
         A law of restitution needs to know the speed with which an impact begins, and a long step blurs it.
         """
-        if not self._resolves or self._poses is None:
+        if self._poses is None or not self._resolves:
             return 1.0
         found = self._contacts(t, poses, rates, None)
         if found is None:
@@ -309,7 +334,8 @@ class ContactGroup:
         # what parts without a force at the end of the step has had all of its impact within it
         jolt = np.where(normal > 0.0, normal * step / mass, start - end)
         speed = np.maximum(start, end + jolt)  # the second is about that of a step without the contact
-        new = (self._onset[slot] == 0.0) & (speed > _IMPACT * self.normal.speed_floor) & (jolt > _JOLT * speed)
+        counts = self._counts(measured.bodies, mass, speed, self._rates)
+        new = (self._onset[slot] == 0.0) & counts & (jolt > _JOLT * speed)
         if not new.any():
             return 1.0
         start, end, jolt, speed = start[new], end[new], jolt[new], speed[new]
@@ -322,20 +348,18 @@ class ContactGroup:
 
     def longest_step(self, t: float, poses: np.ndarray, rates: np.ndarray) -> float:
         """Longest step that resolves the impacts that go on or are about to begin, s."""
-        if not self._resolves:
-            return np.inf
-        near = self.geometry.find(poses, self.geometry.margin)
-        if not len(near.slot):
+        near = self.geometry.find(poses, self.geometry.margin) if self._resolves else None
+        if near is None or not len(near.slot):
             return np.inf
         measured = self.geometry.measure(poses, rates, near)
         onset, closing = self._onset[near.slot], -measured.rate[:, 0]
         begun = onset > 0.0
         speed = np.where(begun, onset, closing)
-        # of what is about to begin a normal that turns says nothing from afar
-        counts = speed > _IMPACT * self.normal.speed_floor
+        mass = self._mass(measured)
+        counts = self._counts(measured.bodies, mass, speed, rates)
         if not counts.any():
             return np.inf
-        mass, share = self._mass(measured)[counts], self.geometry.share[near.slot][counts]
+        mass, share = mass[counts], self.geometry.share[near.slot][counts]
         lasts, begun = self._lasts(mass, speed[counts], share), begun[counts]
         begins = np.maximum(near.gap[counts], 0.0) / speed[counts]
         before = np.where(begins > 2.0 * _BEFORE * lasts, begins - _BEFORE * lasts, begins + _FIRST * lasts)
@@ -344,7 +368,23 @@ class ContactGroup:
 
     @property
     def _resolves(self) -> bool:
-        return self.normal.law.restitution
+        return self.normal.law.restitution or bool(self.loose.any())
+
+    def _counts(self, bodies: np.ndarray, mass: np.ndarray, speed: np.ndarray, rates: np.ndarray) -> np.ndarray:
+        """Which contacts are impacts that steps have to resolve.
+
+        All that are fast enough, if the law promises a restitution; else those of loose bodies with a good part of all the
+        kinetic energy. Segments that others hold give way as soon as they are hit.
+        """
+        fast = speed > _IMPACT * self.normal.speed_floor
+        if self.normal.law.restitution:
+            return fast
+        fast &= self.loose[bodies].any(axis=1)
+        if not fast.any():
+            return fast
+        moving = self.mobility > 0.0
+        kinetic = 0.5 * float((rates[moving] ** 2 / self.mobility[moving]).sum())
+        return np.asarray(fast & (0.5 * mass * speed**2 > _HEAVY * kinetic))
 
     def _lasts(self, mass: np.ndarray, speed: np.ndarray, share: np.ndarray) -> np.ndarray:
         """How long impacts last without their damping, s: 2.94 (Hertz) or 3.14 (linear) depths over the speed, about."""

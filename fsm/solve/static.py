@@ -30,7 +30,7 @@ from fsm.solve.equilibrium_step import Ending, EquilibriumStep
 from fsm.solve.extrapolation import History, Prediction
 from fsm.solve.newton import negative_pivots, tangent_prediction
 from fsm.solve.simulate import JUDGED_FROM, Ledger, Saved, Statistics, StepEnd
-from fsm.solve.status import Event, Outcome
+from fsm.solve.status import Event, Outcome, StepFailed
 from fsm.solve.takeover import move_until_calm, slide
 from fsm.system import Before, DriveState, Observation, System
 
@@ -342,9 +342,13 @@ class _Follower:
         quiet = _MOVING * books.ledger.turnover
         for _ in range(_CALMER):
             quiet *= 0.1
-            self.statistics.newton_iterations += move_until_calm(
-                self.system, books, settings.end_time, quiet, settings.energy_abort, _IN_MOTION * settings.rtol
-            )
+            try:
+                self.statistics.newton_iterations += move_until_calm(
+                    self.system, books, settings.end_time, quiet, settings.energy_abort, _IN_MOTION * settings.rtol
+                )
+            except StepFailed as error:
+                self.objection = error.reason
+                self._fail(error.outcome)
             self._judge_energy()
             if books.time >= settings.end_time:
                 return

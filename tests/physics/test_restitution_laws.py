@@ -142,7 +142,8 @@ def slide(slope: float, end: float, step: float, tilting: float = 0.6) -> tuple[
         pull = min(1.0, (i + 1) * step / tilting) * normal[0] * slope
         new = u.copy()
         for _ in range(50):
-            effort, by_slip, _, bent = law.effort(new, u, normal, z, step, 0.5, params)
+            effort, by_slip, by_mean, _, bent = law.effort(new, 0.5 * (u + new), normal, z, step, params)
+            by_slip = by_slip + 0.5 * by_mean
             residual = MASS * (new - u)[0, 0] - 0.5 * step * (force + pull - effort[0, 0])
             change = residual / (MASS + 0.5 * step * by_slip[0, 0, 0])
             new = new - change
@@ -150,7 +151,7 @@ def slide(slope: float, end: float, step: float, tilting: float = 0.6) -> tuple[
                 break
         else:
             pytest.fail("Newton does not converge with the derivative of the law")
-        effort, _, _, bent = law.effort(new, u, normal, z, step, 0.5, params)
+        effort, _, _, _, bent = law.effort(new, 0.5 * (u + new), normal, z, step, params)
         travel += 0.5 * step * float((u + new)[0, 0])
         u, z, force = new, bent, pull - effort[0, 0]
         travels.append(travel)

@@ -46,7 +46,11 @@ def bristles(
     arrays = [np.atleast_2d(np.asarray(a, float)) for a in (slip, before, deflection)]
     normals = np.broadcast_to(np.asarray(normal, float), len(arrays[0])).copy()
     law = FRICTION_LAWS["lugre"]
-    return law.effort(arrays[0], arrays[1], normals, arrays[2], duration, weight, law.params(friction))
+    mean = weight * arrays[0] + (1.0 - weight) * arrays[1]
+    effort, by_slip, by_mean, by_normal, bent = law.effort(
+        arrays[0], mean, normals, arrays[2], duration, law.params(friction)
+    )
+    return effort, by_slip + weight * by_mean, by_normal, bent
 
 
 def coefficient(friction: Friction, speed: float) -> float:

@@ -42,7 +42,7 @@ def evaluate() -> dict[str, tuple[np.ndarray, ...]]:
             slip, before = (rng.normal(size=(m, c)) * 10 ** rng.uniform(-6, -1, (m, 1)) for _ in range(2))
             slip[:2] = before[:1] = 0.0
             bent = 1e-5 * rng.uniform(-1, 1, (m, c))
-            more = (before, share, bent, 1e-3, 0.5, params) if law.bristle else (share, params)
+            more = (before, share, bent, 1e-3, params) if law.bristle else (share, params)
             seen[f"{name} {c}"] = law.effort(slip, *more)
     return seen
 

@@ -54,16 +54,15 @@ class FrictionLaw(NamedTuple):
     ----------
     effort : kernel
         ``effort(slip, normal, params) -> effort, by_slip, by_normal``; with `bristle`
-        ``effort(slip, slip_before, normal, deflection, duration, weight, params) -> effort, by_slip, by_normal,
+        ``effort(slip, mean, normal, deflection, duration, params) -> effort, by_slip, by_mean, by_normal,
         new_deflection``.
 
         `slip` (m, c), m/s: velocity of slip, one component in the plane, three of a tangent vector in space; `normal`
         (m,), N. `effort` (m, c), N, has the direction of slip: the force on the body that slips is minus it.
         `by_slip` (m, c, c), N s/m, and `by_normal` (m, c) are its derivatives.
 
-        `slip_before` (m, c), m/s, and `deflection` (m, c), m: those at the last accepted state; `duration`: s since.
-        `weight`: of `slip` in the mean of the step, the rest being that of `slip_before`: 1/2 for velocities at its end,
-        1 for velocities that are means already.
+        `mean` (m, c), m/s: mean velocity of slip since the last accepted state, `duration` (s) ago, when `deflection`
+        (m, c), m, was that of the bristles. `by_mean` (m, c, c), N s/m: the derivative by it.
         `new_deflection` (m, c): the deflection now.
     params : function
         Array of the law's parameters, from a description.

@@ -65,13 +65,12 @@ def _mean_decay(x: float) -> tuple[float, float]:
 @kernel
 def lugre(
     slip: np.ndarray,
-    slip_before: np.ndarray,
+    mean: np.ndarray,
     normal: np.ndarray,
     deflection: np.ndarray,
     duration: float,
-    weight: float,
     params: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Effort, its derivatives and the new deflection, see `FrictionLaw`.
 
     `params`: mu_s, mu_d, v_S (m/s), sigma_0 (1/m), sigma_1 (s/m), sigma_2 (s/m). |v| has a kink at v = 0 where
@@ -80,10 +79,10 @@ def lugre(
     v_stribeck, sigma_0, sigma_2 = params[2], params[3], params[5]
     count, components = slip.shape
     effort, by_normal = np.empty((count, components)), np.empty((count, components))
-    by_slip, new_deflection = np.empty((count, components, components)), np.empty((count, components))
-    mean = weight * slip + (1.0 - weight) * slip_before
+    by_slip, by_mean = np.empty((count, components, components)), np.empty((count, components, components))
+    new_deflection = np.empty((count, components))
     spring = deflection + duration * mean
-    z_by_slip = np.empty((components, components))
+    z_by_mean = np.empty((components, components))
     for i in range(count):
         mean_speed, reach = length(mean, i), length(spring, i)
         a_mean, by_mean_speed, by_reach = _relaxation(mean[i], mean_speed, spring[i], reach, params)
@@ -91,7 +90,6 @@ def lugre(
         phi, phi_slope = _mean_decay(a_mean * duration)
         for c in range(components):
             new_deflection[i, c] = decay * deflection[i, c] + duration * phi * mean[i, c]
-        # the mean slip moves by its weight times the slip
         for c in range(components):
             by_x = phi_slope * duration * mean[i, c] - decay * deflection[i, c]
             for k in range(components):
@@ -99,7 +97,7 @@ def lugre(
                 along_mean = mean[i, k] / mean_speed if mean_speed > 0.0 else 0.0
                 along_spring = spring[i, k] / reach if reach > 0.0 else 0.0
                 x_slope = duration * (by_mean_speed * along_mean + by_reach * duration * along_spring)
-                z_by_slip[c, k] = weight * (duration * phi * same + by_x * x_slope)
+                z_by_mean[c, k] = duration * phi * same + by_x * x_slope
         speed, size = length(slip, i), length(new_deflection, i)
         a, by_speed, by_size = _relaxation(slip[i], speed, new_deflection[i], size, params)
         sigma_1 = params[4] * np.exp(-((speed / v_stribeck) ** 2))
@@ -112,13 +110,14 @@ def lugre(
             for k in range(components):
                 same = 1.0 if c == k else 0.0
                 along = slip[i, k] / speed if speed > 0.0 else 0.0
-                size_by_slip = 0.0
+                size_by_mean = 0.0
                 for m in range(components):
-                    size_by_slip += new_deflection[i, m] / size * z_by_slip[m, k] if size > 0.0 else 0.0
-                total = (sigma_0 - sigma_1 * a) * z_by_slip[c, k] + (sigma_1 + sigma_2) * same
-                total += (sigma_1_slope * z_rate - sigma_1 * by_speed * z) * along - sigma_1 * by_size * z * size_by_slip
-                by_slip[i, c, k] = normal[i] * total
-    return effort, by_slip, by_normal, new_deflection
+                    size_by_mean += new_deflection[i, m] / size * z_by_mean[m, k] if size > 0.0 else 0.0
+                bent = (sigma_0 - sigma_1 * a) * z_by_mean[c, k] - sigma_1 * by_size * z * size_by_mean
+                by_mean[i, c, k] = normal[i] * bent
+                now = (sigma_1 + sigma_2) * same + (sigma_1_slope * z_rate - sigma_1 * by_speed * z) * along
+                by_slip[i, c, k] = normal[i] * now
+    return effort, by_slip, by_mean, by_normal, new_deflection
 
 
 def _params(friction: FrictionDescription) -> np.ndarray:
