@@ -321,7 +321,7 @@ class ContactGroup:
 
         A law of restitution needs to know the speed with which an impact begins, and a long step blurs it.
         """
-        if self._poses is None or not self._resolves:
+        if self._poses is None or not self.resolves:
             return 1.0
         found = self._contacts(t, poses, rates, None)
         if found is None:
@@ -348,7 +348,7 @@ class ContactGroup:
 
     def longest_step(self, t: float, poses: np.ndarray, rates: np.ndarray) -> float:
         """Longest step that resolves the impacts that go on or are about to begin, s."""
-        near = self.geometry.find(poses, self.geometry.margin) if self._resolves else None
+        near = self.geometry.find(poses, self.geometry.margin) if self.resolves else None
         if near is None or not len(near.slot):
             return np.inf
         measured = self.geometry.measure(poses, rates, near)
@@ -367,7 +367,8 @@ class ContactGroup:
         return float(np.where(rests, np.inf, np.where(begun, lasts / _STEPS, before)).min())
 
     @property
-    def _resolves(self) -> bool:
+    def resolves(self) -> bool:
+        """Whether steps have to resolve impacts of this group."""
         return self.normal.law.restitution or bool(self.loose.any())
 
     def _counts(self, bodies: np.ndarray, mass: np.ndarray, speed: np.ndarray, rates: np.ndarray) -> np.ndarray:

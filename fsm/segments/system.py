@@ -344,7 +344,9 @@ class SegmentSystem:
 
     def longest_step(self, t: float, q: np.ndarray, u: np.ndarray) -> float:
         """See `System`: that of impacts."""
-        return self.contacts.longest_step(t, *self.place(t, q, u)) if self.contacts else math.inf
+        if not any(group.resolves for group in self.contacts):
+            return math.inf
+        return self.contacts.longest_step(t, *self.place(t, q, u))
 
     def shape(self, t: float, q: np.ndarray) -> np.ndarray:
         """See `System`: the outline of every plate."""

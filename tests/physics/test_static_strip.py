@@ -157,6 +157,13 @@ def test_whole_path() -> None:
     assert force[-1] > 1.0
 
 
+def test_a_second_solve_knows_nothing_of_the_first() -> None:
+    """Sides change on the way to 120 mm; a solve begins with those of the start, to the bit."""
+    system = trial("strip.segments_per_panel=4", 'drive.0.travel="120 mm"')
+    first, again = (curve(pulled(system)[1]) for _ in range(2))
+    np.testing.assert_array_equal(first, again)
+
+
 def test_panels_that_are_not_listed_pass_and_the_strip_snaps() -> None:
     """With the pairs of the paper only, panels 2 and 5 cross, and their tips slip past each other."""
     pairs = "contact.pairs=[[1,2],[2,3],[3,4],[4,5],[5,6]]"

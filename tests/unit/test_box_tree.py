@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fsm.interactions.box_pairs import morton_order, overlapping_pairs, overlapping_pairs_between
 from fsm.interactions.box_tree import fit_tree, nearest_piece, window_pieces
 from fsm.interactions.chord import chord_boxes, chord_distance, chords_planar, chords_spatial
 from fsm.interactions.surface import pieces_of
@@ -239,78 +238,6 @@ def test_a_piece_without_length_is_a_point() -> None:
     assert chord_distance(chords[0], np.array([4.0, 6.0])) == pytest.approx(25.0)
 
 
-# boxes ----------------------------------------------------------------------------------------------------------------
-
-
-def boxes(number: int, size: int) -> tuple[np.ndarray, np.ndarray]:
-    """Heaps, rows and crowds of boxes, of all sizes, some at one place, some touching."""
-    rng = np.random.default_rng(number)
-    count = (0, 1, 2, 5, 60, 200, 300)[number % 7]
-    middle = rng.normal(size=(count, size)) * rng.choice([0.1, 1.0, 30.0])
-    half = 10.0 ** rng.uniform(-3, 0, (count, size)) * rng.choice([0.1, 1.0])
-    if count > 20:
-        middle[5:12], half[5:12] = middle[5], half[5]
-        half[3] = 20.0
-        middle[12], half[12:14] = np.round(middle[13]), 0.5
-        middle[13] = middle[12]
-        middle[13, 0] += 1.0  # face to face
-        middle[14], half[14] = 1e6, 1e-3  # far off
-    return middle - half, middle + half
-
-
-def overlap(lower: np.ndarray, upper: np.ndarray, other_lower: np.ndarray, other_upper: np.ndarray) -> np.ndarray:
-    """All with all."""
-    return np.all((lower[:, None] <= other_upper) & (other_lower <= upper[:, None]), axis=2)
-
-
-@pytest.mark.parametrize("size", [2, 3])
-@pytest.mark.parametrize("number", range(14))
-def test_pairs_are_those_of_all_with_all(number: int, size: int) -> None:
-    lower, upper = boxes(number, size)
-    wanted = np.argwhere(np.triu(overlap(lower, upper, lower, upper), 1))
-    rng = np.random.default_rng(number)
-    for order in (morton_order(lower, upper), np.arange(len(lower)), rng.permutation(len(lower))):
-        pairs = overlapping_pairs(lower, upper, order)
-        assert pairs.dtype == np.int64
-        np.testing.assert_array_equal(pairs, wanted)
-    if len(lower) > 20:
-        assert [12, 13] in wanted.tolist()
-
-
-@pytest.mark.parametrize("size", [2, 3])
-@pytest.mark.parametrize("number", range(10))
-def test_pairs_between_two_sets(number: int, size: int) -> None:
-    lower, upper = boxes(number, size)
-    other = boxes(7 - number % 7 + 7, size)
-    wanted = np.argwhere(overlap(lower, upper, *other))
-    orders, other_orders = ((morton_order(*one), np.arange(len(one[0]))) for one in ((lower, upper), other))
-    for order, other_order in zip(orders, other_orders, strict=True):
-        np.testing.assert_array_equal(overlapping_pairs_between(lower, upper, order, *other, other_order), wanted)
-
-
-@pytest.mark.parametrize("size", [2, 3])
-def test_boxes_without_end_and_without_numbers(size: int) -> None:
-    lower, upper = boxes(6, size)
-    lower[20], upper[20] = -np.inf, np.inf
-    lower[21, 0], upper[21, 1], lower[30], upper[31] = -np.inf, np.inf, np.nan, np.nan
-    wanted = np.argwhere(np.triu(overlap(lower, upper, lower, upper), 1))
-    pairs = overlapping_pairs(lower, upper, morton_order(lower, upper))
-    np.testing.assert_array_equal(pairs, wanted)
-    assert np.sum(pairs == 20) >= len(lower) - 3
-    assert not np.any((pairs == 30) | (pairs == 31))
-
-
-@pytest.mark.parametrize("size", [2, 3])
-def test_the_order_keeps_neighbours_together(size: int) -> None:
-    """Along the curve the way from box to box is a fraction of what it is at random, and each box comes once."""
-    middle = np.random.default_rng(4).random((3000, size))
-    order = morton_order(middle - 1e-3, middle + 1e-3)
-    np.testing.assert_array_equal(np.sort(order), np.arange(3000))
-    way, random = (np.linalg.norm(np.diff(path, axis=0), axis=1).mean() for path in (middle[order], middle))
-    assert way < 0.25 * random
-    np.testing.assert_array_equal(morton_order(middle[:5] * 0.0, middle[:5] * 0.0), np.arange(5))
-
-
 # pure Python ----------------------------------------------------------------------------------------------------------
 
 
@@ -322,11 +249,6 @@ def evaluate() -> list[Any]:
         keep = slice(None, None, 9)
         some = {key: value[keep] if key in ("points", "first", "last", "reach") else value for key, value in given.items()}
         found += windows(some, np.full(len(some["points"]), -1))
-    for size in (2, 3):
-        lower, upper = boxes(4, size)
-        other = boxes(11, size)
-        found.append(overlapping_pairs(lower, upper, morton_order(lower, upper)))
-        found.append(overlapping_pairs_between(lower, upper, morton_order(lower, upper), *other, morton_order(*other)))
     return found
 
 

@@ -1,4 +1,4 @@
-"""Cost of the broad phase of contact against the number of pieces of surfaces or of loose boxes."""
+"""Cost of the broad phase of contact against the number of pieces of surfaces."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 
-from fsm.interactions.box_pairs import morton_order, overlapping_pairs
 from fsm.interactions.box_tree import fit_tree, window_pieces
 from fsm.interactions.chord import chord_boxes, chords_planar, chords_spatial
 from fsm.interactions.surface import pieces_of
@@ -32,7 +31,7 @@ BROAD_PHASE_COUNTS = (100, 200, 500, 1000, 2000, 5000, 10000, 20000)
 QUICK_BROAD_PHASE_COUNTS = (100, 500, 2000)
 PANELS = 4
 CALLED = 20000
-"""Pieces or boxes in all scenes of one count: with small ones again and again, the processor would learn them by heart."""
+"""Pieces in all scenes of one count: with small ones again and again, the processor would learn them by heart."""
 Job = Callable[[], int]
 
 
@@ -101,24 +100,6 @@ def held(count: int, seed: int) -> Job:
     return _windows(poses, [np.arange(count), np.array([count, count + 1])], [1, 0], length, True)
 
 
-def plates(count: int, seed: int, spread: float = 0.0) -> Job:
-    """Boxes thrown at random, about four neighbours each whatever their number; sizes over e^(4 spread) or so."""
-    rng = np.random.default_rng(seed)
-    half = 0.5 * np.exp(spread * rng.normal(size=(count, 1))) * np.array([1.0, 0.5, 0.1])
-    middle = rng.random((count, 3)) * (count * np.prod(2 * half, axis=1).mean() * 2.0) ** (1 / 3)
-    lower, upper = middle - half, middle + half
-    return lambda: len(overlapping_pairs(lower, upper, morton_order(lower, upper)))
-
-
-def stacked(count: int, seed: int) -> Job:
-    """A pile of sheets, each lying on the one below."""
-    half = np.tile([0.1, 0.05, 5e-4], (count, 1))
-    middle = np.outer(np.arange(count) * 0.999e-3, [0.0, 0.0, 1.0])
-    shuffled = np.random.default_rng(seed).permutation(count)
-    lower, upper = (middle - half)[shuffled], (middle + half)[shuffled]
-    return lambda: len(overlapping_pairs(lower, upper, morton_order(lower, upper)))
-
-
 SCENES: dict[str, Callable[[int, int], Job]] = {
     "windows, folded panels": folded,
     "windows, folded panels, for the first time": lambda count, seed: folded(count, seed, warm=False),
@@ -126,9 +107,6 @@ SCENES: dict[str, Callable[[int, int], Job]] = {
     "windows, folded panels in space": lambda count, seed: folded(count, seed, spatial=True),
     "windows, rolled up": rolled,
     "windows, a chain on large plates": held,
-    "pairs, plates": plates,
-    "pairs, plates of very different sizes": lambda count, seed: plates(count, seed, 1.0),
-    "pairs, a pile": stacked,
 }
 """What is timed, by name."""
 
