@@ -158,10 +158,12 @@ def test_whole_path() -> None:
 
 
 def test_a_second_solve_knows_nothing_of_the_first() -> None:
-    """Sides change on the way to 120 mm; a solve begins with those of the start, to the bit."""
-    system = trial("strip.segments_per_panel=4", 'drive.0.travel="120 mm"')
-    first, again = (curve(pulled(system)[1]) for _ in range(2))
-    np.testing.assert_array_equal(first, again)
+    """Whatever sides the points are left on, a solve begins with those of the start, to the bit."""
+    system = trial("strip.segments_per_panel=4", 'drive.0.travel="40 mm"')
+    first = curve(pulled(system)[1])
+    geometry = system.contacts[0].geometry
+    geometry.restore(-geometry.memory())
+    np.testing.assert_array_equal(first, curve(pulled(system)[1]))
 
 
 def test_panels_that_are_not_listed_pass_and_the_strip_snaps() -> None:
