@@ -1,0 +1,1 @@
+"""From test data to numbers that a case can use, with their intervals."""
