@@ -1,0 +1,1 @@
+"""From test data to stiffness, and from stiffness to a prediction with a band."""
