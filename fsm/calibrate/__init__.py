@@ -1,1 +1,1 @@
-"""From test data to numbers that a case can use, with their intervals."""
+"""From test data to stiffness, and from stiffness to a prediction with a band."""
