@@ -25,6 +25,17 @@ import numpy as np
 __all__ = ["Calibration", "Options", "Quantity", "quantities_of", "table_lines", "write_calibration"]
 
 REPORT = "calibration.json"
+_SHOWN = {
+    "m": (1e3, "mm"),
+    "rad": (180.0 / math.pi, "deg"),
+    "N m": (1e3, "N mm"),
+    "N m/rad": (1e3, "N mm/rad"),
+    "N/m": (1e-3, "N/mm"),
+    "N m^2": (1e6, "N mm^2"),
+    "J": (1e3, "mJ"),
+    "Pa": (1e-9, "GPa"),
+}
+"""Units of the printed table, with their factors."""
 
 
 @dataclass(frozen=True)
@@ -113,9 +124,10 @@ def table_lines(found: Calibration, options: Options) -> list[str]:
     """The table that is printed: name, value with its unit, interval; then warnings."""
     rows = [("quantity", "value", f"{100 * options.level:g} % interval")]
     for quantity in found.quantities:
+        factor, unit = _SHOWN.get(quantity.unit, (1.0, quantity.unit))
         low, high = quantity.low, quantity.high
-        between = f"{low:.5g} to {high:.5g}" if low is not None and high is not None else ""
-        rows.append((quantity.name, f"{quantity.value:.6g} {quantity.unit}".strip(), between))
+        between = f"{factor * low:.5g} to {factor * high:.5g}" if low is not None and high is not None else ""
+        rows.append((quantity.name, f"{factor * quantity.value:.5g} {unit}".strip(), between))
     widths = [max(len(row[k]) for row in rows) for k in range(3)]
     lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
     return [*lines, *found.lines, *(f"warning  {text}" for text in found.warnings)]
