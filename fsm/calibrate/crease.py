@@ -23,7 +23,7 @@ from fsm.calibrate.smoothing import FEWEST, GRID, CurveFit, fit_curve, smoothing
 from fsm.calibrate.uncertainty import Estimate, bootstrap, from_samples
 from fsm.errors import CaseError, Fault
 from fsm.plots.calibration import CurvePlot, plot_curves, plot_loops, plot_residuals
-from fsm.scene.crease_family import CreaseFamily, FamilyCurve, write_family
+from fsm.scene.crease_family import CreaseFamily, FamilyCurve, time_text, write_family
 
 __all__ = ["calibrate_crease"]
 
@@ -328,13 +328,16 @@ def _loop_area(curve: _Curve, options: Options) -> Quantity:
     assert unloading is not None
     weights = _trapezoid_weights(loading.fit.x)
     value = float(weights @ (loading.estimate.values - unloading.estimate.values))
-    if len(loading.repeats) == len(unloading.repeats) > 1:
-        areas = (loading.repeats - unloading.repeats) @ weights
-        error = float(np.std(areas, ddof=1) / math.sqrt(len(areas)))
-    else:
-        both = loading.estimate.covariance + unloading.estimate.covariance
-        error = math.sqrt(max(float(weights @ both @ weights), 0.0))
+    error = math.sqrt(max(float(weights @ _gap_covariance(loading, unloading) @ weights), 0.0))
     return _quantity(f"{curve.name}: loop area", value, "J", error, loading.estimate, options)
+
+
+def _gap_covariance(loading: _Branch, unloading: _Branch) -> np.ndarray:
+    """Covariance of L - U: of repeats that came back, whose ways vary together; else of independent ways."""
+    if len(loading.repeats) == len(unloading.repeats) > 1:
+        gaps = loading.repeats - unloading.repeats
+        return np.asarray(np.cov(gaps, rowvar=False) / len(gaps))
+    return loading.estimate.covariance + unloading.estimate.covariance
 
 
 def _lines(curves: Sequence[_Curve], flags: Sequence[Flag], options: Options) -> list[str]:
@@ -441,4 +444,10 @@ def _plotted(curve: _Curve, options: Options) -> CurvePlot:
 
     loading = band(curve.loading)
     assert loading is not None
-    return CurvePlot(curve.name, loading, band(curve.unloading), options.level)
+    panel = "" if curve.press_time is None else f"pressed {time_text(curve.press_time)}"
+    label = "" if curve.opening is None else f"opening {curve.opening:g}"
+    reach = None
+    if curve.unloading is not None:
+        variance = np.maximum(np.diag(_gap_covariance(curve.loading, curve.unloading)), 0.0)
+        reach = curve.loading.estimate.quantile(options.level) * np.sqrt(variance)
+    return CurvePlot(panel, label, loading, band(curve.unloading), reach, options.level)

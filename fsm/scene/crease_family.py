@@ -23,7 +23,7 @@ import numpy as np
 
 from fsm.errors import CaseError, Fault
 
-__all__ = ["CreaseFamily", "FamilyCurve", "family_curve", "read_family", "write_family"]
+__all__ = ["CreaseFamily", "FamilyCurve", "family_curve", "read_family", "time_text", "write_family"]
 
 FORMAT = "fsm crease family"
 VERSION = 1
