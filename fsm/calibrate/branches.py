@@ -11,7 +11,7 @@ from fsm.calibrate.data import Table
 from fsm.errors import CaseError, Fault
 from fsm.scene.csv_columns import shorten
 
-__all__ = ["Flag", "Sweep", "sweeps_of"]
+__all__ = ["Flag", "Sweep", "standing_out", "sweeps_of"]
 
 _TURN = 0.05
 """Part of the range of angles that the angle must go back by to have turned round; less is jitter."""
@@ -189,7 +189,7 @@ def _outliers(table: Table, value: str, loading: np.ndarray, unloading: np.ndarr
         angle = table.columns["angle"][rows]
         order = np.argsort(angle, kind="stable")
         peak = int(np.argmax(angle))
-        for place in _standing_out(angle[order], table.columns[value][rows[order]]):
+        for place in standing_out(angle[order], table.columns[value][rows[order]]):
             index = int(rows[order[place]])
             near = both and abs(int(order[place]) - peak) <= _NEAR_TURN
             kind = "reversal spike" if near else "outlier"
@@ -197,7 +197,7 @@ def _outliers(table: Table, value: str, loading: np.ndarray, unloading: np.ndarr
             yield Flag(index, int(table.rows[index]), table.source, kind, at)
 
 
-def _standing_out(x: np.ndarray, y: np.ndarray) -> Sequence[int]:
+def standing_out(x: np.ndarray, y: np.ndarray) -> Sequence[int]:
     """Places whose y is far from the line through its neighbours, the farthest first taken out."""
     kept = np.arange(len(x))
     out: list[int] = []

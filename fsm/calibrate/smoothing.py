@@ -16,7 +16,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline, make_smoothing_spline
 from scipy.optimize import isotonic_regression, minimize_scalar
 
-__all__ = ["FEWEST", "GRID", "CurveFit", "fit_curve", "smoothing_for"]
+__all__ = ["FEWEST", "GRID", "CurveFit", "fit_curve", "gathered", "smoothing_for"]
 
 FEWEST = {"smooth": 5, "interpolate": 4, "monotone": 5}
 """Fewest different abscissas of each kind of fit."""
