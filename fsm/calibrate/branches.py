@@ -153,7 +153,7 @@ def _turning_points(angle: np.ndarray) -> list[int]:
         if way == 0.0:
             if abs(step) > enough:
                 way, extreme = np.sign(step), place
-        elif step * way >= 0.0:
+        elif step * way > 0.0:
             extreme = place
         elif abs(step) > enough:
             turns.append(extreme)

@@ -15,9 +15,11 @@ from fsm.calibrate.uncertainty import Estimate, bootstrap, from_samples
 from fsm.errors import CaseError, Fault
 from fsm.scene.crease_family import FamilyCurve
 
-__all__ = ["Branch", "Curve", "fit_family_curve"]
+__all__ = ["Branch", "Curve", "fit_family_curve", "gap_covariance"]
 
 _DRAWS = 1000
+_SCATTER, _CROSSING = 3.0, 0.02
+"""Standard errors, and parts of the largest distance of the branches, by which scatter may put unloading above loading."""
 
 
 @dataclass(frozen=True)
@@ -45,16 +47,32 @@ class Curve:
     def family(self) -> FamilyCurve:
         """What the file keeps of it."""
         back = self.unloading
+        unloading = None if back is None else back.estimate.values
+        if unloading is not None and not self.crossing:
+            unloading = np.minimum(unloading, self.loading.estimate.values)
         return FamilyCurve(
             angle=self.loading.fit.x,
             loading=self.loading.estimate.values,
             loading_error=self.loading.estimate.standard_error,
-            unloading=None if back is None else back.estimate.values,
+            unloading=unloading,
             unloading_error=None if back is None else back.estimate.standard_error,
             press_time=self.press_time,
             opening=self.opening,
             repeats=len(self.sweeps),
         )
+
+    @property
+    def crossing(self) -> float | None:
+        """Angle (rad) at which unloading lies above loading by more than scatter can do; None where it does not."""
+        if self.unloading is None:
+            return None
+        gap = self.loading.estimate.values - self.unloading.estimate.values
+        error = np.sqrt(np.maximum(np.diag(gap_covariance(self.loading, self.unloading)), 0.0))
+        # a few repeats may agree by chance: never less than what the scatter of points makes of them
+        chance = np.hypot(self.loading.fit.scatter, self.unloading.fit.scatter) / math.sqrt(len(self.loading.repeats))
+        allowed = np.maximum(_SCATTER * np.maximum(error, chance), _CROSSING * np.abs(gap).max())
+        worst = int(np.argmax(-gap - allowed))
+        return float(self.loading.fit.x[worst]) if -gap[worst] > allowed[worst] else None
 
     @property
     def name(self) -> str:
@@ -144,3 +162,11 @@ def _check_enough(angle: np.ndarray, sweep: Sweep, fit: str) -> None:
         if 4 <= different < FEWEST[fit]:
             what += ", --fit interpolate only 4"
     raise CaseError(Fault("", what), sweep.table.source)
+
+
+def gap_covariance(loading: Branch, unloading: Branch) -> np.ndarray:
+    """Covariance of L - U: of repeats that came back, whose ways vary together; else of independent ways."""
+    if len(loading.repeats) == len(unloading.repeats) > 1:
+        gaps = loading.repeats - unloading.repeats
+        return np.asarray(np.cov(gaps, rowvar=False) / len(gaps))
+    return loading.estimate.covariance + unloading.estimate.covariance

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from fsm.calibrate.branches import Flag, Sweep
-from fsm.calibrate.crease_fit import Branch, Curve
+from fsm.calibrate.crease_fit import Branch, Curve, gap_covariance
 from fsm.calibrate.report import Options, Quantity
 from fsm.calibrate.uncertainty import Estimate
 from fsm.plots.calibration import CurvePlot
@@ -69,16 +69,8 @@ def _loop_area(curve: Curve, options: Options) -> Quantity:
     assert unloading is not None
     weights = _trapezoid_weights(loading.fit.x)
     value = float(weights @ (loading.estimate.values - unloading.estimate.values))
-    error = math.sqrt(max(float(weights @ _gap_covariance(loading, unloading) @ weights), 0.0))
+    error = math.sqrt(max(float(weights @ gap_covariance(loading, unloading) @ weights), 0.0))
     return _quantity(f"{curve.name}: loop area", value, "J", error, loading.estimate, options)
-
-
-def _gap_covariance(loading: Branch, unloading: Branch) -> np.ndarray:
-    """Covariance of L - U: of repeats that came back, whose ways vary together; else of independent ways."""
-    if len(loading.repeats) == len(unloading.repeats) > 1:
-        gaps = loading.repeats - unloading.repeats
-        return np.asarray(np.cov(gaps, rowvar=False) / len(gaps))
-    return loading.estimate.covariance + unloading.estimate.covariance
 
 
 def lines(curves: Sequence[Curve], flags: Sequence[Flag], options: Options) -> list[str]:
@@ -130,11 +122,9 @@ def _curve_warnings(curve: Curve, options: Options) -> list[str]:
     if slope.min() < 0.0 < slope.max():
         at = math.degrees(branch.fit.x[int(np.argmin(slope))])
         warnings.append(f"{name}: the moment falls with the angle at {at:.4g} deg; --fit monotone if that is scatter")
-    if curve.unloading is not None:
-        above = curve.unloading.estimate.values - branch.estimate.values
-        if above.max() > 0.02 * np.abs(above).max():
-            at = math.degrees(branch.fit.x[int(np.argmax(above))])
-            warnings.append(f"{name}: unloading lies above loading at {at:.4g} deg; hysteresis cannot be used there")
+    if curve.crossing is not None:
+        at = math.degrees(curve.crossing)
+        warnings.append(f"{name}: unloading lies above loading at {at:.4g} deg; with hysteresis the case will be refused")
     return warnings
 
 
@@ -194,6 +184,6 @@ def plotted(curve: Curve, options: Options) -> CurvePlot:
     label = "" if curve.opening is None else f"opening {curve.opening:g}"
     reach = None
     if curve.unloading is not None:
-        variance = np.maximum(np.diag(_gap_covariance(curve.loading, curve.unloading)), 0.0)
+        variance = np.maximum(np.diag(gap_covariance(curve.loading, curve.unloading)), 0.0)
         reach = curve.loading.estimate.quantile(options.level) * np.sqrt(variance)
     return CurvePlot(panel, label, loading, band(curve.unloading), reach, options.level)

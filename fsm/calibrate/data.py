@@ -119,7 +119,7 @@ def read_table(path: str | Path, quantities: Mapping[str, str], required: Sequen
             cells = headings_of(rows[0][1], separator)
             names, units = map(list, zip(*(heading(cell, quantities) for cell in cells), strict=True))
             body = rows[1:]
-        used = _used(names, cells, rows[0][0], quantities, required, beside)
+        used = _used(names, cells, rows[0][0], quantities, required, beside, file)
         scale, found = _scales(used, units, quantities, beside, file)
         if not body:
             raise CaseError(Fault("", "has headings but no rows"))
@@ -218,10 +218,12 @@ def _used(
     quantities: Mapping[str, str],
     required: Sequence[str],
     beside: _Beside,
+    file: Path,
 ) -> dict[str, int]:
     """Columns that are read, with their places."""
     used: dict[str, int] = {}
     faults = []
+    side = file.with_suffix(".toml").name
     missing = [name for name in required if name not in names and name not in beside.values]
     for place, name in enumerate(names):
         if name in used:
@@ -233,7 +235,9 @@ def _used(
         unit = _EXAMPLES[quantities[name]]
         others = [other for other in names if other not in quantities]
         near = nearest(name, others).replace("did you mean", "is it")
-        faults.append(Fault(f"row {row}", f"no column {name} among {', '.join(cells)}; name it `{name} [{unit}]`{near}"))
+        what = f"no column {name} among {', '.join(cells)}; name it `{name} [{unit}]`{near}"
+        what += f", or, if it is the same in every row, write values = {{ {name} = \"... {unit}\" }} in {side}"
+        faults.append(Fault(f"row {row}", what))
     if faults:
         raise CaseError(faults)
     return used
@@ -290,9 +294,8 @@ def _numbers(
     numbers, faults = [], []
     for row, line in body:
         cells = cells_of(line, separator)
-        if len(cells) < width and max(used.values()) < len(cells):
-            cells += [""] * (width - len(cells))
-        if len(cells) != width:
+        cells += [""] * (width - len(cells))
+        if len(cells) > width:
             faults.append(Fault(f"row {row}", f"has {len(cells)} values; {width} are wanted"))
             continue
         values = []

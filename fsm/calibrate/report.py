@@ -126,11 +126,21 @@ def table_lines(found: Calibration, options: Options) -> list[str]:
     for quantity in found.quantities:
         factor, unit = _SHOWN.get(quantity.unit, (1.0, quantity.unit))
         low, high = quantity.low, quantity.high
-        between = f"{factor * low:.5g} to {factor * high:.5g}" if low is not None and high is not None else ""
-        rows.append((quantity.name, f"{factor * quantity.value:.5g} {unit}".strip(), between))
+        between, digits = "", 5
+        if low is not None and high is not None:
+            digits = _digits(quantity.value, 0.5 * (high - low))
+            between = f"{factor * low:.{digits}g} to {factor * high:.{digits}g}"
+        rows.append((quantity.name, f"{factor * quantity.value:.{digits}g} {unit}".strip(), between))
     widths = [max(len(row[k]) for row in rows) for k in range(3)]
     lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
     return [*lines, *found.lines, *(f"warning  {text}" for text in found.warnings)]
+
+
+def _digits(value: float, reach: float) -> int:
+    """Significant digits that show two of the interval's half."""
+    if reach <= 0.0 or value == 0.0:
+        return 5
+    return min(max(math.ceil(math.log10(abs(value) / reach)) + 2, 3), 9)
 
 
 def write_calibration(found: Calibration, folder: Path, options: Options) -> list[Path]:

@@ -35,8 +35,8 @@ class CurveFit:
     ----------
     x, y : (n,) arrays
         Where and what; between them cubic, or PCHIP for monotone curves.
-    covariance : (n, n) array
-        Of y, from the scatter about the curve; zero where the curve goes through all points.
+    weights : (n, m) array
+        y of the m points it was fitted to, divided by the roots of how many each stands for.
     scatter : float
         Standard deviation of one point.
     freedom : float
@@ -47,19 +47,20 @@ class CurveFit:
 
     x: np.ndarray
     y: np.ndarray
-    covariance: np.ndarray
+    weights: np.ndarray
     scatter: float
     freedom: float
     smoothing: float
 
     @property
+    def covariance(self) -> np.ndarray:
+        """Covariance of y, (n, n), from the scatter about the curve; zero where the curve goes through all points."""
+        return np.asarray(self.scatter**2 * self.weights @ self.weights.T)
+
+    @property
     def error(self) -> np.ndarray:
         """Standard errors of y, (n,)."""
-        return np.asarray(np.sqrt(np.maximum(np.diag(self.covariance), 0.0)))
-
-    def at(self, x: np.ndarray) -> np.ndarray:
-        """The curve at other abscissas."""
-        return np.asarray(CubicSpline(self.x, self.y)(x))
+        return np.asarray(self.scatter * np.linalg.norm(self.weights, axis=1))
 
 
 def fit_curve(
@@ -83,7 +84,7 @@ def fit_curve(
     at, mean, weight = gathered(x, y, None if kind == "interpolate" else MOST)
     if kind == "interpolate":
         where = at if grid is None else grid
-        return CurveFit(where, CubicSpline(at, mean)(where), np.zeros((len(where),) * 2), 0.0, 0.0, 0.0)
+        return CurveFit(where, CubicSpline(at, mean)(where), np.zeros((len(where), 0)), 0.0, 0.0, 0.0)
     where = np.linspace(at[0], at[-1], GRID) if grid is None else grid
     span = at[-1] - at[0]
     unit, asked = (at - at[0]) / span, (where - at[0]) / span
@@ -93,11 +94,10 @@ def fit_curve(
     freedom = len(unit) - float(np.trace(hat))
     squares = float(weight @ (mean - hat @ mean) ** 2)
     scatter = np.sqrt(squares / freedom) if freedom > 1e-6 * len(unit) else 0.0
-    covariance = scatter**2 * (reach / weight) @ reach.T
     values = reach @ mean
     if kind == "monotone":
         values = isotonic_regression(values, increasing=bool(values[-1] >= values[0])).x
-    return CurveFit(where, values, covariance, float(scatter), freedom, chosen)
+    return CurveFit(where, values, reach / np.sqrt(weight), float(scatter), freedom, chosen)
 
 
 def smoothing_for(x: np.ndarray, y: np.ndarray) -> float:

@@ -97,7 +97,7 @@ def test_the_balance_closes_over_a_cycle(method: str, spatial: bool, closes: flo
 def test_a_cycle_follows_the_measured_branches_and_dissipates_the_area() -> None:
     """Opened steadily on L, closed steadily on U; over a closed cycle the area of the loop is lost."""
     law = crease(reversal=math.radians(1.0))
-    system, saved, ledger = solve(flap([0.0, 3.5e-3, -3e-4], law), "static")
+    system, saved, _ = solve(flap([0.0, 3.5e-3, -3e-4], law), "static")
     turned = [opening(system, state) for state in saved]
     moment = [np.interp(state.time, (0.0, 2.0, 4.0), (0.0, 3.5e-3, -3e-4)) for state in saved]
     top = int(np.argmax(turned))
