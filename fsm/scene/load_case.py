@@ -16,7 +16,6 @@ from fsm.errors import CaseError, Fault
 from fsm.scene.case import Case, Save, Solve
 from fsm.scene.checks import Sections, check_sections
 from fsm.scene.crease_data import check_curve, read_crease_data
-from fsm.scene.crease_family import family_curve, read_family
 from fsm.scene.faults import faults_of, unknown_key
 from fsm.scene.materials import FamilyCrease, SplineCrease
 from fsm.scene.overrides import apply_overrides, split_override
@@ -237,6 +236,8 @@ def _read_curve(
 
 def _from_family(crease: FamilyCrease, folder: Path, path: str) -> SplineCrease:
     """The curve that a crease of a calibrated family has."""
+    from fsm.scene.crease_family import family_curve, read_family  # numpy: not for cases that name no such file
+
     family = read_family(folder / crease.file, f"{path}.file")
     curve = family_curve(family, crease.press_time, crease.opening, path)
     if crease.hysteresis and curve.unloading is None:

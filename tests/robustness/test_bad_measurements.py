@@ -17,10 +17,17 @@ UP = [(a, 2.0 * math.sin(math.radians(a))) for a in range(0, 91, 5)]
 DOWN = [(a, m - 0.2 * (1.0 - (a / 90.0) ** 2)) for a, m in UP[-2::-1]]
 CREASE = "angle [deg], moment [N mm]\n"
 BEND = "force [N], deflection [mm], length [mm]\n"
+RELAX = "time [s], angle [deg]\n"
 
 
 def rows(values: list[tuple[float, ...]]) -> str:
     return "".join(", ".join(f"{value:g}" for value in row) + "\n" for row in values)
+
+
+def bent(deflection: float, length: float = 80.0, longer: float = 0.0, same: bool = False) -> str:
+    """Three rows of a cantilever test, N and mm."""
+    steps = (1, 2, 3)
+    return BEND + rows([(0.1 * k, deflection * (1 if same else k), length + longer * k) for k in steps])
 
 
 def calibrate(tmp_path: Path, kind: str, text: str, *options: str) -> Result:
@@ -32,7 +39,7 @@ def calibrate(tmp_path: Path, kind: str, text: str, *options: str) -> Result:
 BAD = {
     "one row": ("crease", CREASE + "10, 1\n", 'curve has 1 row of 1 different angles; the fit "smooth" needs 5'),
     "one angle": ("crease", CREASE + "30, 1\n" * 20, "angle is 30 deg in all 20 rows; a curve needs different angles"),
-    "cycles": ("crease", CREASE + rows(UP + DOWN + UP[1:] + DOWN), "row 38: the angle turns round 3 times (at rows 20, 38, 56)"),
+    "cycles": ("crease", CREASE + rows(UP + DOWN + UP[1:] + DOWN), "the angle turns round 3 times (at rows 20, 38, 56)"),
     "cycles in an opening": (
         "crease",
         "angle [deg], moment [N mm], opening\n" + rows([(*row, 1) for row in UP + DOWN + UP]),
@@ -65,16 +72,16 @@ BAD = {
         "has unloading only; the way up is wanted too",
     ),
     "empty file": ("crease", "", "data.csv is empty"),
-    "relaxation of one time": ("relaxation", "time [s], angle [deg]\n1, 2\n", "has 1 row at 1 different time; the law has three"),
-    "nothing relaxes": ("relaxation", "time [s], angle [deg]\n" + rows([(t, 30) for t in range(10)]), "angle is 30 deg in all 10"),
-    "before release": ("relaxation", "time [s], angle [deg]\n" + rows([(t - 3, t) for t in range(9)]), "row 2: time is -3 s; count"),
+    "relaxation of one time": ("relaxation", RELAX + "1, 2\n", "has 1 row at 1 different time; the law has three"),
+    "nothing relaxes": ("relaxation", RELAX + rows([(t, 30) for t in range(9)]), "angle is 30 deg in all 9"),
+    "before release": ("relaxation", RELAX + rows([(t - 3, t) for t in range(9)]), "row 2: time is -3 s"),
     "bending of one row": ("bending", BEND + "0.1, 2, 80\n", "has 1 row with 1 different forces; 3 rows with 2 forces"),
-    "no length": ("bending", "force [N], deflection [mm]\n0.1, 2\n", "no column length among force [N], deflection [mm]; name it"),
-    "longer than the panel": ("bending", BEND + rows([(0.1 * k, 20 * k, 40) for k in (1, 2, 3)]), "row 3: deflection is 40 mm of"),
-    "opposite signs": ("bending", BEND + rows([(0.1 * k, -2 * k, 80) for k in (1, 2, 3)]), "forces and deflections have opposite"),
-    "gauge that stands still": ("bending", BEND + rows([(0.1 * k, 2, 80) for k in (1, 2, 3)]), "deflection is 2 mm in all 3 rows"),
-    "negative length": ("bending", BEND + rows([(0.1 * k, 2 * k, -80) for k in (1, 2, 3)]), "row 2: length is -80 mm; it must be"),
-    "two panels": ("bending", BEND + rows([(0.1 * k, 2 * k, 80 + k) for k in (1, 2, 3)]), "row 3: length is 82 mm after 81 mm"),
+    "no length": ("bending", "force [N], deflection [mm]\n0.1, 2\n", "no column length among force [N], deflection [mm]"),
+    "longer than the panel": ("bending", bent(20, 40), "row 3: deflection is 40 mm of"),
+    "opposite signs": ("bending", bent(-2), "forces and deflections have opposite"),
+    "gauge that stands still": ("bending", bent(2, same=True), "deflection is 2 mm in all 3 rows"),
+    "negative length": ("bending", bent(2, -80), "row 2: length is -80 mm; it must be"),
+    "two panels": ("bending", bent(2, 80, longer=1), "row 3: length is 82 mm after 81 mm"),
 }  # fmt: skip
 
 
