@@ -23,14 +23,18 @@ _SHORTER = 0.05
 
 
 def quantities(curve: Curve, options: Options) -> list[Quantity]:
-    """Mean stiffness, moment at the largest angle, and area of the loop of one curve."""
-    grid = curve.loading.fit.x
+    """Mean stiffness, moment at the largest angle, factor on the curve, and area of the loop of one curve.
+
+    The factor is 1 with the interval that the scatter leaves it: what `crease.scale` of a case is uncertain by.
+    """
+    grid, values = curve.loading.fit.x, curve.loading.estimate.values
     weights = _slope_weights(grid)
     last = np.zeros(len(grid))
     last[-1] = 1.0
     found = [
         _linear(f"{curve.name}: mean stiffness", "N m/rad", weights, curve.loading, options),
         _linear(f"{curve.name}: moment at {math.degrees(grid[-1]):.3g} deg", "N m", last, curve.loading, options),
+        _linear(f"{curve.name}: crease.scale", "", values / (values @ values), curve.loading, options),
     ]
     if curve.unloading is not None:
         found.append(_loop_area(curve, options))
