@@ -1,14 +1,16 @@
 """A mesh of ANCF elements: coordinates by nodes, groups of elements, what is held, and the pattern of its matrices.
 
-Every node has a block of `size` coordinates, `size` // 3 vectors: position, then slopes. A node that needs fewer vectors (a
+In space every node has a block of `size` coordinates, `size` // 3 vectors: position, then slopes. A node that needs fewer vectors (a
 cable's) leaves the rest unused, which counts as held. Elements name the vectors they are made of, not nodes: a cable that ends
-at the corner of a film has the corner's position for its own, and a slope of its own.
+at the corner of a film has the corner's position for its own, and a slope of its own. In a plane every vector has a block of its own: hinges, where bars
+share a position and nothing else, have as many slopes as bars.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -35,6 +37,9 @@ class Mesh:
     names : of the nodes, for messages
     pattern : BlockPattern
         Of nodes that elements join.
+    dimension : 3, or 2 for what lies in a plane
+    plane_positions : int array
+        First coordinates of the positions, in a plane.
     """
 
     coordinates: np.ndarray
@@ -44,6 +49,8 @@ class Mesh:
     quads: np.ndarray
     names: tuple[str, ...]
     pattern: BlockPattern
+    dimension: int = 3
+    plane_positions: np.ndarray | None = None
 
     @property
     def size(self) -> int:
@@ -62,9 +69,23 @@ class Mesh:
         fixed[np.asarray(list(coordinates), dtype=np.int64)] = False
         return replace(self, fixed=fixed)
 
+    @cached_property
+    def places(self) -> np.ndarray:
+        """First coordinate of every position; in space of those of nodes that borrow theirs too, which mean nothing."""
+        if self.plane_positions is not None:
+            return self.plane_positions
+        return self.size * np.arange(self.pattern.order)
+
+    @cached_property
+    def is_position(self) -> np.ndarray:
+        """Which coordinates are those of positions, (n,) bool array."""
+        found = np.zeros(len(self.coordinates), dtype=bool)
+        found[self.places[:, None] + np.arange(self.dimension)] = True
+        return found
+
     def positions(self, q: np.ndarray) -> np.ndarray:
-        """Positions of all nodes, (n_nodes, 3), m; of nodes that borrow theirs, meaningless."""
-        return np.asarray(q.reshape(-1, self.size)[:, :3])
+        """Positions, (n_places, dimension), m."""
+        return np.asarray(q[self.places[:, None] + np.arange(self.dimension)])
 
 
 def node_pattern(count: int, size: int, groups: Iterable[ElementGroup], masses: Iterable[MassPart]) -> BlockPattern:

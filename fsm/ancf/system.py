@@ -102,7 +102,7 @@ class AncfSystem:
         corners = self.start[self.mesh.quads[:, :, None] + np.arange(3)]
         sides = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1)
         length = float(np.median(sides)) if len(sides) else (spread or 1.0) / max(len(places) - 1, 1)
-        is_position = np.tile(np.arange(self.mesh.size) < 3, self.pattern.order)
+        is_position = self.mesh.is_position
         speed = float(np.abs(self.rate[is_position]).max(initial=0.0)) or length
         size = np.where(is_position, length, 1.0)
         velocity = np.where(is_position, speed, speed / length)
@@ -205,8 +205,7 @@ class AncfSystem:
         """See `System`."""
         here, rates = self.place(t, q, u, before)
         reactions = self._reactions(t, here, rates)
-        by_node = reactions.reshape(-1, self.mesh.size)
-        largest = float(np.linalg.norm(by_node[:, :3], axis=1).max(initial=0.0))
+        largest = float(np.linalg.norm(self.mesh.positions(reactions), axis=1).max(initial=0.0))
         return Observation(self._drive_state(t, reactions), self._energy(t, here, rates, reactions), largest, _NO_PAIRS)
 
     # protocol: nothing is remembered --------------------------------------------------------------------------------
@@ -369,9 +368,9 @@ class AncfSystem:
 
     def _translation(self, vector: np.ndarray) -> np.ndarray:
         """The coordinates' change as all move by a vector (3,): of positions that elements use, once."""
-        out = np.zeros(self.nu).reshape(-1, self.mesh.size)
-        out[:, :3] = vector
-        return out.ravel()
+        out = np.zeros(self.nu)
+        out[self.mesh.places[:, None] + np.arange(self.mesh.dimension)] = vector[: self.mesh.dimension]
+        return out
 
     def _bsr(self, data: np.ndarray) -> sparse.bsr_matrix:
         return BlockMatrix(self.pattern, data).bsr()
