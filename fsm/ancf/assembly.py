@@ -6,7 +6,9 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["add_point", "gather", "scatter_force", "scatter_matrix", "slots_of"]
+__all__ = [
+    "add_point", "contract", "gather", "mirror", "scatter_force", "scatter_matrix", "slots_of", "weigh_point",
+]  # fmt: skip
 
 
 @kernel
@@ -91,3 +93,53 @@ def add_point(
                     factor = rows[p, i]
                     for j in range(vectors):
                         matrix[a, b, i, j] += factor * work[j]
+
+
+@kernel(inline=True)
+def weigh_point(
+    rows: np.ndarray, first: int, stride: int, derivatives: int, hessian: np.ndarray, symmetric: bool, weighed: np.ndarray
+) -> None:
+    """Products of the second derivatives at one point with the rows of the table that belong to it, for `contract`.
+
+    Parameters
+    ----------
+    rows : (k, v) array
+        Table of the derivatives of the shape functions at all points.
+    first, stride : its rows of this point are first, first + stride, ...
+    derivatives : how many
+    hessian : (3 p, 3 p) array
+    symmetric : whether the second derivatives are, so that (a, b) with a > b need not be done
+    weighed : (3, 3, k, v) array, whose rows of this point are set
+    """
+    for a in range(3):
+        for b in range(a if symmetric else 0, 3):
+            for p in range(derivatives):
+                out = weighed[a, b, first + p * stride]
+                factor = hessian[3 * p + a, b]
+                for j in range(12):
+                    out[j] = factor * rows[first, j]
+                for q in range(1, derivatives):
+                    factor = hessian[3 * p + a, 3 * q + b]
+                    row = rows[first + q * stride]
+                    for j in range(12):
+                        out[j] += factor * row[j]
+
+
+@kernel(inline=True)
+def contract(columns: np.ndarray, weighed: np.ndarray, symmetric: bool, matrix: np.ndarray) -> None:
+    """Element matrix (3, 3, v, v) of all points at once: one product of matrices for each pair of components."""
+    for a in range(3):
+        for b in range(a if symmetric else 0, 3):
+            np.dot(columns, weighed[a, b], matrix[a, b])
+    if symmetric:
+        mirror(matrix)
+
+
+@kernel(inline=True)
+def mirror(matrix: np.ndarray) -> None:
+    """Blocks (a, b) below the diagonal of a symmetric element matrix (3, 3, v, v) from those above."""
+    for a in range(3):
+        for b in range(a):
+            for i in range(matrix.shape[2]):
+                for j in range(matrix.shape[3]):
+                    matrix[a, b, i, j] = matrix[b, a, j, i]

@@ -61,12 +61,23 @@ class FilmGrid:
         i, j = int(np.argmin(np.abs(self.x - x))), int(np.argmin(np.abs(self.y - y)))
         return int(self.position[i, j])
 
-    @property
-    def edge(self) -> np.ndarray:
-        """First coordinates of the positions of the nodes at the edge."""
-        inner = np.ones_like(self.position, dtype=bool)
-        inner[1:-1, 1:-1] = False
-        return np.asarray(self.position[inner])
+    def edge(self, *sides: str) -> np.ndarray:
+        """First coordinates of the vectors that place edges: positions of their nodes and slopes along them.
+
+        Parameters
+        ----------
+        sides : of "left" (x smallest), "right", "bottom" (y smallest), "top"; all four if none is named
+
+        Notes
+        -----
+        Positions alone do not hold an edge straight: between nodes it is a cubic of the slopes along it.
+        """
+        lines = {
+            "left": (self.position[0], 6), "right": (self.position[-1], 6),
+            "bottom": (self.position[:, 0], 3), "top": (self.position[:, -1], 3),
+        }  # fmt: skip
+        chosen = [lines[side] for side in (sides or tuple(lines))]
+        return np.unique(np.concatenate([part for nodes, slope in chosen for part in (nodes, nodes + slope)]))
 
 
 @dataclass

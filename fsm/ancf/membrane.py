@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsm.ancf.assembly import add_point, gather, scatter_force, scatter_matrix
+from fsm.ancf.assembly import contract, gather, scatter_force, scatter_matrix, weigh_point
 from fsm.ancf.curvature import add_curvature_hessian, curvature_gradient, normal
 from fsm.ancf.tension_field import film_energy, film_stress, film_tangent
 from fsm.kernels.jit import kernel
@@ -247,14 +247,14 @@ def _add_moduli(factor: float, bending: float, poisson: float, left: np.ndarray,
 
 
 @kernel(inline=True)
-def _natural(b: float, c: float, h: np.ndarray) -> None:
-    """Second derivatives (15, 15) by material derivatives turned into those by natural ones."""
-    for d in range(5):
-        factor = _length(d, b, c)
-        for a in range(3):
-            for j in range(15):
-                h[3 * d + a, j] *= factor
-                h[j, 3 * d + a] *= factor
+def _natural(derivatives: int, b: float, c: float, h: np.ndarray) -> None:
+    """Second derivatives (3 d, 3 d) by material derivatives turned into those by natural ones."""
+    for d in range(derivatives):
+        for f in range(derivatives):
+            factor = _length(d, b, c) * _length(f, b, c)
+            for i in range(3):
+                for j in range(3):
+                    h[3 * d + i, 3 * f + j] *= factor
 
 
 @kernel(inline=True)
@@ -287,8 +287,9 @@ def add_tangent(
     kappa, m, one = np.empty(3), np.empty(3), np.empty(3)
     gradient, turned, rates = np.empty((3, 15)), np.empty((8, 6)), np.empty((3, 15))
     stretch, bend, second = np.empty((6, 6)), np.empty((15, 15)), np.empty((15, 15))
-    row2, row5, work = np.empty((2, 12)), np.empty((5, 12)), np.empty(12)
-    element, damped = np.empty((3, 3, 12, 12)), np.empty((3, 3, 12, 12))
+    weighed, viscous = np.empty((3, 3, width, 12)), np.empty((3, 3, width, 12))
+    element = np.empty((3, 3, 12, 12))
+    symmetric = not moving > 0.0
     for k in range(film.vectors.shape[0]):
         gather(film.vectors[k], film.scale[k], q, e)
         _derivatives(e, film.columns, r)
@@ -298,8 +299,6 @@ def add_tangent(
         b, c = film.sides[k]
         plain, poisson, bending = film.stiffness[k]
         plain_moduli = film_tangent(0.0, 0.0, 0.0, plain, poisson, False)
-        element[:] = 0.0
-        damped[:] = 0.0
         for point in range(count):
             weight = b * c * film.stretch_weights[point]
             exx, eyy, exy = _strain(r, point, count, b, c, film.rest_strain[k, point])
@@ -320,13 +319,13 @@ def add_tangent(
                 stretch[a, 3 + a] += weight * nxy
                 stretch[3 + a, a] += weight * nxy
                 stretch[3 + a, 3 + a] += weight * nyy
-            for i in range(12):
-                row2[0, i], row2[1, i] = film.rows[point, i] / b, film.rows[count + point, i] / c
-            add_point(row2, stretch, 2, 12, work, element)
+            _natural(2, b, c, stretch)
+            weigh_point(film.rows, point, count, 2, stretch, symmetric, weighed)
             if viscosity > 0.0:
                 stretch[:] = 0.0
                 _stretch_moduli(x, y, x, y, plain_moduli, viscosity * weight, stretch)
-                add_point(row2, stretch, 2, 12, work, damped)
+                _natural(2, b, c, stretch)
+                weigh_point(film.rows, point, count, 2, stretch, True, viscous)
         for point in range(points):
             weight = b * c * film.bend_weights[point]
             first = 2 * count + point
@@ -357,19 +356,18 @@ def add_tangent(
                 m[a] *= weight
             add_curvature_hessian(g, n, length, m, turned, bend)
             _add_moduli(weight, bending, poisson, gradient, gradient, bend)
-            _natural(b, c, bend)
-            for d in range(5):
-                for i in range(12):
-                    row5[d, i] = film.rows[first + d * points, i]
-            add_point(row5, bend, 5, 12, work, element)
+            _natural(5, b, c, bend)
+            weigh_point(film.rows, first, points, 5, bend, symmetric, weighed)
             if viscosity > 0.0:
                 bend[:] = 0.0
                 _add_moduli(viscosity * weight, bending, poisson, gradient, gradient, bend)
-                _natural(b, c, bend)
-                add_point(row5, bend, 5, 12, work, damped)
+                _natural(5, b, c, bend)
+                weigh_point(film.rows, first, points, 5, bend, True, viscous)
+        contract(film.columns, weighed, symmetric, element)
         scatter_matrix(slots[k], film.scale[k], size, element, into_stiffness)
         if viscosity > 0.0:
-            scatter_matrix(slots[k], film.scale[k], size, damped, into_damping)
+            contract(film.columns, viscous, True, element)
+            scatter_matrix(slots[k], film.scale[k], size, element, into_damping)
 
 
 @kernel
