@@ -112,11 +112,12 @@ class RecordedSolve:
             statistics.events[:0] = self.events
             writer.flush()
             solution = read_solution(part_path(self.target))
+            solution.array = array = self.analysis.array_motion(solution, self.warnings)
             summary = summary_of(self.analysis, solution, statistics, ledger, self.warnings) | {
                 "compile_time_s": jit.compile_time() - compiled,
                 "wall_time_s": time.perf_counter() - begun,
             }
-            writer.finish(_plain(statistics), summary)
+            writer.finish(_plain(statistics), summary, array)
         self.checkpoint.unlink(missing_ok=True)
         return read_solution(self.target)
 

@@ -6,6 +6,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from fsm.results.array import ArrayMotion
 from fsm.results.solution import Layout, Solution
 from fsm.solve.simulate import Settings, Statistics
 from fsm.solve.static import PathSettings
@@ -66,6 +67,10 @@ class Analysis(Protocol):
 
     def unstable_ways(self, t: float, q: np.ndarray) -> int:
         """Negative pivots of the stiffness where they mean something, else 0."""
+        ...
+
+    def array_motion(self, solution: Solution, warnings: list[str]) -> ArrayMotion | None:
+        """Of a scissor array, how its points move and its bars are stressed; None of anything else."""
         ...
 
     def summarise(self, solution: Solution, statistics: Statistics) -> dict[str, Any]:

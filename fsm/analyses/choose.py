@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fsm.analyses.analysis import Analysis
 from fsm.analyses.deploy import Deployment
+from fsm.analyses.scissor import ScissorArray
 from fsm.scene.case import Case
 
 __all__ = ["analysis_of", "describe"]
@@ -25,7 +26,7 @@ def analysis_of(case: Case, source: str = "", warnings: list[str] | None = None)
     CaseError
         All faults that compiling finds.
     """
-    return Deployment(case, source, warnings)
+    return ScissorArray(case, source) if case.analysis == "scissor" else Deployment(case, source, warnings)
 
 
 def describe(case: Case) -> list[str]:

@@ -11,6 +11,7 @@ import numpy as np
 from fsm.crossing import first_crossings
 from fsm.errors import FsmError
 from fsm.prepare import prepare
+from fsm.results.array import ArrayMotion
 from fsm.results.quantities import Curve, summarise, summarise_contacts
 from fsm.results.solution import Layout, Solution
 from fsm.scene.case import Case
@@ -110,6 +111,10 @@ class Deployment:
     def unstable_ways(self, t: float, q: np.ndarray) -> int:
         """None without a drive, since a free motion passes no equilibria."""
         return negative_pivots(self.system, t, q, self._pivots) if self.system.motions else 0
+
+    def array_motion(self, solution: Solution, warnings: list[str]) -> ArrayMotion | None:
+        """See `Analysis`."""
+        return None
 
     def summarise(self, solution: Solution, statistics: Statistics) -> dict[str, Any]:
         """Peak, stages and contacts."""

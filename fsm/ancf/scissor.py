@@ -80,6 +80,16 @@ class ArraySystem(AncfSystem):
         self.beams: BeamGroup = next(group for group in mesh.groups if isinstance(group, BeamGroup))
         super().__init__(mesh, loading)
 
+    def stress(self, q: np.ndarray) -> np.ndarray:
+        """Largest normal stress of each bar, of stretch and bending at the Gauss points, (n_bars,), Pa."""
+        strains, _ = self.beams.strains(self.beams.gathered(q), self.beams.rows)
+        axial = np.abs(strains[..., 0])
+        if strains.shape[2] != 3:  # Green's strain is that of the point itself
+            curvature = strains[..., 2] if strains.shape[2] == 4 else strains[..., 1]
+            axial = axial + 0.5 * self.material.height * np.abs(curvature)
+        largest = self.material.young * axial.max(axis=1)
+        return np.array([largest[bar.elements].max() for bar in self.bars])
+
     def shape(self, t: float, q: np.ndarray) -> np.ndarray:
         """See `System`: every element's rectangle, from the sections at its ends; y of the plane is z."""
         half = 0.5 * self.material.height

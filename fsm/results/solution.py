@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from fsm.results.array import ArrayMotion
 from fsm.results.film import Film, Floats, Integers, Samples
 
 __all__ = ["ENERGIES", "PAIRS", "Floats", "Integers", "Layout", "Record", "Solution"]
@@ -18,6 +19,8 @@ ENERGIES: dict[str, str] = {
     "creases": "elastic energy of the creases",
     "film": "elastic energy of the film and its patches",
     "cables": "elastic energy of the cables",
+    "bars": "elastic energy of the bars of a scissor array",
+    "hinges": "elastic energy of its hinges and end stops",
     "contact": "elastic energy of the contacts",
     "gravity": "potential energy of gravity and of dead loads",
     "drives": "elastic energy of the drives",
@@ -127,6 +130,8 @@ class Solution:
         Steps, iterations, factorisations, ... of the solver.
     summary : dict
         Named results: peak_force, peak_travel, stages, ...
+    array : ArrayMotion
+        Points and bars of a scissor array at the records; None of anything else, or in a run that did not finish.
     """
 
     time: Floats
@@ -150,6 +155,7 @@ class Solution:
     layout: Layout = field(default_factory=Layout)
     stats: dict[str, Any] = field(default_factory=dict)
     summary: dict[str, Any] = field(default_factory=dict)
+    array: ArrayMotion | None = None
 
     def __len__(self) -> int:
         return len(self.time)

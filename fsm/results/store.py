@@ -12,6 +12,7 @@ Layout (`n` records; groups and datasets of things a scene does not have are lef
     /shape               (time, quad, corner, axis)
     /probes/displacement (probe_time, probe, axis)  of a film, more often than /time; rest (probe, axis)
     /modes/frequency, shape   (mode), (mode, quad, corner, axis)   natural modes about the tensioned state
+    /points/displacement, velocity, acceleration (time, point, plane_axis), rigid_...; /bars/stress (time, bar)   of an array
     /film/stress, direction, state   (quad, principal), (quad, axis), (quad)   of the tensioned state
     /stats               attributes, and negative_pivots (time)
     /summary             attributes
@@ -45,6 +46,8 @@ import numpy as np
 
 from fsm.errors import CaseError, FsmError
 from fsm.results.attributes import read_attributes, write_attributes
+from fsm.results.array import ArrayMotion
+from fsm.results.array_datasets import read_array, write_array
 from fsm.results.datasets import add_scale, append_samples, described, read_film, read_samples, write_film
 from fsm.results.film import Samples
 from fsm.results.solution import ENERGIES, PAIRS, Floats, Layout, Record, Solution, stack, stack_energies
@@ -80,7 +83,7 @@ VARIABLES: dict[str, _Variable] = {
     "shape": _Variable("shape", ("quad", "corner", "axis"), "m", "corner points of the plates"),
     "negative_pivots": _Variable("stats/negative_pivots", (), "1", "negative pivots of the tangent"),
     **{
-        name: _Variable(f"energy/{name}", (), "J", text, 3 if name in ("film", "cables") else 1)
+        name: _Variable(f"energy/{name}", (), "J", text, 3 if name in ("film", "cables", "bars", "hinges") else 1)
         for name, text in ENERGIES.items()
     },
 }
@@ -195,8 +198,8 @@ class ResultWriter:
                 self._file = None
                 self._records = []
 
-    def finish(self, stats: dict[str, Any], summary: dict[str, Any]) -> None:
-        """Close, add `stats` and `summary`, and give the file its final name."""
+    def finish(self, stats: dict[str, Any], summary: dict[str, Any], array: ArrayMotion | None = None) -> None:
+        """Close, add `stats`, `summary` and the motion of an array, and give the file its final name."""
         if self.n_records == 0:
             raise ValueError("a results file needs at least one record")
         self.close()
@@ -206,6 +209,8 @@ class ResultWriter:
             with h5py.File(new, "r+", libver="latest", locking="best-effort") as file:
                 write_attributes(file["stats"], stats)
                 write_attributes(file["summary"], summary)
+                if array is not None:
+                    write_array(file, array)
             _replace(new, self.path)
             self.part.unlink()
 
@@ -359,6 +364,7 @@ def read_solution(path: str | Path) -> Solution:
             layout=_read_layout(file),
             stats=read_attributes(file["stats"]),
             summary=read_attributes(file["summary"]),
+            array=read_array(file),
             **values,
         )
 

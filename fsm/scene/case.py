@@ -24,6 +24,7 @@ from fsm.scene.membrane import (
 from fsm.scene.model import Model
 from fsm.scene.obstacle import Obstacle
 from fsm.scene.scene import Scene
+from fsm.scene.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
 from fsm.scene.units import Acceleration, Angle, Count, Length, Number, Time
 
 __all__ = ["Analysis", "Case", "Expect", "Save", "Solve", "Strip"]
@@ -136,13 +137,13 @@ class Expect(Model):
         return self
 
 
-Analysis = Literal["deploy", "vibrate"]
+Analysis = Literal["deploy", "vibrate", "scissor"]
 
 
 class Case(Model):
     """A whole case: what there is, what acts on it, how to solve it, what to keep.
 
-    What there is: a strip (or a scene written out) to deploy, or a membrane to vibrate. With `stages`, one analysis after
+    What there is: a strip (or a scene written out) to deploy, a membrane to vibrate, or a scissor array. With `stages`, one analysis after
     the other: the strip as it is deployed is the film that vibrates.
     """
 
@@ -169,6 +170,12 @@ class Case(Model):
     damping: Damping | None = None
     impact: Impact | None = None
     vibration: Vibration | None = None
+    scissor: Scissor | None = None
+    bar: BarSection | None = None
+    hinge: HingeJoint | None = None
+    stop: Stop | None = None
+    hold: tuple[PointSupport, ...] = ()
+    force: tuple[PointForce, ...] = ()
     gravity: tuple[Acceleration, Acceleration, Acceleration] = (0.0, 0.0, 0.0)
     solve: Solve = Solve()
     save: Save = Save()
@@ -184,6 +191,10 @@ class Case(Model):
         if self.steps[0] == "vibrate":
             if self.membrane is None or self.material is None or self.tension is None:
                 raise ValueError('analysis = "vibrate" needs [membrane], [material] and [tension]')
+            return self
+        if self.steps[0] == "scissor":
+            if self.scissor is None or self.material is None or self.bar is None:
+                raise ValueError('analysis = "scissor" needs [scissor], [bar] and [material]')
             return self
         if (self.strip is None) == (self.scene is None):
             raise ValueError("give either [strip] or [scene]")

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 
 from fsm.errors import Fault
 from fsm.scene.case import Analysis, Strip
+from fsm.scene.check_scissor import check_scissor
 from fsm.scene.check_vibration import check_vibration
 from fsm.scene.loads import Drive
 from fsm.scene.sections import Sections, method_faults
@@ -17,9 +18,11 @@ _ANY = ("title", "units", "analysis", "stages", "material", "gravity", "solve", 
 _DEPLOY = ("strip", "scene", "crease", "contact", "friction", "drive", "load", "obstacle")
 _FILM = ("membrane", "patch", "cable", "support", "tension")
 _VIBRATE = ("air", "damping", "impact", "vibration")
+_SCISSOR = ("scissor", "bar", "hinge", "stop", "hold", "force")
 _READ: dict[tuple[Analysis, ...], tuple[str, ...]] = {
     ("deploy",): (*_ANY, *_DEPLOY),
     ("vibrate",): (*_ANY, *_FILM, *_VIBRATE),
+    ("scissor",): (*_ANY, *_SCISSOR),
     ("deploy", "vibrate"): (*_ANY, *_DEPLOY, "deployed", *_VIBRATE),
 }
 """The sections that belong to an analysis."""
@@ -34,6 +37,8 @@ def check_sections(sections: Sections) -> list[Fault]:
         faults += _check_deployment(sections)
     if "vibrate" in sections.stages:
         faults += check_vibration(sections)
+    if "scissor" in sections.stages:
+        faults += check_scissor(sections)
     return faults
 
 

@@ -141,7 +141,7 @@ def read_case(data: Mapping[str, Any], folder: Path) -> tuple[Case | None, list[
     return Case(**values), []
 
 
-_LISTS = ("drive", "load", "obstacle", "patch", "cable", "support")
+_LISTS = ("drive", "load", "obstacle", "patch", "cable", "support", "hold", "force")
 """Sections that may stand several times."""
 
 
@@ -177,8 +177,13 @@ def _validate(
 
 
 def _sections(data: Mapping[str, Any], valid: Mapping[str, Any]) -> Sections:
-    single = ("strip", "scene", "membrane", "material", "crease", "contact", "friction", "tension", "impact")
-    lists = {"drives": "drive", "patches": "patch", "cables": "cable", "supports": "support"}
+    single = (
+        "strip", "scene", "membrane", "material", "crease", "contact", "friction", "tension", "impact", "scissor", "bar",
+        "hinge", "stop",
+    )  # fmt: skip
+    lists = {
+        "drives": "drive", "patches": "patch", "cables": "cable", "supports": "support", "holds": "hold", "forces": "force",
+    }  # fmt: skip
     items: dict[str, Any] = {field: valid[name] for field, name in lists.items() if isinstance(valid.get(name), dict)}
     sections: dict[str, Any] = {name: valid.get(name) for name in single}
     return Sections(

@@ -12,6 +12,7 @@ from fsm.scene.loads import Drive
 from fsm.scene.materials import Crease, Material
 from fsm.scene.membrane import Cable, Impact, Membrane, Patch, Support, Tension, Vibration
 from fsm.scene.scene import Scene
+from fsm.scene.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
 
 __all__ = ["Sections", "method_faults"]
 
@@ -26,7 +27,7 @@ class Sections:
     ----------
     written : names of the sections in the file
     stages : the analyses; none if they cannot be read
-    drives, patches, cables, supports : number of the item in the file, from 0, and the item
+    drives, patches, cables, supports, holds, forces : number of the item in the file, from 0, and the item
     """
 
     written: frozenset[str] = frozenset()
@@ -35,6 +36,10 @@ class Sections:
     tension: Tension | None = None
     impact: Impact | None = None
     vibration: Vibration | None = None
+    scissor: Scissor | None = None
+    bar: BarSection | None = None
+    hinge: HingeJoint | None = None
+    stop: Stop | None = None
     strip: Strip | None = None
     scene: Scene | None = None
     material: Material | None = None
@@ -47,6 +52,8 @@ class Sections:
     patches: Mapping[int, Patch] = field(default_factory=dict)
     cables: Mapping[int, Cable] = field(default_factory=dict)
     supports: Mapping[int, Support] = field(default_factory=dict)
+    holds: Mapping[int, PointSupport] = field(default_factory=dict)
+    forces: Mapping[int, PointForce] = field(default_factory=dict)
 
 
 def method_faults(solve: Solve | None) -> Iterable[Fault]:
