@@ -154,11 +154,11 @@ class BarMesh:
         lengths, kinks = np.array(self._lengths), np.array(self._kinks)
         unlike, same = np.unique(np.column_stack([lengths, kinks]).round(15), axis=0, return_inverse=True)
         parts = [build(float(length), float(kink)) for length, kink in unlike]
-        rows, weights, stiffness, masses = (np.stack(part)[same.ravel()] for part in zip(*parts, strict=True))
+        rows, stiffness, masses = (np.stack(part)[same.ravel()] for part in zip(*parts, strict=True))
         strains, hessians = _KERNELS[self.element]
         beta = np.full(len(lengths), self.material.damping)
         vectors = np.array(self._vectors, dtype=np.int64)
-        return BeamGroup(strains, hessians, vectors, rows, weights, stiffness, beta, masses)
+        return BeamGroup(strains, hessians, vectors, rows, stiffness, beta, masses)
 
     def renumbered(self, order: np.ndarray) -> BarMesh:
         """The same bars with vector `order[i]` in the place i."""
@@ -187,29 +187,30 @@ class BarMesh:
         along = self._vector((cosine, sine), name)
         return [along] if self.element == "cable" else [along, self._vector((-sine, cosine), name)]
 
-    # what elements of one length are made of: rows (g, p, v), weights (g,), stiffness (s,), masses (v, v)
+    # what elements of one length are made of: rows (g, p, v), stiffness (g, s), masses (v, v)
 
     def _section(self, length: float, kink: float) -> tuple[np.ndarray, ...]:
         m = self.material
         xi, weight = gauss_points(3, 0.0, 1.0)
         axial = m.young * m.area
         stiffness = [axial, m.shear_factor * m.shear * m.area, axial * m.height**2 / 12.0, axial]
-        rows = beam_rows(xi, np.zeros(3), length) @ _turned(kink)
-        return rows, weight * length, np.array(stiffness), self._masses(length, kink)
+        rows = beam_rows(xi, np.zeros_like(xi), length) @ _turned(kink)
+        return rows, np.outer(length * weight, stiffness), self._masses(length, kink)
 
     def _green(self, length: float, kink: float) -> tuple[np.ndarray, ...]:
         m = self.material
         xi, y, weight = _over_section(3, length, m.height, m.width)
         rows = beam_rows(xi, y, length)[:, :2] @ _turned(kink)
-        return rows, weight, np.array([m.young, m.young, m.shear_factor * m.shear]), self._masses(length, kink)
+        return rows, np.outer(weight, [m.young, m.young, m.shear_factor * m.shear]), self._masses(length, kink)
 
     def _cable(self, length: float, kink: float) -> tuple[np.ndarray, ...]:
         m = self.material
         xi, weight = gauss_points(4, 0.0, 1.0)
-        axial = m.young * m.area
         shape = bernoulli_shape(xi, length)
         masses = np.einsum("g,gi,gj->ij", m.density * m.area * length * weight, shape, shape)
-        return bernoulli_rows(xi, length), weight * length, np.array([axial, axial * m.height**2 / 12.0]), masses
+        xi, weight = gauss_points(3, 0.0, 1.0)
+        axial = m.young * m.area
+        return bernoulli_rows(xi, length), np.outer(length * weight, [axial, axial * m.height**2 / 12.0]), masses
 
     def _masses(self, length: float, kink: float) -> np.ndarray:
         m = self.material

@@ -56,7 +56,7 @@ class BeamGroup:
     strains, hessians : kernels of the element
     vectors : (m, v) int array
         First coordinate of each vector of each element.
-    rows, weights, stiffness, beta : arrays
+    rows, stiffness, beta : arrays
     masses : (m, v, v) array
     """
 
@@ -64,7 +64,6 @@ class BeamGroup:
     hessians: Callable[..., Any]
     vectors: np.ndarray
     rows: np.ndarray
-    weights: np.ndarray
     stiffness: np.ndarray
     beta: np.ndarray
     masses: np.ndarray
@@ -88,7 +87,7 @@ class BeamGroup:
     def add_force(self, q: np.ndarray, u: np.ndarray | None, force: np.ndarray) -> None:
         """See `ElementGroup`."""
         strain, gradient = self.strains(self.gathered(q), self.rows)
-        element = strain_force(strain, gradient, self.gathered(u), self.rows, self.weights, self.stiffness, self.beta)
+        element = strain_force(strain, gradient, self.gathered(u), self.rows, self.stiffness, self.beta)
         _scatter_forces(self.vectors, element, force)
 
     def add_linearised(
@@ -103,7 +102,7 @@ class BeamGroup:
         """See `ElementGroup`."""
         coordinates, rates = self.gathered(q), self.gathered(u)
         strain, gradient = self.strains(coordinates, self.rows)
-        law = rates, self.rows, self.weights, self.stiffness, self.beta
+        law = rates, self.rows, self.stiffness, self.beta
         _scatter_forces(self.vectors, strain_force(strain, gradient, *law), force)
         of_coordinates, of_rates = strain_tangent(strain, gradient, self.hessians(coordinates, self.rows), *law)
         size = stiffness.shape[1]
@@ -114,4 +113,4 @@ class BeamGroup:
     def energy(self, q: np.ndarray, u: np.ndarray | None) -> tuple[float, float]:
         """Stored energy (J) and dissipated power (W)."""
         strain, gradient = self.strains(self.gathered(q), self.rows)
-        return strain_energy(strain, gradient, self.gathered(u), self.rows, self.weights, self.stiffness, self.beta)
+        return strain_energy(strain, gradient, self.gathered(u), self.rows, self.stiffness, self.beta)

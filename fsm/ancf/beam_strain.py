@@ -46,7 +46,6 @@ def strain_energy(
     gradient: np.ndarray,
     rates: np.ndarray,
     rows: np.ndarray,
-    weights: np.ndarray,
     stiffness: np.ndarray,
     beta: np.ndarray,
 ) -> tuple[float, float]:
@@ -57,7 +56,7 @@ def strain_energy(
         for g in range(rows.shape[1]):
             at_point(rows[i, g], rates[i], speed)
             for k in range(strain.shape[2]):
-                stiff = weights[i, g] * stiffness[i, k]
+                stiff = stiffness[i, g, k]
                 rate = _rate(gradient[i, g, k], speed)
                 energy += 0.5 * stiff * strain[i, g, k] * strain[i, g, k]
                 power += stiff * beta[i] * rate * rate
@@ -70,7 +69,6 @@ def strain_force(
     gradient: np.ndarray,
     rates: np.ndarray,
     rows: np.ndarray,
-    weights: np.ndarray,
     stiffness: np.ndarray,
     beta: np.ndarray,
 ) -> np.ndarray:
@@ -83,8 +81,8 @@ def strain_force(
     rates : (m, v, 2) array
         Of the coordinates.
     rows : (m, g, p, v) array
-    weights : (m, g) array
-    stiffness : (m, s) array
+    stiffness : (m, g, s) array
+        Of each strain, times the weight of the point; a strain may have points of its own, with zero for the others.
     beta : (m,) array, s
         Kelvin-Voigt time.
     """
@@ -97,7 +95,7 @@ def strain_force(
             by_z[:] = 0.0
             for k in range(strain.shape[2]):
                 effort = strain[i, g, k] + beta[i] * _rate(gradient[i, g, k], speed)
-                effort *= weights[i, g] * stiffness[i, k]
+                effort *= stiffness[i, g, k]
                 for j in range(width):
                     by_z[j] += effort * gradient[i, g, k, j]
             for a in range(rows.shape[3]):
@@ -134,7 +132,6 @@ def strain_tangent(
     hessian: np.ndarray,
     rates: np.ndarray,
     rows: np.ndarray,
-    weights: np.ndarray,
     stiffness: np.ndarray,
     beta: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -150,7 +147,7 @@ def strain_tangent(
             d_z[:] = 0.0
             for k in range(strain.shape[2]):
                 slope, bent = gradient[i, g, k], hessian[i, g, k]
-                stiff = weights[i, g] * stiffness[i, k]
+                stiff = stiffness[i, g, k]
                 effort = stiff * (strain[i, g, k] + beta[i] * _rate(slope, speed))
                 for j in range(width):
                     turned[j] = slope[j] + beta[i] * _rate(bent[j], speed)

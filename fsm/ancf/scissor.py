@@ -91,20 +91,14 @@ class ArraySystem(AncfSystem):
         return np.array([largest[bar.elements].max() for bar in self.bars])
 
     def shape(self, t: float, q: np.ndarray) -> np.ndarray:
-        """See `System`: every element's rectangle, from the sections at its ends; y of the plane is z."""
-        half = 0.5 * self.material.height
+        """See `System`: every element's axis, as wide as the bar is across the plane; y of the plane is z."""
+        half = np.array([-0.5, -0.5, 0.5, 0.5]) * self.material.width
         quads = []
         for bar in self.bars:
             at = q[bar.positions[:, None] + np.arange(2)]
-            if len(bar.sections):
-                up = q[bar.sections[:, None] + np.arange(2)]
-            else:
-                along = q[bar.slopes[:, None] + np.arange(2)]
-                up = np.column_stack([-along[:, 1], along[:, 0]]) / np.linalg.norm(along, axis=1)[:, None]
-            above, below = at + half * up, at - half * up
-            quads.append(np.stack([below[:-1], below[1:], above[1:], above[:-1]], axis=1))
-        flat = np.concatenate(quads)
-        return np.stack([flat[..., 0], np.zeros(flat.shape[:-1]), flat[..., 1]], axis=-1)
+            corners = np.stack([at[:-1], at[1:], at[1:], at[:-1]], axis=1)
+            quads.append(np.stack([corners[..., 0], np.broadcast_to(half, corners.shape[:2]), corners[..., 1]], axis=-1))
+        return np.concatenate(quads)
 
 
 def compile_array(
