@@ -8,28 +8,22 @@ import os
 import platform
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from fsm.errors import FsmError
+from fsm.analyses.analysis import Analysis
 from fsm.kernels import jit
 from fsm.progress import Progress
-from fsm.results.solution import Layout, Record, Solution
+from fsm.results.solution import Record, Solution
 from fsm.results.store import ResultWriter, part_path, read_checkpoint, read_solution, write_checkpoint
-from fsm.scene.choice import automatic_method
 from fsm.scene.load_case import LoadedCase
-from fsm.scene.scene import Scene
-from fsm.segments.save_times import save_times
-from fsm.segments.system import SegmentSystem
-from fsm.solve.linear import LinearSolver
-from fsm.solve.newton import equilibrium, negative_pivots
-from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, StepEnd
+from fsm.solve.simulate import Ledger, Saved, Statistics, StepEnd
 from fsm.solve.solver import solve
-from fsm.solve.static import PathSettings
 from fsm.solve.status import Event
 from fsm.summary import summary_of
 from fsm.system import DriveState
@@ -38,16 +32,18 @@ __all__ = ["CHECKPOINT_EVERY", "RecordedSolve"]
 
 CHECKPOINT_EVERY = 1.0
 """Seconds of wall time between checkpoints; one takes about 10 ms."""
+_SAME = 1e-10
+"""Times that differ by less, relative to the run's, are the same."""
 
 
 @dataclass(frozen=True)
 class _Point:
-    """Where a solve can go on: the end of a step, the ledger there, how many points seen and records there were, memory."""
+    """Where a solve can go on: the end of a step, the ledger there, how many points seen, records and samples, memory."""
 
     end: StepEnd
     ledger: Ledger
     seen: int
-    records: int
+    kept: tuple[int, int]
     memory: np.ndarray
 
 
@@ -57,7 +53,7 @@ class RecordedSolve:
     Parameters
     ----------
     loaded : LoadedCase
-    scene, system : what it describes and was compiled to
+    analysis : what it was compiled to
     out : folder of the results
     resume : bool
         Go on from a checkpoint in `out`, if there is one of this very case.
@@ -65,17 +61,9 @@ class RecordedSolve:
         What was noticed before.
     """
 
-    def __init__(
-        self,
-        loaded: LoadedCase,
-        scene: Scene,
-        system: SegmentSystem,
-        out: Path,
-        resume: bool,
-        warnings: list[str],
-    ) -> None:
-        self.loaded, self.scene, self.system, self.out = loaded, scene, system, out
-        self.case = loaded.case
+    def __init__(self, loaded: LoadedCase, analysis: Analysis, out: Path, resume: bool, warnings: list[str]) -> None:
+        self.loaded, self.analysis, self.out = loaded, analysis, out
+        self.system = analysis.system
         self.warnings = list(warnings)
         self.target = out / "result.h5"
         self.checkpoint = out / "checkpoint.h5"
@@ -86,28 +74,30 @@ class RecordedSolve:
         if self.resumed is None:
             self.checkpoint.unlink(missing_ok=True)  # of another run, whose records go now
         self.seen: list[tuple[DriveState, np.ndarray]] = []
-        self.records = 0
+        self.records, self.samples = (0, 0) if self.resumed is None else self.resumed[1]
         self.last: _Point | None = None
-        self.pivots = LinearSolver()
 
     def run(self, progress: bool | Callable[[float], None], begun: float, compiled: float) -> Solution:
         """Solve, write the results file and read it back; `begun` and `compiled` are clocks at the start of the run."""
-        method, reason = self._method()
-        end = self.system.end_time() if self.case.solve.end_time is None else self.case.solve.end_time
-        assert end is not None
-        settings = self._settings(method, end)
+        method, reason = self.analysis.method()
+        settings = self.analysis.settings(method)
+        end = settings.end_time
         start, ledger, at = self._start()
-        records = self.resumed[1] if self.resumed else None
-        self.records = records or 0
-        motion = self.system.motions[0] if self.system.motions else None
-        times = [t for t in save_times(self.case, motion, end) if records is None or t > at]
+        past = at if self.resumed else -1.0
+        self.records_due, self.samples_due = (
+            deque(t for t in times(end) if t > past) for times in (self.analysis.record_times, self.analysis.sample_times)
+        )
+        layout = replace(
+            self.analysis.layout(), case_text=self.loaded.text, provenance=_provenance(f"{method}: {reason}")
+        )
         bar = Progress(progress, end, self.loaded.case.title or str(self.loaded.path), jit)
-        with ResultWriter(self.target, self._layout(method, reason), resume_at=records) as writer, bar:
+        resume_at = self.records if self.resumed else None
+        with ResultWriter(self.target, layout, resume_at, samples_at=self.samples) as writer, bar:
             try:
                 statistics, _ = solve(
                     self.system,
                     settings,
-                    times,
+                    _merged(self.records_due, self.samples_due, _SAME * end),
                     lambda saved: self._save(writer, saved),
                     lambda end: self._step(writer, bar, ledger, end),
                     start,
@@ -122,34 +112,14 @@ class RecordedSolve:
             statistics.events[:0] = self.events
             writer.flush()
             solution = read_solution(part_path(self.target))
-            summary = summary_of(solution, self.scene, statistics, ledger, self.warnings) | {
-                "method": statistics.method,
-                "dof": self.system.nu,
-                "dimension": solution.layout.dimension,
+            solution.array = array = self.analysis.array_motion(solution, self.warnings)
+            summary = summary_of(self.analysis, solution, statistics, ledger, self.warnings) | {
                 "compile_time_s": jit.compile_time() - compiled,
                 "wall_time_s": time.perf_counter() - begun,
-                "contact_stats": self.system.contacts.stats(),
             }
-            writer.finish(_plain(statistics), summary)
+            writer.finish(_plain(statistics), summary, array)
         self.checkpoint.unlink(missing_ok=True)
         return read_solution(self.target)
-
-    def _method(self) -> tuple[str, str]:
-        """What solves the case, and why."""
-        chosen = self.case.solve.method
-        return automatic_method(self.scene) if chosen == "auto" else (chosen, "asked for")
-
-    def _settings(self, method: str, end: float) -> Settings | PathSettings:
-        solve = self.case.solve
-        max_step = solve.max_step or math.inf
-        if method != "static":
-            settings = Settings(method, solve.rtol, end, max_step, solve.max_steps, solve.energy_abort, step=solve.step)
-            return settings if solve.rho_inf is None else replace(settings, rho_inf=solve.rho_inf)
-        first = end / 200.0
-        if self.system.motions:
-            motion = self.system.motions[0]
-            first = motion.time_of(solve.increment or motion.travel / 200.0)
-        return PathSettings(end, first, max_step, solve.rtol, solve.max_steps, solve.imperfection, solve.energy_abort)
 
     def _start(self) -> tuple[tuple[float, np.ndarray, np.ndarray], Ledger, float]:
         """State to start from, the ledger that is kept from there on, and the time up to which there are records."""
@@ -160,23 +130,18 @@ class RecordedSolve:
             self.system.restore(arrays["memory"])
             ledger = Ledger(*[*arrays["ledger"].tolist(), arrays["pair_energy"]])
             return (at, arrays["q"], arrays["u"]), ledger, at
-        start = self._settled() or (0.0, *self.system.initial())
+        start = self.analysis.start(self.warnings)
         return start, Ledger.opened(self.system.energy(*start)), 0.0
 
-    def _settled(self) -> tuple[float, np.ndarray, np.ndarray] | None:
-        """A strip whose creases are not at rest as folded starts from its equilibrium; other scenes start as given."""
-        q, u = self.system.initial()
-        residual = float(np.abs(self.system.force(0.0, q, u)).max(initial=0.0))
-        if self.case.strip is None or residual < 1e-9:
-            return None
-        try:
-            q = equilibrium(self.system, q, np.array([0.0]))
-        except FsmError as error:
-            self.warnings.append(f"not in equilibrium at the start, and none was found: {error}")
-            return None
-        return 0.0, q, u
-
     def _save(self, writer: ResultWriter, saved: Saved) -> None:
+        """Keep what is wanted at this time: the whole state, the probes, or both."""
+        if _due(self.records_due, saved.time):
+            self._record(writer, saved)
+        if _due(self.samples_due, saved.time):
+            writer.sample(saved.time, self.analysis.probes(saved.q))
+            self.samples += 1
+
+    def _record(self, writer: ResultWriter, saved: Saved) -> None:
         seen = saved.observation
         stored = seen.energy.potential
         writer.append(
@@ -197,17 +162,14 @@ class RecordedSolve:
                 pair_friction_energy=saved.pair_energy[0],
                 pair_damping_energy=saved.pair_energy[1],
                 shape=self.system.shape(saved.time, saved.q),
-                negative_pivots=self._unstable_ways(saved),
+                negative_pivots=self.analysis.unstable_ways(saved.time, saved.q),
             )
         )
         self.records += 1
 
-    def _unstable_ways(self, saved: Saved) -> int:
-        """Negative pivots of the stiffness; none without a drive, since a free motion passes no equilibria."""
-        return negative_pivots(self.system, saved.time, saved.q, self.pivots) if self.system.motions else 0
-
     def _step(self, writer: ResultWriter, bar: Progress, ledger: Ledger, end: StepEnd) -> None:
-        self.last = _Point(end, replace(ledger), len(self.seen), self.records, self.system.memory())
+        kept = (self.records, self.samples)
+        self.last = _Point(end, replace(ledger), len(self.seen), kept, self.system.memory())
         if time.perf_counter() - self.last_checkpoint > CHECKPOINT_EVERY:
             writer.flush()
             self._write_checkpoint(self.last)
@@ -231,35 +193,42 @@ class RecordedSolve:
             },
             {
                 "case": self.loaded.text,
-                "records": point.records,
+                "records": point.kept[0],
+                "samples": point.kept[1],
                 "warnings": self.warnings,
                 "events": json.dumps([asdict(event) for event in (*self.events, *point.end.events)]),
             },
         )
         self.last_checkpoint = time.perf_counter()
 
-    def _read_checkpoint(self) -> tuple[dict[str, np.ndarray], int, list[str]] | None:
-        """Arrays, number of records and warnings of a checkpoint of this very case; None if there is none."""
+    def _read_checkpoint(self) -> tuple[dict[str, np.ndarray], tuple[int, int], list[str]] | None:
+        """Arrays, numbers of records and samples, and warnings of a checkpoint of this very case; None if there is none."""
         if not self.checkpoint.is_file() or not part_path(self.target).is_file():
             return None
         arrays, attributes = read_checkpoint(self.checkpoint)
         if attributes.get("case") != self.loaded.text:
             return None
         self.events = [Event(**event) for event in json.loads(attributes["events"])]
-        return arrays, int(attributes["records"]), list(attributes["warnings"])
+        kept = int(attributes["records"]), int(attributes["samples"])
+        return arrays, kept, list(attributes["warnings"])
 
-    def _layout(self, method: str, reason: str) -> Layout:
-        bodies = self.system.bodies
-        return Layout(
-            case_text=self.loaded.text,
-            provenance=_provenance(f"{method}: {reason}"),
-            dimension="spatial" if self.system.spatial else "planar",
-            body_names=tuple(bodies.names[i] for i in bodies.free),
-            panel=np.array([panel for _, _, panel in bodies.plates], dtype=np.int64),
-            pair_names=self.system.pair_names,
-            drive_names=tuple(bodies.names[motion.body] for motion in self.system.motions),
-            thickness=max((plate.thickness for _, plate, _ in bodies.plates), default=0.0),
-        )
+
+def _merged(one: Iterable[float], two: Iterable[float], same: float) -> list[float]:
+    """All times in order, those that are the same once."""
+    times: list[float] = []
+    for t in sorted([*one, *two]):
+        if not times or t > times[-1] + same:
+            times.append(t)
+    return times
+
+
+def _due(times: deque[float], now: float) -> bool:
+    """Whether one of these times has come; those that have are taken out."""
+    came = False
+    while times and times[0] <= now * (1.0 + _SAME):
+        times.popleft()
+        came = True
+    return came
 
 
 def _rows(arrays: dict[str, np.ndarray]) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from fsm.analyses.choose import analysis_of
 from fsm.errors import ExpectationFailed
 from fsm.kernels import jit
 from fsm.plots.contact_map import plot_contact_map
@@ -67,10 +68,11 @@ def run_case(
     begun = time.perf_counter()
     compiled = jit.compile_time()
     warnings: list[str] = []
-    scene, system = prepare(loaded.case, str(loaded.path), warnings)
+    analysis = analysis_of(loaded.case, str(loaded.path), warnings)
     check_expectations(loaded)
+    analysis.make_ready(warnings)
     out.mkdir(parents=True, exist_ok=True)
-    solution = RecordedSolve(loaded, scene, system, out, resume, warnings).run(progress, begun, compiled)
+    solution = RecordedSolve(loaded, analysis, out, resume, warnings).run(progress, begun, compiled)
     _write(solution, out)
     summary = solution.summary
     failed = missed_expectations(loaded.case, summary)

@@ -7,13 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from fsm.crossing import first_crossings
+from fsm.analyses.analysis import Analysis
 from fsm.errors import CaseError, Fault
-from fsm.results.quantities import Curve, summarise, summarise_contacts
 from fsm.results.solution import Solution
 from fsm.scene.case import Case
 from fsm.scene.load_case import LoadedCase
-from fsm.scene.scene import Scene
 from fsm.solve.simulate import Ledger, Statistics
 from fsm.solve.status import Event
 
@@ -26,83 +24,36 @@ _SCALARS = (
 
 
 def summary_of(
-    solution: Solution, scene: Scene, statistics: Statistics, ledger: Ledger, warnings: list[str]
+    analysis: Analysis, solution: Solution, statistics: Statistics, ledger: Ledger, warnings: list[str]
 ) -> dict[str, Any]:
-    """What summary.json holds, but for times and sizes: peak, stages, contacts, counters, energy error, warnings.
+    """What summary.json holds, but for run times: what the analysis says, counters, energy error, warnings.
 
     Parameters
     ----------
+    analysis : what was solved
     solution : all records
-    scene : Scene
     statistics, ledger : of the solve
     warnings : what was noticed before and during it
     """
-    summary: dict[str, Any] = {"peak_force": 0.0, "peak_travel": 0.0, "stages": []}
-    if solution.travel.shape[1]:
-        summary |= summarise(_fine_curve(solution, statistics), solution.layout.pair_names)
-    looked_at = np.array([forces for _, forces in statistics.seen])
-    summary["contact"] = summarise_contacts(solution, looked_at, summary.get("touches", ()))
-    unstable = int(np.sum(solution.negative_pivots > 0))
+    summary: dict[str, Any] = {"peak_force": 0.0, "peak_travel": 0.0, "stages": [], "contact": [], "contact_stats": {}}
+    summary |= analysis.summarise(solution, statistics)
     summary |= {
         "steps": statistics.steps,
         "newton_iterations": statistics.newton_iterations,
         "energy_error": ledger.relative_error,
-        "unstable_equilibria": unstable,
+        "unstable_equilibria": int(np.sum(solution.negative_pivots > 0)),
         "events": [asdict(event) for event in statistics.events],
         "solve_time_s": statistics.wall_time,
+        "method": statistics.method,
+        "dof": analysis.system.nu,
+        "dimension": solution.layout.dimension,
     }
-    summary["warnings"] = [*warnings, *_warnings(solution, scene, summary, statistics)]
-    return summary
-
-
-def _fine_curve(solution: Solution, statistics: Statistics) -> Curve:
-    """Records and every point looked at on the way, so that peak and stages do not depend on what is saved."""
-    looked_at = Curve(
-        np.array([drive.travel[0] for drive, _ in statistics.seen]),
-        np.array([drive.force[0] for drive, _ in statistics.seen]),
-        np.array([pairs for _, pairs in statistics.seen]).reshape(len(statistics.seen), solution.pair_force.shape[1]),
-    )
-    return Curve.of(solution).merged(looked_at)
-
-
-def _warnings(
-    solution: Solution, scene: Scene, summary: dict[str, Any], statistics: Statistics
-) -> list[str]:
     found = []
     if summary["energy_error"] > 1e-3:
         found.append(f"energy balance off by {summary['energy_error']:.2g} of the energy turned over; tighten rtol")
     found += [_told(event) for event in statistics.events]
-    if summary["unstable_equilibria"]:
-        first = float(solution.travel[np.argmax(solution.negative_pivots > 0), 0]) if solution.travel.size else 0.0
-        found.append(
-            f"{summary['unstable_equilibria']} saved states have an unstable tangent, the first at {1e3 * first:.4g} mm: "
-            "the strip snaps there, and its path depends on inertia and damping"
-        )
-    thickness = solution.layout.thickness
-    if solution.pair_gap.size and -solution.pair_gap.min() > 0.2 * thickness:
-        pair = solution.layout.pair_names[int(np.argmin(solution.pair_gap.min(axis=0)))]
-        found.append(
-            f"faces of {pair} penetrate by {-1e3 * solution.pair_gap.min():.3g} mm, more than a fifth of the thickness; "
-            "raise contact.stiffness"
-        )
-    for first_panel, second_panel, travel in first_crossings(solution, scene):
-        found.append(
-            f"panels {first_panel} and {second_panel} pass through each other from {1e3 * travel:.4g} mm of travel on: "
-            "they are not a contact pair, and the result beyond is not physical"
-        )
-    if solution.travel.size:
-        moving = solution.energy["kinetic"] > 0.01 * np.maximum.accumulate(
-            solution.energy["panels"] + solution.energy["creases"]
-        )
-        moving &= solution.travel[:, 0] > 0.02 * solution.travel[-1, 0]
-        if moving.any():
-            at = float(solution.travel[np.argmax(moving), 0])
-            found.append(
-                f"not quasi-static at {1e3 * at:.4g} mm: the kinetic energy is over 1 % of the elastic; pull slower"
-            )
-        if summary["peak_travel"] > 0.999 * solution.travel[-1, 0]:
-            found.append("the force is still rising at the end of the travel; the peak may lie beyond it")
-    return found
+    summary["warnings"] = [*warnings, *found, *analysis.warnings(solution, summary)]
+    return summary
 
 
 def _told(event: Event) -> str:

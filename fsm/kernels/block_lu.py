@@ -3,6 +3,9 @@
 The rows of P A P^T are eliminated one after the other (IKJ); inside a pivot block rows are exchanged. What is exactly
 zero is skipped, block by block, so that a pattern may be a superset (contacts that could come) at little cost.
 
+Of a symmetric A only the right half of every row is worked out: what is left of the diagonal is the transpose of what is
+above it, which halves the work.
+
 For symmetric A, sum over pivot blocks of their negative eigenvalues is that of A (Sylvester's law of inertia).
 """
 
@@ -12,7 +15,9 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["backward_error", "count_negative", "factorise", "fill_in", "multiply_blocks", "solve_refined"]
+__all__ = [
+    "backward_error", "count_negative", "factorise", "fill_in", "is_symmetric", "multiply_blocks", "solve_refined",
+]  # fmt: skip
 
 
 @kernel
@@ -121,6 +126,24 @@ def _subtract_product(out: np.ndarray, a: np.ndarray, b: np.ndarray) -> None:
                 factor = a[i, k]
                 for j in range(6):
                     out[i, j] -= factor * b[k, j]
+    elif size == 9:
+        for i in range(9):
+            # a row in registers; as a loop over j it is stored and loaded again for every k
+            r0, r1, r2, r3, r4 = out[i, 0], out[i, 1], out[i, 2], out[i, 3], out[i, 4]
+            r5, r6, r7, r8 = out[i, 5], out[i, 6], out[i, 7], out[i, 8]
+            for k in range(9):
+                factor = a[i, k]
+                r0 -= factor * b[k, 0]
+                r1 -= factor * b[k, 1]
+                r2 -= factor * b[k, 2]
+                r3 -= factor * b[k, 3]
+                r4 -= factor * b[k, 4]
+                r5 -= factor * b[k, 5]
+                r6 -= factor * b[k, 6]
+                r7 -= factor * b[k, 7]
+                r8 -= factor * b[k, 8]
+            out[i, 0], out[i, 1], out[i, 2], out[i, 3], out[i, 4] = r0, r1, r2, r3, r4
+            out[i, 5], out[i, 6], out[i, 7], out[i, 8] = r5, r6, r7, r8
     else:
         for i in range(size):
             for k in range(size):
@@ -202,12 +225,51 @@ def _negative(block: np.ndarray, work: np.ndarray) -> int:
 
 
 @kernel
+def is_symmetric(data: np.ndarray, transposed: np.ndarray, tolerance: float) -> bool:
+    """Whether block data are those of a symmetric matrix, to a tolerance relative to the largest entry of each block.
+
+    Parameters
+    ----------
+    data : (n_blocks, d, d) array
+    transposed : (n_blocks,) int array
+        Number of the block (j, i) for every block (i, j).
+    """
+    size = data.shape[1]
+    for k in range(data.shape[0]):
+        other = transposed[k]
+        if other < k:
+            continue
+        largest = 0.0
+        for a in range(size):
+            for b in range(size):
+                largest = max(largest, abs(data[k, a, b]))
+        for a in range(size):
+            for b in range(size):
+                if not abs(data[k, a, b] - data[other, b, a]) <= tolerance * largest:
+                    return False
+    return True
+
+
+@kernel(inline=True)
+def _find(indices: np.ndarray, low: int, high: int, column: int) -> int:
+    """Place of a column that is there, in a row low to high."""
+    while low < high:
+        middle = (low + high) // 2
+        if indices[middle] < column:
+            low = middle + 1
+        else:
+            high = middle
+    return low
+
+
+@kernel
 def factorise(
     data: np.ndarray,
     place: np.ndarray,
     indptr: np.ndarray,
     indices: np.ndarray,
     diagonal: np.ndarray,
+    symmetric: bool,
     factors: np.ndarray,
 ) -> int:
     """Factorise P A P^T = L U; the diagonal blocks of `factors` hold the inverse pivots, L has a unit diagonal.
@@ -217,6 +279,7 @@ def factorise(
     data : (n_blocks, d, d) array
         Blocks of A, real or complex.
     place, indptr, indices, diagonal : of `fill_in`
+    symmetric : whether A is
     factors : (n_filled, d, d) array, changed in place
 
     Returns
@@ -237,16 +300,21 @@ def factorise(
         for k in range(indptr[i], indptr[i + 1]):
             where[indices[k]] = k
         for k in range(indptr[i], diagonal[i]):
+            pivot = indices[k]
+            first = diagonal[pivot] + 1
+            if symmetric:
+                # the block above the diagonal that this one is the transpose of; nothing left of it is needed
+                first = _find(indices, first, indptr[pivot + 1], i)
+                used[k] = used[first]
             if not used[k]:
                 continue
-            pivot = indices[k]
             # L_ik = A_ik U_kk^-1
             for a in range(size):
                 for b in range(size):
-                    work[a, b] = -factors[k, a, b]
-                    factors[k, a, b] = 0.0
+                    work[a, b] = -factors[first, b, a] if symmetric else -factors[k, a, b]
+            factors[k] = 0.0
             _subtract_product(factors[k], work, factors[diagonal[pivot]])
-            for m in range(diagonal[pivot] + 1, indptr[pivot + 1]):
+            for m in range(first, indptr[pivot + 1]):
                 if used[m]:
                     target = where[indices[m]]
                     used[target] = True

@@ -10,7 +10,7 @@ import numpy as np
 from fsm.results.quantities import sliding_distance, touching_pairs
 from fsm.results.solution import ENERGIES, Floats, Solution
 
-__all__ = ["force_columns", "write_contact_csv", "write_force_csv"]
+__all__ = ["force_columns", "write_contact_csv", "write_force_csv", "write_points_csv"]
 
 
 def force_columns(solution: Solution, energies: bool = False) -> dict[str, Floats]:
@@ -66,3 +66,26 @@ def write_contact_csv(solution: Solution, path: str | Path) -> None:
             for k in touching_pairs(solution.pair_force):
                 values = [f"{of[record, k]:.12g}" for of in columns.values()]
                 writer.writerow([*begin, solution.layout.pair_names[k], *values])
+
+
+def write_points_csv(solution: Solution, path: str | Path) -> None:
+    """Write the points of a scissor array, one record a row, 12 significant digits.
+
+    Columns: ``time (s)``, and of every point ``a1 x (m)``, ``a1 y (m)`` (places), ``a1 vx (m/s)``, ..., ``a1 ay (m/s^2)``.
+    """
+    motion = solution.array
+    if motion is None:
+        raise ValueError("the result is not of a scissor array that finished")
+    columns: dict[str, Floats] = {"time (s)": solution.time}
+    places = motion.start + motion.points.displacement
+    for k, name in enumerate(motion.point_names):
+        for letter, unit, values in (
+            ("", "m", places),
+            ("v", "m/s", motion.points.velocity),
+            ("a", "m/s^2", motion.points.acceleration),
+        ):
+            columns |= {f"{name} {letter}{axis} ({unit})": values[:, k, i] for i, axis in enumerate("xy")}
+    with Path(path).open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(columns)
+        writer.writerows([f"{value:.12g}" for value in row] for row in np.column_stack(list(columns.values())))

@@ -7,17 +7,20 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+
+from fsm.results.array import ArrayMotion
+from fsm.results.film import Film, Floats, Integers, Samples
 
 __all__ = ["ENERGIES", "PAIRS", "Floats", "Integers", "Layout", "Record", "Solution"]
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 ENERGIES: dict[str, str] = {
     "kinetic": "kinetic energy",
     "panels": "elastic energy of the plain panels",
     "creases": "elastic energy of the creases",
+    "film": "elastic energy of the film and its patches",
+    "cables": "elastic energy of the cables",
+    "bars": "elastic energy of the bars of a scissor array",
+    "hinges": "elastic energy of its hinges and end stops",
     "contact": "elastic energy of the contacts",
     "gravity": "potential energy of gravity and of dead loads",
     "drives": "elastic energy of the drives",
@@ -94,8 +97,9 @@ class Layout:
     body_names, pair_names, drive_names : tuples of str
         Pairs are named by their two surfaces, drives by what they pull.
     panel : (n_quads,) array of int
-        Panel number of every quad of the shape, from 1; 0 for a quad of no panel.
+        Panel number of every quad of the shape, from 1; 0 for a quad of no panel. Of a film, the number of the patch.
     thickness : m
+    film : of a tensioned film, the state that it vibrates about
     """
 
     case_text: str = ""
@@ -106,6 +110,7 @@ class Layout:
     pair_names: tuple[str, ...] = ()
     drive_names: tuple[str, ...] = ()
     thickness: float = 0.0
+    film: Film | None = None
 
 
 @dataclass
@@ -118,11 +123,15 @@ class Solution:
         Units as in `Record` and `PAIRS`.
     energy : dict of (n,) arrays, J
         All keys of `ENERGIES`.
+    samples : Samples
+        Probes of a film, between the records.
     layout : Layout
     stats : dict
         Steps, iterations, factorisations, ... of the solver.
     summary : dict
         Named results: peak_force, peak_travel, stages, ...
+    array : ArrayMotion
+        Points and bars of a scissor array at the records; None of anything else, or in a run that did not finish.
     """
 
     time: Floats
@@ -142,9 +151,11 @@ class Solution:
     pair_damping_energy: Floats
     shape: Floats
     negative_pivots: Integers
+    samples: Samples = field(default_factory=Samples)
     layout: Layout = field(default_factory=Layout)
     stats: dict[str, Any] = field(default_factory=dict)
     summary: dict[str, Any] = field(default_factory=dict)
+    array: ArrayMotion | None = None
 
     def __len__(self) -> int:
         return len(self.time)
@@ -160,8 +171,9 @@ class Solution:
         """Stack records; at least one is needed, since sizes come from them."""
         if not records:
             raise ValueError("a solution needs at least one record")
+        stacked: dict[str, Any] = stack(records)
         return cls(
-            **stack(records),
+            **stacked,
             energy=stack_energies(records),
             negative_pivots=np.array([r.negative_pivots for r in records], dtype=np.int64),
             layout=layout,

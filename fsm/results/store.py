@@ -10,6 +10,10 @@ Layout (`n` records; groups and datasets of things a scene does not have are lef
     /drive/travel, force (time, drive_name)
     /contact/pair_force, pair_gap ...   (time, pair)   all of `fsm.results.solution.PAIRS`
     /shape               (time, quad, corner, axis)
+    /probes/displacement (probe_time, probe, axis)  of a film, more often than /time; rest (probe, axis)
+    /modes/frequency, shape   (mode), (mode, quad, corner, axis)   natural modes about the tensioned state
+    /points/displacement, velocity, acceleration (time, point, plane_axis), rigid_...; /bars/stress (time, bar)   of an array
+    /film/stress, direction, state   (quad, principal), (quad, axis), (quad)   of the tensioned state
     /stats               attributes, and negative_pivots (time)
     /summary             attributes
     /body, /pair, /drive_name, /panel           names, and the panel of every quad
@@ -22,7 +26,7 @@ How it survives a kill: data go to ``result.part.h5`` in HDF5's single-writer mo
 is consistent at any moment; `/time` is written after all else, so that a record counts only when it is whole.
 In the end `finish` gives a copy its stats and its final name.
 
-Version 2 has of contact pairs more than force and gap; read from a file of version 1, the rest is NaN.
+Version 2 has of contact pairs more than force and gap; read from a file of version 1, the rest is NaN. Version 3 has films.
 """
 
 from __future__ import annotations
@@ -42,12 +46,16 @@ import numpy as np
 
 from fsm.errors import CaseError, FsmError
 from fsm.results.attributes import read_attributes, write_attributes
+from fsm.results.array import ArrayMotion
+from fsm.results.array_datasets import read_array, write_array
+from fsm.results.datasets import add_scale, append_samples, described, read_film, read_samples, write_film
+from fsm.results.film import Samples
 from fsm.results.solution import ENERGIES, PAIRS, Floats, Layout, Record, Solution, stack, stack_energies
 from fsm.results.unfinished import is_marked_open, unmarked
 
 __all__ = ["ResultWriter", "part_path", "read_checkpoint", "read_solution", "write_checkpoint"]
 
-FORMAT, VERSION = "fsm result", 2
+FORMAT, VERSION = "fsm result", 3
 CHECKPOINT_FORMAT = "fsm checkpoint"
 BUFFER_BYTES = 4_000_000
 CHUNK_BYTES = 65_536
@@ -74,7 +82,10 @@ VARIABLES: dict[str, _Variable] = {
     },
     "shape": _Variable("shape", ("quad", "corner", "axis"), "m", "corner points of the plates"),
     "negative_pivots": _Variable("stats/negative_pivots", (), "1", "negative pivots of the tangent"),
-    **{name: _Variable(f"energy/{name}", (), "J", text) for name, text in ENERGIES.items()},
+    **{
+        name: _Variable(f"energy/{name}", (), "J", text, 3 if name in ("film", "cables", "bars", "hinges") else 1)
+        for name, text in ENERGIES.items()
+    },
 }
 
 
@@ -93,6 +104,8 @@ class ResultWriter:
     layout : Layout
     resume_at : int, optional
         Go on with the part file that is there, after its first `resume_at` records.
+    samples_at : int
+        And after its first so many samples.
     flush_every : s
         Longest time a record stays in memory only, whether or not another one follows.
 
@@ -105,12 +118,18 @@ class ResultWriter:
     """
 
     def __init__(
-        self, path: str | Path, layout: Layout, resume_at: int | None = None, flush_every: float = 5.0
+        self,
+        path: str | Path,
+        layout: Layout,
+        resume_at: int | None = None,
+        flush_every: float = 5.0,
+        samples_at: int = 0,
     ) -> None:
         self.path = Path(path)
         self.part = part_path(path)
         self.layout = layout
         self._records: list[Record] = []
+        self._samples: list[tuple[float, Floats]] = []
         self._record_bytes = 1
         self._file: Any = None
         self._written = 0
@@ -122,7 +141,7 @@ class ResultWriter:
         with self._explained():
             self.path.parent.mkdir(parents=True, exist_ok=True)
             if resume_at is not None:
-                self._resume(resume_at)
+                self._resume(resume_at, samples_at)
             else:
                 self.part.unlink(missing_ok=True)
         self._thread = threading.Thread(target=self._flush_now_and_then, name="fsm results", daemon=True)
@@ -156,6 +175,11 @@ class ResultWriter:
             if self._file is None or due or len(self._records) * self._record_bytes > BUFFER_BYTES:
                 self._flush()
 
+    def sample(self, at: float, displacement: Floats) -> None:
+        """Take one sample of the probes, (n_probes, 3), m; it goes to disk with the records."""
+        with self._lock:
+            self._samples.append((at, displacement))
+
     def flush(self) -> None:
         """Write all records to disk now."""
         with self._lock, self._explained():
@@ -174,8 +198,8 @@ class ResultWriter:
                 self._file = None
                 self._records = []
 
-    def finish(self, stats: dict[str, Any], summary: dict[str, Any]) -> None:
-        """Close, add `stats` and `summary`, and give the file its final name."""
+    def finish(self, stats: dict[str, Any], summary: dict[str, Any], array: ArrayMotion | None = None) -> None:
+        """Close, add `stats`, `summary` and the motion of an array, and give the file its final name."""
         if self.n_records == 0:
             raise ValueError("a results file needs at least one record")
         self.close()
@@ -185,10 +209,12 @@ class ResultWriter:
             with h5py.File(new, "r+", libver="latest", locking="best-effort") as file:
                 write_attributes(file["stats"], stats)
                 write_attributes(file["summary"], summary)
+                if array is not None:
+                    write_array(file, array)
             _replace(new, self.path)
             self.part.unlink()
 
-    def _resume(self, n_records: int) -> None:
+    def _resume(self, n_records: int, n_samples: int) -> None:
         if not self.part.exists():
             raise CaseError("there is no unfinished run to resume", source=str(self.part))
         old = read_solution(self.part)
@@ -202,9 +228,13 @@ class ResultWriter:
             self.part.unlink()
         else:
             rows = {name: getattr(old, name)[:n_records] for name in VARIABLES if name not in ENERGIES}
-            self._open(rows | {name: old.energy[name][:n_records] for name in ENERGIES}, old.time[:n_records])
+            rows |= {name: old.energy[name][:n_records] for name in ENERGIES}
+            self._open(rows, old.time[:n_records], old.samples.first(n_samples))
 
     def _flush(self) -> None:
+        if self._samples and self._file is not None:
+            append_samples(self._file, _stacked(self._samples))
+            self._samples = []
         if not self._records:
             return
         rows = stack(self._records)
@@ -219,13 +249,15 @@ class ResultWriter:
         self._records = []
         self._flushed_at = time.monotonic()
 
-    def _open(self, rows: dict[str, Any], times: Floats) -> None:
+    def _open(self, rows: dict[str, Any], times: Floats, samples: Samples | None = None) -> None:
         """Create the part file with its first rows in one go, then open it for a single writer."""
         new = self.part.with_name(self.part.name + ".new")
         with h5py.File(new, "w", libver="latest", locking="best-effort") as file:
             _write_layout(file, self.layout)
             _create_variables(file, rows)
             _append_rows(file, rows, times, 0)
+            if samples is not None and self.layout.film is not None:
+                append_samples(file, samples)
         _replace(new, self.part)
         self._file = h5py.File(self.part, "r+", libver="latest", locking="best-effort")
         self._file.swmr_mode = True
@@ -255,43 +287,30 @@ def _write_layout(file: Any, layout: Layout) -> None:
     file.attrs.update(format=FORMAT, version=VERSION, dimension=layout.dimension, thickness=layout.thickness)
     file.attrs["thickness_units"] = "m"
     case = file.create_dataset("case", data=layout.case_text, dtype=h5py.string_dtype())
-    _described(case, "1", "the case file")
+    described(case, "1", "the case file")
     for group in ("provenance", "summary", "stats"):
         file.create_group(group)
     write_attributes(file["provenance"], dict(layout.provenance))
-    _scale(file, "body", list(layout.body_names), "body")
-    _scale(file, "pair", list(layout.pair_names), "contact pair")
-    _scale(file, "drive_name", list(layout.drive_names), "drive")
-    _scale(file, "corner", np.arange(4), "corner of a plate: (start, -y), (end, -y), (end, +y), (start, +y)")
-    _scale(file, "axis", ["x", "y", "z"], "inertial axis")
-    _scale(file, "quad", np.arange(len(layout.panel)), "plate, in order")
+    add_scale(file, "body", list(layout.body_names), "body")
+    add_scale(file, "pair", list(layout.pair_names), "contact pair")
+    add_scale(file, "drive_name", list(layout.drive_names), "drive")
+    add_scale(file, "corner", np.arange(4), "corner of a plate: (start, -y), (end, -y), (end, +y), (start, +y)")
+    add_scale(file, "axis", ["x", "y", "z"], "inertial axis")
+    add_scale(file, "quad", np.arange(len(layout.panel)), "plate, in order")
     panel = file.create_dataset("panel", data=np.asarray(layout.panel, dtype=np.int64))
-    _described(panel, "1", "panel a plate belongs to, from 1; 0 for none")
+    described(panel, "1", "panel a plate belongs to, from 1; 0 for none")
     panel.dims[0].attach_scale(file["quad"])
-
-
-def _scale(file: Any, name: str, values: Any, text: str) -> None:
-    """A dimension scale: its values are names (a list) or numbers (an array)."""
-    if isinstance(values, list):
-        scale = file.create_dataset(name, data=np.array(values, dtype=object), dtype=h5py.string_dtype())
-    else:
-        scale = file.create_dataset(name, data=values.astype(np.int64))
-    _described(scale, "1", text)
-    scale.make_scale(name)
-
-
-def _described(dataset: Any, units: str, text: str) -> None:
-    dataset.attrs["units"] = units
-    dataset.attrs["long_name"] = text
+    if layout.film is not None:
+        write_film(file, layout.film)
 
 
 def _create_variables(file: Any, rows: dict[str, Any]) -> None:
     """Empty datasets that grow along time, with their scales attached."""
     times = file.create_dataset("time", (0,), np.float64, maxshape=(None,), chunks=(256,), fillvalue=np.nan)
-    _described(times, "s", "time")
+    described(times, "s", "time")
     times.make_scale("time")
-    _scale(file, "coordinate", np.arange(rows["q"].shape[1]), "number of the coordinate")
-    _scale(file, "rate", np.arange(rows["u"].shape[1]), "number of the velocity")
+    add_scale(file, "coordinate", np.arange(rows["q"].shape[1]), "number of the coordinate")
+    add_scale(file, "rate", np.arange(rows["u"].shape[1]), "number of the velocity")
     for name, variable in VARIABLES.items():
         tail = rows[name].shape[1:]
         sizes = tuple(len(file[dim]) for dim in variable.dims)
@@ -303,7 +322,7 @@ def _create_variables(file: Any, rows: dict[str, Any]) -> None:
         chunk = (max(1, min(256, CHUNK_BYTES // row_bytes)), *tail)
         kind = np.int64 if name == "negative_pivots" else np.float64
         data = file.create_dataset(variable.path, (0, *tail), kind, maxshape=(None, *tail), chunks=chunk)
-        _described(data, variable.units, variable.text)
+        described(data, variable.units, variable.text)
         for axis, dim in enumerate(("time", *variable.dims)):
             data.dims[axis].attach_scale(file[dim])
 
@@ -341,9 +360,11 @@ def read_solution(path: str | Path) -> Solution:
         return Solution(
             time=times[:n],
             energy={name: values.pop(name) for name in ENERGIES},
+            samples=read_samples(file),
             layout=_read_layout(file),
             stats=read_attributes(file["stats"]),
             summary=read_attributes(file["summary"]),
+            array=read_array(file),
             **values,
         )
 
@@ -372,6 +393,7 @@ def _read_layout(file: Any) -> Layout:
         drive_names=names["drive_name"],
         panel=file["panel"][()],
         thickness=float(file.attrs["thickness"]),
+        film=read_film(file),
     )
 
 
@@ -391,6 +413,10 @@ def _opened(path: Path, wanted: str) -> Iterator[Any]:
             yield file
     except (OSError, KeyError, RuntimeError, ValueError, TypeError, AttributeError) as error:
         raise CaseError(f"is damaged or cannot be read ({error})", str(path)) from error
+
+
+def _stacked(samples: list[tuple[float, Floats]]) -> Samples:
+    return Samples(np.array([at for at, _ in samples]), np.array([values for _, values in samples]))
 
 
 def write_checkpoint(path: str | Path, arrays: dict[str, np.ndarray], attributes: dict[str, Any]) -> None:

@@ -9,12 +9,25 @@ from pydantic import Field, model_validator
 from fsm.scene.contact import Contact, Friction
 from fsm.scene.loads import Drive, Load
 from fsm.scene.materials import Crease, Material
+from fsm.scene.membrane import (
+    Air,
+    Cable,
+    Damping,
+    Deployed,
+    Impact,
+    Membrane,
+    Patch,
+    Support,
+    Tension,
+    Vibration,
+)
 from fsm.scene.model import Model
 from fsm.scene.obstacle import Obstacle
 from fsm.scene.scene import Scene
+from fsm.scene.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
 from fsm.scene.units import Acceleration, Angle, Count, Length, Number, Time
 
-__all__ = ["Case", "Expect", "Save", "Solve", "Strip"]
+__all__ = ["Analysis", "Case", "Expect", "Save", "Solve", "Strip"]
 
 
 class Strip(Model):
@@ -124,14 +137,23 @@ class Expect(Model):
         return self
 
 
+Analysis = Literal["deploy", "vibrate", "scissor"]
+
+
 class Case(Model):
-    """A whole case: a strip (or a scene written out), what acts on it, how to solve it, what to keep."""
+    """A whole case: what there is, what acts on it, how to solve it, what to keep.
+
+    What there is: a strip (or a scene written out) to deploy, a membrane to vibrate, or a scissor array. With `stages`, one analysis after
+    the other: the strip as it is deployed is the film that vibrates.
+    """
 
     title: str = ""
     units: Literal["SI", "mm-N-s"] = "SI"
-    analysis: Literal["deploy"] = "deploy"
+    analysis: Analysis = "deploy"
+    stages: tuple[Literal["deploy"], Literal["vibrate"]] | None = None
     strip: Strip | None = None
     scene: Scene | None = None
+    membrane: Membrane | None = None
     material: Material | None = None
     crease: Crease | None = None
     contact: Contact | None = None
@@ -139,13 +161,41 @@ class Case(Model):
     drive: tuple[Drive, ...] = ()
     load: tuple[Load, ...] = ()
     obstacle: tuple[Obstacle, ...] = ()
+    patch: tuple[Patch, ...] = ()
+    cable: tuple[Cable, ...] = ()
+    support: tuple[Support, ...] = ()
+    tension: Tension | None = None
+    deployed: Deployed | None = None
+    air: Air | None = None
+    damping: Damping | None = None
+    impact: Impact | None = None
+    vibration: Vibration | None = None
+    scissor: Scissor | None = None
+    bar: BarSection | None = None
+    hinge: HingeJoint | None = None
+    stop: Stop | None = None
+    hold: tuple[PointSupport, ...] = ()
+    force: tuple[PointForce, ...] = ()
     gravity: tuple[Acceleration, Acceleration, Acceleration] = (0.0, 0.0, 0.0)
     solve: Solve = Solve()
     save: Save = Save()
     expect: dict[str, Expect] = Field(default_factory=dict)
 
+    @property
+    def steps(self) -> tuple[Analysis, ...]:
+        """The analyses, in order."""
+        return self.stages or (self.analysis,)
+
     @model_validator(mode="after")
     def _complete(self) -> Self:
+        if self.steps[0] == "vibrate":
+            if self.membrane is None or self.material is None or self.tension is None:
+                raise ValueError('analysis = "vibrate" needs [membrane], [material] and [tension]')
+            return self
+        if self.steps[0] == "scissor":
+            if self.scissor is None or self.material is None or self.bar is None:
+                raise ValueError('analysis = "scissor" needs [scissor], [bar] and [material]')
+            return self
         if (self.strip is None) == (self.scene is None):
             raise ValueError("give either [strip] or [scene]")
         if self.strip is not None and (self.material is None or self.crease is None):

@@ -3,44 +3,59 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
 
 from fsm.errors import Fault
-from fsm.scene.case import Save, Solve, Strip
-from fsm.scene.contact import Contact, Friction
+from fsm.scene.case import Analysis, Strip
+from fsm.scene.check_scissor import check_scissor
+from fsm.scene.check_vibration import check_vibration
 from fsm.scene.loads import Drive
-from fsm.scene.materials import Crease, Material
-from fsm.scene.scene import Scene
+from fsm.scene.sections import Sections, method_faults
 
-__all__ = ["Sections", "check_sections"]
+__all__ = ["check_sections"]
 
 
-@dataclass(frozen=True)
-class Sections:
-    """The sections of a case that are valid by themselves, and which ones were written at all.
-
-    A section that was written but is not here is faulty, and is not judged again.
-
-    Attributes
-    ----------
-    written : names of the sections in the file
-    drives : number of the drive in the file, from 0, and the drive
-    """
-
-    written: frozenset[str] = frozenset()
-    strip: Strip | None = None
-    scene: Scene | None = None
-    material: Material | None = None
-    crease: Crease | None = None
-    contact: Contact | None = None
-    friction: Friction | None = None
-    solve: Solve | None = None
-    save: Save | None = None
-    drives: Mapping[int, Drive] = field(default_factory=dict)
+_ANY = ("title", "units", "analysis", "stages", "material", "gravity", "solve", "save", "expect")
+_DEPLOY = ("strip", "scene", "crease", "contact", "friction", "drive", "load", "obstacle")
+_FILM = ("membrane", "patch", "cable", "support", "tension")
+_VIBRATE = ("air", "damping", "impact", "vibration")
+_SCISSOR = ("scissor", "bar", "hinge", "stop", "hold", "force")
+_READ: dict[tuple[Analysis, ...], tuple[str, ...]] = {
+    ("deploy",): (*_ANY, *_DEPLOY),
+    ("vibrate",): (*_ANY, *_FILM, *_VIBRATE),
+    ("scissor",): (*_ANY, *_SCISSOR),
+    ("deploy", "vibrate"): (*_ANY, *_DEPLOY, "deployed", *_VIBRATE),
+}
+"""The sections that belong to an analysis."""
 
 
 def check_sections(sections: Sections) -> list[Fault]:
     """All contradictions between sections that could be read."""
+    if not sections.stages:
+        return []
+    faults = list(_foreign(sections))
+    if "deploy" in sections.stages:
+        faults += _check_deployment(sections)
+    if "vibrate" in sections.stages:
+        faults += check_vibration(sections)
+    if "scissor" in sections.stages:
+        faults += check_scissor(sections)
+    return faults
+
+
+def _foreign(sections: Sections) -> Iterable[Fault]:
+    """Sections that the analysis does not read."""
+    read = _READ[sections.stages]
+    named = f'analysis = "{sections.stages[0]}"' if len(sections.stages) == 1 else "these stages"
+    if len(sections.stages) > 1 and "analysis" in sections.written:
+        yield Fault("analysis", "`stages` says what is done already; take one of them out")
+    for name in sorted(sections.written - set(read)):
+        homes = [stages for stages, names in _READ.items() if name in names]
+        hint = " or ".join(f'analysis = "{home[0]}"' if len(home) == 1 else "`stages`" for home in homes)
+        if homes:
+            yield Fault(name, f"not used with {named}, it belongs to {hint}; remove it, or change that")
+
+
+def _check_deployment(sections: Sections) -> list[Fault]:
     return [
         *_missing_sections(sections),
         *_held_panels(sections.strip),
@@ -50,7 +65,7 @@ def check_sections(sections: Sections) -> list[Fault]:
         *_friction(sections),
         *_obstacles(sections),
         *_end(sections),
-        *_method(sections.solve),
+        *method_faults(sections.solve),
     ]
 
 
@@ -180,11 +195,3 @@ def _end(sections: Sections) -> Iterable[Fault]:
             "save.every",
             "counts the travel of a drive, but there is no [[drive]]; give `interval` (time) instead",
         )
-
-
-def _method(solve: Solve | None) -> Iterable[Fault]:
-    if solve is None or solve.method == "generalized-alpha":
-        return
-    for key, value in (("rho_inf", solve.rho_inf), ("step", solve.step)):
-        if value is not None:
-            yield Fault(f"solve.{key}", f'only method = "generalized-alpha" has it, not "{solve.method}"; take it out')

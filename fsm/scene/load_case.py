@@ -13,13 +13,15 @@ from typing import Any, get_args
 from pydantic import TypeAdapter, ValidationError
 
 from fsm.errors import CaseError, Fault
-from fsm.scene.case import Case, Save, Solve
-from fsm.scene.checks import Sections, check_sections
+from fsm.scene.case import Analysis, Case, Save, Solve
+from fsm.scene.checks import check_sections
 from fsm.scene.crease_data import check_curve, read_crease_data
 from fsm.scene.faults import faults_of, unknown_key
 from fsm.scene.materials import FamilyCrease, SplineCrease
+from fsm.scene.membrane import Vibration
 from fsm.scene.overrides import apply_overrides, split_override
 from fsm.scene.scene import Scene
+from fsm.scene.sections import Sections
 from fsm.scene.toml_text import case_text
 from fsm.scene.units import SYSTEMS
 
@@ -139,7 +141,7 @@ def read_case(data: Mapping[str, Any], folder: Path) -> tuple[Case | None, list[
     return Case(**values), []
 
 
-_LISTS = ("drive", "load", "obstacle")
+_LISTS = ("drive", "load", "obstacle", "patch", "cable", "support", "hold", "force")
 """Sections that may stand several times."""
 
 
@@ -175,15 +177,33 @@ def _validate(
 
 
 def _sections(data: Mapping[str, Any], valid: Mapping[str, Any]) -> Sections:
-    names = ("strip", "scene", "material", "crease", "contact", "friction")
-    drives = valid.get("drive")
+    single = (
+        "strip", "scene", "membrane", "material", "crease", "contact", "friction", "tension", "impact", "scissor", "bar",
+        "hinge", "stop",
+    )  # fmt: skip
+    lists = {
+        "drives": "drive", "patches": "patch", "cables": "cable", "supports": "support", "holds": "hold", "forces": "force",
+    }  # fmt: skip
+    items: dict[str, Any] = {field: valid[name] for field, name in lists.items() if isinstance(valid.get(name), dict)}
+    sections: dict[str, Any] = {name: valid.get(name) for name in single}
     return Sections(
         written=frozenset(name for name in data if data[name] != []),
+        stages=_stages(data, valid),
         solve=valid.get("solve") if "solve" in data else Solve(),
         save=valid.get("save") if "save" in data else Save(),
-        drives=drives if isinstance(drives, dict) else {},
-        **{name: valid.get(name) for name in names},
+        vibration=valid.get("vibration") if "vibration" in data else Vibration(),
+        **items,
+        **sections,
     )
+
+
+def _stages(data: Mapping[str, Any], valid: Mapping[str, Any]) -> tuple[Analysis, ...]:
+    """The analyses of a case; none if they cannot be read."""
+    if "stages" in data:
+        stages: tuple[Analysis, ...] | None = valid["stages"]
+        return stages or ()
+    chosen: Analysis | None = valid["analysis"] if "analysis" in data else "deploy"
+    return (chosen,) if chosen else ()
 
 
 def _read_curves(valid: Mapping[str, Any], folder: Path, system: str) -> tuple[dict[str, Any], list[Fault]]:

@@ -17,7 +17,7 @@ from scipy.sparse.linalg import splu
 
 from fsm.blocks import BlockMatrix, BlockPattern
 from fsm.errors import FsmError, NotConverged
-from fsm.kernels.block_lu import count_negative, factorise, fill_in, solve_refined
+from fsm.kernels.block_lu import count_negative, factorise, fill_in, is_symmetric, solve_refined
 
 __all__ = ["Backend", "LinearSolver"]
 
@@ -25,6 +25,8 @@ Backend = Literal["block", "splu", "pardiso"]
 
 _GOOD = 1e-10
 """Backward error above which a solution is refined."""
+_SYMMETRIC = 1e-13
+"""Round-off, over the largest entry of a block, up to which a matrix counts as symmetric."""
 _POOR = 1e-8
 """Backward error after refinement above which SuperLU takes over."""
 
@@ -101,7 +103,10 @@ class LinearSolver:
         shape = (len(known.indices), matrix.pattern.size, matrix.pattern.size)
         if self._factors.shape != shape or self._factors.dtype != matrix.data.dtype:
             self._factors = np.empty(shape, dtype=matrix.data.dtype)
-        failed = factorise(matrix.data, known.place, known.indptr, known.indices, known.diagonal, self._factors)
+        symmetric = bool(is_symmetric(matrix.data, matrix.pattern.transposed, _SYMMETRIC))
+        failed = factorise(
+            matrix.data, known.place, known.indptr, known.indices, known.diagonal, symmetric, self._factors
+        )
         if failed >= 0:
             self.fallbacks += 1
             self._other = self._library_factors(matrix)

@@ -34,6 +34,8 @@ _STAGES = {"Radau": 3, "Radau-blocks": 3, "BDF": 1, "LSODA": 1}
 """Right-hand sides that one Newton iteration evaluates."""
 _NEXT_TO = 1e-9
 """Times that differ by less, relative to a step, are the same."""
+_ROUNDING = 1e-13
+"""Times that differ by less, relative to themselves, were meant to be the same."""
 JUDGED_FROM = 0.1
 """Part of the run before which an energy error stops nothing: so little is turned over that tolerances look large."""
 
@@ -210,7 +212,8 @@ class _Run(ABC):
         if start is None:
             system.restore(np.zeros(0))
         system.commit(self.time, self.q, self.u)
-        self.pending = [t for t in save_times if self.time <= t <= settings.end_time]
+        wanted = [t for t in save_times if self.time <= t <= settings.end_time]
+        self.pending = _at_breaks(wanted, [*system.break_times(), settings.end_time])
         self.last = system.observe(self.time, self.q, self.u)
         self.ledger = Ledger.opened(self.last.energy) if ledger is None else ledger
         self._look(self.last)
@@ -254,6 +257,15 @@ class _Run(ABC):
         if outcome is Outcome.ENERGY:
             raise EnergyAbort(f"{text}. Energy error {self.ledger.worst:.3g} J of {self.ledger.turnover:.3g} J turned over")
         raise NotConverged(text)
+
+
+def _at_breaks(times: Sequence[float], breaks: Sequence[float]) -> list[float]:
+    """Times, those that differ from a break by rounding put on it: between the two there is no step worth the name."""
+    found = []
+    for t in times:
+        near = [b for b in breaks if abs(b - t) <= _ROUNDING * abs(b)]
+        found.append(near[0] if near else t)
+    return found
 
 
 class _StepwiseRun(_Run):

@@ -1,0 +1,213 @@
+"""Deployment of a scissor array: with bars that deform, or rigid ones."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from fsm.ancf.scissor import ArraySystem, compile_array
+from fsm.errors import FsmError
+from fsm.results.array import ArrayMotion, PointMotion, asynchronism, largest_differences
+from fsm.results.solution import Layout, Solution
+from fsm.scene.builders.scissor import Array, array_at
+from fsm.scene.builders.scissor_bodies import build_bodies
+from fsm.scene.case import Case
+from fsm.scene.check_scissor import default_holds
+from fsm.segments.compile import compile_scene
+from fsm.segments.system import SegmentSystem
+from fsm.solve.generalized_alpha import RHO_INF
+from fsm.solve.simulate import Saved, Settings, Statistics, simulate
+from fsm.solve.static import PathSettings
+
+__all__ = ["ScissorArray"]
+
+_RIGID_RTOL = 1e-6
+"""Of the comparison with rigid bars."""
+_RECORDS = 200
+
+
+class ScissorArray:
+    """A scissor array, compiled; see `Analysis`.
+
+    Parameters
+    ----------
+    case : Case
+    source : file that faults are told of
+
+    Attributes
+    ----------
+    system : ArraySystem, or with rigid bars SegmentSystem
+    array : Array
+    """
+
+    def __init__(self, case: Case, source: str) -> None:
+        assert case.scissor is not None and case.bar is not None and case.material is not None
+        self.case, self.source = case, source
+        self.scissor = case.scissor
+        self.array: Array = array_at(case.scissor, case.scissor.initial_angle)
+        self.holds = case.hold or default_holds(case.scissor)
+        self.system: ArraySystem | SegmentSystem = self._rigid() if case.scissor.rigid else self._flexible()
+
+    @property
+    def kernels(self) -> str:
+        """See `Analysis`."""
+        return "planar" if self.scissor.rigid else "bars"
+
+    def make_ready(self, warnings: list[str]) -> None:
+        """See `Analysis`: nothing."""
+
+    def method(self) -> tuple[str, str]:
+        """Radau's steps for rigid bars, whose stiff hinges it leaves alone; else generalized-alpha."""
+        chosen = self.case.solve.method
+        if chosen != "auto":
+            return chosen, "asked for"
+        if self.scissor.rigid:
+            return "Radau-blocks", "rigid bars on stiff hinges: few long steps, no ringing"
+        return "generalized-alpha", "bars that vibrate: second order, high frequencies damped by rho_inf"
+
+    def settings(self, method: str) -> Settings | PathSettings:
+        """See `Analysis`."""
+        solve = self.case.solve
+        assert solve.end_time is not None
+        alpha = method == "generalized-alpha"
+        return Settings(
+            method, solve.rtol, solve.end_time, solve.max_step or math.inf, solve.max_steps, solve.energy_abort,
+            rho_inf=RHO_INF if solve.rho_inf is None else solve.rho_inf, step=solve.step if alpha else None,
+        )  # fmt: skip
+
+    def record_times(self, end: float) -> list[float]:
+        """See `Analysis`."""
+        interval = self.case.save.interval or end / _RECORDS
+        count = max(1, round(end / interval))
+        return [float(t) for t in np.linspace(0.0, end, count + 1)]
+
+    def sample_times(self, end: float) -> list[float]:
+        """See `Analysis`: points are worked out at the records."""
+        return []
+
+    def start(self, warnings: list[str]) -> tuple[float, np.ndarray, np.ndarray]:
+        """See `Analysis`: at rest as described."""
+        return 0.0, *self.system.initial()
+
+    def layout(self) -> Layout:
+        """See `Analysis`."""
+        quads = len(self.system.shape(0.0, self.system.initial()[0]))
+        names = self.system.mesh.names if isinstance(self.system, ArraySystem) else tuple(
+            self.system.bodies.names[i] for i in self.system.bodies.free
+        )
+        assert self.case.bar is not None
+        return Layout(
+            dimension="planar", body_names=names, panel=np.zeros(quads, dtype=np.int64), thickness=self.case.bar.height
+        )
+
+    def probes(self, q: np.ndarray) -> np.ndarray:
+        """See `Analysis`."""
+        return np.zeros((0, 3))
+
+    def unstable_ways(self, t: float, q: np.ndarray) -> int:
+        """None: a mechanism passes no equilibria."""
+        return 0
+
+    def array_motion(self, solution: Solution, warnings: list[str]) -> ArrayMotion:
+        """Points and stresses at the records, beside the same array with rigid bars."""
+        names = tuple(sorted(self.array.points, key=lambda name: (name[0], int(name[1:]))))
+        start = np.array([self.array.points[name] for name in names])
+        bars = tuple(bar.name for bar in self.array.bars)
+        if isinstance(self.system, ArraySystem):
+            system = self.system
+            points = _flexible_motion(system, names, start, solution)
+            stress = np.array([system.stress(q) for q in solution.q])
+            return ArrayMotion(names, start, points, self._comparison(names, start, solution.time, warnings), bars, stress)
+        points = self._rigid_motion(self.system, names, start, solution.time, solution.q, solution.u)
+        return ArrayMotion(names, start, points, None, bars, np.zeros((len(solution), 0)))
+
+    def summarise(self, solution: Solution, statistics: Statistics) -> dict[str, Any]:
+        """Differences from rigid bars, loss of synchronism, sizes."""
+        motion = solution.array
+        assert motion is not None
+        apart = {name: float(np.abs(values).max()) for name, values in asynchronism(motion).items()}
+        return {
+            "max_difference_rigid": largest_differences(motion),
+            "max_asynchronism": apart,
+            "max_stress": float(motion.stress.max(initial=0.0)),
+            "units": self.scissor.units,
+            "elements_per_bar": 0 if self.scissor.rigid else self.scissor.elements_per_bar,
+        }
+
+    def warnings(self, solution: Solution, summary: dict[str, Any]) -> list[str]:
+        """Strains that the elements do not mean, and bars drawn past their line."""
+        found = []
+        assert self.case.material is not None
+        strain = summary["max_stress"] / self.case.material.young
+        if strain > 0.05:
+            found.append(f"bars are strained by {100.0 * strain:.2g} %: the linear law of the material ends long before")
+        return found
+
+    # inside ---------------------------------------------------------------------------------------------------------
+
+    def _flexible(self) -> ArraySystem:
+        case = self.case
+        assert case.bar is not None and case.material is not None
+        gravity = (case.gravity[0], case.gravity[1])
+        return compile_array(
+            self.scissor, case.bar, case.material, self.holds, case.force, case.hinge, case.stop, gravity
+        )
+
+    def _rigid(self) -> SegmentSystem:
+        case = self.case
+        assert case.bar is not None and case.material is not None
+        gravity = (case.gravity[0], case.gravity[1])
+        return compile_scene(
+            build_bodies(self.scissor, case.bar, case.material, self.holds, case.force, case.hinge, gravity)
+        )
+
+    def _comparison(
+        self, names: tuple[str, ...], start: np.ndarray, times: np.ndarray, warnings: list[str]
+    ) -> PointMotion | None:
+        """The same with rigid bars; None where they have not what the bars have, or where they lock."""
+        hinge = self.case.hinge
+        if self.case.stop is not None or (hinge is not None and hinge.friction_moment > 0.0):
+            return None
+        system = self._rigid()
+        kept: list[tuple[np.ndarray, np.ndarray]] = []
+
+        def keep(saved: Saved) -> None:
+            kept.append((saved.q, saved.u))
+
+        settings = Settings("Radau-blocks", _RIGID_RTOL, float(times[-1]), max_steps=self.case.solve.max_steps)
+        try:
+            simulate(system, settings, [float(t) for t in times], keep)
+        except FsmError as error:
+            warnings.append(f"no comparison with rigid bars, they could not be followed to the end: {error}")
+            return None
+        return self._rigid_motion(system, names, start, times, *(np.array(part) for part in zip(*kept, strict=True)))
+
+    def _rigid_motion(
+        self, system: SegmentSystem, names: tuple[str, ...], start: np.ndarray, times: np.ndarray, q: np.ndarray, u: np.ndarray
+    ) -> PointMotion:
+        """Points of rigid bars; accelerations are the slopes of a spline through the velocities."""
+        free = [system.bodies.names[i] for i in system.bodies.free]
+        poses, rates = q.reshape(len(q), -1, 3), u.reshape(len(u), -1, 3)
+        displacement, velocity = np.empty((len(q), len(names), 2)), np.empty((len(q), len(names), 2))
+        for k, name in enumerate(names):
+            bar = free.index(next(bar.name for bar in self.array.bars if name in bar.points))
+            x, z, angle = poses[:, bar].T
+            arm = start[k] - poses[0, bar, :2]
+            turn = angle - angle[0]  # about y, from z to x
+            cosine, sine = np.cos(turn), np.sin(turn)
+            across = np.stack([cosine * arm[0] + sine * arm[1], cosine * arm[1] - sine * arm[0]], axis=1)
+            displacement[:, k] = np.stack([x, z], axis=1) + across - start[k]
+            spin = rates[:, bar, 2:]
+            velocity[:, k] = rates[:, bar, :2] + spin * np.stack([across[:, 1], -across[:, 0]], axis=1)
+        acceleration = np.asarray(CubicSpline(times, velocity, axis=0).derivative()(times))
+        return PointMotion(displacement, velocity, acceleration)
+
+
+def _flexible_motion(system: ArraySystem, names: tuple[str, ...], start: np.ndarray, solution: Solution) -> PointMotion:
+    first = np.array([system.points[name] for name in names])
+    where = first[:, None] + np.arange(2)
+    accelerations = [system.acceleration(t, q, u) for t, q, u in zip(solution.time, solution.q, solution.u, strict=True)]
+    return PointMotion(solution.q[:, where] - start, solution.u[:, where], np.array(accelerations)[:, where])

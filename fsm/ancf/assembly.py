@@ -1,0 +1,145 @@
+"""Gathers element coordinates, sums element forces and matrices: the parts that all ANCF kernels share."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.kernels.jit import kernel
+
+__all__ = [
+    "add_point", "contract", "gather", "mirror", "scatter_force", "scatter_matrix", "slots_of", "weigh_point",
+]  # fmt: skip
+
+
+@kernel
+def slots_of(vectors: np.ndarray, size: int, indptr: np.ndarray, indices: np.ndarray) -> np.ndarray:
+    """Place in the flat block data of the first entry of the block of any two vectors of an element, (m, v, v)."""
+    count, width = vectors.shape
+    slots = np.empty((count, width, width), dtype=np.int64)
+    for e in range(count):
+        for i in range(width):
+            row, a = divmod(vectors[e, i], size)
+            for j in range(width):
+                column, b = divmod(vectors[e, j], size)
+                low, high = indptr[row], indptr[row + 1]
+                while low < high:
+                    middle = (low + high) // 2
+                    if indices[middle] < column:
+                        low = middle + 1
+                    else:
+                        high = middle
+                slots[e, i, j] = low * size * size + a * size + b
+    return slots
+
+
+@kernel(inline=True)
+def gather(vectors: np.ndarray, scale: np.ndarray, q: np.ndarray, e: np.ndarray) -> None:
+    """Coordinates of one element as components by vectors, e (3, v), each vector times its scale (v,)."""
+    for i in range(vectors.shape[0]):
+        first = vectors[i]
+        for a in range(3):
+            e[a, i] = scale[i] * q[first + a]
+
+
+@kernel(inline=True)
+def scatter_force(vectors: np.ndarray, scale: np.ndarray, sign: float, element: np.ndarray, force: np.ndarray) -> None:
+    """Add sign * element (3, v) to the forces (n,)."""
+    for i in range(vectors.shape[0]):
+        first = vectors[i]
+        for a in range(3):
+            force[first + a] += sign * scale[i] * element[a, i]
+
+
+@kernel(inline=True)
+def scatter_matrix(slots: np.ndarray, scale: np.ndarray, size: int, element: np.ndarray, flat: np.ndarray) -> None:
+    """Add an element matrix (3, 3, v, v) to the flat block data; `slots` (v, v) as from `slots_of`."""
+    width = slots.shape[0]
+    for i in range(width):
+        for j in range(width):
+            factor = scale[i] * scale[j]
+            slot = slots[i, j]
+            for a in range(3):
+                for b in range(3):
+                    flat[slot + a * size + b] += factor * element[a, b, i, j]
+
+
+@kernel(inline=True)
+def add_point(
+    rows: np.ndarray, hessian: np.ndarray, derivatives: int, vectors: int, work: np.ndarray, matrix: np.ndarray
+) -> None:
+    """Add sum_pq S_p^T H_pq S_q of one Gauss point to an element matrix.
+
+    Parameters
+    ----------
+    rows : (p, v) array
+        Derivatives of the shape functions that the energy depends on.
+    hessian : (3 p, 3 p) array
+        Second derivatives of the energy by the derivatives of r.
+    derivatives, vectors : p, v
+        Literals, where inlined: the loops are unrolled.
+    work : (v,) array
+    matrix : (3, 3, v, v) array, changed in place
+    """
+    for a in range(3):
+        for b in range(3):
+            for p in range(derivatives):
+                for j in range(vectors):
+                    work[j] = 0.0
+                for q in range(derivatives):
+                    factor = hessian[3 * p + a, 3 * q + b]
+                    for j in range(vectors):
+                        work[j] += factor * rows[q, j]
+                for i in range(vectors):
+                    factor = rows[p, i]
+                    for j in range(vectors):
+                        matrix[a, b, i, j] += factor * work[j]
+
+
+@kernel(inline=True)
+def weigh_point(
+    rows: np.ndarray, first: int, stride: int, derivatives: int, hessian: np.ndarray, symmetric: bool, weighed: np.ndarray
+) -> None:
+    """Products of the second derivatives at one point with the rows of the table that belong to it, for `contract`.
+
+    Parameters
+    ----------
+    rows : (k, v) array
+        Table of the derivatives of the shape functions at all points.
+    first, stride : its rows of this point are first, first + stride, ...
+    derivatives : how many
+    hessian : (3 p, 3 p) array
+    symmetric : whether the second derivatives are, so that (a, b) with a > b need not be done
+    weighed : (3, 3, k, v) array, whose rows of this point are set
+    """
+    for a in range(3):
+        for b in range(a if symmetric else 0, 3):
+            for p in range(derivatives):
+                out = weighed[a, b, first + p * stride]
+                factor = hessian[3 * p + a, b]
+                for j in range(12):
+                    out[j] = factor * rows[first, j]
+                for q in range(1, derivatives):
+                    factor = hessian[3 * p + a, 3 * q + b]
+                    row = rows[first + q * stride]
+                    for j in range(12):
+                        out[j] += factor * row[j]
+
+
+@kernel(inline=True)
+def contract(columns: np.ndarray, weighed: np.ndarray, symmetric: bool, matrix: np.ndarray) -> None:
+    """Element matrix (3, 3, v, v) of all points at once: one product of matrices for each pair of components."""
+    for a in range(3):
+        for b in range(a if symmetric else 0, 3):
+            np.dot(columns, weighed[a, b], matrix[a, b])
+    if symmetric:
+        mirror(matrix)
+
+
+@kernel(inline=True)
+def mirror(matrix: np.ndarray) -> None:
+    """Blocks (a, b) below the diagonal of a symmetric element matrix (3, 3, v, v) from those above."""
+    for a in range(3):
+        for b in range(a):
+            for i in range(matrix.shape[2]):
+                for j in range(matrix.shape[3]):
+                    matrix[a, b, i, j] = matrix[b, a, j, i]

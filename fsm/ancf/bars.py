@@ -1,0 +1,241 @@
+"""Builds planar meshes of bars that share points: nothing but vectors and who uses them, so no constraint is left to solve.
+
+Every bar has a position and slopes of its own at each of its nodes, but for the points it shares: there all bars use one
+position (master and slaves of seed 004, eq. 13, on positions only) and keep their own slopes, and that is a hinge. A bar goes
+through its middle point with one set of slopes; bent there, its second half uses them turned by a constant angle, a mix of
+r_x and r_y with constant coefficients that goes into the shape functions.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from fsm.ancf.beam_bernoulli import bernoulli_hessians, bernoulli_rows, bernoulli_shape, bernoulli_strains
+from fsm.ancf.beam_green import green_hessians, green_strains
+from fsm.ancf.beam_group import BeamGroup
+from fsm.ancf.beam_section import section_hessians, section_strains
+from fsm.ancf.beam_shape import beam_rows, beam_shape, gauss_points
+
+__all__ = ["BarMaterial", "BarMesh", "BarNodes", "Element"]
+
+Element = Literal["section", "green", "cable"]
+
+
+@dataclass(frozen=True)
+class BarMaterial:
+    """Material and rectangular section of bars.
+
+    Attributes
+    ----------
+    young, poisson, density : Pa, -, kg/m^3
+    width, height : m
+        Across the plane and in it.
+    damping : s
+        Kelvin-Voigt time.
+    shear_factor : -
+    """
+
+    young: float
+    poisson: float
+    density: float
+    width: float
+    height: float
+    damping: float = 0.0
+    shear_factor: float = 5.0 / 6.0
+
+    @property
+    def area(self) -> float:
+        """m^2."""
+        return self.width * self.height
+
+    @property
+    def shear(self) -> float:
+        """E/2(1 + nu), Pa."""
+        return self.young / (2.0 * (1.0 + self.poisson))
+
+
+@dataclass(frozen=True, eq=False)
+class BarNodes:
+    """Where a bar's coordinates are, in order along it.
+
+    Attributes
+    ----------
+    positions, slopes : (n + 1,) int arrays
+        First coordinates of r and r_x at the nodes.
+    sections : (n + 1,) int array
+        Of r_y; empty for a cable.
+    at : (n + 1,) array, m
+        Along the bar.
+    elements : slice of the group's elements
+    """
+
+    positions: np.ndarray
+    slopes: np.ndarray
+    sections: np.ndarray
+    at: np.ndarray
+    elements: slice
+
+
+@dataclass
+class BarMesh:
+    """Collects bars; vectors are numbered as they are asked for, two coordinates each.
+
+    Attributes
+    ----------
+    element : str
+        See `fsm.scene.scissor.Scissor`.
+    material : BarMaterial
+    """
+
+    element: Element
+    material: BarMaterial
+    values: list[tuple[float, float]] = field(default_factory=list)
+    names: list[str] = field(default_factory=list)
+    positions: list[int] = field(default_factory=list)
+    bars: list[BarNodes] = field(default_factory=list)
+    _vectors: list[list[int]] = field(default_factory=list)
+    _lengths: list[float] = field(default_factory=list)
+    _kinks: list[float] = field(default_factory=list)
+
+    def position(self, at: tuple[float, float], name: str) -> int:
+        """A position, its first coordinate."""
+        self.positions.append(self._vector(at, name))
+        return self.positions[-1]
+
+    def bar(self, name: str, points: Sequence[int], elements: Sequence[int]) -> BarNodes:
+        """A bar through points.
+
+        Parameters
+        ----------
+        name : str
+        points : first coordinates of the positions it goes through, in order
+        elements : how many there are between each two of them
+        """
+        places = [np.array(self.values[point // 2]) for point in points]
+        pieces = list(zip(places[:-1], places[1:], strict=True))
+        angles = [math.atan2(b[1] - a[1], b[0] - a[0]) for a, b in pieces]
+        first, at = len(self._vectors), 0.0
+        nodes: list[tuple[int, list[int], float]] = []
+        for k, ((a, b), angle, count) in enumerate(zip(pieces, angles, elements, strict=True)):
+            length = float(np.linalg.norm(b - a)) / count
+            kink = math.remainder(angle - angles[k - 1], 2.0 * math.pi) if k else 0.0
+            if k == 0:
+                nodes.append((points[0], self._slopes(angle, f"{name} start"), 0.0))
+            for i in range(1, count + 1):
+                start = nodes[-1]
+                mixed = [self._vector((0.0, 0.0), f"{name} element {len(nodes)}")] if self.element != "cable" else []
+                last = i == count
+                label = f"{name} node {len(nodes)}"
+                here = points[k + 1] if last else self.position(tuple(a + (b - a) * i / count), label)
+                at += length
+                nodes.append((here, self._slopes(angle, label), at))
+                self._vectors.append([start[0], *start[1], here, *nodes[-1][1], *mixed])
+                self._lengths.append(length)
+                self._kinks.append(kink if i == 1 else 0.0)
+        self.bars.append(
+            BarNodes(
+                np.array([node[0] for node in nodes]),
+                np.array([node[1][0] for node in nodes]),
+                np.array([node[1][1] for node in nodes if len(node[1]) > 1], dtype=np.int64),
+                np.array([node[2] for node in nodes]),
+                slice(first, len(self._vectors)),
+            )
+        )
+        return self.bars[-1]
+
+    def group(self) -> BeamGroup:
+        """All elements of all bars."""
+        build = {"section": self._section, "green": self._green, "cable": self._cable}[self.element]
+        lengths, kinks = np.array(self._lengths), np.array(self._kinks)
+        unlike, same = np.unique(np.column_stack([lengths, kinks]).round(15), axis=0, return_inverse=True)
+        parts = [build(float(length), float(kink)) for length, kink in unlike]
+        rows, stiffness, masses = (np.stack(part)[same.ravel()] for part in zip(*parts, strict=True))
+        strains, hessians = _KERNELS[self.element]
+        beta = np.full(len(lengths), self.material.damping)
+        vectors = np.array(self._vectors, dtype=np.int64)
+        return BeamGroup(strains, hessians, vectors, rows, stiffness, beta, masses)
+
+    def renumbered(self, order: np.ndarray) -> BarMesh:
+        """The same bars with vector `order[i]` in the place i."""
+        place = np.empty(len(order), dtype=np.int64)
+        place[order] = np.arange(len(order))
+
+        def moved(first: np.ndarray) -> np.ndarray:
+            return np.asarray(2 * place[np.asarray(first, dtype=np.int64) // 2])
+
+        bars = [
+            BarNodes(moved(bar.positions), moved(bar.slopes), moved(bar.sections), bar.at, bar.elements) for bar in self.bars
+        ]
+        return BarMesh(
+            self.element, self.material, [self.values[i] for i in order], [self.names[i] for i in order],
+            [int(i) for i in moved(np.array(self.positions))], bars,
+            [[int(i) for i in moved(np.array(vectors))] for vectors in self._vectors], self._lengths, self._kinks,
+        )  # fmt: skip
+
+    def _vector(self, value: tuple[float, float], name: str) -> int:
+        self.values.append((float(value[0]), float(value[1])))
+        self.names.append(name)
+        return 2 * (len(self.values) - 1)
+
+    def _slopes(self, angle: float, name: str) -> list[int]:
+        cosine, sine = math.cos(angle), math.sin(angle)
+        along = self._vector((cosine, sine), name)
+        return [along] if self.element == "cable" else [along, self._vector((-sine, cosine), name)]
+
+    # what elements of one length are made of: rows (g, p, v), stiffness (g, s), masses (v, v)
+
+    def _section(self, length: float, kink: float) -> tuple[np.ndarray, ...]:
+        m = self.material
+        xi, weight = gauss_points(3, 0.0, 1.0)
+        axial = m.young * m.area
+        stiffness = [axial, m.shear_factor * m.shear * m.area, axial * m.height**2 / 12.0, axial]
+        rows = beam_rows(xi, np.zeros_like(xi), length) @ _turned(kink)
+        return rows, np.outer(length * weight, stiffness), self._masses(length, kink)
+
+    def _green(self, length: float, kink: float) -> tuple[np.ndarray, ...]:
+        m = self.material
+        xi, y, weight = _over_section(3, length, m.height, m.width)
+        rows = beam_rows(xi, y, length)[:, :2] @ _turned(kink)
+        return rows, np.outer(weight, [m.young, m.young, m.shear_factor * m.shear]), self._masses(length, kink)
+
+    def _cable(self, length: float, kink: float) -> tuple[np.ndarray, ...]:
+        m = self.material
+        xi, weight = gauss_points(4, 0.0, 1.0)
+        shape = bernoulli_shape(xi, length)
+        masses = np.einsum("g,gi,gj->ij", m.density * m.area * length * weight, shape, shape)
+        xi, weight = gauss_points(3, 0.0, 1.0)
+        axial = m.young * m.area
+        return bernoulli_rows(xi, length), np.outer(length * weight, [axial, axial * m.height**2 / 12.0]), masses
+
+    def _masses(self, length: float, kink: float) -> np.ndarray:
+        m = self.material
+        xi, y, weight = _over_section(4, length, m.height, m.width)
+        shape = beam_shape(xi, y, length) @ _turned(kink)
+        return np.asarray(np.einsum("g,gi,gj->ij", m.density * weight, shape, shape))
+
+
+_KERNELS = {
+    "section": (section_strains, section_hessians),
+    "green": (green_strains, green_hessians),
+    "cable": (bernoulli_strains, bernoulli_hessians),
+}
+
+
+def _over_section(count: int, length: float, height: float, width: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Gauss points x/L and y (m), `count` along and two across, and their volumes (m^3)."""
+    xi, along = gauss_points(count, 0.0, 1.0)
+    y, across = gauss_points(2, -0.5 * height, 0.5 * height)
+    return np.repeat(xi, 2), np.tile(y, count), np.outer(length * along, width * across).ravel()
+
+
+def _turned(kink: float) -> np.ndarray:
+    """(7, 7): coordinates of an element bent by an angle off its first node, from those of the node."""
+    mix = np.eye(7)
+    mix[1, 1], mix[1, 2] = math.cos(kink), math.sin(kink)
+    mix[2, 1], mix[2, 2] = -math.sin(kink), math.cos(kink)
+    return mix

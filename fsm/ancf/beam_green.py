@@ -1,0 +1,73 @@
+"""Shear-deformable beam with Green's strain over its section: the continuum element of seed 004, eqs. 5 to 10, corrected.
+
+    E11 = (r_x.r_x - 1)/2,   E22 = (r_y.r_y - 1)/2,   E12 = r_x.r_y/2,
+    U = 1/2 int E E11^2 + E E22^2 + 4 k mu E12^2 dV.
+
+The printed 2 mu halves the shear energy. The normal stresses do not act on each other (nu = 0 in them, as the paper's
+example has it, while mu = E/2(1 + nu)): the section of this element stretches evenly, so with the full law a bent bar could
+not bulge on one side and shrink on the other, and would be too stiff by 1/(1 - nu^2). k = 5/6.
+
+The law is that of St Venant and Kirchhoff: stress is linear in Green's strain, which differs from that of `beam_section` by
+strains squared. Gauss: 3 x 2 points.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.ancf.beam_strain import at_point
+from fsm.kernels.jit import kernel
+
+__all__ = ["green_hessians", "green_strains"]
+
+
+@kernel
+def _strains(z: np.ndarray, strain: np.ndarray, gradient: np.ndarray) -> None:
+    """(E11, E22, 2 E12) and their gradients (3, 4) by z = (r_x, r_y)."""
+    ax, ay, dx, dy = z[0], z[1], z[2], z[3]
+    strain[0], strain[1], strain[2] = 0.5 * (ax * ax + ay * ay - 1.0), 0.5 * (dx * dx + dy * dy - 1.0), ax * dx + ay * dy
+    gradient[0, 0], gradient[0, 1] = ax, ay
+    gradient[1, 2], gradient[1, 3] = dx, dy
+    gradient[2, 0], gradient[2, 1], gradient[2, 2], gradient[2, 3] = dx, dy, ax, ay
+
+
+@kernel
+def _hessians(z: np.ndarray, hessian: np.ndarray) -> None:
+    """Second derivatives (3, 4, 4) of the strains by z: constant."""
+    for c in range(2):
+        hessian[0, c, c] = 1.0
+        hessian[1, 2 + c, 2 + c] = 1.0
+        hessian[2, c, 2 + c] = 1.0
+        hessian[2, 2 + c, c] = 1.0
+
+
+@kernel
+def green_strains(coordinates: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Strains (E11, E22, 2 E12) (m, g, 3) and their gradients (m, g, 3, 4) at the points of elements.
+
+    Parameters
+    ----------
+    coordinates : (m, v, 2) array, m (slopes -)
+    rows : (m, g, p, v) array
+    """
+    count, points = rows.shape[0], rows.shape[1]
+    strains, gradients = np.zeros((count, points, 3)), np.zeros((count, points, 3, 4))
+    z = np.zeros(4)
+    for i in range(count):
+        for g in range(points):
+            at_point(rows[i, g], coordinates[i], z)
+            _strains(z, strains[i, g], gradients[i, g])
+    return strains, gradients
+
+
+@kernel
+def green_hessians(coordinates: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Second derivatives (m, g, 3, 4, 4) of the strains; arguments as `green_strains`."""
+    count, points = rows.shape[0], rows.shape[1]
+    hessians = np.zeros((count, points, 3, 4, 4))
+    z = np.zeros(4)
+    for i in range(count):
+        for g in range(points):
+            at_point(rows[i, g], coordinates[i], z)
+            _hessians(z, hessians[i, g])
+    return hessians

@@ -1,0 +1,228 @@
+"""Builds meshes: rectangles of film with patches, cables, point masses, supports."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from fsm.ancf.air import added_mass
+from fsm.ancf.cable import CableGroup
+from fsm.ancf.film import FilmMaterial, MembraneGroup
+from fsm.ancf.group import ElementGroup, MassPart
+from fsm.ancf.mesh import Mesh, node_pattern
+
+__all__ = ["CableMaterial", "FilmGrid", "MeshBuilder"]
+
+@dataclass(frozen=True)
+class CableMaterial:
+    """Isotropic material and round section of a cable.
+
+    Attributes
+    ----------
+    young : Pa
+    density : kg/m^3
+    diameter : m
+    """
+
+    young: float
+    density: float
+    diameter: float
+
+    @property
+    def area(self) -> float:
+        """pi d^2/4, m^2."""
+        return np.pi * self.diameter**2 / 4.0
+
+    @property
+    def second_moment(self) -> float:
+        """pi d^4/64, m^4."""
+        return np.pi * self.diameter**4 / 64.0
+
+
+@dataclass(frozen=True, eq=False)
+class FilmGrid:
+    """Nodes of a rectangle of film.
+
+    Attributes
+    ----------
+    x, y : (nx + 1,), (ny + 1,) arrays, m
+        Mesh lines.
+    position : (nx + 1, ny + 1) int array
+        First coordinate of the position of each node; slopes along x and y follow at + 3 and + 6.
+    """
+
+    x: np.ndarray
+    y: np.ndarray
+    position: np.ndarray
+
+    def nearest(self, x: float, y: float) -> int:
+        """First coordinate of the position of the node nearest to a material point (m)."""
+        i, j = int(np.argmin(np.abs(self.x - x))), int(np.argmin(np.abs(self.y - y)))
+        return int(self.position[i, j])
+
+    def edge(self, *sides: str) -> np.ndarray:
+        """First coordinates of the vectors that place edges: positions of their nodes and slopes along them.
+
+        Parameters
+        ----------
+        sides : of "left" (x smallest), "right", "bottom" (y smallest), "top"; all four if none is named
+
+        Notes
+        -----
+        Positions alone do not hold an edge straight: between nodes it is a cubic of the slopes along it.
+        """
+        lines = {
+            "left": (self.position[0], 6), "right": (self.position[-1], 6),
+            "bottom": (self.position[:, 0], 3), "top": (self.position[:, -1], 3),
+        }  # fmt: skip
+        chosen = [lines[side] for side in (sides or tuple(lines))]
+        return np.unique(np.concatenate([part for nodes, slope in chosen for part in (nodes, nodes + slope)]))
+
+
+@dataclass
+class MeshBuilder:
+    """Collects nodes and elements; `build` makes the mesh.
+
+    Attributes
+    ----------
+    size : coordinates of a node
+        9, position and two slopes in space; without film, 6 will do.
+    """
+
+    size: int = 9
+    _nodes: list[np.ndarray] = field(default_factory=list)
+    _used: list[np.ndarray] = field(default_factory=list)
+    _names: list[str] = field(default_factory=list)
+    _groups: list[ElementGroup] = field(default_factory=list)
+    _masses: list[MassPart] = field(default_factory=list)
+    _quads: list[np.ndarray] = field(default_factory=list)
+    _held: list[np.ndarray] = field(default_factory=list)
+
+    def film(
+        self,
+        x: np.ndarray,
+        y: np.ndarray,
+        materials: tuple[FilmMaterial, ...],
+        cells: np.ndarray | None = None,
+        tension_field: bool = False,
+        viscosity: float = 0.0,
+        bending_factor: np.ndarray | None = None,
+        air: float = 0.0,
+        names: tuple[str, ...] = ("film", "patch"),
+    ) -> FilmGrid:
+        """A rectangle of film in the plane z = 0, on mesh lines.
+
+        Parameters
+        ----------
+        x, y : increasing arrays, m
+            Mesh lines.
+        materials : of the film, then of patches
+        cells : (nx, ny) int array
+            Number of the material of each cell; that of the film if absent.
+        tension_field : whether the film, not the patches, carries no compression
+        viscosity : s
+            Kelvin-Voigt.
+        bending_factor : (nx, ny) array
+            On the bending stiffness of each cell.
+        air : kg/m^2
+            Mass of air that moves with the normal motion; see `fsm.ancf.air`.
+        names : of the energies of each material; those after the last are called like it
+        """
+        x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
+        nx, ny = len(x) - 1, len(y) - 1
+        first = len(self._nodes)
+        for i in range(nx + 1):
+            for j in range(ny + 1):
+                self._node([x[i], y[j], 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0], 3, f"film node ({i}, {j})")
+        node = self.size * (first + np.arange((nx + 1) * (ny + 1)).reshape(nx + 1, ny + 1))
+        corners = np.stack([node[:-1, :-1], node[1:, :-1], node[1:, 1:], node[:-1, 1:]], axis=-1).reshape(-1, 4)
+        vectors = (corners[:, :, None] + np.array([0, 3, 6])).reshape(-1, 12)
+        sides = np.stack(np.meshgrid(np.diff(x), np.diff(y), indexing="ij"), axis=-1).reshape(-1, 2)
+        kind = np.zeros(nx * ny, dtype=np.int64) if cells is None else np.asarray(cells, dtype=np.int64).ravel()
+        factor = None if bending_factor is None else np.asarray(bending_factor, dtype=float).ravel()
+        for k, material in enumerate(materials):
+            here = kind == k
+            if np.any(here):
+                self._groups.append(
+                    MembraneGroup(
+                        vectors[here], sides[here], material, tension_field and k == 0, viscosity,
+                        None if factor is None else factor[here], name=names[min(k, len(names) - 1)],
+                    )
+                )  # fmt: skip
+        if air > 0.0:
+            self._masses.append(added_mass(vectors, sides, air, np.array([0.0, 0.0, 1.0])))
+        self._quads.append(corners)
+        return FilmGrid(x, y, node)
+
+    def cable(
+        self,
+        start: np.ndarray,
+        end: np.ndarray,
+        material: CableMaterial,
+        elements: int = 4,
+        start_position: int | None = None,
+        end_position: int | None = None,
+        viscosity: float = 0.0,
+        name: str = "cable",
+    ) -> np.ndarray:
+        """A straight cable between two points (3,), m.
+
+        Parameters
+        ----------
+        start_position, end_position : first coordinates of the positions that its ends share, of film corners
+        viscosity : s
+
+        Returns
+        -------
+        (elements + 1, 2) int array
+            First coordinates of position and slope at its nodes.
+        """
+        start, end = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
+        length = float(np.linalg.norm(end - start))
+        direction = (end - start) / length
+        shared = {0: start_position, elements: end_position}
+        vectors = np.empty((elements + 1, 2), dtype=np.int64)
+        for i in range(elements + 1):
+            position = start + (end - start) * i / elements
+            borrowed = shared.get(i)
+            # a node of its own for the slope; the position of a shared end is not used
+            at = self._node([*position, *direction, 0.0, 0.0, 0.0], 2, f"{name} node {i}")
+            vectors[i] = at if borrowed is None else borrowed, at + 3
+            if borrowed is not None:
+                self._used[-1][:3] = False
+        ends = np.concatenate([vectors[:-1], vectors[1:]], axis=1)
+        ones = np.ones(elements)
+        self._groups.append(
+            CableGroup(
+                ends, length / elements * ones, material.young * material.area * ones,
+                material.young * material.second_moment * ones, material.density * material.area * ones, viscosity,
+            )
+        )  # fmt: skip
+        return vectors
+
+    def point_mass(self, position: int, mass: float) -> None:
+        """A mass (kg) at the position that begins at this coordinate."""
+        self._masses.append(MassPart(np.array([[position]]), np.array([[[mass]]]), np.eye(3)))
+
+    def hold(self, vectors: np.ndarray | int, components: tuple[int, ...] = (0, 1, 2)) -> None:
+        """Hold components of vectors (positions, slopes), named by their first coordinates."""
+        first = np.atleast_1d(np.asarray(vectors, dtype=np.int64)).ravel()
+        self._held.append((first[:, None] + np.asarray(components)).ravel())
+
+    def build(self) -> Mesh:
+        """The mesh."""
+        coordinates, used = np.concatenate(self._nodes), np.concatenate(self._used)
+        fixed = ~used
+        for held in self._held:
+            fixed[held] = True
+        quads = np.concatenate([np.zeros((0, 4), dtype=np.int64), *self._quads])
+        pattern = node_pattern(len(self._nodes), self.size, self._groups, self._masses)
+        return Mesh(coordinates, fixed, tuple(self._groups), tuple(self._masses), quads, tuple(self._names), pattern)
+
+    def _node(self, coordinates: list[float], vectors: int, name: str) -> int:
+        """A node of so many vectors; its first coordinate."""
+        self._nodes.append(np.array(coordinates[: self.size]))
+        self._used.append(np.arange(self.size) < 3 * vectors)
+        self._names.append(name)
+        return self.size * (len(self._nodes) - 1)

@@ -1,0 +1,326 @@
+"""ANCF cable: a thin beam of two nodes with positions and slopes, 12 coordinates (seed 000, eqs. 2 to 10).
+
+    eps = (r'.r' - 1)/2,   kappa = |r' x r''|/|r'|^2,   U = 1/2 int EA eps^2 + EI kappa^2 dX
+
+The curvature is the material one, dtheta/dX: the printed |r'|^3 is the geometric one and couples bending with stretch.
+With A = r'.r', B = r''.r'', C = r'.r'' it is kappa^2 = B/A - C^2/A^2: smooth where the cable is straight.
+
+A material that is linear in the engineering strain has eps = |r'| - 1 instead (`engineering`); the two differ by eps^2/2.
+
+Gauss points: 5 for stretch, which is exact (r' is quadratic, eps^2 of degree 8), 3 for bending, whose integrand is rational: see
+the note at `POINTS`.
+"""
+
+from __future__ import annotations
+
+import math
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from fsm.ancf.assembly import add_point, gather, scatter_force, scatter_matrix
+from fsm.ancf.group import MassPart
+from fsm.ancf.shape import cable_shape, gauss
+from fsm.kernels.jit import kernel
+
+__all__ = ["POINTS", "CableGroup"]
+
+POINTS = (5, 3)
+"""Gauss points of stretch and of bending."""
+
+
+class CableArrays(NamedTuple):
+    """What the kernels take.
+
+    Attributes
+    ----------
+    vectors, scale, length : (m, 4) int, (m, 4), (m,) arrays
+    stiffness : (m, 2) array
+        EA (N) and EI (N m^2).
+    stretch_rows, bend_rows : (s, 1, 4), (p, 2, 4) arrays
+        Derivatives of the shape functions of a unit element: the first; the first and second.
+    stretch_weights, bend_weights : (s,), (p,) arrays
+    """
+
+    vectors: np.ndarray
+    scale: np.ndarray
+    length: np.ndarray
+    stiffness: np.ndarray
+    stretch_rows: np.ndarray
+    bend_rows: np.ndarray
+    stretch_weights: np.ndarray
+    bend_weights: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class CableGroup:
+    """Cables; see the module docstring.
+
+    Attributes
+    ----------
+    vectors : (m, 4) int array
+        First coordinates of r_A, r_A', r_B, r_B'.
+    length : (m,) array, m
+        Unstretched.
+    axial : (m,) array, N
+        EA.
+    bending : (m,) array, N m^2
+        EI.
+    line_density : (m,) array, kg/m
+    viscosity : s
+        Kelvin-Voigt, of stretch: EA (eps + viscosity eps'). What thin cables dissipate in bending is left out.
+    engineering : whether the axial force is linear in |r'| - 1, not in the Green strain
+    name : of its energy
+    """
+
+    vectors: np.ndarray
+    length: np.ndarray
+    axial: np.ndarray
+    bending: np.ndarray
+    line_density: np.ndarray
+    viscosity: float = 0.0
+    engineering: bool = False
+    name: str = "cable"
+
+    @property
+    def rate_dependent(self) -> bool:
+        """See `ElementGroup`."""
+        return self.viscosity > 0.0
+
+    def mass(self) -> MassPart:
+        """See `ElementGroup`: exact, int rho A S_i S_j dX."""
+        points, weights = gauss(4)
+        shapes = cable_shape(points)
+        unit = np.einsum("g,gi,gj->ij", weights, shapes, shapes)
+        scalar = (self.line_density * self.length)[:, None, None] * unit * self._scale[:, :, None] * self._scale[:, None]
+        return MassPart(self.vectors, scalar, np.eye(3))
+
+    def add_force(self, q: np.ndarray, u: np.ndarray | None, force: np.ndarray) -> None:
+        """See `ElementGroup`."""
+        add_force(self._arrays, self.engineering, q, q if u is None else u, 0.0 if u is None else self.viscosity, force)
+
+    def add_linearised(
+        self,
+        q: np.ndarray,
+        u: np.ndarray | None,
+        slots: np.ndarray,
+        force: np.ndarray,
+        stiffness: np.ndarray,
+        damping: np.ndarray,
+    ) -> None:
+        """See `ElementGroup`."""
+        self.add_force(q, u, force)
+        add_tangent(
+            self._arrays, self.engineering, q, q if u is None else u, 0.0 if u is None else self.viscosity, self.viscosity,
+            slots, stiffness.shape[1], stiffness.reshape(-1), damping.reshape(-1),
+        )  # fmt: skip
+
+    def energy(self, q: np.ndarray, u: np.ndarray | None) -> tuple[float, float]:
+        """See `ElementGroup`."""
+        stored = float(stored_energy(self._arrays, self.engineering, q))
+        if u is None or not self.viscosity:
+            return stored, 0.0
+        return stored, float(dissipation(self._arrays, q, u, self.viscosity))
+
+    def tension(self, q: np.ndarray) -> np.ndarray:
+        """Axial force at the middle of each cable, (m,), N."""
+        coordinates = q[self.vectors[:, :, None] + np.arange(3)] * self._arrays.scale[:, :, None]
+        slope = np.einsum("i,eia->ea", cable_shape(0.5, derivative=1), coordinates) / self.length[:, None]
+        size = np.linalg.norm(slope, axis=1)
+        return np.asarray(self.axial * (size - 1.0 if self.engineering else 0.5 * (size**2 - 1.0) * size))
+
+    @cached_property
+    def _scale(self) -> np.ndarray:
+        ones = np.ones_like(self.length)
+        return np.ascontiguousarray(np.column_stack([ones, self.length, ones, self.length]))
+
+    @cached_property
+    def _arrays(self) -> CableArrays:
+        (stretch, stretch_weights), (bend, bend_weights) = (gauss(count) for count in POINTS)
+        stiffness = np.ascontiguousarray(np.column_stack([self.axial, self.bending]))
+        derivatives = np.stack([cable_shape(bend, derivative=d) for d in (1, 2)], axis=1)
+        return CableArrays(
+            np.ascontiguousarray(self.vectors), self._scale, np.ascontiguousarray(self.length), stiffness,
+            np.ascontiguousarray(cable_shape(stretch, derivative=1)[:, None]), np.ascontiguousarray(derivatives),
+            stretch_weights, bend_weights,
+        )  # fmt: skip
+
+
+@kernel(inline=True)
+def _derivatives(e: np.ndarray, rows: np.ndarray, length: float, g: np.ndarray) -> None:
+    """r', and r'' where there are rows for it, at one point: g (3,) or (6,)."""
+    factor = 1.0
+    for p in range(rows.shape[0]):
+        factor /= length
+        for a in range(3):
+            total = 0.0
+            for i in range(4):
+                total += rows[p, i] * e[a, i]
+            g[3 * p + a] = factor * total
+
+
+@kernel(inline=True)
+def _products(g: np.ndarray) -> tuple[float, float, float]:
+    """A = r'.r', B = r''.r'', C = r'.r''."""
+    aa = g[0] * g[0] + g[1] * g[1] + g[2] * g[2]
+    bb = g[3] * g[3] + g[4] * g[4] + g[5] * g[5]
+    ab = g[0] * g[3] + g[1] * g[4] + g[2] * g[5]
+    return aa, bb, ab
+
+
+@kernel(inline=True)
+def _stretch(g: np.ndarray, engineering: bool) -> tuple[float, float, float]:
+    """Strain eps, its derivative by r'.r'/2 (the first factor of r'), and the derivative of that."""
+    squared = g[0] * g[0] + g[1] * g[1] + g[2] * g[2]
+    if not engineering:
+        return 0.5 * (squared - 1.0), 1.0, 0.0
+    size = math.sqrt(squared)
+    return size - 1.0, 1.0 / size, -1.0 / (size * squared)
+
+
+@kernel
+def stored_energy(cable: CableArrays, engineering: bool, q: np.ndarray) -> float:
+    """Energy of all cables, J."""
+    e, g = np.empty((3, 4)), np.empty(6)
+    total = 0.0
+    for k in range(cable.vectors.shape[0]):
+        gather(cable.vectors[k], cable.scale[k], q, e)
+        length = cable.length[k]
+        axial, bending = cable.stiffness[k]
+        for point in range(cable.stretch_weights.shape[0]):
+            _derivatives(e, cable.stretch_rows[point], length, g)
+            strain, _, _ = _stretch(g, engineering)
+            total += 0.5 * cable.stretch_weights[point] * length * axial * strain * strain
+        for point in range(cable.bend_weights.shape[0]):
+            _derivatives(e, cable.bend_rows[point], length, g)
+            aa, bb, ab = _products(g)
+            total += 0.5 * cable.bend_weights[point] * length * bending * (bb / aa - ab * ab / (aa * aa))
+    return total
+
+
+@kernel
+def dissipation(cable: CableArrays, q: np.ndarray, u: np.ndarray, viscosity: float) -> float:
+    """Dissipated power of all cables, W."""
+    e, g, v = np.empty((3, 4)), np.empty(3), np.empty(3)
+    power = 0.0
+    for k in range(cable.vectors.shape[0]):
+        length, axial = cable.length[k], cable.stiffness[k, 0]
+        for point in range(cable.stretch_weights.shape[0]):
+            gather(cable.vectors[k], cable.scale[k], q, e)
+            _derivatives(e, cable.stretch_rows[point], length, g)
+            gather(cable.vectors[k], cable.scale[k], u, e)
+            _derivatives(e, cable.stretch_rows[point], length, v)
+            rate = g[0] * v[0] + g[1] * v[1] + g[2] * v[2]
+            power += viscosity * cable.stretch_weights[point] * length * axial * rate * rate
+    return power
+
+
+@kernel
+def add_force(
+    cable: CableArrays, engineering: bool, q: np.ndarray, u: np.ndarray, viscosity: float, force: np.ndarray
+) -> None:
+    """Add the forces of all cables; `u` matters where the viscosity is not zero."""
+    e, rates, element = np.empty((3, 4)), np.empty((3, 4)), np.empty((3, 4))
+    g, v = np.empty(6), np.empty(3)
+    for k in range(cable.vectors.shape[0]):
+        gather(cable.vectors[k], cable.scale[k], q, e)
+        if viscosity > 0.0:
+            gather(cable.vectors[k], cable.scale[k], u, rates)
+        length = cable.length[k]
+        axial, bending = cable.stiffness[k]
+        element[:] = 0.0
+        for point in range(cable.stretch_weights.shape[0]):
+            rows = cable.stretch_rows[point]
+            _derivatives(e, rows, length, g)
+            strain, slope, _ = _stretch(g, engineering)
+            tension = axial * strain * slope
+            if viscosity > 0.0:
+                _derivatives(rates, rows, length, v)
+                tension += viscosity * axial * (g[0] * v[0] + g[1] * v[1] + g[2] * v[2])
+            for a in range(3):
+                for i in range(4):
+                    element[a, i] += cable.stretch_weights[point] * tension * g[a] * rows[0, i]
+        for point in range(cable.bend_weights.shape[0]):
+            rows = cable.bend_rows[point]
+            _derivatives(e, rows, length, g)
+            aa, bb, ab = _products(g)
+            by_a = 0.5 * (-bb / (aa * aa) + 2.0 * ab * ab / (aa * aa * aa))
+            by_b, by_c = 0.5 / aa, -ab / (aa * aa)
+            weight = cable.bend_weights[point] * bending
+            for a in range(3):
+                first = weight * (2.0 * by_a * g[a] + by_c * g[3 + a])
+                second = weight / length * (2.0 * by_b * g[3 + a] + by_c * g[a])
+                for i in range(4):
+                    element[a, i] += first * rows[0, i] + second * rows[1, i]
+        scatter_force(cable.vectors[k], cable.scale[k], -1.0, element, force)
+
+
+@kernel(inline=True)
+def _bend_hessian(g: np.ndarray, bending: float, length: float, hessian: np.ndarray) -> None:
+    """Second derivatives (6, 6) of the bending energy per length by r' and r'', in natural derivatives."""
+    aa, bb, ab = _products(g)
+    a2 = aa * aa
+    by_a = 0.5 * (-bb / a2 + 2.0 * ab * ab / (a2 * aa))
+    by_b, by_c = 0.5 / aa, -ab / a2
+    by_aa = 0.5 * (2.0 * bb / (a2 * aa) - 6.0 * ab * ab / (a2 * a2))
+    by_ab, by_ac, by_cc = -0.5 / a2, 2.0 * ab / (a2 * aa), -1.0 / a2
+    first, second = 1.0 / length, 1.0 / (length * length)
+    for a in range(3):
+        for b in range(3):
+            same = 1.0 if a == b else 0.0
+            x, y, s, t = g[a], g[3 + a], g[b], g[3 + b]
+            slopes = 2.0 * by_a * same + 4.0 * by_aa * x * s + 2.0 * by_ac * (x * t + y * s) + by_cc * y * t
+            mixed = by_c * same + 4.0 * by_ab * x * t + 2.0 * by_ac * x * s + by_cc * y * s
+            bends = 2.0 * by_b * same + by_cc * x * s
+            hessian[a, b] = bending * first * first * slopes
+            hessian[a, 3 + b] = bending * first * second * mixed
+            hessian[3 + b, a] = bending * first * second * mixed
+            hessian[3 + a, 3 + b] = bending * second * second * bends
+
+
+@kernel
+def add_tangent(
+    cable: CableArrays, engineering: bool, q: np.ndarray, u: np.ndarray, moving: float, viscosity: float,
+    slots: np.ndarray, size: int, into_stiffness: np.ndarray, into_damping: np.ndarray,
+) -> None:  # fmt: skip
+    """Add -dh/dq and -dh/du of all cables to the flat block data; `moving` is the viscosity, or 0 at rest."""
+    e, rates = np.empty((3, 4)), np.empty((3, 4))
+    g, v, work = np.empty(6), np.zeros(3), np.empty(4)
+    stretch, viscous, bend = np.empty((3, 3)), np.empty((3, 3)), np.empty((6, 6))
+    element, damped = np.empty((3, 3, 4, 4)), np.empty((3, 3, 4, 4))
+    for k in range(cable.vectors.shape[0]):
+        gather(cable.vectors[k], cable.scale[k], q, e)
+        if moving > 0.0:
+            gather(cable.vectors[k], cable.scale[k], u, rates)
+        length = cable.length[k]
+        axial, bending = cable.stiffness[k]
+        element[:] = 0.0
+        damped[:] = 0.0
+        for point in range(cable.stretch_weights.shape[0]):
+            rows = cable.stretch_rows[point]
+            _derivatives(e, rows, length, g)
+            if moving > 0.0:
+                _derivatives(rates, rows, length, v)
+            strain, slope, bow = _stretch(g, engineering)
+            rate = g[0] * v[0] + g[1] * v[1] + g[2] * v[2]
+            factor = cable.stretch_weights[point] * axial / length
+            for a in range(3):
+                for b in range(3):
+                    outer = g[a] * g[b]
+                    stretch[a, b] = factor * (outer * (slope * slope + strain * bow) + moving * g[a] * v[b])
+                    viscous[a, b] = factor * viscosity * outer
+                stretch[a, a] += factor * (strain * slope + moving * rate)
+            add_point(rows, stretch, 1, 4, work, element)
+            if viscosity > 0.0:
+                add_point(rows, viscous, 1, 4, work, damped)
+        for point in range(cable.bend_weights.shape[0]):
+            rows = cable.bend_rows[point]
+            _derivatives(e, rows, length, g)
+            _bend_hessian(g, cable.bend_weights[point] * length * bending, length, bend)
+            add_point(rows, bend, 2, 4, work, element)
+        scatter_matrix(slots[k], cable.scale[k], size, element, into_stiffness)
+        if viscosity > 0.0:
+            scatter_matrix(slots[k], cable.scale[k], size, damped, into_damping)

@@ -1,0 +1,38 @@
+"""Numbering of an array end to end: the specification matrix method of seed 004, section 3, as the permutation it is.
+
+In every unit the coordinates of its left boundary come first, those within it next, those of its right boundary, which it
+shares with the next unit, last. B, with one 1 in each row and column, takes numbered coordinates to those as they were made;
+its inverse is its transpose. Numbered so, the matrices of an array are block-banded with the width of one unit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+__all__ = ["end_to_end", "specification_matrix"]
+
+
+def end_to_end(units: Sequence[Sequence[int]]) -> np.ndarray:
+    """Order of numbers that units, from first to last, use, each one once: an array of all of them.
+
+    What a unit shares with the next one comes after all that is its own; else the order is that of the lists.
+    """
+    order: list[int] = []
+    done: set[int] = set()
+    for k, unit in enumerate(units):
+        later = set(units[k + 1]) if k + 1 < len(units) else set()
+        first = [i for i in unit if i not in done and i not in later]
+        last = [i for i in unit if i not in done and i in later]
+        for i in dict.fromkeys([*first, *last]):
+            order.append(i)
+            done.add(i)
+    return np.array(order, dtype=np.int64)
+
+
+def specification_matrix(order: np.ndarray) -> np.ndarray:
+    """B with q = B q', q' numbered by `order`: (n, n), seed 004, eqs. 17 to 19."""
+    matrix = np.zeros((len(order), len(order)))
+    matrix[order, np.arange(len(order))] = 1.0
+    return matrix

@@ -1,0 +1,82 @@
+"""What a group of ANCF elements owes the system: vectors, mass, energy, force and tangents.
+
+All coordinates are those of vectors in space (positions and slopes), so an element is connected vector by vector: elements
+that share a position, a slope or neither differ by these numbers alone, and no constraint equations are needed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+__all__ = ["ElementGroup", "MassPart"]
+
+
+@dataclass(frozen=True, eq=False)
+class MassPart:
+    """Mass matrices of a batch: the block of the vectors i and j of element e is scalar[e, i, j] tensor[e].
+
+    Attributes
+    ----------
+    vectors : (m, v) int array
+        First coordinate of each vector.
+    scalar : (m, v, v) array, kg (positions), kg m (position and slope), kg m^2 (slopes) for slopes in m/m
+    tensor : (m, d, d) array, or (d, d) for all alike
+        The unit matrix; n n^T for what is moved along a normal n only (air).
+    """
+
+    vectors: np.ndarray
+    scalar: np.ndarray
+    tensor: np.ndarray
+
+
+class ElementGroup(Protocol):
+    """A batch of elements of one kind; q and u are of all coordinates, (n,), n the mesh's."""
+
+    @property
+    def name(self) -> str:
+        """What its energy is called."""
+        ...
+
+    @property
+    def vectors(self) -> np.ndarray:
+        """First coordinate of each vector of each element, (m, v); -1 for none."""
+        ...
+
+    @property
+    def rate_dependent(self) -> bool:
+        """Whether its forces depend on velocities."""
+        ...
+
+    def mass(self) -> MassPart:
+        """Constant mass matrices; without mass, an empty batch."""
+        ...
+
+    def add_force(self, q: np.ndarray, u: np.ndarray | None, force: np.ndarray) -> None:
+        """Add the generalised forces -dU/dq - dR/du to `force` (n,); no u: at rest."""
+        ...
+
+    def add_linearised(
+        self,
+        q: np.ndarray,
+        u: np.ndarray | None,
+        slots: np.ndarray,
+        force: np.ndarray,
+        stiffness: np.ndarray,
+        damping: np.ndarray,
+    ) -> None:
+        """Add forces, and -dh/dq and -dh/du to block data.
+
+        Parameters
+        ----------
+        slots : (m, v, v) int array
+            Place of the first entry of the block of two vectors in the flat block data; rows are `size` apart.
+        stiffness, damping : (n_blocks, size, size) arrays
+        """
+        ...
+
+    def energy(self, q: np.ndarray, u: np.ndarray | None) -> tuple[float, float]:
+        """Stored energy (J) and dissipated power (W)."""
+        ...

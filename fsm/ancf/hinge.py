@@ -1,0 +1,195 @@
+"""Resistance of hinges between bars to turning: springs, dampers, dry friction, end stops.
+
+A hinge joins two bars at a shared position; how far they have turned is the angle between their slopes p and q there,
+
+    turn = sign (angle from p to q - initial angle),
+
+counted positive as the array deploys. Its moment, against the turn,
+
+    M = k (turn - rest) + c turn' + M_f tanh(turn'/w_s) + K d^1.5 max(0, 1 + h d'),   d = max(0, turn - limit),
+
+is scattered by the gradient of the angle, (p_y, -p_x)/p.p and (-q_y, q_x)/q.q.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fsm.ancf.group import MassPart
+from fsm.kernels.jit import kernel
+
+__all__ = ["HingeGroup"]
+
+_REST, _STIFFNESS, _DAMPING, _FRICTION, _SPEED, _LIMIT, _STOP, _RESTITUTION = range(8)
+
+
+@kernel(inline=True)
+def _angle(vectors: np.ndarray, q: np.ndarray) -> tuple[float, float, float, float]:
+    """Both slopes of a hinge."""
+    a, b = vectors[0], vectors[1]
+    return q[a], q[a + 1], q[b], q[b + 1]
+
+
+@kernel(inline=True)
+def _turn(px: float, py: float, qx: float, qy: float, initial: float, sign: float) -> float:
+    """How far a hinge has turned, within half a turn of where it was at the start."""
+    cosine, sine = np.cos(initial), np.sin(initial)
+    along, across = px * qx + py * qy, px * qy - py * qx
+    return sign * np.arctan2(across * cosine - along * sine, along * cosine + across * sine)
+
+
+@kernel(inline=True)
+def _gradient(px: float, py: float, qx: float, qy: float, sign: float, gradient: np.ndarray) -> None:
+    """Derivatives of the turn by (p, q), (4,)."""
+    p2, q2 = sign / (px * px + py * py), sign / (qx * qx + qy * qy)
+    gradient[0], gradient[1], gradient[2], gradient[3] = py * p2, -px * p2, -qy * q2, qx * q2
+
+
+@kernel(inline=True)
+def _moment(turn: float, rate: float, law: np.ndarray) -> tuple[float, float, float]:
+    """Moment against the turn, and its derivatives by turn and rate."""
+    moment = law[_STIFFNESS] * (turn - law[_REST]) + law[_DAMPING] * rate
+    by_turn, by_rate = law[_STIFFNESS], law[_DAMPING]
+    if law[_FRICTION] > 0.0:
+        dry = np.tanh(rate / law[_SPEED])
+        moment += law[_FRICTION] * dry
+        by_rate += law[_FRICTION] * (1.0 - dry * dry) / law[_SPEED]
+    depth = turn - law[_LIMIT]
+    damped = 1.0 + law[_RESTITUTION] * rate
+    if depth > 0.0 and damped > 0.0:
+        moment += law[_STOP] * depth**1.5 * damped
+        by_turn += 1.5 * law[_STOP] * np.sqrt(depth) * damped
+        by_rate += law[_STOP] * depth**1.5 * law[_RESTITUTION]
+    return moment, by_turn, by_rate
+
+
+@kernel
+def _turns(vectors: np.ndarray, initial: np.ndarray, sign: np.ndarray, q: np.ndarray) -> np.ndarray:
+    turns = np.empty(vectors.shape[0])
+    for k in range(vectors.shape[0]):
+        px, py, qx, qy = _angle(vectors[k], q)
+        turns[k] = _turn(px, py, qx, qy, initial[k], sign[k])
+    return turns
+
+
+@kernel
+def _add_force(
+    vectors: np.ndarray, initial: np.ndarray, sign: np.ndarray, law: np.ndarray, q: np.ndarray, u: np.ndarray, force: np.ndarray
+) -> None:
+    gradient = np.empty(4)
+    for k in range(vectors.shape[0]):
+        px, py, qx, qy = _angle(vectors[k], q)
+        vx, vy, wx, wy = _angle(vectors[k], u)
+        _gradient(px, py, qx, qy, sign[k], gradient)
+        rate = gradient[0] * vx + gradient[1] * vy + gradient[2] * wx + gradient[3] * wy
+        moment, _, _ = _moment(_turn(px, py, qx, qy, initial[k], sign[k]), rate, law[k])
+        for i in range(2):
+            for a in range(2):
+                force[vectors[k, i] + a] -= moment * gradient[2 * i + a]
+
+
+@kernel
+def _add_tangent(
+    vectors: np.ndarray, initial: np.ndarray, sign: np.ndarray, law: np.ndarray, q: np.ndarray, u: np.ndarray,
+    slots: np.ndarray, size: int, into_stiffness: np.ndarray, into_damping: np.ndarray,
+) -> None:  # fmt: skip
+    gradient, hessian, turned = np.empty(4), np.zeros((4, 4)), np.empty(4)
+    for k in range(vectors.shape[0]):
+        px, py, qx, qy = _angle(vectors[k], q)
+        vx, vy, wx, wy = _angle(vectors[k], u)
+        _gradient(px, py, qx, qy, sign[k], gradient)
+        p4, q4 = sign[k] / (px * px + py * py) ** 2, sign[k] / (qx * qx + qy * qy) ** 2
+        hessian[0, 0], hessian[0, 1] = -2.0 * px * py * p4, (px * px - py * py) * p4
+        hessian[1, 0], hessian[1, 1] = hessian[0, 1], -hessian[0, 0]
+        hessian[2, 2], hessian[2, 3] = 2.0 * qx * qy * q4, (qy * qy - qx * qx) * q4
+        hessian[3, 2], hessian[3, 3] = hessian[2, 3], -hessian[2, 2]
+        rate = gradient[0] * vx + gradient[1] * vy + gradient[2] * wx + gradient[3] * wy
+        moment, by_turn, by_rate = _moment(_turn(px, py, qx, qy, initial[k], sign[k]), rate, law[k])
+        for j in range(4):
+            turned[j] = hessian[j, 0] * vx + hessian[j, 1] * vy + hessian[j, 2] * wx + hessian[j, 3] * wy
+        for i in range(2):
+            for j in range(2):
+                slot = slots[k, i, j]
+                for a in range(2):
+                    for b in range(2):
+                        m, n = 2 * i + a, 2 * j + b
+                        into_stiffness[slot + a * size + b] += (
+                            gradient[m] * (by_turn * gradient[n] + by_rate * turned[n]) + moment * hessian[m, n]
+                        )
+                        into_damping[slot + a * size + b] += by_rate * gradient[m] * gradient[n]
+
+
+@dataclass(frozen=True, eq=False)
+class HingeGroup:
+    """A batch of hinges; see the module docstring.
+
+    Attributes
+    ----------
+    vectors : (m, 2) int array
+        First coordinates of the slopes p and q.
+    initial, sign : (m,) arrays, rad, +-1
+    law : (m, 8) array
+        rest (rad), k (N m/rad), c (N m s/rad), M_f (N m), w_s (rad/s), limit (rad), K (N m/rad^1.5), h (s/rad).
+    """
+
+    vectors: np.ndarray
+    initial: np.ndarray
+    sign: np.ndarray
+    law: np.ndarray
+    name: str = "hinges"
+
+    @property
+    def rate_dependent(self) -> bool:
+        """Whether its moments depend on velocities."""
+        return bool(np.any(self.law[:, [_DAMPING, _FRICTION, _RESTITUTION]] > 0.0))
+
+    def mass(self) -> MassPart:
+        """See `ElementGroup`: none."""
+        return MassPart(np.zeros((0, 2), dtype=np.int64), np.zeros((0, 2, 2)), np.eye(2))
+
+    def turns(self, q: np.ndarray) -> np.ndarray:
+        """How far every hinge has turned, (m,), rad."""
+        return np.asarray(_turns(self.vectors, self.initial, self.sign, q))
+
+    def add_force(self, q: np.ndarray, u: np.ndarray | None, force: np.ndarray) -> None:
+        """See `ElementGroup`."""
+        _add_force(self.vectors, self.initial, self.sign, self.law, q, np.zeros_like(q) if u is None else u, force)
+
+    def add_linearised(
+        self,
+        q: np.ndarray,
+        u: np.ndarray | None,
+        slots: np.ndarray,
+        force: np.ndarray,
+        stiffness: np.ndarray,
+        damping: np.ndarray,
+    ) -> None:
+        """See `ElementGroup`."""
+        rates = np.zeros_like(q) if u is None else u
+        self.add_force(q, u, force)
+        _add_tangent(
+            self.vectors, self.initial, self.sign, self.law, q, rates, slots, stiffness.shape[1],
+            stiffness.reshape(-1), damping.reshape(-1),
+        )  # fmt: skip
+
+    def energy(self, q: np.ndarray, u: np.ndarray | None) -> tuple[float, float]:
+        """Stored energy (J) and dissipated power (W)."""
+        turn, law = self.turns(q), self.law
+        depth = np.maximum(turn - law[:, _LIMIT], 0.0)
+        stored = 0.5 * law[:, _STIFFNESS] * (turn - law[:, _REST]) ** 2 + law[:, _STOP] * depth**2.5 / 2.5
+        if u is None:
+            return float(stored.sum()), 0.0
+        rate = self._rates(q, u)
+        dry = law[:, _FRICTION] * np.tanh(rate / law[:, _SPEED])
+        # what the stop does not give back: all of its moment while it would pull
+        stop = law[:, _STOP] * depth**1.5 * (np.maximum(1.0 + law[:, _RESTITUTION] * rate, 0.0) - 1.0)
+        return float(stored.sum()), float(np.sum((law[:, _DAMPING] * rate + dry + stop) * rate))
+
+    def _rates(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        slopes = q[self.vectors[:, :, None] + np.arange(2)]
+        speeds = u[self.vectors[:, :, None] + np.arange(2)]
+        across = slopes[:, :, 0] * speeds[:, :, 1] - slopes[:, :, 1] * speeds[:, :, 0]
+        spin = across / np.sum(slopes**2, axis=2)
+        return np.asarray(self.sign * (spin[:, 1] - spin[:, 0]))

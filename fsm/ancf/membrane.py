@@ -1,0 +1,442 @@
+"""ANCF membrane: a thin rectangle of four nodes with position and two slopes, 36 coordinates (seed 000, eqs. 11 to 23).
+
+    eps_ij = (r_i.r_j - R_i.R_j)/2,   kappa_ij = r_ij.n/|n| - kappa0_ij,   n = r_X x r_Y
+    U = C/2 int ex^2 + ey^2 + 2 nu ex ey + 2 (1 - nu) exy^2 + D/2 int kx^2 + ky^2 + 2 nu kx ky + 2 (1 - nu) kxy^2
+    C = E t/(1 - nu^2),   D = E t^3/(12 (1 - nu^2))
+
+R is the unstressed shape, flat unless given. Stretch may be a tension field (`fsm.ancf.tension_field`). Damping is
+Kelvin-Voigt, of plain stretch and of bending: stresses take strain + viscosity * rate.
+
+Gauss points: 4 x 4 for stretch, 3 x 3 for bending; see `POINTS`. The kernels work with slopes times length, for which all
+elements share one table of derivatives; those at all points are one product with it.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fsm.ancf.assembly import contract, gather, scatter_force, scatter_matrix, weigh_point
+from fsm.ancf.curvature import add_curvature_hessian, curvature_gradient, normal
+from fsm.ancf.tension_field import film_energy, film_stress, film_tangent
+from fsm.kernels.jit import kernel
+
+__all__ = ["MembraneArrays", "add_force", "add_tangent", "curvatures_at", "dissipation", "strains_at", "stored_energy"]
+
+
+class MembraneArrays(NamedTuple):
+    """What the kernels take.
+
+    Attributes
+    ----------
+    vectors : (m, 12) int array
+    scale : (m, 12) array
+        1, b, c for positions and slopes.
+    sides : (m, 2) array, m
+        b, c.
+    stiffness : (m, 3) array
+        C (N/m), Poisson's ratio, D (N m).
+    rest_strain, rest_curvature : (m, s, 3), (m, p, 3) arrays
+        Of the unstressed shape as xx, yy, xy: (R_i.R_j - delta_ij)/2 and kappa0.
+    columns : (12, 2 s + 5 p) array
+        Derivatives of the shape functions: x at all points of stretch, then y; at those of bending x, y, xx, yy, xy.
+    rows : the same transposed
+    stretch_weights, bend_weights : (s,), (p,) arrays
+    """
+
+    vectors: np.ndarray
+    scale: np.ndarray
+    sides: np.ndarray
+    stiffness: np.ndarray
+    rest_strain: np.ndarray
+    rest_curvature: np.ndarray
+    columns: np.ndarray
+    rows: np.ndarray
+    stretch_weights: np.ndarray
+    bend_weights: np.ndarray
+
+
+@kernel(inline=True)
+def _derivatives(e: np.ndarray, columns: np.ndarray, r: np.ndarray) -> None:
+    """Natural derivatives (3, k) of r at all points."""
+    for a in range(3):
+        for k in range(columns.shape[1]):
+            r[a, k] = 0.0
+        for i in range(12):
+            factor = e[a, i]
+            for k in range(columns.shape[1]):
+                r[a, k] += factor * columns[i, k]
+
+
+@kernel(inline=True)
+def _bend_point(r: np.ndarray, first: int, points: int, b: float, c: float, g: np.ndarray) -> None:
+    """The five derivatives (15,) at a point of bending, in the lengths of the element; `first` is its column of x."""
+    for a in range(3):
+        g[a] = r[a, first] / b
+        g[3 + a] = r[a, first + points] / c
+        g[6 + a] = r[a, first + 2 * points] / (b * b)
+        g[9 + a] = r[a, first + 3 * points] / (c * c)
+        g[12 + a] = r[a, first + 4 * points] / (b * c)
+
+
+@kernel(inline=True)
+def _products(
+    r: np.ndarray, v: np.ndarray, x: int, y: int, b: float, c: float
+) -> tuple[float, float, float]:
+    """r_X.v_X, r_Y.v_Y and (r_X.v_Y + r_Y.v_X)/2 at the columns x and y."""
+    xx = yy = xy = 0.0
+    for a in range(3):
+        xx += r[a, x] * v[a, x]
+        yy += r[a, y] * v[a, y]
+        xy += r[a, x] * v[a, y] + r[a, y] * v[a, x]
+    return xx / (b * b), yy / (c * c), 0.5 * xy / (b * c)
+
+
+@kernel(inline=True)
+def _strain(
+    r: np.ndarray, point: int, points: int, b: float, c: float, rest: np.ndarray
+) -> tuple[float, float, float]:
+    """Green strain exx, eyy, exy at a point of stretch."""
+    xx, yy, xy = _products(r, r, point, points + point, b, c)
+    return 0.5 * (xx - 1.0) - rest[0], 0.5 * (yy - 1.0) - rest[1], 0.5 * xy - rest[2]
+
+
+@kernel(inline=True)
+def _curvature(g: np.ndarray, n: np.ndarray, kappa: np.ndarray) -> None:
+    for k in range(3):
+        kappa[k] = g[6 + 3 * k] * n[0] + g[7 + 3 * k] * n[1] + g[8 + 3 * k] * n[2]
+
+
+@kernel(inline=True)
+def _moments(kappa: np.ndarray, bending: float, poisson: float, m: np.ndarray) -> None:
+    """Derivatives of the bending energy per area by kappa_XX, kappa_YY, kappa_XY."""
+    m[0] = bending * (kappa[0] + poisson * kappa[1])
+    m[1] = bending * (kappa[1] + poisson * kappa[0])
+    m[2] = 2.0 * bending * (1.0 - poisson) * kappa[2]
+
+
+@kernel
+def stored_energy(film: MembraneArrays, tension_field: bool, q: np.ndarray) -> tuple[float, float]:
+    """Energy of stretch and of bending, J."""
+    count, points = film.stretch_weights.shape[0], film.bend_weights.shape[0]
+    e, r = np.empty((3, 12)), np.empty((3, film.columns.shape[1]))
+    g, n, kappa, m = np.empty(15), np.empty(3), np.empty(3), np.empty(3)
+    stretch = bend = 0.0
+    for k in range(film.vectors.shape[0]):
+        gather(film.vectors[k], film.scale[k], q, e)
+        _derivatives(e, film.columns, r)
+        b, c = film.sides[k]
+        plain, poisson, bending = film.stiffness[k]
+        for point in range(count):
+            exx, eyy, exy = _strain(r, point, count, b, c, film.rest_strain[k, point])
+            density = film_energy(exx, eyy, exy, plain, poisson, tension_field)
+            stretch += b * c * film.stretch_weights[point] * density
+        for point in range(points):
+            _bend_point(r, 2 * count + point, points, b, c, g)
+            normal(g, n)
+            _curvature(g, n, kappa)
+            for a in range(3):
+                kappa[a] -= film.rest_curvature[k, point, a]
+            _moments(kappa, bending, poisson, m)
+            density = 0.5 * (m[0] * kappa[0] + m[1] * kappa[1] + m[2] * kappa[2])
+            bend += b * c * film.bend_weights[point] * density
+    return stretch, bend
+
+
+@kernel(inline=True)
+def _stretch_effort(
+    r: np.ndarray, x: int, y: int, b: float, c: float, weight: float, nxx: float, nyy: float, nxy: float, p: np.ndarray
+) -> None:
+    """Derivatives of the energy by the natural derivatives of r at a point of stretch, into the same columns of p."""
+    for a in range(3):
+        rx, ry = r[a, x] / b, r[a, y] / c
+        p[a, x] = weight / b * (nxx * rx + nxy * ry)
+        p[a, y] = weight / c * (nxy * rx + nyy * ry)
+
+
+@kernel
+def add_force(
+    film: MembraneArrays, tension_field: bool, q: np.ndarray, u: np.ndarray, viscosity: float, force: np.ndarray
+) -> None:
+    """Add the forces of all elements; `u` matters where the viscosity (s) is not zero."""
+    count, points = film.stretch_weights.shape[0], film.bend_weights.shape[0]
+    width = film.columns.shape[1]
+    e, r, v, p, element = np.empty((3, 12)), np.empty((3, width)), np.empty((3, width)), np.empty((3, width)), np.empty((3, 12))
+    g, gv, n, c3, kappa, m = np.empty(15), np.empty(15), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    gradient = np.empty((3, 15))
+    for k in range(film.vectors.shape[0]):
+        gather(film.vectors[k], film.scale[k], q, e)
+        _derivatives(e, film.columns, r)
+        if viscosity > 0.0:
+            gather(film.vectors[k], film.scale[k], u, e)
+            _derivatives(e, film.columns, v)
+        b, c = film.sides[k]
+        plain, poisson, bending = film.stiffness[k]
+        for point in range(count):
+            exx, eyy, exy = _strain(r, point, count, b, c, film.rest_strain[k, point])
+            nxx, nyy, nxy = film_stress(exx, eyy, exy, plain, poisson, tension_field)
+            if viscosity > 0.0:
+                dxx, dyy, dxy = _products(r, v, point, count + point, b, c)
+                vxx, vyy, vxy = film_stress(dxx, dyy, dxy, viscosity * plain, poisson, False)
+                nxx, nyy, nxy = nxx + vxx, nyy + vyy, nxy + vxy
+            weight = b * c * film.stretch_weights[point]
+            _stretch_effort(r, point, count + point, b, c, weight, nxx, nyy, nxy, p)
+        for point in range(points):
+            first = 2 * count + point
+            _bend_point(r, first, points, b, c, g)
+            size = normal(g, n)
+            _curvature(g, n, kappa)
+            for a in range(3):
+                kappa[a] -= film.rest_curvature[k, point, a]
+            curvature_gradient(g, n, size, c3, gradient)
+            if viscosity > 0.0:
+                _bend_point(v, first, points, b, c, gv)
+                for a in range(3):
+                    for j in range(15):
+                        kappa[a] += viscosity * gradient[a, j] * gv[j]
+            _moments(kappa, bending, poisson, m)
+            weight = b * c * film.bend_weights[point]
+            for d in range(5):
+                factor = weight * _length(d, b, c)
+                for a in range(3):
+                    j = 3 * d + a
+                    p[a, first + d * points] = factor * (m[0] * gradient[0, j] + m[1] * gradient[1, j] + m[2] * gradient[2, j])
+        for a in range(3):
+            for i in range(12):
+                element[a, i] = 0.0
+            for j in range(width):
+                factor = p[a, j]
+                for i in range(12):
+                    element[a, i] += factor * film.rows[j, i]
+        scatter_force(film.vectors[k], film.scale[k], -1.0, element, force)
+
+
+@kernel(inline=True)
+def _length(d: int, b: float, c: float) -> float:
+    """Natural over material derivative number d (X, Y, XX, YY, XY)."""
+    if d == 0:
+        return 1.0 / b
+    if d == 1:
+        return 1.0 / c
+    if d == 2:
+        return 1.0 / (b * b)
+    if d == 3:
+        return 1.0 / (c * c)
+    return 1.0 / (b * c)
+
+
+@kernel(inline=True)
+def _add_product(factor: float, left: np.ndarray, right: np.ndarray, out: np.ndarray) -> None:
+    """out += factor left right^T, vectors of 15."""
+    for i in range(15):
+        value = factor * left[i]
+        for j in range(15):
+            out[i, j] += value * right[j]
+
+
+@kernel(inline=True)
+def _add_moduli(factor: float, bending: float, poisson: float, left: np.ndarray, right: np.ndarray, out: np.ndarray) -> None:
+    """out += factor sum_kl D_kl left_k right_l^T with the bending moduli D_kl; left and right (3, 15)."""
+    stiff = factor * bending
+    _add_product(stiff, left[0], right[0], out)
+    _add_product(stiff, left[1], right[1], out)
+    _add_product(stiff * poisson, left[0], right[1], out)
+    _add_product(stiff * poisson, left[1], right[0], out)
+    _add_product(2.0 * stiff * (1.0 - poisson), left[2], right[2], out)
+
+
+@kernel(inline=True)
+def _natural(derivatives: int, b: float, c: float, h: np.ndarray) -> None:
+    """Second derivatives (3 d, 3 d) by material derivatives turned into those by natural ones."""
+    for d in range(derivatives):
+        for f in range(derivatives):
+            factor = _length(d, b, c) * _length(f, b, c)
+            for i in range(3):
+                for j in range(3):
+                    h[3 * d + i, 3 * f + j] *= factor
+
+
+@kernel(inline=True)
+def _stretch_moduli(
+    x: np.ndarray, y: np.ndarray, vx: np.ndarray, vy: np.ndarray, moduli: tuple[float, float, float, float, float, float],
+    factor: float, h: np.ndarray,
+) -> None:  # fmt: skip
+    """h += factor sum_kl c_kl b_k(x, y) b_l(vx, vy)^T, b_k the derivatives (6,) of exx, eyy, 2 exy."""
+    c11, c12, c13, c22, c23, c33 = moduli
+    for a in range(3):
+        # columns of c b: what the stresses change by
+        for b in range(3):
+            h[a, b] += factor * (x[a] * (c11 * vx[b] + c13 * vy[b]) + y[a] * (c13 * vx[b] + c33 * vy[b]))
+            h[a, 3 + b] += factor * (x[a] * (c12 * vy[b] + c13 * vx[b]) + y[a] * (c23 * vy[b] + c33 * vx[b]))
+            h[3 + a, b] += factor * (y[a] * (c12 * vx[b] + c23 * vy[b]) + x[a] * (c13 * vx[b] + c33 * vy[b]))
+            h[3 + a, 3 + b] += factor * (y[a] * (c22 * vy[b] + c23 * vx[b]) + x[a] * (c23 * vy[b] + c33 * vx[b]))
+
+
+@kernel
+def add_tangent(
+    film: MembraneArrays, tension_field: bool, q: np.ndarray, u: np.ndarray, moving: float, viscosity: float,
+    slots: np.ndarray, size: int, into_stiffness: np.ndarray, into_damping: np.ndarray,
+) -> None:  # fmt: skip
+    """Add -dh/dq and -dh/du to the flat block data; `moving` is the viscosity, or 0 at rest (u is not looked at)."""
+    count, points = film.stretch_weights.shape[0], film.bend_weights.shape[0]
+    width = film.columns.shape[1]
+    e, r, v = np.empty((3, 12)), np.empty((3, width)), np.empty((3, width))
+    x, y, vx, vy = np.empty(3), np.empty(3), np.zeros(3), np.zeros(3)
+    g, gv, n, c3 = np.empty(15), np.empty(15), np.empty(3), np.empty(3)
+    kappa, m, one = np.empty(3), np.empty(3), np.empty(3)
+    gradient, turned, rates = np.empty((3, 15)), np.empty((8, 6)), np.empty((3, 15))
+    stretch, bend, second = np.empty((6, 6)), np.empty((15, 15)), np.empty((15, 15))
+    weighed, viscous = np.empty((3, 3, width, 12)), np.empty((3, 3, width, 12))
+    element = np.empty((3, 3, 12, 12))
+    symmetric = not moving > 0.0
+    for k in range(film.vectors.shape[0]):
+        gather(film.vectors[k], film.scale[k], q, e)
+        _derivatives(e, film.columns, r)
+        if moving > 0.0:
+            gather(film.vectors[k], film.scale[k], u, e)
+            _derivatives(e, film.columns, v)
+        b, c = film.sides[k]
+        plain, poisson, bending = film.stiffness[k]
+        plain_moduli = film_tangent(0.0, 0.0, 0.0, plain, poisson, False)
+        for point in range(count):
+            weight = b * c * film.stretch_weights[point]
+            exx, eyy, exy = _strain(r, point, count, b, c, film.rest_strain[k, point])
+            nxx, nyy, nxy = film_stress(exx, eyy, exy, plain, poisson, tension_field)
+            for a in range(3):
+                x[a], y[a] = r[a, point] / b, r[a, count + point] / c
+            stretch[:] = 0.0
+            _stretch_moduli(x, y, x, y, film_tangent(exx, eyy, exy, plain, poisson, tension_field), weight, stretch)
+            if moving > 0.0:
+                dxx, dyy, dxy = _products(r, v, point, count + point, b, c)
+                sxx, syy, sxy = film_stress(dxx, dyy, dxy, moving * plain, poisson, False)
+                nxx, nyy, nxy = nxx + sxx, nyy + syy, nxy + sxy
+                for a in range(3):
+                    vx[a], vy[a] = v[a, point] / b, v[a, count + point] / c
+                _stretch_moduli(x, y, vx, vy, plain_moduli, moving * weight, stretch)
+            for a in range(3):
+                stretch[a, a] += weight * nxx
+                stretch[a, 3 + a] += weight * nxy
+                stretch[3 + a, a] += weight * nxy
+                stretch[3 + a, 3 + a] += weight * nyy
+            _natural(2, b, c, stretch)
+            weigh_point(film.rows, point, count, 2, stretch, symmetric, weighed)
+            if viscosity > 0.0:
+                stretch[:] = 0.0
+                _stretch_moduli(x, y, x, y, plain_moduli, viscosity * weight, stretch)
+                _natural(2, b, c, stretch)
+                weigh_point(film.rows, point, count, 2, stretch, True, viscous)
+        for point in range(points):
+            weight = b * c * film.bend_weights[point]
+            first = 2 * count + point
+            _bend_point(r, first, points, b, c, g)
+            length = normal(g, n)
+            _curvature(g, n, kappa)
+            for a in range(3):
+                kappa[a] -= film.rest_curvature[k, point, a]
+            curvature_gradient(g, n, length, c3, gradient)
+            bend[:] = 0.0
+            if moving > 0.0:
+                _bend_point(v, first, points, b, c, gv)
+                for a in range(3):
+                    for j in range(15):
+                        kappa[a] += moving * gradient[a, j] * gv[j]
+                    # d(dkappa/dt)/dq: the second derivative applied to the rates
+                    one[:] = 0.0
+                    one[a] = 1.0
+                    second[:] = 0.0
+                    add_curvature_hessian(g, n, length, one, turned, second)
+                    for j in range(15):
+                        rates[a, j] = 0.0
+                        for i in range(15):
+                            rates[a, j] += gv[i] * second[i, j]
+                _add_moduli(moving * weight, bending, poisson, gradient, rates, bend)
+            _moments(kappa, bending, poisson, m)
+            for a in range(3):
+                m[a] *= weight
+            add_curvature_hessian(g, n, length, m, turned, bend)
+            _add_moduli(weight, bending, poisson, gradient, gradient, bend)
+            _natural(5, b, c, bend)
+            weigh_point(film.rows, first, points, 5, bend, symmetric, weighed)
+            if viscosity > 0.0:
+                bend[:] = 0.0
+                _add_moduli(viscosity * weight, bending, poisson, gradient, gradient, bend)
+                _natural(5, b, c, bend)
+                weigh_point(film.rows, first, points, 5, bend, True, viscous)
+        contract(film.columns, weighed, symmetric, element)
+        scatter_matrix(slots[k], film.scale[k], size, element, into_stiffness)
+        if viscosity > 0.0:
+            contract(film.columns, viscous, True, element)
+            scatter_matrix(slots[k], film.scale[k], size, element, into_damping)
+
+
+@kernel
+def dissipation(film: MembraneArrays, q: np.ndarray, u: np.ndarray, viscosity: float) -> float:
+    """Dissipated power, W."""
+    count, points = film.stretch_weights.shape[0], film.bend_weights.shape[0]
+    width = film.columns.shape[1]
+    e, r, v = np.empty((3, 12)), np.empty((3, width)), np.empty((3, width))
+    g, gv, n, c3 = np.empty(15), np.empty(15), np.empty(3), np.empty(3)
+    rate, m, gradient = np.empty(3), np.empty(3), np.empty((3, 15))
+    power = 0.0
+    for k in range(film.vectors.shape[0]):
+        gather(film.vectors[k], film.scale[k], q, e)
+        _derivatives(e, film.columns, r)
+        gather(film.vectors[k], film.scale[k], u, e)
+        _derivatives(e, film.columns, v)
+        b, c = film.sides[k]
+        plain, poisson, bending = film.stiffness[k]
+        for point in range(count):
+            dxx, dyy, dxy = _products(r, v, point, count + point, b, c)
+            density = film_energy(dxx, dyy, dxy, plain, poisson, False)
+            power += 2.0 * viscosity * b * c * film.stretch_weights[point] * density
+        for point in range(points):
+            _bend_point(r, 2 * count + point, points, b, c, g)
+            _bend_point(v, 2 * count + point, points, b, c, gv)
+            size = normal(g, n)
+            curvature_gradient(g, n, size, c3, gradient)
+            for a in range(3):
+                rate[a] = 0.0
+                for j in range(15):
+                    rate[a] += gradient[a, j] * gv[j]
+            _moments(rate, bending, poisson, m)
+            density = m[0] * rate[0] + m[1] * rate[1] + m[2] * rate[2]
+            power += viscosity * b * c * film.bend_weights[point] * density
+    return power
+
+
+@kernel
+def strains_at(film: MembraneArrays, q: np.ndarray) -> np.ndarray:
+    """Green strains (m, s, 3) xx, yy, xy at the points of stretch."""
+    count = film.stretch_weights.shape[0]
+    e, r = np.empty((3, 12)), np.empty((3, film.columns.shape[1]))
+    out = np.empty((film.vectors.shape[0], count, 3))
+    for k in range(film.vectors.shape[0]):
+        gather(film.vectors[k], film.scale[k], q, e)
+        _derivatives(e, film.columns, r)
+        b, c = film.sides[k]
+        for point in range(count):
+            out[k, point, 0], out[k, point, 1], out[k, point, 2] = _strain(
+                r, point, count, b, c, film.rest_strain[k, point]
+            )
+    return out
+
+
+@kernel
+def curvatures_at(film: MembraneArrays, q: np.ndarray) -> np.ndarray:
+    """Curvatures (m, p, 3) xx, yy, xy less those at rest, at the points of bending, 1/m."""
+    count, points = film.stretch_weights.shape[0], film.bend_weights.shape[0]
+    e, r = np.empty((3, 12)), np.empty((3, film.columns.shape[1]))
+    g, n, kappa = np.empty(15), np.empty(3), np.empty(3)
+    out = np.empty((film.vectors.shape[0], points, 3))
+    for k in range(film.vectors.shape[0]):
+        gather(film.vectors[k], film.scale[k], q, e)
+        _derivatives(e, film.columns, r)
+        b, c = film.sides[k]
+        for point in range(points):
+            _bend_point(r, 2 * count + point, points, b, c, g)
+            normal(g, n)
+            _curvature(g, n, kappa)
+            for a in range(3):
+                out[k, point, a] = kappa[a] - film.rest_curvature[k, point, a]
+    return out

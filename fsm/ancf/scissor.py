@@ -1,0 +1,230 @@
+"""Compiles a scissor array to a system: bars, hinges, supports, forces."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from fsm.ancf.bars import BarMaterial, BarMesh, BarNodes
+from fsm.ancf.beam_group import BeamGroup
+from fsm.ancf.end_to_end import end_to_end
+from fsm.ancf.group import ElementGroup
+from fsm.ancf.hinge import HingeGroup
+from fsm.ancf.loading import Forcing, Loading
+from fsm.ancf.mesh import Mesh, node_pattern
+from fsm.ancf.system import AncfSystem
+from fsm.scene.builders.scissor import Array, array_at
+from fsm.scene.loads import Constant, Ramp, TimeFunction
+from fsm.scene.materials import Material
+from fsm.scene.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
+
+__all__ = ["ArraySystem", "compile_array"]
+
+
+@dataclass(frozen=True)
+class _Factor:
+    """A time function of the scene for the loading of a mesh."""
+
+    function: TimeFunction
+
+    def at(self, t: float) -> tuple[float, float, float]:
+        """Value, slope and curvature."""
+        if isinstance(self.function, Constant):
+            return 1.0, 0.0, 0.0
+        if isinstance(self.function, Ramp):
+            length = self.function.end - self.function.start
+            x = min(1.0, max(0.0, (t - self.function.start) / length))
+            return x * x * (3.0 - 2.0 * x), 6.0 * x * (1.0 - x) / length, 6.0 * (1.0 - 2.0 * x) / length**2
+        time, value = np.array(self.function.time), np.array(self.function.value)
+        piece = int(np.searchsorted(time, t)) - 1
+        inside = 0 <= piece < len(time) - 1
+        slope = (value[piece + 1] - value[piece]) / (time[piece + 1] - time[piece]) if inside else 0.0
+        return float(np.interp(t, time, value)), float(slope), 0.0
+
+    def breaks(self) -> tuple[float, ...]:
+        """Times at which it is not smooth, s."""
+        if isinstance(self.function, Constant):
+            return ()
+        if isinstance(self.function, Ramp):
+            return self.function.start, self.function.end
+        return tuple(self.function.time)
+
+
+class ArraySystem(AncfSystem):
+    """A scissor array behind the `System` protocol.
+
+    Attributes
+    ----------
+    array : Array
+    points : dict
+        First coordinate of every point's position, by name.
+    bars : nodes of every bar
+    beams : BeamGroup
+    material : BarMaterial
+    hinges : HingeGroup, or None
+    """
+
+    def __init__(
+        self,
+        mesh: Mesh,
+        loading: Loading,
+        array: Array,
+        points: dict[str, int],
+        bars: tuple[BarNodes, ...],
+        material: BarMaterial,
+        hinges: HingeGroup | None,
+    ) -> None:
+        self.array, self.points, self.bars, self.material, self.hinges = array, points, bars, material, hinges
+        self.beams: BeamGroup = next(group for group in mesh.groups if isinstance(group, BeamGroup))
+        super().__init__(mesh, loading)
+
+    def stress(self, q: np.ndarray) -> np.ndarray:
+        """Largest normal stress of each bar, of stretch and bending at the Gauss points, (n_bars,), Pa."""
+        strains, _ = self.beams.strains(self.beams.gathered(q), self.beams.rows)
+        axial = np.abs(strains[..., 0])
+        if strains.shape[2] != 3:  # Green's strain is that of the point itself
+            curvature = strains[..., 2] if strains.shape[2] == 4 else strains[..., 1]
+            axial = axial + 0.5 * self.material.height * np.abs(curvature)
+        largest = self.material.young * axial.max(axis=1)
+        return np.array([largest[bar.elements].max() for bar in self.bars])
+
+    def shape(self, t: float, q: np.ndarray) -> np.ndarray:
+        """See `System`: every element's axis, as wide as the bar is across the plane; y of the plane is z."""
+        half = np.array([-0.5, -0.5, 0.5, 0.5]) * self.material.width
+        quads = []
+        for bar in self.bars:
+            at = q[bar.positions[:, None] + np.arange(2)]
+            corners = np.stack([at[:-1], at[1:], at[1:], at[:-1]], axis=1)
+            quads.append(np.stack([corners[..., 0], np.broadcast_to(half, corners.shape[:2]), corners[..., 1]], axis=-1))
+        return np.concatenate(quads)
+
+
+def compile_array(
+    scissor: Scissor,
+    section: BarSection,
+    material: Material,
+    supports: tuple[PointSupport, ...],
+    forces: tuple[PointForce, ...],
+    hinge: HingeJoint | None = None,
+    stop: Stop | None = None,
+    gravity: tuple[float, float] = (0.0, 0.0),
+) -> ArraySystem:
+    """The system of an array with flexible bars; names and numbers have been checked (`fsm.scene.check_scissor`)."""
+    array = array_at(scissor, scissor.initial_angle)
+    bar_material = BarMaterial(
+        material.young, material.poisson, material.density, section.width, section.height, material.damping
+    )
+    mesh, points = _bars(scissor, array, bar_material)
+    units = _units(mesh)
+    order = end_to_end(units)
+    place = np.empty(len(order), dtype=np.int64)
+    place[order] = np.arange(len(order))
+    mesh = mesh.renumbered(order)
+    points = {name: int(2 * place[first // 2]) for name, first in points.items()}
+    hinges = _hinges(scissor, array, mesh, points, hinge, stop)
+    groups: tuple[ElementGroup, ...] = (mesh.group(),) if hinges is None else (mesh.group(), hinges)
+    count = len(mesh.values)
+    fixed = np.zeros(2 * count, dtype=bool)
+    for support in supports:
+        first = points[support.point]
+        across = support.direction is None, support.direction is None
+        if support.direction is not None:
+            across = support.direction[0] == 0.0, support.direction[1] == 0.0
+        fixed[first], fixed[first + 1] = across
+    whole = Mesh(
+        np.array(mesh.values).ravel(), fixed, groups, (), np.zeros((0, 4), dtype=np.int64), tuple(mesh.names),
+        node_pattern(count, 2, groups, ()), 2, np.array(sorted(mesh.positions)),
+    )  # fmt: skip
+    forcings = tuple(_forcing(force, array, points, 2 * count) for force in forces)
+    return ArraySystem(
+        whole, Loading(forcings, gravity=(*gravity, 0.0)), array, points, tuple(mesh.bars), bar_material, hinges
+    )
+
+
+def _bars(scissor: Scissor, array: Array, material: BarMaterial) -> tuple[BarMesh, dict[str, int]]:
+    """All bars, in the order of the array."""
+    mesh = BarMesh(scissor.element, material)
+    points = {name: mesh.position(at, name) for name, at in array.points.items()}
+    lower = min(max(round(scissor.elements_per_bar * scissor.hinge), 1), scissor.elements_per_bar - 1)
+    upper = scissor.elements_per_bar - lower
+    for bar in array.bars:
+        counts = (lower, upper) if bar.points[0].startswith("b") else (upper, lower)
+        mesh.bar(bar.name, [points[name] for name in bar.points], counts)
+    return mesh, points
+
+
+def _units(mesh: BarMesh) -> list[list[int]]:
+    """Vectors that the bars of each unit use, those of its left ends first."""
+    units = []
+    vectors = mesh.group().vectors // 2
+    for first, second in zip(mesh.bars[::2], mesh.bars[1::2], strict=True):
+        left = [int(first.positions[0] // 2), int(second.positions[0] // 2)]
+        used = np.concatenate([vectors[first.elements].ravel(), vectors[second.elements].ravel()])
+        units.append([*left, *(int(i) for i in dict.fromkeys(used.tolist()))])
+    return units
+
+
+def _hinges(
+    scissor: Scissor, array: Array, mesh: BarMesh, points: dict[str, int], hinge: HingeJoint | None, stop: Stop | None
+) -> HingeGroup | None:
+    """Hinges that resist, or None."""
+    found: list[tuple[int, int, str]] = []
+    if stop is not None or (hinge is not None and hinge.at in ("middle", "all")):
+        found += [(*_slopes_at(mesh, points[f"h{k + 1}"]), "middle") for k in range(array.units)]
+    if hinge is not None and hinge.at in ("tips", "all"):
+        tips = [name for name in array.points if name[0] in "ab"]
+        pairs = [_slopes_at(mesh, points[name]) for name in tips]
+        found += [(*pair, "tip") for pair in pairs if len(pair) == 2]
+    if not found:
+        return None
+    vectors = np.array([pair[:2] for pair in found], dtype=np.int64)
+    start = np.array(mesh.values)
+    p, q = start[vectors[:, 0] // 2], start[vectors[:, 1] // 2]
+    initial = np.arctan2(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0], np.sum(p * q, axis=1))
+    law = np.zeros((len(found), 8))
+    law[:, 4], law[:, 5] = 1.0, math.inf
+    for k, (_, _, kind) in enumerate(found):
+        if hinge is not None and (hinge.at == "all" or hinge.at == ("middle" if kind == "middle" else "tips")):
+            law[k, :5] = hinge.rest_turn, hinge.stiffness, hinge.damping, hinge.friction_moment, hinge.friction_speed
+        if stop is not None and kind == "middle":
+            law[k, 5:] = 2.0 * (scissor.initial_angle - stop.angle), stop.stiffness, stop.damping
+    return HingeGroup(vectors, initial, _senses(scissor, mesh, points, vectors, initial), law)
+
+
+def _slopes_at(mesh: BarMesh, point: int) -> tuple[int, ...]:
+    """First coordinates of the slopes of the bars that meet at a point, the one that rises first."""
+    return tuple(int(bar.slopes[i]) for bar in mesh.bars for i in np.flatnonzero(bar.positions == point))
+
+
+def _senses(
+    scissor: Scissor, mesh: BarMesh, points: dict[str, int], vectors: np.ndarray, initial: np.ndarray
+) -> np.ndarray:
+    """Sense in which each hinge turns as rigid bars deploy a little."""
+    later = array_at(scissor, scissor.initial_angle * (1.0 - 1e-4)).points
+    named = {first: name for name, first in points.items()}
+    slope_of: dict[int, np.ndarray] = {}
+    for bar in mesh.bars:
+        known = [i for i, first in enumerate(bar.positions) if int(first) in named]
+        for n, i in enumerate(known):
+            a, b = (known[n], known[n + 1]) if n + 1 < len(known) and i != bar.positions.shape[0] - 1 else (known[n - 1], i)
+            if n == 1:  # through its middle a bar has the slope of its first half
+                a, b = known[0], known[1]
+            slope_of[int(bar.slopes[i])] = np.subtract(later[named[int(bar.positions[b])]], later[named[int(bar.positions[a])]])
+    p = np.array([slope_of[int(first)] for first in vectors[:, 0]])
+    q = np.array([slope_of[int(first)] for first in vectors[:, 1]])
+    angle = np.arctan2(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0], np.sum(p * q, axis=1))
+    turn = np.remainder(angle - initial + math.pi, 2.0 * math.pi) - math.pi
+    return np.where(turn < 0.0, -1.0, 1.0)
+
+
+def _forcing(force: PointForce, array: Array, points: dict[str, int], count: int) -> Forcing:
+    first = points[force.point]
+    vector = np.zeros(count)
+    if force.force is not None:
+        vector[first : first + 2] = force.force
+    elif force.radial is not None and array.centre is not None:
+        away = np.subtract(array.points[force.point], array.centre)
+        vector[first : first + 2] = force.radial * away / np.linalg.norm(away)
+    return Forcing(vector, _Factor(force.time))

@@ -1,0 +1,376 @@
+"""The System of ANCF meshes: M u' = h(t, q, u), q' = u, with a constant sparse mass matrix (seed 000, eqs. 23 and 36).
+
+Coordinates are positions and slopes in inertial axes, so the configuration is a vector space: retract is a sum, and there are no
+gyroscopic forces. Coordinates that are held, moved or not used stay in q and u, whose blocks are nodes. They take no part:
+their rows and columns of M, K and D are those of separate oscillators, stiff ones, that stay at rest where they are. What is
+moved is put in place before anything is evaluated, and its reaction is what the elements do to it.
+
+With `before` (quasi-statics) velocities are the mean ones since then; dampers take them at the end of the step.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import splu
+
+from fsm.ancf.assembly import slots_of
+from fsm.ancf.loading import Loading
+from fsm.ancf.matrices import clear_held, mass_data
+from fsm.ancf.mesh import Mesh
+from fsm.blocks import BlockMatrix, BlockPattern
+from fsm.system import Before, DriveState, Energy, Linearised, Objection, Observation, PairState, Scales
+
+__all__ = ["AncfSystem"]
+
+_NO_PAIRS = PairState(*(np.zeros(0) for _ in range(7)))
+
+
+class AncfSystem:
+    """A mesh and what acts on it behind the `System` protocol.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    loading : Loading
+    start, rate : (n,) arrays
+        Coordinates at the start, those of the mesh if absent, and their rates, zero if absent.
+    """
+
+    fixed_pattern = True
+
+    def __init__(
+        self, mesh: Mesh, loading: Loading | None = None, start: np.ndarray | None = None, rate: np.ndarray | None = None
+    ) -> None:
+        self.mesh = mesh
+        self.loading = Loading() if loading is None else loading
+        self.start = mesh.coordinates.copy() if start is None else np.array(start, dtype=float)
+        self.rate = np.zeros(len(self.start)) if rate is None else np.array(rate, dtype=float)
+        self.nq = self.nu = len(self.start)
+        self.pattern = mesh.pattern
+        self.fixed = mesh.fixed.copy()
+        for motion in self.loading.motions:
+            self.fixed[motion.coordinates] = True
+        self.rate[self.fixed] = 0.0
+        self.rate_dependent = self.loading.mass_damping > 0.0 or any(group.rate_dependent for group in mesh.groups)
+        self._slots = [
+            slots_of(np.ascontiguousarray(group.vectors), mesh.size, self.pattern.indptr, self.pattern.indices)
+            for group in mesh.groups
+        ]
+        material = mass_data([group.mass() for group in mesh.groups], self.pattern)
+        points = [part for part in mesh.masses if part.vectors.shape[1] == 1]
+        others = [part for part in mesh.masses if part.vectors.shape[1] > 1]
+        material += mass_data(points, self.pattern)
+        self._weight = self._bsr(material) @ self._translation(np.array(self.loading.gravity))
+        self._full_mass = material + mass_data(others, self.pattern)
+        self._full_bsr = self._bsr(self._full_mass)
+        self._held_stiffness, self._held_mass = self._oscillators()
+        self._mass = self._full_mass.copy()
+        clear_held(self.fixed, self.pattern, self._held_mass, self._mass)
+
+    # protocol: configuration ----------------------------------------------------------------------------------------
+
+    def initial(self) -> tuple[np.ndarray, np.ndarray]:
+        """See `System`."""
+        return self.start.copy(), self.rate.copy()
+
+    def end_time(self) -> float | None:
+        """See `System`: the last time at which a motion is not smooth."""
+        return max((max(motion.time.breaks(), default=0.0) for motion in self.loading.motions), default=None)
+
+    def progress(self, t: float) -> float:
+        """See `System`."""
+        return t
+
+    def break_times(self) -> list[float]:
+        """See `System`."""
+        return list(self.loading.breaks)
+
+    def scales(self) -> Scales:
+        """See `System`."""
+        return self._scales
+
+    @cached_property
+    def _scales(self) -> Scales:
+        """Typical sizes: the length is that of the median side of what is drawn, or the distance between nodes."""
+        places = self.mesh.positions(self.start)
+        spread = float(np.ptp(places, axis=0).max())
+        corners = self.start[self.mesh.quads[:, :, None] + np.arange(3)]
+        sides = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1)
+        length = float(np.median(sides)) if len(sides) else (spread or 1.0) / max(len(places) - 1, 1)
+        is_position = self.mesh.is_position
+        speed = float(np.abs(self.rate[is_position]).max(initial=0.0)) or length
+        size = np.where(is_position, length, 1.0)
+        velocity = np.where(is_position, speed, speed / length)
+        span = np.where(is_position, max(spread, length), 1.0)
+        return Scales(length, size, velocity, size, span)
+
+    def kinematic_map(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """See `System`."""
+        return u
+
+    def kinematic_jacobian(self, q: np.ndarray, u: np.ndarray) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
+        """See `System`."""
+        return sparse.csr_matrix((self.nq, self.nq)), sparse.eye_array(self.nu, format="csr")
+
+    def tangent_map(self, q: np.ndarray) -> sparse.csr_matrix:
+        """See `System`."""
+        return sparse.eye_array(self.nu, format="csr")
+
+    def retract(self, q: np.ndarray, dx: np.ndarray) -> np.ndarray:
+        """See `System`."""
+        return q + dx
+
+    def difference(self, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+        """See `System`."""
+        return end - start
+
+    def increment_map(self, dx: np.ndarray) -> np.ndarray | None:
+        """See `System`."""
+        return None
+
+    # protocol: mechanics --------------------------------------------------------------------------------------------
+
+    def mass(self, q: np.ndarray) -> sparse.csr_matrix:
+        """See `System`; constant."""
+        return self._mass_matrix
+
+    @cached_property
+    def _mass_matrix(self) -> sparse.csr_matrix:
+        matrix = self._bsr(self._mass).tocsr()
+        matrix.eliminate_zeros()
+        return matrix
+
+    @cached_property
+    def _mass_factors(self) -> Any:
+        return splu(self._mass_matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+
+    def inertia(self, q: np.ndarray, pattern: BlockPattern) -> np.ndarray:
+        """See `System`."""
+        return self._mass
+
+    def acceleration(self, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """See `System`."""
+        return np.asarray(self._mass_factors.solve(self.force(t, q, u)))
+
+    def force(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> np.ndarray:
+        """See `System`."""
+        here, rates = self.place(t, q, u, before)
+        return self._free(q, self._all_forces(t, here, rates))
+
+    def force_rate(self, t: float, q: np.ndarray) -> np.ndarray:
+        """See `System`: forcings that change, and the columns of K of what is moved times its speed."""
+        total = np.zeros(self.nu)
+        for forcing in self.loading.forcings:
+            total += forcing.time.at(t)[1] * forcing.vector
+        if self.loading.motions:
+            here, moving = self.place(t, q, np.zeros(self.nu))
+            assert moving is not None
+            total -= self._bsr(self._elements(here, None)[1]) @ moving
+        total[self.fixed] = 0.0
+        return total
+
+    def tangent(self, t: float, q: np.ndarray, u: np.ndarray | None) -> tuple[sparse.bsr_matrix, sparse.bsr_matrix]:
+        """See `System`."""
+        linear = self.linearise(t, q, u)
+        return linear.stiffness.bsr(), linear.damping.bsr()
+
+    def linearise(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Linearised:
+        """See `System`."""
+        here, rates = self.place(t, q, u, before)
+        force, stiffness, damping = self._elements(here, rates)
+        self._add_loads(t, rates, force)
+        if self.loading.mass_damping:
+            damping += self.loading.mass_damping * self._full_mass
+        clear_held(self.fixed, self.pattern, self._held_stiffness, stiffness)
+        clear_held(self.fixed, self.pattern, 0.0, damping)
+        return Linearised(
+            self._free(q, force), BlockMatrix(self.pattern, stiffness), BlockMatrix(self.pattern, damping)
+        )
+
+    def energy(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Energy:
+        """See `System`."""
+        here, rates = self.place(t, q, u, before)
+        return self._energy(t, here, rates, self._reactions(t, here, rates))
+
+    def reactions(self, t: float, q: np.ndarray, u: np.ndarray | None) -> np.ndarray:
+        """Forces that hold or move the coordinates of each node, (n_nodes, size), 0 for free ones, N and N m."""
+        return self._reactions(t, *self.place(t, q, u)).reshape(-1, self.mesh.size)
+
+    def observe(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Observation:
+        """See `System`."""
+        here, rates = self.place(t, q, u, before)
+        reactions = self._reactions(t, here, rates)
+        largest = float(np.linalg.norm(self.mesh.positions(reactions), axis=1).max(initial=0.0))
+        return Observation(self._drive_state(t, reactions), self._energy(t, here, rates, reactions), largest, _NO_PAIRS)
+
+    # protocol: nothing is remembered --------------------------------------------------------------------------------
+
+    def commit(self, t: float, q: np.ndarray, u: np.ndarray, before: Before | None = None) -> None:
+        """See `System`."""
+
+    def memory(self) -> np.ndarray:
+        """See `System`."""
+        return np.zeros(0)
+
+    def restore(self, memory: np.ndarray) -> None:
+        """See `System`."""
+
+    def parted(self) -> bool:
+        """See `System`."""
+        return False
+
+    def objection(self, t: float, q: np.ndarray, u: np.ndarray | None, step: float) -> Objection | None:
+        """See `System`."""
+        return None
+
+    def longest_step(self, t: float, q: np.ndarray, u: np.ndarray) -> float:
+        """See `System`."""
+        return math.inf
+
+    def shape(self, t: float, q: np.ndarray) -> np.ndarray:
+        """See `System`: the corners of every membrane element."""
+        here, _ = self.place(t, q, None)
+        return np.asarray(here[self.mesh.quads[:, :, None] + np.arange(3)])
+
+    def blame(self, vector: np.ndarray) -> str:
+        """See `System`."""
+        return self.mesh.names[int(np.argmax(np.abs(np.nan_to_num(vector, nan=np.inf)))) // self.mesh.size]
+
+    def widest_joint(self, t: float, q: np.ndarray) -> tuple[float, str]:
+        """See `System`: nodes are shared and do not part."""
+        return 0.0, "none"
+
+    # more than the protocol -----------------------------------------------------------------------------------------
+
+    def held(self, q: np.ndarray, coordinates: np.ndarray, loading: Loading | None = None) -> AncfSystem:
+        """The system that starts at rest in q with more coordinates held where they are, under another loading."""
+        return AncfSystem(self.mesh.holding(coordinates), loading, q)
+
+    def energies(self, t: float, q: np.ndarray) -> dict[str, float]:
+        """Potential energy by what stores it, J."""
+        here, _ = self.place(t, q, None)
+        potential: dict[str, float] = {}
+        for group in self.mesh.groups:
+            potential[group.name] = potential.get(group.name, 0.0) + group.energy(here, None)[0]
+        if np.any(self._weight):
+            potential["gravity"] = -float(self._weight @ here)
+        return potential
+
+    def place(
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None
+    ) -> tuple[np.ndarray, np.ndarray | None]:
+        """Coordinates and rates with what is moved in its place at time t. Without motions, what is given: not to be changed."""
+        motions = self.loading.motions
+        if not motions:
+            return q, u
+        here, rates = q.copy(), None if u is None else u.copy()
+        for motion in motions:
+            value, slope, _ = motion.time.at(t)
+            if before is not None and t > before[0]:
+                slope = (value - motion.time.at(before[0])[0]) / (t - before[0])
+            here[motion.coordinates] = self.start[motion.coordinates] + value * motion.displacement
+            if rates is not None:
+                rates[motion.coordinates] = slope * motion.displacement
+        return here, rates
+
+    # inside ---------------------------------------------------------------------------------------------------------
+
+    def _elements(self, q: np.ndarray, u: np.ndarray | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Forces, K and D of all elements and coordinates."""
+        force, stiffness, damping = np.zeros(self.nu), self.pattern.zeros(), self.pattern.zeros()
+        for group, slots in zip(self.mesh.groups, self._slots, strict=True):
+            group.add_linearised(q, u, slots, force, stiffness, damping)
+        return force, stiffness, damping
+
+    def _all_forces(self, t: float, q: np.ndarray, u: np.ndarray | None) -> np.ndarray:
+        force = np.zeros(self.nu)
+        for group in self.mesh.groups:
+            group.add_force(q, u, force)
+        self._add_loads(t, u, force)
+        return force
+
+    def _add_loads(self, t: float, u: np.ndarray | None, force: np.ndarray) -> None:
+        force += self._weight
+        for forcing in self.loading.forcings:
+            factor = forcing.time.at(t)[0]
+            if factor:
+                force += factor * forcing.vector
+        if u is None:
+            return
+        if self.loading.mass_damping:
+            force -= self.loading.mass_damping * (self._full_bsr @ u)
+        moved = self._moved_acceleration(t)
+        if moved is not None:
+            force -= self._full_bsr @ moved
+
+    def _moved_acceleration(self, t: float) -> np.ndarray | None:
+        """Accelerations of what is moved, None where there is none."""
+        out = None
+        for motion in self.loading.motions:
+            curvature = motion.time.at(t)[2]
+            if curvature:
+                out = np.zeros(self.nu) if out is None else out
+                out[motion.coordinates] += curvature * motion.displacement
+        return out
+
+    def _free(self, q: np.ndarray, force: np.ndarray) -> np.ndarray:
+        """Forces on free coordinates; held ones, which are not to go anywhere, are pulled back to the start."""
+        force[self.fixed] = -self._held_stiffness * (q - self.start)[self.fixed]
+        return force
+
+    def _reactions(self, t: float, q: np.ndarray, u: np.ndarray | None) -> np.ndarray:
+        """Of held coordinates, (nu,): what they do to the rest. In motion, where something is moved, with its inertia."""
+        force = self._all_forces(t, q, u)
+        reactions = np.zeros(self.nu)
+        reactions[self.fixed] = -force[self.fixed]
+        if u is not None and self.loading.motions:
+            free = force.copy()
+            free[self.fixed] = 0.0
+            reactions[self.fixed] += (self._full_bsr @ self._mass_factors.solve(free))[self.fixed]
+        return reactions
+
+    def _drive_state(self, t: float, reactions: np.ndarray) -> DriveState:
+        """Motions as drives: how far, and the force along the way."""
+        travel, along = [], []
+        for motion in self.loading.motions:
+            size = float(np.linalg.norm(motion.displacement))
+            travel.append(motion.time.at(t)[0] * size)
+            along.append(float(reactions[motion.coordinates] @ motion.displacement) / size)
+        return DriveState(np.array(travel), np.array(along))
+
+    def _energy(self, t: float, q: np.ndarray, u: np.ndarray | None, reactions: np.ndarray) -> Energy:
+        potential = self.energies(t, q)
+        if u is None:
+            return Energy(0.0, potential, 0.0, 0.0)
+        momentum = self._full_bsr @ u
+        dissipated = self.loading.mass_damping * float(u @ momentum)
+        dissipated += sum(group.energy(q, u)[1] for group in self.mesh.groups if group.rate_dependent)
+        power = sum(forcing.time.at(t)[0] * float(forcing.vector @ u) for forcing in self.loading.forcings)
+        power += float(reactions @ u)
+        return Energy(0.5 * float(u @ momentum), potential, dissipated, power)
+
+    def _oscillators(self) -> tuple[float, float]:
+        """Stiffness and mass of the oscillators in place of held coordinates: as fast as the fastest of the others."""
+        stiffness = self._bsr(self._elements(self.start, None)[1]).diagonal()
+        mass = self._full_bsr.diagonal()
+        free = ~self.fixed & (mass > 0.0)
+        if not np.any(free):
+            return 1.0, 1.0
+        ratio = np.abs(stiffness[free]) / mass[free]
+        fastest = int(np.argmax(ratio))
+        heavy, stiff = float(mass[free][fastest]), float(abs(stiffness[free][fastest]))
+        return (stiff, heavy) if stiff > 0.0 else (1.0, 1.0)
+
+    def _translation(self, vector: np.ndarray) -> np.ndarray:
+        """The coordinates' change as all move by a vector (3,): of positions that elements use, once."""
+        out = np.zeros(self.nu)
+        out[self.mesh.places[:, None] + np.arange(self.mesh.dimension)] = vector[: self.mesh.dimension]
+        return out
+
+    def _bsr(self, data: np.ndarray) -> sparse.bsr_matrix:
+        return BlockMatrix(self.pattern, data).bsr()

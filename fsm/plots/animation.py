@@ -1,0 +1,57 @@
+"""The motion as a film: an animated GIF of the x-z plane."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from PIL import Image
+
+from fsm.plots.style import COLOURS, STYLE, rounded
+from fsm.results.solution import Solution
+
+__all__ = ["animate"]
+
+_WIDTH, _DPI = 5.6, 100
+_FRAMES, _MILLISECONDS = 100, 50
+
+
+def animate(solution: Solution, path: str | Path) -> None:
+    """Write the shape over time, at most a hundred pictures evenly spread, as a GIF; plates are lines, seen from the side.
+
+    Parameters
+    ----------
+    solution : Solution
+        In the x-z plane.
+    path : of the file; its folder is made
+    """
+    corners = 1e3 * solution.shape[..., [0, 2]]
+    ends = np.stack([corners[:, :, [0, 3]].mean(axis=2), corners[:, :, [1, 2]].mean(axis=2)], axis=2)
+    low, high = corners.reshape(-1, 2).min(axis=0), corners.reshape(-1, 2).max(axis=0)
+    margin = 0.05 * float((high - low).max())
+    ratio = float((high - low)[1] + 2.0 * margin) / float((high - low)[0] + 2.0 * margin)
+    chosen = np.unique(np.linspace(0, len(solution) - 1, min(_FRAMES, len(solution))).round().astype(int))
+    frames = []
+    with matplotlib.rc_context(STYLE):
+        fig = Figure(figsize=(_WIDTH, min(max(_WIDTH * ratio + 0.6, 1.8), 8.0)), dpi=_DPI, layout="constrained")
+        canvas = FigureCanvasAgg(fig)
+        ax = fig.subplots()
+        plates = LineCollection(list(ends[0]), colors=COLOURS[0], linewidths=2.2, capstyle="round")
+        ax.add_collection(plates)
+        ax.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin))
+        ax.set(xlabel="x (mm)", ylabel="z (mm)")
+        ax.set_aspect("equal", adjustable="box")
+        for record in chosen:
+            plates.set_segments(list(ends[record]))
+            ax.set_title(f"{rounded(float(solution.time[record]))} s")
+            canvas.draw()
+            frames.append(Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy()))
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    palette = frames[0].quantize(64)
+    pictures = [frame.quantize(64, palette=palette) for frame in frames]
+    pictures[0].save(path, save_all=True, append_images=pictures[1:], duration=_MILLISECONDS, loop=0)

@@ -1,0 +1,96 @@
+"""Datasets of a results file that describe themselves, and those of a film."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import h5py
+import numpy as np
+
+from fsm.results.film import STATES, Film, Samples
+
+__all__ = ["add_scale", "append_samples", "described", "read_film", "read_samples", "write_film"]
+
+
+def add_scale(file: Any, name: str, values: Any, text: str) -> None:
+    """A dimension scale: its values are names (a list) or numbers (an array)."""
+    if isinstance(values, list):
+        scale = file.create_dataset(name, data=np.array(values, dtype=object), dtype=h5py.string_dtype())
+    else:
+        scale = file.create_dataset(name, data=values.astype(np.int64))
+    described(scale, "1", text)
+    scale.make_scale(name)
+
+
+def described(dataset: Any, units: str, text: str) -> None:
+    """Give a dataset its unit and say what it is."""
+    dataset.attrs["units"] = units
+    dataset.attrs["long_name"] = text
+
+
+def write_film(file: Any, film: Film) -> None:
+    """Probes, modes and stresses of a film, and room for the samples."""
+    add_scale(file, "probe", list(film.probe_names), "probe")
+    add_scale(file, "mode", np.arange(1, len(film.frequency) + 1), "number of the natural mode")
+    add_scale(file, "principal", np.arange(2), "principal stress, the larger one first")
+    states = ", ".join(f"{number} {name}" for number, name in enumerate(STATES))
+    for path, values, dims, units, text in (
+        ("probes/rest", film.probe_rest, ("probe", "axis"), "m", "where the probe rests"),
+        ("modes/frequency", film.frequency, ("mode",), "Hz", "natural frequency, negative for an unstable mode"),
+        ("modes/shape", film.mode_shape, ("mode", "quad", "corner", "axis"), "1", "motion of corner points, the largest 1"),
+        ("film/stress", film.stress, ("quad", "principal"), "Pa", "principal stress of the tensioned state"),
+        ("film/direction", film.direction, ("quad", "axis"), "1", "direction of the larger principal stress"),
+        ("film/state", film.state, ("quad",), "1", f"of the tensioned film: {states}"),
+    ):
+        data = file.create_dataset(path, data=values)
+        described(data, units, text)
+        for axis, dim in enumerate(dims):
+            data.dims[axis].attach_scale(file[dim])
+    times = file.create_dataset("probes/time", (0,), np.float64, maxshape=(None,), chunks=(256,), fillvalue=np.nan)
+    described(times, "s", "time of the sample")
+    times.make_scale("probe_time")
+    tail = film.probe_rest.shape
+    moved = file.create_dataset("probes/displacement", (0, *tail), np.float64, maxshape=(None, *tail), chunks=(256, *tail))
+    described(moved, "m", "displacement of the probe from where it rests")
+    for axis, scale in enumerate((times, file["probe"], file["axis"])):
+        moved.dims[axis].attach_scale(scale)
+
+
+def read_film(file: Any) -> Film | None:
+    """The film of a results file; None if it is of something else."""
+    if "film" not in file:
+        return None
+    return Film(
+        probe_names=tuple(file["probe"].asstr()[()].tolist()),
+        probe_rest=file["probes/rest"][()],
+        frequency=file["modes/frequency"][()],
+        mode_shape=file["modes/shape"][()],
+        stress=file["film/stress"][()],
+        direction=file["film/direction"][()],
+        state=file["film/state"][()],
+    )
+
+
+def append_samples(file: Any, samples: Samples) -> None:
+    """Samples after those that are there; time last, since it is what makes one count."""
+    times, moved = file["probes/time"], file["probes/displacement"]
+    start, stop = len(times), len(times) + len(samples.time)
+    moved.resize(stop, axis=0)
+    moved[start:stop] = samples.displacement
+    file.flush()
+    times.resize(stop, axis=0)
+    times[start:stop] = samples.time
+    file.flush()
+
+
+def read_samples(file: Any) -> Samples:
+    """The samples of a results file, finished or not."""
+    if "film" not in file:
+        return Samples()
+    times = file["probes/time"][()]
+    bad = ~np.isfinite(times)
+    count = int(np.argmax(bad)) if bad.any() else len(times)
+    moved = file["probes/displacement"][:count]
+    if len(moved) < count:
+        raise OSError("/probes/displacement is shorter than /probes/time")
+    return Samples(times[:count], moved)

@@ -1,0 +1,171 @@
+"""What a sampled history says: spectrum, frequency and decay of a damped sinusoid, amplitude."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import least_squares
+
+from fsm.results.solution import Floats
+
+__all__ = ["DampedSinusoid", "Spectrum", "amplitude", "fit_damped_sinusoid", "spectrum"]
+
+_BINS = 4.0
+"""The fit looks for a frequency this many bins about the highest line of the spectrum."""
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """Single-sided amplitude spectrum of a history without its mean.
+
+    Attributes
+    ----------
+    frequency : (n,) array, Hz        from 0 to half the sampling rate
+    amplitude : (n,) array            unit of the history: a sine on a bin has its own amplitude there
+    resolution : Hz
+        Distance of two bins, 1 over the length of the history: no frequency is known better from the highest bin alone than
+        to half of it.
+    """
+
+    frequency: Floats
+    amplitude: Floats
+    resolution: float
+
+    @property
+    def peak(self) -> float:
+        """Frequency of the highest bin, Hz."""
+        return float(self.frequency[1 + int(np.argmax(self.amplitude[1:]))])
+
+
+@dataclass(frozen=True)
+class DampedSinusoid:
+    """A exp(-decay (t - t0)) cos(2 pi f (t - t0) + phase) + offset, t0 the first sample.
+
+    Attributes
+    ----------
+    frequency : Hz
+    decay : 1/s
+    amplitude, offset : unit of the history
+    phase : rad
+    residual : -
+        Root mean square of what is left over that of the history about the offset: 0 is a perfect fit; other modes and
+        harmonics remain in it.
+    """
+
+    frequency: float
+    decay: float
+    amplitude: float
+    phase: float
+    offset: float
+    residual: float
+
+    @property
+    def damping_ratio(self) -> float:
+        """Decay over the undamped circular frequency."""
+        return self.decay / math.hypot(self.decay, 2.0 * math.pi * self.frequency)
+
+
+def spectrum(time: ArrayLike, values: ArrayLike) -> Spectrum:
+    """Spectrum by FFT, without window or padding.
+
+    Parameters
+    ----------
+    time : (n,) array, s          even to 1e-6 of a step
+    values : (n,) array
+
+    Raises
+    ------
+    ValueError
+        Fewer than 4 samples, or uneven times.
+    """
+    t, y = _history(time, values)
+    step = (t[-1] - t[0]) / (len(t) - 1)
+    lines = np.abs(np.fft.rfft(y - y.mean())) / len(t)
+    lines[1:] *= 2.0
+    if len(t) % 2 == 0:
+        lines[-1] *= 0.5
+    return Spectrum(np.fft.rfftfreq(len(t), step), lines, 1.0 / (len(t) * step))
+
+
+def fit_damped_sinusoid(time: ArrayLike, values: ArrayLike) -> DampedSinusoid:
+    """Least-squares fit of one damped sinusoid about the strongest line of the spectrum.
+
+    Frequency and decay are unknowns of the fit; cosine, sine and offset follow from them linearly (variable projection).
+    For a damped sinusoid alone it is exact to round-off, whatever the length of the history in periods.
+
+    Parameters
+    ----------
+    time : (n,) array, s          even
+    values : (n,) array
+
+    Raises
+    ------
+    ValueError
+        As `spectrum`.
+    """
+    t, y = _history(time, values)
+    lines = spectrum(t, y)
+    start = lines.peak
+    if not np.any(y != y[0]):
+        return DampedSinusoid(start, 0.0, 0.0, 0.0, float(y[0]), 0.0)
+    duration, t = t[-1] - t[0], t - t[0]
+    unit = float(np.std(y))
+    y = y / unit  # so that the solver's tolerances are relative
+    low = max(start - _BINS * lines.resolution, 0.05 * lines.resolution)
+    high = min(start + _BINS * lines.resolution, float(lines.frequency[-1]))
+    scale = np.array([lines.resolution, 1.0 / duration])
+
+    def rest(unknown: np.ndarray) -> np.ndarray:
+        basis = _basis(t, *(unknown * scale))
+        return y - basis @ np.linalg.lstsq(basis, y, rcond=None)[0]
+
+    best = None
+    for frequency in _starts(t, y, low, high):
+        found = least_squares(
+            rest, [frequency / scale[0], 1.0], bounds=([low / scale[0], -5.0], [high / scale[0], 200.0]),
+            xtol=1e-14, ftol=1e-14, gtol=1e-14,
+        )  # fmt: skip
+        best = found if best is None or found.cost < best.cost else best
+    assert best is not None
+    frequency, decay = best.x * scale
+    cosine, sine, offset = np.linalg.lstsq(_basis(t, frequency, decay), y, rcond=None)[0]
+    size = math.sqrt(float(np.mean((y - offset) ** 2)))
+    left = math.sqrt(float(np.mean(best.fun**2)))
+    return DampedSinusoid(
+        float(frequency), float(decay), unit * math.hypot(cosine, sine), math.atan2(-sine, cosine), unit * float(offset),
+        left / size if size > 0.0 else 0.0,
+    )  # fmt: skip
+
+
+def amplitude(values: ArrayLike, rest: float = 0.0) -> float:
+    """Largest distance from the position at rest."""
+    return float(np.max(np.abs(np.asarray(values, dtype=float) - rest), initial=0.0))
+
+
+def _history(time: ArrayLike, values: ArrayLike) -> tuple[Floats, Floats]:
+    t, y = np.asarray(time, dtype=float), np.asarray(values, dtype=float)
+    if len(t) != len(y) or len(t) < 4:
+        raise ValueError(f"a history needs a value a time and at least 4 of them; it has {len(t)} times, {len(y)} values")
+    steps = np.diff(t)
+    if np.ptp(steps) > 1e-6 * steps.mean() or not steps.min() > 0.0:
+        raise ValueError(f"samples are not even: steps from {steps.min():g} to {steps.max():g} s")
+    return t, y
+
+
+def _basis(t: Floats, frequency: float, decay: float) -> Floats:
+    envelope = np.exp(-decay * t)
+    turn = 2.0 * math.pi * frequency * t
+    return np.column_stack([envelope * np.cos(turn), envelope * np.sin(turn), np.ones_like(t)])
+
+
+def _starts(t: Floats, y: Floats, low: float, high: float) -> list[float]:
+    """The best frequencies without damping on a grid of a quarter bin: the fit's valley is about a bin wide."""
+    grid = np.linspace(low, high, 33)
+    left = []
+    for frequency in grid:
+        basis = _basis(t, float(frequency), 1.0 / float(t[-1]))
+        left.append(float(np.sum((y - basis @ np.linalg.lstsq(basis, y, rcond=None)[0]) ** 2)))
+    return [float(grid[k]) for k in np.argsort(left)[:3]]

@@ -1,0 +1,187 @@
+"""From a film with patches to mesh lines that meet the patch edges, and what is wrong with it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations, pairwise
+
+from fsm.errors import Fault
+from fsm.scene.membrane import (
+    CentrePatch,
+    DiagonalPatch,
+    DiagonalsPatch,
+    Membrane,
+    Patch,
+    PositionPatch,
+)
+
+__all__ = ["COARSEST", "MeshLines", "PlacedPatch", "check_film", "mesh_lines", "place_patches"]
+
+COARSEST = 5.0
+"""How many times wider than an element of a patch the elements beside it may be."""
+_SAME = 1e-9
+"""Lengths that differ by less, relative to the film, are the same."""
+
+
+@dataclass(frozen=True)
+class PlacedPatch:
+    """A patch where it is.
+
+    Attributes
+    ----------
+    number : of its section in the case, from 0
+    x, y : m
+        Its centre, from that of the film.
+    size : m
+        Its side.
+    """
+
+    number: int
+    x: float
+    y: float
+    size: float
+
+    def covers(self, x: float, y: float) -> bool:
+        """Whether a point lies in it."""
+        return max(abs(x - self.x), abs(y - self.y)) < 0.5 * self.size
+
+    def edges(self, axis: int) -> tuple[float, float]:
+        """Its ends along x (0) or y (1), m."""
+        centre = (self.x, self.y)[axis]
+        return centre - 0.5 * self.size, centre + 0.5 * self.size
+
+
+@dataclass(frozen=True)
+class MeshLines:
+    """Mesh lines across the length and across the width, m from the film's centre, increasing."""
+
+    x: tuple[float, ...]
+    y: tuple[float, ...]
+
+    def patch_of(self, patches: Sequence[PlacedPatch], column: int, row: int) -> int | None:
+        """Number of the patch that an element is of; None for the film."""
+        x, y = 0.5 * sum(self.x[column : column + 2]), 0.5 * sum(self.y[row : row + 2])
+        return next((patch.number for patch in patches if patch.covers(x, y)), None)
+
+
+def place_patches(membrane: Membrane, patches: Mapping[int, Patch]) -> list[PlacedPatch]:
+    """Every patch where it is; a section (by its number) that says several gives several."""
+    diagonal = math.hypot(membrane.length, membrane.width)
+    along = (membrane.length / diagonal, membrane.width / diagonal)
+    placed = []
+    for number, patch in patches.items():
+        placed += [PlacedPatch(number, x, y, patch.size) for x, y in _centres(patch, along)]
+    return placed
+
+
+def _centres(patch: Patch, along: tuple[float, float]) -> list[tuple[float, float]]:
+    """Centres of the patches of a section; `along` points from the film's centre to its corner ++."""
+    if isinstance(patch, CentrePatch):
+        return [(0.0, 0.0)]
+    if isinstance(patch, PositionPatch):
+        return [patch.position]
+    if isinstance(patch, DiagonalPatch):
+        return [_on_arm(patch.arm, patch.distance, along)]
+    if isinstance(patch, DiagonalsPatch):
+        steps = range(1, patch.count + 1)
+        return [_on_arm(arm, step * patch.distance, along) for step in steps for arm in ("++", "-+", "--", "+-")]
+    xs, ys = (
+        [(step - 0.5 * (count - 1)) * spacing for step in range(count)]
+        for count, spacing in zip(patch.count, patch.spacing, strict=True)
+    )
+    return [(x, y) for y in ys for x in xs]
+
+
+def _on_arm(arm: str, distance: float, along: tuple[float, float]) -> tuple[float, float]:
+    x, y = (distance * part if sign == "+" else -distance * part for sign, part in zip(arm, along, strict=True))
+    return x, y
+
+
+def mesh_lines(membrane: Membrane, patches: Sequence[PlacedPatch]) -> MeshLines:
+    """Lines on the edges of film and patches, and between them evenly, no further apart than the mesh asks for."""
+    return MeshLines(_lines(membrane, patches, 0), _lines(membrane, patches, 1))
+
+
+def _lines(membrane: Membrane, patches: Sequence[PlacedPatch], axis: int) -> tuple[float, ...]:
+    size, count = _sizes(membrane)[axis], membrane.mesh[axis]
+    wanted = sorted([-0.5 * size, 0.5 * size, *(edge for patch in patches for edge in patch.edges(axis))])
+    given = [wanted[0]]
+    for line in wanted[1:]:
+        if line - given[-1] > _SAME * size:
+            given.append(line)
+    lines = [given[0]]
+    for begin, end in pairwise(given):
+        pieces = max(1, math.ceil((end - begin) / size * count - 1e-6))
+        lines += [begin + (end - begin) * step / pieces for step in range(1, pieces)] + [end]
+    return tuple(lines)
+
+
+def _sizes(membrane: Membrane) -> tuple[float, float]:
+    return membrane.length, membrane.width
+
+
+def check_film(membrane: Membrane, patches: Mapping[int, Patch]) -> list[Fault]:
+    """Patches outside the film, patches that overlap, and meshes that are too coarse for a patch."""
+    placed = place_patches(membrane, patches)
+    faults = [*_outside(membrane, placed), *_overlapping(membrane, placed)]
+    return faults or list(_coarse(membrane, placed))
+
+
+def _where(patch: PlacedPatch) -> str:
+    return f"its centre is ({1e3 * patch.x:.4g}, {1e3 * patch.y:.4g}) mm"
+
+
+def _outside(membrane: Membrane, placed: Sequence[PlacedPatch]) -> Iterator[Fault]:
+    told = set()
+    for patch in placed:
+        for axis, (name, size) in enumerate(zip(("length", "width"), _sizes(membrane), strict=True)):
+            reach = max(abs(edge) for edge in patch.edges(axis))
+            if reach > (0.5 + _SAME) * size and patch.number not in told:
+                told.add(patch.number)
+                yield Fault(
+                    f"patch.{patch.number}",
+                    f"reaches {1e3 * (reach - 0.5 * size):.4g} mm beyond the film along its {name} ({_where(patch)}, its "
+                    f"side {1e3 * patch.size:.4g} mm; the film ends at {500 * size:.4g} mm); move or shrink it",
+                )
+
+
+def _overlapping(membrane: Membrane, placed: Sequence[PlacedPatch]) -> Iterator[Fault]:
+    told = set()
+    near = _SAME * max(_sizes(membrane))
+    for one, two in combinations(placed, 2):
+        reach = 0.5 * (one.size + two.size)
+        depth = reach - max(abs(one.x - two.x), abs(one.y - two.y))
+        pair = (one.number, two.number)
+        if depth > near and pair not in told:
+            told.add(pair)
+            with_what = f"patch.{one.number}" if one.number != two.number else "another of the same section"
+            yield Fault(
+                f"patch.{two.number}",
+                f"overlaps {with_what} by {1e3 * depth:.4g} mm ({_where(two)}); move them at least "
+                f"{1e3 * reach:.4g} mm apart",
+            )
+
+
+def _coarse(membrane: Membrane, placed: Sequence[PlacedPatch]) -> Iterator[Fault]:
+    """Neighbouring elements of very different widths: the small one belongs to a patch, or lies between two."""
+    told = set()
+    for axis, (name, size) in enumerate(zip(("length", "width"), _sizes(membrane), strict=True)):
+        lines = _lines(membrane, placed, axis)
+        widths = [end - begin for begin, end in pairwise(lines)]
+        for k, (left, right) in enumerate(pairwise(widths)):
+            small, large = min(left, right), max(left, right)
+            if large <= COARSEST * small * (1 + 1e-9):
+                continue
+            edge = lines[k + 1]
+            patch = min(placed, key=lambda patch: min(abs(edge - end) for end in patch.edges(axis)))
+            if patch.number in told:
+                continue
+            told.add(patch.number)
+            number = math.ceil(size / (COARSEST * small))
+            yield Fault(
+                "membrane.mesh",
+                f"too coarse for patch.{patch.number} along the {name}: an element at its edge is {1e3 * small:.4g} mm "
+                f"wide, the one beside it {1e3 * large:.4g} mm; give at least {number} elements, or move the edges",
+            )

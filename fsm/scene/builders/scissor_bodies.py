@@ -1,0 +1,143 @@
+"""A scissor array of rigid bars as a scene: a body a bar, a stiff spring element a hinge. x, y of the array are x, z here.
+
+The bars do not deform; their hinges give way by the force in them over `HINGE_STIFFNESS`, which is stiff enough to be
+nothing beside what bars of any metal do, and soft enough for double precision.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from fsm.scene.builders.scissor import Array, Bar, array_at
+from fsm.scene.loads import Load
+from fsm.scene.materials import Material
+from fsm.scene.scene import GROUND, Body, ForceElement, Plate, Scene
+from fsm.scene.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor
+
+__all__ = ["HINGE_STIFFNESS", "build_bodies"]
+
+HINGE_STIFFNESS = 1e10
+"""Of the springs that hold rigid bars together, N/m."""
+
+
+def build_bodies(
+    scissor: Scissor,
+    section: BarSection,
+    material: Material,
+    supports: tuple[PointSupport, ...],
+    forces: tuple[PointForce, ...],
+    hinge: HingeJoint | None = None,
+    gravity: tuple[float, float] = (0.0, 0.0),
+) -> Scene:
+    """The array with rigid bars. Springs and dampers of hinges are kept; dry friction and stops it does not have."""
+    array = array_at(scissor, scissor.initial_angle)
+    bodies = {bar.name: _body(bar, array, section, material) for bar in array.bars}
+    at_point: dict[str, list[Bar]] = {name: [] for name in array.points}
+    for bar in array.bars:
+        for name in bar.points:
+            at_point[name].append(bar)
+    elements = [
+        _hinge(name, array, bodies, meeting[0].name, meeting[1].name, hinge)
+        for name, meeting in at_point.items()
+        if len(meeting) == 2
+    ]
+    for support in supports:
+        elements.append(_support(support, array, bodies, at_point[support.point][0].name))
+    loads = [_load(force, array, bodies[at_point[force.point][0].name]) for force in forces]
+    return Scene(
+        bodies=tuple(bodies.values()),
+        elements=tuple(elements),
+        loads=tuple(loads),
+        gravity=(gravity[0], 0.0, gravity[1]),
+    )
+
+
+def _body(bar: Bar, array: Array, section: BarSection, material: Material) -> Body:
+    """Both halves of a bar; its x axis from end to end."""
+    start, middle, end = (np.array(array.points[name]) for name in bar.points)
+    halves = [(middle - start, 0.5 * (start + middle)), (end - middle, 0.5 * (middle + end))]
+    area = section.width * section.height
+    masses = [material.density * area * float(np.linalg.norm(half)) for half, _ in halves]
+    mass = sum(masses)
+    centre = sum(m * at for m, (_, at) in zip(masses, halves, strict=True)) / mass
+    along = end - start
+    angle = math.atan2(along[1], along[0])
+    inertia = sum(
+        m * ((float(half @ half) + section.height**2) / 12.0 + float((at - centre) @ (at - centre)))
+        for m, (half, at) in zip(masses, halves, strict=True)
+    )
+    length = float(np.linalg.norm(along))
+    across = mass / 12.0 * (section.width**2 + section.height**2)
+    return Body(
+        name=bar.name,
+        mass=mass,
+        inertia=(across, float(inertia), float(inertia) + across),
+        position=(float(centre[0]), 0.0, float(centre[1])),
+        orientation=(math.cos(angle / 2.0), 0.0, -math.sin(angle / 2.0), 0.0),
+        plate=Plate(length=length, width=section.width, thickness=section.height),
+    )
+
+
+def _local(body: Body, point: tuple[float, float]) -> tuple[float, float, float]:
+    """A point of the plane in the axes of a body."""
+    angle = -2.0 * math.atan2(body.orientation[2], body.orientation[0])
+    x, z = point[0] - body.position[0], point[1] - body.position[2]
+    cosine, sine = math.cos(angle), math.sin(angle)
+    return cosine * x + sine * z, 0.0, cosine * z - sine * x
+
+
+def _hinge(
+    name: str, array: Array, bodies: dict[str, Body], inner: str, outer: str, hinge: HingeJoint | None
+) -> ForceElement:
+    a, b = bodies[inner], bodies[outer]
+    initial = 2.0 * (math.atan2(a.orientation[2], a.orientation[0]) - math.atan2(b.orientation[2], b.orientation[0]))
+    resists = hinge is not None and (hinge.at == "all" or (hinge.at == "middle") == name.startswith("h"))
+    stiffness = hinge.stiffness if hinge is not None and resists else 0.0
+    damping = hinge.damping if hinge is not None and resists else 0.0
+    rest = initial + (_sense(a, b, name) * hinge.rest_turn if hinge is not None and resists else 0.0)
+    point = array.points[name]
+    return ForceElement(
+        name=f"hinge {name}",
+        inner=inner,
+        outer=outer,
+        point_inner=_local(a, point),
+        point_outer=_local(b, point),
+        translation=(HINGE_STIFFNESS, 0.0, HINGE_STIFFNESS),
+        rotation=(0.0, stiffness, 0.0),
+        rotation_damping=(0.0, damping, 0.0),
+        rest_angle=rest,
+        initial_angle=initial,
+    )
+
+
+def _sense(a: Body, b: Body, name: str) -> float:
+    """Sense, about y, in which the first bar turns against the second as the array deploys: the steeper it is, the further down."""
+    rise_a, rise_b = (-2.0 * math.atan2(body.orientation[2], body.orientation[0]) for body in (a, b))
+    return 1.0 if rise_a > rise_b else -1.0
+
+
+def _support(support: PointSupport, array: Array, bodies: dict[str, Body], bar: str) -> ForceElement:
+    held = support.direction is None, support.direction is None
+    if support.direction is not None:
+        held = support.direction[0] == 0.0, support.direction[1] == 0.0
+    x, z = array.points[support.point]
+    return ForceElement(
+        name=f"support {support.point}",
+        inner=bar,
+        outer=GROUND,
+        point_inner=_local(bodies[bar], (x, z)),
+        point_outer=(x, 0.0, z),
+        translation=(HINGE_STIFFNESS if held[0] else 0.0, 0.0, HINGE_STIFFNESS if held[1] else 0.0),
+    )
+
+
+def _load(force: PointForce, array: Array, body: Body) -> Load:
+    x, z = force.force or (0.0, 0.0)
+    if force.radial is not None and array.centre is not None:
+        away = np.subtract(array.points[force.point], array.centre)
+        x, z = (float(c) for c in force.radial * away / np.linalg.norm(away))
+    return Load(
+        body=body.name, point=_local(body, array.points[force.point]), force=(x, 0.0, z), time=force.time
+    )

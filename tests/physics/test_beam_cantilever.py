@@ -1,0 +1,79 @@
+"""Planar beams against converged references: large bending with shear, slender bars, deep bars."""
+
+import numpy as np
+import pytest
+
+from fsm.ancf.bars import BarMaterial, BarMesh
+from fsm.ancf.loading import Forcing, Loading
+from fsm.ancf.mesh import Mesh, node_pattern
+from fsm.ancf.pulse import Ramp
+from fsm.ancf.system import AncfSystem
+from fsm.solve.newton import equilibrium
+
+TIMOSHENKO = 10.0 * 1.3 / (12.0 + 11.0 * 0.3)
+"""Shear factor of a rectangle with nu = 0.3 (Cowper 1966)."""
+TIP = np.array([-0.15097114, -0.7105686])
+"""L = 2 m, 0.1 x 0.5 m, E = 207 GPa, nu = 0.3, 62.5 MN across: geometrically exact beam with that factor (boundary value
+problem to 1e-10; published by Gerstmayr, Matikainen and Mikkola 2008)."""
+
+
+def cantilever(element, count, length, height, force, factor=5.0 / 6.0, nu=0.3, young=2.07e11, steps=8):
+    """Displacement of the tip under a force across, clamped section at the other end."""
+    material = BarMaterial(young, nu, 7850.0, 0.1, height, shear_factor=factor)
+    mesh = BarMesh(element, material)
+    bar = mesh.bar("bar", [mesh.position((0.0, 0.0), "root"), mesh.position((length, 0.0), "tip")], (count,))
+    values = np.array(mesh.values)
+    held = np.zeros(values.size, dtype=bool)
+    held[:2] = True
+    clamped = bar.slopes[0] if element == "cable" else bar.sections[0]
+    held[clamped : clamped + 2] = True
+    groups = (mesh.group(),)
+    pattern = node_pattern(len(values), 2, groups, ())
+    whole = Mesh(
+        values.ravel(), held, groups, (), np.zeros((0, 4), dtype=np.int64), tuple(mesh.names), pattern, 2,
+        np.array(mesh.positions),
+    )  # fmt: skip
+    load = np.zeros(values.size)
+    load[bar.positions[-1] + 1] = -force
+    system = AncfSystem(whole, Loading((Forcing(load, Ramp()),)))
+    q = equilibrium(system, system.initial()[0], np.linspace(0.0, 1.0, steps + 1))
+    return q[bar.positions[-1] + np.arange(2)] - [length, 0.0]
+
+
+def test_large_bending_with_shear():
+    """Within 1e-4 of the exact beam with four elements, and fourth order or better."""
+    errors = [np.linalg.norm(cantilever("section", n, 2.0, 0.5, 62.5e6, TIMOSHENKO) - TIP) for n in (1, 2, 4, 8)]
+    assert errors[2] < 1e-4 * np.linalg.norm(TIP)
+    assert errors[3] < 2e-6
+    order = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert np.all(order > 4.0)
+
+
+@pytest.mark.parametrize("slenderness", [5.0, 10.0, 100.0, 1000.0])
+@pytest.mark.parametrize("element", ["section", "green"])
+def test_no_locking(element, slenderness):
+    """Small bending of one element is exact at any slenderness, with nu = 0.3: neither shear nor Poisson locking."""
+    length, height = 2.0, 2.0 / slenderness
+    young, second_moment = 2.07e11, 0.1 * height**3 / 12.0
+    force = 1e-6 * 3.0 * young * second_moment / length**2
+    shear = young / 2.6 * 5.0 / 6.0 * 0.1 * height
+    exact = -force * (length**3 / (3.0 * young * second_moment) + length / shear)
+    assert cantilever(element, 1, length, height, force, steps=1)[1] == pytest.approx(exact, rel=2e-6)
+
+
+@pytest.mark.parametrize("element", ["section", "green", "cable"])
+def test_thin_beam_bends_far(element):
+    """L/h = 200, the tip goes by half the length: 1e-4 with 16 elements, of the elastica (a = 2), at fourth order or better."""
+    force = 2.0 * 2.07e11 * 0.1 * 0.01**3 / 12.0 / 4.0
+    elastica = -2.0 * np.array([0.1606417208, 0.4934574804])
+    errors = [np.linalg.norm(cantilever(element, n, 2.0, 0.01, force) - elastica) for n in (4, 8, 16)]
+    assert errors[2] < 1e-4
+    assert np.log2(errors[1] / errors[2]) > 4.0
+
+
+def test_green_strain_is_another_law():
+    """In the deep cantilever strains reach 14 %: St Venant and Kirchhoff's law is softer there; in small strain it is not."""
+    deep = cantilever("green", 8, 2.0, 0.5, 62.5e6, TIMOSHENKO)
+    assert 1.002 < deep[1] / TIP[1] < 1.02
+    small, exact = (cantilever(element, 8, 2.0, 0.5, 62.5e4, TIMOSHENKO)[1] for element in ("green", "section"))
+    assert small == pytest.approx(exact, rel=2e-4)

@@ -1,0 +1,236 @@
+"""Scissor arrays: kinematics, one rigid degree of freedom, rigid limit, energy, synchronism, damping of high frequencies."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from fsm.ancf.end_to_end import end_to_end, specification_matrix
+from fsm.ancf.scissor import compile_array
+from fsm.scene.builders.scissor import array_at, build_array
+from fsm.scene.builders.scissor_bodies import build_bodies
+from fsm.scene.check_scissor import default_holds
+from fsm.scene.loads import Ramp
+from fsm.scene.materials import Material
+from fsm.scene.scissor import BarSection, HingeJoint, PointForce, Scissor, Stop
+from fsm.segments.compile import compile_scene
+from fsm.solve.simulate import Settings, simulate
+
+BAR = BarSection(width=0.02, height=0.012)
+STEEL = Material(young=2.07e11, poisson=0.0, density=7850.0, damping=0.0)
+START = math.radians(75.0)
+
+
+def linear(units, **keys):
+    return Scissor(units=units, bar_length=1.0, initial_angle=START, **keys)
+
+
+def push(end=0.0):
+    time = {"time": Ramp(kind="ramp", end=end)} if end else {}
+    return (PointForce(point="a1", force=(0.0, -50.0), **time),)
+
+
+def flexible(scissor, forces, material=STEEL, **more):
+    return compile_array(scissor, BAR, material, default_holds(scissor), forces, **more)
+
+
+def histories(system, settings, times):
+    kept = []
+    statistics, ledger = simulate(system, settings, list(times), lambda saved: kept.append((saved.q, saved.u)))
+    return np.array([q for q, _ in kept]), np.array([u for _, u in kept]), ledger, statistics
+
+
+def one_degree_of_freedom(units, times, force=-50.0, gravity=0.0):
+    """Angle of rigid bars by Lagrange's equation of the straight array, b1 pinned, a1 above it."""
+    mass = STEEL.density * BAR.width * BAR.height
+    inertia = mass / 12.0 * (1.0 + BAR.height**2)
+    k = np.arange(units) + 0.5
+
+    def rates(t, y):
+        phi, w = y
+        inertias = 2.0 * mass * np.sum((k * math.sin(phi)) ** 2 + (0.5 * math.cos(phi)) ** 2) + 2.0 * units * inertia
+        slope = 4.0 * mass * math.sin(phi) * math.cos(phi) * np.sum(k**2 - 0.25)
+        push = force * math.cos(phi) + gravity * 2.0 * units * mass * 0.5 * math.cos(phi)
+        return w, (push - 0.5 * slope * w * w) / inertias
+
+    found = solve_ivp(rates, (0.0, times[-1]), [START, 0.0], method="DOP853", rtol=1e-12, atol=1e-13, t_eval=times)
+    return found.y[0]
+
+
+@pytest.mark.parametrize(
+    "scissor",
+    [linear(3), Scissor(shape="arched", hinge=0.45, units=4, bar_length=1.0, initial_angle=1.1),
+     Scissor(shape="ring", units=8, bar_length=1.0, initial_angle=0.9)],
+)  # fmt: skip
+def test_rigid_units_fit_at_every_angle(scissor):
+    """Bars keep their lengths and their bend; rings close; lines of an arch and a ring go through one centre."""
+    for angle in (scissor.initial_angle, scissor.initial_angle - 0.3):
+        array = array_at(scissor, angle)
+        for bar in array.bars:
+            a, h, b = (np.array(array.points[name]) for name in bar.points)
+            lower = a if bar.points[0].startswith("b") else b
+            assert np.linalg.norm(h - lower) == pytest.approx(scissor.hinge, abs=1e-12)
+            assert np.linalg.norm(h - a) + np.linalg.norm(b - h) == pytest.approx(1.0, abs=1e-12)
+            turn = math.atan2(*np.flip(b - h)) - math.atan2(*np.flip(h - a))
+            bend = -2.0 * math.pi / 8.0 if scissor.shape == "ring" else 0.0
+            assert math.remainder(turn - bend, 2.0 * math.pi) == pytest.approx(0.0, abs=1e-12)
+        if array.centre is not None:
+            for side in "ab":
+                radii = [math.dist(at, array.centre) for name, at in array.points.items() if name.startswith(side)]
+                assert np.ptp(radii) < 1e-12
+    assert build_array(scissor)[1] == []
+
+
+def test_straight_array_in_closed_form():
+    """Width n L cos(phi), height L sin(phi)."""
+    array = array_at(linear(5), 0.7)
+    assert array.points["a6"] == pytest.approx((5.0 * math.cos(0.7), math.sin(0.7)), abs=1e-12)
+    assert array.points["b6"] == pytest.approx((5.0 * math.cos(0.7), 0.0), abs=1e-12)
+    assert array.points["h2"] == pytest.approx((1.5 * math.cos(0.7), 0.5 * math.sin(0.7)), abs=1e-12)
+
+
+@pytest.mark.parametrize(("units", "end"), [(1, 0.3), (3, 1.0)])
+def test_rigid_array_is_one_degree_of_freedom(units, end):
+    """Angle of every bar against Lagrange's equation: 1e-6."""
+    scissor = linear(units)
+    system = compile_scene(build_bodies(scissor, BAR, STEEL, default_holds(scissor), push()))
+    times = np.linspace(0.0, end, 6)
+    q, _, _, _ = histories(system, Settings("Radau-blocks", 1e-6, end), times)
+    exact = one_degree_of_freedom(units, times)
+    turned = q.reshape(len(times), -1, 3)[:, :, 2] - q[0].reshape(-1, 3)[:, 2]
+    signs = np.tile([-1.0, 1.0], units)  # rising bars turn the other way about y
+    assert turned * signs == pytest.approx(np.broadcast_to((exact - START)[:, None], turned.shape), abs=1e-6)
+
+
+def test_rigid_springs_and_gravity():
+    """A rigid array in gravity against the same equation; with a spring that holds it, nothing moves."""
+    scissor, times = linear(1), np.linspace(0.0, 0.4, 5)
+    system = compile_scene(build_bodies(scissor, BAR, STEEL, default_holds(scissor), (), gravity=(0.0, -9.81)))
+    q, _, _, _ = histories(system, Settings("Radau-blocks", 1e-6, 0.4), times)
+    exact = one_degree_of_freedom(1, times, 0.0, -9.81)
+    assert q.reshape(5, -1, 3)[:, 0, 2] - q[0, 2] == pytest.approx(START - exact, abs=1e-6)
+
+
+def test_rigid_limit_at_first_order():
+    """Differences from rigid bars are proportional to 1/E (after the ramp, at a small step)."""
+    times = np.linspace(0.0, 0.6, 13)
+    exact = np.cos(_ramped(times)) * 3.0 - 3.0 * math.cos(START)
+    errors = []
+    for factor in (4.0, 16.0, 64.0):
+        stiff = STEEL.model_copy(update={"young": factor * STEEL.young})
+        system = flexible(linear(3, elements_per_bar=2), push(0.2), stiff)
+        q, _, _, _ = histories(system, Settings("generalized-alpha", 1e-6, 0.6, step=5e-4), times)
+        errors.append(np.sqrt(np.mean((q[:, system.points["b4"]] - q[0, system.points["b4"]] - exact)[6:] ** 2)))
+    orders = np.log2(np.array(errors[:-1]) / errors[1:]) / 2.0
+    assert orders == pytest.approx(1.0, abs=0.15)
+
+
+def _ramped(times):
+    """Angle of three rigid units under the ramped push."""
+    mass = STEEL.density * BAR.width * BAR.height
+    inertia = mass / 12.0 * (1.0 + BAR.height**2)
+    k = np.arange(3) + 0.5
+
+    def rates(t, y):
+        x = min(t / 0.2, 1.0)
+        inertias = 2.0 * mass * np.sum((k * math.sin(y[0])) ** 2 + (0.5 * math.cos(y[0])) ** 2) + 6.0 * inertia
+        slope = 4.0 * mass * math.sin(y[0]) * math.cos(y[0]) * np.sum(k**2 - 0.25)
+        return y[1], (-50.0 * x * x * (3.0 - 2.0 * x) * math.cos(y[0]) - 0.5 * slope * y[1] ** 2) / inertias
+
+    return solve_ivp(rates, (0.0, 0.6), [START, 0.0], method="DOP853", rtol=1e-11, atol=1e-12, t_eval=times).y[0]
+
+
+def test_energy_hinges_and_synchronism():
+    """Whole deployment: energy balance 1e-5, bars meet at their hinges, neighbours part late."""
+    system = flexible(linear(3), push(0.02))
+    times = np.linspace(0.0, 1.5, 31)
+    q, _, ledger, _ = histories(system, Settings("generalized-alpha", 1e-4, 1.5, step=1e-3), times)
+    assert ledger.relative_error < 1e-5
+    for bar in system.bars:  # all bars use one position at a point: what they draw there is the same to the bit
+        for name, first in system.points.items():
+            for i in np.flatnonzero(bar.positions == first):
+                drawn = q[-1][bar.positions[i] : bar.positions[i] + 2]
+                assert np.array_equal(drawn, q[-1][system.points[name] + np.arange(2)])
+    heights = [q[:, system.points[name] + 1] for name in ("a2", "a3", "a4")]
+    apart = np.abs(np.diff(heights, axis=0))
+    late, early = apart[:, times > 1.2].max(axis=1), apart[:, times < 0.75].max(axis=1)
+    assert np.all(late > 2.0 * early)
+    assert np.all((late > 2e-3) & (late < 5e-2))
+
+
+def test_high_frequencies_die_with_rho_inf():
+    """Under a suddenly applied force the acceleration of a1 gets smoother as rho_inf falls; the displacement hardly changes.
+
+    rho_inf = 1 is left out: without damping of its own the method is not stable for motions that are not linear.
+    """
+    times = np.linspace(0.0, 1.2, 1201)
+    rough, moved = [], []
+    for rho in (0.9, 0.6, 0.0):
+        system = flexible(linear(3), push())
+        q, u, _, _ = histories(system, Settings("generalized-alpha", 1e-4, 1.2, rho_inf=rho, step=1e-3), times)
+        a1 = system.points["a1"] + 1
+        accelerations = np.array([system.acceleration(t, *state)[a1] for t, *state in zip(times, q, u, strict=True)])
+        spectrum = np.abs(np.fft.rfft(accelerations[200:])) ** 2
+        rough.append(spectrum[np.fft.rfftfreq(len(accelerations[200:]), 1e-3) > 150.0].sum())
+        moved.append(q[:, a1] - q[0, a1])
+    assert rough[0] > 5.0 * rough[1] > 25.0 * rough[2]
+    travelled = np.abs(moved[0]).max()
+    for other in moved[1:]:
+        assert np.abs(other - moved[0]).max() < 5e-3 * travelled
+
+
+def test_numbered_end_to_end():
+    """B is a permutation, its inverse its transpose, and the array's pattern is a band as wide at 12 units as at 6."""
+    widths = []
+    for units in (6, 12):
+        pattern = flexible(linear(units), push()).pattern
+        widths.append(int(np.abs(pattern.rows - pattern.indices).max()))
+    assert widths[0] == widths[1]
+    order = end_to_end([[4, 0, 5, 1], [1, 2, 3]])
+    assert order.tolist() == [4, 0, 5, 1, 2, 3]
+    matrix = specification_matrix(order)
+    assert np.array_equal(np.linalg.inv(matrix), matrix.T)
+    assert np.array_equal(matrix.sum(axis=0), np.ones(6)) and np.array_equal(matrix.sum(axis=1), np.ones(6))
+
+
+def test_a_ring_opens_evenly():
+    """Pulled outwards at all its points, a ring of six stays as symmetric as it is, whatever its bars bend."""
+    ring = Scissor(shape="ring", units=6, bar_length=0.5, initial_angle=0.9, elements_per_bar=2)
+    forces = tuple(PointForce(point=f"a{k}", radial=5.0, time=Ramp(kind="ramp", end=0.05)) for k in range(1, 7))
+    system = flexible(ring, forces)
+    q, _, ledger, _ = histories(system, Settings("generalized-alpha", 1e-4, 0.3, step=1e-3), [0.0, 0.3])
+    centre = np.array(system.array.centre)
+    for side in "ab":
+        radii = [np.linalg.norm(q[-1][system.points[f"{side}{k}"] + np.arange(2)] - centre) for k in range(1, 7)]
+        start = math.dist(system.array.points[f"{side}1"], system.array.centre)
+        assert np.ptp(radii) < 1e-9
+        assert radii[0] > start + 1e-3
+    assert ledger.relative_error < 1e-4
+
+
+def test_end_stop():
+    """A stop at 50 deg: hinges turn no further than the stop gives way, and what it takes is in the balance."""
+    stop = Stop(angle=math.radians(50.0), stiffness=2e4, damping=1.0)
+    system = flexible(linear(1), push(0.02), stop=stop)
+    times = np.linspace(0.0, 0.5, 101)
+    q, _, ledger, _ = histories(system, Settings("generalized-alpha", 1e-4, 0.5, step=2e-4), times)
+    limit = 2.0 * math.radians(25.0)
+    turns = np.array([system.hinges.turns(state)[0] for state in q])
+    assert limit < turns.max() < limit + 0.05
+    assert turns[times > 0.3].min() > 0.5 * limit
+    assert ledger.relative_error < 1e-4
+    assert ledger.dissipated > 0.1
+
+
+def test_friction_and_springs_at_hinges():
+    """Dry friction takes M_f times the turn of all hinges; a spring stores k/2 of its square."""
+    hinge = HingeJoint(friction_moment=0.5, friction_speed=0.02, at="middle")
+    system = flexible(linear(2), push(0.02), hinge=hinge)
+    q, _, ledger, _ = histories(system, Settings("generalized-alpha", 1e-5, 0.5, step=5e-4), [0.0, 0.5])
+    turned = np.abs(system.hinges.turns(q[-1])).sum()
+    assert turned > 0.1
+    assert ledger.dissipated == pytest.approx(0.5 * turned, rel=5e-2)  # bars ring a little
+    spring = HingeJoint(stiffness=3.0, rest_turn=0.2, at="tips")
+    sprung = flexible(linear(2), push(0.02), hinge=spring)
+    assert sprung.hinges.energy(q[-1], None)[0] == pytest.approx(1.5 * np.sum((sprung.hinges.turns(q[-1]) - 0.2) ** 2))

@@ -1,0 +1,129 @@
+"""Planar beam elements: what they hold, energy, force and tangents agree, rigid motion costs nothing."""
+
+import math
+
+import numpy as np
+import pytest
+
+from fsm.ancf.bars import BarMaterial, BarMesh
+from fsm.ancf.beam_bernoulli import bernoulli_rows, bernoulli_shape
+from fsm.ancf.beam_shape import beam_rows, beam_shape
+
+STEEL = BarMaterial(2e11, 0.3, 7850.0, 0.02, 0.01, damping=1e-3)
+ELEMENTS = ("section", "green", "cable")
+BENT = [("section", 0.0), ("section", 0.6), ("green", 0.0), ("green", 0.6), ("cable", 0.0)]
+"""Elements and bends at the middle; a cable has no section to carry one."""
+
+
+def one_bar(element, kink=0.0, count=1):
+    """A bar through three points, bent by `kink` at the middle one; the group, its coordinates as vectors, and the bar."""
+    mesh = BarMesh(element, STEEL)
+    end = (0.4 + 0.3 * math.cos(kink), 0.3 * math.sin(kink))
+    points = [mesh.position(at, name) for name, at in (("a", (0.0, 0.0)), ("h", (0.4, 0.0)), ("b", end))]
+    bar = mesh.bar("bar", points, (count, count))
+    return mesh.group(), np.array(mesh.values), bar
+
+
+@pytest.mark.parametrize(
+    "function",
+    [lambda x, y: 1 + 0 * x, lambda x, y: x, lambda x, y: x**2, lambda x, y: x**3, lambda x, y: y, lambda x, y: x * y,
+     lambda x, y: x**2 * y],
+)  # fmt: skip
+def test_reproduces_its_polynomials(function):
+    """1, x, x^2, x^3, y, xy and x^2 y, and their derivatives."""
+    length, h = 0.7, 1e-5
+    by_x = lambda x, y: (function(x + h, y) - function(x - h, y)) / (2 * h)  # noqa: E731
+    by_y = lambda x, y: (function(x, y + h) - function(x, y - h)) / (2 * h)  # noqa: E731
+    by_both = (by_y(h, 0.0) - by_y(-h, 0.0)) / (2 * h)
+    e = np.array([f(x, 0.0) for x in (0.0, length) for f in (function, by_x, by_y)] + [by_both])
+    x, y = np.array([0.1, 0.35, 0.6]), np.array([0.02, -0.03, 0.01])
+    assert beam_shape(x / length, y, length) @ e == pytest.approx(function(x, y), abs=1e-9)
+    rows = beam_rows(x / length, y, length) @ e
+    assert rows[:, 0] == pytest.approx(by_x(x, y), abs=1e-8)
+    assert rows[:, 1] == pytest.approx(by_y(x, y), abs=1e-8)
+
+
+def test_rows_are_derivatives():
+    """By differences, of both kinds of shape functions."""
+    length, h = 0.7, 1e-6
+    x, y = np.array([0.2, 0.5, 0.65]), np.array([0.01, -0.02, 0.03])
+    along = lambda f: (f(x + h) - f(x - h)) / (2 * h)  # noqa: E731
+    rows = beam_rows(x / length, y, length)
+    assert rows[:, 0] == pytest.approx(along(lambda x: beam_shape(x / length, y, length)), abs=1e-8)
+    assert rows[:, 2] == pytest.approx(along(lambda x: beam_rows(x / length, y, length)[:, 1]), abs=1e-8)
+    rows = bernoulli_rows(x / length, length)
+    assert rows[:, 0] == pytest.approx(along(lambda x: bernoulli_shape(x / length, length)), abs=1e-8)
+    assert rows[:, 1] == pytest.approx(along(lambda x: bernoulli_rows(x / length, length)[:, 0]), abs=1e-7)
+
+
+def deformed(values, seed=3, size=0.02):
+    rng = np.random.default_rng(seed)
+    return (values + size * rng.standard_normal(values.shape)).ravel(), rng.standard_normal(values.size)
+
+
+@pytest.mark.parametrize(("element", "kink"), BENT)
+def test_force_and_tangents_follow_from_the_energy(element, kink):
+    """Force = -dU/dq at rest; K and D = -df/dq, -df/du with dampers; dissipation = -f_viscous . u."""
+    group, values, _ = one_bar(element, kink)
+    q, u = deformed(values)
+    n = len(q)
+
+    def force(q, u):
+        out = np.zeros(n)
+        group.add_force(q, u, out)
+        return out
+
+    slots = (group.vectors[:, :, None] // 2 * (n // 2) + group.vectors[:, None, :] // 2) * 4
+    blocks = [np.zeros(((n // 2) ** 2, 2, 2)) for _ in range(2)]
+    out = np.zeros(n)
+    group.add_linearised(q, u, slots, out, *blocks)
+    k, d = (b.reshape(n // 2, n // 2, 2, 2).transpose(0, 2, 1, 3).reshape(n, n) for b in blocks)
+    assert out == pytest.approx(force(q, u), rel=1e-12)
+    h = 1e-7
+    scale = np.abs(k).max()
+    for i in range(n):
+        step = np.zeros(n)
+        step[i] = h
+        slope = (group.energy(q + step, None)[0] - group.energy(q - step, None)[0]) / (2 * h)
+        assert -force(q, None)[i] == pytest.approx(slope, abs=3e-8 * scale)
+        assert k[:, i] == pytest.approx(-(force(q + step, u) - force(q - step, u)) / (2 * h), abs=1e-6 * scale)
+        assert d[:, i] == pytest.approx(-(force(q, u + step) - force(q, u - step)) / (2 * h), abs=1e-6 * np.abs(d).max())
+    assert group.energy(q, u)[1] == pytest.approx(-(force(q, u) - force(q, None)) @ u, rel=1e-10)
+
+
+@pytest.mark.parametrize(("element", "kink"), BENT)
+def test_rigid_motion_is_free_of_force(element, kink):
+    """Turned by any angle and moved, a bar has no force, to round-off of its axial stiffness."""
+    group, values, bar = one_bar(element, kink, count=2)
+    positions = np.unique(bar.positions) // 2
+    for angle in (0.3, 2.0, -3.0):
+        turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+        q = values @ turn.T
+        q[positions] += [0.3, -0.2]
+        force = np.zeros(q.size)
+        group.add_force(q.ravel(), None, force)
+        assert np.abs(force).max() < 1e-14 * STEEL.young * STEEL.area * 100
+
+
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_mass_of_rigid_motion(element):
+    """Kinetic energy of moving and turning is that of a rigid bar; a cable's sections have no inertia of their own."""
+    group, values, bar = one_bar(element, 0.0 if element == "cable" else 0.6)
+    part = group.mass()
+    n = len(values)
+    mass = np.zeros((n, n))
+    for vectors, scalar in zip(part.vectors // 2, part.scalar, strict=True):
+        mass[np.ix_(vectors, vectors)] += scalar
+    spin = np.array([[0.0, -1.0], [1.0, 0.0]])
+    velocity = values @ spin.T * 2.0
+    velocity[np.unique(bar.positions) // 2] += [0.7, -0.4]
+    kinetic = 0.5 * np.einsum("ia,ij,ja->", velocity, mass, velocity)
+    ends = [values[0], values[1], values[2]]
+    per_length = STEEL.density * STEEL.area
+    expected = 0.0
+    for a, b in zip(ends[:-1], ends[1:], strict=True):
+        length, middle = np.linalg.norm(b - a), 0.5 * (a + b)
+        inertia = per_length * length * (length**2 + (0.0 if element == "cable" else STEEL.height**2)) / 12.0
+        at = 2.0 * spin @ middle + [0.7, -0.4]
+        expected += 0.5 * per_length * length * at @ at + 0.5 * inertia * 4.0
+    assert kinetic == pytest.approx(expected, rel=1e-12)
