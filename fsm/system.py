@@ -75,6 +75,8 @@ class Scales:
         Size of each component of an increment for one element: the length, or a radian.
     span : (nu,) array
         The same for the whole structure: how far it reaches, or a radian.
+    resolution : (nu,) array
+        Error of an increment above which forces mean nothing, however loose a tolerance is; infinite in most systems.
     """
 
     length: float
@@ -82,6 +84,7 @@ class Scales:
     velocity: np.ndarray
     increment: np.ndarray
     span: np.ndarray
+    resolution: np.ndarray
 
 
 @dataclass(frozen=True)

@@ -40,6 +40,11 @@ class Contacts(tuple[ContactGroup, ...]):
 
     # steps ----------------------------------------------------------------------------------------------------------
 
+    @property
+    def resolution(self) -> float:
+        """Error of positions that the forces of all can bear, m."""
+        return min((group.resolution for group in self), default=math.inf)
+
     def parted(self) -> bool:
         """Whether contacts that pushed where the tangents were taken last do not at the state looked at last."""
         return any(group.parted() for group in self)

@@ -53,7 +53,8 @@ def _friction(friction: Friction | None) -> FrictionForce | None:
     if friction is None:
         return None
     law = FRICTION_LAWS[friction.law]
-    return FrictionForce(law, law.params(friction))
+    bends = friction.presliding if law.bristle else None
+    return FrictionForce(law, law.params(friction), np.inf if bends is None else bends)
 
 
 def _mobility(scene: Scene, bodies: tuple[Body, ...], spatial: bool) -> np.ndarray:

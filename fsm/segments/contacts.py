@@ -31,6 +31,8 @@ _HEAVY = 0.1
 """Energy of an impact of a loose body that is resolved with any law, over all kinetic energy."""
 _LASTING = 10.0
 """Time after which a contact rests, over the length of its impact without damping."""
+_PRESLIDING = 1e-6
+"""Part of the way that bristles bend by before they give way, to which positions have to be solved for."""
 _IMPACT = 3.0
 """Closing speed from which on a contact is an impact, over the floor of speeds of its law."""
 
@@ -45,10 +47,11 @@ class NormalForce(NamedTuple):
 
 
 class FrictionForce(NamedTuple):
-    """A friction law with its parameters."""
+    """A friction law with its parameters; `presliding` is how far bristles bend, m, infinite without any."""
 
     law: FrictionLaw
     params: np.ndarray
+    presliding: float
 
 
 @dataclass
@@ -315,6 +318,15 @@ class ContactGroup:
         self.geometry.restore(parts[6])
 
     # steps ----------------------------------------------------------------------------------------------------------
+
+    @property
+    def resolution(self) -> float:
+        """Error of positions that the forces can bear, m.
+
+        What an iteration leaves bends the bristles, and what bends them too far is never taken back: a plate at rest would
+        walk by the tolerance of Newton's method.
+        """
+        return np.inf if self.friction is None else _PRESLIDING * self.friction.presliding
 
     def late(self, t: float, poses: np.ndarray, rates: np.ndarray, step: float) -> float:
         """Part of a step that ends before its impacts begin; 1 if they begin gently, or none does.

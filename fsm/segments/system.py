@@ -145,6 +145,7 @@ class SegmentSystem:
         The length is that of the median segment (without plates, the distance between bodies). The speed is the fastest
         at the start or, with a drive, ten times the drive's: vibrations that no one asks for need not be followed to a
         millionth of its own (measured on the pulled strip: more steps below ten times, energy errors above).
+        Increments are resolved where contacts hang on them more finely than on the length.
         """
         lengths = [plate.length for body, plate, _ in self.bodies.plates if self._dof[body] >= 0]
         n = 3 if self.spatial else 2
@@ -160,7 +161,8 @@ class SegmentSystem:
         increment[:, :n] = length
         span = np.ones((self.n_free, self.size))
         span[:, :n] = max(spread, length)
-        return Scales(length, q.ravel(), u.ravel(), increment.ravel(), span.ravel())
+        resolution = self.contacts.resolution * increment / length
+        return Scales(length, q.ravel(), u.ravel(), increment.ravel(), span.ravel(), resolution.ravel())
 
     def kinematic_map(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
         """See `System`."""

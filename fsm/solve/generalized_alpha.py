@@ -164,6 +164,8 @@ class GeneralizedAlpha:
         self._rtol, self._velocity = rtol, scales.velocity
         self._newton_tolerance = _NEWTON * min(1.0, _LOOSEST / rtol)
         self._increment, self._tolerance = scales.increment, rtol * scales.increment
+        # Newton's method resolves more where forces need it; steps do not
+        self._resolved = np.minimum(self._tolerance, scales.resolution / self._newton_tolerance)
         self._span = scales.span
         self._mass = system.mass(q)
         self._breaks = sorted(system.break_times())
@@ -282,7 +284,7 @@ class GeneralizedAlpha:
         trial = self._predict(end, h)
         c = self.coefficients
         by_u, by_rate = c.gamma / (c.beta * h), _inertial(c, h)
-        weight = 1.0 / np.minimum(self._tolerance, (self._rtol / by_u) * (self._velocity + np.abs(self.u)))
+        weight = 1.0 / np.minimum(self._resolved, (self._rtol / by_u) * (self._velocity + np.abs(self.u)))
         before, fresh, predicted = math.inf, renew, trial.x
         for iteration in range(_ITERATIONS):
             if renew:
