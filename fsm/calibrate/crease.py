@@ -23,6 +23,7 @@ from fsm.calibrate.data import Table, read_table
 from fsm.calibrate.report import Calibration, Options
 from fsm.errors import CaseError, Fault
 from fsm.plots.calibration import plot_curves, plot_loops, plot_residuals
+from fsm.progress import Progress
 from fsm.scene.crease_family import CreaseFamily, write_family
 
 __all__ = ["calibrate_crease"]
@@ -54,7 +55,11 @@ def calibrate_crease(data: Path, options: Options) -> Calibration:
     flags = [flag for sweep in sweeps for flag in sweep.flags]
     left_out = {(flag.source, flag.index) for flag in flags} if options.without_flagged else set()
     groups = _by_curve(sweeps)
-    curves = [fit_family_curve(*key, groups[key], left_out, options) for key in sorted(groups, key=_order)]
+    curves = []
+    with Progress(options.progress, len(groups), "crease curves") as progress:
+        for key in sorted(groups, key=_order):
+            curves.append(fit_family_curve(*key, groups[key], left_out, options))
+            progress.step(len(curves), len(curves))
     width = _width(sweeps)
     family = CreaseFamily(tuple(curve.family for curve in curves), _KINDS[options.fit], width)
     plots = [plotted(curve, options) for curve in curves]

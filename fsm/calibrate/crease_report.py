@@ -22,6 +22,10 @@ _SHORTER = 0.05
 """Part of the range of a curve by which repeats may be shorter unnoticed."""
 
 
+_SWING = 1.2
+"""Range of an interpolated curve over that of its points, above which it is not believed."""
+
+
 def quantities(curve: Curve, options: Options) -> list[Quantity]:
     """Mean stiffness, moment at the largest angle, factor on the curve, and area of the loop of one curve.
 
@@ -117,6 +121,9 @@ def _curve_warnings(curve: Curve, options: Options) -> list[str]:
         warnings.append(f"{name}: two repeats say little of their scatter; intervals are wide, test a third")
     if len(curve.sweeps) == 1 and options.fit == "interpolate":
         warnings.append(f"{name}: one test, and the curve goes through all its points: nothing is known of its scatter")
+    swing = np.ptp(branch.estimate.values) / max(float(np.ptp(branch.moment)), 1e-300)
+    if options.fit == "interpolate" and swing > _SWING:
+        warnings.append(f"{name}: the interpolated curve swings far beyond its points; they are too noisy, --fit smooth")
     longest = max(float(np.ptp(s.table.columns["angle"][s.loading])) for s in curve.sweeps if len(s.loading))
     kept = float(np.ptp(branch.fit.x))
     if kept < (1.0 - _SHORTER) * longest:

@@ -11,7 +11,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 from fsm.scene.model import Model
 from fsm.scene.units import Angle, AngularStiffness, Density, Moment, Number, Stress, Time, to_si
 
-__all__ = ["Crease", "FamilyCrease", "LinearCrease", "Material", "SplineCrease"]
+__all__ = ["UNREAD", "Crease", "FamilyCrease", "LinearCrease", "Material", "SplineCrease"]
 
 
 class Material(Model):
@@ -146,6 +146,10 @@ class FamilyCrease(Model):
         if self.reversal is not None and not self.hysteresis:
             raise ValueError("`reversal` is used with `hysteresis = true` only")
         return self
+
+
+UNREAD = "is read with the case file; in Python, take the curve with `fsm.scene.crease_family`"
+"""What to say of a family whose curve was not put in its place."""
 
 
 def _law_of_file(written: Any) -> Any:
