@@ -40,9 +40,24 @@ def quantities(curve: Curve, options: Options) -> list[Quantity]:
         _linear(f"{curve.name}: moment at {math.degrees(grid[-1]):.3g} deg", "N m", last, curve.loading, options),
         _linear(f"{curve.name}: crease.scale", "", values / (values @ values), curve.loading, options),
     ]
+    free = _free_of_moment(curve.loading)
+    if free is not None:
+        found.append(_quantity(f"{curve.name}: free of moment at", free[0], "rad", free[1], curve.loading.estimate, options))
     if curve.unloading is not None:
         found.append(_loop_area(curve, options))
     return found
+
+
+def _free_of_moment(branch: Branch) -> tuple[float, float] | None:
+    """Angle (rad) at which the moment changes its sign well inside the data, and its standard error."""
+    grid, values = branch.fit.x, branch.estimate.values
+    inside = 0.02 * (grid[-1] - grid[0])
+    for k in np.flatnonzero(values[:-1] * values[1:] < 0.0):
+        slope = (values[k + 1] - values[k]) / (grid[k + 1] - grid[k])
+        at = float(grid[k] - values[k] / slope)
+        if grid[0] + inside < at < grid[-1] - inside:
+            return at, float(branch.estimate.standard_error[k] / abs(slope))
+    return None
 
 
 def _slope_weights(x: np.ndarray) -> np.ndarray:
@@ -94,7 +109,7 @@ def lines(curves: Sequence[Curve], flags: Sequence[Flag], options: Options) -> l
         said.append(f"{len(flags)} flagged row{'s' * (len(flags) > 1)} left out")
     first = curves[0]
     choice = [f'file = "{FAMILY}"']
-    choice += [f'press_time = "{first.press_time:g} s"'] if first.press_time is not None else []
+    choice += [f'press_time = "{time_text(first.press_time)}"'] if first.press_time is not None else []
     choice += [f"opening = {first.opening:g}"] if first.opening is not None else []
     said.append(f"in a case: crease = {{ {', '.join(choice)} }}")
     return said
