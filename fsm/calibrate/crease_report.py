@@ -145,12 +145,17 @@ def _curve_warnings(curve: Curve, options: Options) -> list[str]:
         what = f"{name}: tests or branches have only {math.degrees(kept):.4g} of {math.degrees(longest):.4g} deg in common"
         warnings.append(f"{what}; beyond it the curve goes straight on")
     slope = np.gradient(branch.estimate.values, branch.fit.x)
-    if slope.min() < 0.0 < slope.max():
+    if branch.estimate.values[-1] < branch.estimate.values[0]:
+        what = f"{name}: the moment falls as the angle grows, so that the crease would spring open"
+        warnings.append(f"{what}; moments resist opening: check the signs of both columns")
+    elif slope.min() < 0.0:
         at = math.degrees(branch.fit.x[int(np.argmin(slope))])
         warnings.append(f"{name}: the moment falls with the angle at {at:.4g} deg; --fit monotone if that is scatter")
     if curve.crossing is not None:
         at = math.degrees(curve.crossing)
-        warnings.append(f"{name}: unloading lies above loading at {at:.4g} deg; with hysteresis the case will be refused")
+        exchanged = curve.unloading is not None and np.mean(curve.unloading.estimate.values > branch.estimate.values) > 0.5
+        hint = "; they look exchanged, check the column branch and the signs" if exchanged else ""
+        warnings.append(f"{name}: unloading lies above loading at {at:.4g} deg; with hysteresis a case is refused{hint}")
     return warnings
 
 

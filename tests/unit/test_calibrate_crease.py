@@ -292,6 +292,18 @@ def test_scatter_may_put_unloading_above_loading_a_little(tmp_path: Path) -> Non
     assert not any("unloading lies above" in text for text in found.warnings)
 
 
+def test_signs_and_branches_that_cannot_be_are_told_of(tmp_path: Path) -> None:
+    file = tmp_path / "test.csv"
+    loading, unloading = branches(600.0, 2)
+    both = zip([*ANGLE, *ANGLE[-2::-1]], [*unloading, *loading[-2::-1]], strict=True)
+    file.write_text("angle [deg], moment [N mm]\n" + "".join(f"{a}, {m}\n" for a, m in both))
+    (text,) = calibrate_crease(file, Options()).warnings
+    assert "unloading lies above loading" in text and "they look exchanged" in text
+    file.write_text("angle [deg], moment [N mm]\n" + "".join(f"{a}, {-m}\n" for a, m in zip(ANGLE, loading, strict=True)))
+    (text,) = calibrate_crease(file, Options()).warnings
+    assert "the moment falls as the angle grows" in text
+
+
 @pytest.mark.slow
 def test_intervals_hold_the_family_as_often_as_they_say(tmp_path: Path) -> None:
     """Known family, 2 % between 5 repeats: 200 curves (2026-11: 94.5, 95.0 and 96.0 %)."""
