@@ -1,9 +1,9 @@
 """A family of crease curves M(psi) over press time and opening number, from tests of creases.
 
 Columns: `angle` and `moment`, or `angle`, `force` and `lever_arm` (one side clamped, the other turned by a force always
-normal to it, M = F L; seed 003, section 4.1); and, as there are, `press_time`, `opening`, `repeat`, `branch`, `width`. Angles
-are opening angles: how far the crease is turned from its rest angle towards flat. DATA is a CSV file, or a folder of them; one
-of these may hold `angle` against `time`, which is how the rest angle relaxes.
+normal to it, M = F L; seed 003, section 4.1); and, as there are, `press_time`, `opening`, `repeat`, `branch`, `width`.
+Angles are opening angles: how far the crease is turned from its rest angle towards flat. DATA is a CSV file, or a folder of
+them; one of these may hold `angle` against `time`, which is how the rest angle relaxes.
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ def _sorted_out(tables: Sequence[Table], data: Path) -> tuple[list[Table], Path 
         what = "holds angles against time only; a family needs moments. For these alone: fsm calibrate relaxation"
         raise CaseError(Fault("", what), str(data))
     if len(relaxed) > 1:
-        what = f"holds angles against time, and {relaxed[0].name} does so too; put repeats into one file, with a column repeat"
+        what = f"holds angles against time, and {relaxed[0].name} does so too; put them into one, with a column repeat"
         raise CaseError(Fault("", what), str(relaxed[1]))
     return tests, relaxed[0] if relaxed else None
 
