@@ -212,7 +212,7 @@ def check(case: str, overrides: tuple[str, ...], spatial: bool) -> None:
 
     loaded = load_case(case, [*overrides, *_solve_overrides(spatial, None)])
 
-    from fsm.segments.report import describe
+    from fsm.describe import describe
 
     with naming(case):
         lines = describe(loaded.case)
@@ -242,25 +242,17 @@ def preview(case: str, out: str, overrides: tuple[str, ...]) -> None:
 @click.option("--out", metavar="DIR", help="Folder for the plots; default: that of the result.")
 @debug_option
 def plot(result: str, out: str | None) -> None:
-    """Draw force, motion, energy and contacts of a result again."""
+    """Draw the figures of a result again."""
     from fsm.results.store import read_solution
 
     solution = read_solution(Path(result))
     folder = _out_folder(out) if out else Path(result).parent
     folder.mkdir(parents=True, exist_ok=True)
 
-    from fsm.plots.contact_map import plot_contact_map
-    from fsm.plots.energy import plot_energy
-    from fsm.plots.force import plot_force
-    from fsm.plots.motion import plot_motion
-    from fsm.results.quantities import touching_pairs
+    from fsm.plots.figures import draw
 
-    plots = [(plot_force, "force.png"), (plot_motion, "motion.png"), (plot_energy, "energy.png")]
-    if touching_pairs(solution.pair_force):
-        plots.append((plot_contact_map, "contact.png"))
-    for draw, name in plots:
-        draw(solution, folder / name)
-        click.echo(str(folder / name))
+    for path in draw(solution, folder):
+        click.echo(str(path))
 
 
 @cli.command()

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from fsm.analyses.analysis import Analysis
 from fsm.analyses.deploy import Deployment
+from fsm.analyses.vibrate import VibrationAnalysis
 from fsm.scene.case import Case
 
-__all__ = ["analysis_of", "describe"]
+__all__ = ["analysis_of"]
 
 
 def analysis_of(case: Case, source: str = "", warnings: list[str] | None = None) -> Analysis:
@@ -25,11 +26,6 @@ def analysis_of(case: Case, source: str = "", warnings: list[str] | None = None)
     CaseError
         All faults that compiling finds.
     """
+    if case.analysis == "vibrate":
+        return VibrationAnalysis(case, source)
     return Deployment(case, source, warnings)
-
-
-def describe(case: Case) -> list[str]:
-    """What `fsm check` says of a case; see `fsm.segments.report.describe`."""
-    from fsm.segments.report import describe as describe_segments
-
-    return describe_segments(case)

@@ -80,7 +80,7 @@ VARIABLES: dict[str, _Variable] = {
     "shape": _Variable("shape", ("quad", "corner", "axis"), "m", "corner points of the plates"),
     "negative_pivots": _Variable("stats/negative_pivots", (), "1", "negative pivots of the tangent"),
     **{
-        name: _Variable(f"energy/{name}", (), "J", text, 3 if name in ("film", "cables") else 1)
+        name: _Variable(f"energy/{name}", (), "J", text, 3 if name in ("film", "patch", "cable") else 1)
         for name, text in ENERGIES.items()
     },
 }
