@@ -188,12 +188,13 @@ def table(
 
     The columns of the table are dotted paths into a base case, case.toml beside it.
     """
-    from fsm.table import failures, format_table, run_table
+    from fsm.table import failures, format_comparison, format_table, run_table
 
     folder = _out_folder(out)
     rows = run_table(table, folder, overrides, workers, resume, method, progress=not quiet)
     if not quiet:
         click.echo(format_table(rows))
+        _say(format_comparison(table, rows).splitlines())
         click.echo(f"results: {folder}")
     failed = [row for row in rows if row.get("error")]
     if failed:
@@ -259,10 +260,11 @@ def plot(result: str, out: str | None) -> None:
 @debug_option
 def warmup() -> None:
     """Compile all kernels now, so that the first run need not."""
-    from fsm.run import warm_up
+    from fsm.run import warm_up, warm_up_film
 
     for spatial in (False, True):
         warm_up(spatial=spatial)
+    warm_up_film()
 
 
 @contextmanager
@@ -291,6 +293,23 @@ def _out_folder(out: str) -> Path:
 def summary_lines(summary: Mapping[str, Any], folder: Path) -> list[str]:
     """What a user wants to know of a run: peak, stages, warnings, where the files are."""
     lines = []
+    if summary.get("frequency_hz") is not None:
+        lines.append(
+            f"frequency   {summary['frequency_hz']:.5g} Hz by fit, {summary['frequency_fft_hz']:.5g} Hz by FFT, whose lines are "
+            f"{summary['frequency_resolution_hz']:.3g} Hz apart"
+        )
+        lines.append(f"decay       {summary['decay_rate']:.4g} 1/s, damping ratio {summary['damping_ratio']:.3g}")
+    for name in ("center", "patch"):
+        if summary.get(f"amplitude_{name}") is not None:
+            lines.append(f"amplitude   {1e3 * summary[f'amplitude_{name}']:.4g} mm at the {name}")
+    if summary.get("modes_hz"):
+        lines.append(f"modes       {', '.join(f'{f:.4g}' for f in summary['modes_hz'][:6])} ... Hz")
+    if summary.get("tension_state"):
+        state = summary["tension_state"]
+        lines.append(
+            f"tension     {1e-6 * state['smallest_stress']:.4g} to {1e-6 * state['largest_stress']:.4g} MPa, "
+            f"{100 * state['slack_fraction']:.3g} % slack"
+        )
     if summary.get("peak_force"):
         lines.append(
             f"peak force  {summary['peak_force']:.4g} N at {summary['peak_travel'] * 1e3:.2f} mm of travel"

@@ -20,14 +20,14 @@ from fsm.recorder import RecordedSolve
 from fsm.results.export import write_contact_csv, write_force_csv, write_history_csv
 from fsm.results.quantities import touching_pairs
 from fsm.results.solution import Solution
-from fsm.scene.builders.warm_up import warm_up_plates, warm_up_strip
+from fsm.scene.builders.warm_up import warm_up_membrane, warm_up_plates, warm_up_strip
 from fsm.scene.load_case import LoadedCase
 from fsm.solve.newton import negative_pivots
 from fsm.solve.simulate import Settings, simulate
 from fsm.solve.static import PathSettings, follow
 from fsm.summary import check_expectations, missed_expectations
 
-__all__ = ["run_case", "warm_up"]
+__all__ = ["run_case", "warm_up", "warm_up_film"]
 
 def run_case(
     loaded: LoadedCase, out: Path, *, progress: bool | Callable[[float], None] = True, resume: bool = False
@@ -104,6 +104,16 @@ def warm_up(spatial: bool = False, plates: bool = True) -> None:
         touching = system.retract(q, pushed.ravel())
         system.tangent(0.0, touching, u)
         system.observe(0.0, touching, u)
+
+
+def warm_up_film() -> None:
+    """Compile (or load) every kernel that a film needs, by solving the first instants of a small one with a patch and cables."""
+    for film in ("plain", "tension-field"):
+        analysis = analysis_of(warm_up_membrane(film))
+        analysis.make_ready([])
+        system, start = analysis.system, analysis.start([])
+        settings = Settings("generalized-alpha", 1e-3, 2e-4, step=1e-4)
+        simulate(system, settings, [0.0], lambda saved: None, start=start)
 
 
 def _write(solution: Solution, out: Path) -> None:
