@@ -186,7 +186,13 @@ class ScissorArray:
         return self._rigid_motion(system, names, start, times, *(np.array(part) for part in zip(*kept, strict=True)))
 
     def _rigid_motion(
-        self, system: SegmentSystem, names: tuple[str, ...], start: np.ndarray, times: np.ndarray, q: np.ndarray, u: np.ndarray
+        self,
+        system: SegmentSystem,
+        names: tuple[str, ...],
+        start: np.ndarray,
+        times: np.ndarray,
+        q: np.ndarray,
+        u: np.ndarray,
     ) -> PointMotion:
         """Points of rigid bars; accelerations are the slopes of a spline through the velocities."""
         free = [system.bodies.names[i] for i in system.bodies.free]

@@ -2,8 +2,8 @@
 
 In space every node has a block of `size` coordinates, `size` // 3 vectors: position, then slopes. A node that needs fewer vectors (a
 cable's) leaves the rest unused, which counts as held. Elements name the vectors they are made of, not nodes: a cable that ends
-at the corner of a film has the corner's position for its own, and a slope of its own. In a plane every vector has a block of its own: hinges, where bars
-share a position and nothing else, have as many slopes as bars.
+at the corner of a film has the corner's position for its own, and a slope of its own. In a plane every vector has a block of its own: hinges, where
+bars share a position and nothing else, have as many slopes as bars.
 """
 
 from __future__ import annotations

@@ -195,7 +195,8 @@ class AncfSystem:
     def energy(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Energy:
         """See `System`."""
         here, rates = self.place(t, q, u, before)
-        return self._energy(t, here, rates, self._reactions(t, here, rates))
+        moved = self.loading.motions and rates is not None
+        return self._energy(t, here, rates, self._reactions(t, here, rates) if moved else np.zeros(self.nu))
 
     def reactions(self, t: float, q: np.ndarray, u: np.ndarray | None) -> np.ndarray:
         """Forces that hold or move the coordinates of each node, (n_nodes, size), 0 for free ones, N and N m."""

@@ -224,7 +224,7 @@ class _Pulse(Model):
 class HalfSine(_Pulse):
     """Half a sine wave of `duration`, its top `force`."""
 
-    pulse: Literal["half-sine"] = "half-sine"
+    pulse: Literal["half-sine"]
     force: Force
     duration: Annotated[Time, Field(gt=0)]
 

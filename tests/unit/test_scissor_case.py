@@ -99,8 +99,8 @@ def test_rigid_bars_are_the_comparison(case_file, tmp_path):
         (["solve.method=static", "solve.step=none"], "solve.method", "dynamic"),
         (["bar=none"], "bar", "missing"),
         (["scissor.rigid=true", "stop.angle=20 deg", "stop.stiffness=10"], "stop", "rigid"),
-        (["scissor.shape=ring", "scissor.units=6", "scissor.initial_angle=50 deg", "scissor.element=cable"], "scissor.element",
-         "cable"),
+        (["scissor.shape=ring", "scissor.units=6", "scissor.initial_angle=50 deg", "scissor.element=cable"],
+         "scissor.element", "cable"),
         (["strip.length=1"], "strip", "not used"),
     ],
 )  # fmt: skip

@@ -94,7 +94,8 @@ def check_cost(quick: bool, out: Path) -> list[Check]:
     exponent = float(np.polyfit(np.log(counts), np.log(times), 1)[0])
     last = float(np.log(times[-1] / times[-2]) / np.log(counts[-1] / counts[-2]))
     walls = [move(steel_array(3, 0.02), 1.5, 5e-4, 300).wall for _ in range(1 if quick else 5)]
-    say(f"exponent {exponent:.3f} over all, {last:.3f} at the end; 1.5 s of three units, 3000 steps: {np.median(walls):.2f} s warm")
+    say(f"exponent {exponent:.3f} over all, {last:.3f} at the end")
+    say(f"1.5 s of three units, 3000 steps: {np.median(walls):.2f} s warm")
     with figure(out / "cost.png") as fig:
         ax = fig.subplots()
         ax.loglog(counts, 1e3 * np.array(times), "o-")

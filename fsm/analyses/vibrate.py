@@ -1,0 +1,214 @@
+"""Vibration of a tensioned film after an impact: tension, natural modes, history, frequency."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from fsm.analyses.film import build_film
+from fsm.analyses.pretension import Tensioned, film_stress, tensioned
+from fsm.ancf.loading import Forcing, Loading
+from fsm.ancf.pulse import HalfSine, Rectangle, Samples, TimeFunction
+from fsm.ancf.system import AncfSystem
+from fsm.errors import CaseError, Fault
+from fsm.results.film import Film
+from fsm.results.solution import Layout, Solution
+from fsm.results.vibration import summarise_vibration
+from fsm.scene.case import Case
+from fsm.scene.membrane import HalfSine as HalfSinePulse
+from fsm.scene.membrane import Impact, Measured, Vibration
+from fsm.segments.save_times import save_times
+from fsm.solve.modal import Modes, modes
+from fsm.solve.simulate import Settings, Statistics
+from fsm.solve.static import PathSettings
+from fsm.system import System
+
+__all__ = ["VibrationAnalysis"]
+
+_PER_PERIOD = 10.0
+"""Samples in a period of the highest mode asked for, if the case does not say."""
+_RECORDS = 200
+"""Whole states that are kept, if the case does not say."""
+
+
+class VibrationAnalysis:
+    """A film, compiled; see `Analysis`.
+
+    Parameters
+    ----------
+    case : Case
+    source : file that faults are told of
+    """
+
+    kernels = "film"
+
+    def __init__(self, case: Case, source: str) -> None:
+        self.case, self.source = case, source
+        self.vibration = case.vibration or Vibration()
+        self.film = build_film(case)
+        self.points = {name: self.film.point(*place) for name, place in self._places().items()}
+        self.state: Tensioned | None = None
+
+    @property
+    def system(self) -> System:
+        """See `Analysis`; there once it is ready."""
+        return self._system
+
+    def make_ready(self, warnings: list[str]) -> None:
+        """Stretch the film, hold it, find its modes.
+
+        Raises
+        ------
+        CaseError
+            The film is slack, or would wrinkle.
+        """
+        self.state = state = tensioned(self.case, self.film, self.source)
+        mesh = self.film.mesh.holding(state.held)
+        self._system = AncfSystem(mesh, self._loading(), state.q)
+        self.rest = {name: point.position(state.q) for name, point in self.points.items()}
+        self.modes = modes(self._system, 0.0, state.q, min(self.vibration.modes, self._system.nu))
+        self._refuse_unstable(self.modes)
+
+    def method(self) -> tuple[str, str]:
+        """See `Analysis`."""
+        chosen = self.case.solve.method
+        return ("generalized-alpha", "a vibration") if chosen == "auto" else (chosen, "asked for")
+
+    def settings(self, method: str) -> Settings | PathSettings:
+        """See `Analysis`; without an impact nothing moves, and nothing is solved."""
+        solve = self.case.solve
+        end = self.vibration.duration if self.case.impact is not None else 0.0
+        settings = Settings(
+            method, solve.rtol, end, solve.max_step or math.inf, solve.max_steps, solve.energy_abort, step=solve.step
+        )
+        return settings if solve.rho_inf is None else replace(settings, rho_inf=solve.rho_inf)
+
+    def record_times(self, end: float) -> list[float]:
+        """See `Analysis`; if the case does not say, at most 200 of the samples, evenly."""
+        if self.case.save.interval is not None or not end:
+            return save_times(self.case, None, end)
+        samples = self.sample_times(end)
+        return [*samples[:: max(1, math.ceil(len(samples) / _RECORDS))], end]
+
+    def sample_times(self, end: float) -> list[float]:
+        """Evenly, as often as the case says, or so that the highest mode asked for is seen; fixed steps are not cut."""
+        if not end:
+            return [0.0]
+        step = self.vibration.sampling
+        if step is None:
+            step = 1.0 / (_PER_PERIOD * max(float(np.abs(self.modes.frequencies).max()), 1.0 / end))
+            fixed = self.case.solve.step
+            step = fixed * max(1, math.floor(step / fixed)) if fixed else end / math.ceil(end / step)
+        return [k * step for k in range(math.floor(end / step * (1.0 + 1e-12)) + 1)]
+
+    def start(self, warnings: list[str]) -> tuple[float, np.ndarray, np.ndarray]:
+        """At rest, tensioned."""
+        return 0.0, *self.system.initial()
+
+    def layout(self) -> Layout:
+        """See `Analysis`."""
+        assert self.state is not None and self.case.membrane is not None
+        return Layout(
+            dimension="spatial",
+            panel=self.film.cells.ravel(),
+            thickness=self.case.membrane.thickness,
+            film=self._film(self.state),
+        )
+
+    def probes(self, q: np.ndarray) -> np.ndarray:
+        """See `Analysis`."""
+        return np.array([point.position(q) - self.rest[name] for name, point in self.points.items()])
+
+    def unstable_ways(self, t: float, q: np.ndarray) -> int:
+        """None: a vibration passes no equilibria; that which it is about is stable."""
+        return 0
+
+    def summarise(self, solution: Solution, statistics: Statistics) -> dict[str, Any]:
+        """Frequency, amplitudes, modes, tension."""
+        assert self.state is not None
+        stress = self.state.stress
+        return summarise_vibration(solution, self._pulse_end()) | {
+            "modes_hz": [float(f) for f in self.modes.frequencies],
+            "tension_state": {
+                "largest_stress": float(stress.principal.max()),
+                "smallest_stress": float(stress.principal.min()),
+                "slack_fraction": self.state.slack,
+            },
+        }
+
+    def warnings(self, solution: Solution, summary: dict[str, Any]) -> list[str]:
+        """See `Analysis`."""
+        return []
+
+    # inside -----------------------------------------------------------------------------------------------------------
+
+    def _places(self) -> dict[str, tuple[float, float]]:
+        """Probes by name; the center and the first patch, if the case has none of that name."""
+        places = {"center": (0.0, 0.0)}
+        if self.film.patches:
+            first = self.film.patches[0]
+            places["patch"] = (first.x, first.y)
+        return places | self.vibration.probes
+
+    def _loading(self) -> Loading:
+        forcings: tuple[Forcing, ...] = ()
+        impact = self.case.impact
+        if impact is not None:
+            top, time = _pulse(impact)
+            vector = self.film.point(*impact.point).load(len(self.film.mesh.coordinates), np.array([0.0, 0.0, top]))
+            forcings = (Forcing(vector, time),)
+        air = self.case.damping.air if self.case.damping else 0.0
+        return Loading(forcings, gravity=self.case.gravity, mass_damping=air)
+
+    def _pulse_end(self) -> float:
+        impact = self.case.impact
+        return 0.0 if impact is None else max(_pulse(impact)[1].breaks())
+
+    def _refuse_unstable(self, found: Modes) -> None:
+        if not found.unstable.any():
+            return
+        lowest = float(found.frequencies[0])
+        text = (
+            f"the tensioned film is not stable but would wrinkle ({int(found.unstable.sum())} modes grow, the fastest at "
+            f"{2 * math.pi * abs(lowest):.3g} 1/s)"
+        )
+        hint = {
+            "plain": 'take film = "tension-field", which carries no compression, or "wrinkles"',
+            "wrinkles": "these wrinkles are not resolved; refine the mesh",
+            "tension-field": "refine the mesh, or pull harder",
+        }
+        assert self.case.tension is not None
+        raise CaseError([Fault("tension.film", f"{text}; {hint[self.case.tension.film]}")], self.source)
+
+    def _film(self, state: Tensioned) -> Film:
+        count = self.film.cells.size
+        stress, direction = np.zeros((count, 2)), np.zeros((count, 3))
+        kind = np.zeros(count, dtype=np.int64)
+        for where, part in film_stress(self.film, state.q)[1]:
+            stress[where] = part.principal.mean(axis=1)
+            direction[where] = part.direction[:, part.direction.shape[1] // 2]
+            kind[where] = np.round(part.state.mean(axis=1)).astype(np.int64)
+        shape = self._system.shape(0.0, state.q)
+        moved = np.array([self._system.shape(0.0, state.q + mode) - shape for mode in self.modes.shapes])
+        largest = np.abs(moved).reshape(len(moved), -1).max(axis=1, initial=1e-300)
+        return Film(
+            probe_names=tuple(self.points),
+            probe_rest=np.array(list(self.rest.values())),
+            frequency=self.modes.frequencies,
+            mode_shape=moved / largest[:, None, None, None],
+            stress=stress,
+            direction=direction,
+            state=kind,
+        )
+
+
+def _pulse(impact: Impact) -> tuple[float, TimeFunction]:
+    """Force (N) and the function of time that it is multiplied by."""
+    if isinstance(impact, Measured):
+        return 1.0, Samples(impact.time, impact.force)
+    if isinstance(impact, HalfSinePulse):
+        return impact.force, HalfSine(impact.duration)
+    return impact.force, Rectangle(impact.duration)
