@@ -85,7 +85,7 @@ def _stop(sections: Sections) -> Iterable[Fault]:
 def _mesh(sections: Sections) -> Iterable[Fault]:
     scissor = sections.scissor
     if scissor is not None and scissor.element == "cable" and scissor.shape == "ring":
-        yield Fault("scissor.element", '"cable" has no section to carry the bend of a ring\'s bars; use "section" or "green"')
+        yield Fault("scissor.element", '"cable" has no section to carry the bend of ring bars; use "section" or "green"')
 
 
 def _rigid(sections: Sections) -> Iterable[Fault]:

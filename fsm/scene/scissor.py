@@ -73,7 +73,7 @@ class Scissor(Model):
             )
         if self.shape == "arched" and self.hinge == 0.5:
             raise ValueError(
-                'an arched array needs a hinge off the middle, or it is straight; hinge = 0.4 for example, or shape = "linear"'
+                'an arched array needs a hinge off the middle, or it is straight; give hinge = 0.4, or shape = "linear"'
             )
         return self
 
