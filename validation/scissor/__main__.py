@@ -40,14 +40,17 @@ def check_alpha(quick: bool, out: Path) -> list[Check]:
         high[rho] = float(np.sqrt(np.mean(np.fft.irfft(spectrum) ** 2)))
         change = float(np.abs(places[rho] - places[0.99]).max() / travelled)
         say(f"| {rho:.2f} | {high[rho]:.4g} | {change:.2e} |")
-    with figure(out / "alpha.png", (WIDE[0], 5.0)) as fig:
-        above, below = fig.subplots(2, 1, sharex=True)
+    with figure(out / "alpha.png", (WIDE[0], 6.4)) as fig:
+        *above, below = fig.subplots(4, 1, sharex=True)
+        for ax, rho in zip(above, (0.99, 0.9, 0.6), strict=True):
+            ax.plot(runs[rho].times, accelerations[rho], lw=0.5)
+            ax.set_title(f"rho_inf = {rho:g}", loc="left")
         for rho in (0.99, 0.9, 0.6):
-            above.plot(runs[rho].times, accelerations[rho], lw=0.6, label=f"rho_inf = {rho:g}")
             below.plot(runs[rho].times, places[rho] - places[rho][0], lw=1.0, label=f"rho_inf = {rho:g}")
-        above.set(ylabel="acceleration of a1 along y (m/s$^2$)", ylim=(-60, 60))
-        below.set(xlabel="time (s)", ylabel="displacement of a1 along y (m)")
-        above.legend()
+        above[1].set_ylabel("acceleration of a1 along y (m/s$^2$)")
+        above[2].set_ylim(-30.0, 30.0)
+        below.set(xlabel="time (s)", ylabel="displacement (m)")
+        below.legend()
     worst = max(float(np.abs(places[rho] - places[0.99]).max() / travelled) for rho in rhos)
     return [
         ("alpha: high frequencies at .9 over those at .99", high[0.9] / high[0.99], 0.5),
