@@ -25,7 +25,7 @@ Check = tuple[str, float, float]
 
 def check_alpha(quick: bool, out: Path) -> list[Check]:
     """Three units pushed at once, 1.2 s, rho_inf from 0 to .99: high frequencies die, the displacement stays."""
-    step, end = (5e-4, 0.6) if quick else (2.5e-4, 1.2)
+    step, end = (5e-4 if quick else 2.5e-4), 1.2
     rhos = (0.99, 0.9, 0.6, 0.0)
     runs = {rho: move(steel_array(3, 0.0), end, step, round(end / step), rho) for rho in rhos}
     places = {rho: run.place("a1", 1) for rho, run in runs.items()}
