@@ -107,7 +107,7 @@ def warm_up(spatial: bool = False, plates: bool = True) -> None:
 
 
 def warm_up_film() -> None:
-    """Compile (or load) every kernel that a film needs, by solving the first instants of a small one with a patch and cables."""
+    """Compile (or load) every kernel that a film needs, by the first instants of a small one with a patch and cables."""
     for film in ("plain", "tension-field"):
         analysis = analysis_of(warm_up_membrane(film))
         analysis.make_ready([])

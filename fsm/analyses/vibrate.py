@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from fsm.analyses.film import build_film
-from fsm.analyses.pretension import Tensioned, film_stress, tensioned
+from fsm.analyses.reduced import MODAL, ReducedSolve, basis_of
+from fsm.analyses.stretch import stretched
+from fsm.ancf.film import MembraneGroup
 from fsm.ancf.loading import Forcing, Loading
 from fsm.ancf.pulse import HalfSine, Rectangle, Samples, TimeFunction
-from fsm.ancf.system import AncfSystem
+from fsm.ancf.reduced import ReducedModel
+from fsm.ancf.tension_state import TensionState, tension_state
 from fsm.errors import CaseError, Fault
 from fsm.results.film import Film
 from fsm.results.solution import Layout, Solution
@@ -22,14 +26,19 @@ from fsm.scene.membrane import HalfSine as HalfSinePulse
 from fsm.scene.membrane import Impact, Measured, Vibration
 from fsm.segments.save_times import save_times
 from fsm.solve.modal import Modes, modes
-from fsm.solve.simulate import Settings, Statistics
+from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, StepEnd
+from fsm.solve.solver import solve
 from fsm.solve.static import PathSettings
-from fsm.system import System
+from fsm.system import DriveState, System
 
 __all__ = ["VibrationAnalysis"]
 
 _PER_PERIOD = 10.0
 """Samples in a period of the highest mode asked for, if the case does not say."""
+_SLACKEST = 0.5
+"""Part of the film that may be slack."""
+_MISSED = 0.05
+"""Part of the static deflection that the modes may miss for the reduced model to be taken."""
 _RECORDS = 200
 """Whole states that are kept, if the case does not say."""
 
@@ -50,7 +59,6 @@ class VibrationAnalysis:
         self.vibration = case.vibration or Vibration()
         self.film = build_film(case)
         self.points = {name: self.film.point(*place) for name, place in self._places().items()}
-        self.state: Tensioned | None = None
 
     @property
     def system(self) -> System:
@@ -65,17 +73,27 @@ class VibrationAnalysis:
         CaseError
             The film is slack, or would wrinkle.
         """
-        self.state = state = tensioned(self.case, self.film, self.source)
-        mesh = self.film.mesh.holding(state.held)
-        self._system = AncfSystem(mesh, self._loading(), state.q)
-        self.rest = {name: point.position(state.q) for name, point in self.points.items()}
-        self.modes = modes(self._system, 0.0, state.q, min(self.vibration.modes, self._system.nu))
+        self._system = stretched(self.case, self.film, self._loading())
+        q, _ = self._system.initial()
+        self.state = tension_state(self._system, 0.0, q)
+        self._refuse_slack(self.state)
+        self.rest = {name: point.position(q) for name, point in self.points.items()}
+        self.modes = modes(self._system, 0.0, q, min(self.vibration.modes, self._system.nu))
         self._refuse_unstable(self.modes)
+        self.basis = basis_of(self._system, self.modes)
 
     def method(self) -> tuple[str, str]:
         """See `Analysis`."""
-        chosen = self.case.solve.method
-        return ("generalized-alpha", "a vibration") if chosen == "auto" else (chosen, "asked for")
+        wanted, chosen = self.vibration.model, self.case.solve.method
+        if chosen != "auto" or wanted == "full":
+            return ("generalized-alpha" if chosen == "auto" else chosen), "asked for"
+        left = 100.0 * self.basis.missed
+        held = f"the modes hold all but {left:.2g} % of the static deflection under the impact"
+        if wanted == "reduced":
+            return MODAL, f"asked for; {held}"
+        if self.basis.missed <= _MISSED:
+            return MODAL, held
+        return "generalized-alpha", f"the modes miss {left:.2g} % of the static deflection under the impact"
 
     def settings(self, method: str) -> Settings | PathSettings:
         """See `Analysis`; without an impact nothing moves, and nothing is solved."""
@@ -110,12 +128,12 @@ class VibrationAnalysis:
 
     def layout(self) -> Layout:
         """See `Analysis`."""
-        assert self.state is not None and self.case.membrane is not None
+        assert self.case.membrane is not None
         return Layout(
             dimension="spatial",
             panel=self.film.cells.ravel(),
             thickness=self.case.membrane.thickness,
-            film=self._film(self.state),
+            film=self._film(),
         )
 
     def probes(self, q: np.ndarray) -> np.ndarray:
@@ -126,16 +144,35 @@ class VibrationAnalysis:
         """None: a vibration passes no equilibria; that which it is about is stable."""
         return 0
 
+    def solve(
+        self,
+        settings: Settings | PathSettings,
+        times: list[float],
+        on_save: Callable[[Saved], None],
+        on_step: Callable[[StepEnd], None],
+        start: tuple[float, np.ndarray, np.ndarray],
+        ledger: Ledger,
+        seen: list[tuple[DriveState, np.ndarray]],
+    ) -> Statistics:
+        """See `Analysis`."""
+        if isinstance(settings, Settings) and settings.method == MODAL and settings.end_time:
+            model = ReducedModel.of(
+                self._system, 0.0, start[1], self.basis.squared, self.basis.shapes, cubic=self.vibration.stretch
+            )
+            return ReducedSolve(self._system, model).go(settings.end_time, times, on_save, on_step, ledger)
+        return solve(self.system, settings, times, on_save, on_step, start, ledger, seen)[0]
+
     def summarise(self, solution: Solution, statistics: Statistics) -> dict[str, Any]:
         """Frequency, amplitudes, modes, tension."""
-        assert self.state is not None
-        stress = self.state.stress
+        state = self.state
         return summarise_vibration(solution, self._pulse_end()) | {
             "modes_hz": [float(f) for f in self.modes.frequencies],
             "tension_state": {
-                "largest_stress": float(stress.principal.max()),
-                "smallest_stress": float(stress.principal.min()),
-                "slack_fraction": self.state.slack,
+                "largest_stress": state.largest,
+                "smallest_stress": state.smallest,
+                "taut_fraction": state.taut,
+                "wrinkled_fraction": state.wrinkled,
+                "slack_fraction": state.slack,
             },
         }
 
@@ -183,16 +220,25 @@ class VibrationAnalysis:
         assert self.case.tension is not None
         raise CaseError([Fault("tension.film", f"{text}; {hint[self.case.tension.film]}")], self.source)
 
-    def _film(self, state: Tensioned) -> Film:
+    def _refuse_slack(self, state: TensionState) -> None:
+        if state.slack > _SLACKEST or not state.largest > 0.0:
+            text = f"the film is slack: {100 * state.slack:.0f} % of it carries no tension; pull harder"
+            raise CaseError([Fault("tension", text)], self.source)
+
+    def _film(self) -> Film:
+        q, _ = self._system.initial()
         count = self.film.cells.size
         stress, direction = np.zeros((count, 2)), np.zeros((count, 3))
         kind = np.zeros(count, dtype=np.int64)
-        for where, part in film_stress(self.film, state.q)[1]:
+        kinds = self.film.cells.ravel()
+        groups = [group for group in self.film.mesh.groups if isinstance(group, MembraneGroup)]
+        for number, group in zip(np.unique(kinds), groups, strict=True):
+            where, part = kinds == number, group.stress(q)
             stress[where] = part.principal.mean(axis=1)
             direction[where] = part.direction[:, part.direction.shape[1] // 2]
             kind[where] = np.round(part.state.mean(axis=1)).astype(np.int64)
-        shape = self._system.shape(0.0, state.q)
-        moved = np.array([self._system.shape(0.0, state.q + mode) - shape for mode in self.modes.shapes])
+        shape = self._system.shape(0.0, q)
+        moved = np.array([self._system.shape(0.0, q + mode) - shape for mode in self.modes.shapes])
         largest = np.abs(moved).reshape(len(moved), -1).max(axis=1, initial=1e-300)
         return Film(
             probe_names=tuple(self.points),

@@ -14,7 +14,6 @@ the note at `POINTS`.
 from __future__ import annotations
 
 import math
-
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple

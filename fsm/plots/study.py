@@ -60,7 +60,7 @@ def changes(
 def plot_study(
     rows: Sequence[Mapping[str, Any]], columns: Sequence[str], reference: Mapping[str, Mapping[str, float]], path: str | Path
 ) -> None:
-    """Frequency and amplitudes against what is varied; with a reference, changes in % below, reference values with their band.
+    """Frequency and amplitudes against what is varied; with a reference, changes in % below, its values with their band.
 
     Parameters
     ----------

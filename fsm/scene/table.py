@@ -123,10 +123,10 @@ def _cells(lines: Sequence[str]) -> list[tuple[int, list[str]]]:
 
 
 def load_reference(path: str | Path) -> dict[str, dict[str, float]]:
-    """Changes that a table is compared with: of each row by name, the numbers of the summary by name, in % of the first row.
+    """Changes that a table is compared with: of each row by name, numbers of the summary by name, in % of the first row.
 
-    The file that the table names has a column ``case`` and one for each number; a column ``band`` says how far off a value may
-    be by how it was measured, in %. An empty cell says nothing. Empty if the table names none.
+    The file that the table names has a column ``case`` and one for each number; a column ``band`` says how far off a value
+    may be by how it was measured, in %. An empty cell says nothing. Empty if the table names none.
 
     Raises
     ------
