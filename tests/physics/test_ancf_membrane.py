@@ -56,11 +56,11 @@ def test_six_lowest_frequencies_of_a_tensioned_square() -> None:
 
 
 def test_plate_under_tension() -> None:
-    thick = FilmMaterial(2.5e9, 0.34, 1420.0, 2e-3)  # bending makes up a fifth
+    thick = FilmMaterial(2.5e9, 0.34, 1420.0, 2e-3)  # bending makes up a twentieth
     system, _ = stretched(12, thick)
     found = modes(system, 0.0, system.start, 6).frequencies
     without = FilmMaterial(2.5e9, 0.34, 1420.0, 1e-6)
-    assert found[0] > 1.05 * exact(1, without)[0]
+    assert found[0] > 1.02 * exact(1, without)[0]
     np.testing.assert_allclose(found, exact(6, thick), rtol=5e-3)
 
 
@@ -73,7 +73,7 @@ def test_square_plate(clamped: bool, wanted: np.ndarray) -> None:
     """omega a^2 sqrt(rho h/D), nu = 0.3; the element does not conform and comes from below, at second order."""
     material = FilmMaterial(7e10, 0.3, 2700.0, 1e-3)
     errors = []
-    for n in (8, 16):
+    for n in (16, 32):
         builder = MeshBuilder()
         lines = np.linspace(0.0, SIDE, n + 1)
         grid = builder.film(lines, lines, (material,))
@@ -85,7 +85,7 @@ def test_square_plate(clamped: bool, wanted: np.ndarray) -> None:
         scaled = found * SIDE**2 * math.sqrt(material.areal_density / material.bending)
         errors.append(scaled / wanted - 1.0)
     assert np.all(errors[1] < 0.0)
-    assert np.abs(errors[1]).max() < 0.015
+    assert np.abs(errors[1]).max() < 0.005
     np.testing.assert_allclose(np.log2(errors[0] / errors[1]), 2.0, atol=0.1)
 
 
@@ -98,7 +98,7 @@ def test_air_slows_the_normal_motion_only() -> None:
         fast, slow = (modes(s, 0.0, s.start, count).frequencies for s in (vacuum, still))
         np.testing.assert_allclose(slow / fast, 1 / math.sqrt(1 + ratio), rtol=1e-6)
     assert 1 / math.sqrt(1 + ratio) == pytest.approx(0.355, abs=1e-3)
-    assert still._full_bsr[0, 0] == pytest.approx(vacuum._full_bsr[0, 0], rel=1e-14)
+    assert still._full_bsr.diagonal()[0] == pytest.approx(vacuum._full_bsr.diagonal()[0], rel=1e-14)
 
 
 def plucked(n: int, amplitude: float) -> tuple[AncfSystem, int, float]:
@@ -132,19 +132,19 @@ def vibrate(system: AncfSystem, height: int, settings: Settings, every: float) -
 
 @pytest.mark.slow
 def test_energy_balance_of_an_undamped_free_vibration() -> None:
-    system, height, _ = plucked(4, 5e-4)
-    _, error = vibrate(system, height, Settings("Radau-blocks", 1e-7, 0.2), 5e-4)
-    assert error < 1e-6
+    system, _, _ = plucked(4, 2e-4)
+    _, ledger = simulate(system, Settings("Radau-blocks", 1e-6, 0.2), [0.2], lambda saved: None)
+    assert ledger.relative_error < 1e-6
 
 
 def test_frequency_does_not_depend_on_the_method() -> None:
-    """At an amplitude of 20 thicknesses, where stretch raises it by half a percent."""
+    """At an amplitude of 20 thicknesses, where stretch raises it by 2e-3."""
     system, height, linear = plucked(4, 5e-4)
     end, every = 0.05, 2.5e-4
     radau, _ = vibrate(system, height, Settings("Radau-blocks", 1e-5, end), every)
     alpha, _ = vibrate(system, height, Settings("generalized-alpha", 1e-4, end, rho_inf=0.9, step=4e-5), every)
     assert alpha == pytest.approx(radau, rel=1e-3)
-    assert radau > 1.002 * linear
+    assert radau > 1.0015 * linear
     found = modes(system, 0.0, system.start, 6)
     reduced = ReducedModel.of(system, 0.0, system.start, found.squared, found.shapes, cubic=True)
     response = reduced.respond(end, every / 10, rate=found.shapes @ (system.mass(system.start) @ system.rate))
