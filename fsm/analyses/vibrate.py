@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 
 from fsm.analyses.film import build_film
-from fsm.analyses.reduced import MODAL, ReducedSolve, basis_of
+from fsm.analyses.reduced import CHECKED, MODAL, ReducedSolve, error_against_full, reduced_model
 from fsm.analyses.stretch import stretched
 from fsm.ancf.film import MembraneGroup
 from fsm.ancf.loading import Forcing, Loading
 from fsm.ancf.pulse import HalfSine, Rectangle, Samples, TimeFunction
 from fsm.ancf.reduced import ReducedModel
 from fsm.ancf.tension_state import TensionState, tension_state
-from fsm.errors import CaseError, Fault
+from fsm.errors import CaseError, Fault, NotConverged
 from fsm.results.film import Film
 from fsm.results.solution import Layout, Solution
 from fsm.results.vibration import summarise_vibration
@@ -37,8 +37,10 @@ _PER_PERIOD = 10.0
 """Samples in a period of the highest mode asked for, if the case does not say."""
 _SLACKEST = 0.5
 """Part of the film that may be slack."""
-_MISSED = 0.05
-"""Part of the static deflection that the modes may miss for the reduced model to be taken."""
+_GOOD = 0.02
+"""Error of the reduced model against the full one up to which it is taken."""
+_STEPS = 40.0
+"""Steps of the full model in a period of the highest mode asked for, and in the pulse."""
 _RECORDS = 200
 """Whole states that are kept, if the case does not say."""
 
@@ -80,27 +82,51 @@ class VibrationAnalysis:
         self.rest = {name: point.position(q) for name, point in self.points.items()}
         self.modes = modes(self._system, 0.0, q, min(self.vibration.modes, self._system.nu))
         self._refuse_unstable(self.modes)
-        self.basis = basis_of(self._system, self.modes)
+        self._choose_model(warnings)
 
     def method(self) -> tuple[str, str]:
         """See `Analysis`."""
-        wanted, chosen = self.vibration.model, self.case.solve.method
-        if chosen != "auto" or wanted == "full":
-            return ("generalized-alpha" if chosen == "auto" else chosen), "asked for"
-        left = 100.0 * self.basis.missed
-        held = f"the modes hold all but {left:.2g} % of the static deflection under the impact"
-        if wanted == "reduced":
-            return MODAL, f"asked for; {held}"
-        if self.basis.missed <= _MISSED:
-            return MODAL, held
-        return "generalized-alpha", f"the modes miss {left:.2g} % of the static deflection under the impact"
+        if self.model is not None:
+            return MODAL, self.reason
+        chosen = self.case.solve.method
+        return ("generalized-alpha" if chosen == "auto" else chosen), self.reason
+
+    def _choose_model(self, warnings: list[str]) -> None:
+        """The reduced model, if it is asked for or good enough; it says its error against the full one."""
+        wanted = self.vibration.model
+        self.model: ReducedModel | None = None
+        self.error: float | None = None
+        self.reason = "asked for"
+        if self.case.impact is None or self.case.solve.method != "auto" or wanted == "full":
+            return
+        model = reduced_model(self._system, self.modes, self.vibration.stretch)
+        try:
+            self.error = error_against_full(self._system, model, self._step(), self.vibration.duration, self.probes)
+            said = f"off the full model by {100 * self.error:.2g} % at its probes over the first {CHECKED} steps"
+        except NotConverged:
+            said = "error unknown: the full model needs shorter steps than solve.step to be compared with"
+        good = self.error is not None and self.error <= _GOOD
+        self.reason = f"{len(self.modes.squared)} modes, {said}"
+        if wanted == "reduced" or good:
+            self.model = model
+            if not good:
+                warnings.append(f"reduced model: {self.reason}")
+
+    def _step(self) -> float:
+        """Step of the full model: as asked for, or a 40th of the period of the highest mode asked for, and of the pulse."""
+        if self.case.solve.step is not None:
+            return self.case.solve.step
+        period = 1.0 / max(float(np.abs(self.modes.frequencies).max()), 1.0 / self.vibration.duration)
+        end = self._pulse_end()
+        return min([period / _STEPS, *([end / _STEPS] if end else [])])
 
     def settings(self, method: str) -> Settings | PathSettings:
         """See `Analysis`; without an impact nothing moves, and nothing is solved."""
         solve = self.case.solve
         end = self.vibration.duration if self.case.impact is not None else 0.0
+        step = self._step() if method == "generalized-alpha" else None
         settings = Settings(
-            method, solve.rtol, end, solve.max_step or math.inf, solve.max_steps, solve.energy_abort, step=solve.step
+            method, solve.rtol, end, solve.max_step or math.inf, solve.max_steps, solve.energy_abort, step=step
         )
         return settings if solve.rho_inf is None else replace(settings, rho_inf=solve.rho_inf)
 
@@ -118,8 +144,8 @@ class VibrationAnalysis:
         step = self.vibration.sampling
         if step is None:
             step = 1.0 / (_PER_PERIOD * max(float(np.abs(self.modes.frequencies).max()), 1.0 / end))
-            fixed = self.case.solve.step
-            step = fixed * max(1, math.floor(step / fixed)) if fixed else end / math.ceil(end / step)
+            fixed = self._step()
+            step = fixed * max(1, math.floor(step / fixed)) if self.model is None else end / math.ceil(end / step)
         return [k * step for k in range(math.floor(end / step * (1.0 + 1e-12)) + 1)]
 
     def start(self, warnings: list[str]) -> tuple[float, np.ndarray, np.ndarray]:
@@ -155,17 +181,16 @@ class VibrationAnalysis:
         seen: list[tuple[DriveState, np.ndarray]],
     ) -> Statistics:
         """See `Analysis`."""
-        if isinstance(settings, Settings) and settings.method == MODAL and settings.end_time:
-            model = ReducedModel.of(
-                self._system, 0.0, start[1], self.basis.squared, self.basis.shapes, cubic=self.vibration.stretch
-            )
-            return ReducedSolve(self._system, model).go(settings.end_time, times, on_save, on_step, ledger)
+        if self.model is not None:
+            assert isinstance(settings, Settings)
+            return ReducedSolve(self._system, self.model).go(settings.end_time, times, on_save, on_step, ledger)
         return solve(self.system, settings, times, on_save, on_step, start, ledger, seen)[0]
 
     def summarise(self, solution: Solution, statistics: Statistics) -> dict[str, Any]:
         """Frequency, amplitudes, modes, tension."""
         state = self.state
         return summarise_vibration(solution, self._pulse_end()) | {
+            "reduced_error": self.error if self.model is not None else None,
             "modes_hz": [float(f) for f in self.modes.frequencies],
             "tension_state": {
                 "largest_stress": state.largest,

@@ -53,7 +53,7 @@ def changes(
     for k in known:
         said = reference[rows[k]["case"]]
         there = 100.0 * ((1.0 + 0.01 * said[name]) / origin - 1.0)
-        found[k] = (100.0 * (rows[k][name] / first - 1.0), there, said.get("band", 0.0))
+        found[k] = (100.0 * (rows[k][name] / first - 1.0), there, said.get(f"{name} band", 0.0))
     return found
 
 
