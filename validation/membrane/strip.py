@@ -1,7 +1,7 @@
 """The sheared strip: wrinkles resolved by the mesh, the tension field, the closed form.
 
-A strip of Kapton, long edges clamped, the upper one moved along itself by 1 mm. A film that is not flat to a part of its thickness goes
-down its energy to a wrinkled shape; nothing tells it where wrinkles should be.
+A strip of Kapton, long edges clamped, the upper one moved along itself by 1 mm. A film that is not flat to a part of
+its thickness goes down its energy to a wrinkled shape; nothing tells it where wrinkles should be.
 """
 
 from __future__ import annotations
@@ -31,11 +31,10 @@ class Wrinkled:
 
     Attributes
     ----------
-    half_wavelength, amplitude : across the wrinkles, along the middle line of the strip, in the middle half of its length
-    resolved, tension_field : mean larger principal stress in the middle quarter of the length and half of the height
-    smaller : mean smaller principal stress there, resolved
-    iterations : of going down the energy
-    seconds : of the processor
+    half_wavelength, amplitude : across the wrinkles, along the middle line of the strip, in the middle half of its
+    length resolved, tension_field : mean larger principal stress in the middle quarter of the length and half of the
+    height smaller : mean smaller principal stress there, resolved iterations : of going down the energy seconds : of
+    the processor
     """
 
     half_wavelength: float
