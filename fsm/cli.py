@@ -296,8 +296,8 @@ def summary_lines(summary: Mapping[str, Any], folder: Path) -> list[str]:
     lines = []
     if summary.get("frequency_hz") is not None:
         lines.append(
-            f"frequency   {summary['frequency_hz']:.5g} Hz by fit, {summary['frequency_fft_hz']:.5g} Hz by FFT, whose lines are "
-            f"{summary['frequency_resolution_hz']:.3g} Hz apart"
+            f"frequency   {summary['frequency_hz']:.5g} Hz by fit, {summary['frequency_fft_hz']:.5g} Hz by FFT, whose lines "
+            f"are {summary['frequency_resolution_hz']:.3g} Hz apart"
         )
         lines.append(f"decay       {summary['decay_rate']:.4g} 1/s, damping ratio {summary['damping_ratio']:.3g}")
     for name in ("center", "patch"):

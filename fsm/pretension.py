@@ -30,7 +30,8 @@ def tensioned(
         Coordinates that are held from then on.
     loading : what acts afterwards
     steps : load steps
-    settle : whether to go down the energy to a stable state, beside which the plain one may be unstable: wrinkles, and tension
+    settle : whether to go down the energy to a stable state, beside which the plain one may be unstable: wrinkles,
+    and tension
         fields, whose slack parts nothing holds
 
     Raises

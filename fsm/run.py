@@ -20,7 +20,7 @@ from fsm.recorder import RecordedSolve
 from fsm.results.export import write_contact_csv, write_force_csv, write_history_csv, write_points_csv
 from fsm.results.quantities import touching_pairs
 from fsm.results.solution import Solution
-from fsm.scene.builders.warm_up import warm_up_scissor, warm_up_membrane, warm_up_plates, warm_up_strip
+from fsm.scene.builders.warm_up import warm_up_membrane, warm_up_plates, warm_up_scissor, warm_up_strip
 from fsm.scene.load_case import LoadedCase
 from fsm.solve.newton import negative_pivots
 from fsm.solve.simulate import Settings, simulate
@@ -107,7 +107,7 @@ def warm_up(spatial: bool = False, plates: bool = True) -> None:
 
 
 def warm_up_film() -> None:
-    """Compile (or load) every kernel that a film needs, by solving the first instants of a small one with a patch and cables."""
+    """Compile (or load) every kernel that a film needs, by the first instants of a small one with a patch and cables."""
     for film in ("plain", "tension-field"):
         analysis = analysis_of(warm_up_membrane(film))
         analysis.make_ready([])

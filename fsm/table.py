@@ -125,7 +125,11 @@ _OF_FILM: tuple[_Column, ...] = (
     ("decay (1/s)", "decay_rate", 1.0, 2),
     ("largest stress (MPa)", "tension_state_largest_stress", 1e-6, 2),
 )
-_OF_RUN: tuple[_Column, ...] = (("steps", "steps", 1.0, 0), ("run time (s)", "wall_time_s", 1.0, 2), ("warnings", "warnings", 1.0, 0))
+_OF_RUN: tuple[_Column, ...] = (
+    ("steps", "steps", 1.0, 0),
+    ("run time (s)", "wall_time_s", 1.0, 2),
+    ("warnings", "warnings", 1.0, 0),
+)
 
 
 def format_table(rows: Sequence[Mapping[str, Any]]) -> str:

@@ -7,8 +7,8 @@
 R is the unstressed shape, flat unless given. Stretch may be a tension field (`fsm.ancf.tension_field`). Damping is
 Kelvin-Voigt, of plain stretch and of bending: stresses take strain + viscosity * rate.
 
-Gauss points: 4 x 4 for stretch, 3 x 3 for bending; see `POINTS`. The kernels work with slopes times length, for which all
-elements share one table of derivatives; those at all points are one product with it.
+Gauss points: 4 x 4 for stretch, 3 x 3 for bending; see `POINTS`. The kernels work with slopes times length, for which
+all elements share one table of derivatives; those at all points are one product with it.
 """
 
 from __future__ import annotations
@@ -197,7 +197,8 @@ def add_force(
                 factor = weight * _length(d, b, c)
                 for a in range(3):
                     j = 3 * d + a
-                    p[a, first + d * points] = factor * (m[0] * gradient[0, j] + m[1] * gradient[1, j] + m[2] * gradient[2, j])
+                    moment = m[0] * gradient[0, j] + m[1] * gradient[1, j] + m[2] * gradient[2, j]
+                    p[a, first + d * points] = factor * moment
     products = np.dot(efforts.reshape(3 * elements, width), film.rows).reshape(elements, 3, 12)
     for k in range(elements):
         scatter_force(film.vectors[k], film.scale[k], -1.0, products[k], force)
@@ -227,7 +228,9 @@ def _add_product(factor: float, left: np.ndarray, right: np.ndarray, out: np.nda
 
 
 @kernel(inline=True)
-def _add_moduli(factor: float, bending: float, poisson: float, left: np.ndarray, right: np.ndarray, out: np.ndarray) -> None:
+def _add_moduli(
+    factor: float, bending: float, poisson: float, left: np.ndarray, right: np.ndarray, out: np.ndarray
+) -> None:
     """out += factor sum_kl D_kl left_k right_l^T with the bending moduli D_kl; left and right (3, 15)."""
     stiff = factor * bending
     _add_product(stiff, left[0], right[0], out)
@@ -250,8 +253,8 @@ def _natural(derivatives: int, b: float, c: float, h: np.ndarray) -> None:
 
 @kernel(inline=True)
 def _stretch_moduli(
-    x: np.ndarray, y: np.ndarray, vx: np.ndarray, vy: np.ndarray, moduli: tuple[float, float, float, float, float, float],
-    factor: float, h: np.ndarray,
+    x: np.ndarray, y: np.ndarray, vx: np.ndarray, vy: np.ndarray,
+    moduli: tuple[float, float, float, float, float, float], factor: float, h: np.ndarray,
 ) -> None:  # fmt: skip
     """h += factor sum_kl c_kl b_k(x, y) b_l(vx, vy)^T, b_k the derivatives (6,) of exx, eyy, 2 exy."""
     c11, c12, c13, c22, c23, c33 = moduli

@@ -1,19 +1,20 @@
 """Vibration in a few modes about an equilibrium, with the cubic stretch of large amplitudes where it is asked for.
 
-x = Phi a + x2(a, a): the modes Phi (M-orthonormal) and what they pull along at once, x2 = -K^-1 f2(Phi a, Phi a), above all the film's
-motion within its plane, which is far too fast to have dynamics of its own. With the elastic force K x + f2(x, x) + f3(x, x, x) + ...
-the potential in the modes is
+x = Phi a + x2(a, a): the modes Phi (M-orthonormal) and what they pull along at once, x2 = -K^-1 f2(Phi a, Phi a),
+above all the film's motion within its plane, which is far too fast to have dynamics of its own. With the elastic
+force K x + f2(x, x) + f3(x, x, x) + ... the potential in the modes is
 
     V(a) = 1/2 sum omega_i^2 a_i^2 + 1/3 sum T_ijk a_i a_j a_k + 1/4 sum C_ijkl a_i a_j a_k a_l
 
     T_ijk = phi_i.f2(phi_j, phi_k),   C_ijkl = phi_i.f3(phi_j, phi_k, phi_l) - 2 f2(phi_i, phi_j).K^-1 f2(phi_k, phi_l)
 
-f2 and f3 come from forces at displaced states by polarisation: stretch is a polynomial of third degree in the coordinates, for which
-that is exact and no difference quotient; what bending has beyond K is left in as far as it is of third degree.
+f2 and f3 come from forces at displaced states by polarisation: stretch is a polynomial of third degree in the
+coordinates, for which that is exact and no difference quotient; what bending has beyond K is left in as far as it is
+of third degree.
 
-Steps: half a kick by the nonlinear forces, exact motion of damped oscillators under a load that is linear over the step, half a kick
-(Strang): exact for the linear model with loads that are linear between steps, of second order in the step otherwise, and without
-numerical damping.
+Steps: half a kick by the nonlinear forces, exact motion of damped oscillators under a load that is linear over the
+step, half a kick (Strang): exact for the linear model with loads that are linear between steps, of second order in
+the step otherwise, and without numerical damping.
 """
 
 from __future__ import annotations
@@ -103,7 +104,7 @@ class ReducedModel:
         return np.asarray(self.rest + amplitude @ self.shapes)
 
     def missed(self, vector: np.ndarray, compliance: np.ndarray) -> float:
-        """Part of the static deflection under a load that the modes do not hold: what a truncated model is off by at least.
+        """Part of the static deflection under a load that the modes do not hold: a truncated model is off by that.
 
         Parameters
         ----------
@@ -189,8 +190,8 @@ def cubic_terms(
 def _transition(squared: np.ndarray, damping: np.ndarray, h: float) -> np.ndarray:
     """What a step h of damped oscillators is made of, (6, k): the motion after h
 
-    from a = 1, from v = 1; the rates of both; under a load 1, under a load s/h. (The rates under both loads are the motion from
-    v = 1 and that under a load 1, over h.)
+    from a = 1, from v = 1; the rates of both; under a load 1, under a load s/h. (The rates under both loads are the
+    motion from v = 1 and that under a load 1, over h.)
     """
     omega = np.sqrt(np.maximum(squared - damping**2, 0.0))
     fade = np.exp(-damping * h)
@@ -208,7 +209,7 @@ def march(
     h: float, transition: np.ndarray, quadratic: np.ndarray, cubic: np.ndarray, load: np.ndarray, a0: np.ndarray,
     v0: np.ndarray, nonlinear: bool,
 ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
-    """Amplitudes and rates (n, k) at all steps; load (n, k) is linear between them, `transition` as of `_transition`."""
+    """Amplitudes and rates (n, k) at all steps; load (n, k) is linear between them; `transition` of `_transition`."""
     count, k = load.shape
     amplitude, rate = np.empty((count, k)), np.empty((count, k))
     a, v, kick = a0.copy(), v0.copy(), np.zeros(k)

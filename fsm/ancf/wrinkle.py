@@ -1,18 +1,20 @@
 """Wrinkles in closed form: of a sheared strip, and at the corners of a film pulled there (seed 000, eqs. 28 to 32).
 
-Across tension sigma over a length L a thin film wrinkles with the half-wavelength that bending and tension make cheapest,
+Across tension sigma over a length L a thin film wrinkles with the half-wavelength that bending and tension make
+cheapest,
 
     lambda^4 = pi^2 D L^2/(sigma t),   D = E t^3/(12 (1 - nu^2)),
 
 and an amplitude that takes up the width which the film has too much: the strain e across gives A = 2 lambda sqrt(e)/pi.
 
-Corner: a wedge with a half-angle of 45 degrees under a force T at its tip (Michell) has sigma_r = 4 T cos(theta)/((pi + 2) rho t).
-With the displacement u = int_rho^R sigma_r/E towards the tip,
+Corner: a wedge with a half-angle of 45 degrees under a force T at its tip (Michell) has sigma_r = 4 T cos(theta)/((pi
++ 2) rho t). With the displacement u = int_rho^R sigma_r/E towards the tip,
 
     e = u/rho - nu sigma_r/E = sigma_r/E (ln(R/rho) - nu),
 
-which ends at R_w = R exp(-nu), the wrinkled radius. (As printed, the radicand of A is negative; its integral runs from R.)
-What the paper adds for patches on the diagonal needs lengths (R_c, alpha, d) that its text does not define; it is left out.
+which ends at R_w = R exp(-nu), the wrinkled radius. (As printed, the radicand of A is negative; its integral runs
+from R.) What the paper adds for patches on the diagonal needs lengths (R_c, alpha, d) that its text does not define;
+it is left out.
 
 References
 ----------
@@ -81,7 +83,7 @@ class CornerWrinkles:
     amplitude: float
 
     def height(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Height at points of the film, that of all four corners, m; analytic, so that it may be given complex numbers."""
+        """Height at points of the film, that of all four corners, m; complex numbers may be given, for slopes."""
         total = np.zeros(np.broadcast(x, y).shape, dtype=np.result_type(x, y))
         for across in (x, self.side - x):
             for along in (y, self.side - y):

@@ -53,14 +53,14 @@ def changes(
     for k in known:
         said = reference[rows[k]["case"]]
         there = 100.0 * ((1.0 + 0.01 * said[name]) / origin - 1.0)
-        found[k] = (100.0 * (rows[k][name] / first - 1.0), there, said.get("band", 0.0))
+        found[k] = (100.0 * (rows[k][name] / first - 1.0), there, said.get(f"{name} band", 0.0))
     return found
 
 
 def plot_study(
     rows: Sequence[Mapping[str, Any]], columns: Sequence[str], reference: Mapping[str, Mapping[str, float]], path: str | Path
 ) -> None:
-    """Frequency and amplitudes against what is varied; with a reference, changes in % below, reference values with their band.
+    """Frequency and amplitudes against what is varied; with a reference, changes in % below, its values with their band.
 
     Parameters
     ----------

@@ -123,10 +123,10 @@ def _cells(lines: Sequence[str]) -> list[tuple[int, list[str]]]:
 
 
 def load_reference(path: str | Path) -> dict[str, dict[str, float]]:
-    """Changes that a table is compared with: of each row by name, the numbers of the summary by name, in % of the first row.
+    """Changes that a table is compared with: of each row by name, numbers of the summary by name, in % of the first row.
 
-    The file that the table names has a column ``case`` and one for each number; a column ``band`` says how far off a value may
-    be by how it was measured, in %. An empty cell says nothing. Empty if the table names none.
+    The file that the table names has a column ``case`` and one for each number; a column ``<number> band`` says how far off
+    it may be by how it was measured, in %. An empty cell says nothing. Empty if the table names none.
 
     Raises
     ------
@@ -144,8 +144,9 @@ def load_reference(path: str | Path) -> dict[str, dict[str, float]]:
     found: dict[str, dict[str, float]] = {}
     for number, cells in rows[1:]:
         values = dict(zip(header, cells, strict=False))
+        name = values.pop(NAME, "")
         try:
-            found[values.pop(NAME)] = {key: float(value) for key, value in values.items() if value}
+            found[name] = {key: float(value) for key, value in values.items() if value}
         except ValueError as error:
             raise CaseError([Fault(f"row {number}", f"{error}; percentages are plain numbers")], str(file)) from None
     return found

@@ -2,13 +2,14 @@
 
     (K + mu M) dx = h(t, q),   mu >= 0
 
-is Newton's step at mu = 0 and a short way down the slope at large mu: an implicit step of an overdamped motion. mu is raised until
-the matrix has no negative pivot and until the step gains what its quadratic model promises (to a tenth), and falls where it gains
-that much, so that the end is Newton's method (pseudo-transient continuation: Kelley, Keyes, SIAM J. Numer. Anal. 35, 1998, 508).
-The mass as weight leaves the stiff motions of a structure almost as they are and holds back the soft ones, which buckle.
+is Newton's step at mu = 0 and a short way down the slope at large mu: an implicit step of an overdamped motion. mu is
+raised until the matrix has no negative pivot and until the step gains what its quadratic model promises (to a tenth),
+and falls where it gains that much, so that the end is Newton's method (pseudo-transient continuation: Kelley, Keyes,
+SIAM J. Numer. Anal. 35, 1998, 508). The mass as weight leaves the stiff motions of a structure almost as they are and
+holds back the soft ones, which buckle.
 
-For systems whose forces have a potential at rest. Wrinkles of a film, say, where a path with small steps would meet bifurcation
-after bifurcation: a shape a little beside the unstable one is enough of a start.
+For systems whose forces have a potential at rest. Wrinkles of a film, say, where a path with small steps would meet
+bifurcation after bifurcation: a shape a little beside the unstable one is enough of a start.
 """
 
 from __future__ import annotations

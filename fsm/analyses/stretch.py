@@ -1,50 +1,27 @@
-"""The tensioned film: the equilibrium under its pull or with its edges drawn apart, after which all supports are held."""
+"""How a film is stretched: the system that is pulled, from a start near enough, and what is held afterwards."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
 
 import numpy as np
 
 from fsm.analyses.film import CORNERS, FilmMesh
-from fsm.ancf.film import FilmStress, MembraneGroup
+from fsm.ancf.film import FilmMaterial
 from fsm.ancf.loading import Forcing, Loading
 from fsm.ancf.pulse import Constant
 from fsm.ancf.system import AncfSystem
-from fsm.ancf.tension_field import SLACK
-from fsm.errors import CaseError, Fault, NotConverged
+from fsm.ancf.wrinkle import corner_wrinkles, lifted
+from fsm.errors import NotConverged
+from fsm.pretension import tensioned
 from fsm.scene.case import Case
 from fsm.scene.membrane import CornerCable, Support
-from fsm.solve.newton import equilibrium
 
-__all__ = ["Tensioned", "film_stress", "supports", "tensioned"]
+__all__ = ["stretched", "supports"]
 
-_SLACKEST = 0.5
-"""Part of the film that may be slack."""
-
-
-@dataclass(frozen=True, eq=False)
-class Tensioned:
-    """The film stretched and held.
-
-    Attributes
-    ----------
-    q : (nq,) array
-    held : (k,) int array
-        Coordinates of all supports.
-    stress : of the film itself, without its patches
-    """
-
-    q: np.ndarray
-    held: np.ndarray
-    stress: FilmStress
-
-    @property
-    def slack(self) -> float:
-        """Part of the film's area that carries no tension."""
-        area = self.stress.area
-        return float(np.sum(area[self.stress.state == SLACK]) / np.sum(area))
+_IMPERFECTION = 0.1
+"""Height of waves that a film starts from where no closed form says it, over the thickness."""
 
 
 def supports(case: Case) -> tuple[Support, ...]:
@@ -57,43 +34,46 @@ def supports(case: Case) -> tuple[Support, ...]:
     return (Support(at="corners" if case.tension.pull is not None else "edges"),)
 
 
-def tensioned(case: Case, film: FilmMesh, source: str) -> Tensioned:
-    """Stretch the film of a case.
+def stretched(case: Case, film: FilmMesh, loading: Loading) -> AncfSystem:
+    """The film of a case stretched, held at its supports, at rest under its own weight; `loading` acts from then on.
 
     Raises
     ------
-    CaseError
-        It comes out slack.
     NotConverged
     """
-    tension = case.tension
-    assert tension is not None
+    tension, membrane = case.tension, case.membrane
+    assert tension is not None and membrane is not None
     held = np.unique(np.concatenate([film.held_by(support) for support in supports(case)]))
     if tension.pull is not None:
         system = _pulled(case, film, held, tension.pull)
     else:
         assert tension.strain is not None
         strain = tension.strain if isinstance(tension.strain, tuple) else (tension.strain, tension.strain)
-        start = _stretched(film, strain)
-        system = AncfSystem(film.mesh.holding(held), Loading(gravity=case.gravity), start)
+        system = AncfSystem(film.mesh.holding(held), Loading(gravity=case.gravity), _drawn_out(film, strain))
+    if tension.film == "wrinkles":
+        start = lifted(system.start, film.grid.position, _waves(case))
+        start[system.fixed] = system.start[system.fixed]
+        system = AncfSystem(system.mesh, system.loading, start)
     try:
-        q = equilibrium(system, system.start, np.array([0.0]))
+        return tensioned(system, held, loading, settle=tension.film != "plain")
     except NotConverged as error:
         raise NotConverged(f"tension of the film: {error}") from None
-    state = Tensioned(q, held, film_stress(film, q)[0])
-    if state.slack > _SLACKEST or not state.stress.principal.max() > 0.0:
-        text = f"the film is slack: {100 * state.slack:.0f} % of it carries no tension; pull harder"
-        raise CaseError([Fault("tension", text)], source)
-    return state
 
 
-def film_stress(film: FilmMesh, q: np.ndarray) -> tuple[FilmStress, list[tuple[np.ndarray, FilmStress]]]:
-    """Stresses of the film itself; and of all groups with the numbers of their elements, in the order of what is drawn."""
-    kinds = film.cells.ravel()
-    groups = [group for group in film.mesh.groups if isinstance(group, MembraneGroup)]
-    numbers = [np.flatnonzero(kinds == kind) for kind in np.unique(kinds)]
-    parts = [(where, group.stress(q)) for where, group in zip(numbers, groups, strict=True)]
-    return parts[0][1], parts
+def _waves(case: Case) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
+    """Height of the film that wrinkles start from: closed form at pulled corners, else waves of a few elements."""
+    tension, membrane, material = case.tension, case.membrane, case.material
+    assert tension is not None and membrane is not None and material is not None
+    if tension.pull is not None:
+        sheet = FilmMaterial(material.young, material.poisson, material.density, membrane.thickness)
+        form = corner_wrinkles(sheet, membrane.length, tension.pull)
+        scale = 1.0 if tension.imperfection is None else tension.imperfection / form.amplitude
+        shift = (0.5 * membrane.length, 0.5 * membrane.width)
+        return lambda x, y: scale * form.height(x + shift[0], (y + shift[1]) * membrane.length / membrane.width)
+    size = tension.imperfection or _IMPERFECTION * membrane.thickness
+    sides = (membrane.length, membrane.width)
+    kx, ky = (math.pi * count / (2.3 * side) for count, side in zip(membrane.mesh, sides, strict=True))
+    return lambda x, y: size * (np.sin(kx * x + ky * y + 0.3) + np.sin(kx * x - 1.1 * ky * y + 1.0)) / 2.0
 
 
 def _pulled(case: Case, film: FilmMesh, held: np.ndarray, pull: float) -> AncfSystem:
@@ -114,10 +94,10 @@ def _pulled(case: Case, film: FilmMesh, held: np.ndarray, pull: float) -> AncfSy
         forces[end : end + 3] = pull * outward
     mesh = film.mesh.holding(np.concatenate([others, anchor, ends + 2]))
     loading = Loading((Forcing(forces, Constant()),), gravity=case.gravity)
-    return AncfSystem(mesh, loading, _stretched(film, (strain, strain)))
+    return AncfSystem(mesh, loading, _drawn_out(film, (strain, strain)))
 
 
-def _stretched(film: FilmMesh, strain: tuple[float, float]) -> np.ndarray:
+def _drawn_out(film: FilmMesh, strain: tuple[float, float]) -> np.ndarray:
     """The film drawn out evenly, its Green strain a bit above what is said; cables go along with their corners."""
     factor = np.array([1.0 + strain[0], 1.0 + strain[1], 1.0])
     nodes = film.mesh.coordinates.reshape(-1, 9).copy()
