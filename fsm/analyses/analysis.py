@@ -24,6 +24,11 @@ class Analysis(Protocol):
         """What the solvers get."""
         ...
 
+    @property
+    def kernels(self) -> str:
+        """The kernels it needs, as `fsm.run.warm_up` calls them."""
+        ...
+
     def make_ready(self, warnings: list[str]) -> None:
         """Do what comes before the solve and may be refused; nothing has been written yet.
 

@@ -48,6 +48,11 @@ class Deployment:
         self.scene, self.system = prepare(case, source, warnings)
         self._pivots = LinearSolver()
 
+    @property
+    def kernels(self) -> str:
+        """See `Analysis`."""
+        return "spatial" if self.system.spatial else "planar"
+
     def make_ready(self, warnings: list[str]) -> None:
         """See `Analysis`; the scene has been checked whole."""
 

@@ -213,8 +213,8 @@ def _senses(
         start, middle, end = (i for i, first in enumerate(bar.positions) if int(first) in named)
         # through its middle a bar has the slope of its first half
         for at, a, b in ((start, start, middle), (middle, start, middle), (end, middle, end)):
-            from_, to = (later[named[int(bar.positions[i])]] for i in (a, b))
-            direction[int(bar.slopes[at])] = np.subtract(to, from_)
+            ends = (later[named[int(bar.positions[i])]] for i in (b, a))
+            direction[int(bar.slopes[at])] = np.subtract(*ends)
     p, q = (np.array([direction[int(first)] for first in vectors[:, side]]) for side in (0, 1))
     angle = np.arctan2(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0], np.sum(p * q, axis=1))
     turn = np.remainder(angle - initial + math.pi, 2.0 * math.pi) - math.pi
