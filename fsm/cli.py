@@ -188,12 +188,13 @@ def table(
 
     The columns of the table are dotted paths into a base case, case.toml beside it.
     """
-    from fsm.table import failures, format_table, run_table
+    from fsm.table import failures, format_comparison, format_table, run_table
 
     folder = _out_folder(out)
     rows = run_table(table, folder, overrides, workers, resume, method, progress=not quiet)
     if not quiet:
         click.echo(format_table(rows))
+        _say(format_comparison(table, rows).splitlines())
         click.echo(f"results: {folder}")
     failed = [row for row in rows if row.get("error")]
     if failed:
@@ -212,7 +213,7 @@ def check(case: str, overrides: tuple[str, ...], spatial: bool) -> None:
 
     loaded = load_case(case, [*overrides, *_solve_overrides(spatial, None)])
 
-    from fsm.segments.report import describe
+    from fsm.describe import describe
 
     with naming(case):
         lines = describe(loaded.case)
@@ -242,25 +243,17 @@ def preview(case: str, out: str, overrides: tuple[str, ...]) -> None:
 @click.option("--out", metavar="DIR", help="Folder for the plots; default: that of the result.")
 @debug_option
 def plot(result: str, out: str | None) -> None:
-    """Draw force, motion, energy and contacts of a result again."""
+    """Draw the figures of a result again."""
     from fsm.results.store import read_solution
 
     solution = read_solution(Path(result))
     folder = _out_folder(out) if out else Path(result).parent
     folder.mkdir(parents=True, exist_ok=True)
 
-    from fsm.plots.contact_map import plot_contact_map
-    from fsm.plots.energy import plot_energy
-    from fsm.plots.force import plot_force
-    from fsm.plots.motion import plot_motion
-    from fsm.results.quantities import touching_pairs
+    from fsm.plots.figures import draw
 
-    plots = [(plot_force, "force.png"), (plot_motion, "motion.png"), (plot_energy, "energy.png")]
-    if touching_pairs(solution.pair_force):
-        plots.append((plot_contact_map, "contact.png"))
-    for draw, name in plots:
-        draw(solution, folder / name)
-        click.echo(str(folder / name))
+    for path in draw(solution, folder):
+        click.echo(str(path))
 
 
 CALIBRATIONS = {
@@ -321,10 +314,12 @@ calibrate.help = (calibrate.help or "").format(kinds=", ".join(CALIBRATIONS))
 @debug_option
 def warmup() -> None:
     """Compile all kernels now, so that the first run need not."""
-    from fsm.run import warm_up
+    from fsm.run import warm_up, warm_up_array, warm_up_film
 
     for spatial in (False, True):
         warm_up(spatial=spatial)
+    warm_up_film()
+    warm_up_array()
 
 
 @contextmanager
@@ -353,6 +348,23 @@ def _out_folder(out: str) -> Path:
 def summary_lines(summary: Mapping[str, Any], folder: Path) -> list[str]:
     """What a user wants to know of a run: peak, stages, warnings, where the files are."""
     lines = []
+    if summary.get("frequency_hz") is not None:
+        lines.append(
+            f"frequency   {summary['frequency_hz']:.5g} Hz by fit, {summary['frequency_fft_hz']:.5g} Hz by FFT, whose lines "
+            f"are {summary['frequency_resolution_hz']:.3g} Hz apart"
+        )
+        lines.append(f"decay       {summary['decay_rate']:.4g} 1/s, damping ratio {summary['damping_ratio']:.3g}")
+    for name in ("center", "patch"):
+        if summary.get(f"amplitude_{name}") is not None:
+            lines.append(f"amplitude   {1e3 * summary[f'amplitude_{name}']:.4g} mm at the {name}")
+    if summary.get("modes_hz"):
+        lines.append(f"modes       {', '.join(f'{f:.4g}' for f in summary['modes_hz'][:6])} ... Hz")
+    if summary.get("tension_state"):
+        state = summary["tension_state"]
+        lines.append(
+            f"tension     {1e-6 * state['smallest_stress']:.4g} to {1e-6 * state['largest_stress']:.4g} MPa, "
+            f"{100 * state['slack_fraction']:.3g} % slack"
+        )
     if summary.get("peak_force"):
         lines.append(
             f"peak force  {summary['peak_force']:.4g} N at {summary['peak_travel'] * 1e3:.2f} mm of travel"

@@ -23,7 +23,6 @@ from fsm.results.solution import Record, Solution
 from fsm.results.store import ResultWriter, part_path, read_checkpoint, read_solution, write_checkpoint
 from fsm.scene.load_case import LoadedCase
 from fsm.solve.simulate import Ledger, Saved, Statistics, StepEnd
-from fsm.solve.solver import solve
 from fsm.solve.status import Event
 from fsm.summary import summary_of
 from fsm.system import DriveState
@@ -94,8 +93,7 @@ class RecordedSolve:
         resume_at = self.records if self.resumed else None
         with ResultWriter(self.target, layout, resume_at, samples_at=self.samples) as writer, bar:
             try:
-                statistics, _ = solve(
-                    self.system,
+                statistics = self.analysis.solve(
                     settings,
                     _merged(self.records_due, self.samples_due, _SAME * end),
                     lambda saved: self._save(writer, saved),

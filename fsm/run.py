@@ -14,30 +14,29 @@ import numpy as np
 from fsm.analyses.choose import analysis_of
 from fsm.errors import ExpectationFailed
 from fsm.kernels import jit
-from fsm.plots.contact_map import plot_contact_map
-from fsm.plots.energy import plot_energy
-from fsm.plots.force import plot_force
-from fsm.plots.motion import plot_motion
+from fsm.plots.figures import draw
 from fsm.prepare import prepare
 from fsm.recorder import RecordedSolve
-from fsm.results.export import write_contact_csv, write_force_csv
+from fsm.results.export import write_contact_csv, write_force_csv, write_history_csv, write_points_csv
 from fsm.results.quantities import touching_pairs
 from fsm.results.solution import Solution
-from fsm.scene.builders.warm_up import warm_up_plates, warm_up_strip
+from fsm.scene.builders.warm_up import warm_up_membrane, warm_up_plates, warm_up_scissor, warm_up_strip
 from fsm.scene.load_case import LoadedCase
 from fsm.solve.newton import negative_pivots
 from fsm.solve.simulate import Settings, simulate
 from fsm.solve.static import PathSettings, follow
 from fsm.summary import check_expectations, missed_expectations
 
-__all__ = ["run_case", "warm_up"]
+__all__ = ["run_case", "warm_up", "warm_up_film"]
 
 def run_case(
     loaded: LoadedCase, out: Path, *, progress: bool | Callable[[float], None] = True, resume: bool = False
 ) -> dict[str, Any]:
-    """Run a case and write result.h5, summary.json, force.csv, force.png, motion.png and energy.png into `out`.
+    """Run a case and write result.h5, summary.json, curves as CSV and plots into `out`.
 
-    With a contact that carries force in a record, contact.csv and contact.png as well.
+    Which curves and plots depends on what there is: force.csv, force.png, motion.png, energy.png of a deployment,
+    contact.csv and contact.png with a contact that carries force in a record; history.csv, history.png, spectrum.png,
+    modes.png, tension.png and energy.png of a film.
 
     Parameters
     ----------
@@ -107,20 +106,37 @@ def warm_up(spatial: bool = False, plates: bool = True) -> None:
         system.observe(0.0, touching, u)
 
 
+def warm_up_film() -> None:
+    """Compile (or load) every kernel that a film needs, by the first instants of a small one with a patch and cables."""
+    for film in ("plain", "tension-field"):
+        analysis = analysis_of(warm_up_membrane(film))
+        analysis.make_ready([])
+        system, start = analysis.system, analysis.start([])
+        settings = Settings("generalized-alpha", 1e-3, 2e-4, step=1e-4)
+        simulate(system, settings, [0.0], lambda saved: None, start=start)
+
+
+def warm_up_array() -> None:
+    """Compile (or load) every kernel that a scissor array needs, by solving the first instants of small ones."""
+    for element in ("section", "green", "cable"):
+        system = analysis_of(warm_up_scissor(element)).system
+        simulate(system, Settings("generalized-alpha", 1e-3, 2e-4, step=1e-4), [0.0], lambda saved: None)
+
+
 def _write(solution: Solution, out: Path) -> None:
-    """Curve, plots, and summary.json last and whole, so that its presence means the case is done."""
-    write_force_csv(solution, out / "force.csv")
-    if solution.travel.shape[1]:
-        plot_force(solution, out / "force.png")
-    plot_motion(solution, out / "motion.png")
-    plot_energy(solution, out / "energy.png")
-    contact = out / "contact.csv", out / "contact.png"
-    if touching_pairs(solution.pair_force):
-        write_contact_csv(solution, contact[0])
-        plot_contact_map(solution, contact[1])
-    else:  # those of another run in this folder
-        for path in contact:
-            path.unlink(missing_ok=True)
+    """Curves, plots, and summary.json last and whole, so that its presence means the case is done."""
+    tables = {
+        "force.csv": write_force_csv if solution.layout.film is None else None,
+        "contact.csv": write_contact_csv if touching_pairs(solution.pair_force) else None,
+        "history.csv": write_history_csv if len(solution.samples.time) else None,
+        "points.csv": write_points_csv if solution.array is not None else None,
+    }
+    for name, write in tables.items():
+        if write is not None:
+            write(solution, out / name)
+        else:  # that of another run in this folder
+            (out / name).unlink(missing_ok=True)
+    draw(solution, out)
     partial = out / "summary.json.part"
     partial.write_text(json.dumps(solution.summary, indent=2) + "\n", encoding="utf-8")
     os.replace(partial, out / "summary.json")

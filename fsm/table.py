@@ -17,9 +17,9 @@ from typing import Any
 from fsm.errors import CaseError, Fault
 from fsm.pool import Outcome, run_jobs
 from fsm.scene.load_case import LoadedCase
-from fsm.scene.table import TableCase, load_table
+from fsm.scene.table import TableCase, load_reference, load_table
 
-__all__ = ["RESOLVED", "failures", "format_table", "run_table"]
+__all__ = ["RESOLVED", "failures", "format_comparison", "format_table", "run_table"]
 
 RESOLVED = "case.resolved.toml"
 """The case of a row as it was run, beside its results."""
@@ -50,7 +50,8 @@ def run_table(
 ) -> list[dict[str, Any]]:
     """Run every row of a table.
 
-    Writes ``summary.csv``, ``overlay.png`` and a folder of results for each row, with the case as it was run.
+    Writes ``summary.csv``, ``overlay.png`` (of films ``study.png``) and a folder of results for each row, with the case as
+    it was run.
 
     Parameters
     ----------
@@ -85,7 +86,8 @@ def run_table(
     """
     folder = Path(out)
     cases = load_table(path, [*overrides, *([f"solve.method={method}"] if method else [])])
-    dimensions = _check_scenes(cases, str(path))
+    reference = load_reference(path)
+    kernels = _check_scenes(cases, str(path))
     rows: dict[int, dict[str, Any]] = {}
     jobs: dict[int, Job] = {}
     for index, case in enumerate(cases):
@@ -97,12 +99,13 @@ def run_table(
             jobs[index] = Job(case.loaded, where, same)
     folder.mkdir(parents=True, exist_ok=True)
     try:
-        _run_rows(cases, jobs, rows, dimensions, workers, progress)
+        _run_rows(cases, jobs, rows, kernels, workers, progress)
     finally:
         done = [rows[index] for index in sorted(rows)]
         paths = dict.fromkeys(path for case in cases for path in case.overrides)
         _write_csv(folder / "summary.csv", done, ["case", *paths])
     _plot_overlay(folder, done)
+    _plot_study(folder, done, list(paths), reference)
     return done
 
 
@@ -112,32 +115,31 @@ def failures(rows: Sequence[Mapping[str, Any]]) -> int:
     return 0 if not codes else 4 if codes == {4} else 3
 
 
+_Column = tuple[str, str, float, int]
+"""Heading, key of the row, factor, digits."""
+_OF_PULL: tuple[_Column, ...] = (("peak force (N)", "peak_force", 1.0, 4), ("at travel (mm)", "peak_travel", 1e3, 2))
+_OF_FILM: tuple[_Column, ...] = (
+    ("frequency (Hz)", "frequency_hz", 1.0, 3),
+    ("center (mm)", "amplitude_center", 1e3, 4),
+    ("patch (mm)", "amplitude_patch", 1e3, 4),
+    ("decay (1/s)", "decay_rate", 1.0, 2),
+    ("largest stress (MPa)", "tension_state_largest_stress", 1e-6, 2),
+)
+_OF_RUN: tuple[_Column, ...] = (
+    ("steps", "steps", 1.0, 0),
+    ("run time (s)", "wall_time_s", 1.0, 2),
+    ("warnings", "warnings", 1.0, 0),
+)
+
+
 def format_table(rows: Sequence[Mapping[str, Any]]) -> str:
-    """The results as text: one line a case, travel in mm; what failed says why below the table."""
+    """The results as text: one line a case, lengths in mm; what failed says why below the table."""
     stages = list(dict.fromkeys(key for row in rows for key in row if _stage_name(key)))
-    lines = [
-        [
-            "condition",
-            "peak force (N)",
-            "at travel (mm)",
-            *(f"{_stage_name(key)} from (mm)" for key in stages),
-            "steps",
-            "run time (s)",
-            "warnings",
-        ]
-    ]
+    own = _OF_FILM if any("frequency_hz" in row for row in rows) else _OF_PULL
+    columns = [*own, *((f"{_stage_name(key)} from (mm)", key, 1e3, 2) for key in stages), *_OF_RUN]
+    lines = [["condition", *(heading for heading, *_ in columns)]]
     for row in rows:
-        lines.append(
-            [
-                str(row["case"]),
-                _cell(row.get("peak_force"), 1, 4),
-                _cell(row.get("peak_travel"), 1e3, 2),
-                *(_cell(row.get(key), 1e3, 2) for key in stages),
-                _cell(row.get("steps"), 1, 0),
-                _cell(row.get("wall_time_s"), 1, 2),
-                _cell(row.get("warnings"), 1, 0),
-            ]
-        )
+        lines.append([str(row["case"]), *(_cell(row.get(key), factor, digits) for _, key, factor, digits in columns)])
     widths = [max(len(line[column]) for line in lines) for column in range(len(lines[0]))]
     text = [
         "  ".join([line[0].ljust(widths[0]), *map(str.rjust, line[1:], widths[1:])]).rstrip()
@@ -146,6 +148,25 @@ def format_table(rows: Sequence[Mapping[str, Any]]) -> str:
     text.insert(1, "-" * (sum(widths) + 2 * len(widths) - 2))
     text += [f"{row['case']}: {line}" for row in rows for line in str(row.get("error", "")).splitlines()]
     return "\n".join(text)
+
+
+def format_comparison(path: str | Path, rows: Sequence[Mapping[str, Any]]) -> str:
+    """Changes against the reference that a table names, a line a row and number; empty if it names none."""
+    from fsm.plots.study import STUDIED, changes
+
+    reference = load_reference(path)
+    lines = []
+    for name in STUDIED:
+        for row, found in zip(rows, changes(rows, reference, name), strict=True):
+            if found is not None:
+                ours, theirs, band = found
+                off = abs((100.0 + ours) / (100.0 + theirs) - 1.0)
+                said = "within" if off <= 0.01 * band + 1e-12 else "outside"
+                lines.append(
+                    f"{row['case']}: {name} {ours:+.2f} %, reference {theirs:+.2f} %"
+                    + (f", {said} its band of {band:g} %" if band else "")
+                )
+    return "\n".join(lines)
 
 
 def _cell(value: object, factor: float, digits: int) -> str:
@@ -179,44 +200,48 @@ def _same_case(folder: Path, loaded: LoadedCase) -> bool:
         return False
 
 
-def _check_scenes(cases: Sequence[TableCase], source: str) -> set[bool]:
+def _check_scenes(cases: Sequence[TableCase], source: str) -> set[str]:
     """Compile every case, so that what the compiler refuses is known before the first one runs.
 
     Returns
     -------
-    set of bool
-        Whether spatial and whether planar systems are among them.
+    set of str
+        The kernels that they need.
     """
-    from fsm.prepare import prepare
+    from fsm.analyses.choose import analysis_of
 
-    faults, dimensions = [], set()
+    faults, kernels = [], set()
     for case in cases:
         try:
-            dimensions.add(prepare(case.loaded.case)[1].spatial)
+            kernels.add(analysis_of(case.loaded.case).kernels)
         except CaseError as error:
             faults += [
                 Fault(f"{case.name}: {f.path}" if f.path else case.name, f.message) for f in error.faults
             ]
     if faults:
         raise CaseError(faults, source)
-    return dimensions
+    return kernels
 
 
 def _run_rows(
     cases: Sequence[TableCase],
     jobs: Mapping[int, Job],
     rows: dict[int, dict[str, Any]],
-    dimensions: set[bool],
+    kernels: set[str],
     workers: int | None,
     progress: bool,
 ) -> None:
     """Run the jobs and put their rows with the others as they come."""
     if not jobs:
         return
-    from fsm.run import warm_up
+    if "film" in kernels:
+        from fsm.run import warm_up_film
 
-    for spatial in sorted(dimensions):
-        warm_up(spatial=spatial, plates=False)
+        warm_up_film()
+    for kind in sorted(kernels - {"film"}):
+        from fsm.run import warm_up
+
+        warm_up(spatial=kind == "spatial", plates=False)
     numbers = list(jobs)
     count = min(workers or os.cpu_count() or 1, len(numbers))
     with (
@@ -272,13 +297,29 @@ def _write_csv(path: Path, rows: Sequence[Mapping[str, Any]], first: Sequence[st
 
 
 def _plot_overlay(folder: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    names = [row["case"] for row in rows if (folder / row["case"] / RESULT).is_file() and "peak_force" in row]
+    """The curves of all rows that are pulled."""
+    pulled = [row for row in rows if "peak_force" in row and "frequency_hz" not in row]
+    names = [row["case"] for row in pulled if (folder / row["case"] / RESULT).is_file()]
     if not names:
         return
     from fsm.plots.force import plot_overlay
     from fsm.results.store import read_solution
 
     plot_overlay([(name, read_solution(folder / name / RESULT)) for name in names], folder / "overlay.png")
+
+
+def _plot_study(
+    folder: Path,
+    rows: Sequence[Mapping[str, Any]],
+    columns: Sequence[str],
+    reference: Mapping[str, Mapping[str, float]],
+) -> None:
+    """Frequency and amplitudes of all rows that vibrate."""
+    films = [row for row in rows if row.get("frequency_hz") is not None]
+    if films:
+        from fsm.plots.study import plot_study
+
+        plot_study(films, columns, reference, folder / "study.png")
 
 
 @contextmanager
@@ -304,5 +345,7 @@ def _advance(bar: Any, row: Mapping[str, Any]) -> None:
 def _line(row: Mapping[str, Any]) -> str:
     if row.get("error"):
         return f"{row['case']}: failed: {str(row['error']).splitlines()[0]}"
+    if "frequency_hz" in row:
+        return f"{row['case']}: {_cell(row['frequency_hz'], 1, 3)} Hz, {_cell(row.get('wall_time_s'), 1, 1)} s"
     force, travel = _cell(row.get("peak_force"), 1, 4), _cell(row.get("peak_travel"), 1e3, 2)
     return f"{row['case']}: peak {force} N at {travel} mm, {_cell(row.get('wall_time_s'), 1, 1)} s"

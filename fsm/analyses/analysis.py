@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, Protocol
 
 import numpy as np
 
 from fsm.results.array import ArrayMotion
 from fsm.results.solution import Layout, Solution
-from fsm.solve.simulate import Settings, Statistics
+from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, StepEnd
 from fsm.solve.static import PathSettings
-from fsm.system import System
+from fsm.system import DriveState, System
 
 __all__ = ["Analysis"]
 
@@ -71,6 +72,19 @@ class Analysis(Protocol):
 
     def array_motion(self, solution: Solution, warnings: list[str]) -> ArrayMotion | None:
         """Of a scissor array, how its points move and its bars are stressed; None of anything else."""
+        ...
+
+    def solve(
+        self,
+        settings: Settings | PathSettings,
+        times: list[float],
+        on_save: Callable[[Saved], None],
+        on_step: Callable[[StepEnd], None],
+        start: tuple[float, np.ndarray, np.ndarray],
+        ledger: Ledger,
+        seen: list[tuple[DriveState, np.ndarray]],
+    ) -> Statistics:
+        """Solve, and hand over states at the times that are wanted; see `fsm.solve.simulate.simulate`."""
         ...
 
     def summarise(self, solution: Solution, statistics: Statistics) -> dict[str, Any]:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from fsm.analyses.analysis import Analysis
 from fsm.analyses.deploy import Deployment
 from fsm.analyses.scissor import ScissorArray
+from fsm.analyses.vibrate import VibrationAnalysis
 from fsm.scene.case import Case
 
-__all__ = ["analysis_of", "describe"]
+__all__ = ["analysis_of"]
 
 
 def analysis_of(case: Case, source: str = "", warnings: list[str] | None = None) -> Analysis:
@@ -26,11 +27,8 @@ def analysis_of(case: Case, source: str = "", warnings: list[str] | None = None)
     CaseError
         All faults that compiling finds.
     """
-    return ScissorArray(case, source) if case.analysis == "scissor" else Deployment(case, source, warnings)
-
-
-def describe(case: Case) -> list[str]:
-    """What `fsm check` says of a case; see `fsm.segments.report.describe`."""
-    from fsm.segments.report import describe as describe_segments
-
-    return describe_segments(case)
+    if case.analysis == "vibrate":
+        return VibrationAnalysis(case, source)
+    if case.analysis == "scissor":
+        return ScissorArray(case, source)
+    return Deployment(case, source, warnings)

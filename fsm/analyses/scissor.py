@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -19,8 +20,10 @@ from fsm.scene.check_scissor import default_holds
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
 from fsm.solve.generalized_alpha import RHO_INF
-from fsm.solve.simulate import Saved, Settings, Statistics, simulate
+from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, StepEnd, simulate
+from fsm.solve.solver import solve
 from fsm.solve.static import PathSettings
+from fsm.system import DriveState
 
 __all__ = ["ScissorArray"]
 
@@ -50,11 +53,6 @@ class ScissorArray:
         self.array: Array = array_at(case.scissor, case.scissor.initial_angle)
         self.holds = case.hold or default_holds(case.scissor)
         self.system: ArraySystem | SegmentSystem = self._rigid() if case.scissor.rigid else self._flexible()
-
-    @property
-    def kernels(self) -> str:
-        """See `Analysis`."""
-        return "planar" if self.scissor.rigid else "bars"
 
     def make_ready(self, warnings: list[str]) -> None:
         """See `Analysis`: nothing."""
@@ -110,6 +108,19 @@ class ScissorArray:
     def unstable_ways(self, t: float, q: np.ndarray) -> int:
         """None: a mechanism passes no equilibria."""
         return 0
+
+    def solve(
+        self,
+        settings: Settings | PathSettings,
+        times: list[float],
+        on_save: Callable[[Saved], None],
+        on_step: Callable[[StepEnd], None],
+        start: tuple[float, np.ndarray, np.ndarray],
+        ledger: Ledger,
+        seen: list[tuple[DriveState, np.ndarray]],
+    ) -> Statistics:
+        """See `Analysis`."""
+        return solve(self.system, settings, times, on_save, on_step, start, ledger, seen)[0]
 
     def array_motion(self, solution: Solution, warnings: list[str]) -> ArrayMotion:
         """Points and stresses at the records, beside the same array with rigid bars."""
@@ -186,7 +197,13 @@ class ScissorArray:
         return self._rigid_motion(system, names, start, times, *(np.array(part) for part in zip(*kept, strict=True)))
 
     def _rigid_motion(
-        self, system: SegmentSystem, names: tuple[str, ...], start: np.ndarray, times: np.ndarray, q: np.ndarray, u: np.ndarray
+        self,
+        system: SegmentSystem,
+        names: tuple[str, ...],
+        start: np.ndarray,
+        times: np.ndarray,
+        q: np.ndarray,
+        u: np.ndarray,
     ) -> PointMotion:
         """Points of rigid bars; accelerations are the slopes of a spline through the velocities."""
         free = [system.bodies.names[i] for i in system.bodies.free]

@@ -1,9 +1,10 @@
 """The air that a vibrating film moves with it.
 
-A film of length l in still air carries 0.68 rho_air l of air on every square metre, both sides together, whatever frequency and
-amplitude are, as long as it vibrates in its first modes (Minami 1998). Air is pushed by the normal motion only, so its mass
-matrix is int m S_i S_j dA n n^T with the normal n of the film at rest; motion within the film and cables carry none. (Adding it
-to the whole mass matrix, as is often done, slows in-plane vibrations too.) Patches push air as the film around them does.
+A film of length l in still air carries 0.68 rho_air l of air on every square metre, both sides together, whatever
+frequency and amplitude are, as long as it vibrates in its first modes (Minami 1998). Air is pushed by the normal
+motion only, so its mass matrix is int m S_i S_j dA n n^T with the normal n of the film at rest; motion within the
+film and cables carry none. (Adding it to the whole mass matrix, as is often done, slows in-plane vibrations too.)
+Patches push air as the film around them does.
 
 References
 ----------

@@ -1,9 +1,9 @@
 """Builds planar meshes of bars that share points: nothing but vectors and who uses them, so no constraint is left to solve.
 
 Every bar has a position and slopes of its own at each of its nodes, but for the points it shares: there all bars use one
-position (master and slaves of seed 004, eq. 13, on positions only) and keep their own slopes, and that is a hinge. A bar goes
-through its middle point with one set of slopes; bent there, its second half uses them turned by a constant angle, a mix of
-r_x and r_y with constant coefficients that goes into the shape functions.
+position (master and slaves of seed 004, eq. 13, on positions only) and keep their own slopes, and that is a hinge. A bar
+goes through its middle point with one set of slopes; bent there, its second half uses them turned by a constant angle, a
+mix of r_x and r_y with constant coefficients that goes into the shape functions.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -117,7 +118,7 @@ class BarMesh:
         elements : how many there are between each two of them
         """
         places = [np.array(self.values[point // 2]) for point in points]
-        pieces = list(zip(places[:-1], places[1:], strict=True))
+        pieces = list(pairwise(places))
         angles = [math.atan2(b[1] - a[1], b[0] - a[0]) for a, b in pieces]
         first, at = len(self._vectors), 0.0
         nodes: list[tuple[int, list[int], float]] = []

@@ -2,8 +2,8 @@
 
     eps = (r'.r' - 1)/2,   kappa = (r' x r'')/|r'|^2,   U = 1/2 int EA eps^2 + EI kappa^2 dx.
 
-kappa is the curvature per length of the unstretched axis, so bending and stretch are not coupled. Gauss: three points; with two
-the stretch has a mode of no energy, all slopes growing alike.
+kappa is the curvature per length of the unstretched axis, so bending and stretch are not coupled. Gauss: three points; with
+two the stretch has a mode of no energy, all slopes growing alike.
 """
 
 from __future__ import annotations

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -69,7 +70,7 @@ class BeamGroup:
     masses: np.ndarray
     name: str = "bars"
 
-    @property
+    @cached_property
     def rate_dependent(self) -> bool:
         """Whether its forces depend on velocities."""
         return bool(np.any(self.beta > 0.0))
@@ -80,14 +81,20 @@ class BeamGroup:
 
     def gathered(self, values: np.ndarray | None) -> np.ndarray:
         """Coordinates or rates of every element, (m, v, 2); zero for none."""
-        if values is None:
-            return np.zeros((*self.vectors.shape, 2))
-        return np.asarray(_gathered(self.vectors, values))
+        return self._none if values is None else np.asarray(_gathered(self.vectors, values))
+
+    @cached_property
+    def _none(self) -> np.ndarray:
+        return np.zeros((*self.vectors.shape, 2))
+
+    def _rates(self, u: np.ndarray | None) -> np.ndarray:
+        """Rates where they matter."""
+        return self.gathered(u) if self.rate_dependent else self._none
 
     def add_force(self, q: np.ndarray, u: np.ndarray | None, force: np.ndarray) -> None:
         """See `ElementGroup`."""
         strain, gradient = self.strains(self.gathered(q), self.rows)
-        element = strain_force(strain, gradient, self.gathered(u), self.rows, self.stiffness, self.beta)
+        element = strain_force(strain, gradient, self._rates(u), self.rows, self.stiffness, self.beta)
         _scatter_forces(self.vectors, element, force)
 
     def add_linearised(
@@ -100,7 +107,7 @@ class BeamGroup:
         damping: np.ndarray,
     ) -> None:
         """See `ElementGroup`."""
-        coordinates, rates = self.gathered(q), self.gathered(u)
+        coordinates, rates = self.gathered(q), self._rates(u)
         strain, gradient = self.strains(coordinates, self.rows)
         law = rates, self.rows, self.stiffness, self.beta
         _scatter_forces(self.vectors, strain_force(strain, gradient, *law), force)
@@ -113,4 +120,4 @@ class BeamGroup:
     def energy(self, q: np.ndarray, u: np.ndarray | None) -> tuple[float, float]:
         """Stored energy (J) and dissipated power (W)."""
         strain, gradient = self.strains(self.gathered(q), self.rows)
-        return strain_energy(strain, gradient, self.gathered(u), self.rows, self.stiffness, self.beta)
+        return strain_energy(strain, gradient, self._rates(u), self.rows, self.stiffness, self.beta)

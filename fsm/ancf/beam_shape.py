@@ -1,9 +1,10 @@
 """Shape functions of the planar shear-deformable beam with 14 coordinates (seed 004, eqs. 1 and 2; PHYSICS order).
 
-Coordinates, seven vectors of the plane: e = (r1, r1x, r1y, r2, r2x, r2y, r1xy), node 1 at x = 0, node 2 at x = L, and with
-xi = x/L
+Coordinates, seven vectors of the plane: e = (r1, r1x, r1y, r2, r2x, r2y, r1xy), node 1 at x = 0, node 2 at x = L, and
+with xi = x/L
 
-    s = (1 - 3 xi^2 + 2 xi^3, L (xi - 2 xi^2 + xi^3), y (1 - xi^2), 3 xi^2 - 2 xi^3, L (xi^3 - xi^2), y xi^2, L y xi (1 - xi)),
+    s = (1 - 3 xi^2 + 2 xi^3, L (xi - 2 xi^2 + xi^3), y (1 - xi^2),
+         3 xi^2 - 2 xi^3, L (xi^3 - xi^2), y xi^2, L y xi (1 - xi)),
 
 so that r(x, y) = s . e holds 1, x, x^2, x^3, y, xy and x^2 y. The section turns and stretches as r_y, a quadratic of x, and
 the axis is a cubic of x, whose slope is a quadratic too: shear can vanish everywhere, and nothing locks.

@@ -5,16 +5,16 @@
 The curvature is the material one, dtheta/dX: the printed |r'|^3 is the geometric one and couples bending with stretch.
 With A = r'.r', B = r''.r'', C = r'.r'' it is kappa^2 = B/A - C^2/A^2: smooth where the cable is straight.
 
-A material that is linear in the engineering strain has eps = |r'| - 1 instead (`engineering`); the two differ by eps^2/2.
+A material that is linear in the engineering strain has eps = |r'| - 1 instead (`engineering`); the two differ by
+eps^2/2.
 
-Gauss points: 5 for stretch, which is exact (r' is quadratic, eps^2 of degree 8), 3 for bending, whose integrand is rational: see
-the note at `POINTS`.
+Gauss points: 5 for stretch, which is exact (r' is quadratic, eps^2 of degree 8), 3 for bending, whose integrand is
+rational: see the note at `POINTS`.
 """
 
 from __future__ import annotations
 
 import math
-
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -29,7 +29,11 @@ from fsm.kernels.jit import kernel
 __all__ = ["POINTS", "CableGroup"]
 
 POINTS = (5, 3)
-"""Gauss points of stretch and of bending."""
+"""Gauss points of stretch and of bending.
+
+Tip of the cantilever under 3 E I/L^2, 8 elements, error over L: 2.8e-5 with (5, 3); one point more in bending changes it by
+5e-8, one less doubles it; one less in stretch changes it by 1e-7.
+"""
 
 
 class CableArrays(NamedTuple):
@@ -95,8 +99,8 @@ class CableGroup:
         points, weights = gauss(4)
         shapes = cable_shape(points)
         unit = np.einsum("g,gi,gj->ij", weights, shapes, shapes)
-        scalar = (self.line_density * self.length)[:, None, None] * unit * self._scale[:, :, None] * self._scale[:, None]
-        return MassPart(self.vectors, scalar, np.eye(3))
+        mass = (self.line_density * self.length)[:, None, None] * unit
+        return MassPart(self.vectors, mass * self._scale[:, :, None] * self._scale[:, None], np.eye(3))
 
     def add_force(self, q: np.ndarray, u: np.ndarray | None, force: np.ndarray) -> None:
         """See `ElementGroup`."""
@@ -114,8 +118,8 @@ class CableGroup:
         """See `ElementGroup`."""
         self.add_force(q, u, force)
         add_tangent(
-            self._arrays, self.engineering, q, q if u is None else u, 0.0 if u is None else self.viscosity, self.viscosity,
-            slots, stiffness.shape[1], stiffness.reshape(-1), damping.reshape(-1),
+            self._arrays, self.engineering, q, q if u is None else u, 0.0 if u is None else self.viscosity,
+            self.viscosity, slots, stiffness.shape[1], stiffness.reshape(-1), damping.reshape(-1),
         )  # fmt: skip
 
     def energy(self, q: np.ndarray, u: np.ndarray | None) -> tuple[float, float]:

@@ -23,7 +23,11 @@ from fsm.ancf.tension_field import film_resultants, film_states
 __all__ = ["FilmMaterial", "FilmStress", "MembraneGroup", "POINTS", "film_mass"]
 
 POINTS = (4, 3)
-"""Gauss points a side, of stretch and of bending."""
+"""Gauss points a side, of stretch and of bending.
+
+Tensioned square, 6 x 6 cells, six lowest frequencies: 5 points in stretch change them by 6e-6; 3 leave motions without
+stiffness, which tension along their slopes makes unstable. 3 in bending are exact for small deflections of a flat plate.
+"""
 
 _STRETCH = ((1, 0), (0, 1))
 _BEND = ((1, 0), (0, 1), (2, 0), (0, 2), (1, 1))

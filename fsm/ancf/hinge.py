@@ -76,8 +76,9 @@ def _turns(vectors: np.ndarray, initial: np.ndarray, sign: np.ndarray, q: np.nda
 
 @kernel
 def _add_force(
-    vectors: np.ndarray, initial: np.ndarray, sign: np.ndarray, law: np.ndarray, q: np.ndarray, u: np.ndarray, force: np.ndarray
-) -> None:
+    vectors: np.ndarray, initial: np.ndarray, sign: np.ndarray, law: np.ndarray, q: np.ndarray, u: np.ndarray,
+    force: np.ndarray,
+) -> None:  # fmt: skip
     gradient = np.empty(4)
     for k in range(vectors.shape[0]):
         px, py, qx, qy = _angle(vectors[k], q)

@@ -56,7 +56,8 @@ class Loading:
     breaks: tuple[float, ...] = field(init=False)
 
     def __post_init__(self) -> None:
-        times = {t for part in (*self.forcings, *self.motions) for t in part.time.breaks()}
+        functions = [forcing.time for forcing in self.forcings] + [motion.time for motion in self.motions]
+        times = {t for function in functions for t in function.breaks()}
         object.__setattr__(self, "breaks", tuple(sorted(times)))
 
 

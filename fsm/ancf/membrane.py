@@ -7,8 +7,8 @@
 R is the unstressed shape, flat unless given. Stretch may be a tension field (`fsm.ancf.tension_field`). Damping is
 Kelvin-Voigt, of plain stretch and of bending: stresses take strain + viscosity * rate.
 
-Gauss points: 4 x 4 for stretch, 3 x 3 for bending; see `POINTS`. The kernels work with slopes times length, for which all
-elements share one table of derivatives; those at all points are one product with it.
+Gauss points: 4 x 4 for stretch, 3 x 3 for bending; see `POINTS`. The kernels work with slopes times length, for which
+all elements share one table of derivatives; those at all points are one product with it.
 """
 
 from __future__ import annotations
@@ -57,16 +57,14 @@ class MembraneArrays(NamedTuple):
     bend_weights: np.ndarray
 
 
-@kernel(inline=True)
-def _derivatives(e: np.ndarray, columns: np.ndarray, r: np.ndarray) -> None:
-    """Natural derivatives (3, k) of r at all points."""
-    for a in range(3):
-        for k in range(columns.shape[1]):
-            r[a, k] = 0.0
-        for i in range(12):
-            factor = e[a, i]
-            for k in range(columns.shape[1]):
-                r[a, k] += factor * columns[i, k]
+@kernel
+def _derivatives(film: MembraneArrays, q: np.ndarray) -> np.ndarray:
+    """Natural derivatives (m, 3, k) of r at all points of all elements: one product with the table."""
+    count = film.vectors.shape[0]
+    e = np.empty((count, 3, 12))
+    for k in range(count):
+        gather(film.vectors[k], film.scale[k], q, e[k])
+    return np.dot(e.reshape(3 * count, 12), film.columns).reshape(count, 3, film.columns.shape[1])
 
 
 @kernel(inline=True)
@@ -120,12 +118,11 @@ def _moments(kappa: np.ndarray, bending: float, poisson: float, m: np.ndarray) -
 def stored_energy(film: MembraneArrays, tension_field: bool, q: np.ndarray) -> tuple[float, float]:
     """Energy of stretch and of bending, J."""
     count, points = film.stretch_weights.shape[0], film.bend_weights.shape[0]
-    e, r = np.empty((3, 12)), np.empty((3, film.columns.shape[1]))
+    derivatives = _derivatives(film, q)
     g, n, kappa, m = np.empty(15), np.empty(3), np.empty(3), np.empty(3)
     stretch = bend = 0.0
     for k in range(film.vectors.shape[0]):
-        gather(film.vectors[k], film.scale[k], q, e)
-        _derivatives(e, film.columns, r)
+        r = derivatives[k]
         b, c = film.sides[k]
         plain, poisson, bending = film.stiffness[k]
         for point in range(count):
@@ -162,15 +159,14 @@ def add_force(
     """Add the forces of all elements; `u` matters where the viscosity (s) is not zero."""
     count, points = film.stretch_weights.shape[0], film.bend_weights.shape[0]
     width = film.columns.shape[1]
-    e, r, v, p, element = np.empty((3, 12)), np.empty((3, width)), np.empty((3, width)), np.empty((3, width)), np.empty((3, 12))
+    elements = film.vectors.shape[0]
+    derivatives, efforts = _derivatives(film, q), np.empty((elements, 3, width))
+    rates = _derivatives(film, u) if viscosity > 0.0 else derivatives
     g, gv, n, c3, kappa, m = np.empty(15), np.empty(15), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     gradient = np.empty((3, 15))
     for k in range(film.vectors.shape[0]):
-        gather(film.vectors[k], film.scale[k], q, e)
-        _derivatives(e, film.columns, r)
-        if viscosity > 0.0:
-            gather(film.vectors[k], film.scale[k], u, e)
-            _derivatives(e, film.columns, v)
+        r = derivatives[k]
+        v, p = rates[k], efforts[k]
         b, c = film.sides[k]
         plain, poisson, bending = film.stiffness[k]
         for point in range(count):
@@ -201,15 +197,11 @@ def add_force(
                 factor = weight * _length(d, b, c)
                 for a in range(3):
                     j = 3 * d + a
-                    p[a, first + d * points] = factor * (m[0] * gradient[0, j] + m[1] * gradient[1, j] + m[2] * gradient[2, j])
-        for a in range(3):
-            for i in range(12):
-                element[a, i] = 0.0
-            for j in range(width):
-                factor = p[a, j]
-                for i in range(12):
-                    element[a, i] += factor * film.rows[j, i]
-        scatter_force(film.vectors[k], film.scale[k], -1.0, element, force)
+                    moment = m[0] * gradient[0, j] + m[1] * gradient[1, j] + m[2] * gradient[2, j]
+                    p[a, first + d * points] = factor * moment
+    products = np.dot(efforts.reshape(3 * elements, width), film.rows).reshape(elements, 3, 12)
+    for k in range(elements):
+        scatter_force(film.vectors[k], film.scale[k], -1.0, products[k], force)
 
 
 @kernel(inline=True)
@@ -236,7 +228,9 @@ def _add_product(factor: float, left: np.ndarray, right: np.ndarray, out: np.nda
 
 
 @kernel(inline=True)
-def _add_moduli(factor: float, bending: float, poisson: float, left: np.ndarray, right: np.ndarray, out: np.ndarray) -> None:
+def _add_moduli(
+    factor: float, bending: float, poisson: float, left: np.ndarray, right: np.ndarray, out: np.ndarray
+) -> None:
     """out += factor sum_kl D_kl left_k right_l^T with the bending moduli D_kl; left and right (3, 15)."""
     stiff = factor * bending
     _add_product(stiff, left[0], right[0], out)
@@ -259,8 +253,8 @@ def _natural(derivatives: int, b: float, c: float, h: np.ndarray) -> None:
 
 @kernel(inline=True)
 def _stretch_moduli(
-    x: np.ndarray, y: np.ndarray, vx: np.ndarray, vy: np.ndarray, moduli: tuple[float, float, float, float, float, float],
-    factor: float, h: np.ndarray,
+    x: np.ndarray, y: np.ndarray, vx: np.ndarray, vy: np.ndarray,
+    moduli: tuple[float, float, float, float, float, float], factor: float, h: np.ndarray,
 ) -> None:  # fmt: skip
     """h += factor sum_kl c_kl b_k(x, y) b_l(vx, vy)^T, b_k the derivatives (6,) of exx, eyy, 2 exy."""
     c11, c12, c13, c22, c23, c33 = moduli
@@ -281,7 +275,8 @@ def add_tangent(
     """Add -dh/dq and -dh/du to the flat block data; `moving` is the viscosity, or 0 at rest (u is not looked at)."""
     count, points = film.stretch_weights.shape[0], film.bend_weights.shape[0]
     width = film.columns.shape[1]
-    e, r, v = np.empty((3, 12)), np.empty((3, width)), np.empty((3, width))
+    derivatives = _derivatives(film, q)
+    rate_derivatives = _derivatives(film, u) if moving > 0.0 else derivatives
     x, y, vx, vy = np.empty(3), np.empty(3), np.zeros(3), np.zeros(3)
     g, gv, n, c3 = np.empty(15), np.empty(15), np.empty(3), np.empty(3)
     kappa, m, one = np.empty(3), np.empty(3), np.empty(3)
@@ -291,11 +286,8 @@ def add_tangent(
     element = np.empty((3, 3, 12, 12))
     symmetric = not moving > 0.0
     for k in range(film.vectors.shape[0]):
-        gather(film.vectors[k], film.scale[k], q, e)
-        _derivatives(e, film.columns, r)
-        if moving > 0.0:
-            gather(film.vectors[k], film.scale[k], u, e)
-            _derivatives(e, film.columns, v)
+        r = derivatives[k]
+        v = rate_derivatives[k]
         b, c = film.sides[k]
         plain, poisson, bending = film.stiffness[k]
         plain_moduli = film_tangent(0.0, 0.0, 0.0, plain, poisson, False)
@@ -374,16 +366,12 @@ def add_tangent(
 def dissipation(film: MembraneArrays, q: np.ndarray, u: np.ndarray, viscosity: float) -> float:
     """Dissipated power, W."""
     count, points = film.stretch_weights.shape[0], film.bend_weights.shape[0]
-    width = film.columns.shape[1]
-    e, r, v = np.empty((3, 12)), np.empty((3, width)), np.empty((3, width))
+    derivatives, rates = _derivatives(film, q), _derivatives(film, u)
     g, gv, n, c3 = np.empty(15), np.empty(15), np.empty(3), np.empty(3)
     rate, m, gradient = np.empty(3), np.empty(3), np.empty((3, 15))
     power = 0.0
     for k in range(film.vectors.shape[0]):
-        gather(film.vectors[k], film.scale[k], q, e)
-        _derivatives(e, film.columns, r)
-        gather(film.vectors[k], film.scale[k], u, e)
-        _derivatives(e, film.columns, v)
+        r, v = derivatives[k], rates[k]
         b, c = film.sides[k]
         plain, poisson, bending = film.stiffness[k]
         for point in range(count):
@@ -409,11 +397,10 @@ def dissipation(film: MembraneArrays, q: np.ndarray, u: np.ndarray, viscosity: f
 def strains_at(film: MembraneArrays, q: np.ndarray) -> np.ndarray:
     """Green strains (m, s, 3) xx, yy, xy at the points of stretch."""
     count = film.stretch_weights.shape[0]
-    e, r = np.empty((3, 12)), np.empty((3, film.columns.shape[1]))
+    derivatives = _derivatives(film, q)
     out = np.empty((film.vectors.shape[0], count, 3))
     for k in range(film.vectors.shape[0]):
-        gather(film.vectors[k], film.scale[k], q, e)
-        _derivatives(e, film.columns, r)
+        r = derivatives[k]
         b, c = film.sides[k]
         for point in range(count):
             out[k, point, 0], out[k, point, 1], out[k, point, 2] = _strain(
@@ -426,12 +413,11 @@ def strains_at(film: MembraneArrays, q: np.ndarray) -> np.ndarray:
 def curvatures_at(film: MembraneArrays, q: np.ndarray) -> np.ndarray:
     """Curvatures (m, p, 3) xx, yy, xy less those at rest, at the points of bending, 1/m."""
     count, points = film.stretch_weights.shape[0], film.bend_weights.shape[0]
-    e, r = np.empty((3, 12)), np.empty((3, film.columns.shape[1]))
+    derivatives = _derivatives(film, q)
     g, n, kappa = np.empty(15), np.empty(3), np.empty(3)
     out = np.empty((film.vectors.shape[0], points, 3))
     for k in range(film.vectors.shape[0]):
-        gather(film.vectors[k], film.scale[k], q, e)
-        _derivatives(e, film.columns, r)
+        r = derivatives[k]
         b, c = film.sides[k]
         for point in range(points):
             _bend_point(r, 2 * count + point, points, b, c, g)

@@ -1,9 +1,10 @@
 """A mesh of ANCF elements: coordinates by nodes, groups of elements, what is held, and the pattern of its matrices.
 
-In space every node has a block of `size` coordinates, `size` // 3 vectors: position, then slopes. A node that needs fewer vectors (a
-cable's) leaves the rest unused, which counts as held. Elements name the vectors they are made of, not nodes: a cable that ends
-at the corner of a film has the corner's position for its own, and a slope of its own. In a plane every vector has a block of its own: hinges, where bars
-share a position and nothing else, have as many slopes as bars.
+In space every node has a block of `size` coordinates, `size` // 3 vectors: position, then slopes. A node that needs fewer
+vectors (a cable's) leaves the rest unused, which counts as held. Elements name the vectors they are made of, not
+nodes: a cable that ends at the corner of a film has the corner's position for its own, and a slope of its own. In
+a plane every vector has a block of its own: hinges, where bars share a position and nothing else, have as many slopes
+as bars.
 """
 
 from __future__ import annotations
@@ -92,8 +93,8 @@ def node_pattern(count: int, size: int, groups: Iterable[ElementGroup], masses: 
     """Pattern of all nodes that an element or a mass joins, both ways, and of every node with itself."""
     diagonal = np.arange(count)
     keys = [diagonal * count + diagonal]
-    for part in (*groups, *masses):
-        nodes = part.vectors // size
+    for vectors in [group.vectors for group in groups] + [part.vectors for part in masses]:
+        nodes = vectors // size
         keys.append(np.unique(nodes[:, :, None] * count + nodes[:, None, :]))
     row, column = np.divmod(np.unique(np.concatenate(keys)), max(count, 1))
     indptr = np.searchsorted(row, np.arange(count + 1)).astype(np.int64)

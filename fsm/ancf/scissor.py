@@ -170,23 +170,27 @@ def _hinges(
     scissor: Scissor, array: Array, mesh: BarMesh, points: dict[str, int], hinge: HingeJoint | None, stop: Stop | None
 ) -> HingeGroup | None:
     """Hinges that resist, or None."""
-    found: list[tuple[int, int, str]] = []
+    points_of: dict[str, list[str]] = {"middle": [], "tips": []}
     if stop is not None or (hinge is not None and hinge.at in ("middle", "all")):
-        found += [(*_slopes_at(mesh, points[f"h{k + 1}"]), "middle") for k in range(array.units)]
+        points_of["middle"] = [f"h{k + 1}" for k in range(array.units)]
     if hinge is not None and hinge.at in ("tips", "all"):
-        tips = [name for name in array.points if name[0] in "ab"]
-        pairs = [_slopes_at(mesh, points[name]) for name in tips]
-        found += [(*pair, "tip") for pair in pairs if len(pair) == 2]
+        points_of["tips"] = [name for name in array.points if name[0] in "ab"]
+    found = [
+        (slopes, kind)
+        for kind, names in points_of.items()
+        for slopes in (_slopes_at(mesh, points[name]) for name in names)
+        if len(slopes) == 2
+    ]
     if not found:
         return None
-    vectors = np.array([pair[:2] for pair in found], dtype=np.int64)
+    vectors = np.array([slopes for slopes, _ in found], dtype=np.int64)
     start = np.array(mesh.values)
     p, q = start[vectors[:, 0] // 2], start[vectors[:, 1] // 2]
     initial = np.arctan2(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0], np.sum(p * q, axis=1))
     law = np.zeros((len(found), 8))
     law[:, 4], law[:, 5] = 1.0, math.inf
-    for k, (_, _, kind) in enumerate(found):
-        if hinge is not None and (hinge.at == "all" or hinge.at == ("middle" if kind == "middle" else "tips")):
+    for k, (_, kind) in enumerate(found):
+        if hinge is not None and hinge.at in ("all", kind):
             law[k, :5] = hinge.rest_turn, hinge.stiffness, hinge.damping, hinge.friction_moment, hinge.friction_speed
         if stop is not None and kind == "middle":
             law[k, 5:] = 2.0 * (scissor.initial_angle - stop.angle), stop.stiffness, stop.damping
@@ -204,16 +208,14 @@ def _senses(
     """Sense in which each hinge turns as rigid bars deploy a little."""
     later = array_at(scissor, scissor.initial_angle * (1.0 - 1e-4)).points
     named = {first: name for name, first in points.items()}
-    slope_of: dict[int, np.ndarray] = {}
+    direction: dict[int, np.ndarray] = {}
     for bar in mesh.bars:
-        known = [i for i, first in enumerate(bar.positions) if int(first) in named]
-        for n, i in enumerate(known):
-            a, b = (known[n], known[n + 1]) if n + 1 < len(known) and i != bar.positions.shape[0] - 1 else (known[n - 1], i)
-            if n == 1:  # through its middle a bar has the slope of its first half
-                a, b = known[0], known[1]
-            slope_of[int(bar.slopes[i])] = np.subtract(later[named[int(bar.positions[b])]], later[named[int(bar.positions[a])]])
-    p = np.array([slope_of[int(first)] for first in vectors[:, 0]])
-    q = np.array([slope_of[int(first)] for first in vectors[:, 1]])
+        start, middle, end = (i for i, first in enumerate(bar.positions) if int(first) in named)
+        # through its middle a bar has the slope of its first half
+        for at, a, b in ((start, start, middle), (middle, start, middle), (end, middle, end)):
+            ends = (later[named[int(bar.positions[i])]] for i in (b, a))
+            direction[int(bar.slopes[at])] = np.subtract(*ends)
+    p, q = (np.array([direction[int(first)] for first in vectors[:, side]]) for side in (0, 1))
     angle = np.arctan2(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0], np.sum(p * q, axis=1))
     turn = np.remainder(angle - initial + math.pi, 2.0 * math.pi) - math.pi
     return np.where(turn < 0.0, -1.0, 1.0)

@@ -50,7 +50,7 @@ def _monomials(x: np.ndarray, y: np.ndarray, derivative: tuple[int, int]) -> np.
 
 _MEMBRANE_TERMS = np.linalg.inv(
     np.array(
-        [_monomials(*np.moveaxis(corner, -1, 0), d) for corner in CORNERS for d in ((0, 0), (1, 0), (0, 1))]
+        [_monomials(corner[0], corner[1], d) for corner in CORNERS for d in ((0, 0), (1, 0), (0, 1))]
     )
 ).round()
 """Coefficients (12 terms, 12 functions): whole numbers, found from what the functions are at the nodes."""

@@ -1,9 +1,10 @@
 """The System of ANCF meshes: M u' = h(t, q, u), q' = u, with a constant sparse mass matrix (seed 000, eqs. 23 and 36).
 
-Coordinates are positions and slopes in inertial axes, so the configuration is a vector space: retract is a sum, and there are no
-gyroscopic forces. Coordinates that are held, moved or not used stay in q and u, whose blocks are nodes. They take no part:
-their rows and columns of M, K and D are those of separate oscillators, stiff ones, that stay at rest where they are. What is
-moved is put in place before anything is evaluated, and its reaction is what the elements do to it.
+Coordinates are positions and slopes in inertial axes, so the configuration is a vector space: retract is a sum, and
+there are no gyroscopic forces. Coordinates that are held, moved or not used stay in q and u, whose blocks are nodes.
+They take no part: their rows and columns of M, K and D are those of separate oscillators, stiff ones, that stay at
+rest where they are. What is moved is put in place before anything is evaluated, and its reaction is what the elements
+do to it.
 
 With `before` (quasi-statics) velocities are the mean ones since then; dampers take them at the end of the step.
 """
@@ -44,7 +45,8 @@ class AncfSystem:
     fixed_pattern = True
 
     def __init__(
-        self, mesh: Mesh, loading: Loading | None = None, start: np.ndarray | None = None, rate: np.ndarray | None = None
+        self, mesh: Mesh, loading: Loading | None = None, start: np.ndarray | None = None, rate: np.ndarray | None =
+        None
     ) -> None:
         self.mesh = mesh
         self.loading = Loading() if loading is None else loading
@@ -195,7 +197,8 @@ class AncfSystem:
     def energy(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Energy:
         """See `System`."""
         here, rates = self.place(t, q, u, before)
-        return self._energy(t, here, rates, self._reactions(t, here, rates))
+        moved = self.loading.motions and rates is not None
+        return self._energy(t, here, rates, self._reactions(t, here, rates) if moved else np.zeros(self.nu))
 
     def reactions(self, t: float, q: np.ndarray, u: np.ndarray | None) -> np.ndarray:
         """Forces that hold or move the coordinates of each node, (n_nodes, size), 0 for free ones, N and N m."""
@@ -264,7 +267,7 @@ class AncfSystem:
     def place(
         self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None
     ) -> tuple[np.ndarray, np.ndarray | None]:
-        """Coordinates and rates with what is moved in its place at time t. Without motions, what is given: not to be changed."""
+        """Coordinates and rates with what is moved in its place at time t; what is given, where nothing is."""
         motions = self.loading.motions
         if not motions:
             return q, u
@@ -324,7 +327,7 @@ class AncfSystem:
         return force
 
     def _reactions(self, t: float, q: np.ndarray, u: np.ndarray | None) -> np.ndarray:
-        """Of held coordinates, (nu,): what they do to the rest. In motion, where something is moved, with its inertia."""
+        """Of held coordinates, (nu,): what they do to the rest; in motion, where something is moved, with its inertia."""
         force = self._all_forces(t, q, u)
         reactions = np.zeros(self.nu)
         reactions[self.fixed] = -force[self.fixed]

@@ -2,16 +2,16 @@
 
 Plain: U = C/2 (ex^2 + ey^2 + 2 nu ex ey + 2 (1 - nu) exy^2), C = Et/(1 - nu^2), of Green strains.
 
-Tension field, by the mixed criterion of principal stress and strain (e1 >= e2 of the Green strain, s2 the smaller principal
-stress of the plain law):
+Tension field, by the mixed criterion of principal stress and strain (e1 >= e2 of the Green strain, s2 the smaller
+principal stress of the plain law):
 
     taut       s2 > 0                   plain
     wrinkled   s2 <= 0, e1 > 0          U = Et/2 e1^2: uniaxial tension along the direction of e1
     slack      e1 <= 0                  U = 0
 
-It is the relaxed energy: at s2 = 0, e2 = -nu e1, plain and uniaxial energies and stresses agree, so the stress is continuous and
-the tangent its derivative. A small part of the plain law, `REMAINDER`, stays everywhere, or nothing would hold a slack film
-in its plane.
+It is the relaxed energy: at s2 = 0, e2 = -nu e1, plain and uniaxial energies and stresses agree, so the stress is
+continuous and the tangent its derivative. A small part of the plain law, `REMAINDER`, stays everywhere, or nothing
+would hold a slack film in its plane.
 
 References
 ----------
@@ -78,7 +78,7 @@ def film_energy(exx: float, eyy: float, exy: float, plain: float, poisson: float
 def film_stress(
     exx: float, eyy: float, exy: float, plain: float, poisson: float, tension_field: bool
 ) -> tuple[float, float, float]:
-    """Stress resultants Nxx, Nyy, Nxy (second Piola-Kirchhoff), N/m: derivatives of the energy by exx, eyy and 2 exy."""
+    """Resultants Nxx, Nyy, Nxy (second Piola-Kirchhoff), N/m: derivatives of the energy by exx, eyy and 2 exy."""
     nxx, nyy = plain * (exx + poisson * eyy), plain * (eyy + poisson * exx)
     nxy = plain * (1.0 - poisson) * exy
     if not tension_field:

@@ -15,6 +15,9 @@ __all__ = ["plot_energy"]
 STACK = {
     "creases": ("creases", COLOURS[0]),
     "panels": ("panels", COLOURS[1]),
+    "film": ("film", COLOURS[0]),
+    "patch": ("patches", COLOURS[2]),
+    "cable": ("cables", COLOURS[1]),
     "contact": ("contact", COLOURS[3]),
     "drives": ("drives", COLOURS[7]),
     "gravity": ("gravity", COLOURS[5]),

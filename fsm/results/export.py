@@ -10,7 +10,7 @@ import numpy as np
 from fsm.results.quantities import sliding_distance, touching_pairs
 from fsm.results.solution import ENERGIES, Floats, Solution
 
-__all__ = ["force_columns", "write_contact_csv", "write_force_csv", "write_points_csv"]
+__all__ = ["force_columns", "write_contact_csv", "write_force_csv", "write_history_csv", "write_points_csv"]
 
 
 def force_columns(solution: Solution, energies: bool = False) -> dict[str, Floats]:
@@ -89,3 +89,16 @@ def write_points_csv(solution: Solution, path: str | Path) -> None:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(columns)
         writer.writerows([f"{value:.12g}" for value in row] for row in np.column_stack(list(columns.values())))
+
+
+def write_history_csv(solution: Solution, path: str | Path) -> None:
+    """Write the probes of a film: ``time (s)`` and ``<probe> x (m)``, y, z of each, a sample a row, 12 digits."""
+    film = solution.layout.film
+    if film is None:
+        raise ValueError("this result has no probes")
+    heading = ["time (s)", *(f"{name} {axis} (m)" for name in film.probe_names for axis in "xyz")]
+    rows = np.column_stack([solution.samples.time, solution.samples.displacement.reshape(len(solution.samples.time), -1)])
+    with Path(path).open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(heading)
+        writer.writerows([f"{value:.12g}" for value in row] for row in rows)

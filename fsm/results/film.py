@@ -12,7 +12,7 @@ __all__ = ["STATES", "Film", "Floats", "Integers", "Samples"]
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-STATES = ("slack", "wrinkled", "taut")
+STATES = ("taut", "wrinkled", "slack")
 """What the numbers of `Film.state` mean."""
 
 

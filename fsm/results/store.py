@@ -45,9 +45,9 @@ import h5py
 import numpy as np
 
 from fsm.errors import CaseError, FsmError
-from fsm.results.attributes import read_attributes, write_attributes
 from fsm.results.array import ArrayMotion
 from fsm.results.array_datasets import read_array, write_array
+from fsm.results.attributes import read_attributes, write_attributes
 from fsm.results.datasets import add_scale, append_samples, described, read_film, read_samples, write_film
 from fsm.results.film import Samples
 from fsm.results.solution import ENERGIES, PAIRS, Floats, Layout, Record, Solution, stack, stack_energies
@@ -83,7 +83,7 @@ VARIABLES: dict[str, _Variable] = {
     "shape": _Variable("shape", ("quad", "corner", "axis"), "m", "corner points of the plates"),
     "negative_pivots": _Variable("stats/negative_pivots", (), "1", "negative pivots of the tangent"),
     **{
-        name: _Variable(f"energy/{name}", (), "J", text, 3 if name in ("film", "cables", "bars", "hinges") else 1)
+        name: _Variable(f"energy/{name}", (), "J", text, 3 if name in ("film", "patch", "cable", "bars", "hinges") else 1)
         for name, text in ENERGIES.items()
     },
 }

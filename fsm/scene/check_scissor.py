@@ -29,7 +29,7 @@ def check_scissor(sections: Sections) -> list[Fault]:
 def default_holds(scissor: Scissor) -> tuple[PointSupport, ...]:
     """b1 pinned and a1 guided along the line through both; of a ring, a1 and b1 guided along their radius."""
     guide = PointSupport(point="a1", kind="slider", direction=(0.0, 1.0))
-    first = PointSupport(point="b1", kind="slider", direction=(0.0, 1.0)) if scissor.shape == "ring" else PointSupport(point="b1")
+    first = guide.model_copy(update={"point": "b1"}) if scissor.shape == "ring" else PointSupport(point="b1")
     return first, guide
 
 
@@ -63,7 +63,8 @@ def _points(
         if hold.direction is not None and 0.0 not in hold.direction:
             yield Fault(
                 f"hold.{index}.direction",
-                f"[{hold.direction[0]:g}, {hold.direction[1]:g}] is along neither axis; a slider moves along [1, 0] or [0, 1]",
+                f"[{hold.direction[0]:g}, {hold.direction[1]:g}] is along neither axis; a slider moves along [1, 0] or "
+                "[0, 1]",
             )
     for index, force in forces.items():
         if force.radial is not None and scissor.shape == "linear":
@@ -76,14 +77,15 @@ def _stop(sections: Sections) -> Iterable[Fault]:
         given, start = math.degrees(stop.angle), math.degrees(scissor.initial_angle)
         yield Fault(
             "stop.angle",
-            f"{given:.4g} deg: the array is locked, it starts at {start:.4g} deg and its angle falls as it deploys; give less",
+            f"{given:.4g} deg: the array is locked, it starts at {start:.4g} deg and its angle falls as it deploys; "
+            "give less",
         )
 
 
 def _mesh(sections: Sections) -> Iterable[Fault]:
     scissor = sections.scissor
     if scissor is not None and scissor.element == "cable" and scissor.shape == "ring":
-        yield Fault("scissor.element", '"cable" has no section that carries the bend of a ring\'s bars; use "section" or "green"')
+        yield Fault("scissor.element", '"cable" has no section to carry the bend of ring bars; use "section" or "green"')
 
 
 def _rigid(sections: Sections) -> Iterable[Fault]:
@@ -101,7 +103,7 @@ def _force(sections: Sections) -> Iterable[Fault]:
     hinge = sections.hinge
     sprung = hinge is not None and hinge.stiffness > 0.0 and hinge.rest_turn != 0.0
     if not ({"force", "gravity"} & sections.written) and not sprung:
-        yield Fault("force", 'nothing moves the array; give [[force]] with a point, "a1" for example, gravity, or sprung hinges')
+        yield Fault("force", 'nothing moves the array; give [[force]] with a point ("a1" for example), gravity, or springs')
 
 
 def _solve(sections: Sections) -> Iterable[Fault]:

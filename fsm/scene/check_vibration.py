@@ -115,6 +115,7 @@ def _vibration_solve(sections: Sections) -> Iterable[Fault]:
             if getattr(solve, key) is not None:
                 hint = "`vibration.duration` says when it ends" if key == "end_time" else "it is of drives"
                 yield Fault(f"solve.{key}", f"not used with analysis = \"vibrate\": {hint}; take it out")
-        yield from method_faults(solve)
+        if solve.method != "auto":  # which is generalized-alpha here
+            yield from method_faults(solve)
     if save is not None and save.every is not None:
         yield Fault("save.every", "counts the travel of a drive; give `interval` (time) instead")

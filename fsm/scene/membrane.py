@@ -224,7 +224,7 @@ class _Pulse(Model):
 class HalfSine(_Pulse):
     """Half a sine wave of `duration`, its top `force`."""
 
-    pulse: Literal["half-sine"] = "half-sine"
+    pulse: Literal["half-sine"]
     force: Force
     duration: Annotated[Time, Field(gt=0)]
 
@@ -268,7 +268,7 @@ class Vibration(Model):
     modes : number of natural modes
     probes : points of the film by name whose motion is sampled; "center" and "patch" (of the first patch) are added
     sampling : s
-        Time between two samples; a 25th of the period of the lowest mode, or shorter if the modes ask for it, if absent.
+        Time between two samples; a tenth of the period of the highest of the modes if absent.
     model : "full" (the whole film), "reduced" (its modes) or "auto" (the modes where they are good enough)
     stretch : bool
         Of the reduced model: with the cubic terms of the film's stretching by its own motion.
@@ -279,7 +279,7 @@ class Vibration(Model):
     probes: dict[str, Place] = Field(default_factory=dict)
     sampling: Annotated[Time, Field(gt=0)] | None = None
     model: Literal["auto", "full", "reduced"] = "auto"
-    stretch: bool = True
+    stretch: bool = False
 
 
 class Deployed(Model):

@@ -68,9 +68,13 @@ class Scissor(Model):
             raise ValueError(f"a ring closes with 3 units or more; units = {self.units}")
         if self.shape in ("linear", "ring") and self.hinge != 0.5:
             what = "of a linear array" if self.shape == "linear" else "of a ring"
-            raise ValueError(f'the bars {what} have their hinge in the middle; hinge = {self.hinge:g}: take it out, or shape = "arched"')
+            raise ValueError(
+                f'the bars {what} have their hinge in the middle; hinge = {self.hinge:g}: take it out, or shape = "arched"'
+            )
         if self.shape == "arched" and self.hinge == 0.5:
-            raise ValueError('an arched array needs a hinge off the middle, or it is straight; hinge = 0.4 for example, or shape = "linear"')
+            raise ValueError(
+                'an arched array needs a hinge off the middle, or it is straight; give hinge = 0.4, or shape = "linear"'
+            )
         return self
 
 

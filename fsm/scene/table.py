@@ -7,6 +7,8 @@ The base is ``case.toml`` beside the CSV, or the file that the first line names:
     80-low, 80 deg, 0.002
     83-low, 83 deg,
 
+A line ``# reference = paper.csv`` names percentages to compare with, see `load_reference`.
+
 A cell holds what `--set` takes: a TOML value or bare text, ``none`` to take the key or section out; an empty
 cell leaves the base as it is. File names in cells count from the folder of the base. The column ``case``
 names the rows; without it names are made of the values.
@@ -26,7 +28,7 @@ from fsm.scene.load_case import LoadedCase, read_case, read_text, read_toml
 from fsm.scene.overrides import apply_overrides, check_path, split_override
 from fsm.scene.toml_text import case_text
 
-__all__ = ["TableCase", "load_table"]
+__all__ = ["TableCase", "load_reference", "load_table"]
 
 NAME = "case"
 BASE = "case.toml"
@@ -90,11 +92,22 @@ def _lines(path: str | Path) -> tuple[str, list[tuple[int, list[str]]]]:
     """Name of the base and the rows of cells with their numbers, header first."""
     text = read_text(path)
     lines = text.splitlines()
-    base = BASE
-    first = next((line.strip() for line in lines if line.strip()), "")
-    match = re.match(r"#\s*base\s*=\s*[\"']?(.+?)[\"']?\s*$", first)
-    if match:
-        base = match[1]
+    return _named(lines, "base") or BASE, _cells(lines)
+
+
+def _named(lines: Sequence[str], key: str) -> str:
+    """What a comment before the first row says of a file, ``# key = name``; empty if nothing does."""
+    for line in lines:
+        if line.strip() and not line.lstrip().startswith("#"):
+            break
+        match = re.match(rf"#\s*{key}\s*=\s*[\"']?(.+?)[\"']?\s*$", line.strip())
+        if match:
+            return match[1]
+    return ""
+
+
+def _cells(lines: Sequence[str]) -> list[tuple[int, list[str]]]:
+    """Cells of all lines but comments and empty ones, with their numbers."""
     kept = [
         (n, line)
         for n, line in enumerate(lines, 1)
@@ -106,7 +119,37 @@ def _lines(path: str | Path) -> tuple[str, list[tuple[int, list[str]]]]:
     for number, line in kept:
         cells = next(csv.reader([line], delimiter=separator, skipinitialspace=True))
         rows.append((number, [cell.strip() for cell in cells]))
-    return base, rows
+    return rows
+
+
+def load_reference(path: str | Path) -> dict[str, dict[str, float]]:
+    """Changes that a table is compared with: of each row by name, numbers of the summary by name, in % of the first row.
+
+    The file that the table names has a column ``case`` and one for each number; a column ``<number> band`` says how far off
+    it may be by how it was measured, in %. An empty cell says nothing. Empty if the table names none.
+
+    Raises
+    ------
+    CaseError
+        It cannot be read, or a cell is not a number.
+    """
+    name = _named(read_text(path).splitlines(), "reference")
+    if not name:
+        return {}
+    file = Path(path).parent / name
+    rows = _cells(read_text(file).splitlines())
+    if len(rows) < 2 or NAME not in rows[0][1]:
+        raise CaseError(f"needs a column `{NAME}` and a row for each case that is compared", str(file))
+    header = rows[0][1]
+    found: dict[str, dict[str, float]] = {}
+    for number, cells in rows[1:]:
+        values = dict(zip(header, cells, strict=False))
+        name = values.pop(NAME, "")
+        try:
+            found[name] = {key: float(value) for key, value in values.items() if value}
+        except ValueError as error:
+            raise CaseError([Fault(f"row {number}", f"{error}; percentages are plain numbers")], str(file)) from None
+    return found
 
 
 def _rows(lines: list[tuple[int, list[str]]]) -> tuple[list[_Row], list[Fault]]:

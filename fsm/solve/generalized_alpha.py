@@ -59,6 +59,8 @@ _CUT = 0.25
 """Factor on a step whose equations were not solved."""
 _FIRST = 1e-4
 """First step over the time to go, at most."""
+_SAME = 1e-9
+"""Steps that differ by less, relatively, are the same."""
 _SMALLEST = 16.0 * np.finfo(float).eps
 """Smallest step over the time reached."""
 
@@ -265,10 +267,14 @@ class GeneralizedAlpha:
         h = min(self.step_size, self.max_step, self._longest) if self.fixed_step is None else self.fixed_step
         count = math.ceil(left / h * (1.0 - 1e-9))
         if count <= 1:
-            return left, target
+            return self._same(left), target
         if count == 2 or self.fixed_step is not None:
-            h = left / count
+            h = self._same(left / count)
         return h, self.t + h
+
+    def _same(self, h: float) -> float:
+        """The step before, if this one differs by round-off of the times alone: its factorisation serves on."""
+        return self._present if abs(h - self._present) <= _SAME * h else h
 
     def _solve(self, end: float, h: float) -> _Trial | None:
         """A step with the tangent at hand if that was good, and with a new one if it does not do; None if neither does."""

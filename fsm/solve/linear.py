@@ -85,6 +85,7 @@ class LinearSolver:
         self._matrix: BlockMatrix | None = None
         self._factors = np.zeros((0, 0, 0))
         self._other: Any = None
+        self._symmetric = False
 
     def factorise(self, matrix: BlockMatrix) -> None:
         """Take a matrix, real or complex; it must not be changed until the last `solve` with it.
@@ -103,9 +104,9 @@ class LinearSolver:
         shape = (len(known.indices), matrix.pattern.size, matrix.pattern.size)
         if self._factors.shape != shape or self._factors.dtype != matrix.data.dtype:
             self._factors = np.empty(shape, dtype=matrix.data.dtype)
-        symmetric = bool(is_symmetric(matrix.data, matrix.pattern.transposed, _SYMMETRIC))
+        self._symmetric = bool(is_symmetric(matrix.data, matrix.pattern.transposed, _SYMMETRIC))
         failed = factorise(
-            matrix.data, known.place, known.indptr, known.indices, known.diagonal, symmetric, self._factors
+            matrix.data, known.place, known.indptr, known.indices, known.diagonal, self._symmetric, self._factors
         )
         if failed >= 0:
             self.fallbacks += 1
@@ -124,7 +125,7 @@ class LinearSolver:
         assert known is not None
         x, error = solve_refined(
             known.order, known.indptr, known.indices, known.diagonal, self._factors,
-            pattern.indptr, pattern.indices, matrix.data, right, _GOOD,
+            pattern.indptr, pattern.indices, matrix.data, right, _GOOD, self._symmetric,
         )  # fmt: skip
         if not error <= _POOR:
             self.fallbacks += 1

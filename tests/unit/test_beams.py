@@ -1,5 +1,6 @@
 """Planar beam elements: what they hold, energy, force and tangents agree, rigid motion costs nothing."""
 
+import itertools
 import math
 
 import numpy as np
@@ -121,7 +122,7 @@ def test_mass_of_rigid_motion(element):
     ends = [values[0], values[1], values[2]]
     per_length = STEEL.density * STEEL.area
     expected = 0.0
-    for a, b in zip(ends[:-1], ends[1:], strict=True):
+    for a, b in itertools.pairwise(ends):
         length, middle = np.linalg.norm(b - a), 0.5 * (a + b)
         inertia = per_length * length * (length**2 + (0.0 if element == "cable" else STEEL.height**2)) / 12.0
         at = 2.0 * spin @ middle + [0.7, -0.4]

@@ -10,6 +10,7 @@ from scipy.sparse.linalg import splu
 
 from fsm.blocks import BlockMatrix
 from fsm.errors import NotConverged
+from fsm.kernels.block_lu import is_symmetric
 from fsm.segments.pattern import body_pattern
 from fsm.solve.linear import LinearSolver
 
@@ -38,6 +39,24 @@ def test_solves_as_a_dense_solver_does(count: int, size: int, links: int, seed: 
     dense = matrix.bsr().toarray()
     np.testing.assert_allclose(dense @ solver.solve(right), right, atol=1e-9)
     assert solver.fallbacks == 0
+
+
+@settings(deadline=None, max_examples=40)
+@given(count=st.integers(1, 40), size=st.sampled_from([3, 6, 9]), links=st.integers(0, 30), seed=st.integers(0, 10**6))
+def test_symmetric_matrices_by_their_right_half(count: int, size: int, links: int, seed: int) -> None:
+    matrix = random_matrix(count, size, links, seed, symmetric=True)
+    assert is_symmetric(matrix.data, matrix.pattern.transposed, 0.0)
+    right = np.random.default_rng(seed).normal(size=matrix.order)
+    solver = LinearSolver()
+    solver.factorise(matrix)
+    np.testing.assert_allclose(matrix.bsr().toarray() @ solver.solve(right), right, atol=1e-9)
+    assert solver.fallbacks == 0
+    if count > 1:  # one entry beside the diagonal block is enough to make it unsymmetric
+        other = BlockMatrix(matrix.pattern, matrix.data.copy())
+        other.data[np.setdiff1d(np.arange(len(matrix.data)), matrix.pattern.diagonal)[0], 0, 0] += 1e-3
+        assert not is_symmetric(other.data, matrix.pattern.transposed, 1e-9)
+        solver.factorise(other)
+        np.testing.assert_allclose(other.bsr().toarray() @ solver.solve(right), right, atol=1e-9)
 
 
 def test_complex_matrices_too() -> None:

@@ -62,7 +62,7 @@ def build_array(scissor: Scissor) -> tuple[Array, list[Fault]]:
         faults.append(
             Fault(
                 "scissor.units",
-                f"{scissor.units} units that turn by {math.degrees(turn):.4g} deg each go round more than once, and run into "
+                f"{scissor.units} units that turn by {math.degrees(turn):.4g} deg each go round more than once, into "
                 f"each other; at most {most} fit at this initial_angle",
             )
         )
@@ -75,7 +75,7 @@ def array_at(scissor: Scissor, angle: float) -> Array:
     number = scissor.units
     (right_a, right_b), half = _right_ends(scissor, angle), _half_line(scissor, angle)
     height = math.dist(right_a, right_b)
-    # on the left line of a unit: b at the origin, a at (0, height), and from it the hinge and the right line
+    # with the left line of a unit on y, b at the origin: where its hinge and its right line are
     hinge = _turned((right_b[0], -right_b[1]), -half)
     rest = _turned(right_b, -half)
     away = (hinge[0] + rest[0], hinge[1] + rest[1])

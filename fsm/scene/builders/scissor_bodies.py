@@ -113,7 +113,7 @@ def _hinge(
 
 
 def _sense(a: Body, b: Body, name: str) -> float:
-    """Sense, about y, in which the first bar turns against the second as the array deploys: the steeper it is, the further down."""
+    """Sense, about y, in which the first bar turns against the second as the array deploys: what rises more goes down."""
     rise_a, rise_b = (-2.0 * math.atan2(body.orientation[2], body.orientation[0]) for body in (a, b))
     return 1.0 if rise_a > rise_b else -1.0
 

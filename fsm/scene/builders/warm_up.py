@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from fsm.scene.case import Case
 
-__all__ = ["WarmUp", "warm_up_plates", "warm_up_strip"]
+__all__ = ["WarmUp", "warm_up_membrane", "warm_up_plates", "warm_up_scissor", "warm_up_strip"]
 
 
 class WarmUp(NamedTuple):
@@ -55,3 +55,35 @@ def warm_up_plates(spatial: bool) -> WarmUp:
         "solve": {"spatial": spatial, "end_time": 0.01},
     }
     return WarmUp(Case.model_validate(plates), "over", (0.0, -2e-5))
+
+
+def warm_up_membrane(film: str) -> Case:
+    """A small film with a patch and cables, struck; `film` as of `fsm.scene.membrane.Tension`."""
+    sheet = {"young": 2e11, "density": 7800.0}
+    membrane: dict[str, Any] = {
+        "analysis": "vibrate",
+        "membrane": {"length": 0.3, "width": 0.3, "thickness": 1e-4, "mesh": [3, 3]},
+        "material": {"young": 3e9, "density": 1400.0},
+        "patch": [{"place": "centre", "size": 0.1, "thickness": 1e-3} | sheet],
+        "cable": [{"place": "edges", "diameter": 1e-3} | sheet],
+        "tension": {"strain": 1e-3, "film": film},
+        "damping": {"material": 1e-5, "air": 1.0},
+        "impact": {"pulse": "half-sine", "force": 0.1, "duration": 1e-3},
+        "vibration": {"duration": 2e-3, "modes": 3, "model": "reduced"},
+    }
+    return Case.model_validate(membrane)
+
+
+def warm_up_scissor(element: str) -> Case:
+    """A unit with hinges that resist."""
+    return Case.model_validate(
+        {
+            "analysis": "scissor",
+            "scissor": {"units": 1, "bar_length": 1.0, "initial_angle": 1.3, "elements_per_bar": 2, "element": element},
+            "bar": {"width": 0.02, "height": 0.01},
+            "material": {"young": 2e11, "density": 7850.0},
+            "hinge": {"friction_moment": 1e-3},
+            "force": [{"point": "a1", "force": [0.0, -1.0]}],
+            "solve": {"end_time": 1.0},
+        }
+    )

@@ -1,0 +1,184 @@
+"""From the film of a case to a mesh: elements, supports, points, and where it is drawn at."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from fsm.ancf.air import air_mass
+from fsm.ancf.build import CableMaterial, FilmGrid, MeshBuilder
+from fsm.ancf.film import FilmMaterial
+from fsm.ancf.mesh import Mesh
+from fsm.ancf.shape import membrane_shape
+from fsm.scene.builders.membrane import MeshLines, PlacedPatch, mesh_lines, place_patches
+from fsm.scene.case import Case
+from fsm.scene.membrane import CornerCable, EdgeCable, Membrane, Support
+
+__all__ = ["CORNERS", "FilmMesh", "FilmPoint", "build_film"]
+
+CORNERS = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
+"""Signs of x and y at the corners, in turn."""
+_NAMES = {"x": 0, "y": 1, "z": 2}
+
+
+@dataclass(frozen=True, eq=False)
+class FilmPoint:
+    """A material point of the film: its position is weights @ vectors of q.
+
+    Attributes
+    ----------
+    vectors : (12,) int array
+        First coordinates of the vectors of the element that it lies in.
+    weights : (12,) array
+    """
+
+    vectors: np.ndarray
+    weights: np.ndarray
+
+    def position(self, q: np.ndarray) -> np.ndarray:
+        """Where it is, (3,), m."""
+        return np.asarray(self.weights @ q[self.vectors[:, None] + np.arange(3)])
+
+    def load(self, count: int, force: np.ndarray) -> np.ndarray:
+        """Generalised forces (count,) of a force (3,), N, on it."""
+        out = np.zeros(count)
+        np.add.at(out, (self.vectors[:, None] + np.arange(3)).ravel(), np.outer(self.weights, force).ravel())
+        return out
+
+
+@dataclass(frozen=True, eq=False)
+class FilmMesh:
+    """A film as a mesh, free of supports, and where its parts are.
+
+    Attributes
+    ----------
+    mesh : Mesh
+        With only that fixed which is not used.
+    grid : FilmGrid
+    lines : MeshLines
+    patches : where they are
+    cells : (nx, ny) int array
+        0 the film, k + 1 the patch of section k.
+    ends : (4,) int array
+        First coordinates of what is drawn at the corners: the ends of the cables, or the corners themselves.
+    outwards : (4, 3) array
+        Unit vectors along the diagonals.
+    """
+
+    mesh: Mesh
+    grid: FilmGrid
+    lines: MeshLines
+    patches: tuple[PlacedPatch, ...]
+    cells: np.ndarray
+    ends: np.ndarray
+    outwards: np.ndarray
+
+    def point(self, x: float, y: float) -> FilmPoint:
+        """The material point at a distance (m) from the film's centre."""
+        grid = self.grid
+        i = int(np.clip(np.searchsorted(grid.x, x, side="right") - 1, 0, len(grid.x) - 2))
+        j = int(np.clip(np.searchsorted(grid.y, y, side="right") - 1, 0, len(grid.y) - 2))
+        b, c = grid.x[i + 1] - grid.x[i], grid.y[j + 1] - grid.y[j]
+        weights = membrane_shape((x - grid.x[i]) / b, (y - grid.y[j]) / c, b, c)
+        corners = grid.position[[i, i + 1, i + 1, i], [j, j, j + 1, j + 1]]
+        return FilmPoint((corners[:, None] + np.array([0, 3, 6])).ravel(), np.asarray(weights))
+
+    def held_by(self, support: Support) -> np.ndarray:
+        """Coordinates that a support holds: edges with the slopes along them, which keep them straight between nodes."""
+        fixed = np.array([_NAMES[name] for name in support.fixed])
+        nodes, vectors = self._held_vectors(support)
+        if support.clamped:
+            slopes = (3,) if support.at == "cables" else (3, 6)
+            vectors = np.concatenate([nodes + slope for slope in (0, *slopes)])
+        return np.asarray((vectors[:, None] + fixed).ravel())
+
+    def _held_vectors(self, support: Support) -> tuple[np.ndarray, np.ndarray]:
+        """First coordinates of the positions that a support holds, and of all vectors if it does not clamp."""
+        if support.at == "point":
+            assert support.position is not None
+            nodes = np.array([self.grid.nearest(*support.position)])
+        elif support.at == "cables":
+            nodes = self.ends
+        elif support.at == "corners":
+            nodes = self.corners
+        else:
+            sides = () if support.at == "edges" else (support.at,)
+            vectors = self.grid.edge(*sides)
+            return np.intersect1d(vectors, self.grid.position), vectors
+        return nodes, nodes
+
+    @property
+    def corners(self) -> np.ndarray:
+        """First coordinates of the positions of the film's corners, in the order of `CORNERS`."""
+        return np.array([self.grid.position[0 if x < 0 else -1, 0 if y < 0 else -1] for x, y in CORNERS])
+
+
+def build_film(case: Case) -> FilmMesh:
+    """Mesh of the film of a case, with its patches, cables and air, flat and without stress."""
+    membrane, material, tension = case.membrane, case.material, case.tension
+    assert membrane is not None and material is not None and tension is not None
+    placed = place_patches(membrane, dict(enumerate(case.patch)))
+    lines = mesh_lines(membrane, placed)
+    shape = (len(lines.x) - 1, len(lines.y) - 1)
+    of = [[lines.patch_of(placed, i, j) for j in range(shape[1])] for i in range(shape[0])]
+    cells = np.array([[0 if number is None else number + 1 for number in row] for row in of], dtype=np.int64)
+    film = FilmMaterial(material.young, material.poisson, material.density, membrane.thickness)
+    patches = [FilmMaterial(patch.young, patch.poisson, patch.density, patch.thickness) for patch in case.patch]
+    viscosity = case.damping.material if case.damping else 0.0
+    builder = MeshBuilder()
+    grid = builder.film(
+        np.array(lines.x), np.array(lines.y), (film, *patches), cells, tension.film == "tension-field", viscosity,
+        air=air_mass(case.air.length or membrane.length, case.air.density) if case.air else 0.0,
+    )  # fmt: skip
+    outwards = _outwards(membrane)
+    corners = np.array([grid.position[0 if x < 0 else -1, 0 if y < 0 else -1] for x, y in CORNERS])
+    ends = _cables(builder, case, membrane, grid, corners, outwards, viscosity)
+    return FilmMesh(builder.build(), grid, lines, tuple(placed), cells, ends, outwards)
+
+
+def _outwards(membrane: Membrane) -> np.ndarray:
+    reach = math.hypot(membrane.length, membrane.width)
+    return np.array([[x * membrane.length / reach, y * membrane.width / reach, 0.0] for x, y in CORNERS])
+
+
+def _cables(
+    builder: MeshBuilder,
+    case: Case,
+    membrane: Membrane,
+    grid: FilmGrid,
+    corners: np.ndarray,
+    outwards: np.ndarray,
+    viscosity: float,
+) -> np.ndarray:
+    """Add the cables; the first coordinates of the positions that the corners are drawn at."""
+    ends = corners
+    half = np.array([0.5 * membrane.length, 0.5 * membrane.width, 0.0])
+    for cable in case.cable:
+        material = CableMaterial(cable.young, cable.density, cable.diameter)
+        if isinstance(cable, CornerCable):
+            tips = []
+            for corner, signs, outward in zip(corners, CORNERS, outwards, strict=True):
+                start = half * np.array([*signs, 0.0])
+                nodes = builder.cable(
+                    start, start + cable.length * outward, material, cable.elements, int(corner), viscosity=viscosity
+                )
+                tips.append(nodes[-1, 0])
+            ends = np.array(tips)
+        elif isinstance(cable, EdgeCable):
+            _edge_cables(builder, grid, material, viscosity)
+    return ends
+
+
+def _edge_cables(builder: MeshBuilder, grid: FilmGrid, material: CableMaterial, viscosity: float) -> None:
+    """A cable element along every side of an element at the edge, from position to position."""
+    x, y, at = grid.x, grid.y, grid.position
+    for j in (0, -1):
+        for i in range(len(x) - 1):
+            ends = np.array([x[i], y[j], 0.0]), np.array([x[i + 1], y[j], 0.0])
+            builder.cable(*ends, material, 1, int(at[i, j]), int(at[i + 1, j]), viscosity)
+    for i in (0, -1):
+        for j in range(len(y) - 1):
+            ends = np.array([x[i], y[j], 0.0]), np.array([x[i], y[j + 1], 0.0])
+            builder.cable(*ends, material, 1, int(at[i, j]), int(at[i, j + 1]), viscosity)

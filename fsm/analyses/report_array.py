@@ -1,0 +1,134 @@
+"""What a scissor array is made of and what is left out of it, in plain words (`fsm check`)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from fsm.scene.builders.scissor import array_at
+from fsm.scene.case import Case
+from fsm.scene.check_scissor import default_holds
+from fsm.scene.loads import Constant
+
+__all__ = ["describe_array"]
+
+_LABEL = 14
+_ELEMENTS = {
+    "section": "shear-deformable beams of 14 coordinates, strains of the section",
+    "green": "shear-deformable beams of 14 coordinates, Green's strain over the section",
+    "cable": "Bernoulli beams of 8 coordinates, no shear",
+}
+
+
+def describe_array(case: Case) -> list[str]:
+    """What is computed, what is left out and why, and the approximations that apply, a line each."""
+    sections = {
+        "case": _title, "array": _array, "bars": _bars, "mesh": _mesh, "hold": _hold, "force": _force, "hinges": _hinges,
+        "stop": _stop, "solve": _solve, "approximate": _approximations,
+    }  # fmt: skip
+    lines = []
+    for label, section in sections.items():
+        for text in section(case):
+            lines.append(f"{label:<{_LABEL}}{text}")
+            label = ""
+    return lines
+
+
+def _mm(length: float) -> str:
+    return f"{1e3 * length:.4g} mm"
+
+
+def _degrees(angle: float) -> str:
+    return f"{math.degrees(angle):.4g} deg"
+
+
+def _title(case: Case) -> Iterator[str]:
+    if case.title:
+        yield case.title
+
+
+def _array(case: Case) -> Iterator[str]:
+    scissor = case.scissor
+    assert scissor is not None
+    kind = {"linear": "in a straight line", "arched": "along an arch", "ring": "in a closed ring"}[scissor.shape]
+    array = array_at(scissor, scissor.initial_angle)
+    xs, ys = ([at[axis] for at in array.points.values()] for axis in (0, 1))
+    yield f"{scissor.units} units {kind}, {len(array.bars)} bars at {_degrees(scissor.initial_angle)}"
+    yield f"{_mm(max(xs) - min(xs))} x {_mm(max(ys) - min(ys))} at the start; points a1 ... , b1 ... , hinges h1 ..."
+
+
+def _bars(case: Case) -> Iterator[str]:
+    scissor, bar, material = case.scissor, case.bar, case.material
+    assert scissor is not None and bar is not None and material is not None
+    mass = material.density * bar.width * bar.height * scissor.bar_length
+    yield f"{_mm(scissor.bar_length)}, {_mm(bar.width)} across the plane x {_mm(bar.height)} in it, {mass:.4g} kg each"
+    yield f"E {1e-9 * material.young:.4g} GPa, Poisson's ratio {material.poisson:g}, {material.density:g} kg/m^3"
+    if scissor.shape != "linear":
+        bent = "bent there by 2 pi/units" if scissor.shape == "ring" else "straight"
+        yield f"hinge at {scissor.hinge:g} of the length, {bent}"
+
+
+def _mesh(case: Case) -> Iterator[str]:
+    scissor = case.scissor
+    assert scissor is not None
+    if scissor.rigid:
+        yield "rigid bars: a body each, held together at hinges by springs of 1e10 N/m"
+        return
+    yield f"{scissor.elements_per_bar} elements a bar: {_ELEMENTS[scissor.element]}"
+    yield "bars share positions at their points, and nothing else: no constraints"
+
+
+def _hold(case: Case) -> Iterator[str]:
+    assert case.scissor is not None
+    for hold in case.hold or default_holds(case.scissor):
+        along = "" if hold.direction is None else f" along [{hold.direction[0]:g}, {hold.direction[1]:g}]"
+        yield f"{hold.point} {hold.kind}{along}" + ("" if case.hold else ", as no [[hold]] is given")
+
+
+def _force(case: Case) -> Iterator[str]:
+    for force in case.force:
+        size = f"{force.radial:g} N from the centre"
+        if force.force is not None:
+            size = f"[{force.force[0]:g}, {force.force[1]:g}] N"
+        how = ", at once" if isinstance(force.time, Constant) else ", changing with time"
+        yield f"{size} at {force.point}{how}"
+    if any(case.gravity):
+        yield f"gravity [{case.gravity[0]:g}, {case.gravity[1]:g}] m/s^2"
+
+
+def _hinges(case: Case) -> Iterator[str]:
+    hinge = case.hinge
+    if hinge is None:
+        yield "free: no [hinge]"
+        return
+    yield (
+        f"{hinge.at}: spring {hinge.stiffness:g} N m/rad, damper {hinge.damping:g} N m s/rad, "
+        f"dry friction {hinge.friction_moment:g} N m"
+    )
+
+
+def _stop(case: Case) -> Iterator[str]:
+    yield "none: no [stop]" if case.stop is None else f"at {_degrees(case.stop.angle)} of the bars"
+
+
+def _solve(case: Case) -> Iterator[str]:
+    assert case.scissor is not None
+    method: str = case.solve.method
+    if method == "auto":
+        method = "Radau-blocks (rigid bars on stiff hinges)" if case.scissor.rigid else "generalized-alpha"
+    step = "" if case.solve.step is None else f", steps of {1e3 * case.solve.step:g} ms"
+    yield f"{method}{step}, until {case.solve.end_time:g} s"
+    if not case.scissor.rigid and case.stop is None and (case.hinge is None or case.hinge.friction_moment == 0.0):
+        yield "the same with rigid bars is run along with it, for comparison"
+
+
+def _approximations(case: Case) -> Iterator[str]:
+    assert case.scissor is not None
+    yield "bars do not touch each other; the array stays in its plane"
+    if case.scissor.rigid:
+        return
+    if case.hinge is not None and case.hinge.friction_moment > 0.0:
+        yield f"dry friction creeps below {case.hinge.friction_speed:g} rad/s"
+    if any(isinstance(force.time, Constant) for force in case.force):
+        yield "a force that is there at once excites all frequencies the mesh has: accelerations depend on mesh and rho_inf"
+    yield "bars bent far: 1e-3 with 8 elements a bar, order 5; small bending is exact (docs/scissor.md)"

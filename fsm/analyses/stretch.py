@@ -1,0 +1,112 @@
+"""How a film is stretched: the system that is pulled, from a start near enough, and what is held afterwards."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from fsm.analyses.film import CORNERS, FilmMesh
+from fsm.ancf.film import FilmMaterial
+from fsm.ancf.loading import Forcing, Loading
+from fsm.ancf.pulse import Constant
+from fsm.ancf.system import AncfSystem
+from fsm.ancf.wrinkle import corner_wrinkles, lifted
+from fsm.errors import NotConverged
+from fsm.pretension import tensioned
+from fsm.scene.case import Case
+from fsm.scene.membrane import CornerCable, Support
+
+__all__ = ["stretched", "supports"]
+
+_IMPERFECTION = 0.1
+"""Height of waves that a film starts from where no closed form says it, over the thickness."""
+
+
+def supports(case: Case) -> tuple[Support, ...]:
+    """What is held: as the case says, or what is drawn at."""
+    if case.support:
+        return case.support
+    if any(isinstance(cable, CornerCable) for cable in case.cable):
+        return (Support(at="cables"),)
+    assert case.tension is not None
+    return (Support(at="corners" if case.tension.pull is not None else "edges"),)
+
+
+def stretched(case: Case, film: FilmMesh, loading: Loading) -> AncfSystem:
+    """The film of a case stretched, held at its supports, at rest under its own weight; `loading` acts from then on.
+
+    Raises
+    ------
+    NotConverged
+    """
+    tension, membrane = case.tension, case.membrane
+    assert tension is not None and membrane is not None
+    held = np.unique(np.concatenate([film.held_by(support) for support in supports(case)]))
+    if tension.pull is not None:
+        system = _pulled(case, film, held, tension.pull)
+    else:
+        assert tension.strain is not None
+        strain = tension.strain if isinstance(tension.strain, tuple) else (tension.strain, tension.strain)
+        system = AncfSystem(film.mesh.holding(held), Loading(gravity=case.gravity), _drawn_out(film, strain))
+    if tension.film == "wrinkles":
+        start = lifted(system.start, film.grid.position, _waves(case))
+        start[system.fixed] = system.start[system.fixed]
+        system = AncfSystem(system.mesh, system.loading, start)
+    try:
+        return tensioned(system, held, loading, settle=tension.film != "plain")
+    except NotConverged as error:
+        raise NotConverged(f"tension of the film: {error}") from None
+
+
+def _waves(case: Case) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
+    """Height of the film that wrinkles start from: closed form at pulled corners, else waves of a few elements."""
+    tension, membrane, material = case.tension, case.membrane, case.material
+    assert tension is not None and membrane is not None and material is not None
+    if tension.pull is not None:
+        sheet = FilmMaterial(material.young, material.poisson, material.density, membrane.thickness)
+        form = corner_wrinkles(sheet, membrane.length, tension.pull)
+        scale = 1.0 if tension.imperfection is None else tension.imperfection / form.amplitude
+        shift = (0.5 * membrane.length, 0.5 * membrane.width)
+        return lambda x, y: scale * form.height(x + shift[0], (y + shift[1]) * membrane.length / membrane.width)
+    size = tension.imperfection or _IMPERFECTION * membrane.thickness
+    sides = (membrane.length, membrane.width)
+    kx, ky = (math.pi * count / (2.3 * side) for count, side in zip(membrane.mesh, sides, strict=True))
+    return lambda x, y: size * (np.sin(kx * x + ky * y + 0.3) + np.sin(kx * x - 1.1 * ky * y + 1.0)) / 2.0
+
+
+def _pulled(case: Case, film: FilmMesh, held: np.ndarray, pull: float) -> AncfSystem:
+    """The film under its pull: the ends are free to go outwards, one of them bears what the others draw.
+
+    It starts stretched by about what will come, since a slack film has no stiffness across itself.
+    """
+    ends = film.ends
+    drawn = np.concatenate([ends, ends + 1, ends + 2])
+    others = np.setdiff1d(held, drawn)
+    anchor = ends[0] + np.arange(3)  # its reaction is its own pull, by equilibrium
+    material, membrane = case.material, case.membrane
+    assert material is not None and membrane is not None
+    resultant = pull * math.sqrt(2.0) / math.sqrt(membrane.length * membrane.width)
+    strain = resultant * (1.0 - material.poisson) / (material.young * membrane.thickness)
+    forces = np.zeros(len(film.mesh.coordinates))
+    for end, outward in zip(ends[1:], film.outwards[1:], strict=True):
+        forces[end : end + 3] = pull * outward
+    mesh = film.mesh.holding(np.concatenate([others, anchor, ends + 2]))
+    loading = Loading((Forcing(forces, Constant()),), gravity=case.gravity)
+    return AncfSystem(mesh, loading, _drawn_out(film, (strain, strain)))
+
+
+def _drawn_out(film: FilmMesh, strain: tuple[float, float]) -> np.ndarray:
+    """The film drawn out evenly, its Green strain a bit above what is said; cables go along with their corners."""
+    factor = np.array([1.0 + strain[0], 1.0 + strain[1], 1.0])
+    nodes = film.mesh.coordinates.reshape(-1, 9).copy()
+    of_film = np.zeros(len(nodes), dtype=bool)
+    of_film[film.grid.position.ravel() // 9] = True
+    nodes[of_film] *= np.tile(factor, 3)
+    half = np.array([film.grid.x[-1], film.grid.y[-1], 0.0])
+    for signs in CORNERS:
+        side = np.array([*signs, 0.0])
+        here = ~of_film & np.all(nodes[:, :2] * side[:2] > 0.0, axis=1)
+        nodes[here, :3] += (factor - 1.0) * half * side
+    return nodes.ravel()

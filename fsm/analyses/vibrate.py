@@ -1,0 +1,290 @@
+"""Vibration of a tensioned film after an impact: tension, natural modes, history, frequency."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from fsm.analyses.film import build_film
+from fsm.analyses.reduced import CHECKED, MODAL, ReducedSolve, error_against_full, reduced_model
+from fsm.analyses.stretch import stretched
+from fsm.ancf.film import MembraneGroup
+from fsm.ancf.loading import Forcing, Loading
+from fsm.ancf.pulse import HalfSine, Rectangle, Samples, TimeFunction
+from fsm.ancf.reduced import ReducedModel
+from fsm.ancf.tension_state import TensionState, tension_state
+from fsm.errors import CaseError, Fault, NotConverged
+from fsm.results.array import ArrayMotion
+from fsm.results.film import Film
+from fsm.results.solution import Layout, Solution
+from fsm.results.vibration import summarise_vibration
+from fsm.scene.case import Case
+from fsm.scene.membrane import HalfSine as HalfSinePulse
+from fsm.scene.membrane import Impact, Measured, Vibration
+from fsm.segments.save_times import save_times
+from fsm.solve.modal import Modes, modes
+from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, StepEnd
+from fsm.solve.solver import solve
+from fsm.solve.static import PathSettings
+from fsm.system import DriveState, System
+
+__all__ = ["VibrationAnalysis"]
+
+_PER_PERIOD = 10.0
+"""Samples in a period of the highest mode asked for, if the case does not say."""
+_SLACKEST = 0.5
+"""Part of the film that may be slack."""
+_GOOD = 0.02
+"""Error of the reduced model against the full one up to which it is taken."""
+_STEPS = 40.0
+"""Steps of the full model in a period of the highest mode asked for, and in the pulse."""
+_RECORDS = 200
+"""Whole states that are kept, if the case does not say."""
+
+
+class VibrationAnalysis:
+    """A film, compiled; see `Analysis`.
+
+    Parameters
+    ----------
+    case : Case
+    source : file that faults are told of
+    """
+
+    kernels = "film"
+
+    def __init__(self, case: Case, source: str) -> None:
+        self.case, self.source = case, source
+        self.vibration = case.vibration or Vibration()
+        self.film = build_film(case)
+        self.points = {name: self.film.point(*place) for name, place in self._places().items()}
+
+    @property
+    def system(self) -> System:
+        """See `Analysis`; there once it is ready."""
+        return self._system
+
+    def make_ready(self, warnings: list[str]) -> None:
+        """Stretch the film, hold it, find its modes.
+
+        Raises
+        ------
+        CaseError
+            The film is slack, or would wrinkle.
+        """
+        self._system = stretched(self.case, self.film, self._loading())
+        q, _ = self._system.initial()
+        self.state = tension_state(self._system, 0.0, q)
+        self._refuse_slack(self.state)
+        self.rest = {name: point.position(q) for name, point in self.points.items()}
+        self.modes = modes(self._system, 0.0, q, min(self.vibration.modes, self._system.nu))
+        self._refuse_unstable(self.modes)
+        self._choose_model(warnings)
+
+    def method(self) -> tuple[str, str]:
+        """See `Analysis`."""
+        if self.model is not None:
+            return MODAL, self.reason
+        chosen = self.case.solve.method
+        return ("generalized-alpha" if chosen == "auto" else chosen), self.reason
+
+    def _choose_model(self, warnings: list[str]) -> None:
+        """The reduced model, if it is asked for or good enough; it says its error against the full one."""
+        wanted = self.vibration.model
+        self.model: ReducedModel | None = None
+        self.error: float | None = None
+        self.reason = "asked for"
+        if self.case.impact is None or self.case.solve.method != "auto" or wanted == "full":
+            return
+        model = reduced_model(self._system, self.modes, self.vibration.stretch)
+        try:
+            self.error = error_against_full(self._system, model, self._step(), self.vibration.duration, self.probes)
+            said = f"off the full model by {100 * self.error:.2g} % at its probes over the first {CHECKED} steps"
+        except NotConverged:
+            said = "error unknown: the full model needs shorter steps than solve.step to be compared with"
+        good = self.error is not None and self.error <= _GOOD
+        self.reason = f"{len(self.modes.squared)} modes, {said}"
+        if wanted == "reduced" or good:
+            self.model = model
+            if not good:
+                warnings.append(f"reduced model: {self.reason}")
+
+    def _step(self) -> float:
+        """Step of the full model: as asked for, or a 40th of the period of the highest mode asked for, and of the pulse."""
+        if self.case.solve.step is not None:
+            return self.case.solve.step
+        period = 1.0 / max(float(np.abs(self.modes.frequencies).max()), 1.0 / self.vibration.duration)
+        end = self._pulse_end()
+        return min([period / _STEPS, *([end / _STEPS] if end else [])])
+
+    def settings(self, method: str) -> Settings | PathSettings:
+        """See `Analysis`; without an impact nothing moves, and nothing is solved."""
+        solve = self.case.solve
+        end = self.vibration.duration if self.case.impact is not None else 0.0
+        step = self._step() if method == "generalized-alpha" else None
+        settings = Settings(
+            method, solve.rtol, end, solve.max_step or math.inf, solve.max_steps, solve.energy_abort, step=step
+        )
+        return settings if solve.rho_inf is None else replace(settings, rho_inf=solve.rho_inf)
+
+    def record_times(self, end: float) -> list[float]:
+        """See `Analysis`; if the case does not say, at most 200 of the samples, evenly."""
+        if self.case.save.interval is not None or not end:
+            return save_times(self.case, None, end)
+        samples = self.sample_times(end)
+        return [*samples[:: max(1, math.ceil(len(samples) / _RECORDS))], end]
+
+    def sample_times(self, end: float) -> list[float]:
+        """Evenly, as often as the case says, or so that the highest mode asked for is seen; fixed steps are not cut."""
+        if not end:
+            return [0.0]
+        step = self.vibration.sampling
+        if step is None:
+            step = 1.0 / (_PER_PERIOD * max(float(np.abs(self.modes.frequencies).max()), 1.0 / end))
+            fixed = self._step()
+            step = fixed * max(1, math.floor(step / fixed)) if self.model is None else end / math.ceil(end / step)
+        return [k * step for k in range(math.floor(end / step * (1.0 + 1e-12)) + 1)]
+
+    def start(self, warnings: list[str]) -> tuple[float, np.ndarray, np.ndarray]:
+        """At rest, tensioned."""
+        return 0.0, *self.system.initial()
+
+    def layout(self) -> Layout:
+        """See `Analysis`."""
+        assert self.case.membrane is not None
+        return Layout(
+            dimension="spatial",
+            panel=self.film.cells.ravel(),
+            thickness=self.case.membrane.thickness,
+            film=self._film(),
+        )
+
+    def probes(self, q: np.ndarray) -> np.ndarray:
+        """See `Analysis`."""
+        return np.array([point.position(q) - self.rest[name] for name, point in self.points.items()])
+
+    def unstable_ways(self, t: float, q: np.ndarray) -> int:
+        """None: a vibration passes no equilibria; that which it is about is stable."""
+        return 0
+
+    def solve(
+        self,
+        settings: Settings | PathSettings,
+        times: list[float],
+        on_save: Callable[[Saved], None],
+        on_step: Callable[[StepEnd], None],
+        start: tuple[float, np.ndarray, np.ndarray],
+        ledger: Ledger,
+        seen: list[tuple[DriveState, np.ndarray]],
+    ) -> Statistics:
+        """See `Analysis`."""
+        if self.model is not None:
+            assert isinstance(settings, Settings)
+            return ReducedSolve(self._system, self.model).go(settings.end_time, times, on_save, on_step, ledger)
+        return solve(self.system, settings, times, on_save, on_step, start, ledger, seen)[0]
+
+    def array_motion(self, solution: Solution, warnings: list[str]) -> ArrayMotion | None:
+        """See `Analysis`."""
+        return None
+
+    def summarise(self, solution: Solution, statistics: Statistics) -> dict[str, Any]:
+        """Frequency, amplitudes, modes, tension."""
+        state = self.state
+        return summarise_vibration(solution, self._pulse_end()) | {
+            "reduced_error": self.error if self.model is not None else None,
+            "modes_hz": [float(f) for f in self.modes.frequencies],
+            "tension_state": {
+                "largest_stress": state.largest,
+                "smallest_stress": state.smallest,
+                "taut_fraction": state.taut,
+                "wrinkled_fraction": state.wrinkled,
+                "slack_fraction": state.slack,
+            },
+        }
+
+    def warnings(self, solution: Solution, summary: dict[str, Any]) -> list[str]:
+        """See `Analysis`."""
+        return []
+
+    # inside -----------------------------------------------------------------------------------------------------------
+
+    def _places(self) -> dict[str, tuple[float, float]]:
+        """Probes by name; the center and the first patch, if the case has none of that name."""
+        places = {"center": (0.0, 0.0)}
+        if self.film.patches:
+            first = self.film.patches[0]
+            places["patch"] = (first.x, first.y)
+        return places | self.vibration.probes
+
+    def _loading(self) -> Loading:
+        forcings: tuple[Forcing, ...] = ()
+        impact = self.case.impact
+        if impact is not None:
+            top, time = _pulse(impact)
+            vector = self.film.point(*impact.point).load(len(self.film.mesh.coordinates), np.array([0.0, 0.0, top]))
+            forcings = (Forcing(vector, time),)
+        air = self.case.damping.air if self.case.damping else 0.0
+        return Loading(forcings, gravity=self.case.gravity, mass_damping=air)
+
+    def _pulse_end(self) -> float:
+        impact = self.case.impact
+        return 0.0 if impact is None else max(_pulse(impact)[1].breaks())
+
+    def _refuse_unstable(self, found: Modes) -> None:
+        if not found.unstable.any():
+            return
+        lowest = float(found.frequencies[0])
+        text = (
+            f"the tensioned film is not stable but would wrinkle ({int(found.unstable.sum())} modes grow, the fastest at "
+            f"{2 * math.pi * abs(lowest):.3g} 1/s)"
+        )
+        hint = {
+            "plain": 'take film = "tension-field", which carries no compression, or "wrinkles"',
+            "wrinkles": "these wrinkles are not resolved; refine the mesh",
+            "tension-field": "refine the mesh, or pull harder",
+        }
+        assert self.case.tension is not None
+        raise CaseError([Fault("tension.film", f"{text}; {hint[self.case.tension.film]}")], self.source)
+
+    def _refuse_slack(self, state: TensionState) -> None:
+        if state.slack > _SLACKEST or not state.largest > 0.0:
+            text = f"the film is slack: {100 * state.slack:.0f} % of it carries no tension; pull harder"
+            raise CaseError([Fault("tension", text)], self.source)
+
+    def _film(self) -> Film:
+        q, _ = self._system.initial()
+        count = self.film.cells.size
+        stress, direction = np.zeros((count, 2)), np.zeros((count, 3))
+        kind = np.zeros(count, dtype=np.int64)
+        kinds = self.film.cells.ravel()
+        groups = [group for group in self.film.mesh.groups if isinstance(group, MembraneGroup)]
+        for number, group in zip(np.unique(kinds), groups, strict=True):
+            where, part = kinds == number, group.stress(q)
+            stress[where] = part.principal.mean(axis=1)
+            direction[where] = part.direction[:, part.direction.shape[1] // 2]
+            kind[where] = np.round(part.state.mean(axis=1)).astype(np.int64)
+        shape = self._system.shape(0.0, q)
+        moved = np.array([self._system.shape(0.0, q + mode) - shape for mode in self.modes.shapes])
+        largest = np.abs(moved).reshape(len(moved), -1).max(axis=1, initial=1e-300)
+        return Film(
+            probe_names=tuple(self.points),
+            probe_rest=np.array(list(self.rest.values())),
+            frequency=self.modes.frequencies,
+            mode_shape=moved / largest[:, None, None, None],
+            stress=stress,
+            direction=direction,
+            state=kind,
+        )
+
+
+def _pulse(impact: Impact) -> tuple[float, TimeFunction]:
+    """Force (N) and the function of time that it is multiplied by."""
+    if isinstance(impact, Measured):
+        return 1.0, Samples(impact.time, impact.force)
+    if isinstance(impact, HalfSinePulse):
+        return impact.force, HalfSine(impact.duration)
+    return impact.force, Rectangle(impact.duration)

@@ -1,0 +1,48 @@
+"""The state of tension of all film of a system, in a few numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fsm.ancf.film import FilmStress, MembraneGroup
+from fsm.ancf.system import AncfSystem
+from fsm.ancf.tension_field import SLACK, TAUT, WRINKLED
+
+__all__ = ["TensionState", "film_stresses", "tension_state"]
+
+
+@dataclass(frozen=True)
+class TensionState:
+    """Tension of a film.
+
+    Attributes
+    ----------
+    largest, smallest : Pa
+        Principal stress.
+    taut, wrinkled, slack : parts of the area, by the mixed criterion of stress and strain
+    """
+
+    largest: float
+    smallest: float
+    taut: float
+    wrinkled: float
+    slack: float
+
+
+def film_stresses(system: AncfSystem, t: float, q: np.ndarray) -> dict[str, FilmStress]:
+    """Stresses of every group of membrane elements, by its name; of two of one name, the last."""
+    here, _ = system.place(t, q, None)
+    return {group.name: group.stress(here) for group in system.mesh.groups if isinstance(group, MembraneGroup)}
+
+
+def tension_state(system: AncfSystem, t: float, q: np.ndarray, name: str = "film") -> TensionState:
+    """State of the film of a name; patches, which are stiff, have another."""
+    stress = film_stresses(system, t, q)[name]
+    total = float(stress.area.sum())
+    taut, wrinkled, slack = (
+        float(stress.area[stress.state == state].sum()) / total for state in (TAUT, WRINKLED, SLACK)
+    )
+    largest, smallest = float(stress.principal.max()), float(stress.principal.min())
+    return TensionState(largest, smallest, taut, wrinkled, slack)

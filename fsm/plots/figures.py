@@ -1,0 +1,70 @@
+"""Which figures a result has: the same ones after a run and by `fsm plot`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from fsm.plots.animation import animate
+from fsm.plots.contact_map import plot_contact_map
+from fsm.plots.energy import plot_energy
+from fsm.plots.force import plot_force
+from fsm.plots.motion import plot_motion
+from fsm.plots.scissor import plot_points, plot_rigid, plot_stress, plot_synchronism
+from fsm.plots.vibration import plot_history, plot_modes, plot_spectrum, plot_tension
+from fsm.results.quantities import touching_pairs
+from fsm.results.solution import Solution
+
+__all__ = ["draw", "figures_of"]
+
+Plot = Callable[[Solution, Path], None]
+
+_ALL: dict[str, Plot] = {
+    "force.png": plot_force,
+    "motion.png": plot_motion,
+    "energy.png": plot_energy,
+    "contact.png": plot_contact_map,
+    "history.png": plot_history,
+    "spectrum.png": plot_spectrum,
+    "modes.png": plot_modes,
+    "tension.png": plot_tension,
+    "points.png": plot_points,
+    "rigid.png": plot_rigid,
+    "synchronism.png": plot_synchronism,
+    "stress.png": plot_stress,
+    "motion.gif": animate,
+}
+
+
+def figures_of(solution: Solution) -> dict[str, Plot]:
+    """File names and what draws them."""
+    film = solution.layout.film is not None
+    array = solution.array
+    moves = len(solution) > 1
+    wanted = {
+        "force.png": bool(solution.travel.shape[1]),
+        "motion.png": not film,
+        "energy.png": moves,
+        "contact.png": bool(touching_pairs(solution.pair_force)),
+        "history.png": film and len(solution.samples.time) > 1,
+        "spectrum.png": film and len(solution.samples.time) > 1,
+        "modes.png": film,
+        "tension.png": film,
+        "points.png": array is not None,
+        "rigid.png": array is not None and array.rigid is not None,
+        "synchronism.png": array is not None and len(array.upper) > 2,
+        "stress.png": array is not None and array.stress.shape[1] > 0,
+        "motion.gif": array is not None,
+    }
+    return {name: _ALL[name] for name, drawn in wanted.items() if drawn}
+
+
+def draw(solution: Solution, folder: Path) -> list[Path]:
+    """Draw all figures of a result into a folder, and take out those that another run left there."""
+    wanted = figures_of(solution)
+    for name in _ALL:
+        if name not in wanted:
+            (folder / name).unlink(missing_ok=True)
+    for name, plot in wanted.items():
+        plot(solution, folder / name)
+    return [folder / name for name in wanted]

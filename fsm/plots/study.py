@@ -1,0 +1,124 @@
+"""A study of a film: frequency and amplitudes of the rows of a table against what is varied, beside reference values."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from fsm.plots.style import COLOURS, GREY, WIDE, figure
+
+__all__ = ["STUDIED", "changes", "plot_study", "varied"]
+
+STUDIED: dict[str, tuple[float, str]] = {
+    "frequency_hz": (1.0, "frequency (Hz)"),
+    "amplitude_center": (1e3, "largest amplitude, center (mm)"),
+    "amplitude_patch": (1e3, "largest amplitude, patch (mm)"),
+}
+"""Numbers of a summary that a study is about, with factor and label."""
+
+
+def varied(rows: Sequence[Mapping[str, Any]], columns: Sequence[str]) -> tuple[str, list[float | None]]:
+    """The first column whose cells are different numbers, with its numbers as written; rows without one have None.
+
+    The unit of the first cell is taken for all; where units differ nothing is found.
+    """
+    for column in columns:
+        cells = [re.fullmatch(r"\s*([-+.\deE]+)\s*(.*?)\s*", str(row.get(column, ""))) for row in rows]
+        found = [(float(cell[1]), cell[2]) if cell else None for cell in cells]
+        units = {one[1] for one in found if one}
+        if len(units) == 1 and len({one[0] for one in found if one}) > 1:
+            unit = units.pop()
+            return f"{column} ({unit})" if unit else column, [one[0] if one else None for one in found]
+    return "", [float(k) for k in range(len(rows))]
+
+
+def changes(
+    rows: Sequence[Mapping[str, Any]], reference: Mapping[str, Mapping[str, float]], name: str
+) -> list[tuple[float, float, float] | None]:
+    """Of every row: change of a number in % against the first row that the reference has, its change there, and the band.
+
+    None where one of them is not known.
+    """
+    known = [k for k, row in enumerate(rows) if name in reference.get(row["case"], {}) and row.get(name) is not None]
+    found: list[tuple[float, float, float] | None] = [None] * len(rows)
+    if not known:
+        return found
+    first = rows[known[0]][name]
+    origin = 1.0 + 0.01 * reference[rows[known[0]]["case"]][name]
+    for k in known:
+        said = reference[rows[k]["case"]]
+        there = 100.0 * ((1.0 + 0.01 * said[name]) / origin - 1.0)
+        found[k] = (100.0 * (rows[k][name] / first - 1.0), there, said.get(f"{name} band", 0.0))
+    return found
+
+
+def plot_study(
+    rows: Sequence[Mapping[str, Any]], columns: Sequence[str], reference: Mapping[str, Mapping[str, float]], path: str | Path
+) -> None:
+    """Frequency and amplitudes against what is varied; with a reference, changes in % below, its values with their band.
+
+    Parameters
+    ----------
+    rows : of a table, those that have results
+    columns : dotted paths of the table
+    reference : see `fsm.scene.table.load_reference`
+    path : where the figure goes
+    """
+    names = [name for name in STUDIED if any(row.get(name) is not None for row in rows)]
+    label, x = varied(rows, columns)
+    compared = any(any(changes(rows, reference, name)) for name in names)
+    with figure(path, (WIDE[0], 4.8 if compared else 2.8)) as fig:
+        axes = fig.subplots(2 if compared else 1, len(names), squeeze=False, sharex=True)
+        for column, name in enumerate(names):
+            factor, text = STUDIED[name]
+            values = [row[name] * factor if row.get(name) is not None else np.nan for row in rows]
+            _draw_values(axes[0, column], rows, x, values)
+            axes[0, column].set_title(text)
+            if compared:
+                _draw_changes(axes[1, column], rows, x, changes(rows, reference, name))
+        for ax in axes[-1]:
+            ax.set_xlabel(label or "row")
+        if compared:
+            axes[1, 0].set_ylabel("change (%)")
+            handles, labels = axes[1, 0].get_legend_handles_labels()
+            fig.legend(handles, labels, loc="outside upper center", ncols=2)
+
+
+def _draw_values(ax: Axes, rows: Sequence[Mapping[str, Any]], x: Sequence[float | None], values: Sequence[float]) -> None:
+    """The rows with a place on the axis as a line; the others, a film without what is varied, as a level."""
+    placed = [(a, b) for a, b in zip(x, values, strict=True) if a is not None]
+    if placed:
+        ax.plot(*zip(*sorted(placed), strict=True), "o-", color=COLOURS[0], markersize=4)
+    for row, a, b in zip(rows, x, values, strict=True):
+        if a is None:
+            ax.axhline(b, color=GREY, linestyle="--", linewidth=0.9)
+            ax.annotate(row["case"], (1.0, b), xycoords=("axes fraction", "data"), ha="right", va="bottom", color=GREY)
+    ax.margins(y=0.12)
+
+
+def _draw_changes(
+    ax: Axes,
+    rows: Sequence[Mapping[str, Any]],
+    x: Sequence[float | None],
+    found: Sequence[tuple[float, float, float] | None],
+) -> None:
+    """Ours and the reference's changes, the latter with its band."""
+    places = [a for a in x if a is not None]
+    aside = max(places, default=1.0) + 0.15 * (float(np.ptp(places)) if places else 1.0)
+    points = [(aside if a is None else a, *one) for a, one in zip(x, found, strict=True) if one is not None]
+    ax.axhline(0, color=GREY, linewidth=0.6)
+    if not points:
+        ax.text(0.5, 0.5, "no reference", transform=ax.transAxes, ha="center", va="center", color=GREY)
+        return
+    at, ours, theirs, band = (np.array(part) for part in zip(*points, strict=True))
+    ax.errorbar(at, theirs, yerr=band, fmt="s", color=COLOURS[1], markersize=4, capsize=3, label="reference, with its band")
+    ax.plot(at, ours, "o", color=COLOURS[0], markersize=4, label="this run")
+    for a, one, row in zip(x, found, rows, strict=True):
+        if a is None and one is not None:
+            ax.annotate(row["case"], (aside, max(one[:2])), ha="center", va="bottom", color=GREY, fontsize=7)
+    ax.margins(x=0.1, y=0.15)

@@ -1,0 +1,106 @@
+"""Stable equilibrium by going down the energy: Newton's method made heavy where it would go astray.
+
+    (K + mu M) dx = h(t, q),   mu >= 0
+
+is Newton's step at mu = 0 and a short way down the slope at large mu: an implicit step of an overdamped motion. mu is
+raised until the matrix has no negative pivot and until the step gains what its quadratic model promises (to a tenth),
+and falls where it gains that much, so that the end is Newton's method (pseudo-transient continuation: Kelley, Keyes,
+SIAM J. Numer. Anal. 35, 1998, 508). The mass as weight leaves the stiff motions of a structure almost as they are and
+holds back the soft ones, which buckle.
+
+For systems whose forces have a potential at rest. Wrinkles of a film, say, where a path with small steps would meet
+bifurcation after bifurcation: a shape a little beside the unstable one is enough of a start.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fsm.blocks import BlockMatrix
+from fsm.errors import NotConverged
+from fsm.solve.linear import LinearSolver
+from fsm.system import System
+
+__all__ = ["Relaxed", "relaxed"]
+
+_SMALLEST = 1e-10
+"""Smallest mu that is not zero, over the largest ratio of stiffness to mass."""
+_RAISED, _LOWERED = 4.0, 0.25
+_POOR, _GOOD = 0.1, 0.7
+"""Gain over that of the model, below which a step is not taken, and above which mu falls."""
+_LARGEST = 0.5
+"""Largest step over the size of an element or a radian."""
+
+
+@dataclass(frozen=True)
+class Relaxed:
+    """A stable equilibrium: configuration, iterations (steps not taken included), size of the last step."""
+
+    q: np.ndarray
+    iterations: int
+    last_step: float
+
+
+def relaxed(
+    system: System, t: float, q: np.ndarray, tolerance: float = 1e-9, max_iterations: int = 300
+) -> Relaxed:
+    """A stable equilibrium near a configuration, at time t and at rest.
+
+    Parameters
+    ----------
+    system : System
+    t : s
+    q : (nq,) array
+        To start from; on a symmetric, unstable equilibrium nothing would push it off.
+    tolerance : -
+        Largest last step of Newton's method, over the size of an element or a radian.
+    max_iterations : int
+
+    Raises
+    ------
+    NotConverged
+        None is found, with the worst node.
+    """
+    size = system.scales().increment
+    solver = LinearSolver()
+    linear = system.linearise(t, q, None)
+    pattern = linear.stiffness.pattern
+    inertia = system.inertia(q, pattern)
+    smallest = _SMALLEST * _fastest(linear.stiffness, inertia)
+    mass = BlockMatrix(pattern, inertia)
+    mu = 0.0
+    for iteration in range(1, max_iterations + 1):
+        solver.factorise(BlockMatrix(pattern, linear.stiffness.symmetric().data + mu * inertia))
+        if solver.negative_pivots():
+            mu = max(_RAISED * mu, smallest)
+            continue
+        step = solver.solve(linear.force)
+        length = float(np.abs(step / size).max(initial=0.0))
+        if length <= tolerance and mu == 0.0:
+            return Relaxed(system.retract(q, step), iteration, length)
+        if length > _LARGEST:
+            mu = max(_RAISED * mu, smallest)
+            continue
+        trial = system.retract(q, step)
+        promised = 0.5 * float(step @ linear.force) + 0.5 * mu * float(step @ mass.times(step))
+        gained = 0.5 * float(step @ (linear.force + system.force(t, trial, None)))
+        if gained < _POOR * promised and length > tolerance:
+            mu = max(_RAISED * mu, smallest)
+            continue
+        if gained > _GOOD * promised:
+            mu = _LOWERED * mu if mu > smallest else 0.0
+        q = trial
+        linear = system.linearise(t, q, None)
+    raise NotConverged(
+        f"no stable equilibrium found at t = {t:.6g} s in {max_iterations} iterations; the largest force left over, "
+        f"{np.abs(linear.force).max():.3g}, is at {system.blame(linear.force)}"
+    )
+
+
+def _fastest(stiffness: BlockMatrix, inertia: np.ndarray) -> float:
+    """Largest ratio of stiffness to mass on the diagonal, 1/s^2."""
+    diagonal = stiffness.pattern.diagonal
+    stiff, heavy = (data[diagonal].diagonal(axis1=1, axis2=2) for data in (stiffness.data, inertia))
+    return float((np.abs(stiff) / heavy).max(initial=0.0))

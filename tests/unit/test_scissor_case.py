@@ -1,0 +1,112 @@
+"""Cases of scissor arrays: a whole run, and mistakes that are told early."""
+
+import json
+
+import numpy as np
+import pytest
+
+from fsm.errors import CaseError
+from fsm.results.store import read_solution
+from fsm.run import run_case
+from fsm.scene.load_case import load_case
+
+CASE = """
+analysis = "scissor"
+[scissor]
+units = 2
+bar_length = 1.0
+initial_angle = "75 deg"
+elements_per_bar = 2
+[bar]
+width = 0.02
+height = 0.012
+[material]
+young = 2.07e11
+poisson = 0.0
+density = 7850
+damping = 0.0
+[[force]]
+point = "a1"
+force = [0, -50]
+time = { kind = "ramp", end = 0.02 }
+[solve]
+end_time = 0.2
+step = 1e-3
+rtol = 1e-4
+[save]
+interval = 0.02
+"""
+
+
+@pytest.fixture
+def case_file(tmp_path):
+    path = tmp_path / "case.toml"
+    path.write_text(CASE)
+    return path
+
+
+def test_a_whole_run(case_file, tmp_path):
+    """Summary with its own keys, points beside rigid ones in the results, curves and pictures."""
+    out = tmp_path / "out"
+    summary = run_case(load_case(case_file), out, progress=False)
+    assert summary == json.loads((out / "summary.json").read_text())
+    assert summary["units"] == 2 and summary["elements_per_bar"] == 2
+    assert set(summary["max_difference_rigid"]) == {"displacement_x", "displacement_y", "velocity", "acceleration"}
+    assert list(summary["max_asynchronism"]) == ["a2-a3"]
+    assert 0.0 < summary["max_difference_rigid"]["displacement_x"] < 0.01
+    solution = read_solution(out / "result.h5")
+    motion = solution.array
+    assert motion.point_names == ("a1", "a2", "a3", "b1", "b2", "b3", "h1", "h2")
+    assert motion.points.displacement.shape == motion.rigid.velocity.shape == (11, 8, 2)
+    slope = np.gradient(motion.rigid.displacement[:, 2, 0], solution.time)
+    assert slope[3:-1] == pytest.approx(motion.rigid.velocity[3:-1, 2, 0], rel=0.05)
+    assert motion.stress.shape == (11, 4)
+    for name in ("points.csv", "points.png", "rigid.png", "synchronism.png", "stress.png", "motion.gif", "energy.png"):
+        assert (out / name).stat().st_size > 1000
+    header = (out / "points.csv").read_text().splitlines()[0].split(",")
+    assert header[:4] == ["time (s)", "a1 x (m)", "a1 y (m)", "a1 vx (m/s)"]
+
+
+def test_rigid_bars_are_the_comparison(case_file, tmp_path):
+    """rigid = true gives what the flexible run compares itself with."""
+    run_case(load_case(case_file), tmp_path / "flexible", progress=False)
+    summary = run_case(load_case(case_file, ["scissor.rigid=true"]), tmp_path / "rigid", progress=False)
+    assert summary["method"] == "Radau-blocks"
+    assert summary["max_difference_rigid"] == {}
+    flexible, rigid = (read_solution(tmp_path / name / "result.h5").array for name in ("flexible", "rigid"))
+    assert rigid.points.displacement == pytest.approx(flexible.rigid.displacement, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("overrides", "path", "words"),
+    [
+        (["scissor.units=0"], "scissor.units", "at least 1"),
+        (["scissor.initial_angle=90 deg"], "scissor.initial_angle", "less than"),
+        (["scissor.shape=ring", "scissor.units=6", "scissor.initial_angle=25 deg"], "scissor.initial_angle", "all out"),
+        (["scissor.shape=ring", "scissor.units=6", "scissor.initial_angle=70 deg"], "scissor.initial_angle", "centre"),
+        (["scissor.shape=ring"], "scissor", "3 units or more"),
+        (["scissor.shape=arched", "scissor.hinge=0.2", "scissor.units=40"], "scissor.units", "at most"),
+        (["scissor.shape=arched"], "scissor", "off the middle"),
+        (["scissor.hinge=0.4"], "scissor", "in the middle"),
+        (["stop.angle=80 deg", "stop.stiffness=100"], "stop.angle", "locked"),
+        (["force.0.point=a4"], "force.0.point", "a1 ... a3"),
+        (["hold=[{point='q1'}]"], "hold.0.point", "no point"),
+        (["hold=[{point='a1', kind='slider', direction=[1, 1]}]"], "hold.0.direction", "neither axis"),
+        (["hold=[{point='a1', kind='slider'}]"], "hold.0", "direction"),
+        (["force=none"], "force", "nothing moves"),
+        (["force.0.radial=3", "force.0.force=none"], "force.0.radial", "no centre"),
+        (["solve.end_time=none"], "solve.end_time", "when to stop"),
+        (["solve.method=static", "solve.step=none"], "solve.method", "dynamic"),
+        (["bar=none"], "bar", "missing"),
+        (["scissor.rigid=true", "stop.angle=20 deg", "stop.stiffness=10"], "stop", "rigid"),
+        (["scissor.shape=ring", "scissor.units=6", "scissor.initial_angle=50 deg", "scissor.element=cable"],
+         "scissor.element", "cable"),
+        (["strip.length=1"], "strip", "not used"),
+    ],
+)  # fmt: skip
+def test_mistakes(case_file, overrides, path, words):
+    """One clear line: path, value, what to do."""
+    with pytest.raises(CaseError) as error:
+        load_case(case_file, overrides)
+    told = [fault for fault in error.value.faults if fault.path == path]
+    assert told and words in told[0].message, told

@@ -1,0 +1,65 @@
+"""The film that this page and the peers measure: 300 x 300 x .025 mm, polyimide, edges moved out by 1e-3 and held."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from fsm.ancf.build import FilmGrid, MeshBuilder
+from fsm.ancf.film import FilmMaterial
+from fsm.ancf.loading import Loading, Motion
+from fsm.ancf.pulse import Ramp
+from fsm.ancf.system import AncfSystem
+from fsm.pretension import tensioned
+from fsm.solve.modal import modes
+
+FILM = FilmMaterial(2.5e9, 0.34, 1420.0, 25e-6)
+SIDE, STRAIN = 0.3, 1e-3
+AMPLITUDE = 5e-4
+"""Of the free vibration in the first mode, m."""
+
+
+def pulled_film(n: int) -> tuple[AncfSystem, np.ndarray, FilmGrid]:
+    """The film on n x n cells with its edges to be moved, what is moved, and its nodes."""
+    builder = MeshBuilder()
+    lines = np.linspace(0.0, SIDE, n + 1)
+    grid = builder.film(lines, lines, (FILM,))
+    edge = grid.edge()
+    builder.hold(edge, (2,))
+    mesh = builder.build()
+    plane = np.concatenate([edge, edge + 1])
+    middle = np.where(plane % 9 < 2, 0.5 * SIDE, 0.0)
+    motion = Motion(plane, STRAIN * (mesh.coordinates[plane] - middle), Ramp())
+    return AncfSystem(mesh, Loading(motions=(motion,))), plane, grid
+
+
+def tensioned_film(n: int) -> tuple[AncfSystem, FilmGrid]:
+    """The film at rest, tensioned."""
+    system, plane, grid = pulled_film(n)
+    return tensioned(system, plane), grid
+
+
+def plucked_film(n: int, amplitude: float = AMPLITUDE) -> tuple[AncfSystem, int]:
+    """The tensioned film that passes through rest with the speed of its first mode, and the height of its centre."""
+    system, grid = tensioned_film(n)
+    first = modes(system, 0.0, system.start, 1)
+    height = int(grid.nearest(0.5 * SIDE, 0.5 * SIDE)) + 2
+    rate = first.shapes[0] / first.shapes[0][height] * amplitude * 2 * math.pi * first.frequencies[0]
+    return AncfSystem(system.mesh, None, system.start, rate), height
+
+
+def exact_frequencies(count: int) -> np.ndarray:
+    """Of the stretched plate, hinged all around, Hz; in material lengths, where Green strain and tension are uniform."""
+    tension = FILM.stretch * (1 + FILM.poisson) * STRAIN * (1 + 0.5 * STRAIN)
+    waves = [(i * math.pi / SIDE) ** 2 + (j * math.pi / SIDE) ** 2 for i in range(1, 20) for j in range(1, 20)]
+    k = np.array(waves)
+    squared = (FILM.bending * k**2 / (1 + STRAIN) ** 2 + tension * k) / FILM.areal_density
+    return np.sort(np.sqrt(squared) / (2 * math.pi))[:count]
+
+
+def frequency(time: np.ndarray, height: np.ndarray) -> float:
+    """From the first and the last time at which the height passes upwards through zero, Hz."""
+    here = np.flatnonzero((height[:-1] < 0.0) & (height[1:] >= 0.0))
+    cuts = time[here] - height[here] * (time[here + 1] - time[here]) / (height[here + 1] - height[here])
+    return float((len(cuts) - 1) / (cuts[-1] - cuts[0]))
