@@ -29,7 +29,7 @@ def plot_motion(solution: Solution, path: str | Path, views: int = 6) -> None:
     columns = 3 if len(chosen) > 2 else max(len(chosen), 1)
     rows = max(1, -(-len(chosen) // columns))
     space = leaves_plane(solution.shape)
-    with figure(path, (WIDE[0], _height(solution.shape, columns, rows, space))) as fig:
+    with figure(path, (WIDE[0], _height(_extent(solution), columns, rows, space))) as fig:
         for k, record in enumerate(chosen):
             if space:
                 _draw_space(fig, (rows, columns, k + 1), solution, record)
@@ -67,11 +67,11 @@ def leaves_plane(shape: Floats) -> bool:
     return bool(np.ptp(shape[..., 1].mean(axis=2)) > 1e-3 * size or across > 1e-3 * size)
 
 
-def _height(shape: Floats, columns: int, rows: int, space: bool) -> float:
-    """Of the figure, inches, so that pictures of equal scale fill it."""
-    if space or shape.size == 0:
+def _height(points: Floats, columns: int, rows: int, space: bool) -> float:
+    """Of the figure, inches, so that pictures of equal scale, with these points (n, 3) in them, fill it."""
+    if space or points.size == 0:
         return 3.0 * rows
-    width, height = np.ptp(shape[..., 0]), np.ptp(shape[..., 2])
+    width, height = np.ptp(points[:, 0]), np.ptp(points[:, 2])
     ratio = float(height / width) if width > 0 else 1.0
     return rows * (0.55 + float(np.clip((WIDE[0] - 0.7) / columns * ratio, 0.8, 3.4)))
 
@@ -99,8 +99,9 @@ def _view(solution: Solution) -> tuple[Floats, float]:
     return (low + high) / 2, 2.0 * float(np.linalg.norm(high - low))
 
 
-def _extent(solution: Solution, outlines: list[Outline]) -> Floats:
-    """Points (n, 3), m, that have to be in the picture: all plates of all records, and obstacles that end somewhere."""
+def _extent(solution: Solution) -> Floats:
+    """Points (n, 3), m, that have to be in all pictures: plates of all records, obstacles of the first if they end."""
+    outlines = obstacle_outlines(solution, 0, *_view(solution)) if len(solution) else []
     bounded = [face for outline in outlines if outline.bounded for face in outline.faces]
     return np.concatenate([solution.shape.reshape(-1, 3), *bounded])
 
@@ -114,8 +115,7 @@ def _draw_plane(ax: Axes, solution: Solution, record: int) -> None:
     ax.add_collection(LineCollection(list(ends), colors=colours, linewidths=1.8, capstyle="round"))
     if sections:
         ax.add_collection(PolyCollection(sections, facecolors=GREY, edgecolors=GREY, alpha=0.3))
-    first = obstacle_outlines(solution, 0, *_view(solution))  # all pictures have the limits of the first
-    everything = _extent(solution, first)[:, [0, 2]] * 1e3
+    everything = _extent(solution)[:, [0, 2]] * 1e3
     if len(everything):
         margin = 0.05 * float(np.max(np.ptp(everything, axis=0)))
         ax.set_xlim(everything[:, 0].min() - margin, everything[:, 0].max() + margin)
@@ -146,8 +146,7 @@ def _draw_space(fig: Figure, place: tuple[int, int, int], solution: Solution, re
     solids = [1e3 * face for outline in outlines if outline.bounded for face in outline.faces]
     if solids:
         ax.add_collection3d(Poly3DCollection(solids, facecolors=GREY, edgecolors=GREY, linewidths=0.2, alpha=0.3))
-    first = obstacle_outlines(solution, 0, *_view(solution))
-    low, high = (pick(_extent(solution, first), axis=0) * 1e3 for pick in (np.min, np.max))
+    low, high = (pick(_extent(solution), axis=0) * 1e3 for pick in (np.min, np.max))
     reach = np.maximum(high - low, 0.05 * float(np.max(high - low)))
     middle = (low + high) / 2
     planes = [face for outline in outlines if not outline.bounded for face in _cut(outline, low, high)]
