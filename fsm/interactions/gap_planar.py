@@ -23,7 +23,8 @@ import numpy as np
 
 from fsm.interactions.box_tree import fit_tree, nearest_piece
 from fsm.interactions.chord import chord_boxes, chord_distance, chords_planar
-from fsm.interactions.surface import BARE, beyond_end, blend, overshoot
+from fsm.interactions.end_taper import inside_of_end
+from fsm.interactions.surface import beyond_end, blend, overshoot
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import add_block
 
@@ -120,6 +121,7 @@ def find_contacts_planar(
     straight: np.ndarray,
     clearance: np.ndarray,
     depth_limit: np.ndarray,
+    no_share: np.ndarray,
     window: np.ndarray,
     owners: np.ndarray,
     stations: np.ndarray,
@@ -136,6 +138,8 @@ def find_contacts_planar(
     ----------
     side : (n,) array
         +1 or -1: the side of the surface the probe is on; 0 for one that has just come: the side it is on now.
+    no_share : (n,) array, m
+        So near to an end of the surface the probe has no share; negative for one that always has.
     below : float, m
         0 for contacts; larger to see how near others are.
     found_probe, found_piece, found_side, found_s, found_gap : arrays as long as the probes, changed in place
@@ -166,7 +170,7 @@ def find_contacts_planar(
         piece, at = _closest(poses, px, pz, piece, window[i, 0], window[i, 1], owners, stations, _EXACT, weights, curve)
         if at < stations[piece, 4] - 1e-12 or at > stations[piece, 5] + 1e-12:
             continue
-        if straight[i] == BARE and beyond_end(at, BARE):
+        if no_share[i] >= 0.0 and inside_of_end(at, stations[piece])[0] <= no_share[i]:
             continue
         length = np.sqrt(curve[1, 0] ** 2 + curve[1, 1] ** 2)
         height = (curve[1, 0] * (pz - curve[0, 1]) - curve[1, 1] * (px - curve[0, 0])) / length

@@ -19,7 +19,8 @@ import numpy as np
 
 from fsm.interactions.box_tree import fit_tree, nearest_piece
 from fsm.interactions.chord import chord_boxes, chord_distance, chords_spatial
-from fsm.interactions.surface import BARE, beyond_end, blend, overshoot
+from fsm.interactions.end_taper import inside_of_end
+from fsm.interactions.surface import beyond_end, blend, overshoot
 from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
 from fsm.kernels.vector import cross, dot, rotate
@@ -155,6 +156,7 @@ def find_contacts_spatial(
     straight: np.ndarray,
     clearance: np.ndarray,
     depth_limit: np.ndarray,
+    no_share: np.ndarray,
     window: np.ndarray,
     owners: np.ndarray,
     stations: np.ndarray,
@@ -189,7 +191,7 @@ def find_contacts_spatial(
         )  # fmt: skip
         if s < stations[piece, 4] - 1e-12 or s > stations[piece, 5] + 1e-12 or abs(y) > half_width[piece]:
             continue
-        if straight[i] == BARE and beyond_end(s, BARE):
+        if no_share[i] >= 0.0 and inside_of_end(s, stations[piece])[0] <= no_share[i]:
             continue
         height = _height(point, surface, normal)
         facing = side[i]

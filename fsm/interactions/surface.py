@@ -15,10 +15,11 @@ so that what slides off an end is let go gently, and an edge that stands on a fa
 creases that meet tip to tip (panels 3 and 4 of the pulled strip do, on their mirror plane) must not slip past each other:
 for the ends of another panel the first half of the tip is straight; for all other points none of it.
 
-That is for panels that share a crease, which must be told on which side of each other they are. Other surfaces end in a cap:
-R is the clearance and x counts from the end itself, so g = sqrt(x^2 + h^2) - clearance with h the height over the middle
-line, the same from both sides, and what comes head on is met. Ends of panels of one chain pass each other's ends, which
-are met as those of the panels between.
+That is for panels that share a crease, which must be told on which side of each other they are. Other surfaces end in a cap
+for the ends of panels: R is the clearance and x counts from the end itself, so g = sqrt(x^2 + h^2) - clearance with h the
+height over the middle line, the same from both sides, and what comes head on is met. For points between ends they end
+where they end, and the share of these points is tapered (`fsm.interactions.end_taper`). Ends of panels of one chain pass
+each other's ends, which are met as those of the panels between; their shares are tapered over a short way.
 
     C(s) = sum_k B_k(s) (r_k + A_k (X_k, 0)),     k = 0 ... 3, the first two on body a, the last two on body b
 

@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
+from fsm.plots.obstacles import Outline, obstacle_outlines
 from fsm.plots.style import COLOURS, GREY, WIDE, abscissa, figure, rounded
 from fsm.results.solution import Floats, Integers, Solution
 
@@ -22,13 +23,13 @@ def plot_motion(solution: Solution, path: str | Path, views: int = 6) -> None:
     """The shape at `views` travels evenly spread from start to end, the nearest one moved onto the peak.
 
     Motion in the x-z plane is drawn in that plane, a line for each plate (its middle; the thickness could not
-    be seen) in the colour of its panel; anything else in space. All pictures have the same scale.
+    be seen) in the colour of its panel; anything else in space. Obstacles are grey. All pictures have the same scale.
     """
     chosen = pick_records(solution, views)
     columns = 3 if len(chosen) > 2 else max(len(chosen), 1)
     rows = max(1, -(-len(chosen) // columns))
     space = leaves_plane(solution.shape)
-    with figure(path, (WIDE[0], _height(solution.shape, columns, rows, space))) as fig:
+    with figure(path, (WIDE[0], _height(_extent(solution), columns, rows, space))) as fig:
         for k, record in enumerate(chosen):
             if space:
                 _draw_space(fig, (rows, columns, k + 1), solution, record)
@@ -66,11 +67,11 @@ def leaves_plane(shape: Floats) -> bool:
     return bool(np.ptp(shape[..., 1].mean(axis=2)) > 1e-3 * size or across > 1e-3 * size)
 
 
-def _height(shape: Floats, columns: int, rows: int, space: bool) -> float:
-    """Of the figure, inches, so that pictures of equal scale fill it."""
-    if space or shape.size == 0:
+def _height(points: Floats, columns: int, rows: int, space: bool) -> float:
+    """Of the figure, inches, so that pictures of equal scale, with these points (n, 3) in them, fill it."""
+    if space or points.size == 0:
         return 3.0 * rows
-    width, height = np.ptp(shape[..., 0]), np.ptp(shape[..., 2])
+    width, height = np.ptp(points[:, 0]), np.ptp(points[:, 2])
     ratio = float(height / width) if width > 0 else 1.0
     return rows * (0.55 + float(np.clip((WIDE[0] - 0.7) / columns * ratio, 0.8, 3.4)))
 
@@ -89,18 +90,49 @@ def _colours(panel: Integers, quads: int) -> list[str]:
     return [COLOURS[(int(n) - 1) % (len(COLOURS) - 1)] if n > 0 else GREY for n in numbers]
 
 
+def _view(solution: Solution) -> tuple[Floats, float]:
+    """Middle of all plates of all records, and how far from there planes are drawn, m."""
+    everything = solution.shape.reshape(-1, 3)
+    if not len(everything):
+        return np.zeros(3), 1.0
+    low, high = everything.min(axis=0), everything.max(axis=0)
+    return (low + high) / 2, 2.0 * float(np.linalg.norm(high - low))
+
+
+def _extent(solution: Solution) -> Floats:
+    """Points (n, 3), m, that have to be in all pictures: plates of all records, obstacles of the first if they end."""
+    outlines = obstacle_outlines(solution, 0, *_view(solution)) if len(solution) else []
+    bounded = [face for outline in outlines if outline.bounded for face in outline.faces]
+    return np.concatenate([solution.shape.reshape(-1, 3), *bounded])
+
+
 def _draw_plane(ax: Axes, solution: Solution, record: int) -> None:
+    outlines = obstacle_outlines(solution, record, *_view(solution))
+    sections = [1e3 * outline.section[:, [0, 2]] for outline in outlines]
     quads = solution.shape[record] * 1e3
     ends = np.stack([quads[:, [0, 3]].mean(axis=1), quads[:, [1, 2]].mean(axis=1)], axis=1)[..., [0, 2]]
     colours = _colours(solution.layout.panel, len(quads))
     ax.add_collection(LineCollection(list(ends), colors=colours, linewidths=1.8, capstyle="round"))
-    everything = solution.shape[..., [0, 2]].reshape(-1, 2) * 1e3
+    if sections:
+        ax.add_collection(PolyCollection(sections, facecolors=GREY, edgecolors=GREY, alpha=0.3))
+    everything = _extent(solution)[:, [0, 2]] * 1e3
     if len(everything):
         margin = 0.05 * float(np.max(np.ptp(everything, axis=0)))
         ax.set_xlim(everything[:, 0].min() - margin, everything[:, 0].max() + margin)
         ax.set_ylim(everything[:, 1].min() - margin, everything[:, 1].max() + margin)
     ax.set_aspect("equal", adjustable="box")
     ax.set_title(_title(solution, record))
+
+
+def _cut(outline: Outline, low: Floats, high: Floats) -> list[Floats]:
+    """A plane's square where it is in the picture, moved to its bounds, mm; nothing of one that is outside."""
+    face = 1e3 * outline.faces[0]
+    margin = 0.05 * float(np.max(high - low))
+    cut = np.clip(face, low - margin, high + margin)
+    # pushed in by the bounds along its normal, it would be somewhere else
+    normal = np.cross(face[1] - face[0], face[3] - face[0])
+    away = np.abs((cut - face[0]) @ normal) / np.linalg.norm(normal)
+    return [cut] if away.max() < 0.5 * margin else []
 
 
 def _draw_space(fig: Figure, place: tuple[int, int, int], solution: Solution, record: int) -> None:
@@ -110,9 +142,16 @@ def _draw_space(fig: Figure, place: tuple[int, int, int], solution: Solution, re
     ax.add_collection3d(
         Poly3DCollection(list(quads), facecolors=colours, edgecolors="white", linewidths=0.3, alpha=0.85)
     )
-    low, high = (pick(solution.shape.reshape(-1, 3), axis=0) * 1e3 for pick in (np.min, np.max))
+    outlines = obstacle_outlines(solution, record, *_view(solution))
+    solids = [1e3 * face for outline in outlines if outline.bounded for face in outline.faces]
+    if solids:
+        ax.add_collection3d(Poly3DCollection(solids, facecolors=GREY, edgecolors=GREY, linewidths=0.2, alpha=0.3))
+    low, high = (pick(_extent(solution), axis=0) * 1e3 for pick in (np.min, np.max))
     reach = np.maximum(high - low, 0.05 * float(np.max(high - low)))
     middle = (low + high) / 2
+    planes = [face for outline in outlines if not outline.bounded for face in _cut(outline, low, high)]
+    if planes:
+        ax.add_collection3d(Poly3DCollection(planes, facecolors=GREY, edgecolors=GREY, linewidths=0.2, alpha=0.15))
     for name, centre, extent in zip("xyz", middle, reach, strict=True):
         ax.set(**{f"{name}lim": (centre - extent / 2, centre + extent / 2)})
     ax.set_box_aspect(reach, zoom=0.85)

@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from fsm.interactions import gap_planar, gap_spatial, gap_spatial_tangent
+from fsm.interactions import end_taper, gap_planar, gap_spatial, gap_spatial_tangent
 from fsm.interactions.chord import chords_planar, chords_spatial
 from fsm.interactions.quadrature import gauss_lobatto
-from fsm.interactions.surface import BARE, CAP, STRAIGHT, pieces_of
+from fsm.interactions.surface import BARE, CAP, STRAIGHT, TIP, pieces_of
 from fsm.kernels.rotation import rotation_matrix
 from fsm.scene.contact import Contact
 from fsm.scene.scene import Body, ContactPair, Plate, Scene
@@ -22,8 +22,12 @@ _DEEPEST = 0.05
 _SEGMENTS_DEEP = 4.0
 """The same over the length of a segment; the smaller of both holds. Pieces farther away need not be watched."""
 
-_TIPS = {"end-start": (0.0, STRAIGHT), "chain": (CAP, BARE), "none": (CAP, CAP)}
-"""Tips of a surface for the points of another one, and for its ends, by what the two share."""
+_EDGE = 0.25 * TIP
+"""Length over which the end of a panel comes in over the end of another one of its chain, over the length of that."""
+
+_TIPS = {"end-start": (0.0, STRAIGHT), "chain": (BARE, BARE), "none": (BARE, CAP)}
+"""Tips of a surface for the points of another one, and for its ends, by what the two share. What comes head on is met by
+its end. Points that end where the surface does are tapered there."""
 
 _PLANAR = SurfaceKernels(
     chords_planar,
@@ -32,6 +36,7 @@ _PLANAR = SurfaceKernels(
     gap_planar.find_contacts_planar,
     gap_planar.measure_gap_planar,
     gap_planar.tangent_gap_planar,
+    end_taper.tapered_planar,
 )
 _SPATIAL = SurfaceKernels(
     chords_spatial,
@@ -40,6 +45,7 @@ _SPATIAL = SurfaceKernels(
     gap_spatial.find_contacts_spatial,
     gap_spatial.measure_gap_spatial,
     gap_spatial_tangent.tangent_gap_spatial,
+    end_taper.tapered_spatial,
 )
 
 
@@ -87,7 +93,8 @@ class _SurfaceCompiler:
         rows = [row for number, pair in self.pairs for row in self._probes(number, pair, members, first_piece)]
         columns = [np.array(column) for column in zip(*rows, strict=True)]
         place = columns[1] if self.spatial else np.ascontiguousarray(columns[1][:, 0])
-        probes = Probes(columns[0].astype(np.int64), place, *columns[2:9], *(c.astype(np.int64) for c in columns[9:]))
+        body, number, first, last = (columns[k].astype(np.int64) for k in (0, 9, 11, 12))
+        probes = Probes._make((body, place, *columns[2:9], number, columns[10], first, last))
         owner_table = np.vstack(owners)
         extra: tuple[np.ndarray, ...] = ()
         if self.spatial:
@@ -128,8 +135,10 @@ class _SurfaceCompiler:
             side = self._side(bodies, opposite)
             thickness = self._plate(opposite[0]).thickness / 2
             opening, deepest = self._opening(bodies, opposite), self._deepest(opposite)
+            narrow, largest = self._largest_cell(bodies, opposite)
+            edge = _EDGE * facing / end_taper.TAPER
             for body, length, start in zip(bodies, lengths, starts, strict=False):
-                for x, weight in self._points(body, length):
+                for x, weight, half_cell in self._points(body, length):
                     inset = self._plate(body).thickness / 2
                     clearance = inset + thickness
                     if not self.contact.thickness_in_gap:
@@ -147,26 +156,43 @@ class _SurfaceCompiler:
                     along = start + length / 2 + x
                     at_an_end = min(along, starts[-1] - along) < 1e-9 * starts[-1]
                     straight = _TIPS[pair.shared][int(at_an_end)]
+                    cell = (0.5 * edge, edge) if at_an_end else (narrow * half_cell, narrow * largest)
+                    if straight != BARE:
+                        cell = (0.0, 0.0)
                     for lane, lane_share in self._lanes(body):
                         rows.append(
                             (body, (x, lane), side, straight, inset, clearance, min(deepest, self._shallowest + clearance),
-                             share * lane_share, area * lane_share, number, *first_piece[other])
+                             share * lane_share, area * lane_share, number, cell, *first_piece[other])
                         )  # fmt: skip
         return rows
 
-    def _points(self, body: int, length: float) -> list[tuple[float, float]]:
+    def _points(self, body: int, length: float) -> list[tuple[float, float, float]]:
         """Places along a segment (m, from its centre) and the lengths they stand for: Gauss-Lobatto, ends included.
 
-        A held panel is one long plate: it is cut into cells about as long as the segments that move.
+        Third, half the length of the cell around each: that of an end goes on into the next segment. A held panel is one
+        long plate: it is cut into cells about as long as the segments that move.
         """
         cells = max(1, round(length / self._mean_length)) if self.all_bodies[body].held else 1
         nodes, weights = self._lobatto
         cell = length / cells
         return [
-            (float((k + 0.5 + 0.5 * node) * cell - 0.5 * length), float(0.5 * weight * cell))
+            (
+                float((k + 0.5 + 0.5 * node) * cell - 0.5 * length),
+                float(0.5 * weight * cell),
+                float((0.5 if abs(node) == 1.0 else 0.25) * weight * cell),
+            )
             for k in range(cells)
             for node, weight in zip(nodes, weights, strict=True)
         ]
+
+    def _largest_cell(self, bodies: np.ndarray, opposite: np.ndarray) -> tuple[float, float]:
+        """Length of the largest cell of a panel, m, and what it has to be narrowed by to be tapered at the ends of another.
+
+        A taper has the half segment at an end for itself.
+        """
+        largest = max(2.0 * half for b in bodies for _, _, half in self._points(b, self._plate(b).length))
+        room = min(self._plate(b).length for b in (opposite[0], opposite[-1])) / 2.0
+        return min(1.0, room / (end_taper.TAPER * largest)), largest
 
     def _lanes(self, body: int) -> list[tuple[float, float]]:
         """Positions across the width and their shares: one line in the plane, two Gauss lines in space."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from fsm.segments.pattern import BodyPattern
 
-__all__ = ["ContactForces", "ContactGeometry", "Measured", "Touching"]
+__all__ = ["ContactForces", "ContactGeometry", "Measured", "Tapered", "Touching"]
 
 
 class Touching(NamedTuple):
@@ -32,6 +32,25 @@ class Touching(NamedTuple):
     at: tuple[np.ndarray, ...]
 
 
+class Tapered(NamedTuple):
+    """Contacts of points that come in over the end of a face, `fsm.interactions.end_taper`.
+
+    Attributes
+    ----------
+    rows : (m,) int array
+        Which of the contacts.
+    part : (m,) array
+        What of its share each has there.
+    gradient, hessian : (m, k size) and (m, k size, k size) arrays
+        Derivatives of the part by the coordinates of the contact's bodies.
+    """
+
+    rows: np.ndarray
+    part: np.ndarray
+    gradient: np.ndarray
+    hessian: np.ndarray
+
+
 class Measured(NamedTuple):
     """Rates of contacts and how they hang on the bodies.
 
@@ -43,11 +62,13 @@ class Measured(NamedTuple):
         Rate of the gap; slip velocity, along the face in the plane (c = 1), in inertial axes in space (c = 3).
     gradient : (count, 1 + c, k size) array
         rate = gradient . rates of the bodies.
+    tapered : Tapered or None
     """
 
     bodies: np.ndarray
     rate: np.ndarray
     gradient: np.ndarray
+    tapered: Tapered | None = None
 
 
 class ContactForces(NamedTuple):

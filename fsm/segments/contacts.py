@@ -8,11 +8,12 @@ from typing import NamedTuple
 import numpy as np
 
 from fsm.interactions.bristle import add_way_stiffness, carried
+from fsm.interactions.end_taper import add_taper_tangent
 from fsm.kernels.place import pose_difference
 from fsm.kernels.scatter import scatter_efforts
 from fsm.laws.friction import FrictionLaw
 from fsm.laws.normal import NormalLaw
-from fsm.segments.contact_geometry import ContactForces, ContactGeometry, Measured, Touching
+from fsm.segments.contact_geometry import ContactForces, ContactGeometry, Measured, Tapered, Touching
 from fsm.segments.group import Past
 from fsm.segments.pattern import BodyPattern
 from fsm.system import PairState
@@ -60,6 +61,7 @@ class _Found:
 
     touching: Touching
     depth: np.ndarray
+    share: np.ndarray
     measured: Measured
     forces: ContactForces
     deflection: np.ndarray
@@ -129,9 +131,11 @@ class ContactGroup:
         if not len(slot):
             return None
         measured = geometry.measure(poses, rates, touching)
-        depth, slip = -touching.gap, np.ascontiguousarray(measured.rate[:, 1:])
+        depth, slip, share = -touching.gap, np.ascontiguousarray(measured.rate[:, 1:]), geometry.share[slot]
+        if measured.tapered is not None:
+            share[measured.tapered.rows] *= measured.tapered.part
         normal, slopes = self.normal.law.force(
-            depth, -measured.rate[:, 0], self._onset[slot], geometry.share[slot], self.normal.params
+            depth, -measured.rate[:, 0], self._onset[slot], share, self.normal.params
         )
         count, slips = slip.shape
         deflection = effort = by_normal = np.zeros((count, slips))
@@ -158,7 +162,7 @@ class ContactGroup:
             by_normal,
             friction is not None,
         )
-        return _Found(touching, depth, measured, forces, deflection, by_way)
+        return _Found(touching, depth, share, measured, forces, deflection, by_way)
 
     def _mean_slip(self, poses: np.ndarray, measured: Measured, slip: np.ndarray, duration: float) -> np.ndarray:
         """Way slipped since the last accepted state over the time: bristles follow it, and what holds is where it was.
@@ -179,7 +183,7 @@ class ContactGroup:
         """See `Group`."""
         found = self._contacts(t, poses, rates, past)
         if found is not None:
-            _scatter(found, force)
+            self._scatter(found, force)
 
     def add_linearised(
         self,
@@ -197,12 +201,42 @@ class ContactGroup:
         self._stiff = _pushing(found)
         if found is None:
             return
-        _scatter(found, force)
+        self._scatter(found, force)
         self.geometry.add_tangent(
             poses, rates, found.touching, found.measured, found.forces, pattern, stiffness, damping
         )
+        if found.measured.tapered is not None:
+            self._add_taper_tangent(found, found.measured.tapered, pattern, stiffness)
         if found.by_way is not None:
             add_way_stiffness(found.measured.bodies, found.measured.gradient, found.by_way, *pattern.index, stiffness)
+
+    def _scatter(self, found: _Found, force: np.ndarray) -> None:
+        measured, tapered = found.measured, found.measured.tapered
+        effort = np.column_stack([-found.forces.normal, found.forces.effort])
+        scatter_efforts(measured.bodies, measured.gradient, effort, len(effort), force)
+        if tapered is not None:  # the overlap as such pushes
+            rows = tapered.rows
+            whole = self.geometry.share[found.touching.slot[rows]]
+            energy = self.normal.law.energy(found.depth[rows], whole, self.normal.params)
+            scatter_efforts(measured.bodies[rows], tapered.gradient[:, None], energy[:, None], len(rows), force)
+
+    def _add_taper_tangent(
+        self, found: _Found, tapered: Tapered, pattern: BodyPattern, stiffness: np.ndarray
+    ) -> None:
+        rows, params, law = tapered.rows, self.normal.params, self.normal.law
+        slot, depth = found.touching.slot[rows], found.depth[rows]
+        whole = self.geometry.share[slot]
+        normal, _ = law.force(depth, -found.measured.rate[rows, 0], self._onset[slot], whole, params)
+        add_taper_tangent(
+            found.measured.bodies, found.measured.gradient, rows, tapered.gradient, tapered.hessian,
+            law.energy(depth, whole, params), self._elastic(depth, whole), normal, found.forces.by_normal,
+            *pattern.index, stiffness,
+        )  # fmt: skip
+
+    def _elastic(self, depth: np.ndarray, share: np.ndarray) -> np.ndarray:
+        """Normal forces of contacts at rest, N."""
+        force, _ = self.normal.law.force(depth, np.zeros_like(depth), np.ones_like(depth), share, self.normal.params)
+        return np.asarray(force)
 
     def parted(self) -> bool:
         """Whether contacts that pushed where the tangents were taken last do not at the state looked at last."""
@@ -219,7 +253,7 @@ class ContactGroup:
         found = self._contacts(t, poses, rates, past)
         if found is None:
             return {"contact": 0.0}, 0.0, 0.0
-        stored = self.normal.law.energy(found.depth, self.geometry.share[found.touching.slot], self.normal.params)
+        stored = self.normal.law.energy(found.depth, found.share, self.normal.params)
         return {"contact": float(stored.sum())}, float(self._powers(found).sum()), 0.0
 
     def pair_power(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None) -> np.ndarray:
@@ -232,9 +266,7 @@ class ContactGroup:
     def _powers(self, found: _Found) -> np.ndarray:
         """Powers dissipated by the friction of every contact, and by its damping, (2, count), W."""
         if found.powers is None:
-            share = self.geometry.share[found.touching.slot]
-            still = np.zeros_like(found.depth)
-            elastic, _ = self.normal.law.force(found.depth, still, np.ones_like(found.depth), share, self.normal.params)
+            elastic = self._elastic(found.depth, found.share)
             rate = found.measured.rate
             friction = (found.forces.effort * rate[:, 1:]).sum(axis=1)
             found.powers = np.stack([friction, (found.forces.normal - elastic) * -rate[:, 0]])
@@ -260,11 +292,11 @@ class ContactGroup:
         if found is None:
             none = np.zeros(self.n_pairs)
             return PairState(none, gap, none, none, none, none, none)
-        normal = found.forces.normal
+        normal, slot = found.forces.normal, found.touching.slot
         speed, effort = (np.sqrt((v**2).sum(axis=1)) for v in (found.measured.rate[:, 1:], found.forces.effort))
         force, carried_by = self._by_pair(found, normal), self._by_pair(found, normal * speed)
         slip = np.divide(carried_by, force, out=np.zeros(self.n_pairs), where=force > 0.0)
-        area = self._by_pair(found, geometry.area[found.touching.slot])
+        area = self._by_pair(found, geometry.area[slot] * found.share / geometry.share[slot])
         return PairState(
             force, gap, area, self._by_pair(found, effort), slip, *self.pair_power(t, poses, rates, past)
         )
@@ -415,9 +447,3 @@ class ContactGroup:
 def _pushing(found: _Found | None) -> np.ndarray:
     """Slots with a force; a contact that parts fast may be closed and have none."""
     return np.zeros(0, dtype=np.int64) if found is None else found.touching.slot[found.forces.normal > 0.0]
-
-
-def _scatter(found: _Found, force: np.ndarray) -> None:
-    measured = found.measured
-    effort = np.column_stack([-found.forces.normal, found.forces.effort])
-    scatter_efforts(measured.bodies, measured.gradient, effort, len(effort), force)

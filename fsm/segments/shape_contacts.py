@@ -191,7 +191,8 @@ class ShapeContacts:
             parts.append(edge_edge.measure_edges(poses, rates, edges, *tables.edge_pairs, *tables.edges))
         if len(parts) == 1:
             return Measured(*parts[0])
-        return Measured(*(np.concatenate(both) for both in zip(*parts, strict=True)))
+        bodies, rate, gradient = (np.concatenate(both) for both in zip(*parts, strict=True))
+        return Measured(bodies, rate, gradient)
 
     def add_tangent(
         self,

@@ -10,7 +10,8 @@ import numpy as np
 from fsm.interactions.box_tree import fit_tree, window_pieces
 from fsm.interactions.chord import chord_boxes
 from fsm.interactions.motion import moved_beyond
-from fsm.segments.contact_geometry import ContactForces, Measured, Touching
+from fsm.interactions.surface import BARE
+from fsm.segments.contact_geometry import ContactForces, Measured, Tapered, Touching
 from fsm.segments.pattern import BodyPattern
 
 __all__ = ["Probes", "SurfaceContacts", "SurfaceKernels", "Surfaces"]
@@ -44,6 +45,9 @@ class Probes(NamedTuple):
         The same of the area: half of it is that of the face itself, half that of the one opposite.
     pair : (n,) int array
         Number of the contact pair.
+    cell : (n, 2) array, m
+        Half the cell that it stands for, and the largest one of its panel, if its share is tapered over the ends of the
+        surface (`fsm.interactions.end_taper`); else zeros.
     first_piece, last_piece : (n,) int arrays
         Pieces of the surface watched.
     """
@@ -58,6 +62,7 @@ class Probes(NamedTuple):
     share: np.ndarray
     area: np.ndarray
     pair: np.ndarray
+    cell: np.ndarray
     first_piece: np.ndarray
     last_piece: np.ndarray
 
@@ -90,6 +95,7 @@ class SurfaceKernels(NamedTuple):
     find: Kernel
     measure: Kernel
     tangent: Kernel
+    tapered: Kernel
 
 
 class SurfaceContacts:
@@ -115,6 +121,9 @@ class SurfaceContacts:
         self.slips = 1 if probes.place.ndim == 1 else 3
         self.side = probes.side.copy()
         self.refreshes = 0
+        self._tapers = bool(probes.cell.any())
+        half_cell, largest = probes.cell.T
+        self._no_share = np.where(probes.straight == BARE, np.maximum(0.5 * largest - half_cell, 0.0), -1.0)
         # a surface reaches beyond its chords by its tips, and a probe may be as deep as its limit
         stations = surfaces.stations
         self._tips = np.maximum(-stations[:, 4], stations[:, 5] - 1.0)
@@ -172,7 +181,7 @@ class SurfaceContacts:
         probes, surfaces = self.probes, self.surfaces
         count: int = self.kernels.find(
             poses, probes.body, probes.place, self.side, probes.straight, probes.clearance, probes.depth_limit,
-            self._window, surfaces.owners, surfaces.stations, *surfaces.extra, below, *self._buffers,
+            self._no_share, self._window, surfaces.owners, surfaces.stations, *surfaces.extra, below, *self._buffers,
         )  # fmt: skip
         slot, piece, side, at, gap = (buffer[:count].copy() for buffer in self._buffers)
         return Touching(slot, gap, (piece, side, at))
@@ -181,13 +190,22 @@ class SurfaceContacts:
 
     def measure(self, poses: np.ndarray, rates: np.ndarray, touching: Touching) -> Measured:
         """See `ContactGeometry`."""
-        probes, surfaces = self.probes, self.surfaces
-        return Measured(
+        probes, surfaces, count = self.probes, self.surfaces, len(touching.slot)
+        measured = Measured(
             *self.kernels.measure(
-                poses, rates, len(touching.slot), touching.slot, *touching.at, probes.body, probes.place,
+                poses, rates, count, touching.slot, *touching.at, probes.body, probes.place,
                 probes.straight, probes.clearance, probes.inset, surfaces.owners, surfaces.stations, *surfaces.extra,
             )
         )  # fmt: skip
+        if not self._tapers:
+            return measured
+        piece, _, at = touching.at
+        tapered = Tapered(
+            *self.kernels.tapered(
+                poses, measured.bodies, count, touching.slot, piece, at, probes.place, probes.cell, surfaces.stations
+            )
+        )  # fmt: skip
+        return measured._replace(tapered=tapered) if len(tapered.rows) else measured
 
     def add_tangent(
         self,

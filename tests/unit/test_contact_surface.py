@@ -7,7 +7,7 @@ import pytest
 
 from fsm.interactions.gap_planar import find_contacts_planar, measure_gap_planar
 from fsm.interactions.gap_spatial import find_contacts_spatial, measure_gap_spatial
-from fsm.interactions.surface import STRAIGHT, TIP, blend, overshoot, pieces_of
+from fsm.interactions.surface import BARE, STRAIGHT, TIP, blend, overshoot, pieces_of
 
 PARTS = pytest.mark.parametrize("straight", [0.0, STRAIGHT], ids=["interior", "end probe"])
 SIDES = pytest.mark.parametrize("side", [1.0, -1.0])
@@ -141,7 +141,10 @@ def seen(
     one = np.ones(1)
     body, window = np.array([count]), np.array([[0, count + 1]])
     probe, piece, facing, gap = np.empty(1, dtype=np.int64), np.empty(1, dtype=np.int64), np.empty(1), np.empty(1)
-    limits = (side * one, straight * one, clearance * one, depth_limit * one, window, owners, stations)
+    no_share = 0.0 if straight == BARE else -1.0
+    limits = (
+        side * one, straight * one, clearance * one, depth_limit * one, no_share * one, window, owners, stations
+    )  # fmt: skip
     touch = (straight * one, clearance * one, inset * one, owners, stations)
     if not spatial:
         at = np.empty(1)

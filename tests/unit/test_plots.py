@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -190,6 +191,64 @@ def test_motion_out_of_the_plane_is_drawn_in_space(tmp_path: Path, figures: list
     plot_motion(run, tmp_path / "motion.png")
     assert all(ax.name == "3d" for ax in figures[0].axes)
     assert ink(tmp_path / "motion.png") > 0.01
+
+
+OBSTACLES = """
+[[obstacle]]
+name = "floor"
+shape = "plane"
+position = [0.0, 0.0, -0.001]
+
+[[obstacle]]
+name = "post"
+shape = "cylinder"
+radius = 0.01
+length = 0.1
+position = [0.3, 0.0, 0.05]
+
+[[obstacle]]
+name = "block"
+shape = "box"
+size = [0.02, 0.03, 0.04]
+position = [0.0, 0.0, 0.1]
+orientation = [0.7071067811865476, 0.0, 0.7071067811865476, 0.0]
+body = "carrier"
+"""
+
+
+def with_obstacles(run: Solution) -> Solution:
+    """The block on a body that goes from x = 0.1 to 0.2 m, and turns by a right angle."""
+    q = np.zeros((len(run), 3))
+    q[:, 0] = np.linspace(0.1, 0.2, len(run))
+    q[:, 2] = np.linspace(0.0, np.pi / 2, len(run))
+    layout = replace(run.layout, case_text=OBSTACLES, body_names=("carrier",))
+    return replace(run, q=q, layout=layout)
+
+
+def test_obstacles_in_the_plane(tmp_path: Path, figures: list[Figure]) -> None:
+    """A half-plane as far as the picture, a circle, a rectangle that goes along with its body."""
+    plot_motion(with_obstacles(strip_run()), tmp_path / "motion.png")
+    floor, post, block = (path.vertices for path in figures[0].axes[0].collections[1].get_paths())
+    assert floor[:, 1].max() == pytest.approx(-1.0)
+    low, high = figures[0].axes[0].get_xlim()
+    assert floor[:, 0].min() < low
+    assert floor[:, 0].max() > high > 310.0  # the post is in the picture
+    np.testing.assert_allclose(np.hypot(*(post - [300.0, 50.0]).T), 10.0)
+    np.testing.assert_allclose([block.min(axis=0), block.max(axis=0)], [[80.0, 90.0], [120.0, 110.0]])
+    last = figures[0].axes[-1].collections[1].get_paths()[2].vertices
+    np.testing.assert_allclose([last.min(axis=0), last.max(axis=0)], [[290.0, -20.0], [310.0, 20.0]], atol=1e-9)
+    assert len({ax.get_xlim() + ax.get_ylim() for ax in figures[0].axes}) == 1
+
+
+def test_obstacles_in_space(tmp_path: Path, figures: list[Figure]) -> None:
+    run = strip_run(31, out=0.02)
+    plot_motion(run, tmp_path / "without.png")
+    plot_motion(with_obstacles(run), tmp_path / "motion.png")
+    plates, solids, planes = (figures[1].axes[0].collections[k] for k in range(3))
+    assert len(plates.get_facecolor()) > 1
+    assert solids.get_alpha() == 0.3
+    assert planes.get_alpha() == 0.15
+    assert len(figures[0].axes[0].collections) == 1
 
 
 def test_what_counts_as_leaving_the_plane() -> None:

@@ -1,0 +1,118 @@
+"""Rigid obstacles of a run as polygons to draw, read from the case that the results keep."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fsm.results.solution import Floats, Solution
+
+__all__ = ["Outline", "obstacle_outlines"]
+
+_AROUND = 32
+"""Corners of a circle."""
+
+
+@dataclass(frozen=True)
+class Outline:
+    """An obstacle in a record.
+
+    Attributes
+    ----------
+    faces : list of (k, 3) arrays, m
+        Its surface; of a plane a square as wide as asked for.
+    section : (k, 3) array, m
+        Its cut by y = 0, of a plane the half on its solid side.
+    bounded : whether it ends somewhere
+    """
+
+    faces: list[Floats]
+    section: Floats
+    bounded: bool
+
+
+def obstacle_outlines(solution: Solution, record: int, centre: Floats, reach: float) -> list[Outline]:
+    """The obstacles of a record.
+
+    Parameters
+    ----------
+    centre, reach : (3,) array and float, m
+        What is looked at: planes are drawn as far as this around there.
+    """
+    case = tomllib.loads(solution.layout.case_text)
+    scene = case.get("scene")
+    written = case.get("obstacle", []) or (scene.get("obstacles", []) if isinstance(scene, dict) else [])
+    outlines = []
+    for obstacle in written:
+        turn = _rotation(obstacle.get("orientation", (1.0, 0.0, 0.0, 0.0)))
+        at = np.array(obstacle.get("position", (0.0, 0.0, 0.0)))
+        body = _pose(solution, record, obstacle.get("body"))
+        if body is not None:
+            turn, at = body[0] @ turn, body[1] + body[0] @ at
+        outlines.append(_outline(obstacle, turn, at, centre, reach))
+    return outlines
+
+
+def _outline(obstacle: dict[str, Any], turn: Floats, at: Floats, centre: Floats, reach: float) -> Outline:
+    shape = obstacle["shape"]
+    if shape == "plane":
+        normal = turn[:, 2]
+        foot = centre - normal * float(normal @ (centre - at))
+        x, y = reach * turn[:, 0], reach * turn[:, 1]
+        deep = reach * normal
+        return Outline([np.array([foot - x - y, foot + x - y, foot + x + y, foot - x + y])],
+                       np.array([foot - x, foot + x, foot + x - deep, foot - x - deep]), False)  # fmt: skip
+    angles = 2.0 * np.pi * np.arange(_AROUND) / _AROUND
+    if shape == "box":
+        half = 0.5 * np.array(obstacle["size"])
+        local = _box(half)
+        section = np.array([[-1, 0, -1], [1, 0, -1], [1, 0, 1], [-1, 0, 1]]) * half
+    else:
+        radius = float(obstacle["radius"])
+        section = radius * np.column_stack([np.cos(angles), np.zeros(_AROUND), np.sin(angles)])
+        local = _cylinder(section, 0.5 * float(obstacle["length"])) if shape == "cylinder" else _sphere(radius)
+        if shape == "sphere":
+            turn = np.eye(3)
+    return Outline([face @ turn.T + at for face in local], section @ turn.T + at, True)
+
+
+def _box(half: Floats) -> list[Floats]:
+    square = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    return [np.insert(square, axis, side, axis=1) * half for axis in range(3) for side in (-1.0, 1.0)]
+
+
+def _cylinder(rim: Floats, half: float) -> list[Floats]:
+    along = np.array([0.0, half, 0.0])
+    following = np.roll(rim, -1, axis=0)
+    sides = [np.array([a - along, b - along, b + along, a + along]) for a, b in zip(rim, following, strict=True)]
+    return [*sides, rim - along, rim + along]
+
+
+def _sphere(radius: float) -> list[Floats]:
+    polar, around = np.meshgrid(np.linspace(0.0, np.pi, 9), np.linspace(0.0, 2.0 * np.pi, 17), indexing="ij")
+    points = radius * np.stack([np.sin(polar) * np.cos(around), np.sin(polar) * np.sin(around), np.cos(polar)], axis=-1)
+    return [np.array([points[i, j], points[i, j + 1], points[i + 1, j + 1], points[i + 1, j]])
+            for i in range(8) for j in range(16)]  # fmt: skip
+
+
+def _pose(solution: Solution, record: int, body: str | None) -> tuple[Floats, Floats] | None:
+    """Rotation and place of a body that moves; None for one that does not."""
+    names = solution.layout.body_names
+    if body not in names:
+        return None
+    own = solution.q[record].reshape(len(names), -1)[names.index(body)]
+    if len(own) == 3:
+        x, z, angle = own
+        return _rotation((np.cos(angle / 2), 0.0, np.sin(angle / 2), 0.0)), np.array([x, 0.0, z])
+    return _rotation(own[3:]), own[:3]
+
+
+def _rotation(quaternion: Any) -> Floats:
+    """Matrix of a unit quaternion, scalar first."""
+    w, *vector = (float(c) for c in quaternion)
+    v = np.array(vector)
+    cross = np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
+    return np.eye(3) + 2.0 * w * cross + 2.0 * cross @ cross
