@@ -8,7 +8,7 @@ import numpy as np
 
 from fsm.errors import CaseError, Fault
 from fsm.overlap import find_overlaps, find_pierced
-from fsm.scene.builders.strip import build_scene
+from fsm.scene.builders.scene import build_scene
 from fsm.scene.case import Case
 from fsm.scene.party import parties
 from fsm.scene.planar import out_of_plane

@@ -7,6 +7,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from fsm.scene.contact import Contact, Friction
+from fsm.scene.lattice import Lattice
 from fsm.scene.loads import Drive, Load
 from fsm.scene.materials import Crease, Material
 from fsm.scene.model import Model
@@ -125,12 +126,13 @@ class Expect(Model):
 
 
 class Case(Model):
-    """A whole case: a strip (or a scene written out), what acts on it, how to solve it, what to keep."""
+    """A whole case: a strip or a lattice (or a scene written out), what acts on it, how to solve it, what to keep."""
 
     title: str = ""
     units: Literal["SI", "mm-N-s"] = "SI"
     analysis: Literal["deploy"] = "deploy"
     strip: Strip | None = None
+    lattice: Lattice | None = None
     scene: Scene | None = None
     material: Material | None = None
     crease: Crease | None = None
@@ -146,8 +148,8 @@ class Case(Model):
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
-        if (self.strip is None) == (self.scene is None):
-            raise ValueError("give either [strip] or [scene]")
+        if sum(part is not None for part in (self.strip, self.lattice, self.scene)) != 1:
+            raise ValueError("give one of [strip], [lattice] and [scene]")
         if self.strip is not None and (self.material is None or self.crease is None):
             raise ValueError("[strip] needs [material] and [crease]")
         return self

@@ -175,7 +175,7 @@ def _validate(
 
 
 def _sections(data: Mapping[str, Any], valid: Mapping[str, Any]) -> Sections:
-    names = ("strip", "scene", "material", "crease", "contact", "friction")
+    names = ("strip", "lattice", "scene", "material", "crease", "contact", "friction")
     drives = valid.get("drive")
     return Sections(
         written=frozenset(name for name in data if data[name] != []),

@@ -233,15 +233,15 @@ class SegmentSystem:
         """See `System`. Driven bodies count as free ones here: their columns of K times their speed."""
         poses, rates = self.place(t, q, None)
         dof = self._dof.copy()
-        moving = [motion.body for motion in self.motions]
+        moving = [body for motion in self.motions for body in motion.bodies]
         dof[moving] = self.n_free + np.arange(len(moving))
         pattern = body_pattern(dof, [group.pairs(poses)[0] for group in self.groups], self.size)
         force, stiffness, damping = np.zeros(rates.shape), pattern.zeros(), pattern.zeros()
         for group in self.groups:
             group.add_linearised(t, poses, rates, pattern, force, stiffness, damping)
         speeds = np.zeros((pattern.order, self.size))
-        for k, motion in enumerate(self.motions):
-            speeds[self.n_free + k, : len(motion.direction)] = motion.at(t)[1] * motion.direction
+        for motion in self.motions:
+            speeds[dof[motion.bodies], : len(motion.direction)] = motion.at(t)[1] * motion.direction
         change = -BlockMatrix(pattern, stiffness).times(speeds.ravel())[: self.nu]
         direct = np.zeros_like(rates)
         for group in self.groups:
@@ -383,16 +383,16 @@ class SegmentSystem:
         poses = np.asarray(place_bodies(bodies.pose, bodies.free, q, self.spatial))
         if u is None:
             for motion in self.motions:
-                shift_body(poses, motion.body, motion.direction, motion.at(t)[0])
+                _shift(poses, motion, motion.at(t)[0])
             return poses, self._at_rest
         rates = np.zeros(bodies.rate.shape)
         place_free(bodies.free, u, False, rates)
         for motion in self.motions:
             travel, speed, _ = motion.at(t)
-            shift_body(poses, motion.body, motion.direction, travel)
+            _shift(poses, motion, travel)
             if before is not None:
                 speed = (travel - motion.at(before[0])[0]) / (t - before[0])
-            shift_body(rates, motion.body, motion.direction, speed)
+            _shift(rates, motion, speed)
         return poses, rates
 
     def _past(self, t: float, before: Before | None) -> Past | None:
@@ -417,12 +417,13 @@ class SegmentSystem:
             _, _, acceleration = motion.at(t)
             if acceleration:
                 n = len(motion.direction)
-                shift_body(reactions, motion.body, self.bodies.inertia[motion.body, :n] * motion.direction, acceleration)
+                for body in motion.bodies:
+                    shift_body(reactions, body, self.bodies.inertia[body, :n] * motion.direction, acceleration)
         return reactions
 
     def _drive_state(self, t: float, reactions: np.ndarray) -> DriveState:
         travel = np.array([motion.at(t)[0] for motion in self.motions])
-        force = np.array([reactions[m.body, : len(m.direction)] @ m.direction for m in self.motions])
+        force = np.array([(reactions[m.bodies, : len(m.direction)] @ m.direction).sum() for m in self.motions])
         return DriveState(travel, force)
 
     def _energy(
@@ -448,6 +449,12 @@ class SegmentSystem:
             self._pattern = body_pattern(self._dof, list(pairs), self.size)
             self._pattern_version = versions
         return self._pattern
+
+
+def _shift(values: np.ndarray, motion: PrescribedMotion, size: float) -> None:
+    """Move the bodies of a motion along it, or give them a speed."""
+    for body in motion.bodies:
+        shift_body(values, body, motion.direction, size)
 
 
 def _corners(plates: list[Plate]) -> np.ndarray:

@@ -17,6 +17,7 @@ from fsm.cli import cli
 from fsm.run import run_case
 from fsm.scene.case import Case, Expect, Save, Solve, Strip
 from fsm.scene.contact import FRICTION_KEYS, NORMAL_KEYS, Contact, Friction
+from fsm.scene.lattice import Lattice
 from fsm.scene.load_case import load_case
 from fsm.scene.loads import Constant, Drive, Load, Ramp, Table
 from fsm.scene.materials import LinearCrease, Material, SplineCrease
@@ -31,7 +32,7 @@ README = ROOT / "README.md"
 CREASE = ROOT / "folding_cases" / "strip_pull" / "crease.csv"
 
 TABLES: list[tuple[type[BaseModel], ...]] = [
-    (Case,), (Strip,), (Material,), (LinearCrease, SplineCrease), (Contact,), (Friction,), (Drive,), (Load,),
+    (Case,), (Strip,), (Lattice,), (Material,), (LinearCrease, SplineCrease), (Contact,), (Friction,), (Drive,), (Load,),
     (Constant, Ramp, Table), (Obstacle,), (Solve,), (Save,), (Expect,), (Scene,), (Body,), (Plate,), (ForceElement,),
     (Surface,), (ContactPair,),
 ]  # fmt: skip
