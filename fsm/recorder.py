@@ -17,6 +17,7 @@ import numpy as np
 
 from fsm.errors import FsmError
 from fsm.kernels import jit
+from fsm.prepare import path_settings
 from fsm.progress import Progress
 from fsm.results.solution import Layout, Record, Solution
 from fsm.results.store import ResultWriter, part_path, read_checkpoint, read_solution, write_checkpoint
@@ -145,11 +146,7 @@ class RecordedSolve:
         if method != "static":
             settings = Settings(method, solve.rtol, end, max_step, solve.max_steps, solve.energy_abort, step=solve.step)
             return settings if solve.rho_inf is None else replace(settings, rho_inf=solve.rho_inf)
-        first = end / 200.0
-        if self.system.motions:
-            motion = self.system.motions[0]
-            first = motion.time_of(solve.increment or motion.travel / 200.0)
-        return PathSettings(end, first, max_step, solve.rtol, solve.max_steps, solve.imperfection, solve.energy_abort)
+        return path_settings(self.case, self.system, end)
 
     def _start(self) -> tuple[tuple[float, np.ndarray, np.ndarray], Ledger, float]:
         """State to start from, the ledger that is kept from there on, and the time up to which there are records."""
