@@ -263,6 +263,60 @@ def plot(result: str, out: str | None) -> None:
         click.echo(str(folder / name))
 
 
+CALIBRATIONS = {
+    "crease": "fsm.calibrate.crease:calibrate_crease",
+    "relaxation": "fsm.calibrate.relaxation:calibrate_relaxation",
+    "bending": "fsm.calibrate.bending:calibrate_bending",
+}
+"""What `fsm calibrate` can do: module and function, (data file, options) -> Calibration."""
+
+
+@cli.command()
+@click.argument("kind", metavar="KIND", type=click.Choice(list(CALIBRATIONS)))
+@click.argument("data", metavar="DATA")
+@click.option("--out", required=True, metavar="DIR", help="Folder for the results.")
+@click.option(
+    "--fit",
+    type=click.Choice(["smooth", "interpolate", "monotone"]),
+    default="smooth",
+    show_default=True,
+    help="How curves go through measured points: smoothed as cross-validation says, through all, or never turning.",
+)
+@click.option("--without-flagged", is_flag=True, help="Leave out rows that were flagged as outliers.")
+@click.option(
+    "--level",
+    type=click.FloatRange(0.5, 0.9999),
+    default=0.95,
+    show_default=True,
+    help="Confidence level of intervals.",
+)
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of all that is drawn at random.")
+@click.option("--quiet", is_flag=True, help="Print nothing but errors.")
+@debug_option
+def calibrate(
+    kind: str, data: str, out: str, fit: str, without_flagged: bool, level: float, seed: int, quiet: bool
+) -> None:
+    """Measured data in, numbers with intervals out, KIND one of {kinds}.
+
+    DATA is a CSV file with units in its headings (docs/calibration.md). Writes calibration.json, plots, and files that
+    a case can name.
+    """
+    import importlib
+
+    from fsm.calibrate.report import Options, table_lines, write_calibration
+
+    folder = _out_folder(out)
+    module, function = CALIBRATIONS[kind].split(":")
+    options = Options(fit, without_flagged, level, seed, not quiet)
+    found = getattr(importlib.import_module(module), function)(Path(data), options)
+    write_calibration(found, folder, options)
+    if not quiet:
+        _say([*table_lines(found, options), f"results  {folder}"])
+
+
+calibrate.help = (calibrate.help or "").format(kinds=", ".join(CALIBRATIONS))
+
+
 @cli.command()
 @debug_option
 def warmup() -> None:

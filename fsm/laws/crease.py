@@ -15,7 +15,10 @@ from scipy.interpolate import CubicHermiteSpline, CubicSpline, PchipInterpolator
 from fsm.kernels.jit import kernel
 from fsm.kernels.spline import evaluate_curve
 
-__all__ = ["Curve", "CurveTable", "add_flexibility", "crease_energy", "crease_moment", "curve_from_data", "join_curves"]
+__all__ = [
+    "Curve", "CurveTable", "add_flexibility", "crease_energy", "crease_moment", "curve_from_data", "curve_from_polynomial",
+    "join_curves",
+]  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -48,10 +51,11 @@ def curve_from_data(angle: np.ndarray, moment: np.ndarray, interpolation: str = 
     The energy is counted from zero opening, so it is zero there even if the data begin elsewhere.
     """
     polynomial = CubicSpline(angle, moment) if interpolation == "cubic" else PchipInterpolator(angle, moment)
-    return _from_polynomial(polynomial)
+    return curve_from_polynomial(polynomial)
 
 
-def _from_polynomial(polynomial: PPoly) -> Curve:
+def curve_from_polynomial(polynomial: PPoly) -> Curve:
+    """A cubic PPoly over its own range as a curve that continues linearly outside."""
     knots = np.ascontiguousarray(polynomial.x, dtype=float)
     last_value = float(polynomial(knots[-1]))
     last_slope = float(polynomial(knots[-1], 1))
@@ -97,7 +101,7 @@ def add_flexibility(curve: Curve, flexibility: float, subdivisions: int = 32) ->
 
 
 def _hermite(x: np.ndarray, y: np.ndarray, dydx: np.ndarray) -> Curve:
-    return _from_polynomial(CubicHermiteSpline(x, y, dydx))
+    return curve_from_polynomial(CubicHermiteSpline(x, y, dydx))
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from fsm.scene.loads import Constant
-from fsm.scene.materials import LinearCrease
+from fsm.scene.materials import LinearCrease, SplineCrease
 from fsm.scene.scene import ForceElement, Scene
 
 __all__ = ["SLOW", "automatic_method", "pace"]
@@ -60,6 +60,6 @@ def _hinge_stiffness(element: ForceElement) -> float:
         return element.rotation[1]
     if isinstance(crease, LinearCrease):
         return crease.stiffness
-    if crease.angle is None or crease.moment is None:
+    if not isinstance(crease, SplineCrease) or crease.angle is None or crease.moment is None:
         return 0.0
     return crease.scale * abs(float(np.ptp(crease.moment) / np.ptp(crease.angle)))

@@ -15,23 +15,20 @@ and moment, are read when the case gives both units, ``angle_unit = "deg"`` and 
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from fsm.errors import CaseError, Fault
+from fsm.scene.csv_columns import cells_of, heading, headings_of, number_in, separator_of, shorten, text_rows
 from fsm.scene.materials import SplineCrease
 from fsm.scene.units import nearest, to_si, unit_in
 
 __all__ = ["CreaseData", "check_curve", "read_crease_data"]
 
 FEWEST_ROWS = {"cubic": 4, "pchip": 2}
-MOST_FAULTS = 8
 _SI = {"angle": "rad", "moment": "N m", "force": "N", "lever_arm": "m"}
 _CHOICES = ({"angle", "moment"}, {"angle", "force", "lever_arm"})
-_HEADING = re.compile(r"\s*([A-Za-z_][\w -]*?)\s*(?:[(\[]\s*([^)\]]*?)\s*[)\]])?\s*$")
-_HEADING_AMONG_BLANKS = re.compile(r"[A-Za-z_]\w*(?:\s*[(\[][^)\]]*[)\]])?")
 
 
 @dataclass(frozen=True)
@@ -74,13 +71,13 @@ def read_crease_data(
     CaseError
         All faults of the file, each with the number of its row (counted as a text editor does).
     """
-    rows = _rows(file, path)
-    separator = _separator(rows[0][1])
+    rows = text_rows(file, path, "two columns are wanted, angle and moment")
+    separator = separator_of(rows[0][1])
     columns, rows = _columns(rows, separator, crease, path)
     columns = _with_units(columns, crease, system, path)
     numbers, faults = _numbers(rows, separator, len(columns), path)
     if faults:
-        raise CaseError(_shorten(faults, path))
+        raise CaseError(shorten(faults, path))
     names = [column.name for column in columns]
     scale = {column.name: to_si(f"1 {column.unit}", _SI[column.name]) for column in columns}
     angle = [values[names.index("angle")] for _, values in numbers]
@@ -138,53 +135,10 @@ def check_curve(
         )
     faults = _order_faults(angle, places, unit) or _size_faults(angle, places, unit)
     if faults:
-        raise CaseError(_shorten(faults, path))
+        raise CaseError(shorten(faults, path))
     turn = slice(None, None, -1 if angle[-1] < angle[0] else 1)
     radians = [to_si(f"{value!r} {unit}", "rad") for value in angle]
     return CreaseData(tuple(radians[turn]), tuple(moment[turn]))
-
-
-def _rows(file: Path, path: str) -> list[tuple[int, str]]:
-    """Lines with something in them, with their numbers."""
-    try:
-        raw = file.read_bytes()
-    except OSError as error:
-        raise CaseError(Fault(path, f"cannot read {file}: {(error.strerror or 'error').lower()}")) from None
-    try:
-        text = raw.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        text = raw.decode("latin-1")
-    if "\0" in text:
-        raise CaseError(Fault(path, f"{file} is not a text file; save it as CSV"))
-    lines = enumerate(text.splitlines(), start=1)
-    rows = [
-        (number, line) for number, line in lines if line.strip(" \t,;") and not line.lstrip().startswith("#")
-    ]
-    if not rows:
-        raise CaseError(Fault(path, f"{file} is empty; two columns are wanted, angle and moment"))
-    return rows
-
-
-def _separator(line: str) -> str:
-    """What separates the values; a blank stands for any run of blanks."""
-    return next((mark for mark in (";", "\t", ",") if mark in line), " ")
-
-
-def _cells(line: str, separator: str) -> list[str]:
-    if separator == " ":
-        return line.split()
-    cells = [cell.strip().strip('"').strip() for cell in line.split(separator)]
-    while cells and not cells[-1]:
-        cells.pop()
-    return cells
-
-
-def _number(cell: str, separator: str) -> float | None:
-    """The number in a cell; a decimal comma is one where commas do not separate."""
-    try:
-        return float(cell if separator == "," else cell.replace(",", "."))
-    except ValueError:
-        return None
 
 
 def _columns(
@@ -192,17 +146,16 @@ def _columns(
 ) -> tuple[list[_Column], list[tuple[int, str]]]:
     """Columns of the file, and its rows below the header."""
     number, line = rows[0]
-    cells = _HEADING_AMONG_BLANKS.findall(line) if separator == " " else _cells(line, separator)
-    if not cells or any(_number(cell, separator) is not None for cell in _cells(line, separator)):
-        return _bare_columns(_cells(line, separator), number, crease, path), rows
+    cells = headings_of(line, separator)
+    if not cells or any(number_in(cell, separator) is not None for cell in cells_of(line, separator)):
+        return _bare_columns(cells_of(line, separator), number, crease, path), rows
     columns, faults = [], []
     for cell in cells:
-        match = _HEADING.match(cell)
-        name = re.sub(r"[ -]+", "_", match[1]).lower() if match else cell
+        name, unit = heading(cell, _SI)
         if name not in _SI:
             known = nearest(name, _SI) or "; angle and moment, or angle, force and lever_arm, are read"
             faults.append(Fault(f"{path} row {number}", f'unknown column "{cell}"{known}'))
-        columns.append(_Column(name, match[2] or "" if match else ""))
+        columns.append(_Column(name, unit))
     names = [column.name for column in columns]
     if not faults and (set(names) not in _CHOICES or len(set(names)) < len(names)):
         wanted = "wanted: angle and moment, or angle, force and lever_arm"
@@ -254,8 +207,8 @@ def _numbers(
 ) -> tuple[list[tuple[int, list[float]]], list[Fault]]:
     numbers, faults = [], []
     for row, line in rows:
-        cells = _cells(line, separator)
-        values = [_number(cell, separator) for cell in cells]
+        cells = cells_of(line, separator)
+        values = [number_in(cell, separator) for cell in cells]
         good = [value for value in values if value is not None and math.isfinite(value)]
         if len(cells) != width:
             faults.append(Fault(f"{path} row {row}", f"has {len(cells)} values; {width} are wanted"))
@@ -296,9 +249,3 @@ def _size_faults(angle: Sequence[float], places: Sequence[str], unit: str) -> li
             f"{angle[worst]:g} {unit} is more than a turn; if it is degrees, say so: `angle (deg)`",
         )
     ]
-
-
-def _shorten(faults: list[Fault], path: str) -> list[Fault]:
-    """The first faults of a file; thousands of the same kind help nobody."""
-    more = len(faults) - MOST_FAULTS
-    return faults if more <= 0 else [*faults[:MOST_FAULTS], Fault(path, f"and {more} more rows like these")]

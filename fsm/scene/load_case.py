@@ -17,7 +17,7 @@ from fsm.scene.case import Case, Save, Solve
 from fsm.scene.checks import Sections, check_sections
 from fsm.scene.crease_data import check_curve, read_crease_data
 from fsm.scene.faults import faults_of, unknown_key
-from fsm.scene.materials import SplineCrease
+from fsm.scene.materials import FamilyCrease, SplineCrease
 from fsm.scene.overrides import apply_overrides, split_override
 from fsm.scene.scene import Scene
 from fsm.scene.toml_text import case_text
@@ -190,13 +190,13 @@ def _read_curves(valid: Mapping[str, Any], folder: Path, system: str) -> tuple[d
     """The sections with every measured crease curve read and in order."""
     result: dict[str, Any] = dict(valid)
     faults: list[Fault] = []
-    if isinstance(result.get("crease"), SplineCrease):
+    if isinstance(result.get("crease"), _MEASURED):
         result["crease"], faults = _read_curve(result["crease"], folder, system, "crease")
     scene = result.get("scene")
     if isinstance(scene, Scene):
         elements = list(scene.elements)
         for index, element in enumerate(elements):
-            if isinstance(element.crease, SplineCrease):
+            if isinstance(element.crease, _MEASURED):
                 crease, found = _read_curve(element.crease, folder, system, f"scene.elements.{index}.crease")
                 elements[index] = element.model_copy(update={"crease": crease})
                 faults += found
@@ -204,10 +204,16 @@ def _read_curves(valid: Mapping[str, Any], folder: Path, system: str) -> tuple[d
     return result, faults
 
 
+_MEASURED = (SplineCrease, FamilyCrease)
+"""Laws whose curve may stand in a file."""
+
+
 def _read_curve(
-    crease: SplineCrease, folder: Path, system: str, path: str
-) -> tuple[SplineCrease, list[Fault]]:
+    crease: SplineCrease | FamilyCrease, folder: Path, system: str, path: str
+) -> tuple[SplineCrease | FamilyCrease, list[Fault]]:
     try:
+        if isinstance(crease, FamilyCrease):
+            return _from_family(crease, folder, path), []
         if crease.data is not None:
             curve = read_crease_data(folder / crease.data, crease, system, f"{path}.data")
         else:
@@ -223,7 +229,31 @@ def _read_curve(
         "angle": curve.angle,
         "moment": curve.moment,
     }
+    if crease.unloading is not None and crease.angle is not None and crease.angle[-1] < crease.angle[0]:
+        read["unloading"] = crease.unloading[::-1]
     return crease.model_copy(update=read), []
+
+
+def _from_family(crease: FamilyCrease, folder: Path, path: str) -> SplineCrease:
+    """The curve that a crease of a calibrated family has."""
+    from fsm.scene.crease_family import family_curve, read_family  # numpy: not for cases that name no such file
+
+    family = read_family(folder / crease.file, f"{path}.file")
+    curve = family_curve(family, crease.press_time, crease.opening, path)
+    if crease.hysteresis and curve.unloading is None:
+        what = f"is true, but {curve.name} of {crease.file} was measured one way only; write false"
+        raise CaseError(Fault(f"{path}.hysteresis", what))
+    back = curve.unloading if crease.hysteresis else None
+    return SplineCrease(
+        law="spline",
+        angle=tuple(curve.angle.tolist()),
+        moment=tuple(curve.loading.tolist()),
+        interpolation="pchip" if family.interpolation == "pchip" else "cubic",
+        rest_angle=crease.rest_angle,
+        scale=crease.scale,
+        unloading=None if back is None else tuple(back.tolist()),
+        reversal=crease.reversal,
+    )
 
 
 def _syntax_fault(message: str, text: str) -> Fault:

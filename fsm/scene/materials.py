@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from fsm.scene.model import Model
 from fsm.scene.units import Angle, AngularStiffness, Density, Moment, Number, Stress, Time, to_si
 
-__all__ = ["Crease", "LinearCrease", "Material", "SplineCrease"]
+__all__ = ["Crease", "FamilyCrease", "LinearCrease", "Material", "SplineCrease"]
 
 
 class Material(Model):
@@ -75,6 +76,12 @@ class SplineCrease(Model):
         Angle of the crease from the flat sheet at which the data's angle is zero; absent means as folded.
     scale : -
         Factor on the moment, for example to carry a test of another width over.
+    unloading : N m
+        Moments at the same angles on the way back; what lies between the two curves is dissipated
+        (`fsm.laws.crease_hysteresis`). Absent: the crease is elastic.
+    reversal : rad
+        Opening over which the moment goes from one curve to the other when the crease turns round; absent means
+        2 % of the range of angles.
     """
 
     law: Literal["spline"]
@@ -86,6 +93,8 @@ class SplineCrease(Model):
     interpolation: Literal["cubic", "pchip"] = "cubic"
     rest_angle: Angle | None = None
     scale: Annotated[Number, Field(gt=0)] = 1.0
+    unloading: tuple[Moment, ...] | None = None
+    reversal: Annotated[Angle, Field(gt=0)] | None = None
 
     @model_validator(mode="after")
     def _one_source(self) -> Self:
@@ -96,5 +105,56 @@ class SplineCrease(Model):
             raise ValueError("`angle_unit` and `moment_unit` belong to `data`; lists carry their own units")
         return self
 
+    @model_validator(mode="after")
+    def _two_ways(self) -> Self:
+        if self.unloading is None:
+            if self.reversal is not None:
+                raise ValueError("`reversal` belongs to `unloading`; an elastic crease has no second curve")
+        elif self.angle is None:
+            raise ValueError("`unloading` belongs to the lists `angle` and `moment`; a CSV file holds one curve")
+        elif len(self.unloading) != len(self.angle):
+            raise ValueError(f"`unloading` has {len(self.unloading)} moments for {len(self.angle)} angles")
+        return self
 
-Crease = Annotated[LinearCrease | SplineCrease, Field(discriminator="law")]
+
+class FamilyCrease(Model):
+    """M(psi) out of a file that `fsm calibrate crease` wrote; reading the case puts the curve in its place.
+
+    Attributes
+    ----------
+    file : path of the HDF5 file, relative to the case file
+    press_time : s
+        How long the crease was pressed; interpolated between measured times. Needed where the file has several.
+    opening : -
+        How many times it has been opened, this time included. Needed where the file has several.
+    hysteresis : bool
+        Follow the unloading curve on the way back and dissipate what lies between; false: the loading curve, elastic.
+    reversal, rest_angle, scale : as in `SplineCrease`
+    """
+
+    law: Literal["family"] = "family"
+    file: Path
+    press_time: Annotated[Time, Field(ge=0)] | None = None
+    opening: Annotated[Number, Field(ge=1)] | None = None
+    hysteresis: bool = False
+    reversal: Annotated[Angle, Field(gt=0)] | None = None
+    rest_angle: Angle | None = None
+    scale: Annotated[Number, Field(gt=0)] = 1.0
+
+    @model_validator(mode="after")
+    def _turning(self) -> Self:
+        if self.reversal is not None and not self.hysteresis:
+            raise ValueError("`reversal` is used with `hysteresis = true` only")
+        return self
+
+
+def _law_of_file(written: Any) -> Any:
+    """A section that names a file of calibrated curves need not say its law."""
+    if isinstance(written, Mapping) and "file" in written and "law" not in written:
+        return {"law": "family", **written}
+    return written
+
+
+Crease = Annotated[
+    LinearCrease | SplineCrease | FamilyCrease, Field(discriminator="law"), BeforeValidator(_law_of_file)
+]

@@ -9,19 +9,20 @@ import math
 
 import numpy as np
 
-from fsm.errors import CaseError, Fault
+from fsm.errors import CaseError
 from fsm.interactions import hinge_planar, hinge_spatial, pose_planar, pose_spatial
 from fsm.kernels.rotation import multiply
-from fsm.laws.crease import Curve, add_flexibility, curve_from_data, join_curves
+from fsm.laws.crease import Curve, join_curves
 from fsm.scene.loads import Drive, Load
-from fsm.scene.materials import LinearCrease, SplineCrease
 from fsm.scene.planar import out_of_plane
 from fsm.scene.scene import GROUND, Body, ForceElement, Scene
 from fsm.segments.check_scene import check_scene
 from fsm.segments.compile_contacts import compile_contacts
+from fsm.segments.crease_curves import Hysteresis, curve_of, hysteresis_of
 from fsm.segments.drive import PrescribedMotion
 from fsm.segments.elements import BushingGroup, CreaseGroup
 from fsm.segments.group import Group
+from fsm.segments.hysteresis import HysteresisGroup
 from fsm.segments.ligaments import LigamentGroup
 from fsm.segments.loads import AppliedLoad, GravityGroup, LoadGroup
 from fsm.segments.system import Bodies, SegmentSystem
@@ -80,6 +81,9 @@ class _Compiler:
         creases = self._creases()
         if creases is not None:
             groups.append(creases)
+            hysteresis = self._hysteresis(creases)
+            if hysteresis is not None:
+                groups.append(hysteresis)
         contacts = compile_contacts(self.scene, self.all_bodies, self.pose, self.spatial)
         groups += contacts
         if self.scene.loads:
@@ -201,7 +205,7 @@ class _Compiler:
             key = (element.crease, element.crease_flexibility)
             if key not in numbers:
                 numbers[key] = len(curves)
-                curves.append(_curve(element))
+                curves.append(curve_of(element))
             which.append(numbers[key])
         axes = self._joint_axes(elements)
         geometry = axes if self.spatial else axes[1:]
@@ -216,6 +220,35 @@ class _Compiler:
             np.array([e.rotation_damping[1] for e in elements]),
             np.array(which, dtype=np.int64),
             join_curves(curves),
+        )
+
+    def _hysteresis(self, creases: CreaseGroup) -> HysteresisGroup | None:
+        """Sliders of the creases whose two branches differ."""
+        elements = [e for e in self.scene.elements if e.crease is not None]
+        found: dict[tuple[object, float], Hysteresis | None] = {}
+        for element in elements:
+            key = (element.crease, element.crease_flexibility)
+            if key not in found:
+                found[key] = hysteresis_of(element)
+        known = [(key, curve) for key, curve in found.items() if curve is not None]
+        if not known:
+            return None
+        numbers = {key: number for number, (key, _) in enumerate(known)}
+        keys = [(e.crease, e.crease_flexibility) for e in elements]
+        chosen = [i for i, key in enumerate(keys) if key in numbers]
+        which = [numbers[keys[i]] for i in chosen]
+        start = creases.rest - creases.side * np.array([e.initial_angle for e in elements])
+        return HysteresisGroup(
+            creases.measure,
+            creases.tangent,
+            creases.bodies[chosen],
+            tuple(array[chosen] for array in creases.geometry),
+            creases.rest[chosen],
+            creases.side[chosen],
+            start[chosen],
+            np.array([known[number][1].stiffness for number in which]),
+            np.array(which, dtype=np.int64),
+            join_curves([curve.strength for _, curve in known]),
         )
 
     def _ends(self, elements: list[ForceElement]) -> np.ndarray:
@@ -257,19 +290,3 @@ def _has_bushing(element: ForceElement) -> bool:
 
 def _conjugate(q: np.ndarray) -> np.ndarray:
     return q * np.array([1.0, -1.0, -1.0, -1.0])
-
-
-def _curve(element: ForceElement) -> Curve:
-    crease = element.crease
-    if isinstance(crease, LinearCrease):
-        k = crease.stiffness
-        curve = curve_from_data(np.array([0.0, 1.0]), np.array([0.0, k]), "pchip")
-    else:
-        assert isinstance(crease, SplineCrease) and crease.angle is not None and crease.moment is not None
-        curve = curve_from_data(
-            np.array(crease.angle), crease.scale * np.array(crease.moment), crease.interpolation
-        )
-    try:
-        return add_flexibility(curve, element.crease_flexibility)
-    except ValueError as error:
-        raise CaseError(Fault("crease.data", str(error))) from None

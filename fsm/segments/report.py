@@ -128,7 +128,8 @@ def _curve(element: ForceElement) -> str:
         return "linear law"
     kind = "cubic spline" if crease.interpolation == "cubic" else "monotone (PCHIP) curve"
     first, last = math.degrees(crease.angle[0]), math.degrees(crease.angle[-1])
-    return f"{kind} through {len(crease.angle)} points from {first:.4g} to {last:.4g} deg, straight outside"
+    back = "; unloading differs, what lies between is dissipated" if crease.unloading is not None else ""
+    return f"{kind} through {len(crease.angle)} points from {first:.4g} to {last:.4g} deg, straight outside{back}"
 
 
 def _half_cell(view: View) -> Iterator[str]:

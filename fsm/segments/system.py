@@ -32,6 +32,7 @@ from fsm.segments.contacts import ContactGroup
 from fsm.segments.drive import PrescribedMotion
 from fsm.segments.elements import BushingGroup
 from fsm.segments.group import Group, Past
+from fsm.segments.hysteresis import HysteresisGroup
 from fsm.segments.loads import LoadGroup
 from fsm.segments.pattern import BodyPattern, body_pattern
 from fsm.system import Before, DriveState, Energy, Linearised, Objection, Observation, Scales
@@ -105,6 +106,7 @@ class SegmentSystem:
         self._at_rest = np.zeros(bodies.rate.shape)
         self._springs = tuple(group for group in groups if isinstance(group, BushingGroup))
         self._others = tuple(group for group in groups if not isinstance(group, BushingGroup))
+        self._sliding = tuple(group for group in groups if isinstance(group, HysteresisGroup))
         self._last_before: Before | None = None
         self._last_poses = bodies.pose
         self._pattern: BodyPattern | None = None
@@ -374,16 +376,26 @@ class SegmentSystem:
 
     def commit(self, t: float, q: np.ndarray, u: np.ndarray, before: Before | None = None) -> None:
         """See `System`."""
+        if not self.contacts and not self._sliding:
+            return
+        poses, rates = self.place(t, q, u, before)
         if self.contacts:
-            self.contacts.commit(t, *self.place(t, q, u, before), self._past(t, before))
+            self.contacts.commit(t, poses, rates, self._past(t, before))
+        for group in self._sliding:
+            group.commit(t, poses, rates)
 
     def memory(self) -> np.ndarray:
-        """See `System`: that of the contacts."""
-        return self.contacts.memory()
+        """See `System`: that of the contacts, then that of the creases."""
+        return np.concatenate([self.contacts.memory(), *(group.memory() for group in self._sliding)])
 
     def restore(self, memory: np.ndarray) -> None:
         """See `System`."""
-        self.contacts.restore(memory)
+        end = len(memory)
+        for group in reversed(self._sliding):
+            begin = max(0, end - group.remembered)
+            group.restore(memory[begin:end])
+            end = begin
+        self.contacts.restore(memory[:end])
 
     def parted(self) -> bool:
         """See `System`."""

@@ -168,7 +168,7 @@ ONE_MISTAKE = {
     ),
     "unknown law": (
         ('law = "linear"', 'law = "liner"'),
-        'crease.law: must be "linear" or "spline"; it is "liner"; did you mean `linear`?',
+        'crease.law: must be "linear" or "spline" or "family"; it is "liner"; did you mean `linear`?',
     ),
     "no law": (('law = "linear"\n', ""), 'crease.law: missing; it must be "linear" or "spline"'),
     "key of another law": (

@@ -13,14 +13,17 @@ import pytest
 from click import Group
 from pydantic import BaseModel
 
-from fsm.cli import cli
+from fsm.calibrate.crease import calibrate_crease
+from fsm.calibrate.report import Options
+from fsm.cli import CALIBRATIONS, cli
 from fsm.run import run_case
 from fsm.scene.case import Case, Expect, Save, Solve, Strip
 from fsm.scene.contact import FRICTION_KEYS, NORMAL_KEYS, Contact, Friction
+from fsm.scene.crease_family import read_family
 from fsm.scene.lattice import Lattice
 from fsm.scene.load_case import load_case
 from fsm.scene.loads import Constant, Drive, Load, Ramp, Table
-from fsm.scene.materials import LinearCrease, Material, SplineCrease
+from fsm.scene.materials import FamilyCrease, LinearCrease, Material, SplineCrease
 from fsm.scene.model import Model
 from fsm.scene.obstacle import Obstacle
 from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
@@ -29,10 +32,12 @@ from fsm.solve.status import Event
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "case_file.md"
 README = ROOT / "README.md"
+CALIBRATION = ROOT / "docs" / "calibration.md"
 CREASE = ROOT / "folding_cases" / "strip_pull" / "crease.csv"
 
 TABLES: list[tuple[type[BaseModel], ...]] = [
-    (Case,), (Strip,), (Lattice,), (Material,), (LinearCrease, SplineCrease), (Contact,), (Friction,), (Drive,), (Load,),
+    (Case,), (Strip,), (Lattice,), (Material,), (LinearCrease, SplineCrease, FamilyCrease), (Contact,), (Friction,), (Drive,),
+    (Load,),
     (Constant, Ramp, Table), (Obstacle,), (Solve,), (Save,), (Expect,), (Scene,), (Body,), (Plate,), (ForceElement,),
     (Surface,), (ContactPair,),
 ]  # fmt: skip
@@ -203,3 +208,28 @@ def test_commands_exist(page: Path) -> None:
         assert {word for word in rest if word.startswith("--")} <= options, line
     if page == README:
         assert set(cli.commands) == {line.split()[1] for line in lines} - {"--help"}
+
+
+def test_calibrations_are_described() -> None:
+    """Every kind has its section, every option its line, and README leads there."""
+    page = CALIBRATION.read_text(encoding="utf-8")
+    command = cli.commands["calibrate"]
+    for kind in CALIBRATIONS:
+        assert f"## `{kind}`" in page, kind
+    options = [name for parameter in command.params for name in parameter.opts if name.startswith("--")]
+    for option in options:
+        assert option in page or option in ("--quiet", "--debug"), option
+    assert "docs/calibration.md" in README.read_text(encoding="utf-8")
+
+
+def test_the_measured_hinge_is_calibrated_as_it_ships(tmp_path: Path) -> None:
+    """`crease.h5` beside the case is what its CSV gives, and the case names it."""
+    folder = ROOT / "folding_cases" / "strip_hinge"
+    found = calibrate_crease(folder / "hinge.csv", Options())
+    found.files[0][1](tmp_path / "crease.h5")
+    ours, ships = (read_family(path / "crease.h5").curves[0] for path in (tmp_path, folder))
+    assert ours.angle == pytest.approx(ships.angle)
+    assert ours.loading == pytest.approx(ships.loading, abs=1e-9)
+    crease = load_case(folder / "case.toml").case.crease
+    assert isinstance(crease, SplineCrease)
+    assert crease.moment == pytest.approx(ships.loading)

@@ -1,0 +1,381 @@
+"""Bending stiffness EI of the plain panel, from a cantilever test, by inverse simulation with the segment model itself.
+
+A strip of free length L is clamped at one end; a force F across it, which keeps its direction, moves the other end by the
+deflection w (seed 003, section 4.1). Of segments joined by springs in proportion to EI, the deflection is
+
+    w/L = g(F L^2/EI)
+
+whatever the sizes: g is computed once with the segment model, at any deflection, its slope by implicit differentiation of
+the equilibrium, K dq/dF = dh/dF; EI is then fitted by least squares. The formula for small angles, EI = F L^3/(3 w), stands
+beside it.
+
+Columns `force` and `deflection`; `length` (free length) and, as there are, `width`, `thickness`, `segments`, `repeat`, in
+columns or among the values beside the file.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.interpolate import CubicHermiteSpline
+from scipy.optimize import least_squares
+
+from fsm.calibrate.data import Table, read_table
+from fsm.calibrate.report import Calibration, Options, Quantity
+from fsm.calibrate.uncertainty import Estimate, bootstrap, from_samples, laplace
+from fsm.errors import CaseError, Fault
+from fsm.kernels import jit
+from fsm.plots.calibration import FitPlot, plot_fit
+from fsm.progress import Progress
+from fsm.scene.loads import Load
+from fsm.scene.loads import Table as TimeTable
+from fsm.scene.scene import GROUND, Body, ForceElement, Scene
+from fsm.segments.compile import compile_scene
+from fsm.solve.linear import LinearSolver
+from fsm.solve.newton import equilibrium
+
+__all__ = ["calibrate_bending", "cantilever_curve", "fit_rigidity"]
+
+QUANTITIES = {
+    "force": "force",
+    "deflection": "length",
+    "length": "length",
+    "width": "length",
+    "thickness": "length",
+    "segments": "number",
+    "repeat": "number",
+}
+SEGMENTS = 160
+"""Segments of the simulated cantilever: EI is off by 2e-5 to 2e-4 then, at deflections of 30 to 81 % of the length."""
+OF_A_PANEL = 20
+"""Segments that the stiffness of a joint is told for, if the data do not say."""
+FEWEST_REPEATS = 3
+_INEXTENSIBLE = 1e8
+"""Axial and shear stiffness, over EI/L^2, of a panel whose thickness is not given."""
+_FURTHEST = 0.95
+"""Deflection over length beyond which no test is believed."""
+_STEP = 0.25
+"""Largest step of the load F L^2/EI; further on, part of the load itself."""
+_DRAWS = 400
+_OFFSET = 3.0
+"""Standard errors that a deflection without force must differ from zero by to be told of."""
+_LARGE = 0.1
+"""Deflection over length from which on the formula for small angles is off by more than half a per cent."""
+
+
+@dataclass(frozen=True)
+class _Test:
+    """Forces (N), deflections (m), repeats; free length (m), thickness and width (m) if they are given, segments."""
+
+    force: np.ndarray
+    deflection: np.ndarray
+    repeat: np.ndarray
+    length: float
+    width: float | None
+    thickness: float | None
+    segments: int
+
+
+def calibrate_bending(data: Path, options: Options) -> Calibration:
+    """Fit EI to a cantilever test.
+
+    Raises
+    ------
+    CaseError
+    """
+    table = read_table(data, QUANTITIES, ["force", "deflection", "length"])
+    faults = _faults(table)
+    if faults:
+        raise CaseError(faults, str(data))
+    test = _test(table)
+    slenderness = None if test.thickness is None else test.length / test.thickness
+    with Progress(options.progress, 1.0, "cantilever", jit) as progress:
+        curve = cantilever_curve(float(np.abs(test.deflection).max()) / test.length, slenderness)
+        progress.step(1.0, len(curve.x))
+    estimate = _estimate(test, curve, options)
+    small = _small_angle(test)
+    return Calibration(
+        kind="bending",
+        sources=(data,),
+        quantities=_quantities(test, estimate, small, options),
+        numbers=_numbers(test, estimate, small),
+        lines=_lines(test),
+        warnings=_warnings(table, test, curve, estimate),
+        plots=[("bending.png", partial(plot_fit, _plot(test, curve, estimate, small, options)))],
+    )
+
+
+# the segment model ---------------------------------------------------------------------------------------------------
+
+
+def cantilever_curve(
+    deflection: float, slenderness: float | None = None, segments: int = SEGMENTS
+) -> CubicHermiteSpline:
+    """g: tip deflection over length against F L^2/EI, from 0 to beyond the deflection asked for.
+
+    Parameters
+    ----------
+    deflection : -
+        Over length, at most 0.95.
+    slenderness : -
+        Length over thickness, for stretch and shear (nu = 0.3); None for neither.
+    segments : int
+    """
+    scene = _cantilever(segments, _INEXTENSIBLE if slenderness is None else 12.0 * slenderness**2)
+    system = compile_scene(scene)
+    solver = LinearSolver()
+    tip = np.zeros(system.nu)
+    tip[-2] = 1.0
+    loads, tips, slopes = [0.0], [0.0], []
+    q, _ = system.initial()
+
+    def slope(load: float, at: np.ndarray) -> float:
+        solver.factorise(system.linearise(load, at, None).stiffness)
+        change = system.force(load + 1.0, at, None) - system.force(load, at, None)  # exact: the force is linear in the load
+        moved = solver.solve(change)
+        return float(moved[-2] - 0.5 / segments * math.cos(at[-1]) * moved[-1])
+
+    slopes.append(slope(0.0, q))
+    while tips[-1] < deflection or len(loads) < 3:
+        load = loads[-1] + max(_STEP, 0.1 * loads[-1])
+        q = equilibrium(system, q, np.array([loads[-1], load]))
+        loads.append(load)
+        tips.append(float(q[-2] - 0.5 / segments * math.sin(q[-1])))
+        slopes.append(slope(load, q))
+    return CubicHermiteSpline(loads, tips, slopes)
+
+
+def _cantilever(count: int, stretch: float) -> Scene:
+    """Cantilever of L = EI = 1 along x, half a cell at the clamp, under a dead force in z equal to the time."""
+    length = 1.0 / count
+    bodies = tuple(
+        Body(name=f"segment {i + 1}", mass=1.0, inertia=(1.0,) * 3, position=((i + 0.5) * length, 0.0, 0.0))
+        for i in range(count)
+    )
+    shear = 5.0 / 6.0 * stretch / (2.0 * 1.3) if stretch < _INEXTENSIBLE else stretch
+    elements = []
+    for i in range(count):
+        flexible = length if i else length / 2
+        elements.append(
+            ForceElement(
+                name=f"joint {i}",
+                inner=f"segment {i}" if i else GROUND,
+                outer=f"segment {i + 1}",
+                point_inner=(length / 2 if i else 0.0, 0.0, 0.0),
+                point_outer=(-length / 2, 0.0, 0.0),
+                translation=(stretch / flexible, shear / flexible, shear / flexible),
+                rotation=(1.0 / flexible,) * 3,
+            )
+        )
+    largest = 1e6
+    load = Load(
+        body=f"segment {count}",
+        point=(length / 2, 0.0, 0.0),
+        force=(0.0, 0.0, 1.0),
+        time=TimeTable(kind="table", time=(0.0, largest), value=(0.0, largest)),
+    )
+    return Scene(bodies=bodies, elements=tuple(elements), loads=(load,))
+
+
+def fit_rigidity(force: np.ndarray, deflection: np.ndarray, length: float, curve: CubicHermiteSpline) -> float:
+    """EI, N m^2, of least squares of deflections (m) under forces (N)."""
+    start = force @ force * length**3 / (3.0 * (force @ deflection))
+
+    def residual(p: np.ndarray) -> np.ndarray:
+        return _modelled(force, length, math.exp(p[0]), curve)[0] - deflection / length
+
+    def gradient(p: np.ndarray) -> np.ndarray:
+        return _modelled(force, length, math.exp(p[0]), curve)[1][:, None]
+
+    # the formula for small angles overrates EI at large ones: from there down, or from below up
+    return math.exp(least_squares(residual, [math.log(start)], jac=gradient, xtol=1e-14, ftol=1e-14, gtol=1e-14).x[0])
+
+
+def _modelled(
+    force: np.ndarray, length: float, rigidity: float, curve: CubicHermiteSpline
+) -> tuple[np.ndarray, np.ndarray]:
+    """w/L and its derivative by log EI."""
+    load = force * length**2 / rigidity
+    # the cantilever is the same both ways; beyond what was computed it goes straight on, for the search alone
+    size, last = np.abs(load), float(curve.x[-1])
+    inside = np.minimum(size, last)
+    slope = curve(inside, 1)
+    value = curve(inside) + slope * (size - inside)
+    return np.sign(load) * value, -slope * size * np.sign(load)
+
+
+# data ----------------------------------------------------------------------------------------------------------------
+
+
+def _faults(table: Table) -> list[Fault]:
+    columns, faults = table.columns, []
+    for name in ("length", "width", "thickness", "segments"):
+        if name not in columns:
+            continue
+        values = columns[name]
+        bad = np.flatnonzero(values <= 0.0)
+        if len(bad):
+            faults.append(table.fault(int(bad[0]), f"{name} is {table.shown(name, int(bad[0]))}; it must be greater than 0"))
+        elif np.ptp(values) > 1e-9 * values[0]:
+            other = int(np.argmax(values != values[0]))
+            what = f"{name} is {table.shown(name, other)} after {table.shown(name, 0)}; calibrate each panel by itself"
+            faults.append(table.fault(other, what))
+    if faults:
+        return faults
+    force, deflection, length = columns["force"], columns["deflection"], columns["length"]
+    far = np.flatnonzero(np.abs(deflection) > _FURTHEST * length)
+    if len(far):
+        first = int(far[0])
+        free = f"{1e3 * length[first]:.4g} mm"
+        what = f"deflection is {table.shown('deflection', first)} of a free length of {free}; check the units, or the row"
+        faults.append(table.fault(first, what))
+    if float(force @ deflection) <= 0.0:
+        what = "forces and deflections have opposite signs; count both positive the same way"
+        faults.append(Fault("", what))
+    if len(np.unique(force)) < 2 or len(force) < 3:
+        rows = f"{len(force)} row{'s' * (len(force) != 1)} with {len(np.unique(force))} different forces"
+        faults.append(Fault("", f"has {rows}; 3 rows with 2 forces are the least that show a scatter"))
+    elif np.ptp(deflection) == 0.0:
+        what = f"deflection is {table.shown('deflection', 0)} in all {len(force)} rows, whatever the force; check the column"
+        faults.append(Fault("", what))
+    if "segments" in columns and columns["segments"][0] != round(columns["segments"][0]):
+        faults.append(Fault("segments", f"must be a whole number; it is {columns['segments'][0]:g}"))
+    return faults
+
+
+def _test(table: Table) -> _Test:
+    columns = table.columns
+
+    def first(name: str) -> float | None:
+        return float(columns[name][0]) if name in columns else None
+
+    length = first("length")
+    assert length is not None
+    repeat = columns.get("repeat", np.zeros(len(table)))
+    segments = int(first("segments") or OF_A_PANEL)
+    return _Test(columns["force"], columns["deflection"], repeat, length, first("width"), first("thickness"), segments)
+
+
+# results -------------------------------------------------------------------------------------------------------------
+
+
+def _estimate(test: _Test, curve: CubicHermiteSpline, options: Options) -> Estimate:
+    """EI with its variance: of the scatter about the curve, or of what several panels differ by."""
+    best = fit_rigidity(test.force, test.deflection, test.length, curve)
+    numbers = np.unique(test.repeat)
+    if len(numbers) >= FEWEST_REPEATS:
+        rows = [np.flatnonzero(test.repeat == number) for number in numbers]
+
+        def refit(draw: np.ndarray) -> np.ndarray:
+            drawn = np.concatenate([rows[k] for k in draw])
+            return np.array([fit_rigidity(test.force[drawn], test.deflection[drawn], test.length, curve)])
+
+        return from_samples(("EI",), np.array([best]), bootstrap(refit, len(rows), _DRAWS, options.seed), len(rows))
+    modelled, by_log = _modelled(test.force, test.length, best, curve)
+    return laplace(("EI",), np.array([best]), by_log[:, None] / best, modelled - test.deflection / test.length)
+
+
+def _small_angle(test: _Test) -> float:
+    """EI, N m^2, of the formula for small angles, by least squares of the deflections that are small; of all if none is."""
+    few = np.abs(test.deflection) <= _LARGE * test.length
+    force, deflection = (test.force[few], test.deflection[few]) if few.sum() > 1 else (test.force, test.deflection)
+    return float(force @ force * test.length**3 / (3.0 * (force @ deflection)))
+
+
+def _quantities(test: _Test, estimate: Estimate, small: float, options: Options) -> list[Quantity]:
+    value, error = float(estimate.values[0]), float(estimate.standard_error[0])
+    low, high = estimate.interval(options.level)[0]
+
+    def times(name: str, unit: str, factor: float) -> Quantity:
+        return Quantity(name, factor * value, unit, factor * float(low), factor * float(high), factor * error)
+
+    found = [
+        times("EI", "N m^2", 1.0),
+        times(f"K_theta of a joint, {test.segments} to the length", "N m/rad", test.segments / test.length),
+    ]
+    if test.width is not None and test.thickness is not None:
+        found.append(times("E, of 12 EI/(w t^3)", "Pa", 12.0 / (test.width * test.thickness**3)))
+    return [*found, Quantity("EI by the formula for small angles", small, "N m^2")]
+
+
+def _numbers(test: _Test, estimate: Estimate, small: float) -> dict[str, Any]:
+    return {
+        "rigidity_Nm2": float(estimate.values[0]),
+        "rigidity_variance": float(estimate.covariance[0, 0]),
+        "freedom": estimate.freedom,
+        "small_angle_rigidity_Nm2": small,
+        "joint_stiffness_Nm_rad": float(estimate.values[0]) * test.segments / test.length,
+        "segments": test.segments,
+        "length_m": test.length,
+        "width_m": test.width,
+        "thickness_m": test.thickness,
+        "largest_deflection_over_length": float(np.abs(test.deflection).max()) / test.length,
+        "simulated_segments": SEGMENTS,
+    }
+
+
+def _lines(test: _Test) -> list[str]:
+    largest = float(np.abs(test.deflection).max()) / test.length
+    return [
+        f"{len(test.force)} rows, deflections to {100 * largest:.3g} % of the free length, {SEGMENTS} segments",
+        "in a case: material.young = E, with plate = false (a wide strip's 1 - nu^2 is in the EI measured)",
+    ]
+
+
+def _warnings(
+    table: Table, test: _Test, curve: CubicHermiteSpline, estimate: Estimate
+) -> list[str]:
+    warnings = list(table.notes)
+    if test.width is None or test.thickness is None:
+        warnings.append("width or thickness is not given: no Young's modulus; add them to the values beside the file")
+    largest = float(np.abs(test.deflection).max()) / test.length
+    if largest > _LARGE:
+        at = largest * test.length
+        straight = float(np.abs(test.force).max()) * test.length**3 / (3.0 * at * float(estimate.values[0])) - 1.0
+        what = f"the formula for small angles would be off by {100 * straight:+.2g} % at {1e3 * at:.3g} mm"
+        warnings.append(f"{what}; its EI is of deflections up to {100 * _LARGE:g} % of the length, if there are any")
+    modelled, _ = _modelled(test.force, test.length, float(estimate.values[0]), curve)
+    residual = test.deflection / test.length - modelled
+    offset = _offset(test, curve, float(estimate.values[0]), residual)
+    if offset is not None:
+        warnings.append(
+            f"the data fit better with a deflection of {1e3 * offset * test.length:+.3g} mm at no force; "
+            "check the zero of the gauge and subtract it"
+        )
+    if len(np.unique(test.repeat)) == 2:
+        warnings.append("two repeats say little of their scatter; the interval is that of all rows, test a third")
+    return warnings
+
+
+def _offset(test: _Test, curve: CubicHermiteSpline, rigidity: float, residual: np.ndarray) -> float | None:
+    """Deflection over length at no force that the residuals speak for, if it is beyond chance."""
+    if len(residual) < 4:
+        return None
+    _, by_log = _modelled(test.force, test.length, rigidity, curve)
+    jacobian = np.column_stack([by_log, np.ones(len(residual))])
+    step, *_ = np.linalg.lstsq(jacobian, residual, rcond=None)
+    found = laplace(("log EI", "offset"), step, jacobian, residual - jacobian @ step)
+    error = float(found.standard_error[1])
+    return float(step[1]) if abs(step[1]) > max(_OFFSET * error, 1e-9) else None
+
+
+def _plot(
+    test: _Test, curve: CubicHermiteSpline, estimate: Estimate, small: float, options: Options
+) -> FitPlot:
+    force = np.linspace(min(0.0, float(test.force.min())), max(0.0, float(test.force.max())), 200)
+    value = float(estimate.values[0])
+    modelled, by_log = _modelled(force, test.length, value, curve)
+    reach = np.abs(by_log) / value * estimate.quantile(options.level) * float(estimate.standard_error[0])
+    scale = 1e3 * test.length
+    label = f"segment model, {100 * options.level:g} % band"
+    straight = 1e3 * force * test.length**3 / (3.0 * small)
+    curves = [
+        (label, force, scale * modelled, scale * (modelled - reach), scale * (modelled + reach)),
+        ("formula for small angles", force, straight, None, None),
+    ]
+    return FitPlot(test.force, 1e3 * test.deflection, curves, "force (N)", "deflection (mm)")

@@ -1,0 +1,346 @@
+"""Tables of measured numbers: CSV with units in the headings, or a small TOML beside it.
+
+    angle [deg], moment [N mm], opening
+    0.0,  0.00, 1
+    5.0,  1.20, 1
+
+Headings are `heading [unit]`, `heading (unit)` or `heading_unit`; the order of columns does not matter, and columns that
+nobody asks for are left alone and told of. ``loop.toml`` beside ``loop.csv`` may say what the file does not::
+
+    columns = ["angle", "moment"]              # names, for a file without headings
+    units = { angle = "deg", moment = "mN m" } # of headings without one
+    values = { press_time = "1 h", opening = 2, lever_arm = "30 mm" } # the same in every row
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fsm.errors import CaseError, Fault
+from fsm.scene.csv_columns import cells_of, heading, headings_of, number_in, separator_of, shorten, text_rows
+from fsm.scene.faults import unknown_key
+from fsm.scene.units import nearest, to_si, with_unit
+
+__all__ = ["BRANCHES", "Table", "read_table"]
+
+SI = {"length": "m", "force": "N", "angle": "rad", "moment": "N m", "time": "s", "number": "", "branch": ""}
+"""SI unit of every kind of quantity."""
+
+BRANCHES = {"loading": 1.0, "unloading": -1.0}
+"""Words of a column of the kind "branch", and the numbers they stand for."""
+
+_SIDE_KEYS = ("columns", "units", "values")
+_WITH_UNIT = re.compile(r"^[-+]?[\d.]+(?:[eE][-+]?\d+)?\s*[A-Za-zµ°%].*$")
+
+
+@dataclass(frozen=True)
+class Table:
+    """Measured columns.
+
+    Attributes
+    ----------
+    columns : dict of (n,) arrays
+        SI; of the kind "branch" 1 for loading and -1 for unloading.
+    rows : (n,) int array
+        Lines of the file, counted as a text editor does.
+    source : str
+        The file.
+    notes : tuple of str
+        What the reader should be told: columns that were not read, values taken from the file beside.
+    units : dict of str
+        Units as the file has them, for messages.
+    """
+
+    columns: dict[str, np.ndarray]
+    rows: np.ndarray
+    source: str
+    notes: tuple[str, ...] = ()
+    units: dict[str, str] = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def shown(self, name: str, index: int) -> str:
+        """One value in the unit of the file, as text."""
+        unit = self.units.get(name, "")
+        value = float(self.columns[name][index])
+        return f"{value / to_si(f'1 {unit}', unit):.6g} {unit}" if unit else f"{value:.6g}"
+
+    def fault(self, index: int, message: str) -> Fault:
+        """A fault of one row."""
+        return Fault(f"row {self.rows[index]}", message)
+
+
+@dataclass(frozen=True)
+class _Beside:
+    """What the TOML beside a CSV says."""
+
+    columns: tuple[str, ...] = ()
+    units: Mapping[str, str] = field(default_factory=dict)
+    values: Mapping[str, float] = field(default_factory=dict)
+    name: str = ""
+
+
+def read_table(path: str | Path, quantities: Mapping[str, str], required: Sequence[str]) -> Table:
+    """Read the columns of a measured table.
+
+    Parameters
+    ----------
+    path : str or Path
+    quantities : mapping
+        Column name -> "length", "force", "angle", "moment", "time", "number" or "branch": what may be in the file.
+    required : sequence of str
+        Columns that must be there, in the file or among the values beside it.
+
+    Raises
+    ------
+    CaseError
+        All faults, each with the number of its row.
+    """
+    file = Path(path)
+    beside = _read_beside(file.with_suffix(".toml"), quantities)
+    rows = text_rows(file, "", f"columns are wanted: {', '.join(required)}")
+    separator = separator_of(rows[0][1])
+    cells = cells_of(rows[0][1], separator)
+    bare = all(number_in(cell, separator) is not None for cell in cells)
+    try:
+        if bare:
+            _check_bare(cells, beside, rows[0][0], file, required, quantities)
+            names, units, body = list(beside.columns), [""] * len(cells), rows
+        else:
+            cells = headings_of(rows[0][1], separator)
+            names, units = map(list, zip(*(heading(cell, quantities) for cell in cells), strict=True))
+            body = rows[1:]
+        used = _used(names, cells, rows[0][0], quantities, required, beside, file)
+        scale, found = _scales(used, units, quantities, beside, file)
+        if not body:
+            raise CaseError(Fault("", "has headings but no rows"))
+        numbers = _numbers(body, separator, len(cells), used, quantities)
+    except CaseError as error:
+        raise CaseError(error.faults, str(file)) from None
+    columns = {name: numbers[:, k] * scale[name] for k, name in enumerate(used)}
+    columns |= {name: np.full(len(body), value) for name, value in beside.values.items() if name not in used}
+    return Table(columns, np.array([number for number, _ in body]), str(file), _notes(cells, names, used, beside), found)
+
+
+# the file beside -----------------------------------------------------------------------------------------------------
+
+
+def _read_beside(file: Path, quantities: Mapping[str, str]) -> _Beside:
+    if not file.is_file():
+        return _Beside()
+    try:
+        data = tomllib.loads(file.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise CaseError(Fault("", f"is not valid TOML: {error}"), str(file)) from None
+    faults = [
+        Fault(key, f"{unknown_key(key, _SIDE_KEYS)}; a file of this name says how to read the CSV beside it")
+        for key in data
+        if key not in _SIDE_KEYS
+    ]
+    columns, units, values = data.get("columns", []), data.get("units", {}), data.get("values", {})
+    if not isinstance(columns, list) or not all(isinstance(name, str) for name in columns):
+        faults.append(Fault("columns", 'must be a list of names, ["angle", "moment"]'))
+    for key, section in (("units", units), ("values", values)):
+        if not isinstance(section, dict):
+            faults.append(Fault(key, f"must be a section; it is {with_unit(section, None)}"))
+            continue
+        faults += [Fault(f"{key}.{name}", unknown_key(name, list(quantities))) for name in section if name not in quantities]
+    if faults:
+        raise CaseError(faults, str(file))
+    read = {}
+    for name, unit in units.items():
+        faults += _unit_faults(f"units.{name}", unit, quantities[name])
+    for name, value in values.items():
+        try:
+            read[name] = _constant(value, quantities[name])
+        except ValueError as error:
+            faults.append(Fault(f"values.{name}", str(error)))
+    if faults:
+        raise CaseError(faults, str(file))
+    return _Beside(tuple(columns), units, read, file.name)
+
+
+def _unit_faults(path: str, unit: Any, kind: str) -> list[Fault]:
+    try:
+        to_si(f"1 {unit}", SI[kind])
+    except ValueError as error:
+        return [Fault(path, str(error))]
+    return []
+
+
+def _constant(value: Any, kind: str) -> float:
+    if kind == "branch":
+        if value not in BRANCHES:
+            raise ValueError(f'must be "loading" or "unloading"; it is {with_unit(value, None)}')
+        return BRANCHES[value]
+    if SI[kind] and not isinstance(value, str):
+        raise ValueError(f'{with_unit(value, None)} has no unit; write it as text, "{value} {SI[kind]}"')
+    return to_si(value, SI[kind])
+
+
+# headings ------------------------------------------------------------------------------------------------------------
+
+
+def _check_bare(
+    cells: list[str],
+    beside: _Beside,
+    row: int,
+    file: Path,
+    required: Sequence[str],
+    quantities: Mapping[str, str],
+) -> None:
+    """A file without headings needs its columns named beside it."""
+    example = ", ".join(f"{name} [{_EXAMPLES[quantities[name]]}]" for name in required)
+    side = file.with_suffix(".toml").name
+    if not beside.columns:
+        raise CaseError(Fault(f"row {row}", f"no headings; write `{example}` above, or `columns` and `units` in {side}"))
+    if len(beside.columns) != len(cells):
+        what = f"has {len(cells)} values, but `columns` in {side} names {len(beside.columns)}"
+        raise CaseError(Fault(f"row {row}", what))
+
+
+_EXAMPLES = {"length": "mm", "force": "N", "angle": "deg", "moment": "N mm", "time": "s", "number": "-", "branch": "-"}
+
+
+def _used(
+    names: list[str],
+    cells: list[str],
+    row: int,
+    quantities: Mapping[str, str],
+    required: Sequence[str],
+    beside: _Beside,
+    file: Path,
+) -> dict[str, int]:
+    """Columns that are read, with their places."""
+    used: dict[str, int] = {}
+    faults = []
+    side = file.with_suffix(".toml").name
+    missing = [name for name in required if name not in names and name not in beside.values]
+    for place, name in enumerate(names):
+        if name in used:
+            both = f"`{cells[used[name]]}`, `{cells[place]}`"
+            faults.append(Fault(f"row {row}", f"column {name} stands twice ({both}); keep one"))
+        elif name in quantities:
+            used[name] = place
+    for name in missing:
+        unit = _EXAMPLES[quantities[name]]
+        others = [other for other in names if other not in quantities]
+        near = nearest(name, others).replace("did you mean", "is it")
+        what = f"no column {name} among {', '.join(cells)}; name it `{name} [{unit}]`{near}"
+        what += f", or, if it is the same in every row, write values = {{ {name} = \"... {unit}\" }} in {side}"
+        faults.append(Fault(f"row {row}", what))
+    if faults:
+        raise CaseError(faults)
+    return used
+
+
+def _scales(
+    used: Mapping[str, int], units: Sequence[str], quantities: Mapping[str, str], beside: _Beside, file: Path
+) -> tuple[dict[str, float], dict[str, str]]:
+    """Factor to SI and unit of every column that is read."""
+    scale, found, faults = {}, {}, []
+    for name, place in used.items():
+        kind = quantities[name]
+        unit = units[place] or beside.units.get(name, "")
+        if SI[kind] and not unit:
+            side = file.with_suffix(".toml").name
+            example = _EXAMPLES[kind]
+            what = f"has no unit; write `{name} [{example}]`, or units = {{ {name} = \"{example}\" }} in {side}"
+            faults.append(Fault(f"column {name}", what))
+            continue
+        unit = "" if unit == "-" else unit
+        bad = _unit_faults(f"column {name}", unit, kind)
+        faults += bad
+        if not bad:
+            scale[name] = to_si(f"1 {unit}", SI[kind])
+            found[name] = unit
+    if faults:
+        raise CaseError(faults)
+    return scale, found
+
+
+def _notes(cells: Sequence[str], names: Sequence[str], used: Mapping[str, int], beside: _Beside) -> tuple[str, ...]:
+    others = [cell for cell, name in zip(cells, names, strict=True) if name not in used] if names else []
+    notes = [f"columns not read: {', '.join(others)}"] if others else []
+    double = [name for name in beside.values if name in used]
+    if double:
+        notes.append(f"{', '.join(double)}: the column counts, not `values` in {beside.name}")
+    return tuple(notes)
+
+
+# rows ----------------------------------------------------------------------------------------------------------------
+
+
+def _numbers(
+    body: list[tuple[int, str]],
+    separator: str,
+    width: int,
+    used: Mapping[str, int],
+    quantities: Mapping[str, str],
+) -> np.ndarray:
+    """Values (n, len(used)) as the file has them."""
+    fast = _read_fast([line for _, line in body], separator, width, list(used.values()))
+    if fast is not None:
+        return fast
+    numbers, faults = [], []
+    for row, line in body:
+        cells = cells_of(line, separator)
+        cells += [""] * (width - len(cells))
+        if len(cells) > width:
+            faults.append(Fault(f"row {row}", f"has {len(cells)} values; {width} are wanted"))
+            continue
+        values = []
+        for name, place in used.items():
+            value = _value(cells[place], separator, quantities[name])
+            if value is None:
+                faults.append(Fault(f"row {row}", _bad_cell(cells[place], name, quantities[name])))
+                break
+            values.append(value)
+        else:
+            numbers.append(values)
+    if faults:
+        raise CaseError(shorten(faults, ""))
+    return np.array(numbers).reshape(len(numbers), len(used))
+
+
+def _read_fast(lines: list[str], separator: str, width: int, places: list[int]) -> np.ndarray | None:
+    """The numbers if every row is plain and whole; a bench can write a million of them."""
+    if separator == " ":
+        if any(len(line.split()) != width for line in lines):
+            return None
+    elif any(line.count(separator) != width - 1 for line in lines):
+        return None
+    delimiter = None if separator == " " else separator
+    try:
+        numbers = np.loadtxt(lines, delimiter=delimiter, usecols=places, comments=None, ndmin=2)
+    except ValueError:
+        return None
+    return numbers if np.isfinite(numbers).all() else None
+
+
+def _value(cell: str, separator: str, kind: str) -> float | None:
+    if kind == "branch" and cell.lower() in BRANCHES:
+        return BRANCHES[cell.lower()]
+    value = number_in(cell, separator)
+    if value is None or not math.isfinite(value) or (kind == "branch" and abs(value) != 1.0):
+        return None
+    return value
+
+
+def _bad_cell(cell: str, name: str, kind: str) -> str:
+    if kind == "branch":
+        return f'{name} is "{cell}"; write loading or unloading'
+    if not cell:
+        return f"{name} is empty; fill it in or delete the row"
+    if _WITH_UNIT.match(cell):
+        return f'{name} is "{cell}"; a column has one unit, in its heading: convert the cell and write the number alone'
+    return f'{name} is "{cell}", not a finite number; correct or delete the row'

@@ -1,0 +1,279 @@
+"""A family of crease curves over press time and opening number, kept in one HDF5 file that cases name.
+
+Layout, all in SI::
+
+    /            attributes: format, version, interpolation ("cubic" or "pchip"), width (m, NaN if not stated)
+    /curves/NNN  attributes: press_time (s), opening, both NaN where the test does not state them; repeats
+        angle, loading, loading_error             (n,) rad, N m; standard errors
+        unloading, unloading_error                (n,), where the test came back
+
+`fsm calibrate crease` writes it. Between measured curves the moment at each angle is interpolated linearly in the logarithm
+of the press time and in the opening number; nothing is extrapolated.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fsm.errors import CaseError, Fault
+
+__all__ = ["CreaseFamily", "FamilyCurve", "family_curve", "read_family", "time_text", "write_family"]
+
+FORMAT = "fsm crease family"
+VERSION = 1
+_POINTS = 201
+"""Angles that a curve between measured ones is given at."""
+_OVERLAP = 0.5
+"""Part of the shorter range that curves must have in common to be interpolated between."""
+_COLUMNS = ("loading", "loading_error", "unloading", "unloading_error")
+
+
+@dataclass(frozen=True)
+class FamilyCurve:
+    """A curve of a family.
+
+    Attributes
+    ----------
+    angle : (n,) array, rad, increasing
+    loading, loading_error : (n,) arrays, N m
+        Moment as the crease is opened, and its standard error.
+    unloading, unloading_error : (n,) arrays, N m, or None
+        The same on the way back.
+    press_time : s, or None where the test does not state it
+    opening : -, or None
+        How many times the crease has been opened, this time included.
+    repeats : int
+    """
+
+    angle: np.ndarray
+    loading: np.ndarray
+    loading_error: np.ndarray
+    unloading: np.ndarray | None = None
+    unloading_error: np.ndarray | None = None
+    press_time: float | None = None
+    opening: float | None = None
+    repeats: int = 1
+
+    @property
+    def name(self) -> str:
+        """What the curve is called in messages and figures."""
+        parts = []
+        if self.press_time is not None:
+            parts.append(f"pressed {time_text(self.press_time)}")
+        if self.opening is not None:
+            parts.append(f"opening {self.opening:g}")
+        return ", ".join(parts) or "curve"
+
+
+@dataclass(frozen=True)
+class CreaseFamily:
+    """Curves, how to interpolate them in the angle, and the width (m) of the crease tested, if it is stated."""
+
+    curves: tuple[FamilyCurve, ...]
+    interpolation: str
+    width: float | None = None
+
+
+def time_text(seconds: float) -> str:
+    """A time in the unit that suits it: 30 s, 10 min, 1.5 h, 2 day."""
+    for unit, size in (("day", 86400.0), ("h", 3600.0), ("min", 60.0)):
+        if seconds >= size:
+            return f"{seconds / size:.4g} {unit}"
+    return f"{seconds:.4g} s"
+
+
+def write_family(family: CreaseFamily, file: Path) -> None:
+    """Write a family; the file is made new."""
+    import h5py
+
+    with h5py.File(file, "w") as target:
+        target.attrs.update(
+            format=FORMAT,
+            version=VERSION,
+            interpolation=family.interpolation,
+            width=_or_nan(family.width),
+        )
+        for number, curve in enumerate(family.curves):
+            group = target.create_group(f"curves/{number:03d}")
+            group.attrs.update(
+                press_time=_or_nan(curve.press_time), opening=_or_nan(curve.opening), repeats=curve.repeats
+            )
+            group["angle"] = curve.angle
+            group["angle"].attrs["unit"] = "rad"
+            for name in _COLUMNS:
+                values = getattr(curve, name)
+                if values is not None:
+                    group[name] = values
+                    group[name].attrs["unit"] = "N m"
+
+
+def read_family(file: Path, path: str = "crease.file") -> CreaseFamily:
+    """Read a family.
+
+    Parameters
+    ----------
+    file : Path
+    path : str
+        Dotted path of the key that names the file, for faults.
+
+    Raises
+    ------
+    CaseError
+        There is no such file, or it is no family.
+    """
+    import h5py
+
+    if not file.is_file():
+        raise CaseError(Fault(path, f"cannot read {file}: no such file; make it with `fsm calibrate crease`"))
+    try:
+        with h5py.File(file, "r") as source:
+            if source.attrs.get("format") != FORMAT or int(source.attrs["version"]) != VERSION:
+                raise ValueError("another format or version")
+            curves = tuple(_read_curve(source[f"curves/{name}"]) for name in sorted(source["curves"]))
+            family = CreaseFamily(curves, str(source.attrs["interpolation"]), _or_none(source.attrs["width"]))
+    except (OSError, KeyError, ValueError) as error:
+        text = " ".join(str(error).split())[:80]
+        what = f"{file} is not a crease family of version {VERSION} ({text}); make it with `fsm calibrate crease`"
+        raise CaseError(Fault(path, what)) from None
+    if not curves or not all(_sound(curve) for curve in curves):
+        raise CaseError(Fault(path, f"{file} has no curve, or one that is broken; make it anew with `fsm calibrate crease`"))
+    return family
+
+
+def family_curve(
+    family: CreaseFamily, press_time: float | None, opening: float | None, path: str = "crease"
+) -> FamilyCurve:
+    """The curve for a press time (s) and an opening number: a measured one, or one between measured ones.
+
+    Raises
+    ------
+    CaseError
+        A choice that has to be made was not, or it is outside what was measured.
+    """
+    faults = [
+        *_choice_faults([c.press_time for c in family.curves], press_time, f"{path}.press_time"),
+        *_choice_faults([c.opening for c in family.curves], opening, f"{path}.opening"),
+    ]
+    if faults:
+        raise CaseError(faults)
+    corners = [
+        (weight_time * weight_opening, at_time, at_opening)
+        for weight_time, at_time in _between([c.press_time for c in family.curves], press_time, logarithmic=True)
+        for weight_opening, at_opening in _between([c.opening for c in family.curves], opening, logarithmic=False)
+    ]
+    parts = [(weight, _measured(family, t, o, path)) for weight, t, o in corners]
+    if len(parts) == 1:
+        return parts[0][1]
+    return _mixed(parts, press_time, opening, path)
+
+
+def _or_nan(value: float | None) -> float:
+    return math.nan if value is None else value
+
+
+def _or_none(value: Any) -> float | None:
+    return None if math.isnan(value) else float(value)
+
+
+def _read_curve(group: Any) -> FamilyCurve:
+    columns = {name: np.array(group[name], dtype=float) for name in _COLUMNS if name in group}
+    return FamilyCurve(
+        angle=np.array(group["angle"], dtype=float),
+        press_time=_or_none(group.attrs["press_time"]),
+        opening=_or_none(group.attrs["opening"]),
+        repeats=int(group.attrs["repeats"]),
+        loading=columns.pop("loading"),
+        loading_error=columns.pop("loading_error"),
+        **columns,
+    )
+
+
+def _sound(curve: FamilyCurve) -> bool:
+    arrays = [curve.loading, curve.loading_error, *(a for a in (curve.unloading, curve.unloading_error) if a is not None)]
+    angle = curve.angle
+    same = all(array.shape == angle.shape and np.isfinite(array).all() for array in arrays)
+    return angle.ndim == 1 and len(angle) >= 2 and bool(np.isfinite(angle).all() and np.all(np.diff(angle) > 0)) and same
+
+
+def _choice_faults(measured: Sequence[float | None], wanted: float | None, path: str) -> list[Fault]:
+    """Whether a press time or an opening number can be had."""
+    stated = sorted({value for value in measured if value is not None})
+    is_time = path.endswith("press_time")
+    text = [time_text(value) if is_time else f"{value:g}" for value in stated]
+    if wanted is None:
+        if len(stated) < 2:
+            return []
+        return [Fault(path, f"must be given; measured are {', '.join(text)}")]
+    shown = time_text(wanted) if is_time else f"{wanted:g}"
+    if not stated:
+        return [Fault(path, f"is {shown}, but the tests of the file do not state it; leave it out")]
+    if not stated[0] <= wanted <= stated[-1]:
+        low, high = (text[0], text[-1])
+        where = f"only {low}" if low == high else f"{low} to {high}"
+        return [Fault(path, f"is {shown}; measured is {where}, and nothing is extrapolated: measure it, or choose one")]
+    return []
+
+
+def _between(
+    measured: Sequence[float | None], wanted: float | None, logarithmic: bool
+) -> list[tuple[float, float | None]]:
+    """Neighbours of a wanted value among the measured ones, with their weights."""
+    stated = sorted({value for value in measured if value is not None})
+    if not stated:
+        return [(1.0, None)]
+    if wanted is None or wanted in stated:
+        return [(1.0, stated[0] if wanted is None else wanted)]
+    above = next(i for i, value in enumerate(stated) if value > wanted)
+    low, high = stated[above - 1], stated[above]
+    if logarithmic and low > 0.0:
+        part = math.log(wanted / low) / math.log(high / low)
+    else:
+        part = (wanted - low) / (high - low)
+    return [(1.0 - part, low), (part, high)]
+
+
+def _measured(family: CreaseFamily, press_time: float | None, opening: float | None, path: str) -> FamilyCurve:
+    for curve in family.curves:
+        if curve.press_time == press_time and curve.opening == opening:
+            return curve
+    wanted = FamilyCurve(np.zeros(0), np.zeros(0), np.zeros(0), press_time=press_time, opening=opening).name
+    there = "; ".join(curve.name for curve in family.curves)
+    raise CaseError(Fault(path, f"needs the curve {wanted}, which was not measured; measured are: {there}"))
+
+
+def _mixed(
+    parts: Sequence[tuple[float, FamilyCurve]], press_time: float | None, opening: float | None, path: str
+) -> FamilyCurve:
+    """Weighted mean of curves over the range that they have in common."""
+    low = max(curve.angle[0] for _, curve in parts)
+    high = min(curve.angle[-1] for _, curve in parts)
+    shortest = min(float(np.ptp(curve.angle)) for _, curve in parts)
+    if high - low < _OVERLAP * shortest:
+        ranges = ", ".join(
+            f"{math.degrees(curve.angle[0]):.4g} to {math.degrees(curve.angle[-1]):.4g} deg" for _, curve in parts
+        )
+        raise CaseError(Fault(path, f"lies between curves with too little in common ({ranges}); choose a measured one"))
+    angle = np.linspace(low, high, _POINTS)
+    columns = {}
+    for name in _COLUMNS:
+        values = [(weight, curve.angle, getattr(curve, name)) for weight, curve in parts]
+        if any(value is None for _, _, value in values):
+            continue
+        at = np.array([weight * np.interp(angle, x, y) for weight, x, y in values])
+        # curves of different samples: their errors are independent
+        columns[name] = np.sqrt((at**2).sum(axis=0)) if name.endswith("error") else at.sum(axis=0)
+    return FamilyCurve(
+        angle=angle,
+        press_time=press_time,
+        opening=opening,
+        repeats=min(curve.repeats for _, curve in parts),
+        loading=columns.pop("loading"),
+        loading_error=columns.pop("loading_error"),
+        **columns,
+    )

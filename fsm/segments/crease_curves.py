@@ -1,0 +1,92 @@
+"""The curves of a crease as its law wants them, half segments in series with it included."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fsm.errors import CaseError, Fault
+from fsm.laws.crease import Curve, add_flexibility, curve_from_data
+from fsm.laws.crease_hysteresis import hysteresis_stiffness, strength_curve
+from fsm.scene.materials import LinearCrease, SplineCrease
+from fsm.scene.scene import ForceElement
+
+__all__ = ["Hysteresis", "curve_of", "hysteresis_of"]
+
+_POINTS = 400
+"""Openings that both branches are looked at to find what is between them."""
+_REVERSAL = 0.02
+"""Opening over which a crease turns round, over the range of its data."""
+_CROSSING = 0.02
+"""Part of the largest distance between the branches by which the lower may lie above the upper: scatter."""
+
+
+class Hysteresis(NamedTuple):
+    """Strength (N m over rad) and stiffness (N m/rad) of what makes opening and closing differ."""
+
+    strength: Curve
+    stiffness: float
+
+
+def curve_of(element: ForceElement) -> Curve:
+    """The elastic curve of a tabulated crease; with two branches, the middle between them."""
+    branches = _branches(element)
+    if len(branches) == 1:
+        return branches[0]
+    opening = _openings(branches)
+    middle = np.mean([[branch(o)[1] for o in opening] for branch in branches], axis=0)
+    assert isinstance(element.crease, SplineCrease)
+    return curve_from_data(opening, middle, element.crease.interpolation)
+
+
+def hysteresis_of(element: ForceElement) -> Hysteresis | None:
+    """What lies between the branches of a tabulated crease; None if it has but one, or they are the same.
+
+    With half segments in series (`add_flexibility`) both branches are exact, and the way from one to the other is longer by
+    what these give. So `reversal` is that of the crease alone.
+    """
+    branches = _branches(element)
+    if len(branches) == 1:
+        return None
+    crease = element.crease
+    assert isinstance(crease, SplineCrease) and crease.angle is not None
+    opening = _openings(branches)
+    loading, unloading = (np.array([branch(o)[1] for o in opening]) for branch in branches)
+    half = 0.5 * (loading - unloading)
+    largest = float(half.max())
+    if largest <= 0.0 and half.min() == 0.0:
+        return None
+    if half.min() < -_CROSSING * largest:
+        worst = float(np.degrees(opening[int(np.argmin(half))]))
+        what = f"the unloading branch lies above the loading branch at {worst:.4g} deg; a crease cannot give energy"
+        raise CaseError(Fault("crease.unloading", what))
+    strength = strength_curve(opening, np.maximum(half, 0.0))
+    reversal = crease.reversal or _REVERSAL * (crease.angle[-1] - crease.angle[0])
+    rise = 2.0 * largest + reversal * max(0.0, float(np.polyfit(opening, 0.5 * (loading + unloading), 1)[0]))
+    return Hysteresis(strength, hysteresis_stiffness(strength, reversal + element.crease_flexibility * rise))
+
+
+def _branches(element: ForceElement) -> list[Curve]:
+    """Loading and, where it was measured, unloading."""
+    crease = element.crease
+    if isinstance(crease, LinearCrease):
+        k = crease.stiffness
+        curves = [curve_from_data(np.array([0.0, 1.0]), np.array([0.0, k]), "pchip")]
+    else:
+        assert isinstance(crease, SplineCrease) and crease.angle is not None and crease.moment is not None
+        moments = [crease.moment, *([crease.unloading] if crease.unloading is not None else [])]
+        curves = [
+            curve_from_data(np.array(crease.angle), crease.scale * np.array(moment), crease.interpolation)
+            for moment in moments
+        ]
+    try:
+        return [add_flexibility(curve, element.crease_flexibility) for curve in curves]
+    except ValueError as error:
+        raise CaseError(Fault("crease.data", str(error))) from None
+
+
+def _openings(branches: list[Curve]) -> np.ndarray:
+    """Openings over the range of all branches."""
+    low, high = max(b.knots[0] for b in branches), min(b.knots[-1] for b in branches)
+    return np.linspace(low, high, _POINTS)

@@ -1,0 +1,186 @@
+"""Sliders beside the elastic curves of creases: what makes opening and closing differ, and remembers the way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from fsm.kernels.scatter import scatter_efforts
+from fsm.laws.crease import CurveTable
+from fsm.laws.crease_hysteresis import slip_energy, slip_moment, slip_power
+from fsm.segments.group import Past
+from fsm.segments.pattern import BodyPattern
+
+__all__ = ["HysteresisGroup"]
+
+Kernel = Callable[..., Any]
+
+_SAME = 1e-9
+"""Times that differ by less, relative to a step, are the same."""
+
+
+@dataclass
+class _State:
+    """What sliders remember of the last accepted state.
+
+    `time` (s), openings and sliders there (rad), and what was dissipated in the step that led there (J): it is asked for
+    after the step too. No time before the first accepted state.
+    """
+
+    time: float
+    opening: np.ndarray
+    slider: np.ndarray
+    lost: np.ndarray
+
+
+@dataclass
+class HysteresisGroup:
+    """Sliders of the law `fsm.laws.crease_hysteresis`, each between two bodies. They begin on the loading curve.
+
+    Attributes
+    ----------
+    measure, tangent : kernels of `fsm.interactions.hinge_planar` or `hinge_spatial`
+    bodies : (m, 2) int array
+    geometry : arrays the two kernels take after `bodies`
+    rest, side : (m,) arrays
+        Opening o = rest - side psi.
+    start : (m,) array, rad
+        Openings at the beginning.
+    stiffness : (m,) array, N m/rad
+    curve : (m,) int array
+        Strength of each slider in `table`.
+    table : CurveTable
+    """
+
+    measure: Kernel
+    tangent: Kernel
+    bodies: np.ndarray
+    geometry: tuple[np.ndarray, ...]
+    rest: np.ndarray
+    side: np.ndarray
+    start: np.ndarray
+    stiffness: np.ndarray
+    curve: np.ndarray
+    table: CurveTable
+    _last: _State | None = field(default=None, init=False, repr=False, compare=False)
+
+    @property
+    def rate_dependent(self) -> bool:
+        """See `Group`: the way counts, not how fast it is gone."""
+        return False
+
+    @cached_property
+    def _law(self) -> tuple[np.ndarray, ...]:
+        table = self.table
+        return self.stiffness, self.curve, table.bounds, table.knots, table.coefficients, table.energies
+
+    @cached_property
+    def _no_damping(self) -> np.ndarray:
+        return np.zeros(len(self.bodies))
+
+    @property
+    def _state(self) -> _State:
+        """The last accepted state; the beginning if there was none."""
+        if self._last is None:
+            far = np.full(len(self.start), -np.inf)  # stretched beyond its strength, a slider ends on the loading curve
+            _, _, slider = slip_moment(self.start, far, *self._law)
+            self._last = _State(np.nan, self.start.copy(), slider, np.zeros(len(slider)))
+        return self._last
+
+    # forces -----------------------------------------------------------------------------------------------------------
+
+    def _measured(self, poses: np.ndarray, rates: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Openings (m,) rad, their rates (m,) rad/s, and gradients of the hinge angles."""
+        angle, rate, gradient = self.measure(poses, rates, self.bodies, *self.geometry)
+        return self.rest - self.side * angle, -self.side * rate, gradient
+
+    def _efforts(self, opening: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Efforts that resist the hinge angle and their slopes by it, (m, 1) arrays."""
+        moment, slope, _ = slip_moment(opening, self._state.slider, *self._law)
+        return (-self.side * moment)[:, None], slope[:, None]
+
+    def add_force(
+        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: Past | None = None
+    ) -> None:
+        """See `Group`."""
+        opening, _, gradient = self._measured(poses, rates)
+        effort, _ = self._efforts(opening)
+        scatter_efforts(self.bodies, gradient, effort, len(effort), force)
+
+    def add_linearised(
+        self,
+        t: float,
+        poses: np.ndarray,
+        rates: np.ndarray,
+        pattern: BodyPattern,
+        force: np.ndarray,
+        stiffness: np.ndarray,
+        damping: np.ndarray,
+        past: Past | None = None,
+    ) -> None:
+        """See `Group`."""
+        opening, _, gradient = self._measured(poses, rates)
+        effort, slope = self._efforts(opening)
+        scatter_efforts(self.bodies, gradient, effort, len(effort), force)
+        self.tangent(
+            poses, rates, self.bodies, *self.geometry, effort, slope, self._no_damping, *pattern.index, stiffness, damping
+        )
+
+    def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
+        """See `Group`; sliders do not know the time."""
+
+    # energy -----------------------------------------------------------------------------------------------------------
+
+    def energy(
+        self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None
+    ) -> tuple[dict[str, float], float, float]:
+        """See `Group`. With a past, the dissipated power is the mean of the step, exactly."""
+        opening, rate, _ = self._measured(poses, rates)
+        state = self._state
+        stored, lost = slip_energy(state.opening, opening, state.slider, *self._law)
+        if past is None:
+            power = slip_power(opening, rate, state.slider, *self._law)
+        else:
+            # a step is looked at from either end, before it is accepted or after
+            end = t if past.duration > 0.0 else t - past.duration
+            if abs(state.time - end) <= _SAME * abs(past.duration):
+                lost = state.lost
+            elif past.duration < 0.0:
+                _, lost = slip_energy(state.opening, self._measured(past.poses, rates)[0], state.slider, *self._law)
+            power = lost / abs(past.duration)
+        return {"creases": float(stored.sum())}, float(power.sum()), 0.0
+
+    def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:
+        """See `Group`."""
+        return self.bodies, 0
+
+    # memory -----------------------------------------------------------------------------------------------------------
+
+    def commit(self, t: float, poses: np.ndarray, rates: np.ndarray) -> None:
+        """A step was accepted: the sliders stand where they are now."""
+        opening, _, _ = self._measured(poses, rates)
+        state = self._state
+        _, lost = slip_energy(state.opening, opening, state.slider, *self._law)
+        _, _, slider = slip_moment(opening, state.slider, *self._law)
+        self._last = _State(t, opening, slider, lost)
+
+    @property
+    def remembered(self) -> int:
+        """How many numbers `memory` holds."""
+        return 1 + 3 * len(self.bodies)
+
+    def memory(self) -> np.ndarray:
+        """All that is remembered, as one flat array."""
+        state = self._state
+        return np.concatenate([[state.time], state.opening, state.slider, state.lost])
+
+    def restore(self, memory: np.ndarray) -> None:
+        """Remember that again; nothing: forget all."""
+        self._last = None
+        if len(memory):
+            time, opening, slider, lost = np.split(memory.copy(), np.cumsum([1, len(self.bodies), len(self.bodies)]))
+            self._last = _State(float(time[0]), opening, slider, lost)
