@@ -124,13 +124,13 @@ class PathSensitivity:
 
     Notes
     -----
-    `advance` is called with every state in turn. A state in motion, at a snap, has no derivatives; the next equilibrium is
-    taken as one at rest.
+    `advance` is called with every state in turn. A state in motion, at a snap, has no derivatives; of the next equilibrium
+    the last state is taken as one that no parameter moves.
 
     Attributes
     ----------
     doubt : (nu,) array
-        What is left of the derivatives of the first state, which are those of a state at rest, in those of the last one.
+        What is left of the derivatives of the first state, which know of none before it, in those of the last one.
     change : (nu, p) array
         d(configuration)/d(parameter) of the last one.
     """
@@ -163,7 +163,7 @@ class PathSensitivity:
         if not system.rate_dependent and not wanted:
             return None
         before = u = past = None
-        if system.rate_dependent and last is not None and last[1] is not None:
+        if system.rate_dependent and last is not None:
             before, past = last
             u = system.difference(before[1], q) / (t - before[0])
         matrix, damping = self._matrix(t, q, u, before)
@@ -173,7 +173,8 @@ class PathSensitivity:
         by_parameter, direct = self._direct(t, q, u, before, past)
         tangent = splu(matrix.bsr().tocsc())
         self.change = change = tangent.solve(by_parameter)
-        self.doubt = np.abs(change).max(axis=1) if damping is None else tangent.solve(damping.times(self.doubt))
+        known = damping is not None and past is not None
+        self.doubt = tangent.solve(damping.times(self.doubt)) if known and damping else np.abs(change).max(axis=1)
         self._last = ((t, q.copy()), change)
         return np.asarray(direct + system.drive_tangent(t, q, u, before) @ change) if wanted else None
 

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from fsm.errors import CaseError
+from fsm.errors import CaseError, Fault
 from fsm.interactions import hinge_planar, hinge_spatial, pose_planar, pose_spatial
 from fsm.kernels.rotation import multiply
 from fsm.laws.crease import Curve, join_curves
