@@ -29,7 +29,7 @@ from fsm.scene.case import Case
 from fsm.scene.load_case import load_case, read_toml
 from fsm.scene.units import to_si
 
-__all__ = ["calibrate_force", "run_study"]
+__all__ = ["calibrate_force", "identification_of", "measured_curve", "run_study"]
 
 QUANTITIES = {"displacement": "length", "force": "force", "half_band": "force", "repeat": "number"}
 _SEARCH = 0.7
@@ -47,14 +47,12 @@ def run_study(
     study: Study, path: Path, options: Options, tell: Callable[[float], None] = lambda fraction: None
 ) -> Calibration:
     """Carry out a study that was read from `path`; arguments as of all kinds."""
-    tests, files = _tests(study, path)
-    units = str(read_toml(path.parent / study.case).get("units", "SI"))
-    parameters = [_parameter(one, number, tests[0].case, units, path) for number, one in enumerate(study.parameter)]
-    priors = [_prior(one, units) for one in study.prior]
+    tests, parameters, priors = identification_of(study, path)
     part = _SEARCH if study.predict and study.predict.samples else 1.0
     found = identify(tests, parameters, priors, study.starts, options.seed, lambda done: tell(part * done))
     estimate = _of_parameters(found, len(parameters))
     bands = [linear_band(response, estimate, options.level) for response in found.responses]
+    files = [path.parent / study.case, *(path.parent / curve.data for curve in study.curve)]
     result = Calibration("force", (path, *files))
     names = found.estimate.names
     shown = [*(unit_of(one.path) for one in parameters), *["N"] * (len(names) - len(parameters))]
@@ -70,29 +68,42 @@ def run_study(
     return result
 
 
+def identification_of(study: Study, path: Path) -> tuple[list[Measured], list[Parameter], list[Prior]]:
+    """Tests, parameters and priors of a study that was read from `path`, in SI.
+
+    Raises
+    ------
+    CaseError
+        Faults of the case, the data and the study.
+    """
+    tests = _tests(study, path)
+    units = str(read_toml(path.parent / study.case).get("units", "SI"))
+    parameters = [_parameter(one, number, tests[0].case, units, path) for number, one in enumerate(study.parameter)]
+    return tests, parameters, [_prior(one, units) for one in study.prior]
+
+
 def _drawn(test: Measured, band: Band, added: np.ndarray, level: float) -> TestPlot:
     half = test.deviation * norm.ppf(0.5 + 0.5 * level) if test.known else None
     low, high = band.low + added, band.high + added
     return TestPlot(test.name, band.travel, band.force + added, low, high, test.force, half)
 
 
-def _tests(study: Study, path: Path) -> tuple[list[Measured], list[Path]]:
-    tests, files, faults = [], [path.parent / study.case], []
+def _tests(study: Study, path: Path) -> list[Measured]:
+    tests, faults = [], []
     for number, curve in enumerate(study.curve):
         case = load_case(path.parent / study.case, curve.set).case
         file = path.parent / curve.data
         table = read_table(file, QUANTITIES, ("displacement", "force"))
         try:
-            tests.append(_measured(curve, case, table))
+            tests.append(measured_curve(curve, case, table))
         except ValueError as error:
             faults.append(Fault(f"curve.{number}", f"{file}: {error}"))
-        files.append(file)
     if faults:
         raise CaseError(faults, str(path))
-    return tests, files
+    return tests
 
 
-def _measured(curve: Curve, case: Case, table: Table) -> Measured:
+def measured_curve(curve: Curve, case: Case, table: Table) -> Measured:
     """A test with its mean curve and scatter."""
     travel, force = table.columns["displacement"], table.columns["force"]
     if len(travel) < 2:

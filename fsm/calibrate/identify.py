@@ -20,7 +20,7 @@ import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import least_squares
 
-from fsm.calibrate.parameters import with_values
+from fsm.calibrate.parameters import value_at, with_values
 from fsm.calibrate.respond import Response, respond
 from fsm.calibrate.uncertainty import Estimate, identifiability, laplace
 from fsm.errors import CaseError, Fault, FsmError
@@ -243,6 +243,9 @@ def identify(
     FsmError
         The case can be solved from none of the starts.
     """
+    for test in tests:
+        for parameter in parameters:
+            value_at(test.case, parameter.path)
     problem = _Problem(tests, parameters, priors)
     lower = problem.inward(np.array([p.lower for p in parameters]))
     upper = problem.inward(np.array([p.upper for p in parameters]))

@@ -37,8 +37,8 @@ CREASE = ROOT / "folding_cases" / "strip_pull" / "crease.csv"
 
 TABLES: list[tuple[type[BaseModel], ...]] = [
     (Case,), (Strip,), (Lattice,), (Material,), (LinearCrease, SplineCrease, FamilyCrease), (Contact,), (Friction,),
-    (Drive,), (Load,), (Constant, Ramp, Table), (Obstacle,), (Solve,), (Save,), (Expect,), (Scene,), (Body,), (Plate,), (ForceElement,),
-    (Surface,), (ContactPair,),
+    (Drive,), (Load,), (Constant, Ramp, Table), (Obstacle,), (Solve,), (Save,), (Expect,), (Scene,), (Body,), (Plate,),
+    (ForceElement,), (Surface,), (ContactPair,),
 ]  # fmt: skip
 """The sections in the order of the page."""
 
