@@ -260,6 +260,7 @@ CALIBRATIONS = {
     "crease": "fsm.calibrate.crease:calibrate_crease",
     "relaxation": "fsm.calibrate.relaxation:calibrate_relaxation",
     "bending": "fsm.calibrate.bending:calibrate_bending",
+    "force": "fsm.calibrate.force:calibrate_force",
 }
 """What `fsm calibrate` can do: module and function, (data file, options) -> Calibration."""
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from fsm.errors import CaseError, Fault
 from fsm.overlap import find_overlaps, find_pierced
-from fsm.scene.builders.strip import build_scene
+from fsm.scene.builders.scene import build_scene
 from fsm.scene.case import Case
 from fsm.scene.party import parties
 from fsm.scene.planar import out_of_plane
@@ -16,8 +16,9 @@ from fsm.scene.scene import Scene
 from fsm.segments.compile import compile_scene
 from fsm.segments.separate import overlaps, separate, shallowest
 from fsm.segments.system import SegmentSystem
+from fsm.solve.static import PathSettings
 
-__all__ = ["prepare"]
+__all__ = ["path_settings", "prepare"]
 
 
 def prepare(case: Case, source: str = "", warnings: list[str] | None = None) -> tuple[Scene, SegmentSystem]:
@@ -56,6 +57,17 @@ def prepare(case: Case, source: str = "", warnings: list[str] | None = None) -> 
     if found:
         raise CaseError(found, source)
     return scene, system
+
+
+def path_settings(case: Case, system: SegmentSystem, end: float) -> PathSettings:
+    """How the case wants equilibria to be followed until a time (s)."""
+    solve, first = case.solve, end / 200.0
+    if system.motions:
+        motion = system.motions[0]
+        first = motion.time_of(solve.increment or motion.travel / 200.0)
+    return PathSettings(
+        end, first, solve.max_step or math.inf, solve.rtol, solve.max_steps, solve.imperfection, solve.energy_abort
+    )
 
 
 def _overlaps(scene: Scene, system: SegmentSystem, case: Case) -> list[Fault]:

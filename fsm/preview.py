@@ -25,7 +25,7 @@ from fsm.overlap import (
     panel_of_body,
     points_at,
 )
-from fsm.scene.builders.strip import build_scene
+from fsm.scene.builders.scene import build_scene
 from fsm.scene.case import Case
 from fsm.scene.loads import Drive
 from fsm.scene.scene import GROUND, Body, ForceElement, Scene
@@ -164,7 +164,7 @@ def _bending(scene: Scene, length: float) -> float:
 
 
 def _pull(scene: Scene, drive: Drive, bodies: dict[str, Body], member: dict[str, int]) -> _Pull:
-    name = drive.body if drive.body is not None else f"crease {drive.crease}"
+    name = drive.moved[0] if drive.moved else f"crease {drive.crease}"
     direction = np.array(drive.direction)[[0, 2]]
     size = float(np.linalg.norm(direction))
     if size == 0:

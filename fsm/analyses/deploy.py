@@ -11,7 +11,7 @@ import numpy as np
 
 from fsm.crossing import first_crossings
 from fsm.errors import FsmError
-from fsm.prepare import prepare
+from fsm.prepare import path_settings, prepare
 from fsm.results.array import ArrayMotion
 from fsm.results.quantities import Curve, summarise, summarise_contacts
 from fsm.results.solution import Layout, Solution
@@ -70,11 +70,7 @@ class Deployment:
         if method != "static":
             settings = Settings(method, solve.rtol, end, max_step, solve.max_steps, solve.energy_abort, step=solve.step)
             return settings if solve.rho_inf is None else replace(settings, rho_inf=solve.rho_inf)
-        first = end / 200.0
-        if self.system.motions:
-            motion = self.system.motions[0]
-            first = motion.time_of(solve.increment or motion.travel / 200.0)
-        return PathSettings(end, first, max_step, solve.rtol, solve.max_steps, solve.imperfection, solve.energy_abort)
+        return path_settings(self.case, self.system, end)
 
     def record_times(self, end: float) -> list[float]:
         """See `Analysis`."""
@@ -103,7 +99,7 @@ class Deployment:
             body_names=tuple(bodies.names[i] for i in bodies.free),
             panel=np.array([panel for _, _, panel in bodies.plates], dtype=np.int64),
             pair_names=self.system.pair_names,
-            drive_names=tuple(bodies.names[motion.body] for motion in self.system.motions),
+            drive_names=tuple(" + ".join(bodies.names[body] for body in motion.bodies) for motion in self.system.motions),
             thickness=max((plate.thickness for _, plate, _ in bodies.plates), default=0.0),
         )
 

@@ -38,12 +38,15 @@ class Estimate:
     covariance : (n, n) array
     freedom : int
         Degrees of freedom that the scale of the covariance was estimated with; 0 where it is known.
+    positive : names
+        Parameters that can only be positive: their intervals are those of their logarithms.
     """
 
     names: tuple[str, ...]
     values: np.ndarray
     covariance: np.ndarray
     freedom: int = 0
+    positive: tuple[str, ...] = ()
 
     @property
     def standard_error(self) -> np.ndarray:
@@ -62,7 +65,10 @@ class Estimate:
     def interval(self, level: float = 0.95) -> np.ndarray:
         """Lower and upper bound of every parameter at a level of confidence, (n, 2)."""
         reach = self.quantile(level) * self.standard_error
-        return np.column_stack([self.values - reach, self.values + reach])
+        plain = np.column_stack([self.values - reach, self.values + reach])
+        factor = np.exp(reach / np.where(self.values > 0.0, self.values, 1.0))
+        around = np.column_stack([self.values / factor, self.values * factor])
+        return np.where(np.isin(self.names, self.positive)[:, None], around, plain)
 
     def quantile(self, level: float = 0.95) -> float:
         """Standard errors that a two-sided interval reaches to: Student's t, or the normal law where the scale is known."""

@@ -7,6 +7,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from fsm.scene.contact import Contact, Friction
+from fsm.scene.lattice import Lattice
 from fsm.scene.loads import Drive, Load
 from fsm.scene.materials import Crease, Material
 from fsm.scene.membrane import (
@@ -143,7 +144,7 @@ Analysis = Literal["deploy", "vibrate", "scissor"]
 class Case(Model):
     """A whole case: what there is, what acts on it, how to solve it, what to keep.
 
-    What there is: a strip (or a scene written out) to deploy, a membrane to vibrate, or a scissor array. With `stages`,
+    What there is: a strip or a lattice (or a scene written out) to deploy, a membrane to vibrate, or a scissor array. With `stages`,
     one analysis after the other: the strip as it is deployed is the film that vibrates.
     """
 
@@ -152,6 +153,7 @@ class Case(Model):
     analysis: Analysis = "deploy"
     stages: tuple[Literal["deploy"], Literal["vibrate"]] | None = None
     strip: Strip | None = None
+    lattice: Lattice | None = None
     scene: Scene | None = None
     membrane: Membrane | None = None
     material: Material | None = None
@@ -196,8 +198,8 @@ class Case(Model):
             if self.scissor is None or self.material is None or self.bar is None:
                 raise ValueError('analysis = "scissor" needs [scissor], [bar] and [material]')
             return self
-        if (self.strip is None) == (self.scene is None):
-            raise ValueError("give either [strip] or [scene]")
+        if sum(part is not None for part in (self.strip, self.lattice, self.scene)) != 1:
+            raise ValueError("give one of [strip], [lattice] and [scene]")
         if self.strip is not None and (self.material is None or self.crease is None):
             raise ValueError("[strip] needs [material] and [crease]")
         return self

@@ -15,7 +15,7 @@ __all__ = ["check_sections"]
 
 
 _ANY = ("title", "units", "analysis", "stages", "material", "gravity", "solve", "save", "expect")
-_DEPLOY = ("strip", "scene", "crease", "contact", "friction", "drive", "load", "obstacle")
+_DEPLOY = ("strip", "lattice", "scene", "crease", "contact", "friction", "drive", "load", "obstacle")
 _FILM = ("membrane", "patch", "cable", "support", "tension")
 _VIBRATE = ("air", "damping", "impact", "vibration")
 _SCISSOR = ("scissor", "bar", "hinge", "stop", "hold", "force")
@@ -60,6 +60,7 @@ def _check_deployment(sections: Sections) -> list[Fault]:
         *_missing_sections(sections),
         *_held_panels(sections.strip),
         *_strip_drives(sections),
+        *_lattice_drives(sections),
         *_scene_drives(sections),
         *_twice(sections.drives),
         *_friction(sections),
@@ -70,10 +71,14 @@ def _check_deployment(sections: Sections) -> list[Fault]:
 
 
 def _missing_sections(sections: Sections) -> Iterable[Fault]:
-    if {"strip", "scene"} <= sections.written:
-        yield Fault("scene", "[scene] and [strip] both say what there is; give one of them")
-    elif not {"strip", "scene"} & sections.written:
-        yield Fault("strip", "section [strip] is missing; give it, or a [scene] written out")
+    given = [name for name in ("scene", "lattice", "strip") if name in sections.written]
+    if len(given) > 1:
+        yield Fault(given[0], f"[{given[0]}] and [{given[1]}] both say what there is; give one of them")
+    elif not given:
+        yield Fault("strip", "section [strip] is missing; give it, or a [lattice], or a [scene] written out")
+    if given == ["lattice"]:
+        for name in sorted({"material", "crease", "contact", "friction", "obstacle"} & sections.written):
+            yield Fault(name, f"a lattice takes nothing from [{name}]; its squares are rigid and do not touch; remove it")
     if "strip" in sections.written:
         for name in ("material", "crease"):
             if name not in sections.written:
@@ -128,6 +133,18 @@ def _strip_drives(sections: Sections) -> Iterable[Fault]:
             )
 
 
+def _lattice_drives(sections: Sections) -> Iterable[Fault]:
+    for index, drive in sections.drives.items():
+        path = f"drive.{index}"
+        if drive.edge is not None and "lattice" not in sections.written:
+            yield Fault(f"{path}.edge", "only a [lattice] has edges; give `crease` in a strip, `body` or `bodies` else")
+        if drive.crease is not None and "lattice" in sections.written:
+            yield Fault(f"{path}.crease", "creases are numbered in a [strip] only; give `edge` in a [lattice]")
+        lattice = sections.lattice
+        if lattice is not None and drive.edge in lattice.held_edges:
+            yield Fault(f"{path}.edge", f'edge "{drive.edge}" is held by `lattice.held` and cannot be moved; choose another')
+
+
 def _scene_drives(sections: Sections) -> Iterable[Fault]:
     scene = sections.scene
     if scene is None or "strip" in sections.written:
@@ -140,23 +157,24 @@ def _scene_drives(sections: Sections) -> Iterable[Fault]:
             yield Fault(
                 f"{name}.{index}.crease", "creases are numbered in a [strip] only; give `body` in a [scene]"
             )
-        elif drive.body in held:
-            yield Fault(
-                f"{name}.{index}.body",
-                f'body "{drive.body}" is held: it cannot be pulled; free it, or choose another',
-            )
+        for body in drive.moved:
+            if body in held:
+                key = "body" if drive.body is not None else "bodies"
+                yield Fault(
+                    f"{name}.{index}.{key}", f'body "{body}" is held: it cannot be pulled; free it, or choose another'
+                )
 
 
 def _twice(drives: Mapping[int, Drive]) -> Iterable[Fault]:
-    first: dict[tuple[int | None, str | None], int] = {}
+    first: dict[str, int] = {}
     for index, drive in drives.items():
-        target = (drive.crease, drive.body)
-        if target in first:
-            what = f"crease {drive.crease}" if drive.crease is not None else f'body "{drive.body}"'
-            yield Fault(
-                f"drive.{index}", f"{what} is driven by drive.{first[target]} already; leave one of them"
-            )
-        first.setdefault(target, index)
+        targets = [f'body "{body}"' for body in drive.moved]
+        targets += [f"crease {drive.crease}"] if drive.crease is not None else []
+        targets += [f'edge "{drive.edge}"'] if drive.edge is not None else []
+        for what in targets:
+            if what in first:
+                yield Fault(f"drive.{index}", f"{what} is driven by drive.{first[what]} already; leave one of them")
+            first.setdefault(what, index)
 
 
 def _friction(sections: Sections) -> Iterable[Fault]:

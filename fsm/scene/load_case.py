@@ -178,7 +178,7 @@ def _validate(
 
 def _sections(data: Mapping[str, Any], valid: Mapping[str, Any]) -> Sections:
     single = (
-        "strip", "scene", "membrane", "material", "crease", "contact", "friction", "tension", "impact", "scissor", "bar",
+        "strip", "lattice", "scene", "membrane", "material", "crease", "contact", "friction", "tension", "impact", "scissor", "bar",
         "hinge", "stop",
     )  # fmt: skip
     lists = {

@@ -6,6 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from fsm.scene.lattice import Edge
 from fsm.scene.model import Model
 from fsm.scene.units import Count, Force, Length, Moment, Number, Speed, Time
 
@@ -81,7 +82,10 @@ class Drive(Model):
     Attributes
     ----------
     crease : number of the crease, from 1; or
-    body : name of the body, translated without turning
+    body : name of the body, translated without turning; or
+    bodies : names of bodies that are translated together without turning, the force is the sum of all; or
+    edge : "bottom", "top", "left" or "right"
+        Squares of a lattice that are, likewise.
     direction : -
         Need not be a unit vector.
     speed, travel : m/s, m
@@ -94,16 +98,24 @@ class Drive(Model):
 
     crease: Count | None = None
     body: str | None = None
+    bodies: Annotated[tuple[str, ...], Field(min_length=1)] | None = None
+    edge: Edge | None = None
     direction: tuple[Number, Number, Number] = (0.0, 0.0, 1.0)
     speed: Annotated[Speed, Field(gt=0)]
     travel: Annotated[Length, Field(gt=0)]
     run_up: Annotated[Length, Field(ge=0)] | None = None
     guide: bool = True
 
+    @property
+    def moved(self) -> tuple[str, ...]:
+        """Names of the bodies that are moved; none of a crease or an edge."""
+        return self.bodies or (() if self.body is None else (self.body,))
+
     @model_validator(mode="after")
     def _one_target(self) -> Self:
-        if (self.crease is None) == (self.body is None):
-            raise ValueError("give either `crease` (its number) or `body` (its name)")
+        targets = (self.crease, self.body, self.bodies, self.edge)
+        if sum(target is not None for target in targets) != 1:
+            raise ValueError("give either `crease` (its number), `body` (its name), `bodies`, or `edge` (of a lattice)")
         if not any(self.direction):
             raise ValueError("direction [0, 0, 0] has no length; give for example [0, 0, 1]")
         if self.run_up is not None and self.run_up > self.travel:

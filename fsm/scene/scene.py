@@ -94,6 +94,10 @@ class ForceElement(Model):
         Twist at which the linear twist spring or the crease law is free of moment.
     initial_angle : rad
         Twist of the scene as given; says on which turn it starts (flat 0, a strip folded at 80 degrees +-160 degrees).
+    frame : str
+        "outer": Z in the joint axes of the outer body. "chord" (in the plane): a ligament from P- to P+, which lie apart;
+        its first translation is the change of its length from that of the scene as given, its third that length times
+        the turn of the chord against the mean turn of both bodies. It looks the same from either body.
     crease : law of the twist, instead of rotation[1]
     crease_flexibility : rad/(N m)
         Half-cell flexibility in series with the crease law.
@@ -113,6 +117,7 @@ class ForceElement(Model):
     rotation_damping: tuple[AngularDamping, AngularDamping, AngularDamping] = (0.0, 0.0, 0.0)
     rest_angle: Angle = 0.0
     initial_angle: Angle = 0.0
+    frame: Literal["outer", "chord"] = "outer"
     crease: Crease | None = None
     crease_flexibility: Annotated[Number, Field(ge=0)] = 0.0
     kind: Literal["joint", "crease", "panel", "drive"] = "joint"

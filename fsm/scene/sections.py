@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from fsm.errors import Fault
 from fsm.scene.case import Analysis, Save, Solve, Strip
 from fsm.scene.contact import Contact, Friction
+from fsm.scene.lattice import Lattice
 from fsm.scene.loads import Drive
 from fsm.scene.materials import Crease, Material
 from fsm.scene.membrane import Cable, Impact, Membrane, Patch, Support, Tension, Vibration
@@ -41,6 +42,7 @@ class Sections:
     hinge: HingeJoint | None = None
     stop: Stop | None = None
     strip: Strip | None = None
+    lattice: Lattice | None = None
     scene: Scene | None = None
     material: Material | None = None
     crease: Crease | None = None

@@ -111,6 +111,8 @@ def to_si(value: float | str, unit: str, system: str = "SI") -> float:
     ValueError
         Not a number, an unknown unit, or a unit of another kind of quantity.
     """
+    if type(value) is float and system == "SI" and math.isfinite(value):  # as builders and results have them
+        return value
     wanted = f"a value in {unit_in(unit, system)} is wanted" if unit else "a plain number is wanted"
     _, dimension = parse_unit(unit)
     number, text = _split(value, wanted)

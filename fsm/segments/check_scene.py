@@ -29,7 +29,7 @@ def _bodies(scene: Scene) -> Iterator[Fault]:
     for name, count in Counter(body.name for body in scene.bodies).items():
         if count > 1:
             yield Fault("scene.bodies", f"the name {name!r} is used {count} times; names must differ")
-    driven = {drive.body for drive in scene.drives}
+    driven = {name for drive in scene.drives for name in drive.moved}
     for i, body in enumerate(scene.bodies):
         path = f"scene.bodies.{i}"
         if body.name == GROUND:
@@ -56,6 +56,8 @@ def _references(scene: Scene) -> Iterator[Fault]:
                 yield Fault(f"scene.elements.{i}.{end}", f"no body is called {name!r}{nearest(name, list(names))}")
         if element.inner == element.outer:
             yield Fault(f"scene.elements.{i}", f"joins {element.inner!r} to itself")
+        if element.frame == "chord" and element.crease is not None:
+            yield Fault(f"scene.elements.{i}.crease", 'a ligament (frame = "chord") has a linear law only; remove it')
     for i, load in enumerate(scene.loads):
         if load.body not in names:
             yield Fault(f"load.{i}.body", f"no body is called {load.body!r}{nearest(load.body, list(names))}")
@@ -64,14 +66,18 @@ def _references(scene: Scene) -> Iterator[Fault]:
 def _drives(scene: Scene) -> Iterator[Fault]:
     bodies = {body.name: body for body in scene.bodies}
     for i, drive in enumerate(scene.drives):
-        if drive.body is None:
+        if drive.crease is not None:
             yield Fault(f"drive.{i}.crease", "a scene without a strip has no numbered creases; give `body`")
-        elif drive.body not in bodies:
-            yield Fault(f"drive.{i}.body", f"no body is called {drive.body!r}{nearest(drive.body, list(bodies))}")
-        elif bodies[drive.body].held:
-            yield Fault(f"drive.{i}.body", f"{drive.body!r} is held; a held body cannot be driven")
+        elif drive.edge is not None:
+            yield Fault(f"drive.{i}.edge", "a scene without a lattice has no named edges; give `bodies`")
+        key = "body" if drive.body is not None else "bodies"
+        for name in drive.moved:
+            if name not in bodies:
+                yield Fault(f"drive.{i}.{key}", f"no body is called {name!r}{nearest(name, list(bodies))}")
+            elif bodies[name].held:
+                yield Fault(f"drive.{i}.{key}", f"{name!r} is held; a held body cannot be driven")
         if drive.run_up is not None and drive.run_up > drive.travel:
             yield Fault(f"drive.{i}.run_up", f"{drive.run_up:g} m is more than the travel, {drive.travel:g} m")
-    for name, count in Counter(drive.body for drive in scene.drives).items():
+    for name, count in Counter(name for drive in scene.drives for name in drive.moved).items():
         if count > 1:
             yield Fault("drive", f"{name!r} is driven {count} times; one drive a body")

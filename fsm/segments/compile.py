@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from fsm.errors import CaseError
+from fsm.errors import CaseError, Fault
 from fsm.interactions import hinge_planar, hinge_spatial, pose_planar, pose_spatial
 from fsm.kernels.rotation import multiply
 from fsm.laws.crease import Curve, join_curves
@@ -23,6 +23,7 @@ from fsm.segments.drive import PrescribedMotion
 from fsm.segments.elements import BushingGroup, CreaseGroup
 from fsm.segments.group import Group
 from fsm.segments.hysteresis import HysteresisGroup
+from fsm.segments.ligaments import LigamentGroup
 from fsm.segments.loads import AppliedLoad, GravityGroup, LoadGroup
 from fsm.segments.system import Bodies, SegmentSystem
 
@@ -53,7 +54,11 @@ def compile_scene(scene: Scene, spatial: bool = False) -> SegmentSystem:
     faults = check_scene(scene)
     if faults:
         raise CaseError(faults)
-    return _Compiler(scene, spatial or bool(out_of_plane(scene))).system()
+    spatial = spatial or bool(out_of_plane(scene))
+    if spatial and any(element.frame == "chord" for element in scene.elements):
+        text = 'ligaments (frame = "chord", hinges of a lattice) are of the plane; keep everything in it'
+        raise CaseError(Fault("solve.spatial", text))
+    return _Compiler(scene, spatial).system()
 
 
 class _Compiler:
@@ -70,6 +75,9 @@ class _Compiler:
         bushings = self._bushings()
         if bushings is not None:
             groups.append(bushings)
+        ligaments = self._ligaments()
+        if ligaments is not None:
+            groups.append(ligaments)
         creases = self._creases()
         if creases is not None:
             groups.append(creases)
@@ -98,7 +106,7 @@ class _Compiler:
         return vector if self.spatial else (vector[0], vector[2])
 
     def _bodies(self, motions: tuple[PrescribedMotion, ...]) -> Bodies:
-        driven = {motion.body for motion in motions}
+        driven = {body for motion in motions for body in motion.bodies.tolist()}
         free = np.array(
             [i for i, body in enumerate(self.all_bodies) if not body.held and i not in driven], dtype=np.int64
         )
@@ -120,12 +128,13 @@ class _Compiler:
         )
 
     def _motion(self, drive: Drive) -> PrescribedMotion:
-        assert drive.body is not None  # check_scene has seen to it
+        assert drive.moved  # check_scene has seen to it
         direction = np.array(self._vector(drive.direction), dtype=float)
         run_up = 0.01 * drive.travel if drive.run_up is None else drive.run_up
         return PrescribedMotion(
-            self.index[drive.body], direction / np.linalg.norm(direction), drive.speed, drive.travel, run_up
-        )
+            np.array([self.index[name] for name in drive.moved]), direction / np.linalg.norm(direction), drive.speed,
+            drive.travel, run_up,
+        )  # fmt: skip
 
     def _load(self, load: Load) -> AppliedLoad:
         moment = np.array(load.moment if self.spatial else (load.moment[1],), dtype=float)
@@ -141,7 +150,7 @@ class _Compiler:
     # force elements -------------------------------------------------------------------------------------------------
 
     def _bushings(self) -> BushingGroup | None:
-        elements = [e for e in self.scene.elements if _has_bushing(e)]
+        elements = [e for e in self.scene.elements if e.frame == "outer" and _has_bushing(e)]
         if not elements:
             return None
         rest = np.zeros((len(elements), 6))
@@ -169,6 +178,20 @@ class _Compiler:
             _CATEGORIES,
             tuple(e.name for e in elements),
             np.array([e.kind != "joint" for e in elements]),
+        )
+
+    def _ligaments(self) -> LigamentGroup | None:
+        elements = [e for e in self.scene.elements if e.frame == "chord"]
+        if not elements:
+            return None
+        keep = [0, 2, 4]
+        return LigamentGroup.at_rest(
+            self.pose,
+            self._ends(elements),
+            np.array([self._vector(e.point_inner) for e in elements], dtype=float),
+            np.array([self._vector(e.point_outer) for e in elements], dtype=float),
+            np.array([[*e.translation, *e.rotation] for e in elements])[:, keep],
+            np.array([[*e.translation_damping, *e.rotation_damping] for e in elements])[:, keep],
         )
 
     def _creases(self) -> CreaseGroup | None:

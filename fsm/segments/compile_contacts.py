@@ -59,7 +59,7 @@ def _friction(friction: Friction | None) -> FrictionForce | None:
 
 def _mobility(scene: Scene, bodies: tuple[Body, ...], spatial: bool) -> np.ndarray:
     """One over masses and moments of inertia, (n_bodies, 3 or 6); zero for held and driven bodies."""
-    driven = {drive.body for drive in scene.drives}
+    driven = {name for drive in scene.drives for name in drive.moved}
     mobility = np.zeros((len(bodies), 6 if spatial else 3))
     for row, body in zip(mobility, bodies, strict=True):
         if not body.held and body.name not in driven:

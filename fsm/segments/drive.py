@@ -12,18 +12,19 @@ __all__ = ["PrescribedMotion"]
 
 @dataclass(frozen=True)
 class PrescribedMotion:
-    """Motion of one body without turning.
+    """Motion of one body, or of several together, without turning.
 
     The speed rises as x^2 (3 - 2x) over the first `run_up` of travel, so the velocity is C1 and the start is no shock.
 
     Attributes
     ----------
-    body : index of the body
+    bodies : (n,) int array
+        Indices of the bodies.
     direction : (3,) unit vector
     speed, travel, run_up : m/s, m, m
     """
 
-    body: int
+    bodies: np.ndarray
     direction: np.ndarray
     speed: float
     travel: float

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 
 from fsm.errors import CaseError, Fault
 from fsm.overlap import find_overlaps
-from fsm.scene.builders.strip import build_scene
+from fsm.scene.builders.scene import build_scene
 from fsm.scene.case import Case
 from fsm.scene.choice import automatic_method
 from fsm.scene.materials import SplineCrease
@@ -94,7 +94,7 @@ def _dimension(view: View) -> Iterator[str]:
 
 def _bodies(view: View) -> Iterator[str]:
     held = sum(body.held for body in view.scene.bodies)
-    yield f"{len(view.free)} free, {held} held, {len(view.scene.drives)} driven"
+    yield f"{len(view.free)} free, {held} held, {sum(len(drive.moved) for drive in view.scene.drives)} driven"
     each = 6 if view.spatial else 3
     yield f"{each * len(view.free)} degrees of freedom, {each} a free body"
 
@@ -110,7 +110,12 @@ def _joints(view: View) -> Iterator[str]:
     creases = [element for element in view.elements if element.kind == "crease" or element.crease is not None]
     tabulated = [element for element in creases if element.crease is not None]
     if len(creases) > len(tabulated):
-        yield f"{count(len(creases) - len(tabulated), 'crease')}, linear"
+        ligaments = sum(element.frame == "chord" for element in creases)
+        linear = len(creases) - len(tabulated) - ligaments
+        if ligaments:
+            yield f"{count(ligaments, 'hinge')} of a length, measured along and across its chord, linear"
+        if linear:
+            yield f"{count(linear, 'crease')}, linear"
     if tabulated:
         yield f"{count(len(tabulated), 'crease')}, tabulated: {_curve(tabulated[0])}"
     if not view.elements:
@@ -152,8 +157,8 @@ def _drives(view: View) -> Iterator[str]:
     for drive, motion in zip(view.scene.drives, view.motions, strict=True):
         along = ", ".join(f"{x:.4g}" for x in motion.direction)
         yield (
-            f"{drive.body} pulled along ({along}) at {millimetres(drive.speed)}/s: run-up {millimetres(motion.run_up)}, "
-            f"travel {millimetres(drive.travel)}, {motion.end_time:.4g} s"
+            f"{' + '.join(drive.moved)} pulled along ({along}) at {millimetres(drive.speed)}/s: "
+            f"run-up {millimetres(motion.run_up)}, travel {millimetres(drive.travel)}, {motion.end_time:.4g} s"
         )
         if view.case.strip is not None:
             guided = "guided: the line moves along the pull only and does not turn"

@@ -43,7 +43,7 @@ class View:
     @cached_property
     def free(self) -> list[Body]:
         """Neither held nor driven."""
-        driven = {drive.body for drive in self.scene.drives}
+        driven = {name for drive in self.scene.drives for name in drive.moved}
         return [body for body in self.scene.bodies if not body.held and body.name not in driven]
 
     @cached_property
@@ -104,7 +104,7 @@ class View:
 def _motion(number: int, drive: Drive) -> PrescribedMotion:
     direction = np.array(drive.direction, dtype=float)
     run_up = 0.01 * drive.travel if drive.run_up is None else drive.run_up
-    return PrescribedMotion(number, direction / np.linalg.norm(direction), drive.speed, drive.travel, run_up)
+    return PrescribedMotion(np.array([number]), direction / np.linalg.norm(direction), drive.speed, drive.travel, run_up)
 
 
 def count(number: int, one: str, many: str = "") -> str:

@@ -111,6 +111,8 @@ class SegmentSystem:
         self._last_poses = bodies.pose
         self._pattern: BodyPattern | None = None
         self._pattern_version: tuple[int, ...] = ()
+        self._driven_pattern: BodyPattern | None = None
+        self._driven_key: tuple[int, ...] = ()
 
     # protocol: configuration ----------------------------------------------------------------------------------------
 
@@ -234,23 +236,74 @@ class SegmentSystem:
         return linear.stiffness.bsr(), linear.damping.bsr()
 
     def force_rate(self, t: float, q: np.ndarray) -> np.ndarray:
-        """See `System`. Driven bodies count as free ones here: their columns of K times their speed."""
+        """See `System`: the columns of K of driven bodies times their speed."""
         poses, rates = self.place(t, q, None)
-        dof = self._dof.copy()
-        moving = [motion.body for motion in self.motions]
-        dof[moving] = self.n_free + np.arange(len(moving))
-        pattern = body_pattern(dof, [group.pairs(poses)[0] for group in self.groups], self.size)
-        force, stiffness, damping = np.zeros(rates.shape), pattern.zeros(), pattern.zeros()
-        for group in self.groups:
-            group.add_linearised(t, poses, rates, pattern, force, stiffness, damping)
+        pattern, stiffness, _ = self._with_driven(t, poses, rates, self.groups)
         speeds = np.zeros((pattern.order, self.size))
-        for k, motion in enumerate(self.motions):
-            speeds[self.n_free + k, : len(motion.direction)] = motion.at(t)[1] * motion.direction
+        for motion in self.motions:
+            speeds[pattern.dof[motion.bodies], : len(motion.direction)] = motion.at(t)[1] * motion.direction
         change = -BlockMatrix(pattern, stiffness).times(speeds.ravel())[: self.nu]
         direct = np.zeros_like(rates)
         for group in self.groups:
             group.add_force_rate(t, poses, direct)
         return np.asarray(change + direct[self.bodies.free].ravel())
+
+    def _with_driven(
+        self, t: float, poses: np.ndarray, rates: np.ndarray, groups: tuple[Group, ...], past: Past | None = None
+    ) -> tuple[BodyPattern, np.ndarray, np.ndarray]:
+        """Block data of K and D of groups, and their pattern, with driven bodies as free ones behind the others."""
+        pairs, versions = zip(*(group.pairs(poses) for group in groups), strict=True) if groups else ((), ())
+        key = (*map(id, groups), *versions)
+        if self._driven_pattern is None or key != self._driven_key:
+            dof = self._dof.copy()
+            moving = [body for motion in self.motions for body in motion.bodies]
+            dof[moving] = self.n_free + np.arange(len(moving))
+            self._driven_pattern, self._driven_key = body_pattern(dof, list(pairs), self.size), key
+        pattern = self._driven_pattern
+        force, stiffness, damping = np.zeros(rates.shape), pattern.zeros(), pattern.zeros()
+        for group in groups:
+            group.add_linearised(t, poses, rates, pattern, force, stiffness, damping, past)
+        return pattern, stiffness, damping
+
+    def balance(
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None, contacts: bool = True
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Force h (nu,) and the reactions of all drives (n_drives,) at a state, if need be without what contacts add.
+
+        Other arguments as in `System.force`.
+        """
+        poses, rates = self.place(t, q, u, before)
+        past = self._past(t, before)
+        forces = np.zeros(rates.shape)
+        for group in self.groups if contacts else self._without_contacts:
+            group.add_force(t, poses, rates, forces, past)
+        if self.spatial and u is not None:
+            add_gyroscopic(rates, self.bodies.inertia, forces)
+        reactions = np.asarray(reactions_to(forces, self.bodies.free))
+        return np.asarray(take_free(self.bodies.free, forces)), self._drive_state(t, reactions).force
+
+    @cached_property
+    def _without_contacts(self) -> tuple[Group, ...]:
+        return tuple(group for group in self.groups if not isinstance(group, ContactGroup))
+
+    def drive_tangent(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> np.ndarray:
+        """d(reaction)/dx of every drive, (n_drives, nu); with `before`, velocities are the increment over the time since."""
+        poses, rates = self.place(t, q, u, before)
+        driven = [body for motion in self.motions for body in motion.bodies]
+        groups = tuple(group for group in self.groups if np.isin(group.pairs(poses)[0], driven).any())
+        pattern, stiffness, damping = self._with_driven(t, poses, rates, groups, self._past(t, before))
+        along = np.zeros((len(self.motions), pattern.order, self.size))
+        for row, motion in zip(along, self.motions, strict=True):
+            row[pattern.dof[motion.bodies], : len(motion.direction)] = motion.direction
+        pull = along.reshape(len(self.motions), -1).T
+        tangent = np.asarray(BlockMatrix(pattern, stiffness).bsr().T @ pull).T[:, : self.nu]
+        if before is None or not self.rate_dependent:
+            return tangent
+        by_speed = np.asarray(BlockMatrix(pattern, damping).bsr().T @ pull).T[:, : self.nu] / (t - before[0])
+        turned = self.increment_map(self.difference(before[1], q))
+        if turned is not None:
+            by_speed = np.einsum("dni,nij->dnj", by_speed.reshape(-1, self.n_free, self.size), turned)
+        return tangent + by_speed.reshape(-1, self.nu)
 
     def linearise(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Linearised:
         """See `System`."""
@@ -397,16 +450,16 @@ class SegmentSystem:
         poses = np.asarray(place_bodies(bodies.pose, bodies.free, q, self.spatial))
         if u is None:
             for motion in self.motions:
-                shift_body(poses, motion.body, motion.direction, motion.at(t)[0])
+                _shift(poses, motion, motion.at(t)[0])
             return poses, self._at_rest
         rates = np.zeros(bodies.rate.shape)
         place_free(bodies.free, u, False, rates)
         for motion in self.motions:
             travel, speed, _ = motion.at(t)
-            shift_body(poses, motion.body, motion.direction, travel)
+            _shift(poses, motion, travel)
             if before is not None:
                 speed = (travel - motion.at(before[0])[0]) / (t - before[0])
-            shift_body(rates, motion.body, motion.direction, speed)
+            _shift(rates, motion, speed)
         return poses, rates
 
     def _past(self, t: float, before: Before | None) -> Past | None:
@@ -431,12 +484,13 @@ class SegmentSystem:
             _, _, acceleration = motion.at(t)
             if acceleration:
                 n = len(motion.direction)
-                shift_body(reactions, motion.body, self.bodies.inertia[motion.body, :n] * motion.direction, acceleration)
+                for body in motion.bodies:
+                    shift_body(reactions, body, self.bodies.inertia[body, :n] * motion.direction, acceleration)
         return reactions
 
     def _drive_state(self, t: float, reactions: np.ndarray) -> DriveState:
         travel = np.array([motion.at(t)[0] for motion in self.motions])
-        force = np.array([reactions[m.body, : len(m.direction)] @ m.direction for m in self.motions])
+        force = np.array([(reactions[m.bodies, : len(m.direction)] @ m.direction).sum() for m in self.motions])
         return DriveState(travel, force)
 
     def _energy(
@@ -462,6 +516,12 @@ class SegmentSystem:
             self._pattern = body_pattern(self._dof, list(pairs), self.size)
             self._pattern_version = versions
         return self._pattern
+
+
+def _shift(values: np.ndarray, motion: PrescribedMotion, size: float) -> None:
+    """Move the bodies of a motion along it, or give them a speed."""
+    for body in motion.bodies:
+        shift_body(values, body, motion.direction, size)
 
 
 def _corners(plates: list[Plate]) -> np.ndarray:

@@ -14,7 +14,7 @@ import pytest
 from fsm.errors import NotConverged
 from fsm.kernels.rotation import rotation_matrix
 from fsm.prepare import prepare
-from fsm.scene.builders.strip import build_scene
+from fsm.scene.builders.scene import build_scene
 from fsm.scene.case import Case, Strip
 from fsm.scene.contact import Contact, Friction
 from fsm.scene.load_case import load_case

@@ -14,7 +14,7 @@ import pytest
 from scipy.linalg import eigh
 
 from fsm.blocks import BlockMatrix
-from fsm.scene.builders.strip import build_scene
+from fsm.scene.builders.scene import build_scene
 from fsm.scene.case import Case
 from fsm.scene.loads import Load
 from fsm.scene.scene import GROUND, Body, ForceElement, Scene

@@ -14,7 +14,7 @@ import math
 import numpy as np
 import pytest
 
-from fsm.scene.builders.strip import build_scene
+from fsm.scene.builders.scene import build_scene
 from fsm.scene.case import Case, Strip
 from fsm.scene.loads import Drive
 from fsm.scene.materials import LinearCrease, Material

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from fsm.scene.builders.strip import build_scene
+from fsm.scene.builders.scene import build_scene
 from fsm.scene.case import Case, Strip
 from fsm.scene.contact import Contact, Friction
 from fsm.scene.loads import Drive

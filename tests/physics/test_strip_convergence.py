@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fsm.scene.builders.strip import build_scene
+from fsm.scene.builders.scene import build_scene
 from fsm.scene.load_case import load_case
 from fsm.segments.compile import compile_scene
 from fsm.solve.newton import equilibrium, negative_pivots

@@ -150,7 +150,7 @@ ONE_MISTAKE = {
     ),
     "drive of nothing": (
         ("crease = 3\n", ""),
-        "drive.0: give either `crease` (its number) or `body` (its name)",
+        "drive.0: give either `crease` (its number), `body` (its name), `bodies`, or `edge` (of a lattice)",
     ),
     "drive not a list": (
         ("[[drive]]", "[drive]"),

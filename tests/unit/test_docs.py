@@ -21,6 +21,7 @@ from fsm.run import run_case
 from fsm.scene.case import Case, Expect, Save, Solve, Strip
 from fsm.scene.contact import FRICTION_KEYS, NORMAL_KEYS, Contact, Friction
 from fsm.scene.crease_family import read_family
+from fsm.scene.lattice import Lattice
 from fsm.scene.load_case import load_case
 from fsm.scene.loads import Constant, Drive, Load, Ramp, Table
 from fsm.scene.materials import FamilyCrease, LinearCrease, Material, SplineCrease
@@ -36,9 +37,9 @@ CALIBRATION = ROOT / "docs" / "calibration.md"
 CREASE = ROOT / "folding_cases" / "strip_pull" / "crease.csv"
 
 TABLES: list[tuple[type[BaseModel], ...]] = [
-    (Case,), (Strip,), (Material,), (LinearCrease, SplineCrease, FamilyCrease), (Contact,), (Friction,), (Drive,), (Load,),
-    (Constant, Ramp, Table), (Obstacle,), (Solve,), (Save,), (Expect,), (Scene,), (Body,), (Plate,), (ForceElement,),
-    (Surface,), (ContactPair,),
+    (Case,), (Strip,), (Lattice,), (Material,), (LinearCrease, SplineCrease, FamilyCrease), (Contact,), (Friction,),
+    (Drive,), (Load,), (Constant, Ramp, Table), (Obstacle,), (Solve,), (Save,), (Expect,), (Scene,), (Body,), (Plate,),
+    (ForceElement,), (Surface,), (ContactPair,),
 ]  # fmt: skip
 """The sections in the order of the page."""
 

@@ -11,7 +11,7 @@ from fsm.segments.drive import PrescribedMotion
 
 
 def motion(speed: float = 0.002, travel: float = 0.15, run_up: float = 0.003) -> PrescribedMotion:
-    return PrescribedMotion(1, np.array([0.0, 1.0]), speed, travel, run_up)
+    return PrescribedMotion(np.array([1]), np.array([0.0, 1.0]), speed, travel, run_up)
 
 
 def test_rates_are_derivatives() -> None:

@@ -9,7 +9,8 @@ import pytest
 from pydantic import ValidationError
 
 from fsm.interactions.shape_distance import BOX, CYLINDER, HALF_SPACE, SPHERE
-from fsm.scene.builders.strip import build_scene, build_strip
+from fsm.scene.builders.scene import build_scene
+from fsm.scene.builders.strip import build_strip
 from fsm.scene.case import Case
 from fsm.scene.contact import Contact
 from fsm.scene.load_case import read_case

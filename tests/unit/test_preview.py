@@ -18,7 +18,7 @@ from fsm.crossing import _crossing
 from fsm.errors import CaseError
 from fsm.overlap import near_boxes
 from fsm.preview import Outline, find_overlaps, outlines, preview
-from fsm.scene.builders.strip import build_scene
+from fsm.scene.builders.scene import build_scene
 from fsm.scene.case import Case
 from fsm.scene.scene import Scene
 

@@ -8,7 +8,7 @@ from scipy import sparse
 from scipy.integrate import Radau, solve_ivp
 
 from fsm.blocks import BlockMatrix
-from fsm.scene.builders.strip import build_scene
+from fsm.scene.builders.scene import build_scene
 from fsm.scene.case import Case
 from fsm.scene.contact import Contact, Friction
 from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface

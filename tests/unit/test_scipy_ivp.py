@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import LSODA
 
-from fsm.scene.builders.strip import build_scene
+from fsm.scene.builders.scene import build_scene
 from fsm.scene.case import Case
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem

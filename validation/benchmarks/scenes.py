@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fsm.scene.builders.strip import build_scene
+from fsm.scene.builders.scene import build_scene
 from fsm.scene.contact import Contact, Friction
 from fsm.scene.load_case import load_case
 from fsm.scene.loads import Load, Ramp

@@ -19,27 +19,7 @@ from fsm.scene.loads import Drive
 from fsm.scene.materials import UNREAD, Crease, LinearCrease, Material, SplineCrease
 from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
 
-__all__ = ["build_scene", "build_strip", "segment_lengths"]
-
-
-def build_scene(case: Case) -> Scene:
-    """The scene of a case: the one written out, or the strip's, with the case's contact, friction, loads and drives."""
-    if case.strip is not None:
-        return build_strip(case)
-    assert case.scene is not None
-    update = {
-        name: value
-        for name, value in (
-            ("contact", case.contact),
-            ("friction", case.friction),
-            ("loads", case.load),
-            ("obstacles", case.obstacle),
-            ("drives", case.drive),
-            ("gravity", case.gravity if any(case.gravity) else None),
-        )
-        if value
-    }
-    return case.scene.model_copy(update=update)
+__all__ = ["build_strip", "segment_lengths"]
 
 
 def build_strip(case: Case) -> Scene:

@@ -1,0 +1,243 @@
+"""Derivatives of equilibria with respect to numbers of the case, by differentiating the equilibrium itself.
+
+At an equilibrium h(q; p) = 0, and its drives feel the force r(q; p). With the tangent A = -dh/dx, which the last Newton
+step has had,
+
+    A dx/dp = dh/dp ,        dr/dp = dr/dp|x + (dr/dx) dx/dp                 forward: one solve a parameter
+    A^T lambda = (dr/dx)^T,  dr/dp = dr/dp|x + lambda . dh/dp                adjoint: one solve a force
+
+Where dampers or friction take rates as differences from the last state, h depends on that state too, and its derivative is
+carried along: A dx_k = dh/dp + (dh/dx_{k-1}) dx_{k-1}; the adjoint of that would have to run backwards and is not
+offered.
+
+dh/dp and dr/dp at a fixed configuration are the difference of two systems compiled with p (1 + d) and p (1 - d), over
+2 d p. Stiffness, damping and factors enter h linearly, where this is exact but for rounding, about 1e-16/d of the largest
+effort; d = 1e-5. A length or an angle moves bodies and rest states by d of itself, and the error is d^2 times the third
+derivative besides; d = 1e-6. No equilibrium is solved twice.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse.linalg import splu
+
+from fsm.blocks import BlockMatrix
+from fsm.calibrate.parameters import value_at, with_values
+from fsm.errors import CaseError, Fault
+from fsm.scene.builders.scene import build_scene
+from fsm.scene.case import Case
+from fsm.scene.scene import Scene
+from fsm.segments.compile import compile_scene
+from fsm.segments.system import SegmentSystem
+from fsm.system import Before
+
+__all__ = ["PathSensitivity", "Varied", "vary"]
+
+_PART = 1e-5
+"""Part of itself that a parameter is varied by."""
+_GEOMETRIC = 1e-6
+"""The same, of one that moves bodies."""
+_LEFT_OVER = 1e-4
+"""Force left over, over the largest pull, above which a state is no equilibrium but in motion."""
+_ROUND_OFF = 1e-13
+"""Forces are known to this part of stiffness times size."""
+
+
+@dataclass(frozen=True)
+class Varied:
+    """One parameter: the systems of the case with a little more and a little less of it.
+
+    Attributes
+    ----------
+    path : str
+    more, less : SegmentSystem
+    step : float
+        What the parameter differs by from that of the case, SI.
+    contacts : bool
+        Whether contacts have it.
+    """
+
+    path: str
+    more: SegmentSystem
+    less: SegmentSystem
+    step: float
+    contacts: bool
+
+
+def vary(case: Case, scene: Scene, system: SegmentSystem, paths: Sequence[str]) -> list[Varied]:
+    """Compile the case with every parameter a little larger and a little smaller.
+
+    Parameters
+    ----------
+    case : Case
+    scene, system : what it describes and was compiled to
+    paths : dotted paths of numbers
+
+    Raises
+    ------
+    CaseError
+        A path without a number, or one that changes what the system is made of.
+    """
+    return [_varied(case, scene, system, path) for path in paths]
+
+
+def _varied(case: Case, scene: Scene, system: SegmentSystem, path: str) -> Varied:
+    value = value_at(case, path)
+    step = _PART * (abs(value) or 1.0)
+    more = build_scene(with_values(case, {path: value + step}))
+    if not _same_places(scene, more):
+        step *= _GEOMETRIC / _PART
+        more = build_scene(with_values(case, {path: value + step}))
+    less = build_scene(with_values(case, {path: value - step}))
+    contacts = bool(system.contacts) and not _same_contacts(scene, more)
+    if not contacts and not any(group.rate_dependent for group in system.contacts):
+        more, less = (one.model_copy(update={"contact": None, "friction": None}) for one in (more, less))
+    systems = [compile_scene(one, case.solve.spatial) for one in (more, less)]
+    if any(one.nq != system.nq for one in systems):
+        raise CaseError(Fault(path, "changes what the structure is made of; it cannot be varied continuously"))
+    return Varied(path, systems[0], systems[1], step, contacts)
+
+
+def _same_places(one: Scene, other: Scene) -> bool:
+    places = [[(body.position, body.orientation) for body in scene.bodies] for scene in (one, other)]
+    return places[0] == places[1]
+
+
+def _same_contacts(one: Scene, other: Scene) -> bool:
+    """Whether all that contacts are compiled from is the same."""
+    return all(
+        getattr(one, name) == getattr(other, name)
+        for name in ("bodies", "surfaces", "obstacles", "pairs", "contact", "friction")
+    )
+
+
+class PathSensitivity:
+    """Derivatives of configurations and drive forces along a quasi-static path, state by state.
+
+    Parameters
+    ----------
+    system : SegmentSystem
+    varied : of every parameter
+
+    Notes
+    -----
+    `advance` is called with every state in turn. A state in motion, at a snap, has no derivatives; of the next equilibrium
+    the last state is taken as one that no parameter moves.
+
+    Attributes
+    ----------
+    doubt : (nu,) array
+        What is left of the derivatives of the first state, which know of none before it, in those of the last one.
+    change : (nu, p) array
+        d(configuration)/d(parameter) of the last one.
+    """
+
+    def __init__(self, system: SegmentSystem, varied: Sequence[Varied]) -> None:
+        self.system, self.varied = system, list(varied)
+        self._last: tuple[Before, np.ndarray | None] | None = None
+        self._largest = 0.0
+        scales = system.scales()
+        self._to_force = scales.increment / scales.length
+        self._span = float(scales.span.max(initial=0.0))
+        self.doubt = np.zeros(system.nu)
+        self.change = np.zeros((system.nu, len(self.varied)))
+
+    def advance(self, t: float, q: np.ndarray, wanted: bool = True) -> np.ndarray | None:
+        """Take the next state.
+
+        Parameters
+        ----------
+        t, q : time (s) and configuration
+        wanted : bool
+            False: nobody asks for derivatives here, so they are worked out only if the next state needs them.
+
+        Returns
+        -------
+        (n_drives, p) array or None
+            d(force)/d(parameter); None where the state is in motion, or nobody asked.
+        """
+        system, last = self.system, self._last
+        if not system.rate_dependent and not wanted:
+            return None
+        before = u = past = None
+        if system.rate_dependent and last is not None:
+            before, past = last
+            u = system.difference(before[1], q) / (t - before[0])
+        matrix, damping = self._matrix(t, q, u, before)
+        if not self._in_balance(t, q, u, before, matrix):
+            self._last = ((t, q.copy()), None)
+            return None
+        by_parameter, direct = self._direct(t, q, u, before, past)
+        tangent = splu(matrix.bsr().tocsc())
+        self.change = change = tangent.solve(by_parameter)
+        known = damping is not None and past is not None
+        self.doubt = tangent.solve(damping.times(self.doubt)) if known and damping else np.abs(change).max(axis=1)
+        self._last = ((t, q.copy()), change)
+        return np.asarray(direct + system.drive_tangent(t, q, u, before) @ change) if wanted else None
+
+    def adjoint(self, t: float, q: np.ndarray) -> np.ndarray:
+        """d(force)/d(parameter) (n_drives, p) of one equilibrium, by one solve a drive.
+
+        Raises
+        ------
+        CaseError
+            Dampers or friction carry the past along.
+        """
+        system = self.system
+        if system.rate_dependent:
+            text = "dampers and friction carry the past along, which an adjoint of one state does not know; take them out"
+            raise CaseError(Fault("adjoint", text))
+        by_parameter, direct = self._direct(t, q, None, None, None)
+        tangent = splu(self._matrix(t, q, None, None)[0].bsr().tocsc())
+        multipliers = tangent.solve(np.ascontiguousarray(system.drive_tangent(t, q, None).T), trans="T")
+        return np.asarray(direct + multipliers.T @ by_parameter)
+
+    def _in_balance(
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None, matrix: BlockMatrix
+    ) -> bool:
+        """Whether the forces left over are nothing against the largest pull so far, or round-off."""
+        force, pull = self.system.balance(t, q, u, before)
+        self._largest = max(self._largest, float(np.abs(pull).max(initial=0.0)))
+        round_off = _ROUND_OFF * self._span * float(np.abs(matrix.data).max(initial=0.0))
+        left_over = float(np.abs(force / self._to_force).max(initial=0.0))
+        return left_over <= max(_LEFT_OVER * self._largest, round_off)
+
+    def _direct(
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None, past: np.ndarray | None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """dh/dp (nu, p) and dr/dp (n_drives, p) at a fixed configuration, the last one moving by `past` dp."""
+        system = self.system
+        memory = system.memory()
+        history = before is not None and past is not None
+        columns, rows = [], []
+        for k, one in enumerate(self.varied):
+            contacts = one.contacts or (history and any(group.rate_dependent for group in system.contacts))
+            ends = []
+            for varied, step in ((one.more, one.step), (one.less, -one.step)):
+                if contacts and len(memory):
+                    varied.restore(memory)
+                then, speed = before, u
+                if before is not None and past is not None:
+                    then = (before[0], system.retract(before[1], step * past[:, k]))
+                    speed = system.difference(then[1], q) / (t - before[0])
+                ends.append(varied.balance(t, q, speed, then, contacts))
+            columns.append((ends[0][0] - ends[1][0]) / (2.0 * one.step))
+            rows.append((ends[0][1] - ends[1][1]) / (2.0 * one.step))
+        return np.array(columns).T.reshape(system.nu, -1), np.array(rows).T.reshape(len(system.motions), -1)
+
+    def _matrix(
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None
+    ) -> tuple[BlockMatrix, BlockMatrix | None]:
+        """A = K + D du/dx, and its second part."""
+        system = self.system
+        linear = system.linearise(t, q, u, before)
+        if before is None:
+            return linear.stiffness, None
+        pattern, damping = linear.damping.pattern, linear.damping.data / (t - before[0])
+        turned = system.increment_map(system.difference(before[1], q))
+        if turned is not None:
+            damping = damping @ turned[pattern.indices]
+        return BlockMatrix(pattern, linear.stiffness.data + damping), BlockMatrix(pattern, damping)

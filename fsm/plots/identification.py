@@ -1,0 +1,58 @@
+"""Force-displacement tests with what was fitted to them, and predictions with their band."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from fsm.plots.style import COLOURS, GREY, SINGLE, figure
+from fsm.results.solution import Floats
+
+__all__ = ["TestPlot", "plot_tests"]
+
+
+class TestPlot(NamedTuple):
+    """A curve with its band, and the test if there is one; m and N.
+
+    Attributes
+    ----------
+    title : str
+    travel, force, low, high : (n,) arrays
+    measured : (n,) array or None
+        At the same travels.
+    half_band : (n,) array or None
+    """
+
+    title: str
+    travel: Floats
+    force: Floats
+    low: Floats
+    high: Floats
+    measured: Floats | None
+    half_band: Floats | None
+
+
+def plot_tests(tests: Sequence[TestPlot], path: str | Path) -> None:
+    """A column a test: curves above, what the test is off the fit by below."""
+    residuals = any(test.measured is not None for test in tests)
+    height = 1.35 * SINGLE[1] if residuals else SINGLE[1]
+    with figure(path, (SINGLE[0] * len(tests), height)) as fig:
+        grid = fig.subplots(1 + residuals, len(tests), squeeze=False, sharex="col", height_ratios=(3, 1)[: 1 + residuals])
+        for column, test in zip(grid.T, tests, strict=True):
+            x, top = 1e3 * np.asarray(test.travel), column[0]
+            top.plot(x, test.force, color=COLOURS[0], label="model")
+            top.fill_between(x, test.low, test.high, color=COLOURS[0], alpha=0.25, linewidth=0)
+            if test.measured is not None:
+                measured = np.asarray(test.measured)
+                style = {"fmt": "o", "color": GREY, "markersize": 3, "linewidth": 0.8}
+                top.errorbar(x, measured, test.half_band, label="test", **style)
+                column[1].errorbar(x, measured - test.force, test.half_band, **style)
+                column[1].axhline(0.0, color=COLOURS[0], linewidth=0.9)
+                column[1].set_ylabel("off by (N)")
+            top.set_title(test.title)
+            top.set_ylabel("force (N)")
+            column[-1].set_xlabel("travel (mm)")
+            top.legend(loc="best")

@@ -1,0 +1,32 @@
+"""The scene of any case."""
+
+from __future__ import annotations
+
+from fsm.scene.builders.lattice import build_lattice
+from fsm.scene.builders.strip import build_strip
+from fsm.scene.case import Case
+from fsm.scene.scene import Scene
+
+__all__ = ["build_scene"]
+
+
+def build_scene(case: Case) -> Scene:
+    """The scene of a case: the strip's, the lattice's, or the one written out with the case's contact, loads and drives."""
+    if case.strip is not None:
+        return build_strip(case)
+    if case.lattice is not None:
+        return build_lattice(case)
+    assert case.scene is not None
+    update = {
+        name: value
+        for name, value in (
+            ("contact", case.contact),
+            ("friction", case.friction),
+            ("loads", case.load),
+            ("obstacles", case.obstacle),
+            ("drives", case.drive),
+            ("gravity", case.gravity if any(case.gravity) else None),
+        )
+        if value
+    }
+    return case.scene.model_copy(update=update)

@@ -1,0 +1,104 @@
+"""Ligaments as a group: the hinges of lattices, which have a length."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from fsm.interactions.ligament_planar import (
+    force_ligament_planar,
+    ligament_constants_planar,
+    linearise_ligament_planar,
+    measure_ligament_planar,
+    stored_ligament_planar,
+)
+from fsm.segments.group import Past
+from fsm.segments.pattern import BodyPattern
+
+__all__ = ["LigamentGroup"]
+
+
+@dataclass(frozen=True)
+class LigamentGroup:
+    """Linear ligaments in the plane.
+
+    Attributes
+    ----------
+    bodies : (m, 2) int array
+    constants : (m, 13) array of `ligament_constants_planar`
+    """
+
+    bodies: np.ndarray
+    constants: np.ndarray
+    _past: dict[str, np.ndarray] = field(default_factory=dict, init=False, repr=False, compare=False)
+
+    @classmethod
+    def at_rest(
+        cls,
+        poses: np.ndarray,
+        bodies: np.ndarray,
+        point_inner: np.ndarray,
+        point_outer: np.ndarray,
+        stiffness: np.ndarray,
+        damping: np.ndarray,
+    ) -> LigamentGroup:
+        """Ligaments that are free of force at the poses given."""
+        return cls(bodies, ligament_constants_planar(poses, bodies, point_inner, point_outer, stiffness, damping))
+
+    @cached_property
+    def rate_dependent(self) -> bool:
+        """See `Group`."""
+        return bool(np.any(self.constants[:, 10:]))
+
+    def _before(self, rates: np.ndarray, past: Past | None) -> tuple[np.ndarray, float]:
+        """Deformations in the past and one over the time since, where there are dampers."""
+        if past is None or not self.rate_dependent:
+            return self.constants[:, 7:10], 0.0
+        if self._past.get("poses") is not past.poses:
+            measured = measure_ligament_planar(past.poses, rates, self.bodies, self.constants)[0]
+            self._past.update(poses=past.poses, measured=np.asarray(measured))
+        return self._past["measured"], 1.0 / past.duration
+
+    def add_force(
+        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: Past | None = None
+    ) -> None:
+        """See `Group`."""
+        before = self._before(rates, past)
+        force_ligament_planar(poses, rates, self.bodies, self.constants, np.ascontiguousarray(before[0]), before[1], force)
+
+    def add_linearised(
+        self,
+        t: float,
+        poses: np.ndarray,
+        rates: np.ndarray,
+        pattern: BodyPattern,
+        force: np.ndarray,
+        stiffness: np.ndarray,
+        damping: np.ndarray,
+        past: Past | None = None,
+    ) -> None:
+        """See `Group`."""
+        before, per_second = self._before(rates, past)
+        linearise_ligament_planar(
+            poses, rates, self.bodies, self.constants, np.ascontiguousarray(before), per_second, *pattern.index, force,
+            stiffness, damping,
+        )  # fmt: skip
+
+    def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
+        """See `Group`; springs do not know the time."""
+
+    def energy(
+        self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None
+    ) -> tuple[dict[str, float], float, float]:
+        """See `Group`; hinges count as creases."""
+        before, per_second = self._before(rates, past)
+        energy, power = stored_ligament_planar(
+            poses, rates, self.bodies, self.constants, np.ascontiguousarray(before), per_second
+        )
+        return {"creases": energy}, power, 0.0
+
+    def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:
+        """See `Group`."""
+        return self.bodies, 0

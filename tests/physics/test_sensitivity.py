@@ -1,0 +1,117 @@
+"""Derivatives of equilibria against central differences of whole solves."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fsm.calibrate.parameters import value_at, with_values
+from fsm.calibrate.respond import Response, peak_of, peak_response, respond
+from fsm.errors import CaseError
+from fsm.scene.case import Case
+
+STRIP = {
+    "strip": {"length": 0.48, "width": 0.04, "thickness": 3e-4, "panels": 6, "fold_angle": 1.4, "segments_per_panel": 4},
+    "material": {"young": 3e9, "density": 800.0, "damping": 0.0},
+    "crease": {"law": "linear", "stiffness": 9e-3},
+    "contact": {"law": "hertz", "exponent": 1.5, "stiffness": 1e9, "thickness_in_gap": False, "pairs": [[3, 4]]},
+    "drive": [{"crease": 3, "speed": 2e-3, "travel": 0.04}],
+    "solve": {"method": "static", "rtol": 1e-6},
+}
+TRAVEL = np.linspace(0.0, 0.04, 81)
+PATHS = ["material.young", "crease.stiffness", "contact.stiffness", "strip.thickness", "strip.width", "strip.fold_angle"]
+
+
+def strip(**material: float) -> Case:
+    return Case.model_validate({**STRIP, "material": {**STRIP["material"], **material}})  # type: ignore[dict-item]
+
+
+def squares(**changes: object) -> Case:
+    lattice = {
+        "columns": 2, "rows": 3, "spacing": 0.015, "hinge_length": 0.00225, "angle": "20 deg", "axial": 4e4,
+        "shear": 1500.0, "rotational": 1.2e-3, "depth": 0.01, "density": 1200.0, **changes,
+    }  # fmt: skip
+    drive = {"edge": "top", "direction": [0.3, 0, 1], "speed": 1e-4, "travel": 1e-3}
+    return Case.model_validate({"lattice": lattice, "drive": [drive], "solve": {"method": "static", "rtol": 1e-8}})
+
+
+def differences(case: Case, travel: np.ndarray, path: str, part: float) -> tuple[float, np.ndarray]:
+    """d(peak)/d(log p) and d(force)/d(log p), central differences of two sizes and Richardson's step."""
+    value, peaks, forces = value_at(case, path), [], []
+    for size in (part, 0.5 * part):
+        ends = [respond(with_values(case, {path: value * (1.0 + sign * size)}), travel) for sign in (1.0, -1.0)]
+        peaks.append((peak_of(ends[0]).force - peak_of(ends[1]).force) / (2.0 * size))
+        forces.append((ends[0].force - ends[1].force) / (2.0 * size))
+    return (4.0 * peaks[1] - peaks[0]) / 3.0, (4.0 * forces[1] - forces[0]) / 3.0
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.5])
+def test_curve_of_a_lattice(damping: float) -> None:
+    case, travel = squares(damping=damping), np.linspace(1e-4, 1e-3, 10)
+    paths = [f"lattice.{name}" for name in ("axial", "shear", "rotational", "angle", "hinge_length", "spacing")]
+    paths += ["lattice.damping"] if damping else []
+    case = case.model_copy(update={"solve": case.solve.model_copy(update={"max_step": 0.25})})
+    found = respond(case, travel, paths)
+    assert found.jacobian is not None
+    for column, path in zip(found.jacobian.T, paths, strict=True):
+        _, wanted = differences(case, travel, path, 1e-3)
+        # with dampers the force knows the steps: at first they follow the parameter, later they are the longest allowed
+        late = slice(5 if damping else 0, None)
+        found_there, bound = column[late] * value_at(case, path), 1e-5 * np.abs(wanted).max()
+        np.testing.assert_allclose(found_there, wanted[late], atol=bound, err_msg=path)
+
+
+def test_adjoint_is_forward() -> None:
+    case, travel = squares(), np.linspace(1e-4, 1e-3, 4)
+    paths = ["lattice.axial", "lattice.shear", "lattice.angle"]
+    forward, adjoint = (respond(case, travel, paths, way).jacobian for way in ("forward", "adjoint"))
+    np.testing.assert_allclose(adjoint, forward, rtol=1e-9, atol=1e-12 * np.abs(forward).max())
+    with pytest.raises(CaseError, match="carry the past"):
+        respond(squares(damping=0.1), travel, paths, "adjoint")
+
+
+def test_gradient_of_the_peak_of_a_strip_with_contact() -> None:
+    peak = peak_response(strip(), TRAVEL, PATHS)
+    assert peak.gradient is not None
+    for slope, path in zip(peak.gradient, PATHS, strict=True):
+        # a step of a length or an angle must not lift contacts: 1e-5 of it
+        wanted, _ = differences(strip(), TRAVEL, path, 1e-5 if path.endswith("angle") else 1e-3)
+        # nearly no force hangs on the stiffness of the contact, and differences of it are half round-off
+        tolerance = 1e-5 if path != "contact.stiffness" else 1e-3
+        assert slope * value_at(strip(), path) == pytest.approx(wanted, rel=tolerance), path
+
+
+def test_rates_are_carried_along() -> None:
+    case = strip(damping=0.1)
+    peak = peak_response(case, TRAVEL, ["material.young", "material.damping"])
+    whole = peak_of(respond(case, TRAVEL, ["material.young", "material.damping"]))
+    assert peak.gradient is not None and whole.gradient is not None
+    np.testing.assert_allclose(peak.gradient, whole.gradient, rtol=1e-8)  # begun a few states before the peak
+    assert peak.gradient[1] * 0.1 > 1e-3  # N: the damping does count
+
+
+def test_gradient_of_a_parabola_is_that_of_its_top() -> None:
+    travel = np.array([0.0, 1.0, 2.5, 4.0])
+
+    def force(height: float, place: float) -> np.ndarray:
+        return np.asarray(height - 0.3 * (travel - place) ** 2)
+
+    jacobian = np.column_stack([np.ones(4), 0.6 * (travel - 2.2)])
+    peak = peak_of(Response(travel, force(3.0, 2.2), jacobian))
+    assert (peak.force, peak.travel) == pytest.approx((3.0, 2.2))
+    assert peak.gradient == pytest.approx([1.0, 0.0], abs=1e-12)
+
+
+def test_an_end_is_a_peak_without_neighbours() -> None:
+    peak = peak_of(Response(np.arange(3.0), np.array([0.0, 1.0, 2.0]), np.array([[1.0], [2.0], [3.0]])))
+    assert (peak.force, peak.travel, peak.gradient) == (2.0, 2.0, pytest.approx([3.0]))
+
+
+def test_travels_out_of_range_and_other_methods_are_refused() -> None:
+    with pytest.raises(CaseError, match="at most 1 mm"):
+        respond(squares(), np.array([1e-4, 2e-3]))
+    dynamic = squares().model_copy(update={"solve": squares().solve.model_copy(update={"method": "Radau"})})
+    with pytest.raises(CaseError, match="statics"):
+        respond(dynamic, np.array([1e-4]))
+    with pytest.raises(CaseError, match="no force to compare"):
+        respond(squares().model_copy(update={"drive": ()}), np.array([1e-4]))

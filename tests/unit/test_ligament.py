@@ -1,0 +1,164 @@
+"""Ligaments: measures from their definition, forces from the energy, tangents, symmetry, no work in a rigid motion."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fsm.errors import CaseError
+from fsm.interactions.ligament_planar import ligament_constants_planar, measure_ligament_planar
+from fsm.scene.builders.lattice import build_lattice
+from fsm.scene.case import Case
+from fsm.scene.scene import Body, ForceElement, Scene
+from fsm.segments.compile import compile_scene
+from fsm.segments.system import SegmentSystem
+
+
+def pair(damping: float = 0.0, swapped: bool = False) -> SegmentSystem:
+    ends = [("one", (0.4, 0.0, 0.1)), ("two", (-0.3, 0.0, -0.2))]
+    (inner, point_inner), (outer, point_outer) = ends[::-1] if swapped else ends
+    stiffness, turning = (300.0, 0.0, 50.0), (0.0, 2.0, 0.0)
+    hinge = ForceElement(
+        name="hinge", inner=inner, outer=outer, point_inner=point_inner, point_outer=point_outer, frame="chord",
+        translation=stiffness, rotation=turning, translation_damping=tuple(damping * k for k in stiffness),
+        rotation_damping=tuple(damping * k for k in turning),
+    )  # fmt: skip
+    bodies = (
+        Body(name="one", mass=1.0, inertia=(1.0, 1.0, 1.0), orientation=(np.cos(0.1), 0.0, np.sin(0.1), 0.0)),
+        Body(name="two", mass=1.0, inertia=(1.0, 1.0, 1.0), position=(1.0, 0.0, 0.2)),
+    )
+    return compile_scene(Scene(bodies=bodies, elements=(hinge,)))
+
+
+def moved(system: SegmentSystem, size: float, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    generator = np.random.default_rng(seed)
+    q, _ = system.initial()
+    return q + size * generator.normal(size=system.nq), generator.normal(size=system.nu)
+
+
+def test_free_of_force_as_given() -> None:
+    system = pair()
+    assert np.abs(system.force(0.0, system.initial()[0], None)).max() < 1e-13
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_measures_are_length_and_turn_of_the_chord(seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    poses = generator.normal(size=(2, 3))
+    points = generator.normal(size=(2, 1, 2))
+    bodies = np.array([[0, 1]])
+    constants = ligament_constants_planar(poses, bodies, *points, np.ones((1, 3)), np.zeros((1, 3)))
+
+    def ends(at: np.ndarray) -> complex:
+        # z up, x right: phi about +y turns clockwise
+        tips = [complex(*pose[:2]) + complex(*p[0]) * np.exp(-1j * pose[2]) for pose, p in zip(at, points, strict=True)]
+        return tips[0] - tips[1]
+
+    later = poses + 0.2 * generator.normal(size=(2, 3))
+    value, _, _ = measure_ligament_planar(later, np.zeros((2, 3)), bodies, constants)
+    before, after = ends(poses), ends(later)
+    turn = later[:, 2] - poses[:, 2]
+    shear = -np.angle(after / before * np.exp(1j * turn.mean()))
+    np.testing.assert_allclose(value[0], [abs(after) - abs(before), abs(before) * shear, turn[0] - turn[1]], atol=1e-12)
+
+
+@pytest.mark.parametrize("size", [1e-3, 0.1, 0.4])
+def test_force_is_the_slope_of_the_energy(size: float) -> None:
+    system = pair()
+    q, _ = moved(system, size)
+    h = 1e-6
+    steps = h * np.eye(system.nq)
+    slope = [(system.energy(0.0, q + s, None).stored - system.energy(0.0, q - s, None).stored) / (2 * h) for s in steps]
+    np.testing.assert_allclose(system.force(0.0, q, None), -np.array(slope), rtol=1e-7, atol=1e-7)
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.3])
+@pytest.mark.parametrize("past", [False, True])
+def test_tangents_against_differences(damping: float, past: bool) -> None:
+    system = pair(damping)
+    q, u = moved(system, 0.3)
+    before = (0.0, moved(system, 0.1, 1)[0]) if past else None
+    linear = system.linearise(0.5, q, u, before)
+    h = 1e-6
+    by_q = np.array([system.force(0.5, q - s, u, before) - system.force(0.5, q + s, u, before) for s in h * np.eye(6)])
+    by_u = np.array([system.force(0.5, q, u - s, before) - system.force(0.5, q, u + s, before) for s in h * np.eye(6)])
+    stiffness, rate = linear.stiffness.bsr().toarray(), linear.damping.bsr().toarray()
+    if past:  # rates are differences from the past: their part is D/dt, in D
+        np.testing.assert_allclose(stiffness + rate / 0.5, by_q.T / (2 * h), atol=2e-7 * np.abs(stiffness).max())
+    else:
+        np.testing.assert_allclose(stiffness, by_q.T / (2 * h), atol=1e-7 * np.abs(stiffness).max())
+        np.testing.assert_allclose(rate, by_u.T / (2 * h), atol=1e-7 * np.abs(stiffness).max())
+
+
+def test_the_same_from_either_body() -> None:
+    one, other = pair(0.2), pair(0.2, swapped=True)
+    q, u = moved(one, 0.3)
+    np.testing.assert_allclose(one.force(0.0, q, u), other.force(0.0, q, u), rtol=1e-12, atol=1e-12)
+
+
+def test_moving_as_one_costs_nothing() -> None:
+    system = pair()
+    q, _ = moved(system, 0.2)
+    turn, shift = 2.5, np.array([0.7, -0.4])
+    poses = q.reshape(2, 3).copy()
+    rotation = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+    poses[:, :2] = poses[:, :2] @ rotation.T + shift
+    poses[:, 2] += turn
+    assert system.energy(0.0, poses.ravel(), None).stored == pytest.approx(system.energy(0.0, q, None).stored, rel=1e-12)
+    force = system.force(0.0, q, None).reshape(2, 3)
+    np.testing.assert_allclose(force[:, :2].sum(axis=0), 0.0, atol=1e-12)
+
+
+LATTICE = {
+    "columns": 3, "rows": 4, "spacing": 0.015, "hinge_length": 0.00225, "angle": "20 deg", "axial": 1.2e5, "shear": 1200.0,
+    "rotational": 1.5e-3, "depth": 0.01, "density": 1200.0,
+}  # fmt: skip
+
+
+def lattice(**case: object) -> Case:
+    return Case.model_validate({"lattice": LATTICE, "solve": {"end_time": 1.0}, **case})
+
+
+def test_squares_face_each_other_over_the_hinge_length() -> None:
+    scene = build_lattice(lattice())
+    poses = {
+        body.name: (np.array(body.position)[[0, 2]], 2 * np.arctan2(body.orientation[2], body.orientation[0]))
+        for body in scene.bodies
+    }
+
+    def place(name: str, point: tuple[float, float, float]) -> np.ndarray:
+        centre, turn = poses[name]
+        rotation = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+        return centre + rotation @ np.array(point)[[0, 2]]
+
+    assert len(scene.elements) == 2 * 4 + 3 * 3
+    for hinge in scene.elements:
+        chord = place(hinge.inner, hinge.point_inner) - place(hinge.outer, hinge.point_outer)
+        assert np.hypot(*chord) == pytest.approx(0.00225, rel=1e-12)
+        across = poses[hinge.inner][0] - poses[hinge.outer][0]
+        assert abs(across @ chord) == pytest.approx(0.015 * 0.00225, rel=1e-12)  # along x or along z
+    # the right corner of square (1, 1) is 20 degrees below the x axis, at the radius of the corners
+    hinge = scene.elements[0]
+    corner = place(hinge.outer, hinge.point_outer)
+    assert np.degrees(np.arctan2(corner[1], corner[0])) == pytest.approx(-20.0)
+    assert np.hypot(*corner) == pytest.approx(0.5 * (0.015 - 0.00225) / np.cos(np.radians(20)))
+
+
+def test_edges_are_held_and_driven_together() -> None:
+    case = lattice(drive=[{"edge": "top", "speed": 1e-4, "travel": 1e-3}])
+    scene = build_lattice(case)
+    assert [body.name for body in scene.bodies if body.held] == ["block 1.1", "block 2.1", "block 3.1"]
+    assert scene.drives[0].moved == ("block 1.4", "block 2.4", "block 3.4")
+    system = compile_scene(scene)
+    assert system.n_free == 6
+    end = system.end_time()
+    assert end is not None
+    q, _ = system.initial()
+    reactions = system.reactions(end, q, None)
+    force = system.observe(end, q, None).drive.force[0]
+    assert force == pytest.approx(reactions[[10, 11, 12], 1].sum()) and force > 0.0
+
+
+def test_a_lattice_is_of_the_plane() -> None:
+    with pytest.raises(CaseError, match="of the plane"):
+        compile_scene(build_lattice(lattice()), spatial=True)
