@@ -11,7 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from fsm.analyses.analysis import Analysis
 from fsm.analyses.choose import analysis_of
+from fsm.analyses.deployed import film_of_deployment
+from fsm.analyses.vibrate import VibrationAnalysis
 from fsm.errors import ExpectationFailed
 from fsm.kernels import jit
 from fsm.plots.figures import draw
@@ -20,12 +23,13 @@ from fsm.recorder import RecordedSolve
 from fsm.results.export import write_contact_csv, write_force_csv, write_history_csv, write_points_csv
 from fsm.results.quantities import touching_pairs
 from fsm.results.solution import Solution
+from fsm.results.store import read_solution
 from fsm.scene.builders.warm_up import warm_up_membrane, warm_up_plates, warm_up_scissor, warm_up_strip
 from fsm.scene.load_case import LoadedCase
 from fsm.solve.newton import negative_pivots
 from fsm.solve.simulate import Settings, simulate
 from fsm.solve.static import PathSettings, follow
-from fsm.summary import check_expectations, missed_expectations
+from fsm.summary import check_expectations, joined, missed_expectations
 
 __all__ = ["run_case", "warm_up", "warm_up_film"]
 
@@ -41,6 +45,7 @@ def run_case(
     Parameters
     ----------
     loaded : LoadedCase
+        With `stages`, each has a folder of its own in `out`, and summary.json is of both.
     out : folder for the results, made if needed
     progress : bool or callable
         A bar on standard error, or called with the fraction done.
@@ -64,20 +69,64 @@ def run_case(
     KeyboardInterrupt
         A checkpoint has been written.
     """
-    begun = time.perf_counter()
-    compiled = jit.compile_time()
-    warnings: list[str] = []
-    analysis = analysis_of(loaded.case, str(loaded.path), warnings)
+    out = Path(out)
     check_expectations(loaded)
-    analysis.make_ready(warnings)
-    out.mkdir(parents=True, exist_ok=True)
-    solution = RecordedSolve(loaded, analysis, out, resume, warnings).run(progress, begun, compiled)
-    _write(solution, out)
-    summary = solution.summary
+    if loaded.case.stages:
+        summary = _run_stages(loaded, out, progress, resume)
+    else:
+        warnings: list[str] = []
+        analysis = analysis_of(loaded.case, str(loaded.path), warnings)
+        summary = _run_analysis(loaded, analysis, out, progress, resume, warnings).summary
     failed = missed_expectations(loaded.case, summary)
     if failed:
         raise ExpectationFailed("\n".join(failed))
     return summary
+
+
+def _run_analysis(
+    loaded: LoadedCase,
+    analysis: Analysis,
+    out: Path,
+    progress: bool | Callable[[float], None],
+    resume: bool,
+    warnings: list[str],
+) -> Solution:
+    """Solve one analysis and write all that there is of it into its folder."""
+    begun, compiled = time.perf_counter(), jit.compile_time()
+    analysis.make_ready(warnings)
+    out.mkdir(parents=True, exist_ok=True)
+    solution = RecordedSolve(loaded, analysis, out, resume, warnings).run(progress, begun, compiled)
+    _write(solution, out)
+    return solution
+
+
+def _run_stages(
+    loaded: LoadedCase, out: Path, progress: bool | Callable[[float], None], resume: bool
+) -> dict[str, Any]:
+    """Deploy, and let what is deployed vibrate, each in a folder of its own; both summaries together.
+
+    With `resume` a first stage that is done is taken as it is.
+    """
+    case, source = loaded.case, str(loaded.path)
+    (out / "summary.json").unlink(missing_ok=True)
+    first = _finished(loaded, out / "deploy") if resume else None
+    if first is None:
+        warnings: list[str] = []
+        deployment = analysis_of(case, source, warnings)
+        first = _run_analysis(loaded, deployment, out / "deploy", progress, resume, warnings)
+    vibration = VibrationAnalysis(case, source, film_of_deployment(case, first))
+    second = _run_analysis(loaded, vibration, out / "vibrate", progress, resume, [])
+    summary = joined(first.summary, second.summary)
+    _write_summary(summary, out)
+    return summary
+
+
+def _finished(loaded: LoadedCase, folder: Path) -> Solution | None:
+    """The results of this very case, if they are there and whole."""
+    if not (folder / "summary.json").is_file() or not (folder / "result.h5").is_file():
+        return None
+    solution = read_solution(folder / "result.h5")
+    return solution if solution.layout.case_text == loaded.text else None
 
 
 def warm_up(spatial: bool = False, plates: bool = True) -> None:
@@ -137,6 +186,10 @@ def _write(solution: Solution, out: Path) -> None:
         else:  # that of another run in this folder
             (out / name).unlink(missing_ok=True)
     draw(solution, out)
+    _write_summary(solution.summary, out)
+
+
+def _write_summary(summary: dict[str, Any], out: Path) -> None:
     partial = out / "summary.json.part"
-    partial.write_text(json.dumps(solution.summary, indent=2) + "\n", encoding="utf-8")
+    partial.write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
     os.replace(partial, out / "summary.json")

@@ -15,12 +15,17 @@ from fsm.scene.load_case import LoadedCase
 from fsm.solve.simulate import Ledger, Statistics
 from fsm.solve.status import Event
 
-__all__ = ["check_expectations", "missed_expectations", "summary_of"]
+__all__ = ["check_expectations", "joined", "missed_expectations", "summary_of"]
 
 _SCALARS = (
     "peak_force", "peak_travel", "final_travel", "final_force", "contact_travel", "contact_force", "bending_travel",
     "bending_force", "dof", "steps", "newton_iterations", "energy_error", "unstable_equilibria", "wall_time_s",
+    "frequency_hz", "frequency_fft_hz", "frequency_resolution_hz", "decay_rate", "damping_ratio", "amplitude_center",
+    "amplitude_patch",
 )  # fmt: skip
+
+_OF_PULL: dict[str, Any] = {"peak_force": 0.0, "peak_travel": 0.0, "stages": [], "contact": [], "contact_stats": {}}
+"""What every summary has of a pull, and what that is where there is none."""
 
 
 def summary_of(
@@ -35,7 +40,7 @@ def summary_of(
     statistics, ledger : of the solve
     warnings : what was noticed before and during it
     """
-    summary: dict[str, Any] = {"peak_force": 0.0, "peak_travel": 0.0, "stages": [], "contact": [], "contact_stats": {}}
+    summary: dict[str, Any] = {**_OF_PULL}
     summary |= analysis.summarise(solution, statistics)
     summary |= {
         "steps": statistics.steps,
@@ -54,6 +59,13 @@ def summary_of(
     found += [_told(event) for event in statistics.events]
     summary["warnings"] = [*warnings, *found, *analysis.warnings(solution, summary)]
     return summary
+
+
+def joined(deployment: dict[str, Any], vibration: dict[str, Any]) -> dict[str, Any]:
+    """Summary of two stages: that of the vibration, what only the deployment has, and the deployment's whole as `deploy`."""
+    of_pull = {key: value for key, value in deployment.items() if key not in vibration or key in _OF_PULL}
+    warnings = [*deployment["warnings"], *vibration["warnings"]]
+    return vibration | of_pull | {"warnings": warnings, "deploy": deployment}
 
 
 def _told(event: Event) -> str:

@@ -31,15 +31,27 @@ class FilmPoint:
     ----------
     vectors : (12,) int array
         First coordinates of the vectors of the element that it lies in.
-    weights : (12,) array
+    weights, along, across : (12,) arrays
+        Of the position, and of the slopes along length and width.
     """
 
     vectors: np.ndarray
     weights: np.ndarray
+    along: np.ndarray
+    across: np.ndarray
 
     def position(self, q: np.ndarray) -> np.ndarray:
         """Where it is, (3,), m."""
         return np.asarray(self.weights @ q[self.vectors[:, None] + np.arange(3)])
+
+    def axes(self, q: np.ndarray) -> np.ndarray:
+        """Unit vectors along the length, across it within the film, and normal to it, the rows of (3, 3)."""
+        vectors = q[self.vectors[:, None] + np.arange(3)]
+        first = self.along @ vectors
+        first /= np.linalg.norm(first)
+        normal = np.cross(first, self.across @ vectors)
+        normal /= np.linalg.norm(normal)
+        return np.array([first, np.cross(normal, first), normal])
 
     def load(self, count: int, force: np.ndarray) -> np.ndarray:
         """Generalised forces (count,) of a force (3,), N, on it."""
@@ -81,9 +93,10 @@ class FilmMesh:
         i = int(np.clip(np.searchsorted(grid.x, x, side="right") - 1, 0, len(grid.x) - 2))
         j = int(np.clip(np.searchsorted(grid.y, y, side="right") - 1, 0, len(grid.y) - 2))
         b, c = grid.x[i + 1] - grid.x[i], grid.y[j + 1] - grid.y[j]
-        weights = membrane_shape((x - grid.x[i]) / b, (y - grid.y[j]) / c, b, c)
+        at = (x - grid.x[i]) / b, (y - grid.y[j]) / c
+        weights, along, across = (membrane_shape(*at, b, c, derivative=d) for d in ((0, 0), (1, 0), (0, 1)))
         corners = grid.position[[i, i + 1, i + 1, i], [j, j, j + 1, j + 1]]
-        return FilmPoint((corners[:, None] + np.array([0, 3, 6])).ravel(), np.asarray(weights))
+        return FilmPoint((corners[:, None] + np.array([0, 3, 6])).ravel(), weights, along, across)
 
     def held_by(self, support: Support) -> np.ndarray:
         """Coordinates that a support holds: edges with the slopes along them, which keep them straight between nodes."""

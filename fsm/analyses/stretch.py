@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from fsm.analyses.deployed import DeployedFilm
 from fsm.analyses.film import CORNERS, FilmMesh
 from fsm.ancf.film import FilmMaterial
 from fsm.ancf.loading import Forcing, Loading
@@ -18,7 +19,7 @@ from fsm.pretension import tensioned
 from fsm.scene.case import Case
 from fsm.scene.membrane import CornerCable, Support
 
-__all__ = ["stretched", "supports"]
+__all__ = ["as_deployed", "stretched", "supports"]
 
 _IMPERFECTION = 0.1
 """Height of waves that a film starts from where no closed form says it, over the thickness."""
@@ -32,6 +33,20 @@ def supports(case: Case) -> tuple[Support, ...]:
         return (Support(at="cables"),)
     assert case.tension is not None
     return (Support(at="corners" if case.tension.pull is not None else "edges"),)
+
+
+def as_deployed(case: Case, deployed: DeployedFilm, loading: Loading) -> AncfSystem:
+    """The film that a deployment left, in its own equilibrium under what held and drew the strip.
+
+    Raises
+    ------
+    NotConverged
+    """
+    system = AncfSystem(deployed.film.mesh.holding(deployed.held), Loading(gravity=case.gravity))
+    try:
+        return tensioned(system, deployed.held, loading, settle=True)
+    except NotConverged as error:
+        raise NotConverged(f"the deployed strip as a film: {error}") from None
 
 
 def stretched(case: Case, film: FilmMesh, loading: Loading) -> AncfSystem:

@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from fsm.analyses.deployed import DeployedFilm
 from fsm.analyses.film import build_film
 from fsm.analyses.reduced import CHECKED, MODAL, ReducedSolve, error_against_full, reduced_model
-from fsm.analyses.stretch import stretched
+from fsm.analyses.stretch import as_deployed, stretched
 from fsm.ancf.film import MembraneGroup
 from fsm.ancf.loading import Forcing, Loading
 from fsm.ancf.pulse import HalfSine, Rectangle, Samples, TimeFunction
@@ -53,14 +54,15 @@ class VibrationAnalysis:
     ----------
     case : Case
     source : file that faults are told of
+    deployed : film that the stage before left, in place of the case's own
     """
 
     kernels = "film"
 
-    def __init__(self, case: Case, source: str) -> None:
-        self.case, self.source = case, source
+    def __init__(self, case: Case, source: str, deployed: DeployedFilm | None = None) -> None:
+        self.case, self.source, self.deployed = case, source, deployed
         self.vibration = case.vibration or Vibration()
-        self.film = build_film(case)
+        self.film = build_film(case) if deployed is None else deployed.film
         self.points = {name: self.film.point(*place) for name, place in self._places().items()}
 
     @property
@@ -76,11 +78,16 @@ class VibrationAnalysis:
         CaseError
             The film is slack, or would wrinkle.
         """
-        self._system = stretched(self.case, self.film, self._loading())
+        loading = self._loading()
+        if self.deployed is None:
+            self._system = stretched(self.case, self.film, loading)
+        else:
+            self._system = as_deployed(self.case, self.deployed, loading)
         q, _ = self._system.initial()
         self.state = tension_state(self._system, 0.0, q)
         self._refuse_slack(self.state)
         self.rest = {name: point.position(q) for name, point in self.points.items()}
+        self.axes = {name: point.axes(q) for name, point in self.points.items()}
         self.modes = modes(self._system, 0.0, q, min(self.vibration.modes, self._system.nu))
         self._refuse_unstable(self.modes)
         self._choose_model(warnings)
@@ -155,17 +162,18 @@ class VibrationAnalysis:
 
     def layout(self) -> Layout:
         """See `Analysis`."""
-        assert self.case.membrane is not None
+        groups = [group for group in self.film.mesh.groups if isinstance(group, MembraneGroup)]
         return Layout(
             dimension="spatial",
             panel=self.film.cells.ravel(),
-            thickness=self.case.membrane.thickness,
+            thickness=groups[0].material.thickness,
             film=self._film(),
         )
 
     def probes(self, q: np.ndarray) -> np.ndarray:
         """See `Analysis`."""
-        return np.array([point.position(q) - self.rest[name] for name, point in self.points.items()])
+        moved = [self.axes[name] @ (point.position(q) - self.rest[name]) for name, point in self.points.items()]
+        return np.array(moved)
 
     def unstable_ways(self, t: float, q: np.ndarray) -> int:
         """None: a vibration passes no equilibria; that which it is about is stable."""
@@ -225,7 +233,8 @@ class VibrationAnalysis:
         impact = self.case.impact
         if impact is not None:
             top, time = _pulse(impact)
-            vector = self.film.point(*impact.point).load(len(self.film.mesh.coordinates), np.array([0.0, 0.0, top]))
+            point, start = self.film.point(*impact.point), self.film.mesh.coordinates
+            vector = point.load(len(start), top * point.axes(start)[2])
             forcings = (Forcing(vector, time),)
         air = self.case.damping.air if self.case.damping else 0.0
         return Loading(forcings, gravity=self.case.gravity, mass_damping=air)
@@ -247,13 +256,14 @@ class VibrationAnalysis:
             "wrinkles": "these wrinkles are not resolved; refine the mesh",
             "tension-field": "refine the mesh, or pull harder",
         }
-        assert self.case.tension is not None
+        if self.case.tension is None:
+            raise CaseError([Fault("deployed", f"{text}; give more elements_across")], self.source)
         raise CaseError([Fault("tension.film", f"{text}; {hint[self.case.tension.film]}")], self.source)
 
     def _refuse_slack(self, state: TensionState) -> None:
         if state.slack > _SLACKEST or not state.largest > 0.0:
             text = f"the film is slack: {100 * state.slack:.0f} % of it carries no tension; pull harder"
-            raise CaseError([Fault("tension", text)], self.source)
+            raise CaseError([Fault("tension" if self.deployed is None else "drive", text)], self.source)
 
     def _film(self) -> Film:
         q, _ = self._system.initial()

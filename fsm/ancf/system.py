@@ -109,7 +109,7 @@ class AncfSystem:
         size = np.where(is_position, length, 1.0)
         velocity = np.where(is_position, speed, speed / length)
         span = np.where(is_position, max(spread, length), 1.0)
-        return Scales(length, size, velocity, size, span)
+        return Scales(length, size, velocity, size, span, np.full(self.nu, np.inf))
 
     def kinematic_map(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
         """See `System`."""

@@ -51,7 +51,7 @@ def write_film(file: Any, film: Film) -> None:
     times.make_scale("probe_time")
     tail = film.probe_rest.shape
     moved = file.create_dataset("probes/displacement", (0, *tail), np.float64, maxshape=(None, *tail), chunks=(256, *tail))
-    described(moved, "m", "displacement of the probe from where it rests")
+    described(moved, "m", "displacement of the probe from rest: along the film, across it, normal to it")
     for axis, scale in enumerate((times, file["probe"], file["axis"])):
         moved.dims[axis].attach_scale(scale)
 

@@ -53,7 +53,7 @@ class Samples:
     ----------
     time : (m,) array, s
     displacement : (m, n_probes, 3) array, m
-        From where each probe rests.
+        From where each probe rests, along the film's length there, across it, and normal to it.
     """
 
     time: Floats = field(default_factory=lambda: np.zeros(0))
