@@ -54,6 +54,11 @@ class ScissorArray:
         self.holds = case.hold or default_holds(case.scissor)
         self.system: ArraySystem | SegmentSystem = self._rigid() if case.scissor.rigid else self._flexible()
 
+    @property
+    def kernels(self) -> str:
+        """See `Analysis`."""
+        return "planar" if self.scissor.rigid else "bars"
+
     def make_ready(self, warnings: list[str]) -> None:
         """See `Analysis`: nothing."""
 
