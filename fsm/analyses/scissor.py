@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from fsm.ancf.scissor import ArraySystem, compile_array
+from fsm.analyses.array import compile_array
+from fsm.ancf.array_system import ArraySystem
 from fsm.errors import FsmError
 from fsm.results.array import ArrayMotion, PointMotion, asynchronism, largest_differences
 from fsm.results.solution import Layout, Solution
