@@ -31,7 +31,7 @@ from fsm.solve.simulate import Settings, simulate
 from fsm.solve.static import PathSettings, follow
 from fsm.summary import check_expectations, joined, missed_expectations
 
-__all__ = ["run_case", "warm_up", "warm_up_film"]
+__all__ = ["run_case", "warm_up", "warm_up_array", "warm_up_film", "warm_up_kind"]
 
 def run_case(
     loaded: LoadedCase, out: Path, *, progress: bool | Callable[[float], None] = True, resume: bool = False
@@ -153,6 +153,16 @@ def warm_up(spatial: bool = False, plates: bool = True) -> None:
         touching = system.retract(q, pushed.ravel())
         system.tangent(0.0, touching, u)
         system.observe(0.0, touching, u)
+
+
+def warm_up_kind(kind: str) -> None:
+    """Compile (or load) the kernels of one kind of analysis: "planar", "spatial", "film" or "bars"."""
+    if kind == "film":
+        warm_up_film()
+    elif kind == "bars":
+        warm_up_array()
+    else:
+        warm_up(spatial=kind == "spatial", plates=False)
 
 
 def warm_up_film() -> None:

@@ -234,14 +234,10 @@ def _run_rows(
     """Run the jobs and put their rows with the others as they come."""
     if not jobs:
         return
-    if "film" in kernels:
-        from fsm.run import warm_up_film
+    from fsm.run import warm_up_kind
 
-        warm_up_film()
-    for kind in sorted(kernels - {"film"}):
-        from fsm.run import warm_up
-
-        warm_up(spatial=kind == "spatial", plates=False)
+    for kind in sorted(kernels):
+        warm_up_kind(kind)
     numbers = list(jobs)
     count = min(workers or os.cpu_count() or 1, len(numbers))
     with (

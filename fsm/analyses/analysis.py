@@ -26,7 +26,7 @@ class Analysis(Protocol):
 
     @property
     def kernels(self) -> str:
-        """The kernels it needs, as `fsm.run.warm_up` calls them."""
+        """The kernels it needs, as `fsm.run.warm_up_kind` calls them."""
         ...
 
     def make_ready(self, warnings: list[str]) -> None:

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from fsm.ancf.scissor import ArraySystem, compile_array
+from fsm.analyses.array import compile_array
+from fsm.ancf.array_system import ArraySystem
 from fsm.errors import FsmError
 from fsm.results.array import ArrayMotion, PointMotion, asynchronism, largest_differences
 from fsm.results.solution import Layout, Solution
@@ -53,6 +54,11 @@ class ScissorArray:
         self.array: Array = array_at(case.scissor, case.scissor.initial_angle)
         self.holds = case.hold or default_holds(case.scissor)
         self.system: ArraySystem | SegmentSystem = self._rigid() if case.scissor.rigid else self._flexible()
+
+    @property
+    def kernels(self) -> str:
+        """See `Analysis`."""
+        return "planar" if self.scissor.rigid else "bars"
 
     def make_ready(self, warnings: list[str]) -> None:
         """See `Analysis`: nothing."""

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from fsm.analyses.array import compile_array
 from fsm.ancf.end_to_end import end_to_end, specification_matrix
-from fsm.ancf.scissor import compile_array
 from fsm.scene.builders.scissor import array_at, build_array
 from fsm.scene.builders.scissor_bodies import build_bodies
 from fsm.scene.check_scissor import default_holds
@@ -200,10 +200,11 @@ def test_a_ring_opens_evenly():
     forces = tuple(PointForce(point=f"a{k}", radial=5.0, time=Ramp(kind="ramp", end=0.05)) for k in range(1, 7))
     system = flexible(ring, forces)
     q, _, ledger, _ = histories(system, Settings("generalized-alpha", 1e-4, 0.3, step=1e-3), [0.0, 0.3])
-    centre = np.array(system.array.centre)
+    array = array_at(ring, ring.initial_angle)
+    centre = np.array(array.centre)
     for side in "ab":
         radii = [np.linalg.norm(q[-1][system.points[f"{side}{k}"] + np.arange(2)] - centre) for k in range(1, 7)]
-        start = math.dist(system.array.points[f"{side}1"], system.array.centre)
+        start = math.dist(array.points[f"{side}1"], array.centre)
         assert np.ptp(radii) < 1e-9
         assert radii[0] > start + 1e-3
     assert ledger.relative_error < 1e-4

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fsm.ancf.scissor import ArraySystem, compile_array
+from fsm.analyses.array import compile_array
+from fsm.ancf.array_system import ArraySystem
 from fsm.scene.check_scissor import default_holds
 from fsm.scene.loads import Ramp
 from fsm.scene.materials import Material

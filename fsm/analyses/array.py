@@ -7,20 +7,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fsm.ancf.bars import BarMaterial, BarMesh, BarNodes
-from fsm.ancf.beam_group import BeamGroup
+from fsm.ancf.array_system import ArraySystem
+from fsm.ancf.bars import BarMaterial, BarMesh
 from fsm.ancf.end_to_end import end_to_end
 from fsm.ancf.group import ElementGroup
 from fsm.ancf.hinge import HingeGroup
 from fsm.ancf.loading import Forcing, Loading
 from fsm.ancf.mesh import Mesh, node_pattern
-from fsm.ancf.system import AncfSystem
 from fsm.scene.builders.scissor import Array, array_at
 from fsm.scene.loads import Constant, Ramp, TimeFunction
 from fsm.scene.materials import Material
 from fsm.scene.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
 
-__all__ = ["ArraySystem", "compile_array"]
+__all__ = ["compile_array"]
 
 
 @dataclass(frozen=True)
@@ -50,55 +49,6 @@ class _Factor:
         if isinstance(self.function, Ramp):
             return self.function.start, self.function.end
         return tuple(self.function.time)
-
-
-class ArraySystem(AncfSystem):
-    """A scissor array behind the `System` protocol.
-
-    Attributes
-    ----------
-    array : Array
-    points : dict
-        First coordinate of every point's position, by name.
-    bars : nodes of every bar
-    beams : BeamGroup
-    material : BarMaterial
-    hinges : HingeGroup, or None
-    """
-
-    def __init__(
-        self,
-        mesh: Mesh,
-        loading: Loading,
-        array: Array,
-        points: dict[str, int],
-        bars: tuple[BarNodes, ...],
-        material: BarMaterial,
-        hinges: HingeGroup | None,
-    ) -> None:
-        self.array, self.points, self.bars, self.material, self.hinges = array, points, bars, material, hinges
-        self.beams: BeamGroup = next(group for group in mesh.groups if isinstance(group, BeamGroup))
-        super().__init__(mesh, loading)
-
-    def stress(self, q: np.ndarray) -> np.ndarray:
-        """Largest normal stress of each bar, of stretch and bending at the Gauss points, (n_bars,), Pa."""
-        strains, _ = self.beams.strains(self.beams.gathered(q), self.beams.rows)
-        axial = np.abs(strains[..., 0])
-        if strains.shape[2] != 3:  # Green's strain is that of the point itself
-            curvature = strains[..., 2] if strains.shape[2] == 4 else strains[..., 1]
-            axial = axial + 0.5 * self.material.height * np.abs(curvature)
-        largest = self.material.young * axial.max(axis=1)
-        return np.array([largest[bar.elements].max() for bar in self.bars])
-
-    def shape(self, t: float, q: np.ndarray) -> np.ndarray:
-        """See `System`: every element's axis, as wide as the bar is across the plane; y of the plane is z."""
-        half = np.array([-0.5, -0.5, 0.5, 0.5]) * self.material.width
-        quads = []
-        for bar in self.bars:
-            at = q[bar.positions[:, None] + np.arange(2)]
-            corners = np.stack([at[:-1], at[1:], at[1:], at[:-1]], axis=1)
-            quads.append(np.stack([corners[..., 0], np.broadcast_to(half, corners.shape[:2]), corners[..., 1]], axis=-1))
-        return np.concatenate(quads)
 
 
 def compile_array(
@@ -139,7 +89,7 @@ def compile_array(
     )  # fmt: skip
     forcings = tuple(_forcing(force, array, points, 2 * count) for force in forces)
     return ArraySystem(
-        whole, Loading(forcings, gravity=(*gravity, 0.0)), array, points, tuple(mesh.bars), bar_material, hinges
+        whole, Loading(forcings, gravity=(*gravity, 0.0)), points, tuple(mesh.bars), bar_material, hinges
     )
 
 
@@ -213,8 +163,8 @@ def _senses(
         start, middle, end = (i for i, first in enumerate(bar.positions) if int(first) in named)
         # through its middle a bar has the slope of its first half
         for at, a, b in ((start, start, middle), (middle, start, middle), (end, middle, end)):
-            ends = (later[named[int(bar.positions[i])]] for i in (b, a))
-            direction[int(bar.slopes[at])] = np.subtract(*ends)
+            from_, to = (later[named[int(bar.positions[i])]] for i in (a, b))
+            direction[int(bar.slopes[at])] = np.subtract(to, from_)
     p, q = (np.array([direction[int(first)] for first in vectors[:, side]]) for side in (0, 1))
     angle = np.arctan2(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0], np.sum(p * q, axis=1))
     turn = np.remainder(angle - initial + math.pi, 2.0 * math.pi) - math.pi

@@ -1,0 +1,61 @@
+"""The System of bars that share points: a scissor array."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.ancf.bars import BarMaterial, BarNodes
+from fsm.ancf.beam_group import BeamGroup
+from fsm.ancf.hinge import HingeGroup
+from fsm.ancf.loading import Loading
+from fsm.ancf.mesh import Mesh
+from fsm.ancf.system import AncfSystem
+
+__all__ = ["ArraySystem"]
+
+
+class ArraySystem(AncfSystem):
+    """A scissor array behind the `System` protocol.
+
+    Attributes
+    ----------
+    points : dict
+        First coordinate of every point's position, by name.
+    bars : nodes of every bar
+    beams : BeamGroup
+    material : BarMaterial
+    hinges : HingeGroup, or None
+    """
+
+    def __init__(
+        self,
+        mesh: Mesh,
+        loading: Loading,
+        points: dict[str, int],
+        bars: tuple[BarNodes, ...],
+        material: BarMaterial,
+        hinges: HingeGroup | None,
+    ) -> None:
+        self.points, self.bars, self.material, self.hinges = points, bars, material, hinges
+        self.beams: BeamGroup = next(group for group in mesh.groups if isinstance(group, BeamGroup))
+        super().__init__(mesh, loading)
+
+    def stress(self, q: np.ndarray) -> np.ndarray:
+        """Largest normal stress of each bar, of stretch and bending at the Gauss points, (n_bars,), Pa."""
+        strains, _ = self.beams.strains(self.beams.gathered(q), self.beams.rows)
+        axial = np.abs(strains[..., 0])
+        if strains.shape[2] != 3:  # Green's strain is that of the point itself
+            curvature = strains[..., 2] if strains.shape[2] == 4 else strains[..., 1]
+            axial = axial + 0.5 * self.material.height * np.abs(curvature)
+        largest = self.material.young * axial.max(axis=1)
+        return np.array([largest[bar.elements].max() for bar in self.bars])
+
+    def shape(self, t: float, q: np.ndarray) -> np.ndarray:
+        """See `System`: every element's axis, as wide as the bar is across the plane; y of the plane is z."""
+        half = np.array([-0.5, -0.5, 0.5, 0.5]) * self.material.width
+        quads = []
+        for bar in self.bars:
+            at = q[bar.positions[:, None] + np.arange(2)]
+            corners = np.stack([at[:-1], at[1:], at[1:], at[:-1]], axis=1)
+            quads.append(np.stack([corners[..., 0], np.broadcast_to(half, corners.shape[:2]), corners[..., 1]], axis=-1))
+        return np.concatenate(quads)
