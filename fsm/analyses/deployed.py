@@ -14,7 +14,7 @@ from fsm.ancf.from_deployed import CreaseLine, DeployedStrip, deployed_mesh
 from fsm.results.solution import Floats, Solution
 from fsm.scene.builders.membrane import MeshLines
 from fsm.scene.case import Case, Strip
-from fsm.scene.materials import Crease, SplineCrease
+from fsm.scene.materials import Crease, LinearCrease, SplineCrease
 from fsm.scene.membrane import Deployed
 
 __all__ = ["DeployedFilm", "film_of_deployment"]
@@ -95,8 +95,9 @@ def _crease_line(place: float, turn: float, number: int, strip: Strip, crease: C
     folded = 2.0 * strip.fold_angle if crease.rest_angle is None else crease.rest_angle
     side = -1.0 if number % 2 else 1.0  # panels 1, 3, 5 rise: the strip turns down at crease 1
     psi = side * turn
-    if not isinstance(crease, SplineCrease):
+    if isinstance(crease, LinearCrease):
         return CreaseLine(place, crease.stiffness, side * folded)
+    assert isinstance(crease, SplineCrease)  # a family gives its curve when the case is read
     assert crease.angle is not None and crease.moment is not None
     law = CubicSpline if crease.interpolation == "cubic" else PchipInterpolator
     curve = law(np.array(crease.angle), np.array(crease.moment))

@@ -144,8 +144,8 @@ Analysis = Literal["deploy", "vibrate", "scissor"]
 class Case(Model):
     """A whole case: what there is, what acts on it, how to solve it, what to keep.
 
-    What there is: a strip or a lattice (or a scene written out) to deploy, a membrane to vibrate, or a scissor array. With `stages`,
-    one analysis after the other: the strip as it is deployed is the film that vibrates.
+    What there is: a strip or a lattice (or a scene written out) to deploy, a membrane to vibrate, or a scissor array. With
+    `stages`, one analysis after the other: the strip as it is deployed is the film that vibrates.
     """
 
     title: str = ""
