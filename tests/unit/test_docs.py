@@ -28,6 +28,7 @@ from fsm.scene.materials import FamilyCrease, LinearCrease, Material, SplineCrea
 from fsm.scene.model import Model
 from fsm.scene.obstacle import Obstacle
 from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
+from fsm.scene.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
 from fsm.solve.status import Event
 
 ROOT = Path(__file__).parents[2]
@@ -38,8 +39,9 @@ CREASE = ROOT / "folding_cases" / "strip_pull" / "crease.csv"
 
 TABLES: list[tuple[type[BaseModel], ...]] = [
     (Case,), (Strip,), (Lattice,), (Material,), (LinearCrease, SplineCrease, FamilyCrease), (Contact,), (Friction,),
-    (Drive,), (Load,), (Constant, Ramp, Table), (Obstacle,), (Solve,), (Save,), (Expect,), (Scene,), (Body,), (Plate,),
-    (ForceElement,), (Surface,), (ContactPair,),
+    (Drive,), (Load,), (Constant, Ramp, Table), (Obstacle,), (Solve,), (Save,), (Expect,), (Scissor,), (BarSection,),
+    (HingeJoint,), (Stop,), (PointSupport,), (PointForce,), (Scene,), (Body,), (Plate,), (ForceElement,), (Surface,),
+    (ContactPair,),
 ]  # fmt: skip
 """The sections in the order of the page."""
 
