@@ -32,6 +32,8 @@ from fsm.scene.units import to_si
 __all__ = ["calibrate_force", "identification_of", "measured_curve", "run_study"]
 
 QUANTITIES = {"displacement": "length", "force": "force", "half_band": "force", "repeat": "number"}
+_REWEIGHTED, _LEAST = 10, 1e-6
+"""Rounds in which the variance of repeats is fitted, and the least part of its mean that is believed."""
 _SEARCH = 0.7
 """Part of the work, for the bar, that the search takes where a band is sampled after it."""
 
@@ -144,8 +146,11 @@ def _mean(travel: np.ndarray, force: np.ndarray, repeat: np.ndarray) -> tuple[np
         raise ValueError("repeats must have the same displacements; resample them")
     values = np.array([y[np.argsort(x)] for x, y in curves])
     mean = values.mean(axis=0)
-    share, _ = nnls(np.column_stack([np.ones(len(at)), mean**2]), values.var(axis=0, ddof=1))
-    variance = share[0] + share[1] * mean**2
+    sampled = values.var(axis=0, ddof=1)
+    variance, terms = np.full(len(at), sampled.mean()), np.column_stack([np.ones(len(at)), mean**2])
+    for _ in range(_REWEIGHTED if sampled.mean() > 0.0 else 0):  # a sample variance scatters in proportion to itself
+        share, _ = nnls(terms / variance[:, None], sampled / variance)
+        variance = np.maximum(terms @ share, _LEAST * sampled.mean())
     if not np.all(variance > 0.0):
         raise ValueError("the repeats do not differ; leave the column `repeat` out")
     return at, mean, np.sqrt(variance / len(numbers))
