@@ -22,7 +22,7 @@ from fsm.recorder import RecordedSolve
 from fsm.results.export import write_contact_csv, write_force_csv
 from fsm.results.quantities import touching_pairs
 from fsm.results.solution import Solution
-from fsm.scene.builders.warm_up import warm_up_plates, warm_up_strip
+from fsm.scene.builders.warm_up import warm_up_lattice, warm_up_plates, warm_up_strip
 from fsm.scene.load_case import LoadedCase
 from fsm.solve.newton import negative_pivots
 from fsm.solve.simulate import Settings, simulate
@@ -88,7 +88,8 @@ def warm_up(spatial: bool = False, plates: bool = True) -> None:
     plates : bool
         False leaves out contact of rigid plates and obstacles.
     """
-    for warm in (warm_up_strip(spatial), *([warm_up_plates(spatial)] if plates else [])):
+    cases = [warm_up_strip(spatial), *([warm_up_plates(spatial)] if plates else [])]
+    for warm in [*cases, *([] if spatial else [warm_up_lattice()])]:
         _, system = prepare(warm.case)
         q, u = system.initial()
         end = 1e-3 * (system.end_time() or 1.0)

@@ -12,8 +12,8 @@ offered.
 
 dh/dp and dr/dp at a fixed configuration are the difference of two systems compiled with p (1 + d) and p (1 - d), over
 2 d p. Stiffness, damping and factors enter h linearly, where this is exact but for rounding, about 1e-16/d of the largest
-effort; d = 1e-5. A length or an angle moves bodies and rest states by d of itself, and the error is d^2 times the third
-derivative besides; d = 1e-6. Contacts bend within a micrometre and have no large efforts that cancel: theirs is taken apart,
+effort; d = 1e-6. A length or an angle moves bodies and rest states by d of itself, and the error is d^2 times the third
+derivative besides. Contacts bend within a micrometre and have no large efforts that cancel: theirs is taken apart,
 with d = 1e-8. No equilibrium is solved twice.
 """
 
@@ -37,10 +37,8 @@ from fsm.system import Before
 
 __all__ = ["PathSensitivity", "Varied", "vary"]
 
-_PART = 1e-5
+_PART = 1e-6
 """Part of itself that a parameter is varied by."""
-_GEOMETRIC = 1e-6
-"""The same, of one that moves bodies."""
 _TOUCHING = 1e-8
 """The same, for what contacts have of it."""
 _LEFT_OVER = 1e-4
@@ -108,20 +106,12 @@ def _varied(case: Case, scene: Scene, system: SegmentSystem, path: str) -> Varie
 
     step = _PART * size
     more = changed(step)
-    if not _same_places(scene, more):
-        step = _GEOMETRIC * size
-        more = changed(step)
     free = [one.model_copy(update={"contact": None, "friction": None}) for one in (more, changed(-step))]
     contacts = None
     if system.contacts and (any(group.rate_dependent for group in system.contacts) or not _same_contacts(scene, more)):
         touching = _TOUCHING * size
         contacts = pair(touching, changed(touching), changed(-touching))
     return Varied(path, pair(step, free[0], free[1]), contacts)
-
-
-def _same_places(one: Scene, other: Scene) -> bool:
-    places = [[(body.position, body.orientation) for body in scene.bodies] for scene in (one, other)]
-    return places[0] == places[1]
 
 
 def _same_contacts(one: Scene, other: Scene) -> bool:
