@@ -24,7 +24,13 @@ from fsm.results.export import write_contact_csv, write_force_csv, write_history
 from fsm.results.quantities import touching_pairs
 from fsm.results.solution import Solution
 from fsm.results.store import read_solution
-from fsm.scene.builders.warm_up import warm_up_membrane, warm_up_plates, warm_up_scissor, warm_up_strip
+from fsm.scene.builders.warm_up import (
+    warm_up_lattice,
+    warm_up_membrane,
+    warm_up_plates,
+    warm_up_scissor,
+    warm_up_strip,
+)
 from fsm.scene.load_case import LoadedCase
 from fsm.solve.newton import negative_pivots
 from fsm.solve.simulate import Settings, simulate
@@ -138,7 +144,8 @@ def warm_up(spatial: bool = False, plates: bool = True) -> None:
     plates : bool
         False leaves out contact of rigid plates and obstacles.
     """
-    for warm in (warm_up_strip(spatial), *([warm_up_plates(spatial)] if plates else [])):
+    cases = [warm_up_strip(spatial), *([warm_up_plates(spatial)] if plates else [])]
+    for warm in [*cases, *([] if spatial else [warm_up_lattice()])]:
         _, system = prepare(warm.case)
         q, u = system.initial()
         end = 1e-3 * (system.end_time() or 1.0)

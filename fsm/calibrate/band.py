@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from scipy.stats import norm
 
 from fsm.calibrate.parameters import with_values
 from fsm.calibrate.respond import Response, peak_of, respond
@@ -21,7 +22,7 @@ from fsm.errors import CaseError, FsmError
 from fsm.pool import run_jobs
 from fsm.scene.case import Case
 
-__all__ = ["Band", "linear_band", "sampled_band"]
+__all__ = ["Band", "linear_band", "sampled_band", "widened"]
 
 
 @dataclass(frozen=True)
@@ -66,6 +67,19 @@ def linear_band(response: Response, estimate: Estimate, level: float = 0.95) -> 
         response.travel, response.force, response.force - reach, response.force + reach,
         (peak.force, peak.force - off, peak.force + off),
     )  # fmt: skip
+
+
+def widened(band: Band, deviation: np.ndarray, level: float = 0.95) -> Band:
+    """The band of what a test would measure: independent deviations (n,), N, are added in quadrature, on either side."""
+    reach = norm.ppf(0.5 + 0.5 * level) * deviation
+    value, low, high = band.peak
+    there = float(np.interp(band.travel[int(np.argmax(band.force))], band.travel, reach))
+    return replace(
+        band,
+        low=band.force - np.hypot(band.force - band.low, reach),
+        high=band.force + np.hypot(band.high - band.force, reach),
+        peak=(value, value - float(np.hypot(value - low, there)), value + float(np.hypot(high - value, there))),
+    )
 
 
 def _spread(jacobian: np.ndarray, estimate: Estimate) -> np.ndarray:

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.optimize import nnls
 from scipy.stats import norm
 
-from fsm.calibrate.band import Band, linear_band, sampled_band
+from fsm.calibrate.band import Band, linear_band, sampled_band, widened
 from fsm.calibrate.data import Table, read_table
 from fsm.calibrate.identify import Identification, Measured, Parameter, Prior, identify
 from fsm.calibrate.parameters import unit_of, value_at, with_values
@@ -32,6 +32,10 @@ from fsm.scene.units import to_si
 __all__ = ["calibrate_force", "identification_of", "measured_curve", "run_study"]
 
 QUANTITIES = {"displacement": "length", "force": "force", "half_band": "force", "repeat": "number"}
+_REWEIGHTED, _LEAST = 10, 1e-6
+"""Rounds in which the variance of repeats is fitted, and the least part of its mean that is believed."""
+_NOTHING = 1e-9
+"""Part of the largest force that is round-off."""
 _SEARCH = 0.7
 """Part of the work, for the bar, that the search takes where a band is sampled after it."""
 
@@ -144,8 +148,11 @@ def _mean(travel: np.ndarray, force: np.ndarray, repeat: np.ndarray) -> tuple[np
         raise ValueError("repeats must have the same displacements; resample them")
     values = np.array([y[np.argsort(x)] for x, y in curves])
     mean = values.mean(axis=0)
-    share, _ = nnls(np.column_stack([np.ones(len(at)), mean**2]), values.var(axis=0, ddof=1))
-    variance = share[0] + share[1] * mean**2
+    sampled = values.var(axis=0, ddof=1)
+    variance, terms = np.full(len(at), sampled.mean()), np.column_stack([np.ones(len(at)), mean**2])
+    for _ in range(_REWEIGHTED if sampled.mean() > 0.0 else 0):  # a sample variance scatters in proportion to itself
+        share, _ = nnls(terms / variance[:, None], sampled / variance)
+        variance = np.maximum(terms @ share, _LEAST * sampled.mean())
     if not np.all(variance > 0.0):
         raise ValueError("the repeats do not differ; leave the column `repeat` out")
     return at, mean, np.sqrt(variance / len(numbers))
@@ -225,6 +232,12 @@ def _predict(
     band = linear
     if wanted.samples:
         band = sampled_band(case, response, estimate, options.level, wanted.samples, options.seed, tell=tell)
+    test = Measured(
+        wanted.name, case, travel, band.force, np.ones(len(travel)),
+        zero=wanted.zero, drag=wanted.drag, drag_over=wanted.drag_over,
+    )  # fmt: skip
+    deviation = np.sqrt(sum(((size * shape) ** 2 for _, shape, size in test.extras), np.zeros(len(travel))))
+    band = widened(band, deviation, options.level)
     result.numbers["prediction"] = {
         "name": wanted.name, "displacement_m": band.travel, "force_N": band.force, "low_N": band.low, "high_N": band.high,
         "linear_low_N": linear.low, "linear_high_N": linear.high, "peak_N": band.peak, "samples": band.samples,
@@ -239,4 +252,5 @@ def _predict(
 
 def _write_prediction(band: Band, path: Path) -> None:
     rows = np.column_stack([1e3 * band.travel, band.force, band.low, band.high])
+    rows[np.abs(rows) < _NOTHING * np.abs(rows).max(axis=0)] = 0.0
     np.savetxt(path, rows, fmt="%.6g", delimiter=",", header="displacement_mm,force_N,low_N,high_N", comments="")

@@ -267,7 +267,7 @@ def identify(
             failed = error
             continue
         found = least_squares(
-            problem.residuals, unknowns, problem.jacobian, bounds, x_scale="jac", xtol=1e-9, ftol=1e-10, gtol=1e-10
+            problem.residuals, unknowns, problem.jacobian, bounds, x_scale="jac", xtol=1e-8, ftol=1e-9, gtol=1e-9
         )
         ends.append((problem.outward(begin), 2.0 * float(found.cost), problem.outward(found.x)))
         if best is None or found.cost < best[0]:

@@ -23,7 +23,7 @@ from fsm.solve.static import follow
 __all__ = ["Peak", "Response", "peak_of", "peak_response", "respond"]
 
 
-_BACK = 6
+_BACK = 10
 """States before the peak that derivatives begin at, where rates matter; doubled until the beginning is forgotten."""
 _FORGOTTEN = 1e-10
 """Part of the first derivatives that may be left."""

@@ -12,8 +12,9 @@ offered.
 
 dh/dp and dr/dp at a fixed configuration are the difference of two systems compiled with p (1 + d) and p (1 - d), over
 2 d p. Stiffness, damping and factors enter h linearly, where this is exact but for rounding, about 1e-16/d of the largest
-effort; d = 1e-5. A length or an angle moves bodies and rest states by d of itself, and the error is d^2 times the third
-derivative besides; d = 1e-6. No equilibrium is solved twice.
+effort; d = 1e-6. A length or an angle moves bodies and rest states by d of itself, and the error is d^2 times the third
+derivative besides. Contacts bend within a micrometre and have no large efforts that cancel: theirs is taken apart,
+with d = 1e-8. No equilibrium is solved twice.
 """
 
 from __future__ import annotations
@@ -36,10 +37,10 @@ from fsm.system import Before
 
 __all__ = ["PathSensitivity", "Varied", "vary"]
 
-_PART = 1e-5
+_PART = 1e-6
 """Part of itself that a parameter is varied by."""
-_GEOMETRIC = 1e-6
-"""The same, of one that moves bodies."""
+_TOUCHING = 1e-8
+"""The same, for what contacts have of it."""
 _LEFT_OVER = 1e-4
 """Force left over, over the largest pull, above which a state is no equilibrium but in motion."""
 _ROUND_OFF = 1e-13
@@ -47,24 +48,30 @@ _ROUND_OFF = 1e-13
 
 
 @dataclass(frozen=True)
+class Pair:
+    """Systems of the case with so much (SI) more and less of a parameter."""
+
+    more: SegmentSystem
+    less: SegmentSystem
+    step: float
+
+
+@dataclass(frozen=True)
 class Varied:
-    """One parameter: the systems of the case with a little more and a little less of it.
+    """One parameter.
 
     Attributes
     ----------
     path : str
-    more, less : SegmentSystem
-    step : float
-        What the parameter differs by from that of the case, SI.
-    contacts : bool
-        Whether contacts have it.
+    others : Pair
+        For all but contacts.
+    contacts : Pair or None
+        For contacts; None where neither the parameter nor the past changes them.
     """
 
     path: str
-    more: SegmentSystem
-    less: SegmentSystem
-    step: float
-    contacts: bool
+    others: Pair
+    contacts: Pair | None
 
 
 def vary(case: Case, scene: Scene, system: SegmentSystem, paths: Sequence[str]) -> list[Varied]:
@@ -86,24 +93,25 @@ def vary(case: Case, scene: Scene, system: SegmentSystem, paths: Sequence[str]) 
 
 def _varied(case: Case, scene: Scene, system: SegmentSystem, path: str) -> Varied:
     value = value_at(case, path)
-    step = _PART * (abs(value) or 1.0)
-    more = build_scene(with_values(case, {path: value + step}))
-    if not _same_places(scene, more):
-        step *= _GEOMETRIC / _PART
-        more = build_scene(with_values(case, {path: value + step}))
-    less = build_scene(with_values(case, {path: value - step}))
-    contacts = bool(system.contacts) and not _same_contacts(scene, more)
-    if not contacts and not any(group.rate_dependent for group in system.contacts):
-        more, less = (one.model_copy(update={"contact": None, "friction": None}) for one in (more, less))
-    systems = [compile_scene(one, case.solve.spatial) for one in (more, less)]
-    if any(one.nq != system.nq for one in systems):
-        raise CaseError(Fault(path, "changes what the structure is made of; it cannot be varied continuously"))
-    return Varied(path, systems[0], systems[1], step, contacts)
+    size = abs(value) or 1.0
 
+    def changed(step: float) -> Scene:
+        return build_scene(with_values(case, {path: value + step}))
 
-def _same_places(one: Scene, other: Scene) -> bool:
-    places = [[(body.position, body.orientation) for body in scene.bodies] for scene in (one, other)]
-    return places[0] == places[1]
+    def pair(step: float, more: Scene, less: Scene) -> Pair:
+        systems = [compile_scene(one, case.solve.spatial) for one in (more, less)]
+        if any(one.nq != system.nq for one in systems):
+            raise CaseError(Fault(path, "changes what the structure is made of; it cannot be varied continuously"))
+        return Pair(systems[0], systems[1], step)
+
+    step = _PART * size
+    more = changed(step)
+    free = [one.model_copy(update={"contact": None, "friction": None}) for one in (more, changed(-step))]
+    contacts = None
+    if system.contacts and (any(group.rate_dependent for group in system.contacts) or not _same_contacts(scene, more)):
+        touching = _TOUCHING * size
+        contacts = pair(touching, changed(touching), changed(-touching))
+    return Varied(path, pair(step, free[0], free[1]), contacts)
 
 
 def _same_contacts(one: Scene, other: Scene) -> bool:
@@ -209,24 +217,24 @@ class PathSensitivity:
         self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None, past: np.ndarray | None
     ) -> tuple[np.ndarray, np.ndarray]:
         """dh/dp (nu, p) and dr/dp (n_drives, p) at a fixed configuration, the last one moving by `past` dp."""
-        system = self.system
-        memory = system.memory()
-        history = before is not None and past is not None
-        columns, rows = [], []
+        system, memory = self.system, self.system.memory()
+        by_parameter = np.zeros((system.nu, len(self.varied)))
+        pull = np.zeros((len(system.motions), len(self.varied)))
         for k, one in enumerate(self.varied):
-            contacts = one.contacts or (history and any(group.rate_dependent for group in system.contacts))
-            ends = []
-            for varied, step in ((one.more, one.step), (one.less, -one.step)):
-                if contacts and len(memory):
-                    varied.restore(memory)
-                then, speed = before, u
-                if before is not None and past is not None:
-                    then = (before[0], system.retract(before[1], step * past[:, k]))
-                    speed = system.difference(then[1], q) / (t - before[0])
-                ends.append(varied.balance(t, q, speed, then, contacts))
-            columns.append((ends[0][0] - ends[1][0]) / (2.0 * one.step))
-            rows.append((ends[0][1] - ends[1][1]) / (2.0 * one.step))
-        return np.array(columns).T.reshape(system.nu, -1), np.array(rows).T.reshape(len(system.motions), -1)
+            for pair, contacts in ((one.others, False), (one.contacts, True)):
+                if pair is None:
+                    continue
+                for varied, step in ((pair.more, pair.step), (pair.less, -pair.step)):
+                    if contacts and len(memory):
+                        varied.restore(memory)
+                    then, speed = before, u
+                    if before is not None and past is not None:
+                        then = (before[0], system.retract(before[1], step * past[:, k]))
+                        speed = system.difference(then[1], q) / (t - before[0])
+                    force, reaction = varied.balance(t, q, speed, then, contacts)
+                    by_parameter[:, k] += force / (2.0 * step)
+                    pull[:, k] += reaction / (2.0 * step)
+        return by_parameter, pull
 
     def _matrix(
         self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None

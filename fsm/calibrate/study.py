@@ -98,12 +98,17 @@ class Predict(Model):
         Evenly over the drive's travel.
     samples : int
         Of the Monte Carlo band; 0: the linear one.
+    zero, drag, drag_over : N, N, m
+        As of a curve: what a test of it would add. The band is then one of what is measured.
     """
 
     name: str
     set: tuple[str, ...] = ()
     points: Annotated[Count, Field(ge=2, le=10_000)] = 51
     samples: Annotated[Count, Field(ge=0, le=100_000)] = 200
+    zero: Annotated[Force, Field(ge=0)] = 0.0
+    drag: Annotated[Force, Field(ge=0)] = 0.0
+    drag_over: Annotated[Length, Field(gt=0)] = 1e-3
 
 
 class Study(Model):

@@ -111,8 +111,6 @@ def to_si(value: float | str, unit: str, system: str = "SI") -> float:
     ValueError
         Not a number, an unknown unit, or a unit of another kind of quantity.
     """
-    if type(value) is float and system == "SI" and math.isfinite(value):  # as builders and results have them
-        return value
     wanted = f"a value in {unit_in(unit, system)} is wanted" if unit else "a plain number is wanted"
     _, dimension = parse_unit(unit)
     number, text = _split(value, wanted)
@@ -214,6 +212,8 @@ class Unit:
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         def read(value: Any, info: core_schema.ValidationInfo) -> float:
+            if type(value) is float and not info.context and math.isfinite(value):  # SI already, as builders have it
+                return value
             system = (info.context or {}).get("units", "SI")
             try:
                 return to_si(value, self.text(info.data if self.power else {}), system)

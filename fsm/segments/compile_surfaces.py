@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import accumulate
 
 import numpy as np
 
@@ -74,6 +75,7 @@ class _SurfaceCompiler:
         self._longest, self._mean_length = max(moving, default=1.0), float(np.mean(moving or [1.0]))
         self._shallowest = _SEGMENTS_DEEP * self._longest
         self._lobatto = gauss_lobatto(contact.points_per_segment + 1)
+        self._known_points: dict[int, list[tuple[float, float, float]]] = {}
 
     def geometry(self) -> SurfaceContacts:
         """Everything put together."""
@@ -129,17 +131,18 @@ class _SurfaceCompiler:
         rows: list[tuple[object, ...]] = []
         for own, other, at_end in ((pair.first, pair.second, True), (pair.second, pair.first, False)):
             bodies, opposite = members[own], members[other]
-            lengths = np.array([self._plate(b).length for b in bodies])
-            starts = np.concatenate([[0.0], np.cumsum(lengths)])
+            plates = [self._plate(b) for b in bodies]
+            starts = [0.0, *accumulate(plate.length for plate in plates)]
             facing = sum(self._plate(b).length for b in opposite)  # the stiffness is that of the smaller face
             side = self._side(bodies, opposite)
             thickness = self._plate(opposite[0]).thickness / 2
             opening, deepest = self._opening(bodies, opposite), self._deepest(opposite)
             narrow, largest = self._largest_cell(bodies, opposite)
             edge = _EDGE * facing / end_taper.TAPER
-            for body, length, start in zip(bodies, lengths, starts, strict=False):
-                for x, weight, half_cell in self._points(body, length):
-                    inset = self._plate(body).thickness / 2
+            for body, plate, start in zip(bodies.tolist(), plates, starts, strict=False):
+                length, lanes = plate.length, self._lanes(body)
+                for x, weight, half_cell in self._points(body):
+                    inset = plate.thickness / 2
                     clearance = inset + thickness
                     if not self.contact.thickness_in_gap:
                         inset = clearance = 0.0
@@ -152,45 +155,48 @@ class _SurfaceCompiler:
                         inset *= reduced / clearance if clearance else 1.0
                         clearance = reduced
                     share = 0.5 * weight / min(starts[-1], facing)
-                    area = 0.5 * weight * self._plate(body).width
+                    area = 0.5 * weight * plate.width
                     along = start + length / 2 + x
                     at_an_end = min(along, starts[-1] - along) < 1e-9 * starts[-1]
                     straight = _TIPS[pair.shared][int(at_an_end)]
                     cell = (0.5 * edge, edge) if at_an_end else (narrow * half_cell, narrow * largest)
                     if straight != BARE:
                         cell = (0.0, 0.0)
-                    for lane, lane_share in self._lanes(body):
+                    for lane, lane_share in lanes:
                         rows.append(
                             (body, (x, lane), side, straight, inset, clearance, min(deepest, self._shallowest + clearance),
                              share * lane_share, area * lane_share, number, cell, *first_piece[other])
                         )  # fmt: skip
         return rows
 
-    def _points(self, body: int, length: float) -> list[tuple[float, float, float]]:
+    def _points(self, body: int) -> list[tuple[float, float, float]]:
         """Places along a segment (m, from its centre) and the lengths they stand for: Gauss-Lobatto, ends included.
 
         Third, half the length of the cell around each: that of an end goes on into the next segment. A held panel is one
         long plate: it is cut into cells about as long as the segments that move.
         """
-        cells = max(1, round(length / self._mean_length)) if self.all_bodies[body].held else 1
-        nodes, weights = self._lobatto
-        cell = length / cells
-        return [
-            (
-                float((k + 0.5 + 0.5 * node) * cell - 0.5 * length),
-                float(0.5 * weight * cell),
-                float((0.5 if abs(node) == 1.0 else 0.25) * weight * cell),
-            )
-            for k in range(cells)
-            for node, weight in zip(nodes, weights, strict=True)
-        ]
+        if body not in self._known_points:
+            length = self._plate(body).length
+            cells = max(1, round(length / self._mean_length)) if self.all_bodies[body].held else 1
+            nodes, weights = self._lobatto
+            cell = length / cells
+            self._known_points[body] = [
+                (
+                    float((k + 0.5 + 0.5 * node) * cell - 0.5 * length),
+                    float(0.5 * weight * cell),
+                    float((0.5 if abs(node) == 1.0 else 0.25) * weight * cell),
+                )
+                for k in range(cells)
+                for node, weight in zip(nodes, weights, strict=True)
+            ]
+        return self._known_points[body]
 
     def _largest_cell(self, bodies: np.ndarray, opposite: np.ndarray) -> tuple[float, float]:
         """Length of the largest cell of a panel, m, and what it has to be narrowed by to be tapered at the ends of another.
 
         A taper has the half segment at an end for itself.
         """
-        largest = max(2.0 * half for b in bodies for _, _, half in self._points(b, self._plate(b).length))
+        largest = max(2.0 * half for b in bodies for _, _, half in self._points(b))
         room = min(self._plate(b).length for b in (opposite[0], opposite[-1])) / 2.0
         return min(1.0, room / (end_taper.TAPER * largest)), largest
 

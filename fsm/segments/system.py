@@ -266,25 +266,22 @@ class SegmentSystem:
         return pattern, stiffness, damping
 
     def balance(
-        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None, contacts: bool = True
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None, contacts: bool | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Force h (nu,) and the reactions of all drives (n_drives,) at a state, if need be without what contacts add.
+        """Force h (nu,) and the reactions of all drives (n_drives,) at a state.
 
-        Other arguments as in `System.force`.
+        Of contacts alone, or of all but contacts, if `contacts` is true or false. Other arguments as in `System.force`.
         """
         poses, rates = self.place(t, q, u, before)
         past = self._past(t, before)
         forces = np.zeros(rates.shape)
-        for group in self.groups if contacts else self._without_contacts:
-            group.add_force(t, poses, rates, forces, past)
-        if self.spatial and u is not None:
+        for group in self.groups:
+            if contacts is None or contacts == isinstance(group, ContactGroup):
+                group.add_force(t, poses, rates, forces, past)
+        if self.spatial and u is not None and not contacts:
             add_gyroscopic(rates, self.bodies.inertia, forces)
         reactions = np.asarray(reactions_to(forces, self.bodies.free))
         return np.asarray(take_free(self.bodies.free, forces)), self._drive_state(t, reactions).force
-
-    @cached_property
-    def _without_contacts(self) -> tuple[Group, ...]:
-        return tuple(group for group in self.groups if not isinstance(group, ContactGroup))
 
     def drive_tangent(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> np.ndarray:
         """d(reaction)/dx of every drive, (n_drives, nu); with `before`, velocities are the increment over the time since."""

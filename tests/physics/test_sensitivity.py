@@ -56,7 +56,7 @@ def test_curve_of_a_lattice(damping: float) -> None:
     for column, path in zip(found.jacobian.T, paths, strict=True):
         _, wanted = differences(case, travel, path, 1e-3)
         # with dampers the force knows the steps: at first they follow the parameter, later they are the longest allowed
-        late = slice(5 if damping else 0, None)
+        late = slice(6 if damping else 0, None)
         found_there, bound = column[late] * value_at(case, path), 1e-5 * np.abs(wanted).max()
         np.testing.assert_allclose(found_there, wanted[late], atol=bound, err_msg=path)
 

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from fsm.scene.case import Case
 
-__all__ = ["WarmUp", "warm_up_membrane", "warm_up_plates", "warm_up_scissor", "warm_up_strip"]
+__all__ = ["WarmUp", "warm_up_lattice", "warm_up_membrane", "warm_up_plates", "warm_up_scissor", "warm_up_strip"]
 
 
 class WarmUp(NamedTuple):
@@ -87,3 +87,15 @@ def warm_up_scissor(element: str) -> Case:
             "solve": {"end_time": 1.0},
         }
     )
+
+
+def warm_up_lattice() -> WarmUp:
+    """Two rows of squares, with dampers in the hinges; in the plane only."""
+    lattice: dict[str, Any] = {
+        "lattice": {
+            "columns": 1, "rows": 3, "spacing": 0.015, "hinge_length": 2e-3, "angle": 0.3, "axial": 1e5, "shear": 1e3,
+            "rotational": 1e-3, "depth": 0.01, "density": 1200.0, "damping": 1e-3,
+        },
+        "drive": [{"edge": "top", "speed": 1e-3, "travel": 1e-3}],
+    }  # fmt: skip
+    return WarmUp(Case.model_validate(lattice), "none of them", (0.0, 0.0))

@@ -1,0 +1,175 @@
+"""The study file of `fsm calibrate force`, its data, and what is written."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from fsm.calibrate.data import read_table
+from fsm.calibrate.force import QUANTITIES, identification_of, measured_curve
+from fsm.calibrate.respond import respond
+from fsm.calibrate.study import Curve, read_study
+from fsm.cli import cli
+from fsm.scene.load_case import load_case
+
+CASE = """
+units = "mm-N-s"
+[lattice]
+columns = 2
+rows = 2
+spacing = 15
+hinge_length = 2.25
+angle = "20 deg"
+axial = 40
+shear = 1.5
+rotational = 1.2
+depth = 10
+density = "1240 kg/m^3"
+[[drive]]
+edge = "top"
+direction = [0.4, 0, 1]
+speed = 0.1
+travel = 0.4
+[solve]
+method = "static"
+rtol = 1e-5
+"""
+STUDY = """
+case = "case.toml"
+starts = 1
+[[curve]]
+name = "pull"
+data = "pull.csv"
+zero = "10 mN"
+[[parameter]]
+path = "lattice.axial"
+lower = 10
+upper = "200 N/mm"
+start = 60
+[[parameter]]
+path = "lattice.shear"
+lower = 0.1
+upper = 10
+[[prior]]
+above = "lattice.shear"
+below = "lattice.axial"
+lower = 0.00375
+upper = 0.375
+[predict]
+name = "the same again"
+points = 5
+samples = 0
+"""
+
+
+@pytest.fixture
+def study(tmp_path: Path) -> Path:
+    (tmp_path / "case.toml").write_text(CASE)
+    (tmp_path / "study.toml").write_text(STUDY)
+    travel = np.linspace(0.0, 0.4, 9)
+    force = respond(load_case(tmp_path / "case.toml").case, 1e-3 * travel).force
+    rows = np.column_stack([travel, force, np.full(9, 0.005)])
+    np.savetxt(tmp_path / "pull.csv", rows, delimiter=",", header="displacement [mm],force [N],half_band [N]", comments="")
+    return tmp_path / "study.toml"
+
+
+def run(study: Path, *options: str) -> tuple[int, str, Path]:
+    out = study.parent / "out"
+    result = CliRunner().invoke(cli, ["calibrate", "force", str(study), "--out", str(out), *options])
+    return result.exit_code, result.output, out
+
+
+def test_numbers_plots_and_prediction_are_written(study: Path) -> None:
+    code, text, out = run(study, "--quiet")
+    assert code == 0, text
+    assert {path.name for path in out.iterdir()} == {"calibration.json", "fit.png", "prediction.csv", "prediction.png"}
+    found = json.loads((out / "calibration.json").read_text())
+    by_name = {quantity["name"]: quantity for quantity in found["quantities"]}
+    assert by_name["lattice.axial"]["value"] == pytest.approx(4e4, rel=1e-3)
+    assert by_name["lattice.shear"]["value"] == pytest.approx(1500.0, rel=1e-3)
+    assert by_name["lattice.axial"]["low"] < 4e4 < by_name["lattice.axial"]["high"]
+    assert by_name["zero of pull"]["unit"] == "N"
+    assert np.shape(found["correlation"]) == (3, 3)
+    curve = found["curves"]["pull"]
+    np.testing.assert_allclose(curve["fit_N"], curve["measured_N"], atol=1e-4)
+    table = np.genfromtxt(out / "prediction.csv", delimiter=",", names=True)
+    assert table.dtype.names == ("displacement_mm", "force_N", "low_N", "high_N")
+    assert np.all(table["low_N"][1:] < table["force_N"][1:]) and np.all(table["force_N"][1:] < table["high_N"][1:])
+
+
+def test_units_of_the_case_hold_in_the_study(study: Path) -> None:
+    tests, parameters, priors = identification_of(read_study(study), study)
+    assert [(one.lower, one.upper, one.start) for one in parameters] == [(1e4, 2e5, 6e4), (100.0, 1e4, 1500.0)]
+    assert priors[0].median == pytest.approx(0.0375)
+    assert priors[0].deviation == pytest.approx(np.log(100.0) / np.sqrt(12.0))
+    assert tests[0].deviation[0] == pytest.approx(0.005 / 1.959964) and tests[0].known
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("starts = 1", "start = 1", "start: unknown key; did you mean `starts`?"),
+        ("zero =", "zeros =", "curve.0.zeros: unknown key; did you mean `zero`?"),
+        ('name = "pull"', "", "curve.0.name: missing"),
+        ("lower = 10\n", 'lower = "10 N"\n', 'parameter.0.lower: "10 N" has the wrong unit'),
+        ("lower = 10\n", "lower = 500\n", "parameter.0: lower = 500.0 is not below"),
+        ('"lattice.axial"', '"lattice.axil"', "no number there"),
+        ('"lattice.axial"', '"lattice.rows"', "whole number"),
+        ('above = "lattice.shear"', 'above = "lattice.angle"', "'lattice.angle', which is no [[parameter]]"),
+        ("upper = 0.375", "upper = 1e-4", "must be more than lower"),
+        ('data = "pull.csv"', 'data = "push.csv"', "push.csv"),
+        ('case = "case.toml"', 'case = "cast.toml"', "cast.toml"),
+    ],
+)
+def test_faults_name_the_place_and_write_nothing(study: Path, old: str, new: str, said: str) -> None:
+    text = study.read_text()
+    assert old in text
+    study.write_text(text.replace(old, new))
+    code, told, out = run(study, "--quiet")
+    assert code == 2, told
+    assert said in told
+    assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        ("displacement [mm],force [N]\n0.1,1\n", "give at least two"),
+        ("displacement [mm],force [N]\n0.1,1\n0.1,2\n", "row 3: the displacement does not increase"),
+        ("displacement [mm],force [N]\n0.1,1\n0.3,2\n0.2,3\n", "row 4: the displacement does not increase"),
+        ("displacement [mm],force [N],half_band [N]\n0.1,1,0.1\n0.2,2,0\n", "row 3: the half band is 0 N"),
+        ("displacement [mm],force [N],repeat\n0.1,1,1\n0.2,2,1\n", "one repeat only"),
+        ("displacement [mm],force [N],repeat\n0.1,1,1\n0.2,2,1\n0.1,1,2\n0.3,2,2\n", "same displacements"),
+        ("displacement [mm],force [N],repeat\n0.1,1,1\n0.2,2,1\n0.1,1,2\n0.2,2,2\n", "do not differ"),
+        ("displacement [mm],force [N]\n0.1,1\n0.9,2\n", "travels must increase from 0 to at most 0.4 mm"),
+        ("displacement [mm],force [N]\n0.1,1\n0.2,nan\n", "row 3"),
+        ("displacement [mm],force [mm]\n0.1,1\n0.2,1\n", "force"),
+    ],
+)
+def test_bad_data_are_refused_and_nothing_is_written(study: Path, rows: str, said: str) -> None:
+    (study.parent / "pull.csv").write_text(rows)
+    code, told, out = run(study, "--quiet")
+    assert code == 2, told
+    assert said in told
+    assert not out.exists()
+
+
+def test_weights_follow_the_scatter_of_repeats(study: Path, tmp_path: Path) -> None:
+    generator = np.random.default_rng(4)
+    travel, force = np.linspace(0.05, 0.4, 30), np.linspace(0.1, 2.0, 30)
+    rows = [
+        f"{x:.6f},{y * (1 + 0.02 * generator.normal()) + 0.005 * generator.normal():.6f},{k}"
+        for k in range(1, 41) for x, y in zip(travel, force, strict=True)
+    ]  # fmt: skip
+    (tmp_path / "many.csv").write_text("displacement [mm],force [N],repeat\n" + "\n".join(rows))
+    table = read_table(tmp_path / "many.csv", QUANTITIES, ("displacement", "force"))
+    test = measured_curve(Curve(name="many", data=Path("many.csv")), load_case(tmp_path / "case.toml").case, table)
+    wanted = np.sqrt((0.005**2 + (0.02 * force) ** 2) / 40)
+    # the constant part is known from the few points where it counts, to some 10 % at one standard deviation
+    np.testing.assert_allclose(test.deviation, wanted, rtol=0.3)
+    np.testing.assert_allclose(test.force, force, atol=5.0 * wanted.max())
+    assert len(test.travel) == 30
