@@ -76,7 +76,7 @@ def precision(quick: bool) -> bool:
 def energy(quick: bool) -> bool:
     """Balance of an undamped free vibration of 0.2 s."""
     system, _ = plucked_film(4 if quick else 6, 2e-4)
-    _, ledger = simulate(system, Settings("Radau-blocks", 1e-6, 0.2), [0.2], lambda saved: None)
+    _, ledger = simulate(system, Settings("Radau-blocks", 1e-7, 0.2), [0.2], lambda saved: None)
     print(f"energy balance of 0.2 s of free vibration: {ledger.relative_error:.1e} of the energy turned over")
     return ledger.relative_error < 1e-6
 
