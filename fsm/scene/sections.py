@@ -62,6 +62,8 @@ def method_faults(solve: Solve | None) -> Iterable[Fault]:
     """Keys that only one method has."""
     if solve is None or solve.method == "generalized-alpha":
         return
-    for key, value in (("rho_inf", solve.rho_inf), ("step", solve.step)):
-        if value is not None:
-            yield Fault(f"solve.{key}", f'only method = "generalized-alpha" has it, not "{solve.method}"; take it out')
+    only = 'only method = "generalized-alpha" has it'
+    if solve.rho_inf is not None:
+        yield Fault("solve.rho_inf", f'{only}, not "{solve.method}"; take it out')
+    if solve.step is not None and solve.method != "newmark":
+        yield Fault("solve.step", f'{only} (and "newmark"), not "{solve.method}"; take it out')
