@@ -91,7 +91,8 @@ def film_of_deployment(case: Case, solution: Solution) -> DeployedFilm:
     film = FilmMesh(mesh, grid, MeshLines(tuple(x), lines.y), (), cells, corners, np.zeros((4, 3)))
     flat = np.array(lines.x)
     held = _held(case, strip, film, flat, panel_length, width)
-    return DeployedFilm(film, tuple(meshes[:-1]), held, *_pull(case, film, solution.force[-1], _driven(case, film, flat, panel_length)))
+    drawn, forces = _pull(case, film, solution.force[-1], _driven(case, film, flat, panel_length))
+    return DeployedFilm(film, tuple(meshes[:-1]), held, drawn, forces)
 
 
 def _middle_line(solution: Solution, panel_length: float) -> tuple[Floats, Floats, Floats, np.ndarray]:
