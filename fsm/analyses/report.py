@@ -149,7 +149,7 @@ def _computed(case: Case) -> Iterator[str]:
     yield f"the tensioned state, and {_count(vibration.modes, 'natural mode')} about it"
     if case.impact is not None:
         yield f"{vibration.duration:g} s after the impact; spectral lines {1.0 / vibration.duration:.3g} Hz apart or more"
-        names = {"center": None, **({"patch": None} if case.patch or case.stages else {}), **vibration.probes}
+        names = {"center": None, **({"patch": None} if case.patch else {}), **vibration.probes}
         yield f"probes: {', '.join(names)}"
 
 

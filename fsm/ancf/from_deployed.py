@@ -6,7 +6,8 @@ k = dM/dpsi at its present angle psi becomes a line of width w whose bending sti
 
     D_crease b/w = k,    with the angle psi - M/k without moment,
 
-so that moment and stiffness are those of the crease. Panels are flat without load.
+so that moment and stiffness are those of the crease. Panels are flat without load. A crease that is still folded is rounded
+off over its line, whose material is as long as the round is, so that the way from panel to panel stays the same.
 """
 
 from __future__ import annotations
@@ -50,6 +51,8 @@ class DeployedStrip:
     ----------
     place : (n + 1,) array, m
         Ends of the segments along the strip, as if it were flat.
+    panel : (n,) int array
+        Number of the panel that each is part of.
     position : (n + 1, 3) array, m
         Where they are, in the middle of the width.
     across : (3,) array
@@ -60,6 +63,7 @@ class DeployedStrip:
     """
 
     place: np.ndarray
+    panel: np.ndarray
     position: np.ndarray
     across: np.ndarray
     width: float
@@ -67,67 +71,116 @@ class DeployedStrip:
     creases: tuple[CreaseLine, ...]
 
 
+@dataclass(frozen=True, eq=False)
+class _Line:
+    """The middle line at the mesh lines: material places of the film (m), positions, slopes (n, 3), turn without load."""
+
+    x: np.ndarray
+    position: np.ndarray
+    slope: np.ndarray
+    turn: np.ndarray
+
+
 def deployed_mesh(
-    strip: DeployedStrip, x: np.ndarray, y: np.ndarray, crease_width: float, air: float = 0.0, viscosity: float = 0.0
+    strip: DeployedStrip, place: np.ndarray, y: np.ndarray, crease_width: float, air: float = 0.0, viscosity: float = 0.0
 ) -> tuple[Mesh, FilmGrid]:
     """The strip as a film; its coordinates are those of the deployed shape.
 
     Parameters
     ----------
     strip : DeployedStrip
-    x, y : mesh lines, m
-        Along it, with lines at crease_width/2 on both sides of every crease; across, from -width/2 to width/2.
+    place, y : m
+        Mesh lines: along the strip as if it were flat, with lines at crease_width/2 on both sides of every crease; across,
+        from -width/2 to width/2.
     crease_width : m
     air : kg/m^2
         Mass of air on the motion normal to the deployed shape.
     viscosity : s
+
+    Returns
+    -------
+    Mesh, FilmGrid
+        The grid's x are material places of the film, from 0 where the strip begins.
     """
-    x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
-    middle = 0.5 * (x[1:] + x[:-1])
-    factor = np.ones((len(x) - 1, len(y) - 1))
+    place, y = np.asarray(place, dtype=float), np.asarray(y, dtype=float)
+    line = _line(strip, place, crease_width)
+    middle = 0.5 * (place[1:] + place[:-1])
+    factor = np.ones((len(place) - 1, len(y) - 1))
     for crease in strip.creases:
-        soft = crease.stiffness * crease_width / (strip.material.bending * strip.width)
-        factor[np.abs(middle - crease.place) < 0.5 * crease_width] = soft
+        here = np.abs(middle - crease.place) < 0.5 * crease_width
+        width = float(np.sum(np.diff(line.x)[here]))
+        factor[here] = crease.stiffness * width / (strip.material.bending * strip.width)
     builder = MeshBuilder()
-    grid = builder.film(x, y, (strip.material,), viscosity=viscosity, bending_factor=factor)
+    grid = builder.film(line.x, y, (strip.material,), viscosity=viscosity, bending_factor=factor)
     mesh = builder.build()
-    shape = _placed(mesh, grid, strip, *_deployed_line(strip, x))
-    rest = _placed(mesh, grid, strip, *_unloaded_line(strip, x, crease_width))
+    shape = _placed(mesh, grid, strip, line.position, line.slope)
+    rest = _placed(mesh, grid, strip, *_unloaded(strip, line))
     groups = tuple(replace(group, rest=rest) if isinstance(group, MembraneGroup) else group for group in mesh.groups)
     masses = (*mesh.masses, *(_air(group, shape, air) for group in groups if isinstance(group, MembraneGroup) and air))
     return replace(mesh, coordinates=shape, groups=groups, masses=masses), grid
 
 
-def _deployed_line(strip: DeployedStrip, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Positions and slopes (n, 3) of the strip's middle line at material places."""
+def _line(strip: DeployedStrip, place: np.ndarray, crease_width: float) -> _Line:
+    """The middle line: along the segments on panels, round in creases."""
     steps = np.diff(strip.place)
     slopes = np.diff(strip.position, axis=0) / steps[:, None]
     middle = strip.place[:-1] + 0.5 * steps
-    position = np.column_stack([np.interp(x, strip.place, strip.position[:, axis]) for axis in range(3)])
-    slope = np.column_stack([np.interp(x, middle, slopes[:, axis]) for axis in range(3)])
-    # between segments that make an angle the chord is too short
-    size = np.interp(x, middle, np.linalg.norm(slopes, axis=1))
-    return position, slope * (size / np.linalg.norm(slope, axis=1))[:, None]
-
-
-def _unloaded_line(strip: DeployedStrip, x: np.ndarray, crease_width: float) -> tuple[np.ndarray, np.ndarray]:
-    """The same of the strip without load: straight panels, creases bent evenly to their free angles, no stretch."""
-    turn = np.zeros(len(x))
+    position = np.column_stack([np.interp(place, strip.place, strip.position[:, axis]) for axis in range(3)])
+    slope = np.empty_like(position)
+    ends = [crease.place for crease in strip.creases]
+    of = np.searchsorted(ends, place, side="right")
+    for number, panel in enumerate(dict.fromkeys(strip.panel.tolist())):
+        here, own = of == number, strip.panel == panel
+        slope[here] = np.column_stack([np.interp(place[here], middle[own], slopes[own, axis]) for axis in range(3)])
+    gaps, turn = np.diff(place), np.zeros(len(place))
     for crease in strip.creases:
-        part = np.clip((x - crease.place) / crease_width + 0.5, 0.0, 1.0)
-        turn += crease.free_angle * part
-    along = np.diff(strip.position, axis=0)[0]
-    along -= strip.across * (along @ strip.across)
+        inside = np.flatnonzero(np.abs(place - crease.place) <= 0.5 * crease_width * (1.0 + 1e-9))
+        first, last = int(inside[0]), int(inside[-1])
+        part = (place[first : last + 1] - place[first]) / (place[last] - place[first])
+        chord = position[last] - position[first]
+        angle = _angle(slope[first], slope[last], strip.across)
+        length = float(np.linalg.norm(chord)) / np.sinc(angle / (2.0 * np.pi))
+        around = _around(slope[first] / np.linalg.norm(slope[first]), strip.across, angle, part)
+        position[first : last + 1] = position[first] + _round(slope[first], strip.across, angle, part, length, chord)
+        sizes = np.interp(part, [0.0, 1.0], [np.linalg.norm(slope[k]) for k in (first, last)])
+        slope[first : last + 1] = around * sizes[:, None]
+        gaps[first:last] = length * np.diff(part)
+        turn += crease.free_angle * np.clip((place - place[first]) / (place[last] - place[first]), 0.0, 1.0)
+    return _Line(np.concatenate([[0.0], np.cumsum(gaps)]), position, slope, turn)
+
+
+def _angle(first: np.ndarray, last: np.ndarray, across: np.ndarray) -> float:
+    """Turn from one direction to another about `across`; positive down, from z towards x for a width along y."""
+    return float(np.arctan2(np.cross(last, first) @ across, first @ last))
+
+
+def _around(first: np.ndarray, across: np.ndarray, angle: float, part: np.ndarray) -> np.ndarray:
+    """The direction turned by parts of an angle, (n, 3)."""
+    up = np.cross(first, across)
+    return np.cos(angle * part)[:, None] * first + np.sin(angle * part)[:, None] * up
+
+
+def _round(
+    first: np.ndarray, across: np.ndarray, angle: float, part: np.ndarray, length: float, chord: np.ndarray
+) -> np.ndarray:
+    """Way along an even bend of a length after parts of it, (n, 3), made to end at the chord's end."""
+    fine = np.linspace(0.0, 1.0, 201)
+    directions = _around(first / np.linalg.norm(first), across, angle, fine)
+    way = np.concatenate([np.zeros((1, 3)), np.cumsum(0.5 * (directions[1:] + directions[:-1]), axis=0) * length / 200.0])
+    way += fine[:, None] * (chord - way[-1])
+    return np.column_stack([np.interp(part, fine, way[:, axis]) for axis in range(3)])
+
+
+def _unloaded(strip: DeployedStrip, line: _Line) -> tuple[np.ndarray, np.ndarray]:
+    """Positions and slopes of the strip without load: straight panels, creases bent evenly to their free angles."""
+    along = line.slope[0] - strip.across * (line.slope[0] @ strip.across)
     along /= np.linalg.norm(along)
-    up = np.cross(along, strip.across)
     fine = np.linspace(0.0, 1.0, 33)
-    position = [strip.position[0]]
-    for k, step in enumerate(np.diff(x)):
-        angle = turn[k] + (turn[k + 1] - turn[k]) * fine
-        chord = np.trapezoid(np.column_stack([np.cos(angle), np.sin(angle)]), fine, axis=0) * step
-        position.append(position[-1] + chord[0] * along + chord[1] * up)
-    slope = np.cos(turn)[:, None] * along + np.sin(turn)[:, None] * up
-    return np.array(position), slope
+    position = [line.position[0]]
+    for k, step in enumerate(np.diff(line.x)):
+        directions = _around(along, strip.across, 1.0, line.turn[k] + (line.turn[k + 1] - line.turn[k]) * fine)
+        position.append(position[-1] + step * np.trapezoid(directions, fine, axis=0))
+    return np.array(position), _around(along, strip.across, 1.0, line.turn)
 
 
 def _placed(mesh: Mesh, grid: FilmGrid, strip: DeployedStrip, position: np.ndarray, slope: np.ndarray) -> np.ndarray:
