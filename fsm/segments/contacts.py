@@ -287,16 +287,19 @@ class ContactGroup:
         geometry = self.geometry
         gap = np.full(self.n_pairs, geometry.margin)
         near = geometry.find(poses, geometry.margin)
-        np.minimum.at(gap, geometry.pair[near.slot], near.gap)
         found = self._contacts(t, poses, rates, past)
+        np.minimum.at(gap, geometry.pair[near.slot], np.maximum(near.gap, 0.0))
         if found is None:
             none = np.zeros(self.n_pairs)
             return PairState(none, gap, none, none, none, none, none)
         normal, slot = found.forces.normal, found.touching.slot
+        part = found.share / geometry.share[slot]
+        # a point that comes in over an end is as deep as it counts
+        np.minimum.at(gap, geometry.pair[slot], -found.depth * np.minimum(part, 1.0))
         speed, effort = (np.sqrt((v**2).sum(axis=1)) for v in (found.measured.rate[:, 1:], found.forces.effort))
         force, carried_by = self._by_pair(found, normal), self._by_pair(found, normal * speed)
         slip = np.divide(carried_by, force, out=np.zeros(self.n_pairs), where=force > 0.0)
-        area = self._by_pair(found, geometry.area[slot] * found.share / geometry.share[slot])
+        area = self._by_pair(found, geometry.area[slot] * part)
         return PairState(
             force, gap, area, self._by_pair(found, effort), slip, *self.pair_power(t, poses, rates, past)
         )
