@@ -49,8 +49,8 @@ _SMALLEST = 1e-6
 """Smallest step over the whole time; below it a point is critical."""
 _MOVING = 1e-3
 """Kinetic energy over the energy turned over, above which inertia is not to be dropped."""
-_COARSE = 0.1
-"""Energy error of one step, over the energy turned over and sqrt(rtol): above it the force has a kink that is missed."""
+_COARSE = 3.0
+"""Energy error of one step, over the energy turned over and rtol: above it the force has a kink that is missed."""
 _RESTING = 1e-3
 """Forces left over without the dampers', over the largest reaction, below which a state is an equilibrium."""
 _TORN = 0.1
@@ -230,7 +230,7 @@ class _Follower:
             return _Reason.INERTIA
         duration = t - books.time
         turned_over = books.turned_over(t, found.q, found.u, seen)
-        if duration > _KINK * self.first_step and books.imbalance(seen, turned_over) > _COARSE * self.aim:
+        if duration > _KINK * self.first_step and books.imbalance(seen, turned_over) > _COARSE * self.settings.rtol:
             return _Reason.COARSE
         if self._resting_unstably(t, found.q):
             return _Reason.UNSTABLE
