@@ -118,6 +118,27 @@ def _weight(square: float, parallel: float) -> tuple[float, float, float]:
 
 
 @kernel
+def _edge_boxes(
+    poses: np.ndarray,
+    edge_body: np.ndarray,
+    edge_middle: np.ndarray,
+    edge_direction: np.ndarray,
+    edge_half: np.ndarray,
+    edge_radius: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Low and high corners of the boxes around all edges, (e, 3)."""
+    low, high = np.empty(edge_middle.shape), np.empty(edge_middle.shape)
+    frame, arm, along = np.empty((3, 3)), np.empty(3), np.empty(3)
+    for i in range(edge_middle.shape[0]):
+        body = edge_body[i]
+        _place(poses, body, edge_middle[i], edge_direction[i], frame, arm, along)
+        for c in range(3):
+            half = abs(along[c]) * edge_half[i] + edge_radius[i]
+            low[i, c], high[i, c] = poses[body, c] + arm[c] - half, poses[body, c] + arm[c] + half
+    return low, high
+
+
+@kernel
 def find_edges(
     poses: np.ndarray,
     slots: np.ndarray,
@@ -152,9 +173,15 @@ def find_edges(
     """
     slot, gap = np.empty(slots.shape[0], dtype=np.int64), np.empty(slots.shape[0])
     frames, vectors = np.empty((2, 3, 3)), np.empty((7, 3))
+    low, high = _edge_boxes(poses, edge_body, edge_middle, edge_direction, edge_half, edge_radius)
     count = 0
     for i in range(slots.shape[0]):
         pair = pairs[slots[i]]
+        one, two = pair[0], pair[1]
+        apart = max(low[one, 0] - high[two, 0], low[two, 0] - high[one, 0])
+        apart = max(apart, low[one, 1] - high[two, 1], low[two, 1] - high[one, 1])
+        if max(apart, low[one, 2] - high[two, 2], low[two, 2] - high[one, 2]) > below:
+            continue
         distance, square, _, _ = _state(
             poses, pair, edge_body, edge_middle, edge_direction, edge_half, frames, vectors
         )

@@ -45,17 +45,21 @@ def local_points_spatial(
     shape_body, shape_offset, shape_frame : (s,) int, (s, 3), (s, 3, 3) arrays
     """
     out = np.empty((slots.shape[0], 3))
-    frame, arm = np.empty((3, 3)), np.empty(3)
+    frames, arm = np.empty((2, 3, 3)), np.empty(3)
+    last_a = last_b = -1  # probes of one body against one shape follow each other
     for i in range(slots.shape[0]):
         probe = slots[i]
         shape = probe_shape[probe]
         a, b = probe_body[probe], shape_body[shape]
-        fill_rotation(poses[a, 3:], frame)
-        rotate(frame, probe_place[probe], arm)
+        if a != last_a:
+            fill_rotation(poses[a, 3:], frames[0])
+        if b != last_b:
+            fill_rotation(poses[b, 3:], frames[1])
+        last_a, last_b = a, b
+        rotate(frames[0], probe_place[probe], arm)
         for c in range(3):
             arm[c] += poses[a, c] - poses[b, c]
-        fill_rotation(poses[b, 3:], frame)
-        _into(frame, shape_offset[shape], shape_frame[shape], arm, out[i])
+        _into(frames[1], shape_offset[shape], shape_frame[shape], arm, out[i])
     return out
 
 

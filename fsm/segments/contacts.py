@@ -20,7 +20,7 @@ from fsm.system import PairState
 
 __all__ = ["ContactGroup", "FrictionForce", "NormalForce"]
 
-_STEPS = 60
+_STEPS = 90
 """Steps that an impact takes at least."""
 _FIRST = 0.006
 """Length of the step in which an impact begins, over that of the impact, counted from its beginning."""
@@ -109,6 +109,7 @@ class ContactGroup:
         self._rates = np.zeros((0, 0))
         self._stiff = np.zeros(0, dtype=np.int64)
         self._last: tuple[np.ndarray, np.ndarray, _Found | None] | None = None
+        self._known: dict[float, tuple[np.ndarray, Touching]] = {}
 
     @property
     def rate_dependent(self) -> bool:
@@ -126,7 +127,7 @@ class ContactGroup:
     def _find(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None) -> _Found | None:
         geometry = self.geometry
         self.evaluations += 1
-        touching = geometry.find(poses, 0.0)
+        touching = self._touching(poses, 0.0)
         slot = touching.slot
         if not len(slot):
             return None
@@ -163,6 +164,13 @@ class ContactGroup:
             friction is not None,
         )
         return _Found(touching, depth, share, measured, forces, deflection, by_way)
+
+    def _touching(self, poses: np.ndarray, below: float) -> Touching:
+        """What is nearer than a bound (m); asked for the same poses again with other rates, that of the last time."""
+        known = self._known.get(below)
+        if known is None or not np.array_equal(known[0], poses):
+            known = self._known[below] = poses.copy(), self.geometry.find(poses, below)
+        return known[1]
 
     def _mean_slip(self, poses: np.ndarray, measured: Measured, slip: np.ndarray, duration: float) -> np.ndarray:
         """Way slipped since the last accepted state over the time: bristles follow it, and what holds is where it was.
@@ -286,17 +294,20 @@ class ContactGroup:
         """The pairs as this group has them; gaps are at most the margin."""
         geometry = self.geometry
         gap = np.full(self.n_pairs, geometry.margin)
-        near = geometry.find(poses, geometry.margin)
-        np.minimum.at(gap, geometry.pair[near.slot], near.gap)
+        near = self._touching(poses, geometry.margin)
         found = self._contacts(t, poses, rates, past)
+        np.minimum.at(gap, geometry.pair[near.slot], np.maximum(near.gap, 0.0))
         if found is None:
             none = np.zeros(self.n_pairs)
             return PairState(none, gap, none, none, none, none, none)
         normal, slot = found.forces.normal, found.touching.slot
+        part = found.share / geometry.share[slot]
+        # a point that comes in over an end is as deep as it counts
+        np.minimum.at(gap, geometry.pair[slot], -found.depth * np.minimum(part, 1.0))
         speed, effort = (np.sqrt((v**2).sum(axis=1)) for v in (found.measured.rate[:, 1:], found.forces.effort))
         force, carried_by = self._by_pair(found, normal), self._by_pair(found, normal * speed)
         slip = np.divide(carried_by, force, out=np.zeros(self.n_pairs), where=force > 0.0)
-        area = self._by_pair(found, geometry.area[slot] * found.share / geometry.share[slot])
+        area = self._by_pair(found, geometry.area[slot] * part)
         return PairState(
             force, gap, area, self._by_pair(found, effort), slip, *self.pair_power(t, poses, rates, past)
         )
@@ -322,6 +333,7 @@ class ContactGroup:
         self._time, self._poses, self._rates = t, poses, rates
         self.geometry.commit(poses)
         self._last = None
+        self._known.clear()  # the geometry may see sides otherwise now
 
     def memory(self) -> np.ndarray:
         """All that is remembered, as one flat array; nothing before the first commit."""
@@ -333,6 +345,7 @@ class ContactGroup:
     def restore(self, memory: np.ndarray) -> None:
         """Remember that again; nothing: forget all."""
         self._last = None
+        self._known.clear()
         if not len(memory):
             for kept in (self._onset, self._began, self._deflection):
                 kept[:] = 0.0
@@ -392,7 +405,7 @@ class ContactGroup:
 
     def longest_step(self, t: float, poses: np.ndarray, rates: np.ndarray) -> float:
         """Longest step that resolves the impacts that go on or are about to begin, s."""
-        near = self.geometry.find(poses, self.geometry.margin) if self.resolves else None
+        near = self._touching(poses, self.geometry.margin) if self.resolves else None
         if near is None or not len(near.slot):
             return np.inf
         measured = self.geometry.measure(poses, rates, near)

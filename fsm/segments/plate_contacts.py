@@ -89,12 +89,13 @@ class PlateContacts(ShapeContacts):
             int(plate): builder.add_edges(plates[plate], shape_edges(plates[plate])) if spatial else []
             for plate in np.unique(pairs)
         }
+        grids = {int(plate): plate_grid(plates[plate], points, spatial) for plate in np.unique(pairs)}
         for (one, two), both, number in zip(pairs.tolist(), parts.tolist(), numbers.tolist(), strict=True):
             areas = [4.0 * plates[k].size[0] * plates[k].size[1] for k in (one, two)]
             # the stiffness is that of the smaller face
             smaller = min(areas[0] / both[0], areas[1] / both[1])
             for own, other, area in ((one, two, areas[0]), (two, one, areas[1])):
-                places, weights = plate_grid(plates[own], points, spatial)
+                places, weights = grids[own]
                 each = 0.5 * area * weights
                 builder.add_points(own, places, plates[own].radius, each / smaller, each, other, number)
             builder.add_edge_pairs(edges[one], edges[two], EDGE_SHARE * min(both), number)

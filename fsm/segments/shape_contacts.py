@@ -8,11 +8,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fsm.interactions import edge_edge, point_shape_planar, point_shape_spatial
-from fsm.interactions.listed_boxes import overlapping_listed
 from fsm.interactions.motion import moved_beyond
+from fsm.interactions.shape_boxes import shape_boxes_planar, shape_boxes_spatial
 from fsm.interactions.shape_distance import HALF_SPACE
+from fsm.interactions.sweep import ListedPairs
 from fsm.interactions.swept import edges_pass, local_edges, path_poses, points_pass, turn_between
-from fsm.kernels.rotation import rotate_by
 from fsm.segments.contact_geometry import ContactForces, Measured, Touching
 from fsm.segments.pattern import BodyPattern
 from fsm.segments.shape_tables import Tables
@@ -29,6 +29,7 @@ class _PointKernels(NamedTuple):
     measure: Kernel
     tangent: Kernel
     local: Kernel
+    boxes: Kernel
 
 
 _TANGENT_EDGES: Kernel = edge_edge.tangent_edges
@@ -38,20 +39,22 @@ _PLANAR = _PointKernels(
     point_shape_planar.measure_points_planar,
     point_shape_planar.tangent_points_planar,
     point_shape_planar.local_points_planar,
+    shape_boxes_planar,
 )
 _SPATIAL = _PointKernels(
     point_shape_spatial.find_points_spatial,
     point_shape_spatial.measure_points_spatial,
     point_shape_spatial.tangent_points_spatial,
     point_shape_spatial.local_points_spatial,
+    shape_boxes_spatial,
 )
 
 
 class ShapeContacts:
     """Contacts of all slots of some tables.
 
-    The broad phase keeps the units whose boxes are within the margin of each other; it is renewed when a body has moved by
-    0.4 of the margin since, so what is found never depends on when that happened.
+    The broad phase keeps the units whose boxes are within the margin of each other, found by a sweep; it is renewed
+    when a body has moved by 0.4 of the margin since, so what is found never depends on when that happened.
 
     Parameters
     ----------
@@ -73,6 +76,7 @@ class ShapeContacts:
         self._count = len(tables.points.body)
         self._limit = np.where(tables.points.radius > 0.0, 0.0, depth_limit)
         shapes = tables.shapes
+        self._listed = ListedPairs(tables.units, len(shapes.body))
         # a half-space has no end; where a shape is cut there is none either, but none that moves it
         size = np.where(np.isinf(shapes.size), 0.0, shapes.size)
         size[shapes.kind == HALF_SPACE] = 0.0
@@ -93,21 +97,10 @@ class ShapeContacts:
     def _boxes(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Boxes around all shapes, low and high corners (s, 2 or 3); those of half-spaces are infinite."""
         shapes = self.tables.shapes
-        at = poses[shapes.body]
-        if self.spatial:
-            centre = at[:, :3] + rotate_by(at[:, 3:], shapes.offset)
-            axes = np.stack([rotate_by(at[:, 3:], shapes.frame[:, :, k]) for k in range(3)], axis=2)
-            size = shapes.size
-        else:
-            c, s = np.cos(at[:, 2]), np.sin(at[:, 2])
-            x, z = shapes.offset.T
-            centre = at[:, :2] + np.column_stack([c * x + s * z, c * z - s * x])
-            c, s = np.cos(at[:, 2] + shapes.frame), np.sin(at[:, 2] + shapes.frame)
-            axes = np.stack([np.stack([c, s], axis=1), np.stack([-s, c], axis=1)], axis=1)
-            size = shapes.size[:, [0, 2]]
-        half = np.einsum("sij,sj->si", np.abs(axes), size) + shapes.radius[:, None]
-        half[shapes.kind == HALF_SPACE] = np.inf
-        return centre - half, centre + half
+        low, high = self._kernels.boxes(
+            poses, shapes.body, shapes.kind, shapes.size, shapes.offset, shapes.frame, shapes.radius
+        )
+        return low, high
 
     def _slots_of(self, units: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Points, and pairs of edges (numbered from 0), of some units."""
@@ -129,7 +122,7 @@ class ShapeContacts:
     def _near(self, poses: np.ndarray, reach: float) -> np.ndarray:
         """Units whose shapes may be within reach of each other."""
         low, high = self._boxes(poses)
-        return overlapping_listed(low - reach / 2, high + reach / 2, self.tables.units)
+        return self._listed.overlapping(low - reach / 2, high + reach / 2)
 
     def _refresh(self, poses: np.ndarray) -> None:
         # both may have moved; the rest of the margin is for small positive bounds
@@ -282,9 +275,7 @@ class ShapeContacts:
         bulge = np.zeros(len(start))
         bulge[self._moving] = self._radii * (1.0 - np.cos(turn / 2))
         aside = bulge[self.tables.shapes.body][:, None]
-        return overlapping_listed(
-            np.minimum(low, other_low) - aside, np.maximum(high, other_high) + aside, self.tables.units
-        )
+        return self._listed.overlapping(np.minimum(low, other_low) - aside, np.maximum(high, other_high) + aside)
 
 
 def _ranges(start: np.ndarray, units: np.ndarray) -> np.ndarray:

@@ -130,11 +130,12 @@ class TableBuilder:
         self.shapes: list[Shape] = []
         self._edges: list[tuple[int, np.ndarray, np.ndarray, float, float]] = []
         self._points: list[tuple[int, np.ndarray, float, int]] = []
-        self._pairs: list[tuple[int, int, float]] = []
+        self._pairs: list[tuple[np.ndarray, np.ndarray]] = []
         self._units: list[tuple[int, int]] = []
         self._starts: list[tuple[int, int]] = [(0, 0)]
-        self._point_share: list[tuple[float, float, int]] = []
-        self._pair_share: list[tuple[float, float, int]] = []
+        self._point_share: list[tuple[np.ndarray, np.ndarray, int]] = []
+        self._pair_share: list[tuple[float, int, int]] = []
+        self._point_count = self._pair_count = 0
 
     def add_shape(self, shape: Shape) -> int:
         """Number of the new shape."""
@@ -162,59 +163,69 @@ class TableBuilder:
     ) -> None:
         """Points (n, 3) in the axes of the shape `owner` that probe another shape; to the unit that is open."""
         shape = self.shapes[owner]
-        for place, part, size in zip(shape.in_body(local), share, area, strict=True):
-            self._points.append((shape.body, place if self.spatial else place[[0, 2]], radius, against))
-            self._point_share.append((float(part), float(size), pair))
+        self._points.append((shape.body, shape.in_body(local), radius, against))
+        self._point_share.append((share, area, pair))
+        self._point_count += len(local)
 
     def add_edge_pairs(self, first: list[int], second: list[int], share: float, pair: int) -> None:
-        """Each edge of one list with each of the other; to the unit that is open.
-
-        They count as nearly parallel when one rises over the other by less than both roundings, from its middle to its end:
-        there the points along it touch.
-        """
-        for one in first:
-            for two in second:
-                radius = self._edges[one][4] + self._edges[two][4]
-                sine = min(0.2, radius / min(self._edges[one][3], self._edges[two][3]))
-                self._pairs.append((one, two, max(sine, 1e-3) ** 2))
-                self._pair_share.append((share, 0.0, pair))
+        """Each edge of one list with each of the other; to the unit that is open."""
+        one, two = np.array(first, dtype=np.int64), np.array(second, dtype=np.int64)
+        self._pairs.append((np.repeat(one, len(two)), np.tile(two, len(one))))
+        self._pair_share.append((share, pair, len(one) * len(two)))
+        self._pair_count += len(one) * len(two)
 
     def close_unit(self, first: int, second: int) -> None:
         """What was added since the last unit is that of these two shapes."""
         self._units.append((first, second))
-        self._starts.append((len(self._points), len(self._pairs)))
+        self._starts.append((self._point_count, self._pair_count))
 
     def tables(self) -> Tables:
         """All rows as arrays."""
-        size = 3 if self.spatial else 2
         starts = np.array(self._starts, dtype=np.int64)
-        share = self._point_share + self._pair_share
+        counts = np.array([len(places) for _, places, _, _ in self._points], dtype=np.int64)
+        places = np.concatenate([np.zeros((0, 3)), *(places for _, places, _, _ in self._points)])
+        edges = self._edge_table()
+        crossings = np.array([count for _, _, count in self._pair_share], dtype=np.int64)
+        shares = np.repeat(np.array([share for share, _, _ in self._pair_share]), crossings)
+        pairs = [pair for _, _, pair in self._point_share], [pair for _, pair, _ in self._pair_share]
+        of_points, of_edges = (np.array(numbers, dtype=np.int64) for numbers in pairs)
         return Tables(
             self._shape_table(),
             Points(
-                np.array([row[0] for row in self._points], dtype=np.int64),
-                np.array([row[1] for row in self._points]).reshape(-1, size),
-                np.array([row[2] for row in self._points]),
-                np.array([row[3] for row in self._points], dtype=np.int64),
+                np.repeat(np.array([body for body, _, _, _ in self._points], dtype=np.int64), counts),
+                places if self.spatial else np.ascontiguousarray(places[:, [0, 2]]),
+                np.repeat(np.array([radius for _, _, radius, _ in self._points]), counts),
+                np.repeat(np.array([against for _, _, _, against in self._points], dtype=np.int64), counts),
             ),
-            Edges(
-                np.array([row[0] for row in self._edges], dtype=np.int64),
-                np.array([row[1] for row in self._edges]).reshape(-1, 3),
-                np.array([row[2] for row in self._edges]).reshape(-1, 3),
-                np.array([row[3] for row in self._edges]),
-                np.array([row[4] for row in self._edges]),
-            ),
-            EdgePairs(
-                np.array([row[:2] for row in self._pairs], dtype=np.int64).reshape(-1, 2),
-                np.array([row[2] for row in self._pairs]),
-            ),
+            edges,
+            self._edge_pairs(edges),
             np.array(self._units, dtype=np.int64).reshape(-1, 2),
             np.ascontiguousarray(starts[:, 0]),
             np.ascontiguousarray(starts[:, 1]),
-            np.array([row[0] for row in share]),
-            np.array([row[1] for row in share]),
-            np.array([row[2] for row in share], dtype=np.int64),
+            np.concatenate([*(share for share, _, _ in self._point_share), shares]),
+            np.concatenate([*(area for _, area, _ in self._point_share), np.zeros(self._pair_count)]),
+            np.concatenate([np.repeat(of_points, counts), np.repeat(of_edges, crossings)]),
         )
+
+    def _edge_table(self) -> Edges:
+        return Edges(
+            np.array([row[0] for row in self._edges], dtype=np.int64),
+            np.array([row[1] for row in self._edges]).reshape(-1, 3),
+            np.array([row[2] for row in self._edges]).reshape(-1, 3),
+            np.array([row[3] for row in self._edges]),
+            np.array([row[4] for row in self._edges]),
+        )
+
+    def _edge_pairs(self, edges: Edges) -> EdgePairs:
+        """They count as nearly parallel when one rises over the other by less than both roundings, from its middle to its
+        end: there the points along it touch.
+        """
+        none = np.zeros(0, dtype=np.int64)
+        one, two = (np.concatenate([none, *(both[k] for both in self._pairs)]) for k in (0, 1))
+        if not len(one):
+            return EdgePairs(np.zeros((0, 2), dtype=np.int64), np.zeros(0))
+        sine = (edges.radius[one] + edges.radius[two]) / np.minimum(edges.half[one], edges.half[two])
+        return EdgePairs(np.column_stack([one, two]), np.clip(sine, 1e-3, 0.2) ** 2)
 
     def _shape_table(self) -> Shapes:
         size = np.array([shape.size for shape in self.shapes]).reshape(-1, 3)

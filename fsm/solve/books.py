@@ -19,6 +19,10 @@ _AT_FIRST = 5e-4
 """Part of the span that the largest reaction is taken along for a first measure of energy."""
 
 
+_NEXT_TO_NOTHING = 1e-6
+"""Part of the energy turned over that dissipation need not be taken exactly below."""
+
+
 class TurnedOver(NamedTuple):
     """What a step turns over: work and dissipated energy, J; of that friction and damping of pairs, (2, n_pairs)."""
 
@@ -59,6 +63,7 @@ class Books:
         self.ledger = Ledger.opened(self.last.energy) if ledger is None else ledger
         self.largest_reaction = self.last.reaction
         self._earlier: Observation | None = None
+        self._resting: list[tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]] = []
         self._span = float(system.scales().span.max(initial=0.0))
         self._saved = -np.inf
         self.pending = [t for t in save_times if t >= time]
@@ -82,10 +87,10 @@ class Books:
         """Time of the next state to be saved, or the end."""
         return self.pending[0] if self.pending else end
 
-    def turned_over(self, t: float, u: np.ndarray, seen: Observation) -> TurnedOver:
+    def turned_over(self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation) -> TurnedOver:
         """Work (J), dissipated energy (J) and what of it contact pairs take, of a step whose velocities are means over it.
 
-        Work under the parabola through the forces of the last three states, dissipation as it was solved.
+        Work under the parabola through the forces of the last three states.
         """
         duration = t - self.time
         drives = driven = 0.0
@@ -97,9 +102,30 @@ class Books:
         if not len(seen.drive.force) and loads:
             # the loads as they were when the step began, along the same motion
             loads = 0.5 * (loads + self.system.energy(self.time, self.q, u).input_power * duration)
-        return TurnedOver(
-            drives + loads, seen.energy.dissipated_power * duration, seen.energy.pair_power * duration
-        )
+        return TurnedOver(drives + loads, self._dissipated(t, q, seen), seen.energy.pair_power * duration)
+
+    def _dissipated(self, t: float, q: np.ndarray, seen: Observation) -> float:
+        """What dampers and friction take in such a step, J: the mean of their forces at both ends, times the motion.
+
+        At an equilibrium they are what is left over without them. Their forces at the end alone would do for steps that take
+        next to nothing, and have to for the first one.
+        """
+        alone = seen.energy.dissipated_power * (t - self.time)
+        if self._earlier is None or alone < _NEXT_TO_NOTHING * self.ledger.turnover:
+            return alone
+        (force, drive), (next_force, next_drive) = self._at_rest(self.time, self.q), self._at_rest(t, q)
+        driven = self.last.drive.force - drive + seen.drive.force - next_drive
+        taken = (force + next_force) @ self.system.difference(self.q, q)
+        return max(0.0, 0.5 * float(taken + driven @ (seen.drive.travel - self.last.drive.travel)))
+
+    def _at_rest(self, t: float, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Forces left over at rest, and those of the drives, N; kept for the step after."""
+        for known, found in self._resting:
+            if known is q:
+                return found
+        found = self.system.force(t, q, None), self.system.observe(t, q, None).drive.force
+        self._resting = [*self._resting[-1:], (q, found)]
+        return found
 
     def _bow(self, k: int, seen: Observation) -> float:
         """What the mean force of drive k in a step lies below that of its ends because the curve is bent, N."""

@@ -49,15 +49,15 @@ _SMALLEST = 1e-6
 """Smallest step over the whole time; below it a point is critical."""
 _MOVING = 1e-3
 """Kinetic energy over the energy turned over, above which inertia is not to be dropped."""
-_COARSE = 0.5
-"""Energy error of one step, over the energy turned over and sqrt(rtol): above it the force has a kink that is missed."""
+_COARSE = 3.0
+"""Energy error of one step, over the energy turned over and rtol: above it the force has a kink that is missed."""
 _RESTING = 1e-3
 """Forces left over without the dampers', over the largest reaction, below which a state is an equilibrium."""
 _TORN = 0.1
 """Part of a segment's length that the ends of a joint may come apart."""
 _AGAIN = 0.1
 """Part of the first step with which a path goes on where there is no history to predict from."""
-_KINK = 1e-2
+_KINK = 3e-3
 """Part of the first step to which steps are cut for the energy balance."""
 _IN_MOTION = 10.0
 """Tolerance of the dynamics at a snap over that of the path."""
@@ -229,8 +229,8 @@ class _Follower:
         if self._inertia_counts(seen):
             return _Reason.INERTIA
         duration = t - books.time
-        turned_over = books.turned_over(t, found.u, seen)
-        if duration > _KINK * self.first_step and books.imbalance(seen, turned_over) > _COARSE * self.aim:
+        turned_over = books.turned_over(t, found.q, found.u, seen)
+        if duration > _KINK * self.first_step and books.imbalance(seen, turned_over) > _COARSE * self.settings.rtol:
             return _Reason.COARSE
         if self._resting_unstably(t, found.q):
             return _Reason.UNSTABLE
@@ -309,7 +309,7 @@ class _Follower:
             if critical.bifurcation and self._branch(critical):
                 kind = "bifurcation"
         if kind != "bifurcation":
-            self._move()
+            self._move(reason is _Reason.INERTIA)
         self.statistics.events.append(_event(kind, *before, books.time, books.last))
         self._forget()
         self.step_size = min(self.step_size, _AGAIN * self.first_step)
@@ -333,18 +333,22 @@ class _Follower:
             step *= 4.0
         return False
 
-    def _move(self) -> None:
-        """Let the structure move, or slide where nothing would damp it, until equilibria can be followed again."""
+    def _move(self, moving: bool) -> None:
+        """Let the structure move, or slide where nothing would damp it, until equilibria can be followed again.
+
+        `moving`: it has been going faster and faster. Otherwise it begins at rest: nothing had kinetic energy until here.
+        """
         books, settings = self.books, self.settings
         if not self.system.rate_dependent:
             self._slide()
             return
         quiet = _MOVING * books.ledger.turnover
+        u = books.u if moving else np.zeros_like(books.u)
         for _ in range(_CALMER):
             quiet *= 0.1
             try:
                 self.statistics.newton_iterations += move_until_calm(
-                    self.system, books, settings.end_time, quiet, settings.energy_abort, _IN_MOTION * settings.rtol
+                    self.system, books, u, settings.end_time, quiet, settings.energy_abort, _IN_MOTION * settings.rtol
                 )
             except StepFailed as error:
                 self.objection = error.reason
@@ -352,6 +356,7 @@ class _Follower:
             self._judge_energy()
             if books.time >= settings.end_time:
                 return
+            u = books.u
             self._forget()
             self.step_size = 1e-2 * self.first_step
             if self._attempt(books.time + self._duration()) is None:

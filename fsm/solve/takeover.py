@@ -32,7 +32,7 @@ _SETTLED = 1e-9
 
 
 def move_until_calm(
-    system: System, books: Books, until: float, quiet: float, worst: float, rtol: float
+    system: System, books: Books, u: np.ndarray, until: float, quiet: float, worst: float, rtol: float
 ) -> int:
     """Integrate with inertia and damping until the kinetic energy has fallen to `quiet` (J) or the time is `until` (s).
 
@@ -43,7 +43,7 @@ def move_until_calm(
     int
         Newton iterations taken.
     """
-    u = _relaxed(system, books.time, books.q, books.u)
+    u = _relaxed(system, books.time, books.q, u)
     solver = GeneralizedAlpha(system, books.time, books.q, u, rtol, rho_inf=_RHO_INF)
     largest, iterations, tries = 0.0, 0, 0
     while books.time < until:
@@ -70,10 +70,11 @@ def move_until_calm(
 
 
 def _relaxed(system: System, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
-    """Velocities for a motion to start with, from the mean ones of the last step.
+    """Velocities for a motion to start with, from zero or the mean ones of the last step.
 
-    Mean velocities are chords, and stiff dampers would answer with forces of their own. So M (v - u)/tau = h(t, q, v) is
-    solved at a fixed configuration: what is damped fast takes the velocity in balance, the rest keeps its own.
+    Mean velocities are chords, and stiff dampers would answer with forces of their own, as they would to rest. So
+    M (v - u)/tau = h(t, q, v) is solved at a fixed configuration: what is damped fast takes the velocity in balance, the
+    rest keeps its own.
     """
     solver = LinearSolver()
     velocity = u

@@ -28,7 +28,7 @@ def forces(contacts: ShapeContacts, poses: np.ndarray, rates: np.ndarray) -> tup
     out = np.zeros((len(poses), 6))
     if not len(touching.slot):
         return out, 0.0, 0.0
-    bodies, _, gradient = contacts.measure(poses, rates, touching)
+    bodies, _, gradient, _ = contacts.measure(poses, rates, touching)
     share, depth = contacts.share[touching.slot], -touching.gap
     effort = np.zeros((len(share), 4))
     effort[:, 0] = -share * STIFFNESS * depth**1.5

@@ -128,7 +128,7 @@ def stack_scene(
     )
 
 
-def press(scene: Scene, method: str = "static", rtol: float = 1e-4, interval: float = 0.25, end: float = END) -> Pressed:
+def press(scene: Scene, method: str = "static", rtol: float = 1e-5, interval: float = 0.25, end: float = END) -> Pressed:
     """Press and let go."""
     system = compile_scene(scene)
     saved: list[Saved] = []

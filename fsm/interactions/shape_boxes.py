@@ -1,0 +1,66 @@
+"""Boxes, along the inertial axes, around rounded shapes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.interactions.shape_distance import HALF_SPACE
+from fsm.kernels.jit import kernel
+from fsm.kernels.rotation import fill_rotation
+
+__all__ = ["shape_boxes_planar", "shape_boxes_spatial"]
+
+
+@kernel
+def shape_boxes_planar(
+    poses: np.ndarray,
+    body: np.ndarray,
+    kind: np.ndarray,
+    size: np.ndarray,
+    offset: np.ndarray,
+    angle: np.ndarray,
+    radius: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Low and high corners (s, 2), m; half-planes have infinite boxes. Arguments: `fsm.segments.shape_tables.Shapes`."""
+    low, high = np.full((body.shape[0], 2), -np.inf), np.full((body.shape[0], 2), np.inf)
+    for i in range(body.shape[0]):
+        if kind[i] == HALF_SPACE:
+            continue
+        x, z, turn = poses[body[i]]
+        c, s = np.cos(turn), np.sin(turn)
+        centre_x, centre_z = x + c * offset[i, 0] + s * offset[i, 1], z + c * offset[i, 1] - s * offset[i, 0]
+        c, s = abs(np.cos(turn + angle[i])), abs(np.sin(turn + angle[i]))
+        half_x = c * size[i, 0] + s * size[i, 2] + radius[i]
+        half_z = s * size[i, 0] + c * size[i, 2] + radius[i]
+        low[i, 0], low[i, 1] = centre_x - half_x, centre_z - half_z
+        high[i, 0], high[i, 1] = centre_x + half_x, centre_z + half_z
+    return low, high
+
+
+@kernel
+def shape_boxes_spatial(
+    poses: np.ndarray,
+    body: np.ndarray,
+    kind: np.ndarray,
+    size: np.ndarray,
+    offset: np.ndarray,
+    axes: np.ndarray,
+    radius: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """As `shape_boxes_planar`, (s, 3)."""
+    low, high = np.full((body.shape[0], 3), -np.inf), np.full((body.shape[0], 3), np.inf)
+    frame = np.empty((3, 3))
+    for i in range(body.shape[0]):
+        if kind[i] == HALF_SPACE:
+            continue
+        fill_rotation(poses[body[i], 3:], frame)
+        for c in range(3):
+            centre, half = poses[body[i], c], radius[i]
+            for j in range(3):
+                centre += frame[c, j] * offset[i, j]
+                along = 0.0
+                for k in range(3):
+                    along += frame[c, k] * axes[i, k, j]
+                half += abs(along) * size[i, j]
+            low[i, c], high[i, c] = centre - half, centre + half
+    return low, high

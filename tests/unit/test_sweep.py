@@ -1,0 +1,59 @@
+"""Pairs of boxes found by a sweep against all pairs looked at, and boxes against the corners of what is in them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fsm.interactions.shape_boxes import shape_boxes_planar, shape_boxes_spatial
+from fsm.interactions.shape_distance import BOX, HALF_SPACE
+from fsm.interactions.sweep import ListedPairs
+from fsm.kernels.rotation import rotation_matrix
+
+
+@pytest.mark.parametrize("size", [2, 3])
+@pytest.mark.parametrize("listed", [0, 40, 3000])
+@pytest.mark.parametrize("seed", range(5))
+def test_pairs_are_those_that_overlap(seed: int, listed: int, size: int) -> None:
+    rng = np.random.default_rng(seed)
+    low = rng.uniform(0.0, [1.0, 5.0, 2.0][:size], size=(80, size))
+    high = low + rng.uniform(0.0, 0.6, size=low.shape)
+    low[[3, 70]], high[[3, 70]] = -np.inf, np.inf
+    pairs = rng.integers(80, size=(listed, 2))
+    pairs = pairs[pairs[:, 0] != pairs[:, 1]]  # in any order, some twice
+    meet = ((low[pairs[:, 0]] <= high[pairs[:, 1]]) & (low[pairs[:, 1]] <= high[pairs[:, 0]])).all(axis=1)
+    found = ListedPairs(pairs, 80).overlapping(low, high)
+    np.testing.assert_array_equal(found, np.flatnonzero(meet))
+    assert listed < 100 or 100 < len(found) < 2000
+
+
+@pytest.mark.parametrize("spatial", [False, True], ids=["planar", "spatial"])
+def test_boxes_just_hold_their_shapes(spatial: bool) -> None:
+    rng = np.random.default_rng(7)
+    size, radius = np.array([0.3, 0.2, 0.1]), 0.05
+    corners = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]) * size
+    for _ in range(20):
+        turn, at, axes = rng.normal(size=4), rng.normal(size=3), rng.normal(size=4)
+        if not spatial:
+            turn[[1, 3]] = axes[[1, 3]] = at[1] = 0.0
+        turn, axes = turn / np.linalg.norm(turn), axes / np.linalg.norm(axes)
+        offset = rng.normal(size=3) * [1.0, spatial, 1.0]
+        points = (corners @ rotation_matrix(axes).T + offset) @ rotation_matrix(turn).T + at
+        kinds = np.array([BOX, HALF_SPACE])
+        body, sizes, radii = np.zeros(2, dtype=np.int64), np.tile(size, (2, 1)), np.full(2, radius)
+        if spatial:
+            low, high = shape_boxes_spatial(
+                np.concatenate([at, turn])[None], body, kinds, sizes, np.tile(offset, (2, 1)),
+                np.tile(rotation_matrix(axes), (2, 1, 1)), radii,
+            )  # fmt: skip
+        else:
+            points = points[:, [0, 2]]
+            angle, own = (2.0 * np.arctan2(q[2], q[0]) for q in (turn, axes))
+            low, high = shape_boxes_planar(
+                np.array([[at[0], at[2], angle]]), body, kinds, sizes, np.tile(offset[[0, 2]], (2, 1)), np.full(2, own),
+                radii,
+            )  # fmt: skip
+        np.testing.assert_allclose(low[0], points.min(axis=0) - radius, atol=1e-12)
+        np.testing.assert_allclose(high[0], points.max(axis=0) + radius, atol=1e-12)
+        assert np.all(low[1] == -np.inf)
+        assert np.all(high[1] == np.inf)
