@@ -34,6 +34,8 @@ __all__ = ["calibrate_force", "identification_of", "measured_curve", "run_study"
 QUANTITIES = {"displacement": "length", "force": "force", "half_band": "force", "repeat": "number"}
 _REWEIGHTED, _LEAST = 10, 1e-6
 """Rounds in which the variance of repeats is fitted, and the least part of its mean that is believed."""
+_MOST_POINTS = 2000
+"""Of one curve."""
 _NOTHING = 1e-9
 """Part of the largest force that is round-off."""
 _SEARCH = 0.7
@@ -112,6 +114,10 @@ def measured_curve(curve: Curve, case: Case, table: Table) -> Measured:
     travel, force = table.columns["displacement"], table.columns["force"]
     if len(travel) < 2:
         raise ValueError("one row is no curve; give at least two")
+    most = _MOST_POINTS * (len(np.unique(table.columns["repeat"])) if "repeat" in table.columns else 1)
+    if len(travel) > most:
+        text = f"every point of a curve is an equilibrium to solve; give {_MOST_POINTS} at most"
+        raise ValueError(f"has {len(travel)} rows; {text}, say one row in {len(travel) // most + 1}")
     if "repeat" in table.columns:
         travel, force, deviation = _mean(travel, force, table.columns["repeat"])
         known = True

@@ -86,7 +86,8 @@ def test_rates_are_carried_along() -> None:
     peak = peak_response(case, TRAVEL, ["material.young", "material.damping"])
     whole = peak_of(respond(case, TRAVEL, ["material.young", "material.damping"]))
     assert peak.gradient is not None and whole.gradient is not None
-    np.testing.assert_allclose(peak.gradient, whole.gradient, rtol=1e-8)  # begun a few states before the peak
+    # begun a few states before the peak: what is forgotten is 1e-10 of the largest derivative, which is not that by damping
+    np.testing.assert_allclose(peak.gradient, whole.gradient, rtol=1e-6)
     assert peak.gradient[1] * 0.1 > 1e-3  # N: the damping does count
 
 

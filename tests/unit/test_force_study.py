@@ -148,6 +148,7 @@ def test_faults_name_the_place_and_write_nothing(study: Path, old: str, new: str
         ("displacement [mm],force [N]\n0.1,1\n0.9,2\n", "travels must increase from 0 to at most 0.4 mm"),
         ("displacement [mm],force [N]\n0.1,1\n0.2,nan\n", "row 3"),
         ("displacement [mm],force [mm]\n0.1,1\n0.2,1\n", "force"),
+        ("displacement [mm],force [N]\n" + "".join(f"{1e-4 * k},1\n" for k in range(3000)), "give 2000 at most"),
     ],
 )
 def test_bad_data_are_refused_and_nothing_is_written(study: Path, rows: str, said: str) -> None:
