@@ -131,7 +131,7 @@ class VibrationAnalysis:
         """See `Analysis`; without an impact nothing moves, and nothing is solved."""
         solve = self.case.solve
         end = self.vibration.duration if self.case.impact is not None else 0.0
-        step = self._step() if method == "generalized-alpha" else None
+        step = self._step() if method in ("generalized-alpha", "newmark") else None
         settings = Settings(
             method, solve.rtol, end, solve.max_step or math.inf, solve.max_steps, solve.energy_abort, step=step
         )

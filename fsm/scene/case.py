@@ -59,7 +59,7 @@ class Strip(Model):
     held: tuple[Count, ...] | None = None
 
 
-Method = Literal["auto", "static", "generalized-alpha", "Radau-blocks", "Radau", "BDF", "LSODA"]
+Method = Literal["auto", "static", "generalized-alpha", "newmark", "Radau-blocks", "Radau", "BDF", "LSODA"]
 
 
 class Solve(Model):
@@ -68,8 +68,8 @@ class Solve(Model):
     Attributes
     ----------
     method : str
-        "auto"; "static" (equilibria as the drives move, the dynamics at snaps); "generalized-alpha"; "Radau-blocks"
-        (Radau's steps, linear algebra of its own) and "Radau", "BDF", "LSODA" of SciPy.
+        "auto"; "static" (equilibria as the drives move, the dynamics at snaps); "generalized-alpha"; "newmark";
+        "Radau-blocks" (Radau's steps, linear algebra of its own) and "Radau", "BDF", "LSODA" of SciPy.
     rtol : -
         Relative tolerance; absolute tolerances follow from it and the sizes of the scene. Of statics, the increments
         follow from it: a prediction may be off by its root, of the structure's size or in radians.
@@ -81,7 +81,7 @@ class Solve(Model):
     rho_inf : -
         Spectral radius at infinity, generalized-alpha only: factor on stiff vibrations in a step. 0.6 if absent.
     step : s
-        Fixed step, generalized-alpha only; without it the error is controlled.
+        Fixed step, generalized-alpha and Newmark only; without it the error is controlled.
     end_time : s
         Needed only without a drive.
     max_step : s

@@ -26,11 +26,13 @@ class Sections:
     ----------
     written : names of the sections in the file
     stages : the analyses; none if they cannot be read
+    analysis : what the key says
     drives, patches, cables, supports : number of the item in the file, from 0, and the item
     """
 
     written: frozenset[str] = frozenset()
     stages: tuple[Analysis, ...] = ("deploy",)
+    analysis: Analysis | None = "deploy"
     membrane: Membrane | None = None
     tension: Tension | None = None
     impact: Impact | None = None
@@ -53,6 +55,8 @@ def method_faults(solve: Solve | None) -> Iterable[Fault]:
     """Keys that only one method has."""
     if solve is None or solve.method == "generalized-alpha":
         return
-    for key, value in (("rho_inf", solve.rho_inf), ("step", solve.step)):
-        if value is not None:
-            yield Fault(f"solve.{key}", f'only method = "generalized-alpha" has it, not "{solve.method}"; take it out')
+    only = 'only method = "generalized-alpha" has it'
+    if solve.rho_inf is not None:
+        yield Fault("solve.rho_inf", f'{only}, not "{solve.method}"; take it out')
+    if solve.step is not None and solve.method != "newmark":
+        yield Fault("solve.step", f'{only} (and "newmark"), not "{solve.method}"; take it out')

@@ -90,7 +90,15 @@ class Coefficients:
     def of(cls, rho_inf: float) -> Coefficients:
         """Those of a spectral radius at infinity, 0 (stiff modes vanish in a step) to 1 (they are kept)."""
         alpha_m, alpha_f = (2.0 * rho_inf - 1.0) / (rho_inf + 1.0), rho_inf / (rho_inf + 1.0)
-        beta, gamma = 1.0 / (1.0 + rho_inf) ** 2, 0.5 * (3.0 - rho_inf) / (1.0 + rho_inf)
+        return cls._with(alpha_m, alpha_f, 1.0 / (1.0 + rho_inf) ** 2, 0.5 * (3.0 - rho_inf) / (1.0 + rho_inf))
+
+    @classmethod
+    def newmark(cls) -> Coefficients:
+        """Newmark's method of constant mean acceleration, beta = 1/4, gamma = 1/2: no numerical damping at all."""
+        return cls._with(0.0, 0.0, 0.25, 0.5)
+
+    @classmethod
+    def _with(cls, alpha_m: float, alpha_f: float, beta: float, gamma: float) -> Coefficients:
         shift = alpha_m - alpha_f
         # a_n = u'(t_n + shift h) + lag h^2 u''' + ..., by Taylor's series in (1)
         lag = 0.5 * ((1.0 - alpha_f) - (1.0 - alpha_m) * (1.0 + shift) ** 2 - alpha_m * shift**2)
@@ -123,7 +131,7 @@ class GeneralizedAlpha:
         The local error of a step, root mean square over all components: rtol times the system's scales for increments,
         rtol times scales and size for velocities.
     rho_inf : -
-        Spectral radius at infinity.
+        Spectral radius at infinity; None: Newmark's method.
     fixed_step : s
         Steps of this size, or the next smaller that divides the way to the next time that is to be hit, whatever the
         error. None: the error is controlled.
@@ -149,16 +157,16 @@ class GeneralizedAlpha:
         q: np.ndarray,
         u: np.ndarray,
         rtol: float,
-        rho_inf: float = RHO_INF,
+        rho_inf: float | None = RHO_INF,
         fixed_step: float | None = None,
         max_step: float = math.inf,
     ) -> None:
         self.system = system
         self.t, self.q, self.u = t, q.copy(), u.copy()
         self.fixed_step, self.max_step = fixed_step, max_step
-        self.coefficients = Coefficients.of(rho_inf)
+        self.coefficients = Coefficients.newmark() if rho_inf is None else Coefficients.of(rho_inf)
         # h u of modes too stiff to be resolved falls by rho_inf a step: with faster growth their u would rise
-        self._growth = max(_STEADY, min(_GROWTH, 1.0 / max(rho_inf, 1.0 / _GROWTH)))
+        self._growth = max(_STEADY, min(_GROWTH, 1.0 / max(1.0 if rho_inf is None else rho_inf, 1.0 / _GROWTH)))
         self.linear = LinearSolver()
         self.steps = self.rejected = self.failed = 0
         self.iterations = self.force_evaluations = self.linearisations = 0

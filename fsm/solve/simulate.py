@@ -27,7 +27,7 @@ __all__ = ["JUDGED_FROM", "Ledger", "Saved", "Settings", "Statistics", "StepEnd"
 
 _NODES = 0.5 + 0.5 * np.array([-math.sqrt(0.6), 0.0, math.sqrt(0.6)])
 _WEIGHTS = np.array([5.0, 8.0, 5.0]) / 18.0
-GENERALIZED_ALPHA = "generalized-alpha"
+GENERALIZED_ALPHA, NEWMARK = "generalized-alpha", "newmark"
 _ENDS_AT_SAVES = ("Radau", "Radau-blocks")
 """SciPy's methods whose steps end at every saved time."""
 _STAGES = {"Radau": 3, "Radau-blocks": 3, "BDF": 1, "LSODA": 1}
@@ -44,13 +44,13 @@ class Settings:
 
     Attributes
     ----------
-    method : "Radau", "Radau-blocks", "BDF", "LSODA" or "generalized-alpha"
+    method : "Radau", "Radau-blocks", "BDF", "LSODA", "generalized-alpha" or "newmark"
     rtol : -
     end_time, max_step : s
     max_steps : int
     energy_abort : -
     rho_inf, step : -, s
-        Of generalized-alpha only: spectral radius at infinity; fixed step, None for error control.
+        Of generalized-alpha only: spectral radius at infinity. Of both stepwise methods: fixed step, None for error control.
     """
 
     method: str
@@ -182,7 +182,7 @@ def simulate(
         With the time, the worst body and what to try. What was saved until then has been handed over.
     EnergyAbort
     """
-    kind = _StepwiseRun if settings.method == GENERALIZED_ALPHA else _DenseRun
+    kind = _StepwiseRun if settings.method in (GENERALIZED_ALPHA, NEWMARK) else _DenseRun
     run = kind(system, settings, save_times, on_save, on_step, start, ledger, [] if seen is None else seen)
     run.go()
     return run.statistics, run.ledger
@@ -265,8 +265,9 @@ class _StepwiseRun(_Run):
     def go(self) -> None:
         """See `_Run`."""
         settings = self.settings
+        rho_inf = None if settings.method == NEWMARK else settings.rho_inf
         solver = GeneralizedAlpha(
-            self.system, self.time, self.q, self.u, settings.rtol, settings.rho_inf, settings.step, settings.max_step
+            self.system, self.time, self.q, self.u, settings.rtol, rho_inf, settings.step, settings.max_step
         )
         breaks = set(self.system.break_times())
         try:

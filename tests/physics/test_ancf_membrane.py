@@ -133,7 +133,7 @@ def vibrate(system: AncfSystem, height: int, settings: Settings, every: float) -
 @pytest.mark.slow
 def test_energy_balance_of_an_undamped_free_vibration() -> None:
     system, _, _ = plucked(4, 2e-4)
-    _, ledger = simulate(system, Settings("Radau-blocks", 1e-6, 0.2), [0.2], lambda saved: None)
+    _, ledger = simulate(system, Settings("Radau-blocks", 1e-7, 0.2), [0.2], lambda saved: None)
     assert ledger.relative_error < 1e-6
 
 

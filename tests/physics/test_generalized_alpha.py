@@ -24,7 +24,7 @@ from fsm.scene.scene import GROUND, Body, ForceElement, Scene
 from fsm.segments.compile import compile_scene
 from fsm.segments.save_times import save_times
 from fsm.segments.system import SegmentSystem
-from fsm.solve.generalized_alpha import GeneralizedAlpha
+from fsm.solve.generalized_alpha import Coefficients, GeneralizedAlpha
 from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, simulate
 from fsm.system import Linearised
 
@@ -480,3 +480,24 @@ def test_demo_strip_has_radaus_peak() -> None:
     peak = max(drive.force[0] for drive, _ in statistics.seen)
     assert peak == pytest.approx(1.98545, rel=5e-4)
     assert statistics.steps < 1000
+
+
+def test_newmark_is_the_method_without_its_two_shifts() -> None:
+    """Constant mean acceleration: one step of a linear oscillator by hand, and no loss of energy at all."""
+    coefficients = Coefficients.newmark()
+    assert (coefficients.alpha_m, coefficients.alpha_f) == (0.0, 0.0)
+    assert (coefficients.beta, coefficients.gamma) == (0.25, 0.5)
+    mass = Body(name="mass", mass=2.0, inertia=(1.0, 1.0, 1.0), position=(0.1, 0.0, 0.0))
+    spring = ForceElement(name="spring", inner=GROUND, outer="mass", translation=(50.0,) * 3)
+    system = compile_scene(Scene(bodies=(mass,), elements=(spring,)))
+    q, u = system.initial()
+    solver = GeneralizedAlpha(system, 0.0, q, u, 1e-9, None, 0.05)
+    omega, h, x, v = 5.0, 0.05, 0.1, 0.0
+    for _ in range(40):
+        solver.step(2.0)
+        a = -(omega**2) * x
+        ahead = (x + h * v + 0.25 * h * h * a) / (1.0 + 0.25 * (omega * h) ** 2)
+        x, v = ahead, v + 0.5 * h * (a - omega**2 * ahead)
+        assert solver.q[0] == pytest.approx(x, abs=1e-9)
+        assert solver.u[0] == pytest.approx(v, abs=1e-8)
+    assert x * x + (v / omega) ** 2 == pytest.approx(0.01, rel=1e-9)
