@@ -78,8 +78,9 @@ def test_air_slows_the_film_by_its_mass(tmp_path: Path) -> None:
 
 def test_both_models_agree(tmp_path: Path) -> None:
     """Away from where it is struck; there a point load moves more modes than are taken."""
-    soft = ["impact.point=[0.08, 0.05]", "vibration.modes=40", "solve.energy_abort=10", "vibration.sampling=1 ms"]
-    full = run(tmp_path, *soft, "vibration.model=full", "solve.step=0.25 ms", "solve.rho_inf=1", name="full")
+    soft = ["impact.point=[0.08, 0.05]", "vibration.modes=70", "vibration.duration=60 ms", "vibration.sampling=0.5 ms"]
+    exact = ["vibration.model=full", "solve.step=0.1 ms", "solve.rho_inf=1", "solve.energy_abort=10"]
+    full = run(tmp_path, *soft, *exact, name="full")
     reduced = run(tmp_path, *soft, "vibration.model=reduced", name="reduced")
     assert full["method"] == "generalized-alpha" and full["reduced_error"] is None
     assert reduced["frequency_hz"] == pytest.approx(full["frequency_hz"], rel=5e-3)
@@ -88,7 +89,7 @@ def test_both_models_agree(tmp_path: Path) -> None:
     assert np.allclose(one.time, two.time, rtol=0, atol=1e-9)
     off = np.abs(one.displacement - two.displacement).max() / np.abs(one.displacement).max()
     assert off < 0.05
-    assert 0.0 < reduced["reduced_error"] < 0.05
+    assert 0.0 < reduced["reduced_error"] < 0.1
 
 
 def test_auto_takes_the_modes_only_if_they_are_good(tmp_path: Path) -> None:
