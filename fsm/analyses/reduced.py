@@ -49,7 +49,7 @@ def error_against_full(
     step : s
         Of the full model.
     until : s
-        Compared so long, or for the number of steps that is taken at most.
+        Compared so long.
     probe : displacement of all probes at a configuration
 
     Raises
@@ -57,7 +57,6 @@ def error_against_full(
     NotConverged
         The full model cannot be solved with these steps.
     """
-    until = min(until, CHECKED * step)
     full: list[tuple[float, np.ndarray]] = []
     times = [float(t) for t in np.linspace(0.0, until, max(2, round(until / step) + 1))]
     simulate(

@@ -42,7 +42,7 @@ _SLACKEST = 0.5
 _GOOD = 0.02
 """Error of the reduced model against the full one up to which it is taken."""
 _STEPS = 40.0
-"""Steps of the full model in a period of the highest mode asked for, and in the pulse."""
+"""Steps of the full model in the pulse, or in a period of the lowest mode if that is shorter."""
 _RECORDS = 200
 """Whole states that are kept, if the case does not say."""
 
@@ -108,9 +108,10 @@ class VibrationAnalysis:
         if self.case.impact is None or self.case.solve.method != "auto" or wanted == "full":
             return
         model = reduced_model(self._system, self.modes, self.vibration.stretch)
+        until = min(self.vibration.duration, CHECKED * self._step())
         try:
-            self.error = error_against_full(self._system, model, self._step(), self.vibration.duration, self.probes)
-            said = f"off the full model by {100 * self.error:.2g} % at its probes over the first {CHECKED} steps"
+            self.error = error_against_full(self._system, model, self._step(), until, self.probes)
+            said = f"off the full model by {100 * self.error:.2g} % at the probes over the first {1e3 * until:.3g} ms"
         except NotConverged:
             said = "error unknown: the full model needs shorter steps than solve.step to be compared with"
         good = self.error is not None and self.error <= _GOOD
@@ -121,18 +122,17 @@ class VibrationAnalysis:
                 warnings.append(f"reduced model: {self.reason}")
 
     def _step(self) -> float:
-        """Step of the full model: as asked for, or a 40th of the period of the highest mode asked for, and of the pulse."""
+        """Step of the full model: as asked for, or a 40th of the pulse, or of the period of the lowest mode if shorter."""
         if self.case.solve.step is not None:
             return self.case.solve.step
-        period = 1.0 / max(float(np.abs(self.modes.frequencies).max()), 1.0 / self.vibration.duration)
-        end = self._pulse_end()
-        return min([period / _STEPS, *([end / _STEPS] if end else [])])
+        period = 1.0 / max(float(np.abs(self.modes.frequencies).min()), 1.0 / self.vibration.duration)
+        return min(period, self._pulse_end() or period) / _STEPS
 
     def settings(self, method: str) -> Settings | PathSettings:
         """See `Analysis`; without an impact nothing moves, and nothing is solved."""
         solve = self.case.solve
         end = self.vibration.duration if self.case.impact is not None else 0.0
-        step = self._step() if method == "generalized-alpha" else None
+        step = self._step() if method in ("generalized-alpha", "newmark") else None
         settings = Settings(
             method, solve.rtol, end, solve.max_step or math.inf, solve.max_steps, solve.energy_abort, step=step
         )

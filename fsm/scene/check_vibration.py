@@ -6,6 +6,7 @@ from collections.abc import Iterable
 
 from fsm.errors import Fault
 from fsm.scene.builders.membrane import check_film
+from fsm.scene.materials import Material
 from fsm.scene.membrane import CornerCable, Membrane
 from fsm.scene.sections import Sections, method_faults
 
@@ -77,7 +78,7 @@ def _held_points(sections: Sections) -> Iterable[Fault]:
 def _film_damping(sections: Sections) -> Iterable[Fault]:
     material = sections.material
     for key, hint in (("damping", "`damping.material`"), ("plate", "nothing: a film is a plate always")):
-        if material is not None and key in material.model_fields_set:
+        if material is not None and getattr(material, key) != Material.model_fields[key].default:
             yield Fault(f"material.{key}", f"is of the joints of a strip; a film has {hint}; take it out")
 
 

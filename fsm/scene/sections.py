@@ -28,11 +28,13 @@ class Sections:
     ----------
     written : names of the sections in the file
     stages : the analyses; none if they cannot be read
+    analysis : what the key says
     drives, patches, cables, supports, holds, forces : number of the item in the file, from 0, and the item
     """
 
     written: frozenset[str] = frozenset()
     stages: tuple[Analysis, ...] = ("deploy",)
+    analysis: Analysis | None = "deploy"
     membrane: Membrane | None = None
     tension: Tension | None = None
     impact: Impact | None = None

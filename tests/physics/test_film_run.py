@@ -1,0 +1,168 @@
+"""A film from its case to its results: frequencies that are known, both models, probes, files, resuming."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fsm.errors import CaseError
+from fsm.plots.figures import draw
+from fsm.results.store import read_solution
+from fsm.run import run_case
+from fsm.scene.load_case import load_case
+
+FILM = """
+title = "held at its edges"
+analysis = "vibrate"
+[membrane]
+length = 0.3
+width = 0.3
+thickness = 25e-6
+mesh = [6, 6]
+[material]
+young = 3e9
+poisson = 0.31
+density = 1420
+[tension]
+strain = 1e-3
+[damping]
+air = 6.0
+[impact]
+pulse = "half-sine"
+force = "1 mN"
+duration = "8 ms"
+[vibration]
+duration = "0.25 s"
+modes = 8
+"""
+E, NU, RHO, T, L = 3e9, 0.31, 1420.0, 25e-6, 0.3
+TENSION = E * T * (1e-3 + 0.5e-6) / (1 - NU)
+LOWEST = 0.5 * math.sqrt(TENSION / (RHO * T)) * math.sqrt(2.0) / L
+"""Of a film without bending: 1/2 sqrt(N/(rho t)) sqrt(1/a^2 + 1/b^2), N by Green's strain."""
+
+
+def run(tmp_path: Path, *overrides: str, text: str = FILM, name: str = "out", **options: Any) -> dict[str, Any]:
+    case = tmp_path / "case.toml"
+    case.write_text(text, encoding="utf-8")
+    return run_case(load_case(case, overrides), tmp_path / name, progress=False, **options)
+
+
+def test_the_lowest_frequency_and_the_decay(tmp_path: Path) -> None:
+    """The reduced model at small amplitude: the known frequency, decay half of what is asked for the mass."""
+    summary = run(tmp_path, "vibration.model=reduced", "vibration.duration=1 s")
+    stretched = LOWEST / (1.0 + 1e-3)  # the film is longer by its strain, and as much thinner per area
+    assert summary["modes_hz"][0] == pytest.approx(stretched, rel=5e-3)
+    assert summary["frequency_hz"] == pytest.approx(summary["modes_hz"][0], rel=1e-3)
+    assert abs(summary["frequency_fft_hz"] - summary["frequency_hz"]) <= summary["frequency_resolution_hz"]
+    assert summary["frequency_resolution_hz"] == pytest.approx(1.0, rel=0.02)
+    assert summary["decay_rate"] == pytest.approx(3.0, rel=0.02)
+    assert summary["method"] == "modal"
+    stress = E * (1e-3 + 0.5e-6) / (1 - NU)
+    assert summary["tension_state"]["largest_stress"] == pytest.approx(stress, rel=3e-3)
+    assert summary["tension_state"]["smallest_stress"] == pytest.approx(stress, rel=3e-3)
+    assert summary["tension_state"]["slack_fraction"] == 0.0
+    assert summary["energy_error"] < 1e-3
+
+
+def test_air_slows_the_film_by_its_mass(tmp_path: Path) -> None:
+    still = run(tmp_path, "impact=none")["modes_hz"][0]
+    moved = run(tmp_path, "impact=none", "air.density=1.2", name="air")["modes_hz"][0]
+    ratio = 0.68 * 1.2 * L / (RHO * T)
+    assert moved / still == pytest.approx((1.0 + ratio) ** -0.5, rel=1e-3)
+
+
+def test_both_models_agree(tmp_path: Path) -> None:
+    """Away from where it is struck; there a point load moves more modes than are taken."""
+    soft = ["impact.point=[0.08, 0.05]", "vibration.modes=70", "vibration.duration=60 ms", "vibration.sampling=0.5 ms"]
+    exact = ["vibration.model=full", "solve.step=0.1 ms", "solve.rho_inf=1", "solve.energy_abort=10"]
+    full = run(tmp_path, *soft, *exact, name="full")
+    reduced = run(tmp_path, *soft, "vibration.model=reduced", name="reduced")
+    assert full["method"] == "generalized-alpha" and full["reduced_error"] is None
+    assert reduced["frequency_hz"] == pytest.approx(full["frequency_hz"], rel=5e-3)
+    assert reduced["amplitude_center"] == pytest.approx(full["amplitude_center"], rel=0.02)
+    one, two = (read_solution(tmp_path / name / "result.h5").samples for name in ("full", "reduced"))
+    assert np.allclose(one.time, two.time, rtol=0, atol=1e-9)
+    off = np.abs(one.displacement - two.displacement).max() / np.abs(one.displacement).max()
+    assert off < 0.05
+    assert 0.0 < reduced["reduced_error"] < 0.1
+
+
+def test_auto_takes_the_modes_only_if_they_are_good(tmp_path: Path) -> None:
+    quick = ["vibration.duration=20 ms", "solve.energy_abort=10"]
+    few = run(tmp_path, *quick, "vibration.modes=2", name="few")
+    assert few["method"] == "generalized-alpha"
+    many = run(tmp_path, *quick, "vibration.modes=2", "vibration.model=reduced", name="asked")
+    assert many["method"] == "modal"
+    assert any("reduced model" in line for line in many["warnings"])
+
+
+def test_what_is_written(tmp_path: Path) -> None:
+    summary = run(tmp_path, "vibration.model=reduced", "vibration.probes={ side = [0.1, 0.0] }")
+    out = tmp_path / "out"
+    names = {path.name for path in out.iterdir()}
+    assert {"result.h5", "summary.json", "history.csv", "history.png", "spectrum.png", "modes.png", "tension.png"} <= names
+    assert "force.csv" not in names and "checkpoint.h5" not in names
+    solution = read_solution(out / "result.h5")
+    film = solution.layout.film
+    assert film is not None and film.probe_names == ("center", "side")
+    assert film.mode_shape.shape == (8, 36, 4, 3)
+    assert np.abs(film.mode_shape).reshape(8, -1).max(axis=1) == pytest.approx(np.ones(8))
+    assert film.frequency == pytest.approx(summary["modes_hz"])
+    assert json.loads((out / "summary.json").read_text()) == summary
+    assert solution.samples.displacement[0] == pytest.approx(np.zeros((2, 3)))
+    assert np.abs(solution.samples.displacement[:, 0, 2]).max() == pytest.approx(summary["amplitude_center"])
+    assert len(solution) <= 202 and solution.time[-1] == pytest.approx(0.25)
+    for path in draw(solution, tmp_path / "again"):
+        assert path.stat().st_size > 5000
+    first = (out / "history.csv").read_text().splitlines()[0]
+    assert first == "time (s),center x (m),center y (m),center z (m),side x (m),side y (m),side z (m)"
+
+
+def test_a_full_run_that_is_cut_off_goes_on_to_the_same_numbers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from fsm import recorder
+
+    quick = ["vibration.model=full", "solve.step=0.5 ms", "solve.energy_abort=10", "vibration.duration=30 ms"]
+    whole = run(tmp_path, *quick, name="whole")
+    monkeypatch.setattr(recorder, "CHECKPOINT_EVERY", 0.0)
+
+    def cut(fraction: float) -> None:
+        if fraction > 0.5:
+            raise KeyboardInterrupt
+
+    case = load_case(tmp_path / "case.toml", quick)
+    with pytest.raises(KeyboardInterrupt):
+        run_case(case, tmp_path / "cut", progress=cut)
+    assert not (tmp_path / "cut" / "summary.json").exists()
+    again = run_case(case, tmp_path / "cut", progress=False, resume=True)
+    one, two = (read_solution(tmp_path / name / "result.h5") for name in ("whole", "cut"))
+    assert np.array_equal(one.samples.time, two.samples.time)
+    assert len(one) == len(two)
+    size = np.abs(one.samples.displacement).max()
+    assert np.abs(one.samples.displacement - two.samples.displacement).max() < 1e-3 * size
+    assert again["frequency_hz"] == pytest.approx(whole["frequency_hz"], rel=1e-3)
+
+
+def test_a_plain_film_that_would_wrinkle_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(CaseError, match=r'would wrinkle.*take film = "tension-field"'):
+        run(tmp_path, "tension.strain=[1e-3, -1e-3]")
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_pull_is_borne_by_all_corners(tmp_path: Path) -> None:
+    """The ends are held where the pull had them: the reactions are the pull, and the film is symmetric."""
+    from fsm.analyses.vibrate import VibrationAnalysis
+
+    case = Path(__file__).parents[2] / "folding_cases" / "membrane_impact" / "case.toml"
+    loaded = load_case(case, ["membrane.mesh=[8, 8]", "patch=none", "vibration.modes=4"])
+    analysis = VibrationAnalysis(loaded.case, "")
+    analysis.make_ready([])
+    q, _ = analysis.system.initial()
+    reactions = analysis.system.reactions(0.0, q, None)
+    at_ends = reactions[analysis.film.ends // 9, :3]
+    assert at_ends == pytest.approx(15.0 * analysis.film.outwards, abs=1e-3)
+    assert analysis.modes.frequencies[1] == pytest.approx(analysis.modes.frequencies[2], rel=1e-4)
