@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from fsm.scene.contact import Contact, Friction
     from fsm.scene.load_case import LoadedCase, load_case
     from fsm.scene.loads import Constant, Drive, Load, Ramp, Table
-    from fsm.scene.materials import LinearCrease, Material, SplineCrease
+    from fsm.scene.materials import FamilyCrease, LinearCrease, Material, SplineCrease
     from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
     from fsm.scene.table import TableCase, load_table
     from fsm.segments.compile import compile_scene
@@ -43,7 +43,7 @@ _MODULES: dict[str, str] = {
     **dict.fromkeys(("Contact", "Friction"), "fsm.scene.contact"),
     **dict.fromkeys(("LoadedCase", "load_case"), "fsm.scene.load_case"),
     **dict.fromkeys(("Constant", "Drive", "Load", "Ramp", "Table"), "fsm.scene.loads"),
-    **dict.fromkeys(("LinearCrease", "Material", "SplineCrease"), "fsm.scene.materials"),
+    **dict.fromkeys(("FamilyCrease", "LinearCrease", "Material", "SplineCrease"), "fsm.scene.materials"),
     **dict.fromkeys(("Body", "ContactPair", "ForceElement", "Plate", "Scene", "Surface"), "fsm.scene.scene"),
     **dict.fromkeys(("TableCase", "load_table"), "fsm.scene.table"),
     "compile_scene": "fsm.segments.compile",
@@ -63,6 +63,7 @@ __all__ = [
     "EnergyAbort",
     "Expect",
     "ExpectationFailed",
+    "FamilyCrease",
     "Fault",
     "ForceElement",
     "Friction",

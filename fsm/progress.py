@@ -24,10 +24,12 @@ class Progress:
         A callable gets the fraction done instead.
     end : time at which the run is done, s
     title : what is running
-    jit : the module `fsm.kernels.jit`, asked to tell when a kernel is compiled
+    jit : the module `fsm.kernels.jit`, asked to tell when a kernel is compiled; None where there are no kernels
     """
 
-    def __init__(self, wanted: bool | Callable[[float], None], end: float, title: str, jit: Any) -> None:
+    def __init__(
+        self, wanted: bool | Callable[[float], None], end: float, title: str, jit: Any = None
+    ) -> None:
         self._report = wanted if callable(wanted) else None
         self._lines = wanted is True and not sys.stderr.isatty()
         self._bar = tqdm(total=100.0, desc=title[:40], unit="%", disable=wanted is not True or self._lines)
@@ -39,7 +41,7 @@ class Progress:
         self._visible = wanted is True
 
     def __enter__(self) -> Progress:
-        if self._visible:
+        if self._visible and self._jit is not None:
             self._forget = self._jit.on_compile(self._compiling)
         return self
 

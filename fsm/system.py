@@ -275,7 +275,8 @@ class System(Protocol):
         ...
 
     def commit(self, t: float, q: np.ndarray, u: np.ndarray, before: Before | None = None) -> None:
-        """A step was accepted: what remembers (sides and onsets of contacts, bristles of friction) takes this state.
+        """A step was accepted: what remembers (sides and onsets of contacts, bristles of friction, sliders of creases)
+        takes this state.
 
         Solvers call it at the start and at the end of every step that they keep; nothing else changes what is remembered,
         so that between two calls forces are functions of the state alone.

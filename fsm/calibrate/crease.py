@@ -1,18 +1,18 @@
 """A family of crease curves M(psi) over press time and opening number, from tests of creases.
 
 Columns: `angle` and `moment`, or `angle`, `force` and `lever_arm` (one side clamped, the other turned by a force always
-normal to it, M = F L; seed 003, section 4.1); and, as there are, `press_time`, `opening`, `repeat`, `branch`, `width`. DATA
-is a CSV file, or a folder of them. Angles are opening angles: how far the crease is turned from its rest angle towards flat.
+normal to it, M = F L; seed 003, section 4.1); and, as there are, `press_time`, `opening`, `repeat`, `branch`, `width`.
+Angles are opening angles: how far the crease is turned from its rest angle towards flat. DATA is a CSV file, or a folder of
+them; one of these may hold `angle` against `time`, which is how the rest angle relaxes.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -20,10 +20,12 @@ from fsm.calibrate.branches import Sweep, sweeps_of
 from fsm.calibrate.crease_fit import fit_family_curve
 from fsm.calibrate.crease_report import FAMILY, lines, numbers, plotted, quantities, warnings
 from fsm.calibrate.data import Table, read_table
+from fsm.calibrate.relaxation import calibrate_relaxation
 from fsm.calibrate.report import Calibration, Options
 from fsm.errors import CaseError, Fault
-from fsm.plots.calibration import plot_curves, plot_loops, plot_residuals
-from fsm.scene.crease_family import CreaseFamily, write_family
+from fsm.plots.calibration import CurvePlot, plot_curves, plot_loops, plot_residuals
+from fsm.progress import Progress
+from fsm.scene.crease_family import CreaseFamily, Relaxation, write_family
 
 __all__ = ["calibrate_crease"]
 
@@ -37,6 +39,7 @@ QUANTITIES = {
     "repeat": "number",
     "branch": "branch",
     "width": "length",
+    "time": "time",
 }
 _KINDS = {"smooth": "cubic", "interpolate": "cubic", "monotone": "pchip"}
 
@@ -50,30 +53,68 @@ def calibrate_crease(data: Path, options: Options) -> Calibration:
         All faults of the first file that has any, with rows; or tests that make no family.
     """
     files = _files(data)
-    sweeps = [sweep for file in files for sweep in _read(file)]
+    tests, relaxed = _sorted_out([read_table(file, QUANTITIES, ["angle"]) for file in files], data)
+    sweeps = [sweep for table in tests for sweep in _sweeps(table)]
     flags = [flag for sweep in sweeps for flag in sweep.flags]
     left_out = {(flag.source, flag.index) for flag in flags} if options.without_flagged else set()
     groups = _by_curve(sweeps)
-    curves = [fit_family_curve(*key, groups[key], left_out, options) for key in sorted(groups, key=_order)]
-    width = _width(sweeps)
-    family = CreaseFamily(tuple(curve.family for curve in curves), _KINDS[options.fit], width)
-    plots = [plotted(curve, options) for curve in curves]
-    drawn: list[tuple[str, Any]] = [
-        ("curves.png", partial(plot_curves, plots)),
-        ("residuals.png", partial(plot_residuals, plots)),
-    ]
-    if any(plot.unloading is not None for plot in plots):
-        drawn.append(("loops.png", partial(plot_loops, plots)))
-    return Calibration(
+    curves = []
+    with Progress(options.progress, len(groups), "crease curves") as progress:
+        for key in sorted(groups, key=_order):
+            curves.append(fit_family_curve(*key, groups[key], left_out, options))
+            progress.step(len(curves), len(curves))
+    creep = None if relaxed is None else calibrate_relaxation(relaxed, options)
+    law = None if creep is None else _relaxation(creep)
+    family = CreaseFamily(tuple(curve.family for curve in curves), _KINDS[options.fit], _width(sweeps), law)
+    found = Calibration(
         kind="crease",
         sources=tuple(files),
         quantities=[quantity for curve in curves for quantity in quantities(curve, options)],
         numbers=numbers(curves, family, flags, options),
         lines=lines(curves, flags, options),
         warnings=warnings(sweeps, curves, flags, options),
-        plots=drawn,
+        plots=_plots([plotted(curve, options) for curve in curves]),
         files=[(FAMILY, partial(write_family, family))],
     )
+    if creep is not None:
+        found.quantities += creep.quantities
+        found.numbers["relaxation"] = creep.numbers
+        found.warnings += creep.warnings
+        found.plots += creep.plots
+    return found
+
+
+def _plots(curves: list[CurvePlot]) -> list[tuple[str, Callable[[Path], None]]]:
+    drawn: list[tuple[str, Callable[[Path], None]]] = [
+        ("curves.png", partial(plot_curves, curves)),
+        ("residuals.png", partial(plot_residuals, curves)),
+    ]
+    if any(curve.unloading is not None for curve in curves):
+        drawn.append(("loops.png", partial(plot_loops, curves)))
+    return drawn
+
+
+def _sorted_out(tables: Sequence[Table], data: Path) -> tuple[list[Table], Path | None]:
+    """Tests of moments, and the file of angles against time, if there is one."""
+    tests = [table for table in tables if not _is_relaxation(table)]
+    relaxed = [Path(table.source) for table in tables if _is_relaxation(table)]
+    if not tests:
+        what = "holds angles against time only; a family needs moments. For these alone: fsm calibrate relaxation"
+        raise CaseError(Fault("", what), str(data))
+    if len(relaxed) > 1:
+        what = f"holds angles against time, and {relaxed[0].name} does so too; put them into one, with a column repeat"
+        raise CaseError(Fault("", what), str(relaxed[1]))
+    return tests, relaxed[0] if relaxed else None
+
+
+def _is_relaxation(table: Table) -> bool:
+    """Whether a table holds angles against time, and no moments."""
+    return "time" in table.columns and not {"moment", "force"} & set(table.columns)
+
+
+def _relaxation(found: Calibration) -> Relaxation:
+    start, slope, log_tau = found.numbers["parameters"].values()
+    return Relaxation(start, slope, math.exp(log_tau), found.numbers["longest_time_s"])
 
 
 # reading -------------------------------------------------------------------------------------------------------------
@@ -88,9 +129,8 @@ def _files(data: Path) -> list[Path]:
     return files
 
 
-def _read(file: Path) -> list[Sweep]:
+def _sweeps(table: Table) -> list[Sweep]:
     """The tests of one file, moments made of forces."""
-    table = read_table(file, QUANTITIES, ["angle"])
     columns = dict(table.columns)
     faults = list(_range_faults(table))
     if "moment" not in columns:
@@ -103,7 +143,7 @@ def _read(file: Path) -> list[Sweep]:
     elif "force" in columns:
         faults.append(Fault("", "has both moment and force; leave one out, they may disagree"))
     if faults:
-        raise CaseError(faults, str(file))
+        raise CaseError(faults, table.source)
     units = {"moment": "N mm", **table.units}
     return sweeps_of(replace(table, columns=columns, units=units))
 

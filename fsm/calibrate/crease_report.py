@@ -22,6 +22,10 @@ _SHORTER = 0.05
 """Part of the range of a curve by which repeats may be shorter unnoticed."""
 
 
+_SWING = 1.2
+"""Range of an interpolated curve over that of its points, above which it is not believed."""
+
+
 def quantities(curve: Curve, options: Options) -> list[Quantity]:
     """Mean stiffness, moment at the largest angle, factor on the curve, and area of the loop of one curve.
 
@@ -36,9 +40,24 @@ def quantities(curve: Curve, options: Options) -> list[Quantity]:
         _linear(f"{curve.name}: moment at {math.degrees(grid[-1]):.3g} deg", "N m", last, curve.loading, options),
         _linear(f"{curve.name}: crease.scale", "", values / (values @ values), curve.loading, options),
     ]
+    free = _free_of_moment(curve.loading)
+    if free is not None:
+        found.append(_quantity(f"{curve.name}: free of moment at", free[0], "rad", free[1], curve.loading.estimate, options))
     if curve.unloading is not None:
         found.append(_loop_area(curve, options))
     return found
+
+
+def _free_of_moment(branch: Branch) -> tuple[float, float] | None:
+    """Angle (rad) at which the moment changes its sign well inside the data, and its standard error."""
+    grid, values = branch.fit.x, branch.estimate.values
+    inside = 0.02 * (grid[-1] - grid[0])
+    for k in np.flatnonzero(values[:-1] * values[1:] < 0.0):
+        slope = (values[k + 1] - values[k]) / (grid[k + 1] - grid[k])
+        at = float(grid[k] - values[k] / slope)
+        if grid[0] + inside < at < grid[-1] - inside:
+            return at, float(branch.estimate.standard_error[k] / abs(slope))
+    return None
 
 
 def _slope_weights(x: np.ndarray) -> np.ndarray:
@@ -90,7 +109,7 @@ def lines(curves: Sequence[Curve], flags: Sequence[Flag], options: Options) -> l
         said.append(f"{len(flags)} flagged row{'s' * (len(flags) > 1)} left out")
     first = curves[0]
     choice = [f'file = "{FAMILY}"']
-    choice += [f'press_time = "{first.press_time:g} s"'] if first.press_time is not None else []
+    choice += [f'press_time = "{time_text(first.press_time)}"'] if first.press_time is not None else []
     choice += [f"opening = {first.opening:g}"] if first.opening is not None else []
     said.append(f"in a case: crease = {{ {', '.join(choice)} }}")
     return said
@@ -117,18 +136,26 @@ def _curve_warnings(curve: Curve, options: Options) -> list[str]:
         warnings.append(f"{name}: two repeats say little of their scatter; intervals are wide, test a third")
     if len(curve.sweeps) == 1 and options.fit == "interpolate":
         warnings.append(f"{name}: one test, and the curve goes through all its points: nothing is known of its scatter")
+    swing = np.ptp(branch.estimate.values) / max(float(np.ptp(branch.moment)), 1e-300)
+    if options.fit == "interpolate" and swing > _SWING:
+        warnings.append(f"{name}: the interpolated curve swings far beyond its points; they are too noisy, --fit smooth")
     longest = max(float(np.ptp(s.table.columns["angle"][s.loading])) for s in curve.sweeps if len(s.loading))
     kept = float(np.ptp(branch.fit.x))
     if kept < (1.0 - _SHORTER) * longest:
         what = f"{name}: tests or branches have only {math.degrees(kept):.4g} of {math.degrees(longest):.4g} deg in common"
         warnings.append(f"{what}; beyond it the curve goes straight on")
     slope = np.gradient(branch.estimate.values, branch.fit.x)
-    if slope.min() < 0.0 < slope.max():
+    if branch.estimate.values[-1] < branch.estimate.values[0]:
+        what = f"{name}: the moment falls as the angle grows, so that the crease would spring open"
+        warnings.append(f"{what}; moments resist opening: check the signs of both columns")
+    elif slope.min() < 0.0:
         at = math.degrees(branch.fit.x[int(np.argmin(slope))])
         warnings.append(f"{name}: the moment falls with the angle at {at:.4g} deg; --fit monotone if that is scatter")
     if curve.crossing is not None:
         at = math.degrees(curve.crossing)
-        warnings.append(f"{name}: unloading lies above loading at {at:.4g} deg; with hysteresis the case will be refused")
+        exchanged = curve.unloading is not None and np.mean(curve.unloading.estimate.values > branch.estimate.values) > 0.5
+        hint = "; they look exchanged, check the column branch and the signs" if exchanged else ""
+        warnings.append(f"{name}: unloading lies above loading at {at:.4g} deg; with hysteresis a case is refused{hint}")
     return warnings
 
 

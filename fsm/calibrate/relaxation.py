@@ -206,6 +206,7 @@ def _numbers(estimate: Estimate, table: Table, flagged: np.ndarray, options: Opt
         "covariance": estimate.covariance,
         "correlation": estimate.correlation,
         "freedom": estimate.freedom,
+        "longest_time_s": float(table.columns["time"].max()),
         "flagged": [{"row": int(table.rows[k]), "used": not options.without_flagged} for k in flagged],
     }
 

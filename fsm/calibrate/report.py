@@ -175,10 +175,16 @@ def _contents(found: Calibration, options: Options) -> dict[str, Any]:
         "quantities": [asdict(quantity) for quantity in found.quantities],
         **found.numbers,
         "warnings": found.warnings,
-        "data": [{"file": str(file), "sha256": _digest(file)} for file in found.sources],
+        "data": [{"file": str(file), "sha256": _digest(file)} for file in _read_files(found.sources)],
         "options": {key: value for key, value in asdict(options).items() if key != "progress"},
         "provenance": _provenance(),
     }
+
+
+def _read_files(sources: Sequence[Path]) -> list[Path]:
+    """The files, each with the TOML beside it if there is one."""
+    beside = [other for file in sources for other in (file, file.with_suffix(".toml")) if other == file or other.is_file()]
+    return list(dict.fromkeys(beside))
 
 
 def _digest(file: Path) -> str:

@@ -2,7 +2,8 @@
 
 Layout, all in SI::
 
-    /            attributes: format, version, interpolation ("cubic" or "pchip"), width (m, NaN if not stated)
+    /            attributes: format, version, interpolation ("cubic" or "pchip"), width (m, NaN if not stated),
+                 relaxation: theta_r0 (rad), A (rad), tau (s) and the longest time measured (s), NaN if not tested
     /curves/NNN  attributes: press_time (s), opening, both NaN where the test does not state them; repeats
         angle, loading, loading_error             (n,) rad, N m; standard errors
         unloading, unloading_error                (n,), where the test came back
@@ -15,7 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,9 @@ import numpy as np
 
 from fsm.errors import CaseError, Fault
 
-__all__ = ["CreaseFamily", "FamilyCurve", "family_curve", "read_family", "time_text", "write_family"]
+__all__ = [
+    "CreaseFamily", "FamilyCurve", "Relaxation", "family_curve", "read_family", "rest_angle", "time_text", "write_family",
+]  # fmt: skip
 
 FORMAT = "fsm crease family"
 VERSION = 1
@@ -72,12 +75,36 @@ class FamilyCurve:
 
 
 @dataclass(frozen=True)
+class Relaxation:
+    """The rest angle (rad from flat) after release, theta_r(t) = start + slope log(1 + t/tau), for t up to `longest` (s)."""
+
+    start: float
+    slope: float
+    tau: float
+    longest: float
+
+    def at(self, time: float) -> float:
+        """Rest angle, rad, a time (s) after release."""
+        return self.start + self.slope * math.log1p(time / self.tau)
+
+
+@dataclass(frozen=True)
 class CreaseFamily:
-    """Curves, how to interpolate them in the angle, and the width (m) of the crease tested, if it is stated."""
+    """Creases that were tested.
+
+    Attributes
+    ----------
+    curves : tuple of FamilyCurve
+    interpolation : "cubic" or "pchip"
+        In the angle.
+    width : m, of the creases tested, or None where it is not stated
+    relaxation : of the rest angle, or None
+    """
 
     curves: tuple[FamilyCurve, ...]
     interpolation: str
     width: float | None = None
+    relaxation: Relaxation | None = None
 
 
 def time_text(seconds: float) -> str:
@@ -98,6 +125,7 @@ def write_family(family: CreaseFamily, file: Path) -> None:
             version=VERSION,
             interpolation=family.interpolation,
             width=_or_nan(family.width),
+            relaxation=[math.nan] * 4 if family.relaxation is None else astuple(family.relaxation),
         )
         for number, curve in enumerate(family.curves):
             group = target.create_group(f"curves/{number:03d}")
@@ -136,7 +164,13 @@ def read_family(file: Path, path: str = "crease.file") -> CreaseFamily:
             if source.attrs.get("format") != FORMAT or int(source.attrs["version"]) != VERSION:
                 raise ValueError("another format or version")
             curves = tuple(_read_curve(source[f"curves/{name}"]) for name in sorted(source["curves"]))
-            family = CreaseFamily(curves, str(source.attrs["interpolation"]), _or_none(source.attrs["width"]))
+            law = [float(number) for number in source.attrs["relaxation"]]
+            family = CreaseFamily(
+                curves,
+                str(source.attrs["interpolation"]),
+                _or_none(source.attrs["width"]),
+                None if math.isnan(law[0]) else Relaxation(*law),
+            )
     except (OSError, KeyError, ValueError) as error:
         text = " ".join(str(error).split())[:80]
         what = f"{file} is not a crease family of version {VERSION} ({text}); make it with `fsm calibrate crease`"
@@ -171,6 +205,24 @@ def family_curve(
     if len(parts) == 1:
         return parts[0][1]
     return _mixed(parts, press_time, opening, path)
+
+
+def rest_angle(family: CreaseFamily, since_release: float, path: str = "crease") -> float:
+    """Rest angle, rad from flat, a time (s) after the crease was let go.
+
+    Raises
+    ------
+    CaseError
+        Relaxation was not tested, or not for so long.
+    """
+    law, shown = family.relaxation, time_text(since_release)
+    if law is None:
+        what = f"is {shown}, but the file holds no relaxation; calibrate it with the creases, or write rest_angle"
+        raise CaseError(Fault(f"{path}.since_release", what))
+    if since_release > law.longest * (1.0 + 1e-9):
+        what = f"is {shown}; measured is up to {time_text(law.longest)}, and nothing is extrapolated: measure it, or write"
+        raise CaseError(Fault(f"{path}.since_release", f"{what} rest_angle"))
+    return law.at(since_release)
 
 
 def _or_nan(value: float | None) -> float:

@@ -236,7 +236,7 @@ def _read_curve(
 
 def _from_family(crease: FamilyCrease, folder: Path, path: str) -> SplineCrease:
     """The curve that a crease of a calibrated family has."""
-    from fsm.scene.crease_family import family_curve, read_family  # numpy: not for cases that name no such file
+    from fsm.scene.crease_family import family_curve, read_family, rest_angle  # numpy: not for cases that name no such file
 
     family = read_family(folder / crease.file, f"{path}.file")
     curve = family_curve(family, crease.press_time, crease.opening, path)
@@ -244,12 +244,14 @@ def _from_family(crease: FamilyCrease, folder: Path, path: str) -> SplineCrease:
         what = f"is true, but {curve.name} of {crease.file} was measured one way only; write false"
         raise CaseError(Fault(f"{path}.hysteresis", what))
     back = curve.unloading if crease.hysteresis else None
+    released = crease.since_release
+    rest = crease.rest_angle if released is None else rest_angle(family, released, path)
     return SplineCrease(
         law="spline",
         angle=tuple(curve.angle.tolist()),
         moment=tuple(curve.loading.tolist()),
         interpolation="pchip" if family.interpolation == "pchip" else "cubic",
-        rest_angle=crease.rest_angle,
+        rest_angle=rest,
         scale=crease.scale,
         unloading=None if back is None else tuple(back.tolist()),
         reversal=crease.reversal,

@@ -11,7 +11,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 from fsm.scene.model import Model
 from fsm.scene.units import Angle, AngularStiffness, Density, Moment, Number, Stress, Time, to_si
 
-__all__ = ["Crease", "FamilyCrease", "LinearCrease", "Material", "SplineCrease"]
+__all__ = ["UNREAD", "Crease", "FamilyCrease", "LinearCrease", "Material", "SplineCrease"]
 
 
 class Material(Model):
@@ -129,6 +129,8 @@ class FamilyCrease(Model):
         How many times it has been opened, this time included. Needed where the file has several.
     hysteresis : bool
         Follow the unloading curve on the way back and dissipate what lies between; false: the loading curve, elastic.
+    since_release : s
+        Time since the crease was let go: `rest_angle` by the relaxation in the file, from the flat sheet.
     reversal, rest_angle, scale : as in `SplineCrease`
     """
 
@@ -137,15 +139,22 @@ class FamilyCrease(Model):
     press_time: Annotated[Time, Field(ge=0)] | None = None
     opening: Annotated[Number, Field(ge=1)] | None = None
     hysteresis: bool = False
+    since_release: Annotated[Time, Field(ge=0)] | None = None
     reversal: Annotated[Angle, Field(gt=0)] | None = None
     rest_angle: Angle | None = None
     scale: Annotated[Number, Field(gt=0)] = 1.0
 
     @model_validator(mode="after")
-    def _turning(self) -> Self:
+    def _choices(self) -> Self:
         if self.reversal is not None and not self.hysteresis:
             raise ValueError("`reversal` is used with `hysteresis = true` only")
+        if self.since_release is not None and self.rest_angle is not None:
+            raise ValueError("give `since_release` or `rest_angle`, not both")
         return self
+
+
+UNREAD = "is read with the case file; in Python, take the curve with `fsm.scene.crease_family`"
+"""What to say of a family whose curve was not put in its place."""
 
 
 def _law_of_file(written: Any) -> Any:

@@ -9,7 +9,7 @@ import numpy as np
 from fsm.errors import CaseError, Fault
 from fsm.laws.crease import Curve, add_flexibility, curve_from_data
 from fsm.laws.crease_hysteresis import hysteresis_stiffness, strength_curve
-from fsm.scene.materials import LinearCrease, SplineCrease
+from fsm.scene.materials import UNREAD, FamilyCrease, LinearCrease, SplineCrease
 from fsm.scene.scene import ForceElement
 
 __all__ = ["Hysteresis", "curve_of", "hysteresis_of"]
@@ -73,6 +73,8 @@ def _branches(element: ForceElement) -> list[Curve]:
     if isinstance(crease, LinearCrease):
         k = crease.stiffness
         curves = [curve_from_data(np.array([0.0, 1.0]), np.array([0.0, k]), "pchip")]
+    elif isinstance(crease, FamilyCrease):
+        raise CaseError(Fault("crease.file", UNREAD))
     else:
         assert isinstance(crease, SplineCrease) and crease.angle is not None and crease.moment is not None
         moments = [crease.moment, *([crease.unloading] if crease.unloading is not None else [])]

@@ -175,3 +175,18 @@ def test_branches_in_series_with_half_segments_stay_the_branches() -> None:
     assert opening(system, state) == pytest.approx(
         np.interp(5e-4, UNLOADING[:30], ANGLE[:30]) + 5e-4 * flexibility, abs=2e-4
     )
+
+
+def test_a_solve_that_goes_on_remembers_the_way() -> None:
+    """Cut off on the way back, taken up by another system: the same end, the same losses."""
+    _, whole, ledger = solve(flap(CYCLE, crease()), "static")
+    scene = flap(CYCLE, crease())
+    first, second = compile_scene(scene), compile_scene(scene)
+    saved: list[Saved] = []
+    _, begun = follow(first, PathSettings(end_time=3.0, first_step=0.02, max_step=0.02, rtol=1e-6), [3.0], saved.append)
+    second.restore(first.memory())
+    start = (3.0, saved[-1].q, saved[-1].u)
+    settings = PathSettings(end_time=8.0, first_step=0.02, max_step=0.02, rtol=1e-6)
+    _, gone_on = follow(second, settings, [8.0], saved.append, start=start, ledger=begun)
+    assert saved[-1].q == pytest.approx(whole[-1].q, abs=2e-5)
+    assert gone_on.dissipated == pytest.approx(ledger.dissipated, rel=2e-4)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import shutil
 from collections.abc import Iterator
@@ -210,11 +211,11 @@ def test_commands_exist(page: Path) -> None:
 
 
 def test_calibrations_are_described() -> None:
-    """Every kind has its section, every option its line, and README leads there."""
+    """Every kind has its command, every option its line, and README leads there."""
     page = CALIBRATION.read_text(encoding="utf-8")
     command = cli.commands["calibrate"]
     for kind in CALIBRATIONS:
-        assert f"## `{kind}`" in page, kind
+        assert f"fsm calibrate {kind} " in page, kind
     options = [name for parameter in command.params for name in parameter.opts if name.startswith("--")]
     for option in options:
         assert option in page or option in ("--quiet", "--debug"), option
@@ -230,5 +231,7 @@ def test_the_measured_hinge_is_calibrated_as_it_ships(tmp_path: Path) -> None:
     assert ours.angle == pytest.approx(ships.angle)
     assert ours.loading == pytest.approx(ships.loading, abs=1e-9)
     crease = load_case(folder / "case.toml").case.crease
+    free = next(quantity for quantity in found.quantities if quantity.name.endswith("free of moment at"))
     assert isinstance(crease, SplineCrease)
+    assert crease.rest_angle == pytest.approx(math.radians(160.0) + free.value, abs=1e-3)
     assert crease.moment == pytest.approx(ships.loading)

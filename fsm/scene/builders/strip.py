@@ -13,9 +13,10 @@ from itertools import combinations, pairwise
 
 import numpy as np
 
+from fsm.errors import CaseError, Fault
 from fsm.scene.case import Case, Strip
 from fsm.scene.loads import Drive
-from fsm.scene.materials import Crease, LinearCrease, Material, SplineCrease
+from fsm.scene.materials import UNREAD, Crease, LinearCrease, Material, SplineCrease
 from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
 
 __all__ = ["build_strip", "segment_lengths"]
@@ -226,7 +227,8 @@ class _StripBuilder:
         """Stiffness of the crease, N m/rad; of a measured curve the slope between its ends (it only sets the damping)."""
         if isinstance(self.crease, LinearCrease):
             return self.crease.stiffness
-        assert isinstance(self.crease, SplineCrease)  # reading the case has put the curve of a file in its place
+        if not isinstance(self.crease, SplineCrease):
+            raise CaseError(Fault("crease.file", UNREAD))
         angle, moment = self.crease.angle, self.crease.moment
         assert angle is not None and moment is not None
         return abs(moment[-1] - moment[0]) / (angle[-1] - angle[0]) * self.crease.scale
