@@ -60,8 +60,10 @@ def preview(case: Case, path: str | Path) -> None:
     Raises
     ------
     CaseError
-        The scene does not lie in the x-z plane, or a drive does not pull in it.
+        A lattice; a scene that does not lie in the x-z plane; a drive that does not pull in it.
     """
+    if case.lattice is not None:
+        raise CaseError(Fault("lattice", "is not shown by the preview, whose creases have no length; run the case instead"))
     mechanism = _mechanism(build_scene(case))
     shots, kept = _run(mechanism, PIECES if mechanism.touching else 1)
     if not kept:  # the pieces came apart: show the plain linkage

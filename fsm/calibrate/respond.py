@@ -16,6 +16,7 @@ from fsm.scene.case import Case
 from fsm.scene.choice import automatic_method
 from fsm.scene.scene import Scene
 from fsm.segments.compile import compile_scene
+from fsm.segments.hysteresis import HysteresisGroup
 from fsm.segments.system import SegmentSystem
 from fsm.solve.newton import equilibrium
 from fsm.solve.static import follow
@@ -215,6 +216,9 @@ def _system(case: Case, parameters: Sequence[str]) -> tuple[Scene, SegmentSystem
         raise CaseError(Fault("drive", "there is none, and so no force to compare; give a [[drive]]"))
     if parameters and scene.friction is not None and scene.friction.law == "lugre":
         raise CaseError(Fault("friction.law", 'derivatives do not go through bristles ("lugre"); take "step" or "tanh"'))
+    if parameters and any(isinstance(group, HysteresisGroup) for group in system.groups):
+        text = "derivatives do not go through creases with hysteresis, which remember their way; take elastic ones"
+        raise CaseError(Fault("crease", text))
     method = automatic_method(scene)[0] if case.solve.method == "auto" else case.solve.method
     if method != "static":
         raise CaseError(Fault("solve.method", f'is "{method}"; forces at given travels are those of statics, take "static"'))

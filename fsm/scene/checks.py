@@ -134,6 +134,8 @@ def _strip_drives(sections: Sections) -> Iterable[Fault]:
 
 
 def _lattice_drives(sections: Sections) -> Iterable[Fault]:
+    if "lattice" in sections.written and sections.solve is not None and sections.solve.spatial:
+        yield Fault("solve.spatial", "the hinges of a lattice are of the plane; take it out")
     for index, drive in sections.drives.items():
         path = f"drive.{index}"
         if drive.edge is not None and "lattice" not in sections.written:

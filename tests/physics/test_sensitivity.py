@@ -114,5 +114,8 @@ def test_travels_out_of_range_and_other_methods_are_refused() -> None:
     dynamic = squares().model_copy(update={"solve": squares().solve.model_copy(update={"method": "Radau"})})
     with pytest.raises(CaseError, match="statics"):
         respond(dynamic, np.array([1e-4]))
+    crease = {"law": "spline", "angle": [-1.0, 0.0, 3.0], "moment": [-0.01, 0.0, 0.03], "unloading": [-0.01, -0.002, 0.03]}
+    with pytest.raises(CaseError, match="remember their way"):
+        respond(Case.model_validate({**STRIP, "crease": crease}), TRAVEL, ["crease.scale"])
     with pytest.raises(CaseError, match="no force to compare"):
         respond(squares().model_copy(update={"drive": ()}), np.array([1e-4]))

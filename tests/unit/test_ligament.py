@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from fsm.errors import CaseError
 from fsm.interactions.ligament_planar import ligament_constants_planar, measure_ligament_planar
+from fsm.preview import preview
 from fsm.scene.builders.lattice import build_lattice
 from fsm.scene.case import Case
+from fsm.scene.load_case import load_case
 from fsm.scene.scene import Body, ForceElement, Scene
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
@@ -157,6 +161,27 @@ def test_edges_are_held_and_driven_together() -> None:
     reactions = system.reactions(end, q, None)
     force = system.observe(end, q, None).drive.force[0]
     assert force == pytest.approx(reactions[[10, 11, 12], 1].sum()) and force > 0.0
+
+
+def test_a_lattice_has_no_preview(tmp_path: Path) -> None:
+    with pytest.raises(CaseError, match="not shown by the preview"):
+        preview(lattice(drive=[{"edge": "top", "speed": 1e-4, "travel": 1e-3}]), tmp_path / "film.gif")
+
+
+@pytest.mark.parametrize(
+    ("override", "said"),
+    [
+        ("solve.spatial=true", "of the plane"),
+        ("drive.0.edge=bottom", "is held"),
+        ("contact.stiffness=1e5", "takes nothing from [contact]"),
+        ("strip.length=1", "both say what there is"),
+        ("drive.0.body=block 1.6", "give either"),
+    ],
+)
+def test_what_a_lattice_cannot_have_is_refused(override: str, said: str) -> None:
+    with pytest.raises(CaseError) as caught:
+        load_case(Path(__file__).parents[2] / "folding_cases" / "rotating_squares" / "case.toml", [override])
+    assert said in str(caught.value)
 
 
 def test_a_lattice_is_of_the_plane() -> None:
