@@ -109,6 +109,7 @@ class MembraneGroup:
     rest : (n,) array or None
         All coordinates in the unstressed shape; flat if absent.
     name : of its energy
+    points : Gauss points a side, of stretch and of bending
     """
 
     vectors: np.ndarray

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from fsm.ancf.build import CableMaterial, FilmGrid, MeshBuilder
-from fsm.ancf.film import FilmMaterial
+from fsm.ancf.film import FilmMaterial, MembraneGroup
 from fsm.ancf.loading import Loading, Motion
 from fsm.ancf.pulse import HalfSine, Ramp, Rectangle, Samples
 from fsm.ancf.system import AncfSystem
@@ -181,6 +182,25 @@ def test_prescribed_motion_moves_what_it_names_and_tells_its_force() -> None:
     assert seen.drive.force[0] > 0.0
     ahead, behind = system.force(1.0 + 1e-6, q, None), system.force(1.0 - 1e-6, q, None)
     np.testing.assert_allclose(system.force_rate(1.0, q), (ahead - behind) / 2e-6, atol=1e-5 * np.abs(ahead).max())
+
+
+def test_a_film_that_is_not_flat_at_rest() -> None:
+    """Its unstressed shape, wrinkles say, is free of force, wherever it is turned to."""
+    made = MeshBuilder()
+    made.film(np.array([0.0, 0.1, 0.25]), np.array([0.0, 0.12]), (FILM,))
+    mesh = made.build()
+    flat = AncfSystem(mesh)
+    q, _ = shaken(flat)
+    film = mesh.groups[0]
+    assert isinstance(film, MembraneGroup)
+    system = AncfSystem(replace(mesh, groups=(replace(film, rest=q),)))
+    turned = (q.reshape(-1, 3) @ np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])).ravel()
+    size = np.abs(flat.force(0.0, q, None)).max()
+    for here in (q, turned):
+        assert np.abs(system.force(0.0, here, None)).max() < 1e-12 * size
+    stiffness = system.linearise(0.0, turned, None).stiffness.bsr().toarray()
+    by_q = slopes(lambda x: system.force(0.0, x, None), turned)
+    assert np.abs(stiffness + by_q).max() < 1e-7 * np.abs(stiffness).max()
 
 
 def test_states_of_a_tension_field() -> None:

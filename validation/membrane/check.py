@@ -2,7 +2,8 @@
 
     python -m validation.membrane.check [--parts frequencies precision energy speed strip] [--quick]
 
-Prints what it finds; exit code 1 if a limit is passed. `strip` takes some minutes; `--quick` takes a short one.
+Prints what it finds; exit code 1 if something is outside its limits. `strip` takes
+some minutes; `--quick` takes a short one.
 """
 
 from __future__ import annotations
@@ -146,7 +147,7 @@ def main() -> int:
         print(f"\n{name}: {PARTS[name].__doc__}")
         if not PARTS[name](options.quick):
             bad.append(name)
-    print("\nlimits passed: " + (", ".join(bad) or "none"))
+    print("\noutside their limits: " + (", ".join(bad) or "none"))
     return 1 if bad else 0
 
 
