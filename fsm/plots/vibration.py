@@ -118,7 +118,8 @@ def plot_tension(solution: Solution, path: str | Path) -> None:
                     ax.add_collection(
                         PolyCollection(corners[here], facecolors="none", edgecolors="white", linewidths=0, hatch=hatch)
                     )
-            fig.colorbar(drawn, ax=ax, label=f"{name} principal stress (MPa)", shrink=0.85)
+            fig.colorbar(drawn, ax=ax, label="MPa", shrink=0.85)
+            ax.set_title(f"{name} principal stress")
         share = [float(np.mean(film.state[of_film] == number)) for number in (1, 2)] if of_film.any() else [0.0, 0.0]
         hatched = [f"{100 * part:.0f} % {STATES[number]}" for number, part in zip((1, 2), share, strict=True) if part]
         fig.suptitle("hatched: " + ", ".join(hatched) + " (of the elements)" if hatched else "taut everywhere", fontsize=9)
