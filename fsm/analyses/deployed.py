@@ -111,7 +111,7 @@ def _middle_line(solution: Solution, panel_length: float) -> tuple[Floats, Float
 
 
 def _turns(position: Floats, across: Floats, panel: np.ndarray) -> Floats:
-    """Turn of the strip at each crease about its width, rad; positive down where the strip goes along x."""
+    """Turn of the strip at each crease about its width, rad; positive up where the strip goes along x."""
     along = np.diff(position, axis=0)
     at = np.flatnonzero(np.diff(panel) != 0)
     before, behind = along[at], along[at + 1]

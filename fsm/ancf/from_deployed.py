@@ -35,7 +35,7 @@ class CreaseLine:
     stiffness : N m/rad
         Over the width of the strip, at its present angle.
     free_angle : rad
-        Turn of the film from before to behind the crease, about its width, at which it would have no moment.
+        Turn of the film from before to behind the crease, about its width, at which it would have no moment; positive up.
     """
 
     place: float
@@ -139,18 +139,19 @@ def _line(strip: DeployedStrip, place: np.ndarray, crease_width: float) -> _Line
         part = (place[first : last + 1] - place[first]) / (place[last] - place[first])
         chord = position[last] - position[first]
         angle = _angle(slope[first], slope[last], strip.across)
-        length = float(np.linalg.norm(chord)) / np.sinc(angle / (2.0 * np.pi))
-        around = _around(slope[first] / np.linalg.norm(slope[first]), strip.across, angle, part)
-        position[first : last + 1] = position[first] + _round(slope[first], strip.across, angle, part, length, chord)
+        arc = float(np.linalg.norm(chord)) / float(np.sinc(angle / (2.0 * np.pi)))
         sizes = np.interp(part, [0.0, 1.0], [np.linalg.norm(slope[k]) for k in (first, last)])
-        slope[first : last + 1] = around * sizes[:, None]
-        gaps[first:last] = length * np.diff(part)
+        start = slope[first] / np.linalg.norm(slope[first])
+        way = arc * _way(start, strip.across, angle, part)
+        position[first : last + 1] = position[first] + way + part[:, None] * (chord - way[-1])
+        slope[first : last + 1] = _around(start, strip.across, angle, part) * sizes[:, None]
+        gaps[first:last] = arc / sizes.mean() * np.diff(part)
         turn += crease.free_angle * np.clip((place - place[first]) / (place[last] - place[first]), 0.0, 1.0)
     return _Line(np.concatenate([[0.0], np.cumsum(gaps)]), position, slope, turn)
 
 
 def _angle(first: np.ndarray, last: np.ndarray, across: np.ndarray) -> float:
-    """Turn from one direction to another about `across`; positive down, from z towards x for a width along y."""
+    """Turn from one direction to another about `across`; positive up, from x towards z for a width along y."""
     return float(np.arctan2(np.cross(last, first) @ across, first @ last))
 
 
@@ -160,26 +161,21 @@ def _around(first: np.ndarray, across: np.ndarray, angle: float, part: np.ndarra
     return np.cos(angle * part)[:, None] * first + np.sin(angle * part)[:, None] * up
 
 
-def _round(
-    first: np.ndarray, across: np.ndarray, angle: float, part: np.ndarray, length: float, chord: np.ndarray
-) -> np.ndarray:
-    """Way along an even bend of a length after parts of it, (n, 3), made to end at the chord's end."""
-    fine = np.linspace(0.0, 1.0, 201)
-    directions = _around(first / np.linalg.norm(first), across, angle, fine)
-    way = np.concatenate([np.zeros((1, 3)), np.cumsum(0.5 * (directions[1:] + directions[:-1]), axis=0) * length / 200.0])
-    way += fine[:, None] * (chord - way[-1])
-    return np.column_stack([np.interp(part, fine, way[:, axis]) for axis in range(3)])
+def _way(first: np.ndarray, across: np.ndarray, angle: float, part: np.ndarray) -> np.ndarray:
+    """Way along an even bend of length 1 after parts of it, (n, 3)."""
+    half = 0.5 * angle * part
+    chord = part * np.sinc(half / np.pi)
+    return chord[:, None] * _around(first, across, 1.0, half)
 
 
 def _unloaded(strip: DeployedStrip, line: _Line) -> tuple[np.ndarray, np.ndarray]:
     """Positions and slopes of the strip without load: straight panels, creases bent evenly to their free angles."""
     along = line.slope[0] - strip.across * (line.slope[0] @ strip.across)
     along /= np.linalg.norm(along)
-    fine = np.linspace(0.0, 1.0, 33)
     position = [line.position[0]]
     for k, step in enumerate(np.diff(line.x)):
-        directions = _around(along, strip.across, 1.0, line.turn[k] + (line.turn[k + 1] - line.turn[k]) * fine)
-        position.append(position[-1] + step * np.trapezoid(directions, fine, axis=0))
+        start = _around(along, strip.across, 1.0, line.turn[k : k + 1])[0]
+        position.append(position[-1] + step * _way(start, strip.across, line.turn[k + 1] - line.turn[k], np.ones(1))[0])
     return np.array(position), _around(along, strip.across, 1.0, line.turn)
 
 

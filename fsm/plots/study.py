@@ -116,9 +116,11 @@ def _draw_changes(
         ax.text(0.5, 0.5, "no reference", transform=ax.transAxes, ha="center", va="center", color=GREY)
         return
     at, ours, theirs, band = (np.array(part) for part in zip(*points, strict=True))
-    ax.errorbar(at, theirs, yerr=band, fmt="s", color=COLOURS[1], markersize=4, capsize=3, label="reference, with its band")
+    reach = band * (1.0 + 0.01 * theirs)
+    ax.errorbar(at, theirs, yerr=reach, fmt="s", color=COLOURS[1], markersize=4, capsize=3, label="reference, with its band")
     ax.plot(at, ours, "o", color=COLOURS[0], markersize=4, label="this run")
     for a, one, row in zip(x, found, rows, strict=True):
         if a is None and one is not None:
-            ax.annotate(row["case"], (aside, max(one[:2])), ha="center", va="bottom", color=GREY, fontsize=7)
-    ax.margins(x=0.1, y=0.15)
+            beside = {"xytext": (0, -9), "textcoords": "offset points"}
+            ax.annotate(row["case"], (aside, min(one[:2])), **beside, ha="center", va="top", color=GREY, fontsize=7)
+    ax.margins(x=0.12, y=0.2)

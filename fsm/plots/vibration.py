@@ -85,7 +85,7 @@ def plot_modes(solution: Solution, path: str | Path, count: int = 9) -> None:
     columns = 3
     rows = max(1, -(-len(chosen) // columns))
     corners = solution.shape[0][..., :2] * 1e3
-    with figure(path, (WIDE[0], 0.3 + 2.3 * rows)) as fig:
+    with figure(path, (WIDE[0], 0.3 + rows * (0.3 + 2.1 * _ratio(corners)))) as fig:
         for k in chosen:
             ax = fig.add_subplot(rows, columns, k + 1)
             shape = film.mode_shape[k]
@@ -101,7 +101,7 @@ def plot_tension(solution: Solution, path: str | Path) -> None:
     film = _film(solution)
     corners = solution.shape[0][..., :2] * 1e3
     of_film = solution.layout.panel == 0
-    with figure(path, (WIDE[0], 3.6)) as fig:
+    with figure(path, (WIDE[0], 1.2 + 2.5 * _ratio(corners))) as fig:
         axes = fig.subplots(1, 2)
         for column, (ax, name) in enumerate(zip(axes, ("larger", "smaller"), strict=True)):
             values = film.stress[:, column] * 1e-6
@@ -118,10 +118,17 @@ def plot_tension(solution: Solution, path: str | Path) -> None:
                     ax.add_collection(
                         PolyCollection(corners[here], facecolors="none", edgecolors="white", linewidths=0, hatch=hatch)
                     )
-            fig.colorbar(drawn, ax=ax, label=f"{name} principal stress (MPa)", shrink=0.85)
+            fig.colorbar(drawn, ax=ax, label="MPa", shrink=0.85)
+            ax.set_title(f"{name} principal stress")
         share = [float(np.mean(film.state[of_film] == number)) for number in (1, 2)] if of_film.any() else [0.0, 0.0]
         hatched = [f"{100 * part:.0f} % {STATES[number]}" for number, part in zip((1, 2), share, strict=True) if part]
         fig.suptitle("hatched: " + ", ".join(hatched) + " (of the elements)" if hatched else "taut everywhere", fontsize=9)
+
+
+def _ratio(corners: Floats) -> float:
+    """Height over width of what is drawn, within what still looks like something."""
+    width, height = np.ptp(corners.reshape(-1, 2), axis=0)
+    return float(np.clip(height / width, 0.25, 1.5)) if width > 0.0 else 1.0
 
 
 def _map(
