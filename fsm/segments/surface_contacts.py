@@ -290,10 +290,15 @@ def _coupled_bodies(probe_body: np.ndarray, window: np.ndarray, owners: np.ndarr
     open_probes = np.flatnonzero(window[:, 1] > window[:, 0])
     if not len(open_probes):
         return np.zeros((0, 2), dtype=np.int64)
-    lengths = window[open_probes, 1] - window[open_probes, 0]
+    # points of one body share most of their windows
+    size = len(owners) + 1
+    keys = np.unique((probe_body[open_probes] * size + window[open_probes, 0]) * size + window[open_probes, 1])
+    keys, last = np.divmod(keys, size)
+    body, first_piece = np.divmod(keys, size)
+    lengths = last - first_piece
     offsets = np.arange(lengths.sum()) - np.repeat(np.cumsum(lengths) - lengths, lengths)
-    pieces = np.repeat(window[open_probes, 0], lengths) + offsets
-    probe = np.repeat(probe_body[open_probes], lengths)
+    pieces = np.repeat(first_piece, lengths) + offsets
+    probe = np.repeat(body, lengths)
     first, second = owners[pieces, 0], owners[pieces, 1]
     count = int(max(probe.max(), owners.max())) + 1
     keys = np.unique(np.concatenate([probe * count + first, probe * count + second, first * count + second]))

@@ -57,7 +57,7 @@ _TORN = 0.1
 """Part of a segment's length that the ends of a joint may come apart."""
 _AGAIN = 0.1
 """Part of the first step with which a path goes on where there is no history to predict from."""
-_KINK = 3e-3
+_KINK = 1e-2
 """Part of the first step to which steps are cut for the energy balance."""
 _IN_MOTION = 10.0
 """Tolerance of the dynamics at a snap over that of the path."""
