@@ -30,9 +30,8 @@ def tensioned(
         Coordinates that are held from then on.
     loading : what acts afterwards
     steps : load steps
-    settle : whether to go down the energy to a stable state, beside which the plain one may be unstable: wrinkles,
-    and tension
-        fields, whose slack parts nothing holds
+    settle : whether to go down the energy to a stable state
+        For wrinkles, beside which the plain state is unstable, and tension fields, whose slack parts nothing holds.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """The sheared strip: wrinkles resolved by the mesh, the tension field, the closed form.
 
-A strip of Kapton, long edges clamped, the upper one moved along itself by 1 mm. A film that is not flat to a part of
-its thickness goes down its energy to a wrinkled shape; nothing tells it where wrinkles should be.
+A strip of Kapton, long edges clamped, the upper one moved along itself by 1 mm. The film starts
+with waves and goes down its energy to a stable shape.
 """
 
 from __future__ import annotations
@@ -31,10 +31,13 @@ class Wrinkled:
 
     Attributes
     ----------
-    half_wavelength, amplitude : across the wrinkles, along the middle line of the strip, in the middle half of its
-    length resolved, tension_field : mean larger principal stress in the middle quarter of the length and half of the
-    height smaller : mean smaller principal stress there, resolved iterations : of going down the energy seconds : of
-    the processor
+    half_wavelength, amplitude : across the wrinkles, along the middle line, in the middle half of the length
+    resolved, tension_field : mean larger principal stress in the middle quarter of the length and half of the height
+    smaller : mean smaller principal stress there, resolved
+    energy : J
+        Of several stable shapes of one strip the one of least energy counts.
+    iterations : of going down the energy
+    seconds : of the processor
     """
 
     half_wavelength: float
@@ -42,6 +45,7 @@ class Wrinkled:
     resolved: float
     tension_field: float
     smaller: float
+    energy: float
     iterations: int
     seconds: float
 
@@ -98,7 +102,8 @@ def wrinkled_strip(length: float, cell: float, seed: float = 1.0, max_iterations
     resolved, plain = middle_stress(system, q, length), middle_stress(field, field.place(1.0, slack.q, None)[0], length)
     half_wavelength, amplitude = waves(q, grid, cell, length)
     seconds = time.thread_time() - begun
-    return Wrinkled(half_wavelength, amplitude, resolved[0], plain[0], resolved[1], found.iterations, seconds)
+    energy = sum(system.energies(1.0, found.q).values())
+    return Wrinkled(half_wavelength, amplitude, resolved[0], plain[0], resolved[1], energy, found.iterations, seconds)
 
 
 def middle_stress(system: AncfSystem, q: np.ndarray, length: float) -> np.ndarray:
