@@ -28,10 +28,10 @@ def test_a_stack_is_pressed_flat_and_comes_back() -> None:
 
 @pytest.mark.slow
 def test_a_stack_of_twenty() -> None:
-    squeezed(20)
+    assert squeezed(20).ledger.relative_error < 1e-4
 
 
-def dropped(count: int, columns: int, end: float) -> None:
+def dropped(count: int, columns: int, end: float, balance: float = 1e-3) -> None:
     fall = box_of_plates.drop(box_of_plates.box_scene(count, columns), end, 1e-4)
     weight = count * box_of_plates.MASS * box_of_plates.GRAVITY
     assert fall.deepest > 5e-5
@@ -39,7 +39,7 @@ def dropped(count: int, columns: int, end: float) -> None:
     half = box_of_plates.half_width(columns)
     assert max(box_of_plates.outside(fall.system, state, half) for state in fall.saved) < 0.0
     assert fall.rise < 1e-5 * fall.ledger.turnover
-    assert fall.ledger.relative_error < 1e-3
+    assert fall.ledger.relative_error < balance
     assert fall.ledger.dissipated == pytest.approx(float(fall.ledger.pair_energy.sum()), rel=1e-9)
 
 
@@ -49,7 +49,7 @@ def test_plates_fall_into_a_box() -> None:
 
 @pytest.mark.slow
 def test_more_plates_fall_into_a_box() -> None:
-    dropped(16, 2, 0.08)
+    dropped(16, 2, 0.08, 1e-4)
 
 
 def test_contact_in_space_is_that_in_the_plane() -> None:
