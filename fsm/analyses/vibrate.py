@@ -13,7 +13,7 @@ from fsm.analyses.deployed import DeployedFilm
 from fsm.analyses.film import build_film
 from fsm.analyses.reduced import CHECKED, MODAL, ReducedSolve, error_against_full, reduced_model
 from fsm.analyses.stretch import as_deployed, stretched
-from fsm.ancf.film import MembraneGroup
+from fsm.ancf.film import FilmStress, MembraneGroup
 from fsm.ancf.loading import Forcing, Loading
 from fsm.ancf.pulse import HalfSine, Rectangle, Samples, TimeFunction
 from fsm.ancf.reduced import ReducedModel
@@ -270,7 +270,7 @@ class VibrationAnalysis:
         for number, group in zip(np.unique(kinds), groups, strict=True):
             where, part = kinds == number, group.stress(q)
             stress[where] = part.principal.mean(axis=1)
-            direction[where] = part.direction[:, part.direction.shape[1] // 2]
+            direction[where] = _mean_direction(part)
             kind[where] = np.round(part.state.mean(axis=1)).astype(np.int64)
         shape = self._system.shape(0.0, q)
         moved = np.array([self._system.shape(0.0, q + mode) - shape for mode in self.modes.shapes])
@@ -284,6 +284,13 @@ class VibrationAnalysis:
             direction=direction,
             state=kind,
         )
+
+
+def _mean_direction(stress: FilmStress) -> np.ndarray:
+    """Direction of the larger stress of every element, (m, 3): mean over its points, weighted by how much larger it is."""
+    weight = stress.principal[..., 0] - stress.principal[..., 1]
+    tensor = np.einsum("ms,msa,msb->mab", weight, stress.direction, stress.direction)
+    return np.asarray(np.linalg.eigh(tensor)[1][..., -1])
 
 
 def _pulse(impact: Impact) -> tuple[float, TimeFunction]:
