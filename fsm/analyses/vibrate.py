@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from fsm.analyses.analysis import Solver
 from fsm.analyses.deployed import DeployedFilm
 from fsm.analyses.film import build_film
 from fsm.analyses.reduced import CHECKED, MODAL, ReducedSolve, error_against_full, reduced_model
@@ -27,10 +27,9 @@ from fsm.scene.membrane import HalfSine as HalfSinePulse
 from fsm.scene.membrane import Impact, Measured, Vibration
 from fsm.segments.save_times import save_times
 from fsm.solve.modal import Modes, modes
-from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, StepEnd
-from fsm.solve.solver import solve
+from fsm.solve.simulate import Settings, Statistics
 from fsm.solve.static import PathSettings
-from fsm.system import DriveState, System
+from fsm.system import System
 
 __all__ = ["VibrationAnalysis"]
 
@@ -178,21 +177,9 @@ class VibrationAnalysis:
         """None: a vibration passes no equilibria; that which it is about is stable."""
         return 0
 
-    def solve(
-        self,
-        settings: Settings | PathSettings,
-        times: list[float],
-        on_save: Callable[[Saved], None],
-        on_step: Callable[[StepEnd], None],
-        start: tuple[float, np.ndarray, np.ndarray],
-        ledger: Ledger,
-        seen: list[tuple[DriveState, np.ndarray]],
-    ) -> Statistics:
-        """See `Analysis`."""
-        if self.model is not None:
-            assert isinstance(settings, Settings)
-            return ReducedSolve(self._system, self.model).go(settings.end_time, times, on_save, on_step, ledger)
-        return solve(self.system, settings, times, on_save, on_step, start, ledger, seen)[0]
+    def own_solver(self) -> Solver | None:
+        """The reduced model's, where that is taken and something moves."""
+        return None if self.model is None else ReducedSolve(self._system, self.model).go
 
     def summarise(self, solution: Solution, statistics: Statistics) -> dict[str, Any]:
         """Frequency, amplitudes, modes, tension."""
