@@ -22,7 +22,9 @@ from fsm.progress import Progress
 from fsm.results.solution import Record, Solution
 from fsm.results.store import ResultWriter, part_path, read_checkpoint, read_solution, write_checkpoint
 from fsm.scene.load_case import LoadedCase
-from fsm.solve.simulate import Ledger, Saved, Statistics, StepEnd
+from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, StepEnd
+from fsm.solve.solver import solve
+from fsm.solve.static import PathSettings
 from fsm.solve.status import Event
 from fsm.summary import summary_of
 from fsm.system import DriveState
@@ -93,14 +95,13 @@ class RecordedSolve:
         resume_at = self.records if self.resumed else None
         with ResultWriter(self.target, layout, resume_at, samples_at=self.samples) as writer, bar:
             try:
-                statistics = self.analysis.solve(
+                statistics = self._solve(
                     settings,
                     _merged(self.records_due, self.samples_due, _SAME * end),
                     lambda saved: self._save(writer, saved),
                     lambda end: self._step(writer, bar, ledger, end),
                     start,
                     ledger,
-                    self.seen,
                 )
             except KeyboardInterrupt:
                 writer.flush()
@@ -118,6 +119,20 @@ class RecordedSolve:
             writer.finish(_plain(statistics), summary, array)
         self.checkpoint.unlink(missing_ok=True)
         return read_solution(self.target)
+
+    def _solve(
+        self,
+        settings: Settings | PathSettings,
+        times: list[float],
+        on_save: Callable[[Saved], None],
+        on_step: Callable[[StepEnd], None],
+        start: tuple[float, np.ndarray, np.ndarray],
+        ledger: Ledger,
+    ) -> Statistics:
+        own = self.analysis.own_solver()
+        if own is not None:
+            return own(settings.end_time, times, on_save, on_step, ledger)
+        return solve(self.system, settings, times, on_save, on_step, start, ledger, self.seen)[0]
 
     def _start(self) -> tuple[tuple[float, np.ndarray, np.ndarray], Ledger, float]:
         """State to start from, the ledger that is kept from there on, and the time up to which there are records."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
 import numpy as np
@@ -11,9 +11,24 @@ from fsm.results.array import ArrayMotion
 from fsm.results.solution import Layout, Solution
 from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, StepEnd
 from fsm.solve.static import PathSettings
-from fsm.system import DriveState, System
+from fsm.system import System
 
-__all__ = ["Analysis"]
+__all__ = ["Analysis", "Solver"]
+
+
+class Solver(Protocol):
+    """Solves up to the end and hands over the states at the times that are wanted, see `fsm.solve.simulate.simulate`."""
+
+    def __call__(
+        self,
+        end: float,
+        times: Sequence[float],
+        on_save: Callable[[Saved], None],
+        on_step: Callable[[StepEnd], None],
+        ledger: Ledger,
+    ) -> Statistics:
+        """Solve."""
+        ...
 
 
 class Analysis(Protocol):
@@ -74,17 +89,8 @@ class Analysis(Protocol):
         """Of a scissor array, how its points move and its bars are stressed; None of anything else."""
         ...
 
-    def solve(
-        self,
-        settings: Settings | PathSettings,
-        times: list[float],
-        on_save: Callable[[Saved], None],
-        on_step: Callable[[StepEnd], None],
-        start: tuple[float, np.ndarray, np.ndarray],
-        ledger: Ledger,
-        seen: list[tuple[DriveState, np.ndarray]],
-    ) -> Statistics:
-        """Solve, and hand over states at the times that are wanted; see `fsm.solve.simulate.simulate`."""
+    def own_solver(self) -> Solver | None:
+        """What solves it in place of the solvers of systems; None if they do."""
         ...
 
     def summarise(self, solution: Solution, statistics: Statistics) -> dict[str, Any]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -20,10 +19,8 @@ from fsm.scene.choice import automatic_method
 from fsm.segments.save_times import save_times
 from fsm.solve.linear import LinearSolver
 from fsm.solve.newton import equilibrium, negative_pivots
-from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, StepEnd
-from fsm.solve.solver import solve
+from fsm.solve.simulate import Settings, Statistics
 from fsm.solve.static import PathSettings
-from fsm.system import DriveState
 
 __all__ = ["Deployment"]
 
@@ -115,18 +112,9 @@ class Deployment:
         """See `Analysis`."""
         return None
 
-    def solve(
-        self,
-        settings: Settings | PathSettings,
-        times: list[float],
-        on_save: Callable[[Saved], None],
-        on_step: Callable[[StepEnd], None],
-        start: tuple[float, np.ndarray, np.ndarray],
-        ledger: Ledger,
-        seen: list[tuple[DriveState, np.ndarray]],
-    ) -> Statistics:
+    def own_solver(self) -> None:
         """See `Analysis`."""
-        return solve(self.system, settings, times, on_save, on_step, start, ledger, seen)[0]
+        return None
 
     def summarise(self, solution: Solution, statistics: Statistics) -> dict[str, Any]:
         """Peak, stages and contacts."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -21,10 +20,8 @@ from fsm.scene.check_scissor import default_holds
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
 from fsm.solve.generalized_alpha import RHO_INF
-from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, StepEnd, simulate
-from fsm.solve.solver import solve
+from fsm.solve.simulate import Saved, Settings, Statistics, simulate
 from fsm.solve.static import PathSettings
-from fsm.system import DriveState
 
 __all__ = ["ScissorArray"]
 
@@ -115,18 +112,9 @@ class ScissorArray:
         """None: a mechanism passes no equilibria."""
         return 0
 
-    def solve(
-        self,
-        settings: Settings | PathSettings,
-        times: list[float],
-        on_save: Callable[[Saved], None],
-        on_step: Callable[[StepEnd], None],
-        start: tuple[float, np.ndarray, np.ndarray],
-        ledger: Ledger,
-        seen: list[tuple[DriveState, np.ndarray]],
-    ) -> Statistics:
+    def own_solver(self) -> None:
         """See `Analysis`."""
-        return solve(self.system, settings, times, on_save, on_step, start, ledger, seen)[0]
+        return None
 
     def array_motion(self, solution: Solution, warnings: list[str]) -> ArrayMotion:
         """Points and stresses at the records, beside the same array with rigid bars."""

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from fsm.analyses.analysis import Solver
 from fsm.analyses.deployed import DeployedFilm
 from fsm.analyses.film import build_film
 from fsm.analyses.reduced import CHECKED, MODAL, ReducedSolve, error_against_full, reduced_model
 from fsm.analyses.stretch import as_deployed, stretched
-from fsm.ancf.film import MembraneGroup
+from fsm.ancf.film import FilmStress, MembraneGroup
 from fsm.ancf.loading import Forcing, Loading
 from fsm.ancf.pulse import HalfSine, Rectangle, Samples, TimeFunction
 from fsm.ancf.reduced import ReducedModel
@@ -28,10 +28,9 @@ from fsm.scene.membrane import HalfSine as HalfSinePulse
 from fsm.scene.membrane import Impact, Measured, Vibration
 from fsm.segments.save_times import save_times
 from fsm.solve.modal import Modes, modes
-from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, StepEnd
-from fsm.solve.solver import solve
+from fsm.solve.simulate import Settings, Statistics
 from fsm.solve.static import PathSettings
-from fsm.system import DriveState, System
+from fsm.system import System
 
 __all__ = ["VibrationAnalysis"]
 
@@ -179,21 +178,9 @@ class VibrationAnalysis:
         """None: a vibration passes no equilibria; that which it is about is stable."""
         return 0
 
-    def solve(
-        self,
-        settings: Settings | PathSettings,
-        times: list[float],
-        on_save: Callable[[Saved], None],
-        on_step: Callable[[StepEnd], None],
-        start: tuple[float, np.ndarray, np.ndarray],
-        ledger: Ledger,
-        seen: list[tuple[DriveState, np.ndarray]],
-    ) -> Statistics:
-        """See `Analysis`."""
-        if self.model is not None:
-            assert isinstance(settings, Settings)
-            return ReducedSolve(self._system, self.model).go(settings.end_time, times, on_save, on_step, ledger)
-        return solve(self.system, settings, times, on_save, on_step, start, ledger, seen)[0]
+    def own_solver(self) -> Solver | None:
+        """The reduced model's, where that is taken and something moves."""
+        return None if self.model is None else ReducedSolve(self._system, self.model).go
 
     def array_motion(self, solution: Solution, warnings: list[str]) -> ArrayMotion | None:
         """See `Analysis`."""
@@ -275,7 +262,7 @@ class VibrationAnalysis:
         for number, group in zip(np.unique(kinds), groups, strict=True):
             where, part = kinds == number, group.stress(q)
             stress[where] = part.principal.mean(axis=1)
-            direction[where] = part.direction[:, part.direction.shape[1] // 2]
+            direction[where] = _mean_direction(part)
             kind[where] = np.round(part.state.mean(axis=1)).astype(np.int64)
         shape = self._system.shape(0.0, q)
         moved = np.array([self._system.shape(0.0, q + mode) - shape for mode in self.modes.shapes])
@@ -289,6 +276,13 @@ class VibrationAnalysis:
             direction=direction,
             state=kind,
         )
+
+
+def _mean_direction(stress: FilmStress) -> np.ndarray:
+    """Direction of the larger stress of every element, (m, 3): mean over its points, weighted by how much larger it is."""
+    weight = stress.principal[..., 0] - stress.principal[..., 1]
+    tensor = np.einsum("ms,msa,msb->mab", weight, stress.direction, stress.direction)
+    return np.asarray(np.linalg.eigh(tensor)[1][..., -1])
 
 
 def _pulse(impact: Impact) -> tuple[float, TimeFunction]:

@@ -354,7 +354,8 @@ def test_bad_lists_of_a_crease(tmp_path):
         (["--set", "strip.length"], "--set strip.length: write it as path=value"),
         (
             ["--method", "RK45"],
-            'solve.method: must be "auto", "static", "generalized-alpha", "Radau-blocks", "Radau", "BDF" or "LSODA"; '
+            'solve.method: must be "auto", "static", "generalized-alpha", "newmark", "Radau-blocks", "Radau", "BDF" '
+            'or "LSODA"; '
             'it is "RK45"',
         ),
         (["--method", "arc-length"], 'solve.method: must be "auto", "static", "generalized-alpha"'),
