@@ -33,6 +33,9 @@ class Energy:
         Of loads and drives.
     pair_power : (2, n_pairs) array, W
         Of the dissipated power, what friction (first row) and damping (second) of every contact pair take.
+    sliding_power : W
+        Of the dissipated power, what is taken without regard to rates: creases whose way back is another. Their forces
+        are there at rest too.
     """
 
     kinetic: float
@@ -40,6 +43,7 @@ class Energy:
     dissipated_power: float
     input_power: float
     pair_power: np.ndarray = field(default_factory=lambda: np.zeros((2, 0)))
+    sliding_power: float = 0.0
 
     @property
     def stored(self) -> float:

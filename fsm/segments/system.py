@@ -494,16 +494,17 @@ class SegmentSystem:
         self, t: float, poses: np.ndarray, rates: np.ndarray, reactions: np.ndarray, past: Past | None = None
     ) -> Energy:
         potential: dict[str, float] = {}
-        dissipated = power = 0.0
+        dissipated = power = sliding = 0.0
         for group in self.groups:
             stored, lost, gained = group.energy(t, poses, rates, past)
             for name, value in stored.items():
                 potential[name] = potential.get(name, 0.0) + value
             dissipated += lost
             power += gained
+            sliding += lost if group in self._sliding else 0.0
         pair_power = self.contacts.pair_power(t, poses, rates, past, len(self.pair_names))
         kinetic, driven = motion_energy(self.bodies.inertia, rates, reactions)
-        return Energy(kinetic, potential, dissipated, power + driven, pair_power)
+        return Energy(kinetic, potential, dissipated, power + driven, pair_power, sliding)
 
     def _current_pattern(self, poses: np.ndarray) -> BodyPattern:
         if self._pattern is not None and self.fixed_pattern:

@@ -108,7 +108,7 @@ class Books:
         """What dampers and friction take in such a step, J: the mean of their forces at both ends, times the motion.
 
         At an equilibrium they are what is left over without them. Their forces at the end alone would do for steps that take
-        next to nothing, and have to for the first one.
+        next to nothing, and have to for the first one. What slides without regard to rates knows what it takes exactly.
         """
         alone = seen.energy.dissipated_power * (t - self.time)
         if self._earlier is None or alone < _NEXT_TO_NOTHING * self.ledger.turnover:
@@ -116,7 +116,8 @@ class Books:
         (force, drive), (next_force, next_drive) = self._at_rest(self.time, self.q), self._at_rest(t, q)
         driven = self.last.drive.force - drive + seen.drive.force - next_drive
         taken = (force + next_force) @ self.system.difference(self.q, q)
-        return max(0.0, 0.5 * float(taken + driven @ (seen.drive.travel - self.last.drive.travel)))
+        damped = max(0.0, 0.5 * float(taken + driven @ (seen.drive.travel - self.last.drive.travel)))
+        return damped + seen.energy.sliding_power * (t - self.time)
 
     def _at_rest(self, t: float, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Forces left over at rest, and those of the drives, N; kept for the step after."""

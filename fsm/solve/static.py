@@ -159,6 +159,7 @@ class _Follower:
         self.far = min(_FAR * self.aim, _FURTHEST)
         self.failed = np.zeros(system.nu)
         self.objection = ""
+        self.coarse = (-math.inf, 0.0, 0.0)  # time, duration and energy error of the last step that was looked at
         # energy of everything moving at the speed that the drive may bring about by itself
         speed = self.newton.scales.velocity
         self.slow = 0.5 * float(speed @ (system.mass(q) @ speed))
@@ -230,7 +231,7 @@ class _Follower:
             return _Reason.INERTIA
         duration = t - books.time
         turned_over = books.turned_over(t, found.q, found.u, seen)
-        if duration > _KINK * self.first_step and books.imbalance(seen, turned_over) > _COARSE * self.settings.rtol:
+        if duration > _KINK * self.first_step and self._coarse(duration, books.imbalance(seen, turned_over)):
             return _Reason.COARSE
         if self._resting_unstably(t, found.q):
             return _Reason.UNSTABLE
@@ -242,6 +243,16 @@ class _Follower:
         self.objection = ""
         self._remember(t, found.q, before)
         return None
+
+    def _coarse(self, duration: float, imbalance: float) -> bool:
+        """Whether the energy balance of a step asks for a shorter one.
+
+        One that does not come down with the step is that of a state which was no equilibrium, and is taken as it is.
+        """
+        at, longer, worse = self.coarse
+        self.coarse = self.books.time, duration, imbalance
+        jump = at == self.books.time and duration < longer and imbalance > math.sqrt(duration / longer) * worse
+        return imbalance > _COARSE * self.settings.rtol and not jump
 
     def _inertia_counts(self, seen: Observation) -> bool:
         """Whether the motion is too fast for statics; nothing would damp it in a system without rates, so there never."""
