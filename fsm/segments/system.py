@@ -359,17 +359,18 @@ class SegmentSystem:
         """See `System`."""
         poses, rates = self.place(t, q, u, before)
         past = self._past(t, before)
-        return self._energy(t, poses, rates, self._reactions(t, poses, rates, past), past)
+        moving = u is not None and before is None
+        return self._energy(t, poses, rates, self._reactions(t, poses, rates, past, moving=moving), past)
 
     def reactions(self, t: float, q: np.ndarray, u: np.ndarray | None) -> np.ndarray:
         """See `System`."""
-        return self._reactions(t, *self.place(t, q, u))
+        return self._reactions(t, *self.place(t, q, u), moving=u is not None)
 
     def observe(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Observation:
         """See `System`."""
         poses, rates = self.place(t, q, u, before)
         past = self._past(t, before)
-        reactions = self._reactions(t, poses, rates, past)
+        reactions = self._reactions(t, poses, rates, past, moving=u is not None and before is None)
         energy = self._energy(t, poses, rates, reactions, past)
         pairs = self.contacts.observe(t, poses, rates, past, len(self.pair_names))
         return Observation(self._drive_state(t, reactions), energy, largest_force(reactions), pairs)
@@ -478,11 +479,14 @@ class SegmentSystem:
             add_gyroscopic(rates, self.bodies.inertia, force)
         return force
 
-    def _reactions(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None) -> np.ndarray:
+    def _reactions(
+        self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None, *, moving: bool
+    ) -> np.ndarray:
+        """Reactions of held and driven bodies; what accelerates the driven ones counts in motion only, not in statics."""
         reactions = np.asarray(reactions_to(self._all_forces(t, poses, rates, past), self.bodies.free))
         for motion in self.motions:
             _, _, acceleration = motion.at(t)
-            if acceleration:
+            if acceleration and moving:
                 n = len(motion.direction)
                 for body in motion.bodies:
                     shift_body(reactions, body, self.bodies.inertia[body, :n] * motion.direction, acceleration)

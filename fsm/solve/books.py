@@ -165,8 +165,11 @@ class Books:
         return bool(gained <= given + 1e-6 * self.ledger.turnover)
 
     def slide(self, t: float, q: np.ndarray, seen: Observation) -> None:
-        """Take a jump in next to no time, whose energy is gone."""
-        self.ledger.dissipated += self.last.energy.stored_at_rest - seen.energy.stored_at_rest
+        """Take a jump in next to no time, whose energy is gone, with that of the drives' little way in it."""
+        forces = 0.5 * (self.last.drive.force + seen.drive.force)
+        work = float(forces @ (seen.drive.travel - self.last.drive.travel))
+        self.ledger.work += work
+        self.ledger.dissipated += work + self.last.energy.stored_at_rest - seen.energy.stored_at_rest
         rest = np.zeros_like(self.u)
         self.system.commit(t, q, rest)
         self._take(t, q, rest, seen)

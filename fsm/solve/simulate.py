@@ -245,7 +245,8 @@ class _Run(ABC):
 
     def _save(self, at: float, q: np.ndarray, u: np.ndarray, seen: Observation, ledger: Ledger) -> None:
         error = seen.energy.stored - ledger.start + ledger.dissipated - ledger.work
-        self.on_save(Saved(at, q.copy(), u.copy(), seen, ledger.dissipated, ledger.work, error, ledger.pair_energy))
+        q = self.system.retract(q, np.zeros(self.system.nu))  # SciPy's methods leave quaternions off their length
+        self.on_save(Saved(at, q, u.copy(), seen, ledger.dissipated, ledger.work, error, ledger.pair_energy))
 
     def _fail(self, outcome: Outcome, detail: str = "") -> None:
         self.statistics.outcome = outcome
