@@ -30,9 +30,11 @@ class Energy:
     potential : J, by what stores it
     dissipated_power : W, >= 0
     input_power : W
-        Of loads and drives.
+        Of loads and drives, but for what accelerates driven bodies: that is the change of `driven`.
     pair_power : (2, n_pairs) array, W
         Of the dissipated power, what friction (first row) and damping (second) of every contact pair take.
+    driven : J
+        Part of the kinetic energy that driven bodies have; it is known, and no rule of integration has to find it.
     """
 
     kinetic: float
@@ -40,11 +42,17 @@ class Energy:
     dissipated_power: float
     input_power: float
     pair_power: np.ndarray = field(default_factory=lambda: np.zeros((2, 0)))
+    driven: float = 0.0
 
     @property
     def stored(self) -> float:
         """Kinetic plus all potential energy, J."""
         return self.kinetic + self.stored_at_rest
+
+    @property
+    def stored_freely(self) -> float:
+        """The same without the kinetic energy of driven bodies, J."""
+        return self.stored - self.driven
 
     @property
     def stored_at_rest(self) -> float:

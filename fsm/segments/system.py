@@ -359,19 +359,23 @@ class SegmentSystem:
         """See `System`."""
         poses, rates = self.place(t, q, u, before)
         past = self._past(t, before)
-        moving = u is not None and before is None
-        return self._energy(t, poses, rates, self._reactions(t, poses, rates, past, moving=moving), past)
+        return self._energy(t, poses, rates, self._reactions(t, poses, rates, past), past)
 
     def reactions(self, t: float, q: np.ndarray, u: np.ndarray | None) -> np.ndarray:
         """See `System`."""
-        return self._reactions(t, *self.place(t, q, u), moving=u is not None)
+        reactions = self._reactions(t, *self.place(t, q, u))
+        if u is not None:
+            self._accelerate(t, reactions)
+        return reactions
 
     def observe(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Observation:
         """See `System`."""
         poses, rates = self.place(t, q, u, before)
         past = self._past(t, before)
-        reactions = self._reactions(t, poses, rates, past, moving=u is not None and before is None)
+        reactions = self._reactions(t, poses, rates, past)
         energy = self._energy(t, poses, rates, reactions, past)
+        if u is not None and before is None:
+            self._accelerate(t, reactions)
         pairs = self.contacts.observe(t, poses, rates, past, len(self.pair_names))
         return Observation(self._drive_state(t, reactions), energy, largest_force(reactions), pairs)
 
@@ -479,18 +483,18 @@ class SegmentSystem:
             add_gyroscopic(rates, self.bodies.inertia, force)
         return force
 
-    def _reactions(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None, *, moving: bool
-    ) -> np.ndarray:
-        """Reactions of held and driven bodies; what accelerates the driven ones counts in motion only, not in statics."""
-        reactions = np.asarray(reactions_to(self._all_forces(t, poses, rates, past), self.bodies.free))
+    def _reactions(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None) -> np.ndarray:
+        """Reactions of held and driven bodies, but for what accelerates the driven ones."""
+        return np.asarray(reactions_to(self._all_forces(t, poses, rates, past), self.bodies.free))
+
+    def _accelerate(self, t: float, reactions: np.ndarray) -> None:
+        """Add what accelerates the driven bodies: in motion, not in statics."""
         for motion in self.motions:
             _, _, acceleration = motion.at(t)
-            if acceleration and moving:
+            if acceleration:
                 n = len(motion.direction)
                 for body in motion.bodies:
                     shift_body(reactions, body, self.bodies.inertia[body, :n] * motion.direction, acceleration)
-        return reactions
 
     def _drive_state(self, t: float, reactions: np.ndarray) -> DriveState:
         travel = np.array([motion.at(t)[0] for motion in self.motions])
@@ -509,8 +513,12 @@ class SegmentSystem:
             dissipated += lost
             power += gained
         pair_power = self.contacts.pair_power(t, poses, rates, past, len(self.pair_names))
-        kinetic, driven = motion_energy(self.bodies.inertia, rates, reactions)
-        return Energy(kinetic, potential, dissipated, power + driven, pair_power)
+        kinetic, driving = motion_energy(self.bodies.inertia, rates, reactions)
+        driven = 0.0
+        for motion in self.motions:
+            squares = (rates[motion.bodies, : len(motion.direction)] ** 2).sum(axis=1)
+            driven += 0.5 * float(self.bodies.inertia[motion.bodies, 0] @ squares)
+        return Energy(kinetic, potential, dissipated, power + driving, pair_power, driven)
 
     def _current_pattern(self, poses: np.ndarray) -> BodyPattern:
         if self._pattern is not None and self.fixed_pattern:

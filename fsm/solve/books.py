@@ -147,13 +147,13 @@ class Books:
     def loss(self, seen: Observation, turned_over: TurnedOver) -> float:
         """What the balance of such a step would be off by, over the energy turned over."""
         work, dissipated, _ = turned_over
-        off = abs(seen.energy.stored - self.last.energy.stored + dissipated - work)
+        off = abs(seen.energy.stored_freely - self.last.energy.stored_freely + dissipated - work)
         return off / self.ledger.turnover if self.ledger.turnover > 0.0 else 0.0
 
     def dynamic(self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation, turned_over: TurnedOver) -> None:
         """Take a step of a time integrator."""
         self.ledger.add(*turned_over)
-        self._take(t, q, u, seen, seen.energy.stored)
+        self._take(t, q, u, seen, seen.energy.stored_freely)
 
     def may_jump(self, t: float, q: np.ndarray, seen: Observation) -> bool:
         """Whether a jump to a state could happen: through no face, and without a gain of energy that nothing gave."""

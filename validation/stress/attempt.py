@@ -27,6 +27,10 @@ from validation.stress.scenes import loaded
 __all__ = ["Attempt", "attempt"]
 
 
+_SMALL = 300.0
+"""Bodies that double the time of a scene."""
+
+
 @dataclass
 class Attempt:
     """How a case ended.
@@ -61,7 +65,7 @@ def attempt(tables: dict[str, Any], limit: float, name: str = "scene", whole: bo
     Parameters
     ----------
     tables : as its file would have them
-    limit : s of processor time, compiling not counted
+    limit : s of processor time for a small scene
     name : what it is called in messages
     whole : as `fsm run` does, with curves and plots
     """
@@ -71,8 +75,10 @@ def attempt(tables: dict[str, Any], limit: float, name: str = "scene", whole: bo
     with python_warnings.catch_warnings(record=True) as caught, tempfile.TemporaryDirectory() as folder:
         python_warnings.simplefilter("always")
         try:
+            found.loaded = loaded(tables, name)
+            limit *= 1.0 + _bodies(tables) / _SMALL
             with _limited(limit):
-                _solve(found, tables, name, Path(folder), steps, whole)
+                _solve(found, name, Path(folder), steps, whole)
         except CaseError as error:
             found.end, found.what = "refused", str(error)
         except FsmError as error:
@@ -80,7 +86,7 @@ def attempt(tables: dict[str, Any], limit: float, name: str = "scene", whole: bo
         except _TimeUp:
             late = jit.compile_time() - compiled > 0.2 * limit or steps[-1] - begun > 0.5 * limit
             found.end = "cut off" if late else "hang"
-            found.what = f"{limit:g} s are over, the last step was taken at {steps[-1] - begun:.1f} s"
+            found.what = f"{limit:.3g} s are over, the last step was taken at {steps[-1] - begun:.1f} s"
         except Exception as error:
             place = traceback.extract_tb(error.__traceback__)
             where = [f"{Path(frame.filename).name}:{frame.lineno}" for frame in place if "/fsm/" in frame.filename]
@@ -90,8 +96,14 @@ def attempt(tables: dict[str, Any], limit: float, name: str = "scene", whole: bo
     return found
 
 
-def _solve(found: Attempt, tables: dict[str, Any], name: str, folder: Path, steps: list[float], whole: bool) -> None:
-    found.loaded = loaded(tables, name)
+def _bodies(tables: dict[str, Any]) -> int:
+    """How many segments a strip has: large ones have more time."""
+    strip = tables.get("strip", {})
+    return int(strip.get("panels", 0)) * int(strip.get("segments_per_panel", 0))
+
+
+def _solve(found: Attempt, name: str, folder: Path, steps: list[float], whole: bool) -> None:
+    assert found.loaded is not None
     warnings: list[str] = []
 
     def step(fraction: float) -> None:
