@@ -40,13 +40,17 @@ def prepare(case: Case, source: str = "", warnings: list[str] | None = None) -> 
     Raises
     ------
     CaseError
-        All faults of the scene, and what overlaps at the start.
+        All faults of the scene, nothing that can move by itself, and what overlaps at the start.
     """
     scene = build_scene(case)
     try:
         system = compile_scene(scene, case.solve.spatial)
     except CaseError as error:
         raise CaseError(error.faults, source) from None
+    if not system.n_free:
+        where = "strip" if case.strip else "lattice" if case.lattice else "scene"
+        text = "everything is held or driven, and nothing can move by itself; leave something free"
+        raise CaseError(Fault(where, text), source)
     found = _overlaps(scene, system, case)
     if found and scene.contact is not None and scene.contact.resolve_overlap:
         moved = _moved(scene, system, separate(system))

@@ -30,12 +30,14 @@ class Energy:
     potential : J, by what stores it
     dissipated_power : W, >= 0
     input_power : W
-        Of loads and drives.
+        Of loads and drives, but for what accelerates driven bodies: that is the change of `driven`.
     pair_power : (2, n_pairs) array, W
         Of the dissipated power, what friction (first row) and damping (second) of every contact pair take.
     sliding_power : W
         Of the dissipated power, what is taken without regard to rates: creases whose way back is another. Their forces
         are there at rest too.
+    driven : J
+        Part of the kinetic energy that driven bodies have; it is known, and no rule of integration has to find it.
     """
 
     kinetic: float
@@ -44,11 +46,17 @@ class Energy:
     input_power: float
     pair_power: np.ndarray = field(default_factory=lambda: np.zeros((2, 0)))
     sliding_power: float = 0.0
+    driven: float = 0.0
 
     @property
     def stored(self) -> float:
         """Kinetic plus all potential energy, J."""
         return self.kinetic + self.stored_at_rest
+
+    @property
+    def stored_freely(self) -> float:
+        """The same without the kinetic energy of driven bodies, J."""
+        return self.stored - self.driven
 
     @property
     def stored_at_rest(self) -> float:

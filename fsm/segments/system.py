@@ -360,7 +360,10 @@ class SegmentSystem:
 
     def reactions(self, t: float, q: np.ndarray, u: np.ndarray | None) -> np.ndarray:
         """See `System`."""
-        return self._reactions(t, *self.place(t, q, u))
+        reactions = self._reactions(t, *self.place(t, q, u))
+        if u is not None:
+            self._accelerate(t, reactions)
+        return reactions
 
     def observe(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Observation:
         """See `System`."""
@@ -368,6 +371,8 @@ class SegmentSystem:
         past = self._past(t, before)
         reactions = self._reactions(t, poses, rates, past)
         energy = self._energy(t, poses, rates, reactions, past)
+        if u is not None and before is None:
+            self._accelerate(t, reactions)
         pairs = self.contacts.observe(t, poses, rates, past, len(self.pair_names))
         return Observation(self._drive_state(t, reactions), energy, largest_force(reactions), pairs)
 
@@ -476,14 +481,17 @@ class SegmentSystem:
         return force
 
     def _reactions(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None) -> np.ndarray:
-        reactions = np.asarray(reactions_to(self._all_forces(t, poses, rates, past), self.bodies.free))
+        """Reactions of held and driven bodies, but for what accelerates the driven ones."""
+        return np.asarray(reactions_to(self._all_forces(t, poses, rates, past), self.bodies.free))
+
+    def _accelerate(self, t: float, reactions: np.ndarray) -> None:
+        """Add what accelerates the driven bodies: in motion, not in statics."""
         for motion in self.motions:
             _, _, acceleration = motion.at(t)
             if acceleration:
                 n = len(motion.direction)
                 for body in motion.bodies:
                     shift_body(reactions, body, self.bodies.inertia[body, :n] * motion.direction, acceleration)
-        return reactions
 
     def _drive_state(self, t: float, reactions: np.ndarray) -> DriveState:
         travel = np.array([motion.at(t)[0] for motion in self.motions])
@@ -503,8 +511,12 @@ class SegmentSystem:
             power += gained
             sliding += lost if group in self._sliding else 0.0
         pair_power = self.contacts.pair_power(t, poses, rates, past, len(self.pair_names))
-        kinetic, driven = motion_energy(self.bodies.inertia, rates, reactions)
-        return Energy(kinetic, potential, dissipated, power + driven, pair_power, sliding)
+        kinetic, driving = motion_energy(self.bodies.inertia, rates, reactions)
+        driven = 0.0
+        for motion in self.motions:
+            squares = (rates[motion.bodies, : len(motion.direction)] ** 2).sum(axis=1)
+            driven += 0.5 * float(self.bodies.inertia[motion.bodies, 0] @ squares)
+        return Energy(kinetic, potential, dissipated, power + driving, pair_power, sliding, driven)
 
     def _current_pattern(self, poses: np.ndarray) -> BodyPattern:
         if self._pattern is not None and self.fixed_pattern:

@@ -174,13 +174,13 @@ class Books:
     def loss(self, seen: Observation, turned_over: TurnedOver) -> float:
         """What the balance of such a step would be off by, over the energy turned over."""
         work, dissipated, _ = turned_over
-        off = abs(seen.energy.stored - self.last.energy.stored + dissipated - work)
+        off = abs(seen.energy.stored_freely - self.last.energy.stored_freely + dissipated - work)
         return off / self.ledger.turnover if self.ledger.turnover > 0.0 else 0.0
 
     def dynamic(self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation, turned_over: TurnedOver) -> None:
         """Take a step of a time integrator."""
         self.ledger.add(*turned_over)
-        self._take(t, q, u, seen, seen.energy.stored)
+        self._take(t, q, u, seen, seen.energy.stored_freely)
 
     def may_jump(self, t: float, q: np.ndarray, seen: Observation) -> bool:
         """Whether a jump to a state could happen: through no face, and without a gain of energy that nothing gave."""
@@ -192,8 +192,11 @@ class Books:
         return bool(gained <= given + 1e-6 * self.ledger.turnover)
 
     def slide(self, t: float, q: np.ndarray, seen: Observation) -> None:
-        """Take a jump in next to no time, whose energy is gone."""
-        self.ledger.dissipated += self.last.energy.stored_at_rest - seen.energy.stored_at_rest
+        """Take a jump in next to no time, whose energy is gone, with that of the drives' little way in it."""
+        forces = 0.5 * (self.last.drive.force + seen.drive.force)
+        work = float(forces @ (seen.drive.travel - self.last.drive.travel))
+        self.ledger.work += work
+        self.ledger.dissipated += work + self.last.energy.stored_at_rest - seen.energy.stored_at_rest
         rest = np.zeros_like(self.u)
         self.system.commit(t, q, rest)
         self._take(t, q, rest, seen)

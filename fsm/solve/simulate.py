@@ -245,7 +245,8 @@ class _Run(ABC):
 
     def _save(self, at: float, q: np.ndarray, u: np.ndarray, seen: Observation, ledger: Ledger) -> None:
         error = seen.energy.stored - ledger.start + ledger.dissipated - ledger.work
-        self.on_save(Saved(at, q.copy(), u.copy(), seen, ledger.dissipated, ledger.work, error, ledger.pair_energy))
+        q = self.system.retract(q, np.zeros(self.system.nu))  # SciPy's methods leave quaternions off their length
+        self.on_save(Saved(at, q, u.copy(), seen, ledger.dissipated, ledger.work, error, ledger.pair_energy))
 
     def _fail(self, outcome: Outcome, detail: str = "") -> None:
         self.statistics.outcome = outcome
@@ -312,9 +313,10 @@ class _StepwiseRun(_Run):
         """Integrate the powers over the step, check the balance at its end, and save if that is wanted there."""
         step = solver.t - self.time
         self.statistics.smallest_step = min(self.statistics.smallest_step, step)
+        driven = self.last.energy.driven
         self.last = seen = self.system.observe(solver.t, solver.q, solver.u)
         dissipated, of_pairs = mean_dissipation(self.system, (self.time, self.q), (solver.t, solver.q))
-        work = 0.5 * step * (begin.input_power + seen.energy.input_power)
+        work = 0.5 * step * (begin.input_power + seen.energy.input_power) + seen.energy.driven - driven
         self.ledger.add(work, step * dissipated, step * of_pairs)
         self._look(seen)
         self._balance(seen)
@@ -379,12 +381,14 @@ class _DenseRun(_Run):
     def _account(self, end: float, state: np.ndarray, dense: Callable[[float], np.ndarray]) -> None:
         """Integrate the powers over the step and check the balance at its end."""
         step = end - self.time
+        self._driven = self.last.energy.driven
         for node, weight in zip(_NODES, _WEIGHTS, strict=True):
             at = self.time + node * step
             seen = self.system.observe(at, *self.equations.split(dense(at)))
             self._add(self.ledger, weight * step, seen.energy)
             self._look(seen)
         self.last = self.system.observe(end, *self.equations.split(state))
+        self.ledger.work += self.last.energy.driven - self._driven
         self._look(self.last)
         self._balance(self.last)
 
@@ -404,7 +408,9 @@ class _DenseRun(_Run):
         for node, weight in zip(_NODES, _WEIGHTS, strict=True):
             t = self.time + node * step
             self._add(until, weight * step, self.system.energy(t, *self.equations.split(dense(t))))
-        self._save(at, q, u, self.system.observe(at, q, u), until)
+        seen = self.system.observe(at, q, u)
+        until.work += seen.energy.driven - self._driven
+        self._save(at, q, u, seen, until)
 
 
 def _stretch(solver: Any) -> None:

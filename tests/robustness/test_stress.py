@@ -1,0 +1,117 @@
+"""The stress campaign: a few dozen of its scenes, and that it would see what is wrong."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections import Counter
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fsm.results.solution import Solution
+from fsm.scene.case import Case
+from validation.stress.attempt import attempt
+from validation.stress.campaign import examine, read_lines, run_campaign
+from validation.stress.judge import judge
+from validation.stress.scenes import KINDS, draw
+from validation.stress.summary import summarised
+
+SEED = 8
+LIMIT = 3.0
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_no_scene_goes_wrong_in_silence(kind: str) -> None:
+    """Every scene is right, is refused, fails loudly or is cut off; and some are right."""
+    lines = [examine(dataclasses.replace(draw(SEED, number, (kind,)), second=False), LIMIT) for number in range(1, 7)]
+    assert not [line for line in lines if line["class"] == "wrong"]
+    assert Counter(line["class"] for line in lines)["right"] >= 1
+
+
+def test_scenes_are_the_same_every_time() -> None:
+    drawn = [draw(SEED, number) for number in range(60)]
+    assert [draw(SEED, number) for number in reversed(range(60))] == drawn[::-1]
+    assert {scene.kind for scene in drawn} == set(KINDS)
+    assert draw(SEED + 1, 5).tables != drawn[5].tables
+
+
+@cache
+def free_chain() -> tuple[Case, Solution]:
+    """A free chain of the campaign that came out right."""
+    for number in range(100):
+        tables = draw(SEED, number, ("chain",)).tables
+        if tables["scene"]["bodies"][0].get("held") or len(tables["scene"]["bodies"]) > 10:
+            continue
+        found = attempt(tables, LIMIT)
+        if found.loaded is not None and found.solution is not None and not judge(found.loaded.case, found.solution):
+            return found.loaded.case, found.solution
+    pytest.fail("no free chain came out right")
+
+
+def spoiled(solution: Solution, name: str) -> None:
+    """Make a result wrong in one way."""
+    last = len(solution) - 1
+    if name == "nan":
+        solution.q[last, 0] = np.nan
+    elif name == "stopped":
+        solution.time = solution.time * 0.9
+    elif name == "momentum":
+        solution.u = solution.u * np.linspace(1.0, 1.01, len(solution))[:, None]
+    elif name == "energy":
+        solution.energy["kinetic"] = solution.energy["kinetic"] * 1.01
+    elif name == "silence":
+        solution.summary = {**solution.summary, "energy_error": 0.02, "warnings": []}
+    elif name == "number":
+        solution.summary = {**solution.summary, "contact": [{"force": float("inf")}]}
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("nan", "q is not finite"),
+        ("stopped", "ends at"),
+        ("momentum", "linear momentum"),
+        ("energy", "do not add up"),
+        ("silence", "nothing said"),
+        ("number", "summary.contact.force is not finite"),
+    ],
+)
+def test_the_judge_sees_what_is_wrong(name: str, said: str) -> None:
+    case, solution = free_chain()
+    result = dataclasses.replace(solution, q=solution.q.copy(), energy=dict(solution.energy))
+    spoiled(result, name)
+    assert any(said in line for line in judge(case, result))
+
+
+def test_time_is_limited() -> None:
+    """A scene that would take too long is stopped."""
+    tables = draw(SEED, 0, ("chain",)).tables
+    tables["solve"] |= {"max_steps": 10_000_000, "rtol": 1e-10, "end_time": 1e3 * tables["solve"]["end_time"]}
+    assert attempt(tables, 0.5).end in ("cut off", "hang")
+
+
+def test_campaign_goes_on_where_it_was_stopped(tmp_path: Path) -> None:
+    path = tmp_path / "outcomes.jsonl"
+    kept: dict[str, Any] = {"scene": 0, "kind": "strip", "class": "right", "what": "kept", "cpu_s": 0.0}
+    path.write_text(json.dumps(kept) + "\n" + '{"scene": 1, "kind": "str', encoding="utf-8")
+    assert list(read_lines(path)) == [0]
+    told: list[Any] = []
+    lines = run_campaign(path, SEED, range(2), LIMIT, kinds=("lattice",), told=told.append)
+    assert [line["scene"] for line in lines] == [0, 1]
+    assert lines[0] == kept
+    assert told == lines[1:]
+    assert list(read_lines(path)) == [0, 1]
+    assert "| all | 2 |" in summarised(lines)
+
+
+def test_nothing_free_is_refused() -> None:
+    """A lattice of two rows, one held and one driven, has nothing to solve for."""
+    tables = draw(SEED, 0, ("lattice",)).tables
+    tables["lattice"] |= {"rows": 2, "columns": 3}
+    found = attempt(tables, LIMIT)
+    assert found.end == "refused"
+    assert found.what == "scene: lattice: everything is held or driven, and nothing can move by itself; leave something free"

@@ -1,0 +1,136 @@
+"""One case solved within a limit of time, whatever happens."""
+
+from __future__ import annotations
+
+import faulthandler
+import signal
+import tempfile
+import time
+import traceback
+import warnings as python_warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+from fsm.analyses.choose import analysis_of
+from fsm.errors import CaseError, FsmError
+from fsm.kernels import jit
+from fsm.recorder import RecordedSolve
+from fsm.results.solution import Solution
+from fsm.run import run_case
+from fsm.scene.load_case import LoadedCase
+from validation.stress.scenes import loaded
+
+__all__ = ["Attempt", "attempt"]
+
+
+_SMALL = 300.0
+"""Bodies that double the time of a scene."""
+
+
+@dataclass
+class Attempt:
+    """How a case ended.
+
+    Attributes
+    ----------
+    end : "finished", "refused", "failed" (loudly), "cut off" (it took steps until its time was up), "hang" (it took none in
+        the second half of its time), "trace" (an error that nothing foresaw)
+    what : what was said
+    loaded, solution : what was solved, and the result, as far as it got
+    warned : what NumPy and others warned of
+    cpu : s
+    method : that took it on
+    """
+
+    end: str
+    what: str = ""
+    loaded: LoadedCase | None = None
+    solution: Solution | None = None
+    warned: list[str] = field(default_factory=list)
+    cpu: float = 0.0
+    method: str = ""
+
+
+class _TimeUp(BaseException):
+    """The time of a case is up; not an `Exception`, so that nothing takes it for one of its own."""
+
+
+def attempt(tables: dict[str, Any], limit: float, name: str = "scene", whole: bool = False) -> Attempt:
+    """Solve a case.
+
+    Parameters
+    ----------
+    tables : as its file would have them
+    limit : s of processor time for a small scene
+    name : what it is called in messages
+    whole : as `fsm run` does, with curves and plots
+    """
+    found = Attempt("finished")
+    begun, compiled = time.process_time(), jit.compile_time()
+    steps: list[float] = [begun]
+    with python_warnings.catch_warnings(record=True) as caught, tempfile.TemporaryDirectory() as folder:
+        python_warnings.simplefilter("always")
+        try:
+            found.loaded = loaded(tables, name)
+            limit *= 1.0 + _bodies(tables) / _SMALL
+            with _limited(limit):
+                _solve(found, name, Path(folder), steps, whole)
+        except CaseError as error:
+            found.end, found.what = "refused", str(error)
+        except FsmError as error:
+            found.end, found.what = "failed", str(error)
+        except _TimeUp:
+            late = jit.compile_time() - compiled > 0.2 * limit or steps[-1] - begun > 0.5 * limit
+            found.end = "cut off" if late else "hang"
+            found.what = f"{limit:.3g} s are over, the last step was taken at {steps[-1] - begun:.1f} s"
+        except Exception as error:
+            place = traceback.extract_tb(error.__traceback__)
+            where = [f"{Path(frame.filename).name}:{frame.lineno}" for frame in place if "/fsm/" in frame.filename]
+            found.end, found.what = "trace", f"{type(error).__name__}: {error} ({' < '.join(where[-3:][::-1])})"
+    found.warned = sorted({f"{item.category.__name__}: {item.message}" for item in caught})
+    found.cpu = time.process_time() - begun
+    return found
+
+
+def _bodies(tables: dict[str, Any]) -> int:
+    """How many segments a strip has: large ones have more time."""
+    strip = tables.get("strip", {})
+    return int(strip.get("panels", 0)) * int(strip.get("segments_per_panel", 0))
+
+
+def _solve(found: Attempt, name: str, folder: Path, steps: list[float], whole: bool) -> None:
+    assert found.loaded is not None
+    warnings: list[str] = []
+
+    def step(fraction: float) -> None:
+        steps.append(time.process_time())
+
+    if whole:
+        run_case(found.loaded, folder, progress=step)
+    analysis = analysis_of(found.loaded.case, name, warnings)
+    analysis.make_ready(warnings)
+    found.method = analysis.method()[0]
+    solve = RecordedSolve(found.loaded, analysis, folder, False, warnings)
+    found.solution = solve.run(step, time.perf_counter(), jit.compile_time())
+
+
+@contextmanager
+def _limited(limit: float) -> Iterator[None]:
+    """So much processor time; a kernel that never returns ends the process, ten times as late."""
+
+    def over(number: int, frame: FrameType | None) -> None:
+        raise _TimeUp
+
+    before = signal.signal(signal.SIGPROF, over)
+    faulthandler.dump_traceback_later(max(120.0, 10.0 * limit), exit=True)
+    signal.setitimer(signal.ITIMER_PROF, limit)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        faulthandler.cancel_dump_traceback_later()
+        signal.signal(signal.SIGPROF, before)

@@ -1,0 +1,198 @@
+"""Whether what a solve gave can be true: numbers, books, momentum, and what passed through what."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from fsm.kernels.rotation import rotation_matrix
+from fsm.results.solution import Solution
+from fsm.scene.case import Case
+from fsm.scene.scene import Scene
+
+__all__ = ["TOLD", "Verdict", "free_of_ground", "judge", "momentum_error"]
+
+TOLD = 1e-3
+"""Energy error, part of the energy turned over, from which on a run must say so itself."""
+_BOOKS = 1e-8
+"""What the recorded energies may differ from their own balance by."""
+_UNIT = 1e-12
+"""What a quaternion may be off its length by."""
+_LINEAR, _ANGULAR = 1e-7, 5e-2
+"""What the momentum of a free scene may change by, of its parts' sum: it is kept by every method, the angular one is not."""
+
+Verdict = list[str]
+"""What is wrong; empty if nothing is."""
+
+
+def judge(case: Case, solution: Solution) -> Verdict:
+    """Everything that a result says against itself."""
+    found = [*_not_finite(solution)]
+    if found:
+        return found
+    found += [*_unfinished(case, solution), *_books(solution), *_silence(solution), *_turned(solution)]
+    if case.scene is not None:
+        found += [*_momentum(case, solution), *_kinetic(case.scene, solution), *_fallen(case, solution)]
+    return found
+
+
+def _not_finite(solution: Solution) -> Iterator[str]:
+    for name in ("time", "q", "u", "travel", "force", "shape", "pair_force", "pair_friction", "pair_slip"):
+        if not np.isfinite(getattr(solution, name)).all():
+            yield f"{name} is not finite"
+    for name, values in solution.energy.items():
+        if not np.isfinite(values).all():
+            yield f"energy {name} is not finite"
+    for path in _odd_numbers(solution.summary, "summary"):
+        yield f"{path} is not finite"
+
+
+def _odd_numbers(value: Any, path: str) -> Iterator[str]:
+    if isinstance(value, Mapping):
+        for key, item in value.items():
+            yield from _odd_numbers(item, f"{path}.{key}")
+    elif isinstance(value, list | tuple):
+        for item in value:
+            yield from _odd_numbers(item, path)
+    elif isinstance(value, float) and not math.isfinite(value):
+        yield path
+
+
+def _unfinished(case: Case, solution: Solution) -> Iterator[str]:
+    """Stopped early without a word."""
+    end = case.solve.end_time
+    if case.analysis == "vibrate":
+        end = case.vibration.duration if case.vibration is not None and case.impact is not None else None
+    if end is not None and abs(solution.time[-1] - end) > 1e-9 * end:
+        yield f"ends at {solution.time[-1]:.6g} s, not at {end:.6g} s"
+    if case.drive and end is None and abs(solution.travel[-1, 0] - case.drive[0].travel) > 1e-9 * case.drive[0].travel:
+        yield f"ends at {solution.travel[-1, 0]:.6g} m of travel, not at {case.drive[0].travel:.6g} m"
+    if (np.diff(solution.time) <= 0.0).any():
+        yield "time does not increase"
+
+
+def turnover(solution: Solution) -> float:
+    """Largest energy that was stored, put in or dissipated, J."""
+    names = [name for name in solution.energy if name not in ("error", "work", "dissipated")]
+    stored = np.sum([solution.energy[name] for name in names], axis=0)
+    parts = [stored - stored[0], solution.energy["work"], solution.energy["dissipated"], solution.energy["kinetic"]]
+    return float(max(np.abs(part).max() for part in parts))
+
+
+def _books(solution: Solution) -> Iterator[str]:
+    """The recorded energies against their own sum, and dissipation that gives."""
+    energy, scale = solution.energy, turnover(solution)
+    names = [name for name in energy if name not in ("error", "work", "dissipated", "kinetic")]
+    potential = np.sum([energy[name] for name in names], axis=0)
+    size = scale + float(max(np.abs(energy[name]).max() for name in names)) if names else scale
+    off = potential + energy["kinetic"] + energy["dissipated"] - energy["work"] - energy["error"]
+    if solution.summary["method"] != "static" and not solution.summary["events"]:
+        off = np.abs(off - off[0]).max()
+        if off > _BOOKS * size:
+            yield f"energies do not add up: off by {off:.2g} J of {size:.2g} J"
+    back = float(np.diff(energy["dissipated"]).min(initial=0.0))
+    if back < -1e-6 * scale:
+        yield f"dissipated energy falls by {-back:.2g} J of {scale:.2g} J turned over"
+
+
+def _silence(solution: Solution) -> Iterator[str]:
+    """A balance that is off, or states that are unstable, without a word."""
+    summary = solution.summary
+    said = " ".join(summary["warnings"])
+    if summary["energy_error"] > TOLD and "energy balance" not in said:
+        yield f"energy balance off by {summary['energy_error']:.2g} and nothing said"
+    if summary["unstable_equilibria"] and "unstable" not in said:
+        yield "unstable equilibria and nothing said"
+
+
+def _turned(solution: Solution) -> Iterator[str]:
+    """Quaternions that are none."""
+    if solution.layout.dimension == "spatial" and solution.layout.film is None and solution.array is None:
+        length = np.linalg.norm(solution.q.reshape(len(solution), -1, 7)[:, :, 3:], axis=2)
+        if np.abs(length - 1.0).max() > _UNIT:
+            yield f"quaternions off their length by {np.abs(length - 1.0).max():.2g}"
+
+
+def free_of_ground(case: Case) -> bool:
+    """Whether nothing acts on the scene from outside."""
+    scene = case.scene
+    if scene is None or any(body.held for body in scene.bodies) or case.load or case.obstacle or case.drive:
+        return False
+    return not any(case.gravity)
+
+
+def _moving(case: Case, solution: Solution) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Masses (n,), velocities and places of the free bodies (records, n, 3)."""
+    assert case.scene is not None
+    masses = {body.name: body.mass for body in case.scene.bodies}
+    n = len(solution.layout.body_names)
+    q, u = (values.reshape(len(solution), n, -1) for values in (solution.q, solution.u))
+    mass = np.array([masses[name] for name in solution.layout.body_names])
+    if solution.layout.dimension == "spatial":
+        return mass, u[:, :, :3], q[:, :, :3]
+    x, v = np.zeros((len(solution), n, 3)), np.zeros((len(solution), n, 3))
+    x[:, :, [0, 2]], v[:, :, [0, 2]] = q[:, :, :2], u[:, :, :2]
+    return mass, v, x
+
+
+def momentum_error(case: Case, solution: Solution) -> tuple[float, float]:
+    """Largest change of linear and of angular momentum, of the sum over the bodies of their magnitudes."""
+    assert case.scene is not None
+    mass, v, x = _moving(case, solution)
+    linear = np.einsum("i,tij->tj", mass, v)
+    size = float(np.einsum("i,ti->t", mass, np.linalg.norm(v, axis=2)).max())
+    inertia = {body.name: np.array(body.inertia) for body in case.scene.bodies}
+    moments = np.array([inertia[name] for name in solution.layout.body_names])
+    q, u = (values.reshape(len(solution), len(mass), -1) for values in (solution.q, solution.u))
+    spin = np.zeros_like(v)
+    if solution.layout.dimension == "spatial":
+        for t in range(len(solution)):
+            for i in range(len(mass)):
+                spin[t, i] = rotation_matrix(np.ascontiguousarray(q[t, i, 3:])) @ (moments[i] * u[t, i, 3:])
+    else:
+        spin[:, :, 1] = moments[:, 1] * u[:, :, 2]
+    orbit = np.einsum("i,tij->tij", mass, np.cross(x - x[0].mean(axis=0), v))
+    angular = (orbit + spin).sum(axis=1)
+    turn = float((np.linalg.norm(orbit, axis=2) + np.linalg.norm(spin, axis=2)).sum(axis=1).max())
+    return (
+        float(np.abs(linear - linear[0]).max() / size) if size else 0.0,
+        float(np.abs(angular - angular[0]).max() / turn) if turn else 0.0,
+    )
+
+
+def _momentum(case: Case, solution: Solution) -> Iterator[str]:
+    if not free_of_ground(case):
+        return
+    linear, angular = momentum_error(case, solution)
+    if linear > _LINEAR:
+        yield f"linear momentum changes by {linear:.2g}"
+    if angular > max(_ANGULAR, 20.0 * case.solve.rtol):
+        yield f"angular momentum changes by {angular:.2g}"
+
+
+def _kinetic(scene: Scene, solution: Solution) -> Iterator[str]:
+    """Kinetic energy from masses and velocities, without any kernel."""
+    n = len(solution.layout.body_names)
+    bodies = {body.name: body for body in scene.bodies}
+    u = solution.u.reshape(len(solution), n, -1)
+    mass = np.array([bodies[name].mass for name in solution.layout.body_names])
+    inertia = np.array([bodies[name].inertia for name in solution.layout.body_names])
+    if solution.layout.dimension == "spatial":
+        energy = 0.5 * (mass[:, None] * u[:, :, :3] ** 2 + inertia * u[:, :, 3:] ** 2).sum(axis=(1, 2))
+    else:
+        turning = inertia[:, 1] * u[:, :, 2] ** 2
+        energy = 0.5 * (mass[:, None] * u[:, :, :2] ** 2).sum(axis=(1, 2)) + 0.5 * turning.sum(axis=1)
+    if solution.summary["method"] != "static" and np.abs(energy - solution.energy["kinetic"]).max() > 1e-10 * energy.max():
+        yield "kinetic energy is not that of its velocities"
+
+
+def _fallen(case: Case, solution: Solution) -> Iterator[str]:
+    """Plates that are below a flat table by more than their thickness, without a word."""
+    if not case.obstacle or case.obstacle[0].shape != "plane":
+        return
+    lowest = float(solution.shape[..., 2].min())
+    if lowest < -solution.layout.thickness and not any("penetrate" in text for text in solution.summary["warnings"]):
+        yield f"a plate goes {-lowest:.2g} m below the table and nothing is said"

@@ -1,0 +1,60 @@
+"""The scenes of a campaign: which kind a number is, and what it is."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from fsm.errors import CaseError
+from fsm.scene.load_case import LoadedCase, read_case
+from fsm.scene.toml_text import case_text
+from validation.stress.chains import draw_chain, draw_stack
+from validation.stress.dice import Dice, Tables
+from validation.stress.films import draw_film, draw_scissor
+from validation.stress.strips import draw_lattice, draw_strip
+
+__all__ = ["KINDS", "Drawn", "draw", "loaded"]
+
+KINDS: dict[str, tuple[Callable[[Dice], Tables], int]] = {
+    "strip": (draw_strip, 28),
+    "lattice": (draw_lattice, 14),
+    "chain": (draw_chain, 25),
+    "stack": (draw_stack, 17),
+    "film": (draw_film, 8),
+    "scissor": (draw_scissor, 8),
+}
+"""How each kind is drawn, and how many of a hundred scenes are of it."""
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A scene of a campaign: its number, kind and case, and whether a second solver is to look at it."""
+
+    number: int
+    kind: str
+    tables: Tables
+    second: bool
+
+
+def draw(seed: int, number: int, kinds: tuple[str, ...] = tuple(KINDS), sample: float = 0.15) -> Drawn:
+    """Scene of a number; `sample` is the part of the scenes that a second solver looks at."""
+    dice = Dice(seed, number)
+    kind = dice.one_of(kinds, [KINDS[name][1] for name in kinds])
+    second = dice.chance(sample)
+    return Drawn(number, kind, json.loads(json.dumps(KINDS[kind][0](dice))), second)
+
+
+def loaded(tables: dict[str, Any], name: str) -> LoadedCase:
+    """The case of these tables, as if read from a file; its text must give the same case again.
+
+    Raises
+    ------
+    CaseError
+    """
+    case, faults = read_case(tables, Path())
+    if faults or case is None:
+        raise CaseError(faults, name)
+    return LoadedCase(case, case_text(case), Path(name))

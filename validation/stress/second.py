@@ -1,0 +1,116 @@
+"""A second opinion: the same scene by another method, or with other increments."""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fsm.results.solution import Solution
+from validation.stress.attempt import Attempt, attempt
+
+__all__ = ["Opinion", "second_opinion"]
+
+_SAME = 2e-2
+"""Difference, part of the size of what moves, up to which two solvers agree."""
+_FINER = 1e-2
+"""Factor on rtol where they do not, to see who was right."""
+_NUDGE = 1e-6
+"""Part by which the end of a sensitive scene is made to differ: its speeds or its first load are changed by so much."""
+
+
+@dataclass(frozen=True)
+class Opinion:
+    """What the second solver says: "agrees", "loose", "sensitive", "none" or "differs", and by how much."""
+
+    says: str
+    difference: float
+    by: str
+
+
+def second_opinion(tables: dict[str, Any], first: Attempt, limit: float) -> Opinion:
+    """Solve it again another way, and where the two differ, find out why.
+
+    "loose": they agree at a finer tolerance, so the tolerance asked for was too coarse; "sensitive": the finer ones differ
+    as much as when one of them is nudged by 1e-6; "none": the other could not, in the time it has.
+    """
+    other, by = _otherwise(tables, first.method)
+    again = attempt(other, limit)
+    if first.solution is None or again.solution is None:
+        return Opinion("none", 0.0, by)
+    difference = _difference(first.solution, again.solution)
+    if difference <= _SAME:
+        return Opinion("agrees", difference, by)
+    fine, fine_other = attempt(_finer(tables), 2.0 * limit), attempt(_finer(other), 2.0 * limit)
+    if fine.solution is None or fine_other.solution is None:
+        return Opinion("none", difference, by)
+    left = _difference(fine.solution, fine_other.solution)
+    if left <= _SAME:
+        return Opinion("loose" if tables["solve"]["rtol"] > 1e-7 else "differs", difference, by)
+    nudged = attempt(_nudged(_finer(tables)), 2.0 * limit)
+    if nudged.solution is None:
+        return Opinion("none", left, by)
+    return Opinion("sensitive" if _difference(fine.solution, nudged.solution) > 0.1 * left else "differs", left, by)
+
+
+def _otherwise(tables: dict[str, Any], method: str) -> tuple[dict[str, Any], str]:
+    """The same scene for another solver."""
+    other = copy.deepcopy(tables)
+    solve = other["solve"]
+    for key in ("step", "rho_inf", "max_step"):
+        solve.pop(key, None)
+    if method == "static":
+        solve["method"] = "static"
+        solve["increment"] = other["drive"][0]["travel"] / 1000.0
+        return other, "static, increments of a thousandth"
+    if other.get("analysis") == "vibrate":
+        other["vibration"]["model"] = "full"
+        return other, "full model"
+    solve["method"] = "generalized-alpha" if method != "generalized-alpha" else "Radau-blocks"
+    if _flat(other):
+        solve["spatial"] = True
+        return other, f"{solve['method']}, in space"
+    return other, solve["method"]
+
+
+def _flat(tables: dict[str, Any]) -> bool:
+    """Whether the scene lies in its plane and is one that may be solved in space as well."""
+    return "scene" in tables and "obstacle" not in tables and "load" not in tables
+
+
+def _finer(tables: dict[str, Any]) -> dict[str, Any]:
+    fine = copy.deepcopy(tables)
+    solve = fine["solve"]
+    solve["rtol"] = max(1e-10, _FINER * solve["rtol"])
+    solve["max_steps"] = 20 * solve["max_steps"]
+    for key in ("step", "increment"):
+        if key in solve:
+            solve[key] *= 0.2
+    return fine
+
+
+def _nudged(tables: dict[str, Any]) -> dict[str, Any]:
+    nudged = copy.deepcopy(tables)
+    if "scene" in nudged:
+        for body in nudged["scene"]["bodies"]:
+            body["velocity"] = [x * (1.0 + _NUDGE) for x in body["velocity"]]
+            body["position"] = [x * (1.0 + _NUDGE) for x in body["position"]]
+    for section, key in (("strip", "fold_angle"), ("lattice", "angle"), ("scissor", "initial_angle"), ("tension", "pull")):
+        if nudged.get(section, {}).get(key):
+            nudged[section][key] *= 1.0 + _NUDGE
+    return nudged
+
+
+def _difference(one: Solution, two: Solution) -> float:
+    """Largest distance of what both show at a time both have, of its size and motion."""
+    common, a, b = np.intersect1d(one.time, two.time, return_indices=True)
+    if len(common) < 2:
+        n = min(len(one), len(two))
+        a = b = np.arange(n)
+    first, second = one.shape[a].reshape(len(a), -1, 3), two.shape[b].reshape(len(b), -1, 3)
+    if not first.size:
+        return 0.0
+    size = float(np.ptp(first[0], axis=0).max() + np.abs(first - first[0]).max())
+    return float(np.abs(first - second).max() / size)
