@@ -13,6 +13,7 @@ from scipy import sparse
 from scipy.integrate import BDF, LSODA, OdeSolver, Radau
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
+from fsm.errors import NotConverged
 from fsm.solve.radau_structured import SecondOrderJacobian, StructuredRadau, second_order_jacobian
 from fsm.system import System
 
@@ -20,6 +21,8 @@ __all__ = ["FirstOrder", "make_solver"]
 
 _FIRST_STEP = 1e-6
 """LSODA's first step as a fraction of the time to go."""
+_LARGEST = 2e8
+"""Numbers in LSODA's matrix, full or banded, that are asked of the memory at most."""
 _BAND_WORTHWHILE = 0.25
 """LSODA takes the banded Jacobian when the band is at most this fraction of the matrix."""
 
@@ -120,6 +123,12 @@ def _lsoda(
     # from rest its own first step is far too long for stiff springs, and it gives up after ten cuts
     options: dict[str, Any] = {"rtol": rtol, "max_step": max_step, "first_step": min(_FIRST_STEP * (end - t), max_step)}
     banded = lower + upper + 1 <= _BAND_WORTHWHILE * len(y) and equations.system.fixed_pattern
+    entries = len(y) * (2 * lower + upper + 1 if banded else len(y))
+    if entries > _LARGEST:
+        raise NotConverged(
+            f"at t = {t:.6g} s: LSODA would need a matrix of {8e-9 * entries:.3g} GB for these {len(y)} states; take "
+            'method = "generalized-alpha" or "Radau-blocks"'
+        )
     if not banded:
         return LSODA(
             equations.rate, t, y, end, atol=atol, jac=lambda t, y: equations.jacobian(t, y).toarray(), **options

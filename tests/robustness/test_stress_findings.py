@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from fsm.analyses.choose import analysis_of
-from fsm.errors import CaseError
+from fsm.errors import CaseError, NotConverged
 from fsm.results.solution import Solution
+from fsm.solve import scipy_ivp
 from fsm.solve.books import Books
 from fsm.solve.simulate import Statistics
 from validation.stress.attempt import attempt
@@ -123,3 +124,14 @@ def test_what_drives_heavy_bodies_is_balanced(method: str) -> None:
     mass = 1e3 * 0.01 * _side(LATTICE) ** 2
     assert result.energy["kinetic"][going][-1] > 0.5 * mass * 100.0**2
     assert result.energy["kinetic"][-1] < 0.1 * mass * 100.0**2
+
+
+def test_lsoda_is_refused_a_matrix_of_gigabytes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A strip of thousands of segments in contact has no band; 24 GB were asked for, with a traceback."""
+    system = analysis_of(loaded(LATTICE, "scene").case).system
+    equations = scipy_ivp.FirstOrder(system)
+    y = equations.initial()
+    scipy_ivp.make_solver("LSODA", equations, 0.0, y, 1.0, 1e-4, np.inf)
+    monkeypatch.setattr(scipy_ivp, "_LARGEST", len(y))
+    with pytest.raises(NotConverged, match=f"GB for these {len(y)} states; take method"):
+        scipy_ivp.make_solver("LSODA", equations, 0.0, y, 1.0, 1e-4, np.inf)

@@ -65,12 +65,12 @@ def attempt(tables: dict[str, Any], limit: float, name: str = "scene", whole: bo
     Parameters
     ----------
     tables : as its file would have them
-    limit : s of processor time for a small scene
+    limit : s of processor time for a small scene, compiling not counted
     name : what it is called in messages
     whole : as `fsm run` does, with curves and plots
     """
     found = Attempt("finished")
-    begun, compiled = time.process_time(), jit.compile_time()
+    begun = time.process_time()
     steps: list[float] = [begun]
     with python_warnings.catch_warnings(record=True) as caught, tempfile.TemporaryDirectory() as folder:
         python_warnings.simplefilter("always")
@@ -84,8 +84,7 @@ def attempt(tables: dict[str, Any], limit: float, name: str = "scene", whole: bo
         except FsmError as error:
             found.end, found.what = "failed", str(error)
         except _TimeUp:
-            late = jit.compile_time() - compiled > 0.2 * limit or steps[-1] - begun > 0.5 * limit
-            found.end = "cut off" if late else "hang"
+            found.end = "cut off" if steps[-1] - begun > 0.5 * limit else "hang"
             found.what = f"{limit:.3g} s are over, the last step was taken at {steps[-1] - begun:.1f} s"
         except Exception as error:
             place = traceback.extract_tb(error.__traceback__)
@@ -94,6 +93,15 @@ def attempt(tables: dict[str, Any], limit: float, name: str = "scene", whole: bo
     found.warned = sorted({f"{item.category.__name__}: {item.message}" for item in caught})
     found.cpu = time.process_time() - begun
     return found
+
+
+def _compiling(frame: FrameType | None) -> bool:
+    """Whether the compiler is at work, which must not be stopped half way."""
+    while frame is not None:
+        if "/numba/" in frame.f_code.co_filename or "/llvmlite/" in frame.f_code.co_filename:
+            return True
+        frame = frame.f_back
+    return False
 
 
 def _bodies(tables: dict[str, Any]) -> int:
@@ -120,10 +128,15 @@ def _solve(found: Attempt, name: str, folder: Path, steps: list[float], whole: b
 
 @contextmanager
 def _limited(limit: float) -> Iterator[None]:
-    """So much processor time; a kernel that never returns ends the process, ten times as late."""
+    """So much processor time but for compiling; a kernel that never returns ends the process, ten times as late."""
+    granted = jit.compile_time()
 
     def over(number: int, frame: FrameType | None) -> None:
-        raise _TimeUp
+        nonlocal granted
+        more, granted = jit.compile_time() - granted, jit.compile_time()
+        if not more and not _compiling(frame):
+            raise _TimeUp
+        signal.setitimer(signal.ITIMER_PROF, max(0.5, more))
 
     before = signal.signal(signal.SIGPROF, over)
     faulthandler.dump_traceback_later(max(120.0, 10.0 * limit), exit=True)

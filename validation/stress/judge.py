@@ -33,7 +33,8 @@ def judge(case: Case, solution: Solution) -> Verdict:
     found = [*_not_finite(solution)]
     if found:
         return found
-    found += [*_unfinished(case, solution), *_books(solution), *_silence(solution), *_turned(solution)]
+    found += [*_unfinished(case, solution), *_books(solution), *_turned(solution)]
+    found += _silence(solution, case.solve.energy_abort)
     if case.scene is not None:
         found += [*_momentum(case, solution), *_kinetic(case.scene, solution), *_fallen(case, solution)]
     return found
@@ -98,12 +99,14 @@ def _books(solution: Solution) -> Iterator[str]:
         yield f"dissipated energy falls by {-back:.2g} J of {scale:.2g} J turned over"
 
 
-def _silence(solution: Solution) -> Iterator[str]:
-    """A balance that is off, or states that are unstable, without a word."""
+def _silence(solution: Solution, abort: float) -> Iterator[str]:
+    """A balance that is off, or states that are unstable, without a word; modes have no tolerance to tighten."""
     summary = solution.summary
     said = " ".join(summary["warnings"])
     if summary["energy_error"] > TOLD and "energy balance" not in said:
         yield f"energy balance off by {summary['energy_error']:.2g} and nothing said"
+    if summary["energy_error"] > abort and summary["method"] != "modal":
+        yield f"energy balance off by {summary['energy_error']:.2g}, more than energy_abort, and not stopped"
     if summary["unstable_equilibria"] and "unstable" not in said:
         yield "unstable equilibria and nothing said"
 

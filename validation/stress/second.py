@@ -14,7 +14,9 @@ from validation.stress.attempt import Attempt, attempt
 __all__ = ["Opinion", "second_opinion"]
 
 _SAME = 2e-2
-"""Difference, part of the size of what moves, up to which two solvers agree."""
+"""Difference, part of the way that something has gone, up to which two solvers agree."""
+_TOLERANCES = 30.0
+"""So many rtol of its size are added to that way: errors of steps add up."""
 _FINER = 1e-2
 """Factor on rtol where they do not, to see who was right."""
 _NUDGE = 1e-6
@@ -40,19 +42,21 @@ def second_opinion(tables: dict[str, Any], first: Attempt, limit: float) -> Opin
     again = attempt(other, limit)
     if first.solution is None or again.solution is None:
         return Opinion("none", 0.0, by)
-    difference = _difference(first.solution, again.solution)
+    rtol = tables["solve"]["rtol"]
+    difference = _difference(first.solution, again.solution, rtol)
     if difference <= _SAME:
         return Opinion("agrees", difference, by)
     fine, fine_other = attempt(_finer(tables), 2.0 * limit), attempt(_finer(other), 2.0 * limit)
     if fine.solution is None or fine_other.solution is None:
         return Opinion("none", difference, by)
-    left = _difference(fine.solution, fine_other.solution)
+    left = _difference(fine.solution, fine_other.solution, _FINER * rtol)
     if left <= _SAME:
-        return Opinion("loose" if tables["solve"]["rtol"] > 1e-7 else "differs", difference, by)
+        return Opinion("loose" if rtol > 1e-7 else "differs", difference, by)
     nudged = attempt(_nudged(_finer(tables)), 2.0 * limit)
     if nudged.solution is None:
         return Opinion("none", left, by)
-    return Opinion("sensitive" if _difference(fine.solution, nudged.solution) > 0.1 * left else "differs", left, by)
+    moved = _difference(fine.solution, nudged.solution, _FINER * rtol)
+    return Opinion("sensitive" if moved > 0.1 * left else "differs", left, by)
 
 
 def _otherwise(tables: dict[str, Any], method: str) -> tuple[dict[str, Any], str]:
@@ -103,8 +107,8 @@ def _nudged(tables: dict[str, Any]) -> dict[str, Any]:
     return nudged
 
 
-def _difference(one: Solution, two: Solution) -> float:
-    """Largest distance of what both show at a time both have, of its size and motion."""
+def _difference(one: Solution, two: Solution, rtol: float) -> float:
+    """Largest distance of what both show at a time both have, of the way it has gone; motions within `rtol` count little."""
     common, a, b = np.intersect1d(one.time, two.time, return_indices=True)
     if len(common) < 2:
         n = min(len(one), len(two))
@@ -112,5 +116,5 @@ def _difference(one: Solution, two: Solution) -> float:
     first, second = one.shape[a].reshape(len(a), -1, 3), two.shape[b].reshape(len(b), -1, 3)
     if not first.size:
         return 0.0
-    size = float(np.ptp(first[0], axis=0).max() + np.abs(first - first[0]).max())
-    return float(np.abs(first - second).max() / size)
+    way = float(np.abs(first - first[0]).max()) + _TOLERANCES * rtol * float(np.ptp(first[0], axis=0).max())
+    return float(np.abs(first - second).max() / way)
