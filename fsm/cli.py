@@ -124,7 +124,7 @@ def _version(ctx: click.Context, parameter: click.Parameter, value: bool) -> Non
 )
 @debug_option
 def cli() -> None:
-    """Deployment of folded strips and creased sheets by finite-segment multibody dynamics."""
+    """Deployment of folded strips, creased sheets and scissor arrays, and vibration of tensioned films."""
 
 
 @cli.command()

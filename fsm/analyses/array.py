@@ -15,9 +15,10 @@ from fsm.ancf.hinge import HingeGroup
 from fsm.ancf.loading import Forcing, Loading
 from fsm.ancf.mesh import Mesh, node_pattern
 from fsm.scene.builders.scissor import Array, array_at
-from fsm.scene.loads import Constant, Ramp, TimeFunction
+from fsm.scene.loads import Ramp, TimeFunction
 from fsm.scene.materials import Material
 from fsm.scene.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
+from fsm.segments.time_function import breaks, factor, slope
 
 __all__ = ["compile_array"]
 
@@ -30,25 +31,15 @@ class _Factor:
 
     def at(self, t: float) -> tuple[float, float, float]:
         """Value, slope and curvature."""
-        if isinstance(self.function, Constant):
-            return 1.0, 0.0, 0.0
-        if isinstance(self.function, Ramp):
+        bend = 0.0
+        if isinstance(self.function, Ramp) and self.function.start < t < self.function.end:
             length = self.function.end - self.function.start
-            x = min(1.0, max(0.0, (t - self.function.start) / length))
-            return x * x * (3.0 - 2.0 * x), 6.0 * x * (1.0 - x) / length, 6.0 * (1.0 - 2.0 * x) / length**2
-        time, value = np.array(self.function.time), np.array(self.function.value)
-        piece = int(np.searchsorted(time, t)) - 1
-        inside = 0 <= piece < len(time) - 1
-        slope = (value[piece + 1] - value[piece]) / (time[piece + 1] - time[piece]) if inside else 0.0
-        return float(np.interp(t, time, value)), float(slope), 0.0
+            bend = 6.0 * (1.0 - 2.0 * (t - self.function.start) / length) / length**2
+        return factor(self.function, t), slope(self.function, t), bend
 
     def breaks(self) -> tuple[float, ...]:
         """Times at which it is not smooth, s."""
-        if isinstance(self.function, Constant):
-            return ()
-        if isinstance(self.function, Ramp):
-            return self.function.start, self.function.end
-        return tuple(self.function.time)
+        return breaks(self.function)
 
 
 def compile_array(

@@ -26,8 +26,8 @@ _REST, _STIFFNESS, _DAMPING, _FRICTION, _SPEED, _LIMIT, _STOP, _RESTITUTION = ra
 
 
 @kernel(inline=True)
-def _angle(vectors: np.ndarray, q: np.ndarray) -> tuple[float, float, float, float]:
-    """Both slopes of a hinge."""
+def _slopes(vectors: np.ndarray, q: np.ndarray) -> tuple[float, float, float, float]:
+    """Both slopes of a hinge, or their rates."""
     a, b = vectors[0], vectors[1]
     return q[a], q[a + 1], q[b], q[b + 1]
 
@@ -69,7 +69,7 @@ def _moment(turn: float, rate: float, law: np.ndarray) -> tuple[float, float, fl
 def _turns(vectors: np.ndarray, initial: np.ndarray, sign: np.ndarray, q: np.ndarray) -> np.ndarray:
     turns = np.empty(vectors.shape[0])
     for k in range(vectors.shape[0]):
-        px, py, qx, qy = _angle(vectors[k], q)
+        px, py, qx, qy = _slopes(vectors[k], q)
         turns[k] = _turn(px, py, qx, qy, initial[k], sign[k])
     return turns
 
@@ -81,8 +81,8 @@ def _add_force(
 ) -> None:  # fmt: skip
     gradient = np.empty(4)
     for k in range(vectors.shape[0]):
-        px, py, qx, qy = _angle(vectors[k], q)
-        vx, vy, wx, wy = _angle(vectors[k], u)
+        px, py, qx, qy = _slopes(vectors[k], q)
+        vx, vy, wx, wy = _slopes(vectors[k], u)
         _gradient(px, py, qx, qy, sign[k], gradient)
         rate = gradient[0] * vx + gradient[1] * vy + gradient[2] * wx + gradient[3] * wy
         moment, _, _ = _moment(_turn(px, py, qx, qy, initial[k], sign[k]), rate, law[k])
@@ -98,8 +98,8 @@ def _add_tangent(
 ) -> None:  # fmt: skip
     gradient, hessian, turned = np.empty(4), np.zeros((4, 4)), np.empty(4)
     for k in range(vectors.shape[0]):
-        px, py, qx, qy = _angle(vectors[k], q)
-        vx, vy, wx, wy = _angle(vectors[k], u)
+        px, py, qx, qy = _slopes(vectors[k], q)
+        vx, vy, wx, wy = _slopes(vectors[k], u)
         _gradient(px, py, qx, qy, sign[k], gradient)
         p4, q4 = sign[k] / (px * px + py * py) ** 2, sign[k] / (qx * qx + qy * qy) ** 2
         hessian[0, 0], hessian[0, 1] = -2.0 * px * py * p4, (px * px - py * py) * p4

@@ -14,6 +14,7 @@ from __future__ import annotations
 import numpy as np
 
 from fsm.kernels.jit import kernel
+from fsm.kernels.small_blocks import invert, is_zero, negative_eigenvalues, subtract_product
 
 __all__ = [
     "backward_error", "count_negative", "factorise", "fill_in", "is_symmetric", "multiply_blocks", "solve_refined",
@@ -112,118 +113,6 @@ def fill_in(
     return full, filled, diagonal, place
 
 
-@kernel(inline=True)
-def _subtract_product(out: np.ndarray, a: np.ndarray, b: np.ndarray) -> None:
-    """out -= a b; loops of fixed length are unrolled, so the sizes of every day have their own."""
-    size = out.shape[0]
-    if size == 3:
-        for i in range(3):
-            for j in range(3):
-                out[i, j] -= a[i, 0] * b[0, j] + a[i, 1] * b[1, j] + a[i, 2] * b[2, j]
-    elif size == 6:
-        for i in range(6):
-            for k in range(6):
-                factor = a[i, k]
-                for j in range(6):
-                    out[i, j] -= factor * b[k, j]
-    elif size == 9:
-        for i in range(9):
-            # a row in registers; as a loop over j it is stored and loaded again for every k
-            r0, r1, r2, r3, r4 = out[i, 0], out[i, 1], out[i, 2], out[i, 3], out[i, 4]
-            r5, r6, r7, r8 = out[i, 5], out[i, 6], out[i, 7], out[i, 8]
-            for k in range(9):
-                factor = a[i, k]
-                r0 -= factor * b[k, 0]
-                r1 -= factor * b[k, 1]
-                r2 -= factor * b[k, 2]
-                r3 -= factor * b[k, 3]
-                r4 -= factor * b[k, 4]
-                r5 -= factor * b[k, 5]
-                r6 -= factor * b[k, 6]
-                r7 -= factor * b[k, 7]
-                r8 -= factor * b[k, 8]
-            out[i, 0], out[i, 1], out[i, 2], out[i, 3], out[i, 4] = r0, r1, r2, r3, r4
-            out[i, 5], out[i, 6], out[i, 7], out[i, 8] = r5, r6, r7, r8
-    else:
-        for i in range(size):
-            for k in range(size):
-                factor = a[i, k]
-                for j in range(size):
-                    out[i, j] -= factor * b[k, j]
-
-
-@kernel(inline=True)
-def _is_zero(block: np.ndarray) -> bool:
-    for i in range(block.shape[0]):
-        for j in range(block.shape[1]):
-            if block[i, j] != 0.0:
-                return False
-    return True
-
-
-@kernel
-def _invert(block: np.ndarray, work: np.ndarray) -> bool:
-    """Inverse of a small block in place (Gauss-Jordan, rows exchanged); False if it is singular."""
-    size = block.shape[0]
-    for i in range(size):
-        for j in range(size):
-            work[i, j] = block[i, j]
-            block[i, j] = 0.0
-        block[i, i] = 1.0
-    for k in range(size):
-        best, row = 0.0, k
-        for i in range(k, size):
-            if abs(work[i, k]) > best:
-                best, row = abs(work[i, k]), i
-        if not best > 0.0:
-            return False
-        if row != k:
-            for j in range(size):
-                work[k, j], work[row, j] = work[row, j], work[k, j]
-                block[k, j], block[row, j] = block[row, j], block[k, j]
-        scale = 1.0 / work[k, k]
-        for j in range(size):
-            work[k, j] *= scale
-            block[k, j] *= scale
-        for i in range(size):
-            if i != k:
-                factor = work[i, k]
-                if factor != 0.0:
-                    for j in range(size):
-                        work[i, j] -= factor * work[k, j]
-                        block[i, j] -= factor * block[k, j]
-    return True
-
-
-@kernel
-def _negative(block: np.ndarray, work: np.ndarray) -> int:
-    """Negative eigenvalues of the symmetric part of a small block: signs of its LDL^T pivots, the largest first."""
-    size = block.shape[0]
-    for i in range(size):
-        for j in range(size):
-            work[i, j] = 0.5 * (block[i, j] + block[j, i])
-    count = 0
-    for k in range(size):
-        best, row = -1.0, k
-        for i in range(k, size):
-            if abs(work[i, i]) > best:
-                best, row = abs(work[i, i]), i
-        if row != k:
-            for j in range(size):
-                work[k, j], work[row, j] = work[row, j], work[k, j]
-            for i in range(size):
-                work[i, k], work[i, row] = work[i, row], work[i, k]
-        if work[k, k] < 0.0:
-            count += 1
-        if work[k, k] == 0.0:
-            continue
-        for i in range(k + 1, size):
-            factor = work[i, k] / work[k, k]
-            for j in range(k + 1, size):
-                work[i, j] -= factor * work[k, j]
-    return count
-
-
 @kernel
 def is_symmetric(data: np.ndarray, transposed: np.ndarray, tolerance: float) -> bool:
     """Whether block data are those of a symmetric matrix, to a tolerance relative to the largest entry of each block.
@@ -291,7 +180,7 @@ def factorise(
     factors[:] = 0.0
     used = np.zeros(factors.shape[0], dtype=np.bool_)
     for k in range(data.shape[0]):
-        if not _is_zero(data[k]):
+        if not is_zero(data[k]):
             factors[place[k]] = data[k]
             used[place[k]] = True
     where = np.empty(count, dtype=np.int64)
@@ -313,13 +202,13 @@ def factorise(
                 for b in range(size):
                     work[a, b] = -factors[first, b, a] if symmetric else -factors[k, a, b]
             factors[k] = 0.0
-            _subtract_product(factors[k], work, factors[diagonal[pivot]])
+            subtract_product(factors[k], work, factors[diagonal[pivot]])
             for m in range(first, indptr[pivot + 1]):
                 if used[m]:
                     target = where[indices[m]]
                     used[target] = True
-                    _subtract_product(factors[target], factors[k], factors[m])
-        if not _invert(factors[diagonal[i]], work):
+                    subtract_product(factors[target], factors[k], factors[m])
+        if not invert(factors[diagonal[i]], work):
             return i
     return -1
 
@@ -330,7 +219,7 @@ def count_negative(diagonal: np.ndarray, factors: np.ndarray) -> int:
     work = np.empty((factors.shape[1], factors.shape[1]))
     total = 0
     for i in range(diagonal.shape[0]):
-        total += _negative(factors[diagonal[i]], work)
+        total += negative_eigenvalues(factors[diagonal[i]], work)
     return total
 
 

@@ -18,6 +18,7 @@ from fsm.scene.planar import out_of_plane
 from fsm.scene.scene import GROUND, Body, ForceElement, Scene
 from fsm.segments.check_scene import check_scene
 from fsm.segments.compile_contacts import compile_contacts
+from fsm.segments.configuration import Bodies
 from fsm.segments.crease_curves import Hysteresis, curve_of, hysteresis_of
 from fsm.segments.drive import PrescribedMotion
 from fsm.segments.elements import BushingGroup, CreaseGroup
@@ -25,7 +26,7 @@ from fsm.segments.group import Group
 from fsm.segments.hysteresis import HysteresisGroup
 from fsm.segments.ligaments import LigamentGroup
 from fsm.segments.loads import AppliedLoad, GravityGroup, LoadGroup
-from fsm.segments.system import Bodies, SegmentSystem
+from fsm.segments.system import SegmentSystem
 
 __all__ = ["compile_scene"]
 

@@ -7,7 +7,6 @@ bodies have no degrees of freedom; the forces on them are summed like all others
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -19,15 +18,11 @@ from fsm.kernels.newton_euler import (
     gyroscopic_damping,
     largest_force,
     motion_energy,
-    quaternion_jacobian,
-    quaternion_rates,
     reactions_to,
-    tangent_from_quaternion,
 )
-from fsm.kernels.place import place_bodies, place_free, pose_difference, retract_poses, shift_body, take_free
-from fsm.kernels.rotation import inverse_tangent_map, rotate_by
-from fsm.scene.scene import Plate
+from fsm.kernels.place import place_free, shift_body, take_free
 from fsm.segments.all_contacts import Contacts
+from fsm.segments.configuration import Bodies, Configuration
 from fsm.segments.contacts import ContactGroup
 from fsm.segments.drive import PrescribedMotion
 from fsm.segments.elements import BushingGroup
@@ -37,36 +32,10 @@ from fsm.segments.loads import LoadGroup
 from fsm.segments.pattern import BodyPattern, body_pattern
 from fsm.system import Before, DriveState, Energy, Linearised, Objection, Observation, Scales
 
-__all__ = ["Bodies", "SegmentSystem"]
+__all__ = ["SegmentSystem"]
 
 
-@dataclass(frozen=True)
-class Bodies:
-    """All bodies, the ground first.
-
-    Attributes
-    ----------
-    names : names
-    pose : (n, 3) or (n, 7) array
-        (x, z, phi), or position and unit quaternion, at time zero.
-    rate : (n, 3) or (n, 6) array
-        At time zero.
-    inertia : (n, 3) or (n, 6) array
-        Mass and moments of inertia, one a degree of freedom.
-    free : int array
-        Bodies with degrees of freedom.
-    plates : (body, plate, panel) of what is drawn
-    """
-
-    names: tuple[str, ...]
-    pose: np.ndarray
-    rate: np.ndarray
-    inertia: np.ndarray
-    free: np.ndarray
-    plates: tuple[tuple[int, Plate, int], ...]
-
-
-class SegmentSystem:
+class SegmentSystem(Configuration):
     """Finite segments behind the `System` protocol; made by `compile_scene`.
 
     Parameters
@@ -86,24 +55,15 @@ class SegmentSystem:
         contacts: tuple[ContactGroup, ...],
         pair_names: tuple[str, ...],
     ) -> None:
-        self.bodies = bodies
-        self.motions = motions
+        super().__init__(bodies, motions)
         self.groups = groups
         self.contacts = Contacts(contacts)
         self.pair_names = pair_names
-        self.size = bodies.rate.shape[1]
-        self.spatial = self.size == 6
         self.fixed_pattern = not contacts
         self.rate_dependent = any(group.rate_dependent for group in groups)
-        self.n_free = len(bodies.free)
-        self.nq = self.n_free * bodies.pose.shape[1]
-        self.nu = self.n_free * self.size
         self._mass = bodies.inertia[bodies.free].ravel()
         self._dof = np.full(len(bodies.names), -1, dtype=np.int64)
         self._dof[bodies.free] = np.arange(self.n_free)
-        self._plate_bodies = np.array([body for body, _, _ in bodies.plates], dtype=np.int64)
-        self._plate_corners = _corners([plate for _, plate, _ in bodies.plates])
-        self._at_rest = np.zeros(bodies.rate.shape)
         self._springs = tuple(group for group in groups if isinstance(group, BushingGroup))
         self._others = tuple(group for group in groups if not isinstance(group, BushingGroup))
         self._sliding = tuple(group for group in groups if isinstance(group, HysteresisGroup))
@@ -115,10 +75,6 @@ class SegmentSystem:
         self._driven_key: tuple[int, ...] = ()
 
     # protocol: configuration ----------------------------------------------------------------------------------------
-
-    def initial(self) -> tuple[np.ndarray, np.ndarray]:
-        """See `System`."""
-        return self.bodies.pose[self.bodies.free].ravel(), self.bodies.rate[self.bodies.free].ravel()
 
     def end_time(self) -> float | None:
         """See `System`."""
@@ -165,44 +121,6 @@ class SegmentSystem:
         span[:, :n] = max(spread, length)
         resolution = self.contacts.resolution * increment / length
         return Scales(length, q.ravel(), u.ravel(), increment.ravel(), span.ravel(), resolution.ravel())
-
-    def kinematic_map(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
-        """See `System`."""
-        return quaternion_rates(q.reshape(-1, 7), u.reshape(-1, 6)).ravel() if self.spatial else u
-
-    def kinematic_jacobian(self, q: np.ndarray, u: np.ndarray) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
-        """See `System`."""
-        if not self.spatial:
-            return sparse.csr_matrix((self.nq, self.nq)), sparse.eye_array(self.nu, format="csr")
-        by_q, by_u = quaternion_jacobian(q.reshape(-1, 7), u.reshape(-1, 6))
-        return _block_diagonal(by_q), _block_diagonal(by_u)
-
-    def tangent_map(self, q: np.ndarray) -> sparse.csr_matrix:
-        """See `System`."""
-        if not self.spatial:
-            return sparse.eye_array(self.nu, format="csr")
-        return _block_diagonal(tangent_from_quaternion(q.reshape(-1, 7)))
-
-    def retract(self, q: np.ndarray, dx: np.ndarray) -> np.ndarray:
-        """See `System`."""
-        if not self.spatial:
-            return q + dx
-        return np.asarray(retract_poses(q, dx))
-
-    def difference(self, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-        """See `System`."""
-        if not self.spatial:
-            return end - start
-        return np.asarray(pose_difference(start, end))
-
-    def increment_map(self, dx: np.ndarray) -> np.ndarray | None:
-        """See `System`."""
-        if not self.spatial:
-            return None
-        blocks = np.zeros((self.n_free, 6, 6))
-        blocks[:, range(3), range(3)] = 1.0
-        blocks[:, 3:, 3:] = inverse_tangent_map(dx.reshape(-1, 6)[:, 3:])
-        return blocks
 
     # protocol: mechanics --------------------------------------------------------------------------------------------
 
@@ -417,22 +335,6 @@ class SegmentSystem:
             return math.inf
         return self.contacts.longest_step(t, *self.place(t, q, u))
 
-    def shape(self, t: float, q: np.ndarray) -> np.ndarray:
-        """See `System`: the outline of every plate."""
-        poses, _ = self.place(t, q, None)
-        at = poses[self._plate_bodies]
-        local = self._plate_corners
-        if self.spatial:
-            return np.asarray(at[:, None, :3] + rotate_by(at[:, None, 3:], local))
-        cosine, sine = np.cos(at[:, 2:]), np.sin(at[:, 2:])
-        x, z = at[:, :1] + cosine * local[..., 0], at[:, 1:2] - sine * local[..., 0]
-        return np.stack([x, local[..., 1], z], axis=-1)
-
-    def blame(self, vector: np.ndarray) -> str:
-        """See `System`."""
-        worst = int(np.argmax(np.abs(np.nan_to_num(vector, nan=np.inf)))) // self.size
-        return self.bodies.names[self.bodies.free[worst]]
-
     def widest_joint(self, t: float, q: np.ndarray) -> tuple[float, str]:
         """See `System`."""
         poses, _ = self.place(t, q, None)
@@ -440,29 +342,6 @@ class SegmentSystem:
         return max(gaps, default=(0.0, "none"))
 
     # inside ---------------------------------------------------------------------------------------------------------
-
-    def place(
-        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Poses and rates of all bodies, the driven ones at time t included; quaternions of unit norm. No u: at rest.
-
-        With `before`, driven bodies have their mean speed since then. Rates at rest are shared: not to be changed.
-        """
-        bodies = self.bodies
-        poses = np.asarray(place_bodies(bodies.pose, bodies.free, q, self.spatial))
-        if u is None:
-            for motion in self.motions:
-                _shift(poses, motion, motion.at(t)[0])
-            return poses, self._at_rest
-        rates = np.zeros(bodies.rate.shape)
-        place_free(bodies.free, u, False, rates)
-        for motion in self.motions:
-            travel, speed, _ = motion.at(t)
-            _shift(poses, motion, travel)
-            if before is not None:
-                speed = (travel - motion.at(before[0])[0]) / (t - before[0])
-            _shift(rates, motion, speed)
-        return poses, rates
 
     def _past(self, t: float, before: Before | None) -> Past | None:
         """The last state as poses, found once."""
@@ -476,7 +355,7 @@ class SegmentSystem:
         force = np.zeros(rates.shape)
         for group in self.groups:
             group.add_force(t, poses, rates, force, past)
-        if self.spatial and rates is not self._at_rest:
+        if self.spatial and rates is not self.at_rest:
             add_gyroscopic(rates, self.bodies.inertia, force)
         return force
 
@@ -526,22 +405,3 @@ class SegmentSystem:
             self._pattern = body_pattern(self._dof, list(pairs), self.size)
             self._pattern_version = versions
         return self._pattern
-
-
-def _shift(values: np.ndarray, motion: PrescribedMotion, size: float) -> None:
-    """Move the bodies of a motion along it, or give them a speed."""
-    for body in motion.bodies:
-        shift_body(values, body, motion.direction, size)
-
-
-def _corners(plates: list[Plate]) -> np.ndarray:
-    """Corners of plates in body axes, (n, 4, 3), in turn around each."""
-    corners = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]) / 2
-    sizes = np.array([[plate.length, plate.width, 0.0] for plate in plates]).reshape(-1, 1, 3)
-    return np.asarray(corners * sizes)
-
-
-def _block_diagonal(blocks: np.ndarray) -> sparse.csr_matrix:
-    count = len(blocks)
-    shape = (count * blocks.shape[1], count * blocks.shape[2])
-    return sparse.bsr_matrix((blocks, np.arange(count), np.arange(count + 1)), shape=shape).tocsr()

@@ -41,8 +41,8 @@ def histories(system, settings, times):
     return np.array([q for q, _ in kept]), np.array([u for _, u in kept]), ledger, statistics
 
 
-def one_degree_of_freedom(units, times, force=-50.0, gravity=0.0):
-    """Angle of rigid bars by Lagrange's equation of the straight array, b1 pinned, a1 above it."""
+def one_degree_of_freedom(units, times, force=-50.0, gravity=0.0, ramp=0.0):
+    """Angle of rigid bars by Lagrange's equation of the straight array, b1 pinned, a1 over it; force grows over `ramp`."""
     mass = STEEL.density * BAR.width * BAR.height
     inertia = mass / 12.0 * (1.0 + BAR.height**2)
     k = np.arange(units) + 0.5
@@ -51,7 +51,8 @@ def one_degree_of_freedom(units, times, force=-50.0, gravity=0.0):
         phi, w = y
         inertias = 2.0 * mass * np.sum((k * math.sin(phi)) ** 2 + (0.5 * math.cos(phi)) ** 2) + 2.0 * units * inertia
         slope = 4.0 * mass * math.sin(phi) * math.cos(phi) * np.sum(k**2 - 0.25)
-        push = force * math.cos(phi) + gravity * 2.0 * units * mass * 0.5 * math.cos(phi)
+        x = min(t / ramp, 1.0) if ramp else 1.0
+        push = force * x * x * (3.0 - 2.0 * x) * math.cos(phi) + gravity * 2.0 * units * mass * 0.5 * math.cos(phi)
         return w, (push - 0.5 * slope * w * w) / inertias
 
     found = solve_ivp(rates, (0.0, times[-1]), [START, 0.0], method="DOP853", rtol=1e-12, atol=1e-13, t_eval=times)
@@ -115,7 +116,7 @@ def test_rigid_springs_and_gravity():
 def test_rigid_limit_at_first_order():
     """Differences from rigid bars are proportional to 1/E (after the ramp, at a small step)."""
     times = np.linspace(0.0, 0.6, 13)
-    exact = np.cos(_ramped(times)) * 3.0 - 3.0 * math.cos(START)
+    exact = np.cos(one_degree_of_freedom(3, times, ramp=0.2)) * 3.0 - 3.0 * math.cos(START)
     errors = []
     for factor in (4.0, 16.0, 64.0):
         stiff = STEEL.model_copy(update={"young": factor * STEEL.young})
@@ -124,21 +125,6 @@ def test_rigid_limit_at_first_order():
         errors.append(np.sqrt(np.mean((q[:, system.points["b4"]] - q[0, system.points["b4"]] - exact)[6:] ** 2)))
     orders = np.log2(np.array(errors[:-1]) / errors[1:]) / 2.0
     assert orders == pytest.approx(1.0, abs=0.15)
-
-
-def _ramped(times):
-    """Angle of three rigid units under the ramped push."""
-    mass = STEEL.density * BAR.width * BAR.height
-    inertia = mass / 12.0 * (1.0 + BAR.height**2)
-    k = np.arange(3) + 0.5
-
-    def rates(t, y):
-        x = min(t / 0.2, 1.0)
-        inertias = 2.0 * mass * np.sum((k * math.sin(y[0])) ** 2 + (0.5 * math.cos(y[0])) ** 2) + 6.0 * inertia
-        slope = 4.0 * mass * math.sin(y[0]) * math.cos(y[0]) * np.sum(k**2 - 0.25)
-        return y[1], (-50.0 * x * x * (3.0 - 2.0 * x) * math.cos(y[0]) - 0.5 * slope * y[1] ** 2) / inertias
-
-    return solve_ivp(rates, (0.0, 0.6), [START, 0.0], method="DOP853", rtol=1e-11, atol=1e-12, t_eval=times).y[0]
 
 
 def test_energy_hinges_and_synchronism():

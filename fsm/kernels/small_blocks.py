@@ -1,0 +1,122 @@
+"""Products, inverses and inertia of small dense blocks: what block LU does inside a block."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.kernels.jit import kernel
+
+__all__ = ["invert", "is_zero", "negative_eigenvalues", "subtract_product"]
+
+
+@kernel(inline=True)
+def subtract_product(out: np.ndarray, a: np.ndarray, b: np.ndarray) -> None:
+    """out -= a b; loops of fixed length are unrolled, so the sizes of every day have their own."""
+    size = out.shape[0]
+    if size == 3:
+        for i in range(3):
+            for j in range(3):
+                out[i, j] -= a[i, 0] * b[0, j] + a[i, 1] * b[1, j] + a[i, 2] * b[2, j]
+    elif size == 6:
+        for i in range(6):
+            for k in range(6):
+                factor = a[i, k]
+                for j in range(6):
+                    out[i, j] -= factor * b[k, j]
+    elif size == 9:
+        for i in range(9):
+            # a row in registers; as a loop over j it is stored and loaded again for every k
+            r0, r1, r2, r3, r4 = out[i, 0], out[i, 1], out[i, 2], out[i, 3], out[i, 4]
+            r5, r6, r7, r8 = out[i, 5], out[i, 6], out[i, 7], out[i, 8]
+            for k in range(9):
+                factor = a[i, k]
+                r0 -= factor * b[k, 0]
+                r1 -= factor * b[k, 1]
+                r2 -= factor * b[k, 2]
+                r3 -= factor * b[k, 3]
+                r4 -= factor * b[k, 4]
+                r5 -= factor * b[k, 5]
+                r6 -= factor * b[k, 6]
+                r7 -= factor * b[k, 7]
+                r8 -= factor * b[k, 8]
+            out[i, 0], out[i, 1], out[i, 2], out[i, 3], out[i, 4] = r0, r1, r2, r3, r4
+            out[i, 5], out[i, 6], out[i, 7], out[i, 8] = r5, r6, r7, r8
+    else:
+        for i in range(size):
+            for k in range(size):
+                factor = a[i, k]
+                for j in range(size):
+                    out[i, j] -= factor * b[k, j]
+
+
+@kernel(inline=True)
+def is_zero(block: np.ndarray) -> bool:
+    """Whether all of a block is exactly zero."""
+    for i in range(block.shape[0]):
+        for j in range(block.shape[1]):
+            if block[i, j] != 0.0:
+                return False
+    return True
+
+
+@kernel
+def invert(block: np.ndarray, work: np.ndarray) -> bool:
+    """Inverse of a small block in place (Gauss-Jordan, rows exchanged); False if it is singular."""
+    size = block.shape[0]
+    for i in range(size):
+        for j in range(size):
+            work[i, j] = block[i, j]
+            block[i, j] = 0.0
+        block[i, i] = 1.0
+    for k in range(size):
+        best, row = 0.0, k
+        for i in range(k, size):
+            if abs(work[i, k]) > best:
+                best, row = abs(work[i, k]), i
+        if not best > 0.0:
+            return False
+        if row != k:
+            for j in range(size):
+                work[k, j], work[row, j] = work[row, j], work[k, j]
+                block[k, j], block[row, j] = block[row, j], block[k, j]
+        scale = 1.0 / work[k, k]
+        for j in range(size):
+            work[k, j] *= scale
+            block[k, j] *= scale
+        for i in range(size):
+            if i != k:
+                factor = work[i, k]
+                if factor != 0.0:
+                    for j in range(size):
+                        work[i, j] -= factor * work[k, j]
+                        block[i, j] -= factor * block[k, j]
+    return True
+
+
+@kernel
+def negative_eigenvalues(block: np.ndarray, work: np.ndarray) -> int:
+    """Negative eigenvalues of the symmetric part of a small block: signs of its LDL^T pivots, the largest first."""
+    size = block.shape[0]
+    for i in range(size):
+        for j in range(size):
+            work[i, j] = 0.5 * (block[i, j] + block[j, i])
+    count = 0
+    for k in range(size):
+        best, row = -1.0, k
+        for i in range(k, size):
+            if abs(work[i, i]) > best:
+                best, row = abs(work[i, i]), i
+        if row != k:
+            for j in range(size):
+                work[k, j], work[row, j] = work[row, j], work[k, j]
+            for i in range(size):
+                work[i, k], work[i, row] = work[i, row], work[i, k]
+        if work[k, k] < 0.0:
+            count += 1
+        if work[k, k] == 0.0:
+            continue
+        for i in range(k + 1, size):
+            factor = work[i, k] / work[k, k]
+            for j in range(k + 1, size):
+                work[i, j] -= factor * work[k, j]
+    return count

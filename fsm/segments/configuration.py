@@ -1,0 +1,170 @@
+"""Where rigid bodies are and how they move: poses from q, rates from u, and back (the configuration half of `System`).
+
+Held and driven bodies have no degrees of freedom: they stand where they are held, or where their drive has them at a time.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from fsm.kernels.newton_euler import quaternion_jacobian, quaternion_rates, tangent_from_quaternion
+from fsm.kernels.place import place_bodies, place_free, pose_difference, retract_poses, shift_body
+from fsm.kernels.rotation import inverse_tangent_map, rotate_by
+from fsm.scene.scene import Plate
+from fsm.segments.drive import PrescribedMotion
+from fsm.system import Before
+
+__all__ = ["Bodies", "Configuration"]
+
+
+@dataclass(frozen=True)
+class Bodies:
+    """All bodies, the ground first.
+
+    Attributes
+    ----------
+    names : names
+    pose : (n, 3) or (n, 7) array
+        (x, z, phi), or position and unit quaternion, at time zero.
+    rate : (n, 3) or (n, 6) array
+        At time zero.
+    inertia : (n, 3) or (n, 6) array
+        Mass and moments of inertia, one a degree of freedom.
+    free : int array
+        Bodies with degrees of freedom.
+    plates : (body, plate, panel) of what is drawn
+    """
+
+    names: tuple[str, ...]
+    pose: np.ndarray
+    rate: np.ndarray
+    inertia: np.ndarray
+    free: np.ndarray
+    plates: tuple[tuple[int, Plate, int], ...]
+
+
+class Configuration:
+    """Bodies and their prescribed motions; see `System` for the methods.
+
+    Attributes
+    ----------
+    size : degrees of freedom of a body
+    spatial : bool
+    at_rest : (n, 3) or (n, 6) array
+        Rates of all bodies where nothing moves; shared, not to be changed.
+    """
+
+    def __init__(self, bodies: Bodies, motions: tuple[PrescribedMotion, ...]) -> None:
+        self.bodies = bodies
+        self.motions = motions
+        self.size = bodies.rate.shape[1]
+        self.spatial = self.size == 6
+        self.n_free = len(bodies.free)
+        self.nq = self.n_free * bodies.pose.shape[1]
+        self.nu = self.n_free * self.size
+        self.at_rest = np.zeros(bodies.rate.shape)
+        self._plate_bodies = np.array([body for body, _, _ in bodies.plates], dtype=np.int64)
+        self._plate_corners = _corners([plate for _, plate, _ in bodies.plates])
+
+    def initial(self) -> tuple[np.ndarray, np.ndarray]:
+        """See `System`."""
+        return self.bodies.pose[self.bodies.free].ravel(), self.bodies.rate[self.bodies.free].ravel()
+
+    def kinematic_map(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """See `System`."""
+        return quaternion_rates(q.reshape(-1, 7), u.reshape(-1, 6)).ravel() if self.spatial else u
+
+    def kinematic_jacobian(self, q: np.ndarray, u: np.ndarray) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
+        """See `System`."""
+        if not self.spatial:
+            return sparse.csr_matrix((self.nq, self.nq)), sparse.eye_array(self.nu, format="csr")
+        by_q, by_u = quaternion_jacobian(q.reshape(-1, 7), u.reshape(-1, 6))
+        return _block_diagonal(by_q), _block_diagonal(by_u)
+
+    def tangent_map(self, q: np.ndarray) -> sparse.csr_matrix:
+        """See `System`."""
+        if not self.spatial:
+            return sparse.eye_array(self.nu, format="csr")
+        return _block_diagonal(tangent_from_quaternion(q.reshape(-1, 7)))
+
+    def retract(self, q: np.ndarray, dx: np.ndarray) -> np.ndarray:
+        """See `System`."""
+        if not self.spatial:
+            return q + dx
+        return np.asarray(retract_poses(q, dx))
+
+    def difference(self, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+        """See `System`."""
+        if not self.spatial:
+            return end - start
+        return np.asarray(pose_difference(start, end))
+
+    def increment_map(self, dx: np.ndarray) -> np.ndarray | None:
+        """See `System`."""
+        if not self.spatial:
+            return None
+        blocks = np.zeros((self.n_free, 6, 6))
+        blocks[:, range(3), range(3)] = 1.0
+        blocks[:, 3:, 3:] = inverse_tangent_map(dx.reshape(-1, 6)[:, 3:])
+        return blocks
+
+    def place(
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Poses and rates of all bodies, the driven ones at time t included; quaternions of unit norm. No u: at rest.
+
+        With `before`, driven bodies have their mean speed since then. Rates at rest are shared: not to be changed.
+        """
+        bodies = self.bodies
+        poses = np.asarray(place_bodies(bodies.pose, bodies.free, q, self.spatial))
+        if u is None:
+            for motion in self.motions:
+                _shift(poses, motion, motion.at(t)[0])
+            return poses, self.at_rest
+        rates = np.zeros(bodies.rate.shape)
+        place_free(bodies.free, u, False, rates)
+        for motion in self.motions:
+            travel, speed, _ = motion.at(t)
+            _shift(poses, motion, travel)
+            if before is not None:
+                speed = (travel - motion.at(before[0])[0]) / (t - before[0])
+            _shift(rates, motion, speed)
+        return poses, rates
+
+    def shape(self, t: float, q: np.ndarray) -> np.ndarray:
+        """See `System`: the outline of every plate."""
+        poses, _ = self.place(t, q, None)
+        at = poses[self._plate_bodies]
+        local = self._plate_corners
+        if self.spatial:
+            return np.asarray(at[:, None, :3] + rotate_by(at[:, None, 3:], local))
+        cosine, sine = np.cos(at[:, 2:]), np.sin(at[:, 2:])
+        x, z = at[:, :1] + cosine * local[..., 0], at[:, 1:2] - sine * local[..., 0]
+        return np.stack([x, local[..., 1], z], axis=-1)
+
+    def blame(self, vector: np.ndarray) -> str:
+        """See `System`."""
+        worst = int(np.argmax(np.abs(np.nan_to_num(vector, nan=np.inf)))) // self.size
+        return self.bodies.names[self.bodies.free[worst]]
+
+
+def _shift(values: np.ndarray, motion: PrescribedMotion, size: float) -> None:
+    """Move the bodies of a motion along it, or give them a speed."""
+    for body in motion.bodies:
+        shift_body(values, body, motion.direction, size)
+
+
+def _corners(plates: list[Plate]) -> np.ndarray:
+    """Corners of plates in body axes, (n, 4, 3), in turn around each."""
+    corners = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]) / 2
+    sizes = np.array([[plate.length, plate.width, 0.0] for plate in plates]).reshape(-1, 1, 3)
+    return np.asarray(corners * sizes)
+
+
+def _block_diagonal(blocks: np.ndarray) -> sparse.csr_matrix:
+    count = len(blocks)
+    shape = (count * blocks.shape[1], count * blocks.shape[2])
+    return sparse.bsr_matrix((blocks, np.arange(count), np.arange(count + 1)), shape=shape).tocsr()
