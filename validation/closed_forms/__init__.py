@@ -1,0 +1,1 @@
+"""Cases with an exact or converged answer, each computed through the public parts of the program."""

@@ -1,0 +1,197 @@
+"""Beams, cables, strings and plates of absolute nodal coordinates."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from fsm.ancf.bars import BarMaterial, BarMesh
+from fsm.ancf.build import CableMaterial, MeshBuilder
+from fsm.ancf.cable import CableGroup
+from fsm.ancf.film import FilmMaterial
+from fsm.ancf.group import MassPart
+from fsm.ancf.loading import Forcing, Loading, Motion, point_force
+from fsm.ancf.mesh import Mesh, node_pattern
+from fsm.ancf.pulse import Ramp
+from fsm.ancf.system import AncfSystem
+from fsm.solve.modal import modes
+from fsm.solve.newton import equilibrium
+from fsm.solve.simulate import Saved, Settings, simulate
+
+__all__ = [
+    "EndMoment", "cable_cantilever", "cable_pendulum", "clamped_beam", "deep_cantilever", "plate_modes", "rolled_up",
+    "string_ratio",
+]  # fmt: skip
+
+YOUNG, WIDTH, LENGTH = 2.07e11, 0.1, 2.0
+"""The square beam of the cable cantilever: Pa, m, m."""
+INERTIA = WIDTH**4 / 12
+
+
+def clamped_beam(elements: int, engineering: bool = True, width: float = WIDTH) -> tuple[Mesh, int]:
+    """A square beam along x, clamped at the origin; its mesh and the position at its tip."""
+    builder = MeshBuilder(size=6)
+    line = builder.cable(np.zeros(3), np.array([LENGTH, 0, 0]), CableMaterial(YOUNG, 7800.0, width), elements)
+    builder.hold(line[0, 0])
+    builder.hold(line[0, 1], (1, 2))
+    mesh = builder.build()
+    beam = mesh.groups[0]
+    assert isinstance(beam, CableGroup)
+    ones = np.ones(elements)
+    beam = replace(beam, axial=YOUNG * width**2 * ones, bending=YOUNG * width**4 / 12 * ones, engineering=engineering)
+    return replace(mesh, groups=(beam,)), int(line[-1, 0])
+
+
+def cable_cantilever(elements: int, engineering: bool = True, load: float = 3.0, width: float = WIDTH) -> np.ndarray:
+    """Tip displacement (along, down), m, under F = load E I/L^2."""
+    mesh, tip = clamped_beam(elements, engineering, width)
+    force = point_force(len(mesh.coordinates), tip, np.array([0, 0, -load * YOUNG * width**4 / 12 / LENGTH**2]))
+    system = AncfSystem(mesh, Loading((Forcing(force, Ramp()),)))
+    q = equilibrium(system, system.initial()[0], np.linspace(0.0, 1.0, 9))
+    return np.asarray(q[[tip, tip + 2]] - mesh.coordinates[[tip, tip + 2]])
+
+
+class EndMoment:
+    """A couple M about y at the slope of a tip: forces M (y x r')/|r'|^2 on it, which follow."""
+
+    name = "moment"
+    rate_dependent = False
+
+    def __init__(self, slope: int, moment: float) -> None:
+        self.vectors = np.array([[slope]])
+        self.moment = moment
+
+    def mass(self) -> MassPart:
+        return MassPart(np.zeros((0, 1), dtype=np.int64), np.zeros((0, 1, 1)), np.eye(3))
+
+    def add_force(self, q: np.ndarray, u: np.ndarray | None, force: np.ndarray) -> None:
+        first = self.vectors[0, 0]
+        a = q[first : first + 3]
+        force[first : first + 3] += self.moment * np.cross([0.0, -1.0, 0.0], a) / (a @ a)
+
+    def add_linearised(
+        self, q: np.ndarray, u: np.ndarray | None, slots: np.ndarray, force: np.ndarray, stiffness: np.ndarray,
+        damping: np.ndarray,
+    ) -> None:  # fmt: skip
+        self.add_force(q, u, force)
+        first = self.vectors[0, 0]
+        a = q[first : first + 3]
+        cross = np.array([[0.0, 0.0, -1.0], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+        turn = self.moment * (cross / (a @ a) - 2 * np.outer(cross @ a, a) / (a @ a) ** 2)
+        flat, size = stiffness.reshape(-1), stiffness.shape[1]
+        for i in range(3):
+            for j in range(3):
+                flat[slots[0, 0, 0] + i * size + j] -= turn[i, j]
+
+    def energy(self, q: np.ndarray, u: np.ndarray | None) -> tuple[float, float]:
+        return 0.0, 0.0
+
+
+def rolled_up(elements: int = 16, steps: int = 24) -> np.ndarray:
+    """Nodes (n + 1, 6), positions and slopes, of the square beam under 2 pi EI/L at its end."""
+    mesh, tip = clamped_beam(elements)
+    whole = 2 * math.pi * YOUNG * INERTIA / LENGTH
+    q = mesh.coordinates
+    for step in range(1, steps + 1):
+        moment = EndMoment(tip + 3, whole * step / steps)
+        system = AncfSystem(replace(mesh, groups=(*mesh.groups, moment)))  # type: ignore[arg-type]
+        if step > 1:  # bend all a little more, as a circle would
+            angle = 2 * math.pi * step / steps * np.linspace(0, 1, elements + 1)
+            radius = LENGTH * steps / (2 * math.pi * step)
+            nodes = q.reshape(-1, 6).copy()
+            nodes[:, 0], nodes[:, 2] = radius * np.sin(angle), radius * (1 - np.cos(angle))
+            nodes[:, 3], nodes[:, 5] = np.cos(angle), np.sin(angle)
+            q = nodes.ravel()
+        q = equilibrium(system, q, np.array([0.0]))
+    return np.asarray(q.reshape(-1, 6))
+
+
+def string_ratio(ratio: float, elements: int = 8) -> float:
+    """f/f0 of a tensioned string with a mass m in the middle, m/(mu L) = ratio."""
+    length, strain = 1.0, 1e-3
+    material = CableMaterial(2e11, 7800.0, 2e-4)
+    builder = MeshBuilder(size=6)
+    middle = np.array([length / 2, 0, 0])
+    left = builder.cable(np.zeros(3), middle, material, elements)
+    # a slope of its own on either side of the mass, where the string has a kink
+    right = builder.cable(middle, 2 * middle, material, elements, start_position=int(left[-1, 0]))
+    builder.hold(left[0, 0])
+    builder.hold(right[-1, 0], (1, 2))
+    density = material.density * material.area
+    if ratio:
+        builder.point_mass(int(left[-1, 0]), ratio * density * length)
+    mesh = builder.build()
+    thin = [group for group in mesh.groups if isinstance(group, CableGroup)]
+    mesh = replace(mesh, groups=tuple(replace(group, bending=1e-6 * group.bending) for group in thin))  # a string
+    end = right[-1:, 0]
+    pulled = AncfSystem(mesh, Loading(motions=(Motion(end, np.array([strain * length]), Ramp()),)))
+    q = pulled.place(1.0, equilibrium(pulled, pulled.initial()[0], np.array([0.0, 1.0])), None)[0]
+    held = pulled.held(q, end)
+    first = modes(held, 0.0, held.start, 2).frequencies[0]
+    # in material lengths: tension over 1 + strain
+    tension = thin[0].axial[0] * strain * (1 + 0.5 * strain)
+    return float(first / (0.5 / length * math.sqrt(tension / density)))
+
+
+def plate_modes(n: int, clamped: bool, count: int = 4) -> np.ndarray:
+    """omega a^2 sqrt(rho h/D) of a square plate, nu = 0.3, on n x n cells, hinged or clamped all around."""
+    side, material = 0.3, FilmMaterial(7e10, 0.3, 2700.0, 1e-3)
+    builder = MeshBuilder()
+    lines = np.linspace(0.0, side, n + 1)
+    grid = builder.film(lines, lines, (material,))
+    builder.hold(grid.edge())
+    if clamped:
+        builder.hold(np.unique(grid.edge() // 9) * 9 + 3, (2, 5))
+    system = AncfSystem(builder.build())
+    found = 2 * math.pi * modes(system, 0.0, system.start, count).frequencies
+    return np.asarray(found * side**2 * math.sqrt(material.areal_density / material.bending))
+
+
+def deep_cantilever(
+    element: str, count: int, length: float, height: float, force: float, factor: float = 5.0 / 6.0, nu: float = 0.3,
+    young: float = 2.07e11, steps: int = 8,
+) -> np.ndarray:  # fmt: skip
+    """Displacement (along, across) of the tip of a planar beam 0.1 m wide under a force across, clamped section at the other end."""
+    material = BarMaterial(young, nu, 7850.0, 0.1, height, shear_factor=factor)
+    mesh = BarMesh(element, material)
+    bar = mesh.bar("bar", [mesh.position((0.0, 0.0), "root"), mesh.position((length, 0.0), "tip")], (count,))
+    values = np.array(mesh.values)
+    held = np.zeros(values.size, dtype=bool)
+    held[:2] = True
+    clamped = bar.slopes[0] if element == "cable" else bar.sections[0]
+    held[clamped : clamped + 2] = True
+    groups = (mesh.group(),)
+    pattern = node_pattern(len(values), 2, groups, ())
+    whole = Mesh(
+        values.ravel(), held, groups, (), np.zeros((0, 4), dtype=np.int64), tuple(mesh.names), pattern, 2,
+        np.array(mesh.positions),
+    )  # fmt: skip
+    load = np.zeros(values.size)
+    load[bar.positions[-1] + 1] = -force
+    system = AncfSystem(whole, Loading((Forcing(load, Ramp()),)))
+    q = equilibrium(system, system.initial()[0], np.linspace(0.0, 1.0, steps + 1))
+    return np.asarray(q[bar.positions[-1] + np.arange(2)] - [length, 0.0])
+
+
+def cable_pendulum(elements: int, times: list[float], rtol: float = 1e-5) -> tuple[np.ndarray, float]:
+    """Tip (x, z) of the flexible pendulum at these times, m, and the relative energy error.
+
+    L = 1.2, A = .0018, I = 1.215e-8, rho = 5540, E = .7e6, g = 9.81, pinned at the origin, released horizontal.
+    """
+    young, density, area, second = 0.7e6, 5540.0, 0.0018, 1.215e-8
+    builder = MeshBuilder(size=6)
+    material = CableMaterial(young, density, math.sqrt(4.0 * area / math.pi))
+    line = builder.cable(np.zeros(3), np.array([1.2, 0, 0]), material, elements)
+    builder.hold(line[0, 0])
+    builder.hold(np.unique(line), (1,))
+    mesh = builder.build()
+    beam = mesh.groups[0]
+    assert isinstance(beam, CableGroup)
+    mesh = replace(mesh, groups=(replace(beam, bending=young * second * np.ones(elements), engineering=True),))
+    system = AncfSystem(mesh, Loading(gravity=(0.0, 0.0, -9.81)))
+    saved: list[Saved] = []
+    _, ledger = simulate(system, Settings("Radau-blocks", rtol, times[-1]), times, saved.append)
+    tip = int(line[-1, 0])
+    return np.array([state.q[[tip, tip + 2]] for state in saved]), ledger.relative_error

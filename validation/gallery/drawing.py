@@ -1,0 +1,77 @@
+"""Pictures that many checks share: our curve with reference points, and convergence."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from fsm.plots.style import COLOURS, GREY, SINGLE, figure
+
+__all__ = ["bars", "beside", "convergence"]
+
+Line = tuple[Sequence[float] | np.ndarray, Sequence[float] | np.ndarray]
+
+
+def beside(
+    path: Path, ours: Mapping[str, Line], reference: Mapping[str, Line], x: str, y: str, *,
+    title: str = "", log: bool = False, size: tuple[float, float] = SINGLE, bands: Mapping[str, tuple] | None = None,
+) -> Path:  # fmt: skip
+    """Our curves as lines, references as open circles of the same colour, in the order given."""
+    with figure(path, size) as fig:
+        ax = fig.subplots()
+        for colour, (name, line) in zip(COLOURS, ours.items(), strict=False):
+            ax.plot(*line, color=colour, label=name)
+        for colour, (name, line) in zip(COLOURS, reference.items(), strict=False):
+            ax.plot(*line, "o", ms=5, mfc="white", mec=colour if len(ours) > 1 else "black", label=name, zorder=3)
+        for name, (at, low, high) in (bands or {}).items():
+            ax.fill_between(at, low, high, color=GREY, alpha=0.25, lw=0, label=name)
+        if log:
+            ax.set_xscale("log")
+            ax.set_yscale("log")
+        ax.set(xlabel=x, ylabel=y)
+        if title:
+            ax.set_title(title, loc="left")
+        ax.legend()
+    return path
+
+
+def convergence(
+    path: Path, counts: Sequence[float], errors: Mapping[str, Sequence[float]], order: float, x: str = "segments",
+    y: str = "relative error", title: str = "",
+) -> Path:  # fmt: skip
+    """Errors against the number of pieces, with the slope that is expected."""
+    with figure(path) as fig:
+        ax = fig.subplots()
+        sizes = np.asarray(counts, dtype=float)
+        for (name, row), marker in zip(errors.items(), "os^vDP<>" * 3, strict=False):
+            ax.loglog(sizes, np.abs(row), marker + "-", ms=4, label=name)
+        first = np.abs(np.array([row[0] for row in errors.values()])).max() * 1.6
+        ax.loglog(sizes, first * (sizes / sizes[0]) ** -order, "--", color=GREY, label=f"order {order:g}")
+        ax.set(xlabel=x, ylabel=y)
+        ax.set_xticks(sizes, [f"{n:g}" for n in sizes])
+        ax.minorticks_off()
+        if title:
+            ax.set_title(title, loc="left")
+        ax.legend()
+    return path
+
+
+def bars(
+    path: Path, names: Sequence[str], ours: Sequence[float], reference: Sequence[float], y: str, title: str = "",
+    band: float = 0.0, size: tuple[float, float] = SINGLE,
+) -> Path:  # fmt: skip
+    """Ours beside a reference (NaN where there is none), one pair a name; band: half width of the reference's own."""
+    with figure(path, size) as fig:
+        ax = fig.subplots()
+        at = np.arange(len(names))
+        ax.bar(at - 0.18, ours, 0.36, color=COLOURS[0], label="fsm")
+        ax.bar(at + 0.18, reference, 0.36, color=COLOURS[1], label="reference", yerr=band or None, capsize=3)
+        ax.axhline(0.0, color="black", lw=0.6)
+        ax.set_xticks(at, names)
+        ax.set_ylabel(y)
+        if title:
+            ax.set_title(title, loc="left")
+        ax.legend()
+    return path

@@ -1,0 +1,33 @@
+"""Which folders of `validation/` are on the page, in which order, and which are not and why."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+
+ROOT = Path(__file__).parents[1]
+
+FIRST = ("closed_forms", "papers", "strip_trial", "quasi_static", "methods", "rotating_squares", "membrane", "scissor", "contact")
+"""The order of the page; others follow by name."""
+
+NOT_IN_GALLERY = {
+    "benchmarks": "run times, which depend on the machine and have no reference: make bench",
+    "peers": "needs another program, which is an optional extra: python -m validation.peers.exudyn_strip",
+    "stress": "a campaign of thousands of scenes with a summary of its own: python -m validation.stress",
+    "gallery": "the gallery itself",
+}
+"""Folders without checks on the page, each with its reason."""
+
+
+def folders() -> list[str]:
+    """Folders with a README that yield checks."""
+    there = sorted(path.parent.name for path in ROOT.glob("*/README.md"))
+    kept = [name for name in there if name not in NOT_IN_GALLERY]
+    return sorted(kept, key=lambda name: (FIRST.index(name) if name in FIRST else len(FIRST), name))
+
+
+def checks_of(folder: str) -> ModuleType:
+    """The module of a folder that has `TITLE` and `PARTS`: gallery.py, or else check.py."""
+    name = "gallery" if (ROOT / folder / "gallery.py").is_file() else "check"
+    return import_module(f"validation.{folder}.{name}")

@@ -1,0 +1,146 @@
+"""What a check is, how it is judged, and what is said of a reference that is not compared.
+
+A folder of `validation/` is in the gallery by a module `gallery.py` or `check.py` with a `TITLE` and `PARTS`, a dict of
+functions `(place) -> iterator of Check or NotCompared`. The same functions serve the folder's own command line.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+__all__ = ["Check", "NotCompared", "Part", "Place", "against", "below", "said", "show"]
+
+Kind = Literal["relative", "absolute", "bound", "said"]
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a part puts its pictures, and whether it may take long."""
+
+    out: Path
+    full: bool = False
+
+
+@dataclass(frozen=True)
+class Check:
+    """One comparison with a reference.
+
+    Attributes
+    ----------
+    name : what is compared
+    what : the case, in words
+    reference, value : the reference's number (or words), and ours
+    source : where the reference comes from: paper with equation, table or figure, or closed form
+    error, tolerance : it passes if the error is finite and not above the tolerance
+    kind : str
+        "relative" and "absolute" errors; "bound": the value itself must not be above the tolerance; "said": what a paper
+        says in words holds (error 0) or not (error 1).
+    unit : of reference, value and, if absolute, error
+    figure : our curve with the reference
+    reason : why it is red, if that is known
+    detail : more of the run, for the command line and small print
+    """
+
+    name: str
+    what: str
+    reference: float | str
+    value: float | str
+    source: str
+    error: float
+    tolerance: float
+    kind: Kind
+    figure: Path
+    unit: str = ""
+    reason: str = ""
+    detail: str = ""
+
+    @property
+    def passed(self) -> bool:
+        return math.isfinite(self.error) and self.error <= self.tolerance
+
+    @property
+    def told(self) -> str:
+        """Why it is red; empty if it is not."""
+        if self.passed:
+            return ""
+        if self.kind == "said":
+            plain = "does not come out"
+        else:
+            plain = f"error {self.error:.2g}, allowed {self.tolerance:.2g}"
+        return f"{plain}: {self.reason}" if self.reason else plain
+
+
+@dataclass(frozen=True)
+class NotCompared:
+    """A statement or number of a source that nothing here is held against, and why."""
+
+    name: str
+    source: str
+    reason: str
+
+
+Part = Callable[[Place], Iterator[Check | NotCompared]]
+
+
+def against(
+    name: str, what: str, value: float, reference: float, source: str, figure: Path, *, rtol: float | None = None,
+    atol: float | None = None, unit: str = "", reason: str = "", detail: str = "",
+) -> Check:  # fmt: skip
+    """A number against a reference, within a relative or an absolute tolerance (one of both)."""
+    if (rtol is None) == (atol is None):
+        raise ValueError("give rtol or atol")
+    off = abs(float(value) - reference)
+    if rtol is not None:
+        error, tolerance, kind = off / abs(reference), rtol, "relative"
+    else:
+        error, tolerance, kind = off, float(atol or 0.0), "absolute"
+    return Check(
+        name, what, float(reference), float(value), source, float(error), tolerance, kind, figure, unit, reason, detail  # type: ignore[arg-type]
+    )
+
+
+def below(
+    name: str, what: str, value: float, allowed: float, source: str, figure: Path, *, unit: str = "", reason: str = "",
+    detail: str = "",
+) -> Check:  # fmt: skip
+    """A number that must not be above what is allowed: an energy error, a spread, how far an order is off."""
+    return Check(
+        name, what, f"at most {allowed:g}", float(value), source, float(value), allowed, "bound", figure, unit, reason, detail
+    )
+
+
+def said(
+    name: str, statement: str, source: str, shown: str, holds: bool, figure: Path, *, reason: str = "", detail: str = ""
+) -> Check:
+    """What a paper says in words, what comes out here, and whether it is the same."""
+    return Check(name, "", statement, shown, source, 0.0 if holds else 1.0, 0.0, "said", figure, "", reason, detail)
+
+
+def number(value: float | str) -> str:
+    """As it is shown."""
+    return value if isinstance(value, str) else f"{value:.7g}"
+
+
+def show(found: Iterable[Check | NotCompared]) -> int:
+    """Print a table as the checks come; 1 if one is red, for an exit code."""
+    red = 0
+    print("| check | value | reference | error | allowed | | detail |")
+    print("|---|---|---|---|---|---|---|")
+    for check in found:
+        if isinstance(check, NotCompared):
+            print(f"| {check.name} | | not compared | | | | {check.reason} |", flush=True)
+            continue
+        red += not check.passed
+        numbers = "| |" if check.kind == "said" else f"| {check.error:.2e} | {check.tolerance:g} |"
+        unit = f" {check.unit}" if check.unit else ""
+        print(
+            f"| {check.name} | {number(check.value)}{unit} | {number(check.reference)} {numbers} "
+            f"{'ok' if check.passed else 'RED'} | {' '.join(filter(None, (check.told, check.detail)))} |",
+            flush=True,
+        )
+    print(f"\n{red} red" if red else "\nall within their tolerance")
+    return int(red > 0)
