@@ -13,19 +13,11 @@ from fsm.calibrate.parameters import with_values
 from fsm.calibrate.respond import respond
 from fsm.calibrate.study import read_study
 from fsm.scene.load_case import load_case
+from validation.rotating_squares.check import REFERENCE
+from validation.rotating_squares.check import SOURCE as STIFFNESS
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "folding_cases" / "rotating_squares"
-STIFFNESS = {"lattice.axial": 120.0e3, "lattice.shear": 1191.7, "lattice.rotational": 1.5046e-3}
-
-# Computed on 21 November 2026 by a dense program that shares nothing with this one: energies of 38 ligaments in
-# displacements from the start, differentiated by complex steps.
-REFERENCE = {
-    "tension": ((0, 0, 1), [0.35, 0.70, 1.05], [0.8611835, 2.15106338, 4.36050354]),
-    "compression": ((0, 0, -1), [0.25, 1.75, 3.75], [0.46479615, 2.05788684, 2.94385189]),
-    "shear": ((1, 0, 0), [1.25, 2.5, 3.75], [0.44153066, 0.90408941, 1.41642901]),
-}
-
 
 @pytest.mark.parametrize("name", REFERENCE)
 def test_forces_are_those_of_another_program(name: str) -> None:

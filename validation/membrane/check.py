@@ -1,44 +1,46 @@
 """The tensioned membrane against exact solutions, closed forms and itself.
 
-    python -m validation.membrane.check [--parts frequencies precision energy speed strip] [--quick]
+    python -m validation.membrane.check [--parts frequencies precision energy strip] [--full]
 
-Prints what it finds; exit code 1 if something is outside its limits. `strip` takes
-some minutes; `--quick` takes a short one.
+Exit code 1 if something is outside its limits. With --full also 24 x 24 cells, all meshes of `precision` and the long
+strip, some minutes each. Times: python -m validation.membrane.speed.
 """
 
 from __future__ import annotations
 
-import argparse
-import statistics
 import sys
 import time
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Iterator
 
 import numpy as np
 
 from fsm.ancf.wrinkle import strip_wrinkles
 from fsm.solve.modal import modes
-from fsm.solve.newton import equilibrium
 from fsm.solve.simulate import Saved, Settings, simulate
-from validation.benchmarks.demo import machine
-from validation.membrane.film import AMPLITUDE, exact_frequencies, frequency, plucked_film, pulled_film, tensioned_film
+from validation.gallery.command import command
+from validation.gallery.drawing import bars, beside, convergence
+from validation.gallery.record import Check, Part, Place, against, below
+from validation.membrane.film import AMPLITUDE, exact_frequencies, frequency, plucked_film, tensioned_film
 from validation.membrane.strip import FILM, HEIGHT, SHEAR, Wrinkled, wrinkled_strip
 
+EXACT = "closed form of the hinged plate under tension, ω² = (Dk⁴ + Nk²)/(ρt), in material lengths"
 
-def frequencies(quick: bool) -> bool:
+
+def frequencies(place: Place) -> Iterator[Check]:
     """The six lowest of the tensioned square against the exact ones, and the order of convergence."""
-    errors = {}
-    for n in (6, 12) if quick else (6, 12, 24):
+    counts = (4, 6, 8, 12, 24) if place.full else (4, 6, 8, 12)
+    exact = exact_frequencies(6)
+    found = {}
+    for n in counts:
         system, _ = tensioned_film(n)
-        found = modes(system, 0.0, system.start, 6).frequencies
-        errors[n] = found / exact_frequencies(6) - 1.0
-        line = " ".join(f"{f:9.4f}" for f in found)
-        print(f"{n:3} x {n:<3} {line}  largest error {np.abs(errors[n]).max():.1e}")
-    print("exact     " + " ".join(f"{f:9.4f}" for f in exact_frequencies(6)))
-    order = np.log2(np.abs(errors[6] / errors[12]))
-    print("order 6 to 12: " + " ".join(f"{o:.2f}" for o in order))
-    return bool(np.abs(errors[12]).max() < 5e-3)
+        found[n] = modes(system, 0.0, system.start, 6).frequencies
+    errors = {f"mode {i + 1}": [float(abs(found[n][i] / exact[i] - 1)) for n in counts] for i in (0, 1, 3, 4)}
+    picture = convergence(place.out / "order.png", counts, errors, 5, x="cells along a side")
+    for i, (value, number) in enumerate(zip(found[12], exact, strict=True)):
+        yield against(f"f{i + 1}, 12 x 12 cells", "300 x 300 x .025 mm, edges moved out by 1e-3", float(value), float(number), EXACT, picture, rtol=2e-5, unit="Hz")
+    order = np.log2(np.abs((found[6] / exact - 1) / (found[12] / exact - 1)))
+    yield below("order of convergence: below 5 by", "6 to 12 cells, worst of six modes", float(max(0.0, 5.0 - order.min())), 0.0, "slopes held along the edges", picture,
+                detail="orders " + " ".join(f"{o:.2f}" for o in order))  # fmt: skip
 
 
 def _vibration(n: int, settings: Settings, every: float) -> tuple[float, float, float]:
@@ -52,111 +54,70 @@ def _vibration(n: int, settings: Settings, every: float) -> tuple[float, float, 
     return found, ledger.relative_error, seconds
 
 
-def precision(quick: bool) -> bool:
+def precision(place: Place) -> Iterator[Check]:
     """Frequency of the free vibration at an amplitude of 20 thicknesses against mesh, step and method."""
     duration, every = 0.1, 5e-4
-    reference, _, _ = _vibration(12, Settings("Radau-blocks", 1e-5, duration), every)
-    print(f"amplitude {1e3 * AMPLITUDE:g} mm, 12 x 12, Radau at rtol 1e-5: {reference:.4f} Hz")
-    good = True
-    for n in (4, 8, 12):
-        for method, rtol, step in (
-            ("generalized-alpha", 1e-3, 1e-3), ("generalized-alpha", 1e-3, 5e-4), ("generalized-alpha", 1e-3, 2.5e-4),
-            ("generalized-alpha", 1e-3, 1.25e-4), ("Radau-blocks", 1e-3, None), ("Radau-blocks", 1e-4, None),
-        ):  # fmt: skip
-            if quick and n > 4:
-                continue
-            settings = Settings(method, rtol, duration, rho_inf=0.9, step=step)
-            found, energy, seconds = _vibration(n, settings, step or every)
-            error = found / reference - 1.0
-            how = f"h = {1e3 * step:g} ms" if step else f"rtol {rtol:g}"
-            print(f"{n:3} x {n:<3} {method:18} {how:14} {error:10.2e} energy {energy:8.1e} {seconds:8.2f} s a second")
-            good &= abs(error) < 1e-3 or method == "generalized-alpha"
-    return good
+    reference, _, _ = _vibration(12 if place.full else 8, Settings("Radau-blocks", 1e-5, duration), every)
+    steps = (1e-3, 5e-4, 2.5e-4, 1.25e-4)
+    picture, lines = place.out / "precision.png", {}
+    for n in (4, 8, 12) if place.full else (4,):
+        errors = []
+        for step in steps:
+            value, energy, seconds = _vibration(n, Settings("generalized-alpha", 1e-3, duration, rho_inf=0.9, step=step), step)
+            errors.append(abs(value / reference - 1))
+        lines[f"{n} x {n}, generalized-alpha"] = errors
+        order = float(np.log2(errors[0] / errors[2]) / 2)
+        yield below(f"{n} x {n}: order of generalized-alpha in the step, off 2 by", "steps of 1 to .25 ms", abs(order - 2), 0.2, "second order", picture,
+                    detail=", ".join(f"{1e3 * h:g} ms {e:.1e}" for h, e in zip(steps, errors, strict=True)))  # fmt: skip
+        for rtol in (1e-3, 1e-4):
+            value, energy, seconds = _vibration(n, Settings("Radau-blocks", rtol, duration), every)
+            detail = f"energy {energy:.1e}, {seconds:.1f} s a second"
+            yield against(f"{n} x {n}: Radau at rtol {rtol:g}", f"amplitude {1e3 * AMPLITUDE:g} mm", value, reference,
+                          f"{'12 x 12' if place.full else '8 x 8'}, Radau at rtol 1e-5", picture, rtol=1e-3, unit="Hz", detail=detail)  # fmt: skip
+    convergence(picture, [1.0 / step for step in steps], lines, 2, x="steps a second", y="relative error of the frequency")
 
 
-def energy(quick: bool) -> bool:
+def energy(place: Place) -> Iterator[Check]:
     """Balance of an undamped free vibration of 0.2 s."""
-    system, _ = plucked_film(4 if quick else 6, 2e-4)
-    _, ledger = simulate(system, Settings("Radau-blocks", 1e-7, 0.2), [0.2], lambda saved: None)
-    print(f"energy balance of 0.2 s of free vibration: {ledger.relative_error:.1e} of the energy turned over")
-    return ledger.relative_error < 1e-6
+    system, height = plucked_film(6 if place.full else 4, 2e-4)
+    states: list[Saved] = []
+    _, ledger = simulate(system, Settings("Radau-blocks", 1e-7, 0.2), np.linspace(0.0, 0.2, 401), states.append)
+    shown = {"centre": ([s.time for s in states], [1e3 * s.q[height] for s in states])}
+    picture = beside(place.out / "vibration.png", shown, {}, "time (s)", "height of the centre (mm)", size=(6.0, 3.0))
+    yield below("energy error", "0.2 s of free vibration, of the energy turned over", ledger.relative_error, 1e-6, "conservation of energy", picture)
 
 
-def _timed(run: Callable[[], Any], repeat: int) -> str:
-    run()
-    wall, processor = [], []
-    for _ in range(repeat):
-        begun = time.perf_counter(), time.thread_time()
-        run()
-        wall.append(time.perf_counter() - begun[0])
-        processor.append(time.thread_time() - begun[1])
-    return f"{statistics.median(wall):9.4f} s wall {statistics.median(processor):9.4f} s processor"
-
-
-def speed(quick: bool) -> bool:
-    """Medians, warm, one thread."""
-    print(machine())
-    for n in (12,) if quick else (12, 40):
-        pulled, _, _ = pulled_film(n)
-        repeat = 5 if n == 12 else 3
-        taken = _timed(lambda p=pulled: equilibrium(p, p.start, np.array([0.0, 1.0])), repeat)
-        print(f"{n} x {n} prestress         {taken}")
-        system, _ = tensioned_film(n)
-        print(f"{n} x {n} 20 modes          " + _timed(lambda s=system: modes(s, 0.0, s.start, 20), repeat))
-        shaken = system.start + 1e-4 * np.random.default_rng(0).normal(size=system.nq) * ~system.fixed
-        print(f"{n} x {n} force             " + _timed(lambda s=system, q=shaken: s.force(0.0, q, None), 25))
-        print(f"{n} x {n} force and tangent " + _timed(lambda s=system, q=shaken: s.linearise(0.0, q, None), 25))
-    return True
-
-
-def strip(quick: bool) -> bool:
+def strip(place: Place) -> Iterator[Check]:
     """Wrinkles of the sheared strip, resolved, against the closed form and the tension field."""
     closed = strip_wrinkles(HEIGHT, FILM.thickness, FILM.poisson, SHEAR / HEIGHT)
-    starts = ((0.128, 0.8), (0.128, 1.0), (0.384, 0.782), (0.384, 0.8))
-    cases = [(length, 0.004, start) for length, start in (starts[:1] if quick else starts)]
-    print(f"closed form: half-wavelength {1e3 * closed.half_wavelength:.3f} mm, amplitude {1e3 * closed.amplitude:.4f} mm")
+    source = "closed form of the sheared strip (docs/theory.md), half-wavelength √(πHt)/[3(1-ν²)γ]^¼"
+    picture = place.out / "strip.png"
+    yield against("half-wavelength of the closed form", "H = 128 mm, t = 25 µm, ν = .31, 1 mm", 1e3 * closed.half_wavelength, 8.311, "validation/references.md", picture, rtol=1e-4, unit="mm")
+    yield against("amplitude of the closed form", "the same", 1e3 * closed.amplitude, 0.2747, "validation/references.md", picture, rtol=3e-4, unit="mm")
+    starts = ((0.128, 0.8), (0.128, 1.0), (0.384, 0.782), (0.384, 0.8)) if place.full else ((0.128, 0.8),)
     best: dict[float, Wrinkled] = {}
-    for length, cell, seed in cases:
-        found = wrinkled_strip(length, cell, seed)
+    all_found = []
+    for length, seed in starts:
+        found = wrinkled_strip(length, 0.004, seed)
+        all_found.append((f"{1e3 * length:g} mm\nstart {seed:g}", found))
         if length not in best or found.energy < best[length].energy:
             best[length] = found
-        off = found.half_wavelength / closed.half_wavelength - 1, found.amplitude / closed.amplitude - 1
-        stress = found.tension_field / found.resolved - 1
-        print(
-            f"length {1e3 * length:g} mm, cells {1e3 * cell:g} mm, start {seed:g}: half-wavelength "
-            f"{1e3 * found.half_wavelength:.3f} mm ({off[0]:+.1%}), amplitude {1e3 * found.amplitude:.4f} mm "
-            f"({off[1]:+.1%}); stress {1e-6 * found.resolved:.3f} and {1e-6 * found.smaller:.3f} MPa, tension field "
-            f"{1e-6 * found.tension_field:.3f} MPa ({stress:+.1%}); {1e3 * found.energy:.5f} mJ; "
-            f"{found.iterations} iterations, {found.seconds:.0f} s"
-        )
-    good = True
     for length, found in best.items():
-        good &= abs(found.half_wavelength / closed.half_wavelength - 1) < 0.15
-        good &= abs(found.tension_field / found.resolved - 1) < 0.02
+        name = f"strip of {1e3 * length:g} mm"
+        told = f"{1e3 * found.energy:.5f} mJ, {found.iterations} iterations, {found.seconds:.0f} s; smaller stress {1e-6 * found.smaller:.2f} MPa"
+        yield against(f"{name}: half-wavelength", "4 mm cells, resolved", 1e3 * found.half_wavelength, 1e3 * closed.half_wavelength, source, picture, rtol=0.15, unit="mm", detail=told,
+                      reason="the strip has several stable shapes, and the closed form is for an infinite one")  # fmt: skip
+        yield against(f"{name}: mean stress of the tension field", "against wrinkles that are resolved", 1e-6 * found.tension_field, 1e-6 * found.resolved,
+                      "wrinkles resolved by the mesh", picture, rtol=0.02, unit="MPa")  # fmt: skip
         if length > 2 * HEIGHT:  # in a short strip the free edges give way, and wrinkles are higher
-            good &= abs(found.amplitude / closed.amplitude - 1) < 0.15
-    return good
+            yield against(f"{name}: amplitude", "4 mm cells, resolved", 1e3 * found.amplitude, 1e3 * closed.amplitude, source, picture, rtol=0.15, unit="mm",
+                          reason="the strip has several stable shapes, and the closed form is for an infinite one")  # fmt: skip
+    names = [name for name, _ in all_found]
+    bars(picture, names, [1e3 * f.half_wavelength for _, f in all_found], [1e3 * closed.half_wavelength] * len(names), "half-wavelength (mm)", "sheared strip")
 
 
-PARTS = {
-    "frequencies": frequencies, "precision": precision, "energy": energy, "speed": speed, "strip": strip,
-}  # fmt: skip
-
-
-def main() -> int:
-    """All parts asked for."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--parts", nargs="+", choices=list(PARTS), default=list(PARTS))
-    parser.add_argument("--quick", action="store_true")
-    options = parser.parse_args()
-    bad = []
-    for name in options.parts:
-        print(f"\n{name}: {PARTS[name].__doc__}")
-        if not PARTS[name](options.quick):
-            bad.append(name)
-    print("\noutside their limits: " + (", ".join(bad) or "none"))
-    return 1 if bad else 0
-
+TITLE = "The tensioned membrane"
+PARTS: dict[str, Part] = {"frequencies": frequencies, "precision": precision, "energy": energy, "strip": strip}
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(command(PARTS, "membrane", __doc__))

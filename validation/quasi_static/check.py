@@ -8,11 +8,15 @@ from __future__ import annotations
 
 import sys
 import tempfile
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from fsm.scene.table import load_table
 from fsm.table import run_table
+from validation.gallery.command import command
+from validation.gallery.drawing import beside
+from validation.gallery.record import Check, Part, Place, below
 
 TABLE = Path(__file__).parents[2] / "folding_cases" / "strip_pull" / "table.csv"
 CONDITION = "80 deg low"
@@ -45,7 +49,7 @@ def pulls(table: Path = TABLE, speeds: tuple[float, ...] = SPEEDS, dampings: tup
         path = Path(folder) / "table.csv"
         lines = [f"# base = {table.parent / 'case.toml'}", ",".join(header), *(",".join(row) for row in rows)]
         path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-        done = run_table(path, Path(folder) / "out")
+        done = run_table(path, Path(folder) / "out", progress=False)
     failed = [f"{row['case']}: {row['error']}" for row in done if row.get("error")]
     if failed:
         raise SystemExit("\n".join(failed))
@@ -63,19 +67,19 @@ def changes(found: list[Pull]) -> tuple[float, float]:
     return max(by_speed), max(by_damping)
 
 
-def main() -> int:
+def speeds(place: Place) -> Iterator[Check]:
+    """The peak of the pulled strip against the speed of the pull and its damping."""
     found = pulls()
-    print("| speed (mm/s) | damping (ms) | peak force (N) | at travel (mm) | run time (s) |")
-    print("|---|---|---|---|---|")
-    for pull in found:
-        numbers = f"{pull.peak_force:.5f} | {pull.peak_travel:.2f} | {pull.wall_time:.1f}"
-        print(f"| {pull.speed:g} | {pull.damping:g} | {numbers} |")
     by_speed, by_damping = changes(found)
-    print()
-    print(f"halving the speed moves the peak by up to {100 * by_speed:.3f} %, halving the damping by up to", end=" ")
-    print(f"{100 * by_damping:.3f} % (bound for the speed: {100 * BOUND:g} %)")
-    return int(by_speed >= BOUND)
+    ours = {f"damping {b:g} ms": ([p.speed for p in found if p.damping == b], [p.peak_force for p in found if p.damping == b]) for b in DAMPINGS}
+    picture = beside(place.out / "speed.png", ours, {}, "speed of the pull (mm/s)", "peak force (N)")
+    detail = ", ".join(f"{p.speed:g} mm/s {p.damping:g} ms: {p.peak_force:.5f} N" for p in found)
+    yield below("change of the peak when the speed is halved", "2 to 0.5 mm/s", by_speed, BOUND, "a static quantity does not depend on the speed", picture, detail=detail)
+    yield below("change of the peak when the damping is halved", "10 and 5 ms", by_damping, BOUND, "nor on the damping", picture)
 
+
+TITLE = "The pull is quasi-static"
+PARTS: dict[str, Part] = {"speeds": speeds}
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(command(PARTS, "quasi_static", __doc__))

@@ -1,0 +1,1 @@
+"""What three papers say in words and numbers, one by one."""
