@@ -1,6 +1,9 @@
 # make demo    the table of pulled strips: simulate, tabulate, plot, into out/strip_pull
 # make test    all tests but the slow ones
 # make lint    ruff, mypy, import-linter
+# make validate  every check of validation/ and the gallery of them, with the pages, into out/docs/html (a quarter of an hour;
+#              FULL=--full: what takes long, too)
+# make docs    the pages: guide, tutorials (executed), API, the gallery as it was last run
 # make bench   run time against error of all methods, into out/benchmarks (about half an hour; QUICK=--quick: three minutes)
 #
 # Needs Python 3.11 to 3.14 and make; everything else goes into .venv. Another Python: make PYTHON=python3.12 demo
@@ -12,10 +15,11 @@ BIN := $(VENV)/bin
 # what .venv holds: the package, or the package and the tools; inside .venv, so that they go with it
 RUN := $(VENV)/.fsm-run
 DEV := $(VENV)/.fsm-dev
+DOC := $(VENV)/.fsm-docs
 
 VERSION_CHECK := import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 14))
 
-.PHONY: help demo test test-all lint check bench clean distclean
+.PHONY: help demo test test-all lint check bench validate docs clean distclean
 .DELETE_ON_ERROR:
 
 help:
@@ -41,13 +45,22 @@ QUICK ?=
 bench: $(RUN)
 	$(BIN)/python -m validation.benchmarks $(QUICK)
 
+# the pages are made also when a check is red, and say so; the exit code is that of the checks
+FULL ?=
+validate: $(DOC)
+	$(BIN)/python -u -m validation.gallery $(FULL); checked=$$?; $(MAKE) --no-print-directory docs && exit $$checked
+
+docs: $(DOC)
+	$(BIN)/python -m sphinx -W --keep-going -q -E -b html docs out/docs/html
+	@echo "pages: out/docs/html/index.html"
+
 # An environment that is there already, made by hand or by another version, is kept and brought up to date.
 $(BIN)/python:
 	@command -v $(PYTHON) >/dev/null || { \
 	  echo "fsm needs Python 3.11 to 3.14, and there is no $(PYTHON) here: try make PYTHON=python3.12" >&2; exit 1; }
 	@$(PYTHON) -c '$(VERSION_CHECK)' || { \
 	  echo "fsm needs Python 3.11 to 3.14, and $(PYTHON) is $$($(PYTHON) --version): try make PYTHON=python3.12" >&2; exit 1; }
-	@rm -f $(RUN) $(DEV)
+	@rm -f $(RUN) $(DEV) $(DOC)
 	$(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); exit 1; }
 
 $(RUN): pyproject.toml | $(BIN)/python
@@ -56,6 +69,10 @@ $(RUN): pyproject.toml | $(BIN)/python
 
 $(DEV): pyproject.toml | $(BIN)/python
 	$(call install,.[test$(comma)dev])
+	@touch $(RUN) $@
+
+$(DOC): pyproject.toml | $(BIN)/python
+	$(call install,.[docs])
 	@touch $(RUN) $@
 
 comma := ,
@@ -68,7 +85,7 @@ $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '$(1
 endef
 
 clean:
-	rm -rf out build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis .benchmarks *.egg-info
+	rm -rf out docs/generated build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis .benchmarks *.egg-info
 	find . -path ./$(VENV) -prune -o -name __pycache__ -type d -exec rm -rf {} +
 
 distclean: clean

@@ -153,7 +153,7 @@ def deep_cantilever(
     element: str, count: int, length: float, height: float, force: float, factor: float = 5.0 / 6.0, nu: float = 0.3,
     young: float = 2.07e11, steps: int = 8,
 ) -> np.ndarray:  # fmt: skip
-    """Displacement (along, across) of the tip of a planar beam 0.1 m wide under a force across, clamped section at the other end."""
+    """Displacement (along, across) of the tip of a planar beam 0.1 m wide under a force across, with a clamped section."""
     material = BarMaterial(young, nu, 7850.0, 0.1, height, shear_factor=factor)
     mesh = BarMesh(element, material)
     bar = mesh.bar("bar", [mesh.position((0.0, 0.0), "root"), mesh.position((length, 0.0), "tip")], (count,))

@@ -67,14 +67,41 @@ def elastica(place: Place) -> Iterator[Check]:
         for i, name in enumerate(("w/L", "u/L", "tip angle")):
             coarse, fine = found[load][-2:, i]
             yield against(
-                f"{name} at PL²/EI = {load:g}", "extrapolated from 40 and 80 segments", fine + (fine - coarse) / 3, exact[i],
-                MATTIASSON, picture, atol=3e-7, detail=f"80 segments: {fine / exact[i] - 1:+.1e}",
-            )  # fmt: skip
-    orders = np.log2([abs(r[-2, i] - e[i]) / abs(r[-1, i] - e[i]) for r, e in zip(found.values(), ELASTICA.values(), strict=True) for i in range(3)])
-    yield below("order of convergence, off 2 by", "10 to 80 segments, with half a cell at the clamp", float(np.abs(orders - 2).max()), 0.1,
-                "second order by construction (docs/theory.md)", slopes)  # fmt: skip
-    space = max(float(np.abs(tip(cantilever(20, force=a), True) - tip(cantilever(20, force=a), False)).max()) for a in ELASTICA)
-    yield below("plane against space", "20 segments, all loads, largest difference of the tip / L", space, 1e-8, "same equations", picture)
+                f"{name} at PL²/EI = {load:g}",
+                "extrapolated from 40 and 80 segments",
+                fine + (fine - coarse) / 3,
+                exact[i],
+                MATTIASSON,
+                picture,
+                atol=3e-7,
+                detail=f"80 segments: {fine / exact[i] - 1:+.1e}",
+            )
+    orders = np.log2(
+        [
+            abs(r[-2, i] - e[i]) / abs(r[-1, i] - e[i])
+            for r, e in zip(found.values(), ELASTICA.values(), strict=True)
+            for i in range(3)
+        ]
+    )
+    yield below(
+        "order of convergence, off 2 by",
+        "10 to 80 segments, with half a cell at the clamp",
+        float(np.abs(orders - 2).max()),
+        0.1,
+        "second order by construction (docs/theory.md)",
+        slopes,
+    )
+    space = max(
+        float(np.abs(tip(cantilever(20, force=a), True) - tip(cantilever(20, force=a), False)).max()) for a in ELASTICA
+    )
+    yield below(
+        "plane against space",
+        "20 segments, all loads, largest difference of the tip / L",
+        space,
+        1e-8,
+        "same equations",
+        picture,
+    )
 
 
 def rolled(place: Place) -> Iterator[Check]:
@@ -97,11 +124,23 @@ def rolled(place: Place) -> Iterator[Check]:
         for n in (5, 20):
             x, z, angle = tip(cantilever(n, moment=2 * math.pi), spatial, steps=40)
             where = "space" if spatial else "plane"
-            yield below(f"tip off the root, {n} segments, {where}", "in lengths of the beam", math.hypot(x, z), 1e-9,
-                        "closed form: a closed polygon for any number of segments", picture)  # fmt: skip
+            yield below(
+                f"tip off the root, {n} segments, {where}",
+                "in lengths of the beam",
+                math.hypot(x, z),
+                1e-9,
+                "closed form: a closed polygon for any number of segments",
+                picture,
+            )
             turn = math.remainder(angle - 2 * math.pi + math.pi / n, 2 * math.pi)
-            yield below(f"angle of the last segment, {n} segments, {where}", "off 2π (1 - 1/2N), rad", abs(turn), 1e-9,
-                        "closed form", picture)  # fmt: skip
+            yield below(
+                f"angle of the last segment, {n} segments, {where}",
+                "off 2π (1 - 1/2N), rad",
+                abs(turn),
+                1e-9,
+                "closed form",
+                picture,
+            )
 
 
 def buckling(place: Place) -> Iterator[Check]:
@@ -114,7 +153,15 @@ def buckling(place: Place) -> Iterator[Check]:
         for count in (100, 200):
             system = column(count, clamped=clamped)
             states, statistics = buckled(system, shortenings)
-            rows.append([(s.observation.drive.force[0] / critical, abs(float(s.q.reshape(system.n_free, -1)[system.n_free // 2, 1]))) for s in states])
+            rows.append(
+                [
+                    (
+                        s.observation.drive.force[0] / critical,
+                        abs(float(s.q.reshape(system.n_free, -1)[system.n_free // 2, 1])),
+                    )
+                    for s in states
+                ]
+            )
             kinds = [event.kind for event in statistics.events]
         system = column(40, clamped=clamped)
         states, _ = buckled(system, many)
@@ -123,10 +170,25 @@ def buckling(place: Place) -> Iterator[Check]:
         fine, coarse = np.array(rows[-1]), np.array(rows[-2])
         for (slope, (load, shortening, sideways)), row, less in zip(POST_BUCKLING.items(), fine, coarse, strict=True):
             detail = f"100 segments: {less[0] / load - 1:+.1e}; events: {', '.join(kinds)}"
-            yield against(f"{name}: P/Pcr at {shortening:.4f} L of shortening", f"200 segments, largest slope {slope} deg", row[0], load,
-                          "elliptic functions (validation/references.md)", picture, rtol=1.5e-4 if not clamped else 6e-4, detail=detail)  # fmt: skip
-            yield against(f"{name}: deflection of the middle / L there", "200 segments", row[1], sideways,
-                          "elliptic functions (validation/references.md)", picture, rtol=1.5e-4 if not clamped else 6e-4)  # fmt: skip
+            yield against(
+                f"{name}: P/Pcr at {shortening:.4f} L of shortening",
+                f"200 segments, largest slope {slope} deg",
+                row[0],
+                load,
+                "elliptic functions (validation/references.md)",
+                picture,
+                rtol=1.5e-4 if not clamped else 6e-4,
+                detail=detail,
+            )
+            yield against(
+                f"{name}: deflection of the middle / L there",
+                "200 segments",
+                row[1],
+                sideways,
+                "elliptic functions (validation/references.md)",
+                picture,
+                rtol=1.5e-4 if not clamped else 6e-4,
+            )
     known = {"elastica": (shortenings, [r[0] for r in POST_BUCKLING.values()])}
     beside(place.out / "column.png", ours, known, "shortening / L", "P/Pcr", title="40 segments")
 
@@ -142,8 +204,16 @@ def arc(place: Place) -> Iterator[Check]:
     for load, exact in ARC.items():
         ends = found[load][-1] + (found[load][-1] - found[load][-2]) / 3
         for axis, value, wanted in zip("xyz", ends, exact, strict=True):
-            yield against(f"tip {axis} at P = {load:g}", "extrapolated from 40 and 80 segments", float(value), wanted, BVP, slopes, atol=1e-3,
-                          detail=f"80 segments: {found[load][-1]['xyz'.index(axis)] - wanted:+.1e}")  # fmt: skip
+            yield against(
+                f"tip {axis} at P = {load:g}",
+                "extrapolated from 40 and 80 segments",
+                float(value),
+                wanted,
+                BVP,
+                slopes,
+                atol=1e-3,
+                detail=f"80 segments: {found[load][-1]['xyz'.index(axis)] - wanted:+.1e}",
+            )
 
 
 def princeton(place: Place) -> Iterator[Check]:
@@ -154,7 +224,9 @@ def princeton(place: Place) -> Iterator[Check]:
 
     def ends(load: float, angle: float, n: int, alternate: bool) -> np.ndarray:
         turned = math.radians(angle)
-        at, p = space_tip(n, length, 0.0, section, (0.0, -load * math.cos(turned), load * math.sin(turned)), alternate=alternate)
+        at, p = space_tip(
+            n, length, 0.0, section, (0.0, -load * math.cos(turned), load * math.sin(turned)), alternate=alternate
+        )
         w, a, b, c = p
         edge_y, edge_z = 1 - 2 * (a * a + c * c), 2 * (b * c + w * a)
         return np.array([at[0] - length, at[1], at[2], math.atan2(edge_z, edge_y)])
@@ -164,22 +236,41 @@ def princeton(place: Place) -> Iterator[Check]:
     exact = np.array(PRINCETON[13.345, 30])
     off = {"joints alternate": found[13.345, 30], "joints all one way": one_way}
     errors = {name: np.linalg.norm((rows - exact)[:, :3], axis=1) / length for name, rows in off.items()}
-    slopes = convergence(place.out / "order.png", counts, errors, 2, y="error of the tip / length", title="13.345 N at 30 deg")
+    slopes = convergence(
+        place.out / "order.png", counts, errors, 2, y="error of the tip / length", title="13.345 N at 30 deg"
+    )
     picture = _draw_princeton(place.out / "tip.png", ends)
     for (load, angle), wanted in PRINCETON.items():
         rows = found[load, angle]
         values = rows[-1] + (rows[-1] - rows[-2]) / 3
         for name, value, number in zip(("along", "edgewise", "flapwise", "twist"), values, wanted, strict=True):
             atol, unit = (1e-5, "m") if name != "twist" else (1e-5, "rad")
-            yield against(f"{name}, {load:g} N at {angle} deg", "extrapolated from 40 and 80 segments", float(value), number, BVP, picture,
-                          atol=atol, unit=unit)  # fmt: skip
-    for name, what in (("joints alternate", "inner and outer body of every other joint swapped"),
-                       ("joints all one way", "outer body always the later one, as strips are built")):  # fmt: skip
+            yield against(
+                f"{name}, {load:g} N at {angle} deg",
+                "extrapolated from 40 and 80 segments",
+                float(value),
+                number,
+                BVP,
+                picture,
+                atol=atol,
+                unit=unit,
+            )
+    for name, what in (
+        ("joints alternate", "inner and outer body of every other joint swapped"),
+        ("joints all one way", "outer body always the later one, as strips are built"),
+    ):
         row = errors[name]
-        yield below(f"order of convergence, {name}: off 2 by", what, abs(float(np.log2(row[-2] / row[-1])) - 2), 0.15,
-                    "second order, as in the plane", slopes,
-                    reason="the rotation of a joint is split into a swing and a twist in the axes of its outer body; where a chain is bent both ways at "
-                    "once, this leaves half the product of both bendings in the torsion: first order. Strips that stay in their plane are not concerned.")  # fmt: skip
+        yield below(
+            f"order of convergence, {name}: off 2 by",
+            what,
+            abs(float(np.log2(row[-2] / row[-1])) - 2),
+            0.15,
+            "second order, as in the plane",
+            slopes,
+            reason="the rotation of a joint is split into a swing and a twist in the axes of its outer body; where a chain "
+            "is bent both ways at once, this leaves half the product of both bendings in the torsion: first order. Strips "
+            "that stay in their plane are not concerned.",
+        )
 
 
 def _draw_princeton(path: Path, ends: object) -> Path:

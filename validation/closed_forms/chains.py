@@ -121,14 +121,20 @@ class Section:
 
 
 def space_tip(
-    count: int, length: float, arc: float, section: Section, force: tuple[float, float, float], steps: int = 10,
+    count: int,
+    length: float,
+    arc: float,
+    section: Section,
+    force: tuple[float, float, float],
+    steps: int = 10,
     alternate: bool = False,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Tip (x, y, z) and quaternion of the last segment of a cantilever under a dead force at its tip.
 
-    It starts at the origin along x and bends towards y by the angle `arc` in all: segments are chords of a true circle, joints
-    are at its points, with half a cell at the clamp. `alternate` swaps inner and outer body of every other joint: the rotation
-    of a joint is split into a swing and a twist in the axes of the outer body, and what that order leaves cancels.
+    It starts at the origin along x and bends towards y by the angle `arc` in all: segments are chords of a true circle,
+    joints are at its points, with half a cell at the clamp. `alternate` swaps inner and outer body of every other joint:
+    the rotation of a joint is split into a swing and a twist in the axes of the outer body, and what that order leaves
+    cancels.
     """
     piece, turn = length / count, arc / count
     chord = piece if arc == 0.0 else 2.0 * length / arc * math.sin(turn / 2)

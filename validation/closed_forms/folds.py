@@ -55,7 +55,7 @@ def strip_force(travel: np.ndarray, crease: float = CREASE) -> np.ndarray:
 def rigid_strip(
     speed: float = 2e-3, damping: float = 1e-3, stiffen: float = 1.0, crease: float = CREASE, segments: int = 1
 ) -> SegmentSystem:
-    """Six panels, rigid if they have one segment; the springs against stretching and shear `stiffen` times the strip's own."""
+    """Six panels, rigid if they have one segment; springs against stretch and shear `stiffen` times the strip's own."""
     case = Case(
         strip=Strip(
             length=6 * PANEL, width=WIDTH, thickness=THICKNESS, panels=6, fold_angle=FOLD, segments_per_panel=segments,
@@ -101,7 +101,7 @@ def zfold_closed(half: np.ndarray, rest: float, n: int, a: float, k: float) -> n
 
 
 def zfold(n: int, a: float, k: float, rest: float, forces: np.ndarray) -> np.ndarray:
-    """Half angles th (rad) of a z-fold of n rigid panels, drawn along x by these forces (N), whose panels' centres stay on the line.
+    """Half angles th (rad) of a z-fold of n rigid panels, drawn along x by these forces (N); centres stay on the line.
 
     Panel i lies at +-(90 deg - th) to the line; its ends at x = +-a/2 in its own axes.
     """
@@ -146,13 +146,15 @@ def miura_closed(a: float, b: float, gamma: float, theta: float) -> tuple[float,
 
 
 def miura(a: float, b: float, gamma: float, start: float, moment: float) -> tuple[np.ndarray, np.ndarray]:
-    """Angles theta (n,), rad, and H, S, L, V (n, 4) of four rigid plates joined by hinges, folded by a couple from `start` on.
+    """Angles theta (n,), rad, and H, S, L, V (n, 4) of four rigid plates joined by hinges, folded by a couple from `start`.
 
-    Plates are parallelograms with sides a, b and the angle gamma; hinges are creases of 1 N mm/rad between stiff springs. theta is
-    half the angle between the normals of two plates; sizes are measured between corners.
+    Plates are parallelograms with sides a, b and the angle gamma; hinges are creases of 1 N mm/rad between stiff springs.
+    theta is half the angle between the normals of two plates; sizes are measured between corners.
     """
     height, width, length, offset = miura_closed(a, b, gamma, start)
-    corners = {(i, j): np.array([i * length + offset * (j % 2), j * width, height * (i % 2)]) for i in range(3) for j in range(3)}
+    corners = {
+        (i, j): np.array([i * length + offset * (j % 2), j * width, height * (i % 2)]) for i in range(3) for j in range(3)
+    }
     centres, frames, bodies = {}, {}, []
     for i, j in FACES:
         centre = 0.25 * sum((corners[i + di, j + dj] for di in (0, 1) for dj in (0, 1)), np.zeros(3))

@@ -13,9 +13,21 @@ from fsm.plots.style import COLOURS, figure
 from fsm.scene.load_case import load_case
 from fsm.scene.materials import SplineCrease
 from validation.closed_forms.folds import (
-    CREASE, PANEL, THICKNESS, TRAVELS, WIDTH, YOUNG, miura, miura_closed, rigid_strip, static_curve, strip_force, zfold,
-    zfold_closed, zigzag,
-)  # fmt: skip
+    CREASE,
+    PANEL,
+    THICKNESS,
+    TRAVELS,
+    WIDTH,
+    YOUNG,
+    miura,
+    miura_closed,
+    rigid_strip,
+    static_curve,
+    strip_force,
+    zfold,
+    zfold_closed,
+    zigzag,
+)
 from validation.gallery.drawing import beside, convergence
 from validation.gallery.record import Check, NotCompared, Place, against, below, said
 
@@ -37,10 +49,32 @@ def zigzag_strip(place: Place) -> Iterator[Check]:
     ours = {"fsm, rigid panels": (1e3 * travel, static_curve(rigid_strip(), travel))}
     points = {"closed form": (1e3 * TRAVELS, exact)}
     picture = beside(place.out / "zigzag.png", ours, points, "travel (mm)", "pull force (N)")
-    order = convergence(place.out / "order.png", factors, {"largest error / peak": list(errors.values())}, 1, x="springs, times the strip's own")
+    order = convergence(
+        place.out / "order.png",
+        factors,
+        {"largest error / peak": list(errors.values())},
+        1,
+        x="springs, times the strip's own",
+    )
     source = "closed form of the rigid zig-zag (validation/references.md)"
-    yield against("check value of the closed form", "a = .08, D = .02, h = .06", value, 0.028115041423768604, source, picture, rtol=1e-14, unit="N")
-    yield below("force of the trial strip, 5 to 100 mm", "with the strip's own shear and stretch; over the peak", errors[1.0], 1.2e-4, source, picture)
+    yield against(
+        "check value of the closed form",
+        "a = .08, D = .02, h = .06",
+        value,
+        0.028115041423768604,
+        source,
+        picture,
+        rtol=1e-14,
+        unit="N",
+    )
+    yield below(
+        "force of the trial strip, 5 to 100 mm",
+        "with the strip's own shear and stretch; over the peak",
+        errors[1.0],
+        1.2e-4,
+        source,
+        picture,
+    )
     yield below("the same, springs 1000 times stiffer", "over the peak", errors[1000.0], 2e-7, source, order)
 
 
@@ -53,8 +87,16 @@ def zfolds(place: Place) -> Iterator[Check]:
     curve = {"closed form": (np.degrees(line), zfold_closed(line, rest, n, a, k))}
     picture = beside(place.out / "zfold.png", curve, {"fsm": (np.degrees(half), forces)}, "half angle (deg)", "force (N)")
     for angle, force in zip(half, forces, strict=True):
-        yield against(f"force at {math.degrees(angle):.2f} deg", "six rigid panels, centres on a line", float(force),
-                      float(zfold_closed(np.array(angle), rest, n, a, k)), "closed form F = (n-1) 2k(2θ-2θ0)/(n a cos θ)", picture, rtol=1e-5, unit="N")  # fmt: skip
+        yield against(
+            f"force at {math.degrees(angle):.2f} deg",
+            "six rigid panels, centres on a line",
+            float(force),
+            float(zfold_closed(np.array(angle), rest, n, a, k)),
+            "closed form F = (n-1) 2k(2θ-2θ0)/(n a cos θ)",
+            picture,
+            rtol=1e-5,
+            unit="N",
+        )
 
 
 def miura_vertex(place: Place) -> Iterator[Check]:
@@ -73,10 +115,27 @@ def miura_vertex(place: Place) -> Iterator[Check]:
     picture = beside(place.out / "miura.png", ours, points, "fold angle θ (deg)", "size (m)", size=(6.0, 4.0))
     source = "Schenk and Guest 2013, PNAS 110, 3276, eqs. 1 to 4"
     for name, value, number in zip("HSLV", at_thirty, (0.433013, 0.998460, 0.901388, 0.665640), strict=True):
-        yield against(f"{name} at θ = 30 deg", "a = 1, b = 1.2, γ = 60 deg; between corners of the plates", float(value), number, source, picture, atol=1e-5, unit="m")
+        yield against(
+            f"{name} at θ = 30 deg",
+            "a = 1, b = 1.2, γ = 60 deg; between corners of the plates",
+            float(value),
+            number,
+            source,
+            picture,
+            atol=1e-5,
+            unit="m",
+        )
     closed = np.array([miura_closed(a, b, gamma, t) for t in angles])
-    yield below("H, S, L, V from 50 to 18 deg", "largest difference of 61 equilibria", float(np.abs(sizes - closed).max()), 1e-5, source, picture, unit="m",
-                detail="what is left is the stretch of the springs at the hinges")  # fmt: skip
+    yield below(
+        "H, S, L, V from 50 to 18 deg",
+        "largest difference of 61 equilibria",
+        float(np.abs(sizes - closed).max()),
+        1e-5,
+        source,
+        picture,
+        unit="m",
+        detail="what is left is the stretch of the springs at the hinges",
+    )
 
 
 def rigid_limit(place: Place) -> Iterator[Check]:
@@ -98,8 +157,14 @@ def rigid_limit(place: Place) -> Iterator[Check]:
         ax.set(xlabel="panel length / L*", ylabel="difference from rigid panels / peak")
         ax.legend()
     picture = place.out / "rigid.png"
-    yield said("a panel much shorter than L* acts rigid", "a panel much shorter than L* = B/κ acts as a rigid one", "mechanics of creased sheets (validation/references.md)",
-               f"a/L* = {ratios[0]:g}: {off[0]:.1%} from rigid panels; a/L* = {ratios[-1]:g}: {off[-1]:.0%}", off[0] < 0.02 < 0.2 < off[-1], picture)  # fmt: skip
+    yield said(
+        "a panel much shorter than L* acts rigid",
+        "a panel much shorter than L* = B/κ acts as a rigid one",
+        "mechanics of creased sheets (validation/references.md)",
+        f"a/L* = {ratios[0]:g}: {off[0]:.1%} from rigid panels; a/L* = {ratios[-1]:g}: {off[-1]:.0%}",
+        off[0] < 0.02 < 0.2 < off[-1],
+        picture,
+    )
 
 
 def relaxation(place: Place) -> Iterator[Check | NotCompared]:
@@ -109,7 +174,13 @@ def relaxation(place: Place) -> Iterator[Check | NotCompared]:
     angle = relaxed_angle(times, np.array([theta, slope, math.log(tau)]))
     late = np.diff(angle[times > 100 * tau]) / np.diff(np.log(times[times > 100 * tau]))
     points = {"θ0 + A ln(1 + t/τ)": (times[::6], np.degrees(theta + slope * np.log1p(times[::6] / tau)))}
-    picture = beside(place.out / "relaxation.png", {"fsm": (times, np.degrees(angle))}, points, "time since release (s)", "rest angle (deg)")
+    picture = beside(
+        place.out / "relaxation.png",
+        {"fsm": (times, np.degrees(angle))},
+        points,
+        "time since release (s)",
+        "rest angle (deg)",
+    )
     with_log = place.out / "relaxation.png"
     with figure(with_log) as fig:
         ax = fig.subplots()
@@ -117,14 +188,30 @@ def relaxation(place: Place) -> Iterator[Check | NotCompared]:
         ax.semilogx(*points["θ0 + A ln(1 + t/τ)"], "o", mfc="white", mec="black", label="θ0 + A ln(1 + t/τ)")
         ax.set(xlabel="time since release (s)", ylabel="rest angle (deg)")
         ax.legend()
-    yield said("a crease's angle relaxes logarithmically", "relaxation of a crease angle is logarithmic in time", "Farain 2020, abstract",
-               f"dθ/d ln t = {late.mean():.4f} rad, the same over four decades to {np.ptp(late) / late.mean():.1%}", np.ptp(late) < 0.02 * late.mean(), picture)  # fmt: skip
-    yield NotCompared("slope independent of load, thickness and holding time", "Farain 2020, abstract",
-                      "the slope A is a number of the case or of a calibration; nothing in the law could make it depend on these")  # fmt: skip
-    yield NotCompared("residual angle of Kapton creases falls with press force and time", "Dharmadasa 2020, abstract",
-                      "no open moment-angle data of Kapton or paper creases was found; a family of curves over press time is interpolated, not predicted")  # fmt: skip
-    yield NotCompared("a crease has a finite length and differs in tension and compression", "Jules 2019, abstract",
-                      "creases are lines here; a law may differ in opening and closing as its data do")  # fmt: skip
+    yield said(
+        "a crease's angle relaxes logarithmically",
+        "relaxation of a crease angle is logarithmic in time",
+        "Farain 2020, abstract",
+        f"dθ/d ln t = {late.mean():.4f} rad, the same over four decades to {np.ptp(late) / late.mean():.1%}",
+        np.ptp(late) < 0.02 * late.mean(),
+        picture,
+    )
+    yield NotCompared(
+        "slope independent of load, thickness and holding time",
+        "Farain 2020, abstract",
+        "the slope A is a number of the case or of a calibration; nothing in the law could make it depend on these",
+    )
+    yield NotCompared(
+        "residual angle of Kapton creases falls with press force and time",
+        "Dharmadasa 2020, abstract",
+        "no open moment-angle data of Kapton or paper creases was found; a family of curves over press "
+        "time is interpolated, not predicted",
+    )
+    yield NotCompared(
+        "a crease has a finite length and differs in tension and compression",
+        "Jules 2019, abstract",
+        "creases are lines here; a law may differ in opening and closing as its data do",
+    )
 
 
 def hinge(place: Place) -> Iterator[Check]:
@@ -135,8 +222,19 @@ def hinge(place: Place) -> Iterator[Check]:
     measured_angle, measured = rows[:, 0], rows[:, 1]
     angle, moment = np.degrees(np.array(crease.angle)), 1e3 * np.array(crease.moment)
     value = np.interp(measured_angle, angle, moment)
-    picture = beside(place.out / "hinge.png", {"crease of the case": (angle, moment)}, {"rheometer": (measured_angle, measured)}, "angle (deg)",
-                     "moment (mN m)")  # fmt: skip
+    picture = beside(
+        place.out / "hinge.png",
+        {"crease of the case": (angle, moment)},
+        {"rheometer": (measured_angle, measured)},
+        "angle (deg)",
+        "moment (mN m)",
+    )
     off = float(np.abs(value - measured).max() / np.ptp(measured))
-    yield below("crease law off the measured points", "29 points, largest difference over the range; a smoothing spline", off, 0.01,
-                "vishaal-krishnan/hinge_origami, data/unit075_torque.txt, Apache-2.0; unit inferred, mN m", picture)  # fmt: skip
+    yield below(
+        "crease law off the measured points",
+        "29 points, largest difference over the range; a smoothing spline",
+        off,
+        0.01,
+        "vishaal-krishnan/hinge_origami, data/unit075_torque.txt, Apache-2.0; unit inferred, mN m",
+        picture,
+    )

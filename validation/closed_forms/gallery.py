@@ -1,6 +1,6 @@
 """All closed forms, for the gallery and by themselves.
 
-    python -m validation.closed_forms.gallery [--parts elastica arc ...] [--out out/validation/closed_forms]
+python -m validation.closed_forms.gallery [--parts elastica arc ...] [--out out/validation/closed_forms]
 """
 
 from __future__ import annotations

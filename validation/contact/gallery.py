@@ -13,22 +13,30 @@ TITLE = "Contact in piles"
 
 def stack(place: Place) -> Iterator[Check]:
     """A strip of many steep folds pressed flat and let go: eight panels, with --full twenty."""
-    yield from with_margins(check_stack(not place.full, place.out), "bounds by statics, conservation of energy", place.out / "stack.png")
+    yield from with_margins(
+        check_stack(not place.full, place.out), "bounds by statics, conservation of energy", place.out / "stack.png"
+    )
 
 
 def box(place: Place) -> Iterator[Check]:
     """Plates dropped into a box: twelve, with --full two hundred."""
-    yield from with_margins(check_box(not place.full, place.out), "bounds by energy, conservation of energy", place.out / "box.png")
+    yield from with_margins(
+        check_box(not place.full, place.out), "bounds by energy, conservation of energy", place.out / "box.png"
+    )
 
 
 def friction(place: Place) -> Iterator[Check]:
     """The pulled strip in space and in the plane, and with friction."""
-    yield from with_margins(check_friction(not place.full, place.out), "the plane; smoothness in the coefficient", place.out / "friction.png")
+    yield from with_margins(
+        check_friction(not place.full, place.out), "the plane; smoothness in the coefficient", place.out / "friction.png"
+    )
 
 
 def stiffness(place: Place) -> Iterator[Check]:
     """Stiffness and thickness of contact over decades."""
-    yield from with_margins(check_range(not place.full, place.out), "a run time that hardly depends on them", place.out / "range.png")
+    yield from with_margins(
+        check_range(not place.full, place.out), "a run time that hardly depends on them", place.out / "range.png"
+    )
 
 
 def bodies(place: Place) -> Iterator[Check]:

@@ -15,9 +15,17 @@ Line = tuple[Sequence[float] | np.ndarray, Sequence[float] | np.ndarray]
 
 
 def beside(
-    path: Path, ours: Mapping[str, Line], reference: Mapping[str, Line], x: str, y: str, *,
-    title: str = "", log: bool = False, size: tuple[float, float] = SINGLE, bands: Mapping[str, tuple] | None = None,
-) -> Path:  # fmt: skip
+    path: Path,
+    ours: Mapping[str, Line],
+    reference: Mapping[str, Line],
+    x: str,
+    y: str,
+    *,
+    title: str = "",
+    log: bool = False,
+    size: tuple[float, float] = SINGLE,
+    bands: Mapping[str, tuple] | None = None,
+) -> Path:
     """Our curves as lines, references as open circles of the same colour, in the order given."""
     with figure(path, size) as fig:
         ax = fig.subplots()
@@ -38,9 +46,14 @@ def beside(
 
 
 def convergence(
-    path: Path, counts: Sequence[float], errors: Mapping[str, Sequence[float]], order: float, x: str = "segments",
-    y: str = "relative error", title: str = "",
-) -> Path:  # fmt: skip
+    path: Path,
+    counts: Sequence[float],
+    errors: Mapping[str, Sequence[float]],
+    order: float,
+    x: str = "segments",
+    y: str = "relative error",
+    title: str = "",
+) -> Path:
     """Errors against the number of pieces, with the slope that is expected."""
     with figure(path) as fig:
         ax = fig.subplots()
@@ -59,9 +72,15 @@ def convergence(
 
 
 def bars(
-    path: Path, names: Sequence[str], ours: Sequence[float], reference: Sequence[float], y: str, title: str = "",
-    band: float = 0.0, size: tuple[float, float] = SINGLE,
-) -> Path:  # fmt: skip
+    path: Path,
+    names: Sequence[str],
+    ours: Sequence[float],
+    reference: Sequence[float],
+    y: str,
+    title: str = "",
+    band: float = 0.0,
+    size: tuple[float, float] = SINGLE,
+) -> Path:
     """Ours beside a reference (NaN where there is none), one pair a name; band: half width of the reference's own."""
     with figure(path, size) as fig:
         ax = fig.subplots()

@@ -8,7 +8,17 @@ from types import ModuleType
 
 ROOT = Path(__file__).parents[1]
 
-FIRST = ("closed_forms", "papers", "strip_trial", "quasi_static", "methods", "rotating_squares", "membrane", "scissor", "contact")
+FIRST = (
+    "closed_forms",
+    "papers",
+    "strip_trial",
+    "quasi_static",
+    "methods",
+    "rotating_squares",
+    "membrane",
+    "scissor",
+    "contact",
+)
 """The order of the page; others follow by name."""
 
 NOT_IN_GALLERY = {

@@ -87,9 +87,19 @@ Part = Callable[[Place], Iterator[Check | NotCompared]]
 
 
 def against(
-    name: str, what: str, value: float, reference: float, source: str, figure: Path, *, rtol: float | None = None,
-    atol: float | None = None, unit: str = "", reason: str = "", detail: str = "",
-) -> Check:  # fmt: skip
+    name: str,
+    what: str,
+    value: float,
+    reference: float,
+    source: str,
+    figure: Path,
+    *,
+    rtol: float | None = None,
+    atol: float | None = None,
+    unit: str = "",
+    reason: str = "",
+    detail: str = "",
+) -> Check:
     """A number against a reference, within a relative or an absolute tolerance (one of both)."""
     if (rtol is None) == (atol is None):
         raise ValueError("give rtol or atol")
@@ -99,17 +109,47 @@ def against(
     else:
         error, tolerance, kind = off, float(atol or 0.0), "absolute"
     return Check(
-        name, what, float(reference), float(value), source, float(error), tolerance, kind, figure, unit, reason, detail  # type: ignore[arg-type]
+        name,
+        what,
+        float(reference),
+        float(value),
+        source,
+        float(error),
+        tolerance,
+        kind,
+        figure,
+        unit,
+        reason,
+        detail,  # type: ignore[arg-type]
     )
 
 
 def below(
-    name: str, what: str, value: float, allowed: float, source: str, figure: Path, *, unit: str = "", reason: str = "",
+    name: str,
+    what: str,
+    value: float,
+    allowed: float,
+    source: str,
+    figure: Path,
+    *,
+    unit: str = "",
+    reason: str = "",
     detail: str = "",
-) -> Check:  # fmt: skip
+) -> Check:
     """A number that must not be above what is allowed: an energy error, a spread, how far an order is off."""
     return Check(
-        name, what, f"at most {allowed:g}", float(value), source, float(value), allowed, "bound", figure, unit, reason, detail
+        name,
+        what,
+        f"at most {allowed:g}",
+        float(value),
+        source,
+        float(value),
+        allowed,
+        "bound",
+        figure,
+        unit,
+        reason,
+        detail,
     )
 
 

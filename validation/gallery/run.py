@@ -41,8 +41,11 @@ def run(only: list[str], out: Path, full: bool = False, again: bool = False, say
             else:
                 say(f"{key}: {first_line(function)}")
                 kept[key] = collect(function, Place(out / folder / part, full)) | {
-                    "folder": module.TITLE, "what": first_line(function), "sources": sources, "full": full,
-                }  # fmt: skip
+                    "folder": module.TITLE,
+                    "what": first_line(function),
+                    "sources": sources,
+                    "full": full,
+                }
                 write(path, kept)
             checks = kept[key]["checks"]
             red = [check for check in checks if not check["passed"]]
@@ -92,8 +95,11 @@ def plain(check: Check) -> dict[str, Any]:
 def write(path: Path, parts: dict[str, Any]) -> None:
     """All or nothing: a run that is cut off leaves the last whole file."""
     whole = {
-        "commit": commit(), "date": time.strftime("%d %B %Y %H:%M"), "machine": machine(), "parts": parts,
-    }  # fmt: skip
+        "commit": commit(),
+        "date": time.strftime("%d %B %Y %H:%M"),
+        "machine": machine(),
+        "parts": parts,
+    }
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_suffix(".part")
     part.write_text(json.dumps(whole, indent=1), encoding="utf-8")
@@ -115,6 +121,7 @@ def fingerprint() -> str:
 
 def commit() -> str:
     """Short name of the commit, with a plus if the tree has changes; empty outside a repository."""
+
     def git(*words: str) -> str:
         done = subprocess.run(["git", "-C", str(REPOSITORY), *words], capture_output=True, text=True, check=True)
         return done.stdout.strip()

@@ -37,10 +37,26 @@ def frequencies(place: Place) -> Iterator[Check]:
     errors = {f"mode {i + 1}": [float(abs(found[n][i] / exact[i] - 1)) for n in counts] for i in (0, 1, 3, 4)}
     picture = convergence(place.out / "order.png", counts, errors, 5, x="cells along a side")
     for i, (value, number) in enumerate(zip(found[12], exact, strict=True)):
-        yield against(f"f{i + 1}, 12 x 12 cells", "300 x 300 x .025 mm, edges moved out by 1e-3", float(value), float(number), EXACT, picture, rtol=2e-5, unit="Hz")
+        yield against(
+            f"f{i + 1}, 12 x 12 cells",
+            "300 x 300 x .025 mm, edges moved out by 1e-3",
+            float(value),
+            float(number),
+            EXACT,
+            picture,
+            rtol=2e-5,
+            unit="Hz",
+        )
     order = np.log2(np.abs((found[6] / exact - 1) / (found[12] / exact - 1)))
-    yield below("order of convergence: below 5 by", "6 to 12 cells, worst of six modes", float(max(0.0, 5.0 - order.min())), 0.0, "slopes held along the edges", picture,
-                detail="orders " + " ".join(f"{o:.2f}" for o in order))  # fmt: skip
+    yield below(
+        "order of convergence: below 5 by",
+        "6 to 12 cells, worst of six modes",
+        float(max(0.0, 5.0 - order.min())),
+        0.0,
+        "slopes held along the edges",
+        picture,
+        detail="orders " + " ".join(f"{o:.2f}" for o in order),
+    )
 
 
 def _vibration(n: int, settings: Settings, every: float) -> tuple[float, float, float]:
@@ -63,17 +79,35 @@ def precision(place: Place) -> Iterator[Check]:
     for n in (4, 8, 12) if place.full else (4,):
         errors = []
         for step in steps:
-            value, energy, seconds = _vibration(n, Settings("generalized-alpha", 1e-3, duration, rho_inf=0.9, step=step), step)
+            value, energy, seconds = _vibration(
+                n, Settings("generalized-alpha", 1e-3, duration, rho_inf=0.9, step=step), step
+            )
             errors.append(abs(value / reference - 1))
         lines[f"{n} x {n}, generalized-alpha"] = errors
         order = float(np.log2(errors[0] / errors[2]) / 2)
-        yield below(f"{n} x {n}: order of generalized-alpha in the step, off 2 by", "steps of 1 to .25 ms", abs(order - 2), 0.2, "second order", picture,
-                    detail=", ".join(f"{1e3 * h:g} ms {e:.1e}" for h, e in zip(steps, errors, strict=True)))  # fmt: skip
+        yield below(
+            f"{n} x {n}: order of generalized-alpha in the step, off 2 by",
+            "steps of 1 to .25 ms",
+            abs(order - 2),
+            0.2,
+            "second order",
+            picture,
+            detail=", ".join(f"{1e3 * h:g} ms {e:.1e}" for h, e in zip(steps, errors, strict=True)),
+        )
         for rtol in (1e-3, 1e-4):
             value, energy, seconds = _vibration(n, Settings("Radau-blocks", rtol, duration), every)
             detail = f"energy {energy:.1e}, {seconds:.1f} s a second"
-            yield against(f"{n} x {n}: Radau at rtol {rtol:g}", f"amplitude {1e3 * AMPLITUDE:g} mm", value, reference,
-                          f"{'12 x 12' if place.full else '8 x 8'}, Radau at rtol 1e-5", picture, rtol=1e-3, unit="Hz", detail=detail)  # fmt: skip
+            yield against(
+                f"{n} x {n}: Radau at rtol {rtol:g}",
+                f"amplitude {1e3 * AMPLITUDE:g} mm",
+                value,
+                reference,
+                f"{'12 x 12' if place.full else '8 x 8'}, Radau at rtol 1e-5",
+                picture,
+                rtol=1e-3,
+                unit="Hz",
+                detail=detail,
+            )
     convergence(picture, [1.0 / step for step in steps], lines, 2, x="steps a second", y="relative error of the frequency")
 
 
@@ -84,7 +118,14 @@ def energy(place: Place) -> Iterator[Check]:
     _, ledger = simulate(system, Settings("Radau-blocks", 1e-7, 0.2), np.linspace(0.0, 0.2, 401), states.append)
     shown = {"centre": ([s.time for s in states], [1e3 * s.q[height] for s in states])}
     picture = beside(place.out / "vibration.png", shown, {}, "time (s)", "height of the centre (mm)", size=(6.0, 3.0))
-    yield below("energy error", "0.2 s of free vibration, of the energy turned over", ledger.relative_error, 1e-6, "conservation of energy", picture)
+    yield below(
+        "energy error",
+        "0.2 s of free vibration, of the energy turned over",
+        ledger.relative_error,
+        1e-6,
+        "conservation of energy",
+        picture,
+    )
 
 
 def strip(place: Place) -> Iterator[Check]:
@@ -92,8 +133,26 @@ def strip(place: Place) -> Iterator[Check]:
     closed = strip_wrinkles(HEIGHT, FILM.thickness, FILM.poisson, SHEAR / HEIGHT)
     source = "closed form of the sheared strip (docs/theory.md), half-wavelength √(πHt)/[3(1-ν²)γ]^¼"
     picture = place.out / "strip.png"
-    yield against("half-wavelength of the closed form", "H = 128 mm, t = 25 µm, ν = .31, 1 mm", 1e3 * closed.half_wavelength, 8.311, "validation/references.md", picture, rtol=1e-4, unit="mm")
-    yield against("amplitude of the closed form", "the same", 1e3 * closed.amplitude, 0.2747, "validation/references.md", picture, rtol=3e-4, unit="mm")
+    yield against(
+        "half-wavelength of the closed form",
+        "H = 128 mm, t = 25 µm, ν = .31, 1 mm",
+        1e3 * closed.half_wavelength,
+        8.311,
+        "validation/references.md",
+        picture,
+        rtol=1e-4,
+        unit="mm",
+    )
+    yield against(
+        "amplitude of the closed form",
+        "the same",
+        1e3 * closed.amplitude,
+        0.2747,
+        "validation/references.md",
+        picture,
+        rtol=3e-4,
+        unit="mm",
+    )
     starts = ((0.128, 0.8), (0.128, 1.0), (0.384, 0.782), (0.384, 0.8)) if place.full else ((0.128, 0.8),)
     best: dict[float, Wrinkled] = {}
     all_found = []
@@ -104,16 +163,53 @@ def strip(place: Place) -> Iterator[Check]:
             best[length] = found
     for length, found in best.items():
         name = f"strip of {1e3 * length:g} mm"
-        told = f"{1e3 * found.energy:.5f} mJ, {found.iterations} iterations, {found.seconds:.0f} s; smaller stress {1e-6 * found.smaller:.2f} MPa"
-        yield against(f"{name}: half-wavelength", "4 mm cells, resolved", 1e3 * found.half_wavelength, 1e3 * closed.half_wavelength, source, picture, rtol=0.15, unit="mm", detail=told,
-                      reason="the strip has several stable shapes, and the closed form is for an infinite one")  # fmt: skip
-        yield against(f"{name}: mean stress of the tension field", "against wrinkles that are resolved", 1e-6 * found.tension_field, 1e-6 * found.resolved,
-                      "wrinkles resolved by the mesh", picture, rtol=0.02, unit="MPa")  # fmt: skip
+        told = (
+            f"{1e3 * found.energy:.5f} mJ, {found.iterations} iterations, {found.seconds:.0f} s; smaller "
+            f"stress {1e-6 * found.smaller:.2f} MPa"
+        )
+        yield against(
+            f"{name}: half-wavelength",
+            "4 mm cells, resolved",
+            1e3 * found.half_wavelength,
+            1e3 * closed.half_wavelength,
+            source,
+            picture,
+            rtol=0.15,
+            unit="mm",
+            detail=told,
+            reason="the strip has several stable shapes, and the closed form is for an infinite one",
+        )
+        yield against(
+            f"{name}: mean stress of the tension field",
+            "against wrinkles that are resolved",
+            1e-6 * found.tension_field,
+            1e-6 * found.resolved,
+            "wrinkles resolved by the mesh",
+            picture,
+            rtol=0.02,
+            unit="MPa",
+        )
         if length > 2 * HEIGHT:  # in a short strip the free edges give way, and wrinkles are higher
-            yield against(f"{name}: amplitude", "4 mm cells, resolved", 1e3 * found.amplitude, 1e3 * closed.amplitude, source, picture, rtol=0.15, unit="mm",
-                          reason="the strip has several stable shapes, and the closed form is for an infinite one")  # fmt: skip
+            yield against(
+                f"{name}: amplitude",
+                "4 mm cells, resolved",
+                1e3 * found.amplitude,
+                1e3 * closed.amplitude,
+                source,
+                picture,
+                rtol=0.15,
+                unit="mm",
+                reason="the strip has several stable shapes, and the closed form is for an infinite one",
+            )
     names = [name for name, _ in all_found]
-    bars(picture, names, [1e3 * f.half_wavelength for _, f in all_found], [1e3 * closed.half_wavelength] * len(names), "half-wavelength (mm)", "sheared strip")
+    bars(
+        picture,
+        names,
+        [1e3 * f.half_wavelength for _, f in all_found],
+        [1e3 * closed.half_wavelength] * len(names),
+        "half-wavelength (mm)",
+        "sheared strip",
+    )
 
 
 TITLE = "The tensioned membrane"

@@ -1,6 +1,6 @@
 """Times of the tensioned membrane: prestress, modes, force, tangent; medians, warm, one thread.
 
-    python -m validation.membrane.speed [--quick]
+python -m validation.membrane.speed [--quick]
 """
 
 from __future__ import annotations

@@ -38,15 +38,25 @@ def peaks(place: Place) -> Iterator[Check]:
         table = np.genfromtxt(out / "force.csv", delimiter=",", skip_header=1)
         curves[method] = (table[:, 0], table[:, 1])
         detail = (
-            f"at {1e3 * summary['peak_travel']:.3f} mm; {summary['steps']} steps, {summary['newton_iterations']} Newton iterations, "
+            f"at {1e3 * summary['peak_travel']:.3f} mm; {summary['steps']} steps, "
+            f"{summary['newton_iterations']} Newton iterations, "
             f"energy error {summary['energy_error']:.1e}, {summary['solve_time_s']:.1f} s"
         )
         if not first:
             first = summary["peak_force"]
             told = detail
             continue
-        yield against(f"largest force up to 28 mm, {method}", f"{segments} segments a panel, rtol {rtol:g}", summary["peak_force"], first, f"Radau of SciPy ({told})", picture,
-                      rtol=TOLERANCE, unit="N", detail=detail)  # fmt: skip
+        yield against(
+            f"largest force up to 28 mm, {method}",
+            f"{segments} segments a panel, rtol {rtol:g}",
+            summary["peak_force"],
+            first,
+            f"Radau of SciPy ({told})",
+            picture,
+            rtol=TOLERANCE,
+            unit="N",
+            detail=detail,
+        )
     few = {f"{name}, every 2 mm": (x[::4], y[::4]) for name, (x, y) in list(curves.items())[1:]}
     beside(picture, {"Radau": curves["Radau"]}, few, "travel (mm)", "pull force (N)")
 

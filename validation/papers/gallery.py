@@ -1,6 +1,6 @@
 """What three papers say, for the gallery and by themselves.
 
-    python -m validation.papers.gallery [--parts pull_conditions ...]
+python -m validation.papers.gallery [--parts pull_conditions ...]
 """
 
 from __future__ import annotations

@@ -50,36 +50,89 @@ def deployment(place: Place) -> Iterator[Check | NotCompared]:
             ax.legend()
     picture = place.out / "deployment.png"
     late, early = times > 1.2, times <= 1.2
-    yield said("accelerated motion", "under a constant force the deployment is a motion of varying acceleration, flexible or rigid", PAPER + "section 5, figure 7",
-               f"speed of a1 {abs(speed[1][times <= 0.5]).max():.2f} m/s until 0.5 s, {abs(speed[1]).max():.2f} m/s in all", bool(abs(speed[1]).max() > 2 * abs(speed[1][times <= 0.5]).max()), picture)  # fmt: skip
+    yield said(
+        "accelerated motion",
+        "under a constant force the deployment is a motion of varying acceleration, flexible or rigid",
+        PAPER + "section 5, figure 7",
+        f"speed of a1 {abs(speed[1][times <= 0.5]).max():.2f} m/s until 0.5 s, {abs(speed[1]).max():.2f} m/s in all",
+        bool(abs(speed[1]).max() > 2 * abs(speed[1][times <= 0.5]).max()),
+        picture,
+    )
     falls = rigid_height[0] - rigid_height
     share = float((falls[-1] - falls[times <= 1.2][-1]) / falls[-1])
-    yield said("quick at the end", "displacement, velocity and acceleration change very quickly within the last 0.3 s", PAPER + "section 5, figure 7",
-               f"{share:.0%} of the way of a1 in the last 0.3 s of 1.5 s", share > 0.3, picture)  # fmt: skip
-    yield said("flexible bars part from rigid ones late", "another key difference is in the displacements of flexible and rigid arrays, largest at the end", PAPER + "section 5, figure 7",
-               f"{1e3 * off[early].max():.1f} mm until 1.2 s, {1e3 * off[late].max():.1f} mm after", bool(off[late].max() > 2 * off[early].max()), picture)  # fmt: skip
+    yield said(
+        "quick at the end",
+        "displacement, velocity and acceleration change very quickly within the last 0.3 s",
+        PAPER + "section 5, figure 7",
+        f"{share:.0%} of the way of a1 in the last 0.3 s of 1.5 s",
+        share > 0.3,
+        picture,
+    )
+    yield said(
+        "flexible bars part from rigid ones late",
+        "another key difference is in the displacements of flexible and rigid arrays, largest at the end",
+        PAPER + "section 5, figure 7",
+        f"{1e3 * off[early].max():.1f} mm until 1.2 s, {1e3 * off[late].max():.1f} mm after",
+        bool(off[late].max() > 2 * off[early].max()),
+        picture,
+    )
     relative = float((off_speed / np.abs(rigid_speed).max()).max()), float((off / np.ptp(rigid_height)).max())
-    yield said("vibration is seen in velocity and acceleration, not in displacement", "apparent vibration on velocity and acceleration; in displacement too small to observe", PAPER + "section 5, figure 7",
-               f"largest difference {relative[0]:.1%} of the largest speed, {relative[1]:.1%} of the way", relative[0] > 2 * relative[1], picture,
-               reason="differences in speed are mostly those of a late array, not of vibration, and no larger than in displacement")  # fmt: skip
+    yield said(
+        "vibration is seen in velocity and acceleration, not in displacement",
+        "apparent vibration on velocity and acceleration; in displacement too small to observe",
+        PAPER + "section 5, figure 7",
+        f"largest difference {relative[0]:.1%} of the largest speed, {relative[1]:.1%} of the way",
+        relative[0] > 2 * relative[1],
+        picture,
+        reason="differences in speed are mostly those of a late array, not of vibration, and no larger than in displacement",
+    )
     for name, gap in apart.items():
-        yield said(f"asynchronism of {name}", "heights are obviously not synchronous after 1.20 s", PAPER + "section 5, figure 8",
-                   f"{1e3 * gap[early].max():.2f} mm until 1.2 s, {1e3 * gap[late].max():.2f} mm after", bool(gap[late].max() > 2 * gap[early].max()), picture)  # fmt: skip
+        yield said(
+            f"asynchronism of {name}",
+            "heights are obviously not synchronous after 1.20 s",
+            PAPER + "section 5, figure 8",
+            f"{1e3 * gap[early].max():.2f} mm until 1.2 s, {1e3 * gap[late].max():.2f} mm after",
+            bool(gap[late].max() > 2 * gap[early].max()),
+            picture,
+        )
     paper = {"displacement_x": 0.01498, "displacement_y": 0.02503, "velocity": 0.3889, "acceleration": 18.60}
     ours = summary["max_difference_rigid"]
     for key, number in paper.items():
         ratio = ours[key] / number
-        yield said(f"largest difference from rigid bars, {key.replace('_', ' ')}", f"{number:g} (m, m/s, m/s²)", PAPER + "section 5, figure 7; " + LOST,
-                   f"{ours[key]:.4g}, with bars of 1 m, 20 x 12 mm, steel", 0.1 < ratio < 10.0, picture)  # fmt: skip
+        yield said(
+            f"largest difference from rigid bars, {key.replace('_', ' ')}",
+            f"{number:g} (m, m/s, m/s²)",
+            PAPER + "section 5, figure 7; " + LOST,
+            f"{ours[key]:.4g}, with bars of 1 m, 20 x 12 mm, steel",
+            0.1 < ratio < 10.0,
+            picture,
+        )
     for key, number in {"a2-a3": 0.01863, "a3-a4": 0.02203}.items():
         mine = summary["max_asynchronism"][key]
-        yield said(f"largest asynchronism, {key}", f"{number:g} m at 1.5 s", PAPER + "section 5, figure 8; " + LOST, f"{mine:.4g} m", 0.1 < mine / number < 10.0, picture)
+        yield said(
+            f"largest asynchronism, {key}",
+            f"{number:g} m at 1.5 s",
+            PAPER + "section 5, figure 8; " + LOST,
+            f"{mine:.4g} m",
+            0.1 < mine / number < 10.0,
+            picture,
+        )
     # six units are heavier: until their bars have turned as far
     long = np.linspace(0.0, 8.0, 1601)
     same = float(np.interp(-angle[-1], -rigid_angle(6, long, 0.02), long))
     more = move(steel_array(6, 0.02), same, step, 300)
     wide = max(float(np.abs(more.place(f"a{k}", 1) - more.place(f"a{k + 1}", 1)).max()) for k in range(2, 7))
     few = max(float(gap.max()) for gap in apart.values())
-    yield said("more units, more deformation", "as the number of units increases, vibration and deformation are more obvious", PAPER + "section 5",
-               f"out of step by {1e3 * few:.1f} mm with 3 units, {1e3 * wide:.1f} mm with 6 that have turned as far ({same:.2f} s)", wide > few, picture)  # fmt: skip
-    yield NotCompared("B of the specification matrix method", PAPER + "eqs. 15 to 20", "a permutation, inverse its transpose: tests/physics/test_scissor.py")
+    yield said(
+        "more units, more deformation",
+        "as the number of units increases, vibration and deformation are more obvious",
+        PAPER + "section 5",
+        f"out of step by {1e3 * few:.1f} mm with 3 units, {1e3 * wide:.1f} mm with 6 that have turned as far ({same:.2f} s)",
+        wide > few,
+        picture,
+    )
+    yield NotCompared(
+        "B of the specification matrix method",
+        PAPER + "eqs. 15 to 20",
+        "a permutation, inverse its transpose: tests/physics/test_scissor.py",
+    )

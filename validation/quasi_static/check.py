@@ -71,11 +71,24 @@ def speeds(place: Place) -> Iterator[Check]:
     """The peak of the pulled strip against the speed of the pull and its damping."""
     found = pulls()
     by_speed, by_damping = changes(found)
-    ours = {f"damping {b:g} ms": ([p.speed for p in found if p.damping == b], [p.peak_force for p in found if p.damping == b]) for b in DAMPINGS}
+    ours = {
+        f"damping {b:g} ms": ([p.speed for p in found if p.damping == b], [p.peak_force for p in found if p.damping == b])
+        for b in DAMPINGS
+    }
     picture = beside(place.out / "speed.png", ours, {}, "speed of the pull (mm/s)", "peak force (N)")
     detail = ", ".join(f"{p.speed:g} mm/s {p.damping:g} ms: {p.peak_force:.5f} N" for p in found)
-    yield below("change of the peak when the speed is halved", "2 to 0.5 mm/s", by_speed, BOUND, "a static quantity does not depend on the speed", picture, detail=detail)
-    yield below("change of the peak when the damping is halved", "10 and 5 ms", by_damping, BOUND, "nor on the damping", picture)
+    yield below(
+        "change of the peak when the speed is halved",
+        "2 to 0.5 mm/s",
+        by_speed,
+        BOUND,
+        "a static quantity does not depend on the speed",
+        picture,
+        detail=detail,
+    )
+    yield below(
+        "change of the peak when the damping is halved", "10 and 5 ms", by_damping, BOUND, "nor on the damping", picture
+    )
 
 
 TITLE = "The pull is quasi-static"

@@ -41,9 +41,15 @@ REFERENCE = {
 }
 """Direction, displacements (mm) and forces (N) with the source's stiffness."""
 GRADIENTS = {
-    "material.young": 1e-3, "crease.stiffness": 1e-3, "contact.stiffness": 0.05, "material.damping": 0.1,
-    "strip.thickness": 1e-3, "strip.width": 1e-3, "strip.fold_angle": 3e-5, "strip.length": 3e-5,
-}  # fmt: skip
+    "material.young": 1e-3,
+    "crease.stiffness": 1e-3,
+    "contact.stiffness": 0.05,
+    "material.damping": 0.1,
+    "strip.thickness": 1e-3,
+    "strip.width": 1e-3,
+    "strip.fold_angle": 3e-5,
+    "strip.length": 3e-5,
+}
 """What the peak of the trial strip is differentiated by, and the relative step of the central difference."""
 TRAVEL = np.arange(0.0, 37.01, 0.5) * 1e-3
 TESTS = "bertoldi-collab/DifFlexMM (MIT), testing machine, digitised from the published plot"
@@ -60,8 +66,16 @@ def forces(place: Place) -> Iterator[Check]:
         curves[name] = (line, respond(case, 1e-3 * line).force)
         points[f"{name}, other program"] = (travel, force)
         for at, value, number in zip(travel, found, force, strict=True):
-            yield against(f"{name} at {at:g} mm", "120 N/mm, 1.1917 N/mm, 1.5046 N mm/rad", float(value), number,
-                          "dense program, complex steps (validation/references.md)", place.out / "forces.png", rtol=1e-7, unit="N")  # fmt: skip
+            yield against(
+                f"{name} at {at:g} mm",
+                "120 N/mm, 1.1917 N/mm, 1.5046 N mm/rad",
+                float(value),
+                number,
+                "dense program, complex steps (validation/references.md)",
+                place.out / "forces.png",
+                rtol=1e-7,
+                unit="N",
+            )
     beside(place.out / "forces.png", curves, points, "displacement (mm)", "force (N)", size=(5.6, 3.8))
 
 
@@ -73,7 +87,15 @@ def fit(place: Place) -> Iterator[Check | NotCompared]:
     with figure(picture, WIDE) as fig:
         for ax, test, response, added in zip(fig.subplots(1, 2), tests, found.responses, found.added, strict=True):
             travel = 1e3 * test.travel
-            ax.fill_between(travel, test.force - test.deviation, test.force + test.deviation, color="#666666", alpha=0.3, lw=0, label="band of the test")
+            ax.fill_between(
+                travel,
+                test.force - test.deviation,
+                test.force + test.deviation,
+                color="#666666",
+                alpha=0.3,
+                lw=0,
+                label="band of the test",
+            )
             ax.plot(travel, test.force, "o", ms=4, mfc="white", mec="black", label="test, mean")
             ax.plot(travel, response.force + added, color=COLOURS[0], label="fsm, with zero and drag")
             ax.plot(travel, response.force, "--", color=COLOURS[1], lw=1, label="fsm")
@@ -84,9 +106,21 @@ def fit(place: Place) -> Iterator[Check | NotCompared]:
         bare = np.abs(response.force - test.force) / test.deviation
         where = ", ".join(f"{1e3 * s:.4g}" for s in test.travel[bare > 1.0])
         worst = int(np.argmax(off))
-        yield below(f"{test.name}: worst point, in half bands", f"{len(off)} points", float(off[worst]), 1.0, TESTS, picture,
-                    detail=f"at {1e3 * test.travel[worst]:.4g} mm; without zero and drag {np.sum(bare > 1.0)} points outside ({where or '-'} mm)")  # fmt: skip
-    yield NotCompared("shear: 1.617 N (1.378 to 1.854) at 3.75 mm, predicted", TESTS, "the test in shear is not in the project; the prediction is kept in shear_prediction.csv to be judged")
+        yield below(
+            f"{test.name}: worst point, in half bands",
+            f"{len(off)} points",
+            float(off[worst]),
+            1.0,
+            TESTS,
+            picture,
+            detail=f"at {1e3 * test.travel[worst]:.4g} mm; without zero and drag {np.sum(bare > 1.0)} points outside "
+            f"({where or '-'} mm)",
+        )
+    yield NotCompared(
+        "shear: 1.617 N (1.378 to 1.854) at 3.75 mm, predicted",
+        TESTS,
+        "the test in shear is not in the project; the prediction is kept in shear_prediction.csv to be judged",
+    )
 
 
 def gradients(place: Place) -> Iterator[Check]:
@@ -98,9 +132,19 @@ def gradients(place: Place) -> Iterator[Check]:
     for slope, (path, part) in zip(peak.gradient, GRADIENTS.items(), strict=True):
         wanted, value = _difference(case, TRAVEL, path, part), slope * value_at(case, path)
         rows.append((path, value, wanted))
-        yield against(f"d(peak)/d(log {path})", f"peak {peak.force:.5f} N", float(value), wanted, "central differences of whole solves, two sizes", picture,
-                      atol=1e-5 * max(abs(wanted), 0.1 * peak.force), unit="N")  # fmt: skip
-    names = [path.split(".")[1].replace("_", "\n") if "stiffness" not in path else path.replace(".", "\n") for path, *_ in rows]
+        yield against(
+            f"d(peak)/d(log {path})",
+            f"peak {peak.force:.5f} N",
+            float(value),
+            wanted,
+            "central differences of whole solves, two sizes",
+            picture,
+            atol=1e-5 * max(abs(wanted), 0.1 * peak.force),
+            unit="N",
+        )
+    names = [
+        path.split(".")[1].replace("_", "\n") if "stiffness" not in path else path.replace(".", "\n") for path, *_ in rows
+    ]
     bars(picture, names, [r[1] for r in rows], [r[2] for r in rows], "d(peak)/d(log p) (N)", size=(7.6, 3.6))
 
 

@@ -1,4 +1,4 @@
-"""On what the prediction of shear hangs, how near squares come to each other, and what gradients cost: tables for the README.
+"""On what the prediction of shear hangs, how near squares come to each other, what gradients cost: tables for the README.
 
     python -m validation.rotating_squares.report [--out out/validation/rotating_squares] [--write]
 

@@ -13,18 +13,27 @@ TITLE = "Scissor arrays"
 
 def alpha(place: Place) -> Iterator[Check]:
     """High frequencies die as rho_inf falls, the displacement stays."""
-    source = "paper on scissor arrays in absolute nodal coordinates, section 5, figures 5 and 6: high frequencies are dissipated, the motion is preserved"
+    source = (
+        "paper on scissor arrays in absolute nodal coordinates, section 5, figures 5 and 6: high "
+        "frequencies are dissipated, the motion is preserved"
+    )
     yield from with_margins(check_alpha(not place.full, place.out), source, place.out / "alpha.png")
 
 
 def limit(place: Place) -> Iterator[Check]:
     """Differences from rigid bars vanish as 1/E."""
-    yield from with_margins(check_limit(not place.full, place.out), "Lagrange's equation of rigid bars, DOP853 at 1e-11", place.out / "rigid_limit.png")
+    yield from with_margins(
+        check_limit(not place.full, place.out),
+        "Lagrange's equation of rigid bars, DOP853 at 1e-11",
+        place.out / "rigid_limit.png",
+    )
 
 
 def elements(place: Place) -> Iterator[Check]:
     """Three kinds of element and more of them a bar, against eight of one kind."""
-    yield from with_margins(check_elements(not place.full, place.out), "eight elements a bar; conservation of energy", place.out / "elements.png")
+    yield from with_margins(
+        check_elements(not place.full, place.out), "eight elements a bar; conservation of energy", place.out / "elements.png"
+    )
 
 
 PARTS: dict[str, Part] = {"alpha": alpha, "limit": limit, "elements": elements}

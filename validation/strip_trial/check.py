@@ -73,16 +73,38 @@ def peaks(place: Place) -> Iterator[Check]:
         table = np.genfromtxt(out / "force.csv", delimiter=",", skip_header=1)
         curves[f"{touching}, {pull.segments}"] = (table[:, 0], table[:, 1])
         yield against(
-            f"peak force, {touching}, {pull.segments} segments", "80 deg, linear creases, no friction, no thickness in the gap",
-            summary["peak_force"], pull.peak, SOURCE, picture, rtol=pull.tolerance, unit="N",
+            f"peak force, {touching}, {pull.segments} segments",
+            "80 deg, linear creases, no friction, no thickness in the gap",
+            summary["peak_force"],
+            pull.peak,
+            SOURCE,
+            picture,
+            rtol=pull.tolerance,
+            unit="N",
             detail=f"at {1e3 * summary['peak_travel']:.2f} mm; {summary['steps']} steps, {summary['solve_time_s']:.1f} s",
-        )  # fmt: skip
+        )
         if not pull.pairs and pull.segments == 40:
             touch = next(row for row in summary["touches"] if row["pair"] == "panel 1 - panel 2")
-            yield against("travel at which panel 2 touches panel 1", "40 segments; the reference is of two digits", 1e3 * touch["travel"],
-                          FIRST_TOUCH[0], SOURCE, picture, atol=0.5, unit="mm")  # fmt: skip
-            yield against("force there", "40 segments; the reference is of three digits", touch["force"], FIRST_TOUCH[1], SOURCE, picture, rtol=0.02,
-                          unit="N")  # fmt: skip
+            yield against(
+                "travel at which panel 2 touches panel 1",
+                "40 segments; the reference is of two digits",
+                1e3 * touch["travel"],
+                FIRST_TOUCH[0],
+                SOURCE,
+                picture,
+                atol=0.5,
+                unit="mm",
+            )
+            yield against(
+                "force there",
+                "40 segments; the reference is of three digits",
+                touch["force"],
+                FIRST_TOUCH[1],
+                SOURCE,
+                picture,
+                rtol=0.02,
+                unit="N",
+            )
     shown = {name: curves[name] for name in ("all contacts, 40", "panels 3 and 4 only, 40")}
     known = {"reference, all": ([27.0], [1.992]), "reference, 3 and 4": ([39.5], [1.4052])}
     beside(picture, shown, known, "travel (mm)", "pull force (N)")
@@ -124,8 +146,17 @@ def before_contact(place: Place) -> Iterator[Check]:
     }
     picture = convergence(place.out / "order.png", COUNTS, errors, 2, x="segments a panel")
     yield against("force at 4 mm", "limit of many segments", limit(), 0.11413, SOURCE, picture, atol=0.5e-5, unit="N")
-    yield below("order with the half-cell correction, off 2 by", "5 to 40 segments", float(np.abs(orders(True) - 2).max()), 0.1, "second order by construction", picture)
-    yield below("order without it, off 1 by", "5 to 40 segments", float(np.abs(orders(False) - 1).max()), 0.3, "first order", picture)
+    yield below(
+        "order with the half-cell correction, off 2 by",
+        "5 to 40 segments",
+        float(np.abs(orders(True) - 2).max()),
+        0.1,
+        "second order by construction",
+        picture,
+    )
+    yield below(
+        "order without it, off 1 by", "5 to 40 segments", float(np.abs(orders(False) - 1).max()), 0.3, "first order", picture
+    )
 
 
 TITLE = "The trial strip"

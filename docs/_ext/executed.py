@@ -1,0 +1,107 @@
+"""Tutorials that are executed when the pages are built.
+
+    ```{executed} sh
+    :picture: out/first/force.png
+    fsm run case.toml --out out/first
+    ```
+
+shows the commands, runs them in a folder of the page's own (in which `folding_cases` is at hand), and shows what they
+print and the picture. `sh` or `python`; `:file: name` writes the text into a file of that name instead. A command that fails
+fails the build. FSM_DOCS_RUN=0 leaves the running out.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any, ClassVar
+
+from docutils import nodes
+from docutils.parsers.rst import directives
+from sphinx.application import Sphinx
+from sphinx.util.docutils import SphinxDirective
+
+PICTURES = Path("generated") / "tutorials"
+LIMIT = 300.0
+"""Longest time of one block, s."""
+
+
+class Executed(SphinxDirective):
+    """A block that is shown, and run."""
+
+    has_content = True
+    required_arguments = 1
+    option_spec: ClassVar[dict[str, Any]] = {
+        "picture": directives.unchanged, "file": directives.unchanged, "width": directives.unchanged,
+    }  # fmt: skip
+
+    def run(self) -> list[nodes.Node]:
+        """The text, what running it prints, and its picture."""
+        text = "\n".join(self.content)
+        language = self.arguments[0]
+        shown = nodes.literal_block(text, text, language=language)
+        result: list[nodes.Node] = [shown]
+        folder = _folder(self.env.app, self.env.docname)
+        if "file" in self.options:
+            name = self.options["file"]
+            result.insert(0, nodes.paragraph("", "", nodes.literal(name, name), nodes.Text(":")))
+            (folder / name).write_text(text + "\n", encoding="utf-8")
+            return result
+        if not _running():
+            return result
+        command = [sys.executable, "-c", text] if language == "python" else ["bash", "-euc", text]
+        path = os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"]))
+        environment = os.environ | {"PATH": path, "PYTHONPATH": str(_root(self.env.app))}
+        done = subprocess.run(
+            command, cwd=folder, env=environment, capture_output=True, text=True, timeout=LIMIT, check=False
+        )
+        if done.returncode:
+            raise self.error(f"{' '.join(command[:2])} ended with {done.returncode}:\n{text}\n{done.stdout}\n{done.stderr}")
+        printed = done.stdout.replace(str(folder) + os.sep, "").rstrip()
+        if printed:
+            result.append(nodes.literal_block(printed, printed, language="text", classes=["printed"]))
+        if "picture" in self.options:
+            result.append(self._picture(folder / self.options["picture"]))
+        return result
+
+    def _picture(self, path: Path) -> nodes.Node:
+        if not path.is_file():
+            raise self.error(f"there is no picture {self.options['picture']}")
+        name = f"{self.env.docname.replace('/', '-')}-{path.parent.name}-{path.name}"
+        target = Path(self.env.srcdir) / PICTURES / name
+        target.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(path, target)
+        image = nodes.image(uri="/" + (PICTURES / name).as_posix(), alt=path.stem)
+        image["width"] = self.options.get("width", "85%")
+        return image
+
+
+def _running() -> bool:
+    return os.environ.get("FSM_DOCS_RUN", "1") != "0"
+
+
+def _root(app: Sphinx) -> Path:
+    return Path(app.srcdir).parent
+
+
+def _folder(app: Sphinx, page: str) -> Path:
+    """The folder that a page's commands run in; new with every build of the page."""
+    folder = Path(app.outdir).parent / "tutorials" / page.replace("/", "-")
+    if page not in _MADE:
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True)
+        shutil.copytree(_root(app) / "folding_cases", folder / "folding_cases")
+        _MADE.add(page)
+    return folder
+
+
+_MADE: set[str] = set()
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Called by Sphinx."""
+    app.add_directive("executed", Executed)
+    return {"version": "1", "parallel_read_safe": False, "parallel_write_safe": True}

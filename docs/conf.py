@@ -1,0 +1,48 @@
+"""Configuration of the pages; `make docs` builds them."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).parent
+sys.path[:0] = [str(HERE.parent), str(HERE / "_ext")]
+
+from validation.gallery.pages import write_gallery  # noqa: E402
+
+project = "fsm"
+author = "The fsm developers"
+copyright = "The fsm developers, MIT licence"
+extensions = [
+    "myst_parser", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.napoleon", "sphinx.ext.mathjax", "executed",
+    "plain_docstrings",
+]  # fmt: skip
+exclude_patterns = ["_build", "generated/extra"]
+source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
+myst_heading_anchors = 4
+myst_enable_extensions = ["colon_fence"]
+
+html_theme = "furo"
+html_title = "fsm"
+templates_path = ["_templates"]
+html_static_path = ["_static"]
+html_css_files = ["gallery.css"]
+html_extra_path = ["generated/extra"]
+
+autosummary_generate = True
+autodoc_typehints = "description"
+autodoc_typehints_description_target = "documented"
+autodoc_member_order = "bysource"
+autodoc_default_options = {"members": True, "show-inheritance": True, "exclude-members": "model_config"}
+autodoc_mock_imports: list[str] = []
+napoleon_google_docstring = False
+napoleon_numpy_docstring = True
+napoleon_use_ivar = True
+napoleon_use_rtype = False
+add_module_names = False
+python_use_unqualified_type_names = True
+
+# the gallery is made of the last run of `make validate`
+write_gallery(HERE.parent / os.environ.get("FSM_CHECKS", "out/validation/checks.json"), HERE / "generated")
+(HERE / "generated" / "extra").mkdir(parents=True, exist_ok=True)
