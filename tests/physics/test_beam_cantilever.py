@@ -3,41 +3,9 @@
 import numpy as np
 import pytest
 
-from fsm.ancf.bars import BarMaterial, BarMesh
-from fsm.ancf.loading import Forcing, Loading
-from fsm.ancf.mesh import Mesh, node_pattern
-from fsm.ancf.pulse import Ramp
-from fsm.ancf.system import AncfSystem
-from fsm.solve.newton import equilibrium
-
-TIMOSHENKO = 10.0 * 1.3 / (12.0 + 11.0 * 0.3)
-"""Shear factor of a rectangle with nu = 0.3 (Cowper 1966)."""
-TIP = np.array([-0.15097114, -0.7105686])
-"""L = 2 m, 0.1 x 0.5 m, E = 207 GPa, nu = 0.3, 62.5 MN across: geometrically exact beam with that factor (boundary value
-problem to 1e-10; published by Gerstmayr, Matikainen and Mikkola 2008)."""
-
-
-def cantilever(element, count, length, height, force, factor=5.0 / 6.0, nu=0.3, young=2.07e11, steps=8):
-    """Displacement of the tip under a force across, clamped section at the other end."""
-    material = BarMaterial(young, nu, 7850.0, 0.1, height, shear_factor=factor)
-    mesh = BarMesh(element, material)
-    bar = mesh.bar("bar", [mesh.position((0.0, 0.0), "root"), mesh.position((length, 0.0), "tip")], (count,))
-    values = np.array(mesh.values)
-    held = np.zeros(values.size, dtype=bool)
-    held[:2] = True
-    clamped = bar.slopes[0] if element == "cable" else bar.sections[0]
-    held[clamped : clamped + 2] = True
-    groups = (mesh.group(),)
-    pattern = node_pattern(len(values), 2, groups, ())
-    whole = Mesh(
-        values.ravel(), held, groups, (), np.zeros((0, 4), dtype=np.int64), tuple(mesh.names), pattern, 2,
-        np.array(mesh.positions),
-    )  # fmt: skip
-    load = np.zeros(values.size)
-    load[bar.positions[-1] + 1] = -force
-    system = AncfSystem(whole, Loading((Forcing(load, Ramp()),)))
-    q = equilibrium(system, system.initial()[0], np.linspace(0.0, 1.0, steps + 1))
-    return q[bar.positions[-1] + np.arange(2)] - [length, 0.0]
+from validation.closed_forms.absolute import DEEP as TIP
+from validation.closed_forms.absolute import TIMOSHENKO
+from validation.closed_forms.ancf import deep_cantilever as cantilever
 
 
 def test_large_bending_with_shear():

@@ -12,63 +12,12 @@ from functools import cache
 import numpy as np
 import pytest
 
-from fsm.scene.loads import Load, Ramp
-from fsm.scene.scene import GROUND, Body, ForceElement, Scene
 from fsm.segments.compile import compile_scene
 from fsm.solve.newton import equilibrium
+from validation.closed_forms.beams import ELASTICA
+from validation.closed_forms.chains import cantilever, tip
 
-STIFF = 1e8
-
-# a = P L^2/EI: (w/L, u/L, tip angle), by elliptic functions; references.md, agrees with Mattiasson (1981), Int. J. Numer.
-# Methods Eng. 17, 145-153
-ELASTICA = {
-    1.0: (0.3017207738, 0.0564332363, 0.4613519497),
-    2.0: (0.4934574804, 0.1606417208, 0.7817498316),
-    5.0: (0.7137915236, 0.3876283607, 1.2153681176),
-    10.0: (0.8106090249, 0.5549955978, 1.4302855388),
-}
 COUNTS = (10, 20, 40, 80)
-
-
-def cantilever(count: int, force: float = 0.0, moment: float = 0.0) -> Scene:
-    """Unit cantilever along x with a dead force in z and a moment about y (taking x towards z) at its tip."""
-    length = 1.0 / count
-    bodies = [
-        Body(name=f"{i}", mass=1.0, inertia=(1.0, 1.0, 1.0), position=((i + 0.5) * length, 0.0, 0.0)) for i in range(count)
-    ]
-    elements = []
-    for i in range(count):
-        flexible = length if i else length / 2
-        elements.append(
-            ForceElement(
-                name=f"joint {i}",
-                inner=f"{i - 1}" if i else GROUND,
-                outer=f"{i}",
-                point_inner=(length / 2 if i else 0.0, 0.0, 0.0),
-                point_outer=(-length / 2, 0.0, 0.0),
-                translation=(STIFF / flexible,) * 3,
-                rotation=(1 / flexible,) * 3,
-            )
-        )
-    load = Load(
-        body=f"{count - 1}",
-        point=(length / 2, 0.0, 0.0),
-        force=(0.0, 0.0, force),
-        moment=(0.0, -moment, 0.0),
-        time=Ramp(kind="ramp", end=1.0),
-    )
-    return Scene(bodies=tuple(bodies), elements=tuple(elements), loads=(load,))
-
-
-def tip(scene: Scene, spatial: bool, steps: int = 10) -> np.ndarray:
-    """x, z and angle (from x towards z, of the last segment) of the tip under the full load."""
-    system = compile_scene(scene, spatial)
-    assert system.spatial == spatial
-    length = 1.0 / len(scene.bodies)
-    q = equilibrium(system, system.initial()[0], np.linspace(0.0, 1.0, steps + 1)).reshape(len(scene.bodies), -1)[-1]
-    angle = 2 * math.atan2(-q[5], q[3]) if spatial else -q[2]
-    z = q[2] if spatial else q[1]
-    return np.array([q[0] + length / 2 * math.cos(angle), z + length / 2 * math.sin(angle), angle])
 
 
 @cache

@@ -15,44 +15,10 @@ from fsm.solve.arc_length import PathPoint, trace
 from fsm.solve.newton import negative_pivots
 from fsm.solve.simulate import Saved, Statistics
 from fsm.solve.static import PathSettings, follow
-
-# pinned column after buckling, inextensible: largest slope (deg): P/Pcr, shortening/L, deflection of the middle/L;
-# elliptic functions, validation/references.md
-ELASTICA = {
-    20: (1.015396866, 0.030269093, 0.109706521),
-    60: (1.151719620, 0.258980394, 0.296603823),
-    90: (1.393203930, 0.543053419, 0.381379882),
-}
-
+from validation.closed_forms.beams import POST_BUCKLING as ELASTICA
+from validation.closed_forms.chains import column
 
 # column -------------------------------------------------------------------------------------------------------
-
-
-def column(count: int, spatial: bool = False, damping: float = 0.0) -> SegmentSystem:
-    """Unit length and EI, pinned at both ends, compressed along x by a drive; as good as inextensible."""
-    length = 1.0 / count
-    stiff = 1e9
-    names = [f"segment {k}" for k in range(count)]
-    bodies = [
-        Body(name=name, mass=length, inertia=(length**3 / 12,) * 3, position=((k + 0.5) * length, 0.0, 0.0))
-        for k, name in enumerate(names)
-    ]
-    bodies.append(Body(name="end", mass=0.0, inertia=(0.0, 0.0, 0.0), position=(1.0, 0.0, 0.0)))
-    half = (length / 2, 0.0, 0.0), (-length / 2, 0.0, 0.0)
-    elements = [
-        ForceElement(
-            name=f"joint {k}", inner=names[k], outer=names[k + 1], point_inner=half[0], point_outer=half[1],
-            translation=(stiff,) * 3, rotation=(1.0 / length, 1.0 / length, 4.0 / length),
-            rotation_damping=(0.0, damping / length, 0.0), kind="panel",
-        )
-        for k in range(count - 1)
-    ]  # fmt: skip
-    pin = {"translation": (stiff,) * 3, "rotation": (1e3, 0.0, 1e3)}
-    elements.append(ForceElement(name="pin", inner=GROUND, outer=names[0], point_outer=half[1], **pin))
-    pin["translation_damping"] = (1e6 * damping,) * 3
-    elements.append(ForceElement(name="pulled pin", inner="end", outer=names[-1], point_outer=half[0], **pin))
-    drive = Drive(body="end", direction=(-1.0, 0.0, 0.0), speed=0.01, travel=0.55)
-    return compile_scene(Scene(bodies=tuple(bodies), elements=tuple(elements), drives=(drive,)), spatial)
 
 
 @cache

@@ -7,7 +7,6 @@ import math
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
 
 from fsm.laws.friction import FRICTION_LAWS
 from fsm.laws.normal import NORMAL_LAWS
@@ -15,41 +14,9 @@ from fsm.laws.normal.flores import damping_factor as flores
 from fsm.laws.normal.hunt_crossley import damping_factor as hunt_crossley
 from fsm.laws.normal.lankarani_nikravesh import damping_factor as lankarani_nikravesh
 from fsm.scene.contact import Contact, Friction
+from validation.closed_forms.impacts import delivered, impact
 
 FACTORS = {"hunt-crossley": hunt_crossley, "lankarani-nikravesh": lankarani_nikravesh, "flores": flores}
-
-
-def impact(contact: Contact, mass: float, speed: float) -> tuple[float, float, float]:
-    """Coefficient of restitution, duration (s) and greatest depth (m) of one impact, by DOP853."""
-    law = NORMAL_LAWS[contact.law]
-    params, onset, share = law.params(contact), np.array([speed]), np.ones(1)
-
-    def rate(t: float, state: np.ndarray) -> tuple[float, float]:
-        force, _ = law.force(state[:1].copy(), state[1:].copy(), onset, share, params)
-        return state[1], -force[0] / mass
-
-    def out(t: float, state: np.ndarray) -> float:
-        return state[0]
-
-    def turning(t: float, state: np.ndarray) -> float:
-        return state[1]
-
-    out.terminal, out.direction = True, -1.0  # type: ignore[attr-defined]
-    power = contact.exponent + 1.0
-    time = (0.5 * power * mass * speed**2 / contact.stiffness) ** (1 / power) / speed
-    # small steps: where the force is cut off the motion is free, and a large one would jump over where it comes back
-    found = solve_ivp(
-        rate, (0.0, 1e3 * time), [0.0, speed], method="DOP853", rtol=1e-11, atol=1e-16, events=(out, turning),
-        max_step=5e-3 * time,
-    )  # fmt: skip
-    assert found.status == 1
-    return -found.y_events[0][0, 1] / speed, float(found.t_events[0][0]), float(found.y_events[1][0, 0])
-
-
-def delivered(h: float) -> float:
-    """e of h (1 + e) = ln[(1 + h)/(1 - h e)]."""
-    most = min(1.0, 1.0 / h) * (1 - 1e-13)
-    return float(brentq(lambda e: h * (1 + e) - math.log((1 + h) / (1 - h * e)), 1e-9, most, xtol=1e-14))
 
 
 @pytest.mark.parametrize("c", [0.1, 0.3, 0.5, 0.7, 0.9])

@@ -14,88 +14,14 @@ import math
 import numpy as np
 import pytest
 
-from fsm.scene.builders.scene import build_scene
-from fsm.scene.case import Case, Strip
-from fsm.scene.loads import Drive
-from fsm.scene.materials import LinearCrease, Material
-from fsm.scene.scene import Scene
-from fsm.segments.compile import compile_scene
-from fsm.segments.system import SegmentSystem
-from fsm.solve.newton import equilibrium
 from fsm.solve.simulate import Settings, simulate
-
-PANEL = 0.08
-FOLD = math.radians(80.0)
-YOUNG, WIDTH, THICKNESS = 3e9, 0.04, 3e-4
-CREASE = YOUNG * WIDTH * THICKNESS**3 / 12 / 0.03
-TRAVELS = np.linspace(0.005, 0.1, 20)
-"""Beyond 100 mm the symmetric path is unstable in the plane and a static step may leave it."""
-
-
-def closed_form(
-    h: np.ndarray | float, a: float, D: float, k: tuple[float, float, float], phi: tuple[float, float, float]
-) -> np.ndarray:
-    """Pull force of rigid panels, validation/references.md."""
-    h = np.asarray(h, dtype=float)
-    R = np.hypot(D, h)
-    gamma, beta, chi = np.arctan2(h, D), np.arccos(R / (2 * a)), 2 * np.arcsin(R / (2 * a))
-    root = R * np.sqrt(4 * a * a - R * R)
-    d_gamma, d_beta, d_chi = D / R**2, -h / root, 2 * h / root
-    return (
-        2 * k[0] * (gamma - beta - phi[0]) * (d_gamma - d_beta)
-        + 2 * k[1] * (chi - phi[1]) * d_chi
-        + 2 * k[2] * (2 * (gamma + beta) - phi[2]) * (d_gamma + d_beta)
-    )
-
-
-def strip_force(travel: np.ndarray, crease: float = CREASE) -> np.ndarray:
-    """Closed form of the test strip."""
-    phi = (-FOLD, math.pi - 2 * FOLD, 2 * FOLD)
-    return closed_form(travel, PANEL, 2 * PANEL * math.cos(FOLD), (crease,) * 3, phi)
-
-
-def rigid_strip(
-    speed: float = 2e-3, damping: float = 1e-3, stiffen: float = 1.0, crease: float = CREASE
-) -> SegmentSystem:
-    """Six rigid panels; the springs against stretching and shear `stiffen` times the strip's own."""
-    case = Case(
-        strip=Strip(
-            length=6 * PANEL, width=WIDTH, thickness=THICKNESS, panels=6, fold_angle=FOLD, segments_per_panel=1,
-            half_cell=False,
-        ),
-        material=Material(young=YOUNG, density=800, damping=damping),
-        crease=LinearCrease(stiffness=crease),
-        drive=(Drive(crease=3, speed=speed, travel=float(TRAVELS[-1])),),
-    )  # fmt: skip
-    return compile_scene(stiffened(build_scene(case), stiffen))
-
-
-def stiffened(scene: Scene, factor: float) -> Scene:
-    """The scene with all translation springs multiplied."""
-    elements = tuple(
-        e.model_copy(
-            update={
-                "translation": tuple(factor * k for k in e.translation),
-                "translation_damping": tuple(factor * c for c in e.translation_damping),
-            }
-        )
-        for e in scene.elements
-    )
-    return scene.model_copy(update={"elements": elements})
+from validation.closed_forms.folds import CREASE, FOLD, PANEL, TRAVELS, rigid_strip, static_curve, strip_force
+from validation.closed_forms.folds import zigzag as closed_form
 
 
 def static_error(stiffen: float, crease: float = CREASE) -> float:
     """Largest error of the static force at the 20 travels, over the largest force."""
-    system = rigid_strip(stiffen=stiffen, crease=crease)
-    forces: list[float] = []
-    times = [system.motions[0].time_of(x) for x in np.concatenate([[0.0], TRAVELS])]
-    equilibrium(
-        system,
-        system.initial()[0],
-        np.array(times),
-        on_state=lambda t, q: forces.append(system.observe(t, q, None).drive.force[0]),
-    )
-    return relative_error(np.array(forces[1:]), strip_force(TRAVELS, crease))
+    return relative_error(static_curve(rigid_strip(stiffen=stiffen, crease=crease)), strip_force(TRAVELS, crease))
 
 
 def relative_error(force: np.ndarray, exact: np.ndarray) -> float:

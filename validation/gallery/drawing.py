@@ -89,6 +89,8 @@ def bars(
         ax.bar(at + 0.18, reference, 0.36, color=COLOURS[1], label="reference", yerr=band or None, capsize=3)
         ax.axhline(0.0, color="black", lw=0.6)
         ax.set_xticks(at, names)
+        ax.set_xlim(-1.0, len(names))
+        ax.margins(y=0.25)
         ax.set_ylabel(y)
         if title:
             ax.set_title(title, loc="left")

@@ -41,6 +41,9 @@ def write_gallery(checks: Path, out: Path) -> None:
         return
     whole = json.loads(checks.read_text(encoding="utf-8"))
     parts: dict[str, dict[str, Any]] = whole["parts"]
+    for part in parts.values():
+        for check in part["checks"]:
+            check["figure"] = check["figure"] and str(checks.parent / check["figure"])
     page.write_text("\n".join(_page(whole, parts, out)), encoding="utf-8")
 
 
@@ -109,7 +112,7 @@ def _part(key: str, part: dict[str, Any], out: Path) -> Iterable[str]:
             yield f'<a href="{at}"><img loading="lazy" src="{at}" alt="{told}"></a>'
     yield "</div>"
     if all(check["kind"] == "said" for check in checks):
-        yield _head("statement", "the source says", "here", "source", "")
+        yield _head("statement", "the source says", "here", "source", "", kind="words")
         for check in checks:
             yield "".join(
                 (
@@ -122,7 +125,7 @@ def _part(key: str, part: dict[str, Any], out: Path) -> Iterable[str]:
                 )
             )
     else:
-        yield _head("case", "reference", "ours", "error", "allowed", "source", "s", "")
+        yield _head("case", "reference", "ours", "error", "allowed", "source", "s", "", kind="numbers")
         for check in checks:
             name = html.escape(check["name"]) + (
                 f'<br><span class="small">{html.escape(check["what"])}</span>' if check["what"] else ""
@@ -138,19 +141,19 @@ def _part(key: str, part: dict[str, Any], out: Path) -> Iterable[str]:
                     f"<td>{name}</td>",
                     _cell(reference),
                     _value(check),
-                    _cell(error),
-                    _cell(allowed),
+                    _cell(error, "number"),
+                    _cell(allowed, "number"),
                     _cell(check["source"], "source"),
-                    _cell(f"{check['seconds']:.1f}"),
+                    _cell(f"{check['seconds']:.1f}", "number"),
                     _verdict(check),
                 )
             )
     yield "</tbody></table>\n</section>\n"
 
 
-def _head(*names: str) -> str:
+def _head(*names: str, kind: str = "") -> str:
     cells = "".join(f"<th>{name}</th>" for name in names)
-    return f'<table class="checks"><thead><tr>{cells}</tr></thead><tbody>'
+    return f'<table class="checks {kind}"><thead><tr>{cells}</tr></thead><tbody>'
 
 
 def _row(check: dict[str, Any]) -> str:
@@ -170,7 +173,9 @@ def _value(check: dict[str, Any]) -> str:
 def _verdict(check: dict[str, Any]) -> str:
     if check["passed"]:
         return '<td class="green">✓</td></tr>'
-    return f'<td class="red">✗<br><span class="small">{html.escape(check["told"])}</span></td></tr>'
+    return (
+        f'<td class="red">✗</td></tr>\n<tr class="fail"><td colspan="9" class="red">{html.escape(check["told"])}</td></tr>'
+    )
 
 
 def _left_out(parts: dict[str, dict[str, Any]]) -> Iterable[str]:

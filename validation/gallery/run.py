@@ -14,7 +14,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from validation.gallery.folders import checks_of
+from validation.gallery.folders import checks_of, place_on_page
 from validation.gallery.record import Check, NotCompared, Part, Place
 
 __all__ = ["collect", "run"]
@@ -46,6 +46,8 @@ def run(only: list[str], out: Path, full: bool = False, again: bool = False, say
                     "sources": sources,
                     "full": full,
                 }
+                for check in kept[key]["checks"]:  # beside checks.json, wherever that goes
+                    check["figure"] = check["figure"] and os.path.relpath(check["figure"], out)
                 write(path, kept)
             checks = kept[key]["checks"]
             red = [check for check in checks if not check["passed"]]
@@ -93,7 +95,8 @@ def plain(check: Check) -> dict[str, Any]:
 
 
 def write(path: Path, parts: dict[str, Any]) -> None:
-    """All or nothing: a run that is cut off leaves the last whole file."""
+    """All or nothing: a run that is cut off leaves the last whole file. In the order of the page."""
+    parts = dict(sorted(parts.items(), key=lambda item: place_on_page(item[0].split("/")[0])))
     whole = {
         "commit": commit(),
         "date": time.strftime("%d %B %Y %H:%M"),

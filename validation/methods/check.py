@@ -36,7 +36,7 @@ def peaks(place: Place) -> Iterator[Check]:
         out = place.out / method
         summary = run_case(load_case(CASE, [*overrides, f"solve.method={method}"]), out, progress=False)
         table = np.genfromtxt(out / "force.csv", delimiter=",", skip_header=1)
-        curves[method] = (table[:, 0], table[:, 1])
+        curves[method] = (1e3 * table[:, 0], table[:, 1])
         detail = (
             f"at {1e3 * summary['peak_travel']:.3f} mm; {summary['steps']} steps, "
             f"{summary['newton_iterations']} Newton iterations, "

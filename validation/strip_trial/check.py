@@ -71,7 +71,7 @@ def peaks(place: Place) -> Iterator[Check]:
         out = place.out / f"{pull.segments}_{'3-4' if pull.pairs else 'all'}"
         summary = run_case(load_case(CASE, overrides), out, progress=False)
         table = np.genfromtxt(out / "force.csv", delimiter=",", skip_header=1)
-        curves[f"{touching}, {pull.segments}"] = (table[:, 0], table[:, 1])
+        curves[f"{touching}, {pull.segments}"] = (1e3 * table[:, 0], table[:, 1])
         yield against(
             f"peak force, {touching}, {pull.segments} segments",
             "80 deg, linear creases, no friction, no thickness in the gap",
