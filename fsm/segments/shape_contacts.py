@@ -50,6 +50,8 @@ _SPATIAL = _PointKernels(
 )
 
 
+GROUND = 0
+"""Number of the body that never moves."""
 _RENEWAL = 0.4
 """Part of the margin that anything may move by before the broad phase is renewed."""
 
@@ -81,7 +83,8 @@ class ShapeContacts:
         # a half-space has no end; where a shape is cut there is none either, but none that moves it
         size = np.where(np.isinf(shapes.size), 0.0, shapes.size)
         size[shapes.kind == HALF_SPACE] = 0.0
-        reach = np.linalg.norm(size, axis=1) + np.linalg.norm(shapes.offset, axis=1) + shapes.radius
+        self._reach = np.linalg.norm(size, axis=1) + shapes.radius
+        reach = self._reach + np.linalg.norm(shapes.offset, axis=1)
         self._moving, owner = np.unique(shapes.body, return_inverse=True)
         self._radii = np.zeros(len(self._moving))
         np.maximum.at(self._radii, owner, reach)
@@ -172,12 +175,30 @@ class ShapeContacts:
         if not same:
             self._lay_out(units)
         self._reference = poses.copy()
-        near = np.flatnonzero(_overlap(low - 0.5 * self.margin, high + 0.5 * self.margin, units.shapes))
+        near = np.flatnonzero(
+            _overlap(low - 0.5 * self.margin, high + 0.5 * self.margin, units.shapes)
+            & ~self._high_above(poses, units.shapes)
+        )
         if same and np.array_equal(near, self._near):
             return
         self._near, self._near_slots = near, self._slots_of(near)
         self._bodies = np.unique(self.tables.shapes.body[units.shapes[near]], axis=0)
         self._version += 1
+
+    def _high_above(self, poses: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+        """Whether the second of two shapes is a half-space of the ground, and the first higher over it than the margin.
+
+        Boxes of half-spaces say nothing; one on a body that turns goes far away from it by any distance.
+        """
+        shapes = self.kit.shapes
+        out = np.zeros(len(pairs), dtype=bool)
+        rows = np.flatnonzero((shapes.kind[pairs[:, 1]] == HALF_SPACE) & (shapes.body[pairs[:, 1]] == GROUND))
+        one, two = np.ascontiguousarray(pairs[rows].T)
+        local = self._kernels.local(
+            poses, np.arange(len(rows)), shapes.body[one], shapes.offset[one], two, shapes.body, shapes.offset, shapes.frame
+        )
+        out[rows] = local[:, 2] > self._reach[one] + shapes.radius[two] + self.margin
+        return out
 
     @property
     def refreshes(self) -> int:
