@@ -68,6 +68,7 @@ __all__ = [
     "ForceElement",
     "Friction",
     "FsmError",
+    "Group",
     "LinearCrease",
     "Load",
     "LoadedCase",

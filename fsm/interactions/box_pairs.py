@@ -119,10 +119,10 @@ def _places_on_curve(low: np.ndarray, high: np.ndarray) -> np.ndarray:
 
 @kernel(inline=True)
 def _apart(low: np.ndarray, high: np.ndarray, other_low: np.ndarray, other_high: np.ndarray) -> bool:
+    apart = False
     for c in range(low.shape[0]):
-        if not (low[c] <= other_high[c] and other_low[c] <= high[c]):
-            return True
-    return False
+        apart |= not (low[c] <= other_high[c] and other_low[c] <= high[c])
+    return apart
 
 
 @kernel

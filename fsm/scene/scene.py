@@ -141,10 +141,10 @@ class ContactPair(Model):
     """Two things that may touch: surfaces, bodies with a plate, groups of these, or one of these and an obstacle.
 
     A surface touches a plate, a group or an obstacle as the rigid plates it is made of. Every plate of a group may touch all
-    of the other side; in a pair of a group with itself, every other plate of the group. `shared` names the common crease of two
-    surfaces, if they have one: "end-start" when the end of `first` is the start of
-    `second`: there the layers are joined, and the thickness in the gap is tapered to nothing. "chain": panels of one strip
-    without a common crease, whose ends meet as those of the panels between them do.
+    of the other side; in a pair of a group with itself, every other plate of the group. `shared` names the common crease of
+    two surfaces, if they have one: "end-start" when the end of `first` is the start of `second`: there the layers are
+    joined, and the thickness in the gap is tapered to nothing. "chain": panels of one strip without a common crease, whose ends
+    meet as those of the panels between them do.
     """
 
     first: str

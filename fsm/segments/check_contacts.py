@@ -84,7 +84,8 @@ def _pair(pair: ContactPair, known: dict[str, Party], bodies: set[str], path: st
         elif name in bodies:
             yield Fault(f"{path}.{end}", f"body {name!r} has no plate, so it has no face to touch")
         else:
-            yield Fault(f"{path}.{end}", f"no surface, plate, group or obstacle is called {name!r}{nearest(name, list(known))}")
+            text = f"no surface, plate, group or obstacle is called {name!r}{nearest(name, list(known))}"
+            yield Fault(f"{path}.{end}", text)
     if len(found) < 2:
         return
     kinds = [party.kind for party in found]

@@ -74,9 +74,9 @@ class _Found:
 class ContactGroup:
     """Contacts of one geometry.
 
-    What is remembered, by the keys of slots: the closing speed at which a contact began, for laws with a restitution; the deflection
-    of the bristles and the slip velocity, for friction that sticks; what the geometry remembers. It changes when a step
-    is accepted and at no other time, so forces between are functions of the state.
+    What is remembered, by the keys of slots: the closing speed at which a contact began, for laws with a restitution; the
+    deflection of the bristles, for friction that sticks; what the geometry remembers. It changes when a step is accepted
+    and at no other time, so forces between are functions of the state.
 
     Parameters
     ----------
