@@ -143,8 +143,8 @@ class ContactPair(Model):
     A surface touches a plate, a group or an obstacle as the rigid plates it is made of. Every plate of a group may touch all
     of the other side; in a pair of a group with itself, every other plate of the group. `shared` names the common crease of
     two surfaces, if they have one: "end-start" when the end of `first` is the start of `second`: there the layers are
-    joined, and the thickness in the gap is tapered to nothing. "chain": panels of one strip without a common crease, whose ends
-    meet as those of the panels between them do.
+    joined, and the thickness in the gap is tapered to nothing. "chain": panels of one strip without a common crease, whose
+    ends meet as those of the panels between them do.
     """
 
     first: str
