@@ -30,7 +30,7 @@ from fsm.scene.units import (
     Stiffness,
 )
 
-__all__ = ["GROUND", "Body", "ContactPair", "ForceElement", "Plate", "Scene", "Surface"]
+__all__ = ["GROUND", "Body", "ContactPair", "ForceElement", "Group", "Plate", "Scene", "Surface"]
 
 GROUND = "ground"
 """Name of the fixed body every scene has: at the origin, axes as the inertial ones."""
@@ -130,13 +130,21 @@ class Surface(Model):
     bodies: tuple[str, ...]
 
 
-class ContactPair(Model):
-    """Two things that may touch: surfaces, bodies with a plate, or one of these and an obstacle.
+class Group(Model):
+    """Bodies with plates that contact pairs name together: a pile, say."""
 
-    A surface touches a plate or an obstacle as the rigid plates it is made of. `shared` names the common crease of two
-    surfaces, if they have one: "end-start" when the end of `first` is the start of
-    `second`: there the layers are joined, and the thickness in the gap is tapered to nothing. "chain": panels of one strip
-    without a common crease, whose ends meet as those of the panels between them do.
+    name: str
+    bodies: tuple[str, ...]
+
+
+class ContactPair(Model):
+    """Two things that may touch: surfaces, bodies with a plate, groups of these, or one of these and an obstacle.
+
+    A surface touches a plate, a group or an obstacle as the rigid plates it is made of. Every plate of a group may touch all
+    of the other side; in a pair of a group with itself, every other plate of the group. `shared` names the common crease of
+    two surfaces, if they have one: "end-start" when the end of `first` is the start of `second`: there the layers are
+    joined, and the thickness in the gap is tapered to nothing. "chain": panels of one strip without a common crease, whose
+    ends meet as those of the panels between them do.
     """
 
     first: str
@@ -150,6 +158,7 @@ class Scene(Model):
     bodies: tuple[Body, ...] = ()
     elements: tuple[ForceElement, ...] = ()
     surfaces: tuple[Surface, ...] = ()
+    groups: tuple[Group, ...] = ()
     obstacles: tuple[Obstacle, ...] = ()
     pairs: tuple[ContactPair, ...] = ()
     contact: Contact | None = None

@@ -1,4 +1,4 @@
-"""What is wrong with the surfaces, obstacles and contact pairs of a scene."""
+"""What is wrong with the surfaces, groups, obstacles and contact pairs of a scene."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 from fsm.errors import Fault
 from fsm.scene.party import Party, parties
-from fsm.scene.scene import GROUND, ContactPair, Scene
+from fsm.scene.scene import GROUND, Body, ContactPair, Scene
 
 __all__ = ["contact_faults", "nearest"]
 
@@ -17,6 +17,7 @@ __all__ = ["contact_faults", "nearest"]
 def contact_faults(scene: Scene) -> Iterator[Fault]:
     """All faults of what can touch."""
     yield from _surfaces(scene)
+    yield from _groups(scene)
     yield from _obstacles(scene)
     known, bodies = parties(scene), {body.name for body in scene.bodies}
     for i, pair in enumerate(scene.pairs):
@@ -28,14 +29,33 @@ def contact_faults(scene: Scene) -> Iterator[Fault]:
 def _surfaces(scene: Scene) -> Iterator[Fault]:
     bodies = {body.name: body for body in scene.bodies}
     for i, surface in enumerate(scene.surfaces):
-        path = f"scene.surfaces.{i}.bodies"
-        if not surface.bodies:
-            yield Fault(path, "there are none")
-        for name in surface.bodies:
-            if name not in bodies:
-                yield Fault(path, f"no body is called {name!r}{nearest(name, list(bodies))}")
-            elif bodies[name].plate is None:
-                yield Fault(path, f"body {name!r} has no plate, so it has no face to touch")
+        yield from _members(surface.bodies, bodies, f"scene.surfaces.{i}.bodies")
+
+
+def _members(names: tuple[str, ...], bodies: dict[str, Body], path: str) -> Iterator[Fault]:
+    if not names:
+        yield Fault(path, "there are none")
+    for name in names:
+        if name not in bodies:
+            yield Fault(path, f"no body is called {name!r}{nearest(name, list(bodies))}")
+        elif bodies[name].plate is None:
+            yield Fault(path, f"body {name!r} has no plate, so it has no face to touch")
+
+
+def _groups(scene: Scene) -> Iterator[Fault]:
+    bodies = {body.name: body for body in scene.bodies}
+    taken = {GROUND, *bodies, *(surface.name for surface in scene.surfaces), *(o.name for o in scene.obstacles)}
+    counts = Counter(group.name for group in scene.groups)
+    for i, group in enumerate(scene.groups):
+        path = f"scene.groups.{i}"
+        if group.name in taken:
+            yield Fault(f"{path}.name", f"{group.name!r} is the name of something else already; choose another one")
+        if counts[group.name] > 1:
+            yield Fault(f"{path}.name", f"{group.name!r} is used {counts[group.name]} times; names must differ")
+        yield from _members(group.bodies, bodies, f"{path}.bodies")
+        for name, number in Counter(group.bodies).items():
+            if number > 1:
+                yield Fault(f"{path}.bodies", f"body {name!r} is there {number} times")
 
 
 def _obstacles(scene: Scene) -> Iterator[Fault]:
@@ -64,12 +84,15 @@ def _pair(pair: ContactPair, known: dict[str, Party], bodies: set[str], path: st
         elif name in bodies:
             yield Fault(f"{path}.{end}", f"body {name!r} has no plate, so it has no face to touch")
         else:
-            yield Fault(f"{path}.{end}", f"no surface, plate or obstacle is called {name!r}{nearest(name, list(known))}")
+            text = f"no surface, plate, group or obstacle is called {name!r}{nearest(name, list(known))}"
+            yield Fault(f"{path}.{end}", text)
     if len(found) < 2:
         return
     kinds = [party.kind for party in found]
     if kinds == ["obstacle", "obstacle"]:
         yield Fault(path, f"obstacles {pair.first!r} and {pair.second!r} do not touch each other; name a surface or a plate")
+        return
+    if pair.first == pair.second and kinds[0] == "group":
         return
     for name in sorted(set(found[0].bodies) & set(found[1].bodies)):
         yield Fault(path, f"{pair.first!r} and {pair.second!r} are both part of body {name!r}: they cannot touch")

@@ -12,7 +12,7 @@ from fsm.scene.obstacle import Obstacle
 from fsm.scene.party import Party, parties
 from fsm.scene.scene import GROUND, Body, Scene
 from fsm.segments.obstacle_contacts import ObstacleContacts
-from fsm.segments.plate_contacts import PlateContacts
+from fsm.segments.plate_contacts import PlateContacts, Side
 from fsm.segments.shape_contacts import ShapeContacts
 from fsm.segments.shape_tables import Shape, as_rectangle
 
@@ -56,9 +56,12 @@ class _ShapeCompiler:
         # plates that are part of something that touches, in the order in which they are named
         self.rectangles: list[Shape] = []
         self.number: dict[str, int] = {}
-        # plate, plate and their parts of panels; plate, obstacle and its part; each with the pair's number
-        self.plate_pairs: list[tuple[int, int, float, float, int]] = []
-        self.obstacle_pairs: list[tuple[int, int, float, int]] = []
+        # what pairs name: sides with their numbers
+        self.sides: list[Side] = []
+        self.side_number: dict[str, int] = {}
+        # side and side, side and obstacle, each with the pair's number
+        self.plate_pairs: list[tuple[int, int, int]] = []
+        self.obstacle_pairs: list[tuple[int, int, int]] = []
         known = parties(scene)
         place = {obstacle.name: i for i, obstacle in enumerate(scene.obstacles)}
         for row, pair in enumerate(scene.pairs):
@@ -66,11 +69,11 @@ class _ShapeCompiler:
             if first.kind == second.kind == "surface" or self._fixed(first, second):
                 continue
             if second.kind == "obstacle":
-                self._add_obstacle(first, place[pair.second], row)
+                self.obstacle_pairs.append((self._side(pair.first, first), place[pair.second], row))
             elif first.kind == "obstacle":
-                self._add_obstacle(second, place[pair.first], row)
+                self.obstacle_pairs.append((self._side(pair.second, second), place[pair.first], row))
             else:
-                self._add_plates(first, second, row)
+                self.plate_pairs.append((self._side(pair.first, first), self._side(pair.second, second), row))
 
     def _fixed(self, *sides: Party) -> bool:
         return all(self.bodies[self.index[name]].held for side in sides for name in side.bodies)
@@ -84,23 +87,15 @@ class _ShapeCompiler:
             self.rectangles.append(as_rectangle(self.index[name], plate.length, plate.width, plate.thickness))
         return self.number[name]
 
-    def _parts(self, side: Party) -> list[tuple[int, float]]:
-        """Plates of one side, and the part of its length that each is."""
-        plates = [self._rectangle(name) for name in side.bodies]
-        length = sum(self.rectangles[plate].size[0] for plate in plates)
-        return [(plate, self.rectangles[plate].size[0] / length) for plate in plates]
-
-    def _add_plates(self, first: Party, second: Party, row: int) -> None:
-        for one, part in self._parts(first):
-            for two, other_part in self._parts(second):
-                self.plate_pairs.append((one, two, part, other_part, row))
-
-    def _add_obstacle(self, side: Party, obstacle: int, row: int) -> None:
-        for plate, part in self._parts(side):
-            self.obstacle_pairs.append((plate, obstacle, part, row))
-
-    def _body_joined(self, one: int, two: int) -> bool:
-        return (min(one, two), max(one, two)) in self.joined
+    def _side(self, name: str, party: Party) -> int:
+        """Number of a side; plates of a surface are parts of its length, those of a group are each whole."""
+        if name not in self.side_number:
+            plates = np.array([self._rectangle(body) for body in party.bodies], dtype=np.int64)
+            lengths = np.array([self.rectangles[plate].size[0] for plate in plates])
+            parts = lengths / lengths.sum() if party.kind == "surface" else np.ones(len(plates))
+            self.side_number[name] = len(self.sides)
+            self.sides.append(Side(plates, parts))
+        return self.side_number[name]
 
     @property
     def _margin(self) -> float:
@@ -112,12 +107,9 @@ class _ShapeCompiler:
         if not self.plate_pairs:
             return None
         rows = np.array(self.plate_pairs)
-        pairs = rows[:, :2].astype(np.int64)
-        joined = [self._body_joined(self.rectangles[i].body, self.rectangles[j].body) for i, j in pairs]
         return PlateContacts(
-            self.rectangles, pairs, spatial, self._margin, self.points, rows[:, 2:4], rows[:, 4].astype(np.int64),
-            np.array(joined), poses,
-        )  # fmt: skip
+            self.rectangles, rows[:, :2], spatial, self._margin, self.points, self.sides, rows[:, 2], self.joined, poses
+        )
 
     def obstacles(self, poses: np.ndarray, spatial: bool) -> ObstacleContacts | None:
         """Plates and obstacles; None if there are no such pairs."""
@@ -125,11 +117,9 @@ class _ShapeCompiler:
             return None
         shapes = [self._shape(obstacle) for obstacle in self.obstacle_list]
         rows = np.array(self.obstacle_pairs)
-        pairs = rows[:, :2].astype(np.int64)
-        joined = [self._body_joined(self.rectangles[i].body, shapes[j].body) for i, j in pairs]
         return ObstacleContacts(
-            self.rectangles, shapes, pairs, spatial, self._margin, self.points, rows[:, 2], rows[:, 3].astype(np.int64),
-            np.array(joined), poses,
+            self.rectangles, shapes, rows[:, :2], spatial, self._margin, self.points, self.sides, rows[:, 2],
+            self.joined, poses,
         )  # fmt: skip
 
     def _shape(self, obstacle: Obstacle) -> Shape:
@@ -146,8 +136,8 @@ class _ShapeCompiler:
         )
 
 
-def _joined(scene: Scene, bodies: tuple[Body, ...]) -> set[tuple[int, int]]:
-    """Pairs of bodies with a force element between them, or one body without a plate (a crease line)."""
+def _joined(scene: Scene, bodies: tuple[Body, ...]) -> np.ndarray:
+    """Pairs (m, 2) of bodies with a force element between them, or one body without a plate (a crease line)."""
     index = {body.name: i for i, body in enumerate(bodies)}
     beside: dict[int, set[int]] = {}
     for element in scene.elements:
@@ -158,4 +148,4 @@ def _joined(scene: Scene, bodies: tuple[Body, ...]) -> set[tuple[int, int]]:
     for middle, ends in beside.items():
         if middle != index[GROUND] and bodies[middle].plate is None:
             found |= {(one, two) for one in ends for two in ends if one < two}
-    return found
+    return np.array(sorted(found), dtype=np.int64).reshape(-1, 2)

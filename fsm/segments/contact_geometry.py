@@ -1,7 +1,8 @@
 """What a geometry of contact owes the contact group: where things touch, and how that changes.
 
-A geometry has a fixed number of *slots*, places that may carry a contact: a probe point on a surface, a corner on a plate,
-an edge on an edge. What contacts remember is kept by slot, and changes only when a step is accepted.
+A geometry has *slots*, places that may carry a contact: a probe point on a surface, a corner on a plate, an edge on an edge.
+It may number them anew whenever its broad phase is renewed, but each has a key that stays. What contacts remember is kept
+by key, and changes only when a step is accepted.
 """
 
 from __future__ import annotations
@@ -101,21 +102,36 @@ class ContactForces(NamedTuple):
 class ContactGeometry(Protocol):
     """Contacts of one kind. Poses and rates are of all bodies, (n_bodies, 3 or 7) and (n_bodies, 3 or 6)."""
 
-    share: np.ndarray
-    """Part of its face that each slot stands for, (n_slots,)."""
-    area: np.ndarray
-    """Area that each slot stands for, m^2, (n_slots,). Where both faces of a pair watch each other, each has half its
-    weight, so that faces in full contact add up to one face."""
-    pair: np.ndarray
-    """Number of the contact pair of each slot, (n_slots,)."""
     slips: int
     """Components of a slip: 1 in the plane, 3 in space."""
     margin: float
     """How far away others are still seen, m."""
 
     @property
+    def share(self) -> np.ndarray:
+        """Part of its face that each slot stands for, (n_slots,)."""
+        ...
+
+    @property
+    def area(self) -> np.ndarray:
+        """Area that each slot stands for, m^2, (n_slots,).
+
+        Where both faces of a pair watch each other, each has half its weight, so that faces in full contact add up to one.
+        """
+        ...
+
+    @property
+    def pair(self) -> np.ndarray:
+        """Number of the contact pair of each slot, (n_slots,)."""
+        ...
+
+    @property
     def refreshes(self) -> int:
-        """How often the broad phase was renewed."""
+        """How often the broad phase was renewed; slots have the same numbers as long as this does not change."""
+        ...
+
+    def keys(self, slots: np.ndarray) -> np.ndarray:
+        """Names of slots, whole numbers that outlive all renewals."""
         ...
 
     def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:

@@ -14,6 +14,7 @@ from fsm.kernels.scatter import scatter_efforts
 from fsm.laws.friction import FrictionLaw
 from fsm.laws.normal import NormalLaw
 from fsm.segments.contact_geometry import ContactForces, ContactGeometry, Measured, Tapered, Touching
+from fsm.segments.contact_memory import Remembered
 from fsm.segments.group import Past
 from fsm.segments.pattern import BodyPattern
 from fsm.system import PairState
@@ -60,6 +61,7 @@ class _Found:
     """Contacts of one state, with forces; `powers` (2, count), W, once they were asked for."""
 
     touching: Touching
+    key: np.ndarray
     depth: np.ndarray
     share: np.ndarray
     measured: Measured
@@ -72,9 +74,9 @@ class _Found:
 class ContactGroup:
     """Contacts of one geometry.
 
-    What is remembered, by slot: the closing speed at which a contact began, for laws with a restitution; the deflection
-    of the bristles and the slip velocity, for friction that sticks; what the geometry remembers. It changes when a step
-    is accepted and at no other time, so forces between are functions of the state.
+    What is remembered, by the keys of slots: the closing speed at which a contact began, for laws with a restitution; the
+    deflection of the bristles, for friction that sticks; what the geometry remembers. It changes when a step is accepted
+    and at no other time, so forces between are functions of the state.
 
     Parameters
     ----------
@@ -100,16 +102,13 @@ class ContactGroup:
         self.geometry, self.normal, self.friction = geometry, normal, friction
         self.mobility, self.loose, self.n_pairs = mobility, loose, n_pairs
         self.evaluations = 0
-        slots = len(geometry.share)
-        self._onset, self._began = np.zeros(slots), np.zeros(slots)
-        self._deflection = np.zeros((slots, geometry.slips))
-        self._held = np.zeros(0, dtype=np.int64)  # slots of which these are not zero: few of very many
+        self._kept = Remembered.nothing(geometry.slips)
         self._time = 0.0
         self._poses: np.ndarray | None = None
         self._rates = np.zeros((0, 0))
         self._stiff = np.zeros(0, dtype=np.int64)
-        self._last: tuple[np.ndarray, np.ndarray, _Found | None] | None = None
-        self._known: dict[float, tuple[np.ndarray, Touching]] = {}
+        self._last: tuple[np.ndarray, np.ndarray, int, _Found | None] | None = None
+        self._known: dict[float, tuple[np.ndarray, int, Touching]] = {}
 
     @property
     def rate_dependent(self) -> bool:
@@ -120,9 +119,11 @@ class ContactGroup:
 
     def _contacts(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None) -> _Found | None:
         """Contacts of a state; asked for the very same arrays again (force, then energy), those of the last time."""
-        if self._last is None or self._last[0] is not poses or self._last[1] is not rates:
-            self._last = (poses, rates, self._find(t, poses, rates, past))
-        return self._last[2]
+        _, version = self.geometry.pairs(poses)
+        last = self._last
+        if last is None or last[0] is not poses or last[1] is not rates or last[2] != version:
+            last = self._last = (poses, rates, version, self._find(t, poses, rates, past))
+        return last[3]
 
     def _find(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None) -> _Found | None:
         geometry = self.geometry
@@ -135,8 +136,9 @@ class ContactGroup:
         depth, slip, share = -touching.gap, np.ascontiguousarray(measured.rate[:, 1:]), geometry.share[slot]
         if measured.tapered is not None:
             share[measured.tapered.rows] *= measured.tapered.part
+        kept = self._kept_of(touching)
         normal, slopes = self.normal.law.force(
-            depth, -measured.rate[:, 0], self._onset[slot], share, self.normal.params
+            depth, -measured.rate[:, 0], kept.onset, share, self.normal.params
         )
         count, slips = slip.shape
         deflection = effort = by_normal = np.zeros((count, slips))
@@ -146,7 +148,7 @@ class ContactGroup:
             duration = max(0.0, t - self._time)
             mean = slip if past is not None else self._mean_slip(poses, measured, slip, duration)
             effort, by_slip, by_mean, by_normal, deflection = friction.law.effort(
-                slip, mean, normal, self._deflection[slot], duration, friction.params
+                slip, mean, normal, kept.deflection, duration, friction.params
             )
             if past is not None:
                 by_slip = by_slip + by_mean
@@ -163,14 +165,19 @@ class ContactGroup:
             by_normal,
             friction is not None,
         )
-        return _Found(touching, depth, share, measured, forces, deflection, by_way)
+        return _Found(touching, kept.key, depth, share, measured, forces, deflection, by_way)
 
     def _touching(self, poses: np.ndarray, below: float) -> Touching:
         """What is nearer than a bound (m); asked for the same poses again with other rates, that of the last time."""
+        _, version = self.geometry.pairs(poses)  # with its broad phase renewed for these poses, slots keep their numbers
         known = self._known.get(below)
-        if known is None or not np.array_equal(known[0], poses):
-            known = self._known[below] = poses.copy(), self.geometry.find(poses, below)
-        return known[1]
+        if known is None or known[1] != version or not np.array_equal(known[0], poses):
+            known = self._known[below] = poses.copy(), version, self.geometry.find(poses, below)
+        return known[2]
+
+    def _kept_of(self, touching: Touching) -> Remembered:
+        """What is remembered of contacts."""
+        return self._kept.of(self.geometry.keys(touching.slot))
 
     def _mean_slip(self, poses: np.ndarray, measured: Measured, slip: np.ndarray, duration: float) -> np.ndarray:
         """Way slipped since the last accepted state over the time: bristles follow it, and what holds is where it was.
@@ -206,7 +213,7 @@ class ContactGroup:
     ) -> None:
         """See `Group`."""
         found = self._contacts(t, poses, rates, past)
-        self._stiff = _pushing(found)
+        self._stiff = self._pushing(found)
         if found is None:
             return
         self._scatter(found, force)
@@ -232,9 +239,9 @@ class ContactGroup:
         self, found: _Found, tapered: Tapered, pattern: BodyPattern, stiffness: np.ndarray
     ) -> None:
         rows, params, law = tapered.rows, self.normal.params, self.normal.law
-        slot, depth = found.touching.slot[rows], found.depth[rows]
-        whole = self.geometry.share[slot]
-        normal, _ = law.force(depth, -found.measured.rate[rows, 0], self._onset[slot], whole, params)
+        depth, onset = found.depth[rows], self._kept_of(found.touching).onset[rows]
+        whole = self.geometry.share[found.touching.slot[rows]]
+        normal, _ = law.force(depth, -found.measured.rate[rows, 0], onset, whole, params)
         add_taper_tangent(
             found.measured.bodies, found.measured.gradient, rows, tapered.gradient, tapered.hessian,
             law.energy(depth, whole, params), self._elastic(depth, whole), normal, found.forces.by_normal,
@@ -248,8 +255,14 @@ class ContactGroup:
 
     def parted(self) -> bool:
         """Whether contacts that pushed where the tangents were taken last do not at the state looked at last."""
-        found = None if self._last is None else self._last[2]
-        return not np.isin(self._stiff, _pushing(found)).all()
+        found = None if self._last is None else self._last[3]
+        return not np.isin(self._stiff, self._pushing(found)).all()
+
+    def _pushing(self, found: _Found | None) -> np.ndarray:
+        """Keys of contacts with a force; one that parts fast may be closed and have none."""
+        if found is None:
+            return np.zeros(0, dtype=np.int64)
+        return found.key[found.forces.normal > 0.0]
 
     def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
         """See `Group`; contacts do not know the time."""
@@ -317,19 +330,17 @@ class ContactGroup:
     def commit(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None) -> None:
         """A step was accepted: remember how contacts began, and how far bristles are bent."""
         found = self._contacts(t, poses, rates, past)
-        slot = np.zeros(0, dtype=np.int64) if found is None else found.touching.slot
-        before, began = self._onset[slot], self._began[slot]
-        for values in (self._onset, self._began, self._deflection):
-            values[self._held] = 0.0
+        kept = Remembered.nothing(self.geometry.slips)
         if found is not None:
+            before = self._kept.of(found.key)
             # an impact that is pressed on from outside may close faster than it began
             closing = np.maximum(-found.measured.rate[:, 0], self.normal.speed_floor)
-            self._onset[slot] = np.maximum(before, closing)
-            self._began[slot] = np.where(before == 0.0, t, began)
-            self._deflection[slot] = found.deflection
+            deflection = found.deflection
             if self._poses is not None and self.geometry.slips == 3 and self.friction is not None:
-                self._deflection[slot] = carried(found.deflection, self._poses, poses, found.measured.bodies[:, 0])
-        self._held = slot
+                deflection = carried(deflection, self._poses, poses, found.measured.bodies[:, 0])
+            began = np.where(before.onset == 0.0, t, before.began)
+            kept = Remembered(found.key, np.maximum(before.onset, closing), began, deflection).ordered()
+        self._kept = kept
         self._time, self._poses, self._rates = t, poses, rates
         self.geometry.commit(poses)
         self._last = None
@@ -339,28 +350,25 @@ class ContactGroup:
         """All that is remembered, as one flat array; nothing before the first commit."""
         if self._poses is None:
             return np.zeros(0)
-        own = (self._onset, self._began, self._deflection, self._poses, self._rates)
-        return np.concatenate([[self._time], *(part.ravel() for part in own), self.geometry.memory()])
+        own = (self._kept.flat(), self._poses.ravel(), self._rates.ravel())
+        return np.concatenate([[self._time], *own, self.geometry.memory()])
 
     def restore(self, memory: np.ndarray) -> None:
         """Remember that again; nothing: forget all."""
         self._last = None
         self._known.clear()
         if not len(memory):
-            for kept in (self._onset, self._began, self._deflection):
-                kept[:] = 0.0
+            self._kept = Remembered.nothing(self.geometry.slips)
             self._time, self._poses = 0.0, None
             self.geometry.restore(memory)
             return
-        slots, bent = len(self._onset), self._deflection.size
+        self._time = float(memory[0])
+        self._kept, rest = Remembered.from_flat(memory[1:], self.geometry.slips)
         bodies, size = self.mobility.shape
         width = 3 if size == 3 else 7
-        parts = np.split(memory.copy(), np.cumsum([1, slots, slots, bent, bodies * width, bodies * size]))
-        self._time, self._onset, self._began = float(parts[0][0]), parts[1], parts[2]
-        self._deflection = parts[3].reshape(slots, -1)
-        self._held = np.flatnonzero(self._onset)
-        self._poses, self._rates = parts[4].reshape(bodies, width), parts[5].reshape(bodies, size)
-        self.geometry.restore(parts[6])
+        poses, rates, of_geometry = np.split(rest, np.cumsum([bodies * width, bodies * size]))
+        self._poses, self._rates = poses.reshape(bodies, width), rates.reshape(bodies, size)
+        self.geometry.restore(of_geometry)
 
     # steps ----------------------------------------------------------------------------------------------------------
 
@@ -392,7 +400,7 @@ class ContactGroup:
         jolt = np.where(normal > 0.0, normal * step / mass, start - end)
         speed = np.maximum(start, end + jolt)  # the second is about that of a step without the contact
         counts = self._counts(measured.bodies, mass, speed, self._rates)
-        new = (self._onset[slot] == 0.0) & counts & (jolt > _JOLT * speed)
+        new = (self._kept.of(found.key).onset == 0.0) & counts & (jolt > _JOLT * speed)
         if not new.any():
             return 1.0
         start, end, jolt, speed = start[new], end[new], jolt[new], speed[new]
@@ -409,7 +417,8 @@ class ContactGroup:
         if near is None or not len(near.slot):
             return np.inf
         measured = self.geometry.measure(poses, rates, near)
-        onset, closing = self._onset[near.slot], -measured.rate[:, 0]
+        kept, closing = self._kept_of(near), -measured.rate[:, 0]
+        onset = kept.onset
         begun = onset > 0.0
         speed = np.where(begun, onset, closing)
         mass = self._mass(measured)
@@ -420,7 +429,7 @@ class ContactGroup:
         lasts, begun = self._lasts(mass, speed[counts], share), begun[counts]
         begins = np.maximum(near.gap[counts], 0.0) / speed[counts]
         before = np.where(begins > 2.0 * _BEFORE * lasts, begins - _BEFORE * lasts, begins + _FIRST * lasts)
-        rests = begun & (t - self._began[near.slot][counts] > _LASTING * lasts)
+        rests = begun & (t - kept.began[counts] > _LASTING * lasts)
         return float(np.where(rests, np.inf, np.where(begun, lasts / _STEPS, before)).min())
 
     @property
@@ -455,8 +464,3 @@ class ContactGroup:
         mobility = self.mobility[measured.bodies].reshape(len(measured.bodies), -1)
         flexible = (measured.gradient[:, 0] ** 2 * mobility).sum(axis=1)
         return np.asarray(1.0 / np.maximum(flexible, 1e-300))
-
-
-def _pushing(found: _Found | None) -> np.ndarray:
-    """Slots with a force; a contact that parts fast may be closed and have none."""
-    return np.zeros(0, dtype=np.int64) if found is None else found.touching.slot[found.forces.normal > 0.0]

@@ -15,9 +15,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from fsm.interactions.box_pairs import ListedPairs
 from fsm.interactions.quadrature import gauss_lobatto
 from fsm.interactions.shape_distance import BOX, CYLINDER, HALF_SPACE, SPHERE
-from fsm.segments.plate_contacts import EDGE_SHARE, plate_grid
+from fsm.segments.plate_contacts import EDGE_SHARE, Side, add_plates, whole_plates
 from fsm.segments.shape_contacts import ShapeContacts
 from fsm.segments.shape_tables import Shape, TableBuilder, shape_edges
 
@@ -34,10 +35,8 @@ class ObstacleContacts(ShapeContacts):
     plates : rectangles, `fsm.segments.shape_tables.as_rectangle`
     obstacles : shapes of any other kind
     pairs : (m, 2) int array
-        Plate and obstacle. A plate's own body is no pair: it cannot touch what is fixed to it.
-    share : (m,) array
-        Fraction of its panel that each plate is.
-    spatial, margin, points, numbers, joined, reference : as in `PlateContacts`
+        Side and obstacle. A plate's own body is no pair: it cannot touch what is fixed to it.
+    spatial, margin, points, sides, numbers, joined, reference : as in `PlateContacts`
     """
 
     def __init__(
@@ -48,47 +47,46 @@ class ObstacleContacts(ShapeContacts):
         spatial: bool,
         margin: float,
         points: int = 2,
-        share: np.ndarray | None = None,
+        sides: Sequence[Side] | None = None,
         numbers: np.ndarray | None = None,
         joined: np.ndarray | None = None,
         reference: np.ndarray | None = None,
     ) -> None:
         pairs = np.asarray(pairs, dtype=np.int64).reshape(-1, 2)
-        numbers = np.arange(len(pairs)) if numbers is None else numbers
-        parts = np.ones(len(pairs)) if share is None else share
+        sides = whole_plates(len(plates)) if sides is None else sides
         builder = TableBuilder(spatial)
-        for shape in (*plates, *obstacles):
-            builder.add_shape(shape)
-        plate_edges, box_edges = {}, {}
-        if spatial:
-            plate_edges = {
-                int(p): builder.add_edges(plates[p], shape_edges(plates[p])) for p in np.unique(pairs[:, 0])
-            }
-            box_edges = {
-                int(o): builder.add_edges(obstacles[o], shape_edges(obstacles[o]))
-                for o in np.unique(pairs[:, 1])
-                if obstacles[o].kind == BOX
-            }
-        for (own, other), number, part in zip(pairs.tolist(), numbers.tolist(), parts.tolist(), strict=True):
-            plate, obstacle, against = plates[own], obstacles[other], len(plates) + other
-            half = 1.0 if obstacle.kind == HALF_SPACE else 0.5
-            places, weights = plate_grid(plate, points, spatial)
-            area = 4.0 * plate.size[0] * plate.size[1] * weights
-            builder.add_points(own, places, plate.radius, half * part * weights, area, against, number)
-            groups = _probes_of(obstacle, plate, spatial)
-            for back, radius in groups:
-                each = np.full(len(back), 0.5 * part / (len(back) * len(groups)))
-                builder.add_points(against, back, radius, each, np.zeros(len(back)), own, number)
-            builder.add_edge_pairs(plate_edges.get(own, []), box_edges.get(other, []), EDGE_SHARE * part, number)
-            builder.close_unit(own, against)
+        add_plates(builder, plates, points)
+        for obstacle in obstacles:
+            number = builder.add_shape(obstacle)
+            # as close together as the points of the smallest plate are, so that none of it fits between them
+            spacing = 0.5 * min(min(plate.size[:2]) for plate in plates)
+            groups = _probes_of(obstacle, spacing, spatial)
+            for places, radius in groups:
+                builder.add_points(number, places, radius, np.full(len(places), 1.0 / (len(places) * len(groups))))
+            if spatial and obstacle.kind == BOX:
+                builder.add_edges(number, shape_edges(obstacle))
+        alone = [np.array([len(plates) + number]) for number in range(len(obstacles))]
+        listed = ListedPairs(
+            [*(side.shapes for side in sides), *alone], pairs + [0, len(sides)], len(builder.shapes), numbers
+        )
+        self._area = np.array([4.0 * plate.size[0] * plate.size[1] for plate in plates])
+        self._part = np.concatenate([np.zeros(0), *(side.parts for side in sides)])
         longest = max((2 * plate.size[0] for plate in plates), default=0.0)
-        super().__init__(builder.tables(), spatial, margin, 0.05 * longest)
+        super().__init__(builder.kit(), listed, spatial, margin, 0.05 * longest)
         if joined is not None and reference is not None:
-            self.leave_out(reference, np.flatnonzero(joined))
+            self.leave_out(reference, joined)
+
+    def _factors(self, members: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        part = self._part[members[:, 0]]
+        shapes = self.listed.shape[members]
+        # a half-space has no points of its own
+        half = np.where(self.kit.shapes.kind[shapes[:, 1]] == HALF_SPACE, 1.0, 0.5)
+        share = np.column_stack([half * part, 0.5 * part])
+        return share, np.column_stack([self._area[shapes[:, 0]], np.zeros(len(part))]), EDGE_SHARE * part
 
 
-def _probes_of(obstacle: Shape, plate: Shape, spatial: bool) -> list[tuple[np.ndarray, float]]:
-    """Groups of points (n, 3) of an obstacle in its own axes with their rounding, m."""
+def _probes_of(obstacle: Shape, spacing: float, spatial: bool) -> list[tuple[np.ndarray, float]]:
+    """Groups of points (n, 3) of an obstacle, so far apart at most (m), in its own axes with their rounding, m."""
     x, y, z = obstacle.size
     rounding = obstacle.radius
     if obstacle.kind == SPHERE:
@@ -104,8 +102,6 @@ def _probes_of(obstacle: Shape, plate: Shape, spatial: bool) -> list[tuple[np.nd
     rim = np.column_stack([x * np.cos(angle), np.zeros(RIM_POINTS), x * np.sin(angle)])
     groups = [(np.concatenate([rim + [0.0, side * y, 0.0] for side in (-1, 1)]), rounding)]
     if y >= x:
-        # as close together as the plate's own points are, so that none of it fits between them
-        spacing = 0.5 * min(plate.size[0], plate.size[1])
         count = int(np.clip(np.ceil(2 * (y - x) / spacing) + 1, 2, 50))
         axis = np.zeros((count, 3))
         axis[:, 1] = (y - x) * gauss_lobatto(count)[0]

@@ -15,14 +15,16 @@ do, `crossed` says so.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
+from fsm.interactions.box_pairs import ListedPairs
 from fsm.interactions.quadrature import gauss_lobatto
 from fsm.segments.shape_contacts import ShapeContacts
 from fsm.segments.shape_tables import Shape, TableBuilder, shape_edges
 
-__all__ = ["EDGE_SHARE", "PlateContacts", "plate_grid"]
+__all__ = ["EDGE_SHARE", "PlateContacts", "Side", "add_plates", "plate_grid", "whole_plates"]
 
 EDGE_SHARE = 0.25
 """Part of a face that a pair of edges stands for: the four edges of a face have it between them."""
@@ -44,27 +46,56 @@ def plate_grid(shape: Shape, points: int, spatial: bool) -> tuple[np.ndarray, np
     return places, np.outer(weights / 2, share).ravel()
 
 
+class Side(NamedTuple):
+    """What a contact pair names on one side.
+
+    Attributes
+    ----------
+    shapes : (k,) int array
+    parts : (k,) array
+        Fraction of its panel that each is, 1 for one that is alone.
+    """
+
+    shapes: np.ndarray
+    parts: np.ndarray
+
+
+def whole_plates(count: int) -> list[Side]:
+    """A side for each of some plates."""
+    return [Side(np.array([number]), np.ones(1)) for number in range(count)]
+
+
+def add_plates(builder: TableBuilder, plates: Sequence[Shape], points: int) -> None:
+    """Add plates with the points of their grids, and in space their edges."""
+    for plate in plates:
+        number = builder.add_shape(plate)
+        places, weights = plate_grid(plate, points, builder.spatial)
+        builder.add_points(number, places, plate.radius, weights)
+        if builder.spatial:
+            builder.add_edges(number, shape_edges(plate))
+
+
 class PlateContacts(ShapeContacts):
     """Contacts of pairs of plates.
 
     Parameters
     ----------
     plates : rectangles, `fsm.segments.shape_tables.as_rectangle`
-    pairs : (m, 2) int array of plates
+    pairs : (m, 2) int array of sides
     spatial : bool
     margin : float, m
         How near plates are before they are watched.
     points : int
         Intervals between the points of a line of a plate's grid.
-    share : (m, 2) array
-        Fraction of its panel that each plate of a pair is.
+    sides : sequence of Side
+        By default every plate is one, in their order.
     numbers : (m,) int array
         Contact pair of the scene that each is; by default its own row.
-    joined : (m,) bool array
-        Pairs that are joined, along an edge as a rule: points and edges that lie in the other plate in the poses
+    joined : (j, 2) int array
+        Bodies that are joined, along an edge as a rule: points and edges that lie in the other plate in the poses
         `reference` never touch it.
     reference : (n_bodies, 3 or 7) array
-        Needed only where pairs are joined.
+        Needed only where bodies are joined.
     """
 
     def __init__(
@@ -74,33 +105,26 @@ class PlateContacts(ShapeContacts):
         spatial: bool,
         margin: float,
         points: int = 2,
-        share: np.ndarray | None = None,
+        sides: Sequence[Side] | None = None,
         numbers: np.ndarray | None = None,
         joined: np.ndarray | None = None,
         reference: np.ndarray | None = None,
     ) -> None:
         pairs = np.asarray(pairs, dtype=np.int64).reshape(-1, 2)
-        numbers = np.arange(len(pairs)) if numbers is None else numbers
-        parts = np.ones(pairs.shape) if share is None else share
+        sides = whole_plates(len(plates)) if sides is None else sides
         builder = TableBuilder(spatial)
-        for plate in plates:
-            builder.add_shape(plate)
-        edges = {
-            int(plate): builder.add_edges(plates[plate], shape_edges(plates[plate])) if spatial else []
-            for plate in np.unique(pairs)
-        }
-        grids = {int(plate): plate_grid(plates[plate], points, spatial) for plate in np.unique(pairs)}
-        for (one, two), both, number in zip(pairs.tolist(), parts.tolist(), numbers.tolist(), strict=True):
-            areas = [4.0 * plates[k].size[0] * plates[k].size[1] for k in (one, two)]
-            # the stiffness is that of the smaller face
-            smaller = min(areas[0] / both[0], areas[1] / both[1])
-            for own, other, area in ((one, two, areas[0]), (two, one, areas[1])):
-                places, weights = grids[own]
-                each = 0.5 * area * weights
-                builder.add_points(own, places, plates[own].radius, each / smaller, each, other, number)
-            builder.add_edge_pairs(edges[one], edges[two], EDGE_SHARE * min(both), number)
-            builder.close_unit(one, two)
+        add_plates(builder, plates, points)
+        areas = np.array([4.0 * plate.size[0] * plate.size[1] for plate in plates])
+        listed = ListedPairs([side.shapes for side in sides], pairs, len(plates), numbers)
+        self._area = areas[listed.shape]
+        self._part = np.concatenate([np.zeros(0), *(side.parts for side in sides)])
         longest = max((2 * plate.size[0] for plate in plates), default=0.0)
-        super().__init__(builder.tables(), spatial, margin, 0.05 * longest)
+        super().__init__(builder.kit(), listed, spatial, margin, 0.05 * longest)
         if joined is not None and reference is not None:
-            self.leave_out(reference, np.flatnonzero(joined))
+            self.leave_out(reference, joined)
+
+    def _factors(self, members: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        area, part = self._area[members], self._part[members]
+        # the stiffness is that of the smaller face
+        smaller = (area / part).min(axis=1, keepdims=True)
+        return 0.5 * area / smaller, 0.5 * area, EDGE_SHARE * part.min(axis=1)

@@ -63,7 +63,8 @@ def _contact_points(view: View) -> int:
         sides = [view.parties[pair.first], view.parties[pair.second]]
         if any(side.kind != "surface" for side in sides):
             # rigid plates: a grid of points each in space
-            plates = sum(len(side.bodies) for side in sides if side.kind != "obstacle")
+            own = sides[:1] if pair.first == pair.second else sides  # a group with itself
+            plates = sum(len(side.bodies) for side in own if side.kind != "obstacle")
             rigid += plates * per_segment ** (2 if view.spatial else 1)
             continue
         for name in (*sides[0].bodies, *sides[1].bodies):

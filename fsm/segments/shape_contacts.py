@@ -8,14 +8,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fsm.interactions import edge_edge, point_shape_planar, point_shape_spatial
+from fsm.interactions.box_pairs import ListedPairs
 from fsm.interactions.motion import moved_beyond
 from fsm.interactions.shape_boxes import shape_boxes_planar, shape_boxes_spatial
 from fsm.interactions.shape_distance import HALF_SPACE
-from fsm.interactions.sweep import ListedPairs
 from fsm.interactions.swept import edges_pass, local_edges, path_poses, points_pass, turn_between
 from fsm.segments.contact_geometry import ContactForces, Measured, Touching
 from fsm.segments.pattern import BodyPattern
-from fsm.segments.shape_tables import Tables
+from fsm.segments.shape_tables import Kit, Tables, Units, ranges
 
 __all__ = ["ShapeContacts"]
 
@@ -50,15 +50,23 @@ _SPATIAL = _PointKernels(
 )
 
 
-class ShapeContacts:
-    """Contacts of all slots of some tables.
+GROUND = 0
+"""Number of the body that never moves."""
+_RENEWAL = 0.4
+"""Part of the margin that anything may move by before the broad phase is renewed."""
 
-    The broad phase keeps the units whose boxes are within the margin of each other, found by a sweep; it is renewed
-    when a body has moved by 0.4 of the margin since, so what is found never depends on when that happened.
+
+class ShapeContacts:
+    """Contacts of the points and edges of shapes that are listed together.
+
+    The broad phase finds the units, pairs of shapes, whose boxes are so near that their gap may come below the margin
+    before the next renewal, and lays out tables of their slots: memory grows with what is near. It is renewed when a body
+    has moved by 0.4 of the margin since, so what is found never depends on when that happened.
 
     Parameters
     ----------
-    tables : Tables
+    kit : Kit
+    listed : ListedPairs
     spatial : bool
     margin : float, m
     depth_limit : float, m
@@ -66,78 +74,131 @@ class ShapeContacts:
         centre goes in.
     """
 
-    def __init__(self, tables: Tables, spatial: bool, margin: float, depth_limit: float) -> None:
-        self.tables = tables
-        self.spatial = spatial
-        self.margin = margin
-        self.share, self.area, self.pair = tables.share, tables.area, tables.pair
+    def __init__(self, kit: Kit, listed: ListedPairs, spatial: bool, margin: float, depth_limit: float) -> None:
+        self.kit, self.listed = kit, listed
+        self.spatial, self.margin, self.depth_limit = spatial, margin, depth_limit
         self.slips = 3 if spatial else 1
         self._kernels = _SPATIAL if spatial else _PLANAR
-        self._count = len(tables.points.body)
-        self._limit = np.where(tables.points.radius > 0.0, 0.0, depth_limit)
-        shapes = tables.shapes
-        self._listed = ListedPairs(tables.units, len(shapes.body))
+        shapes = kit.shapes
         # a half-space has no end; where a shape is cut there is none either, but none that moves it
         size = np.where(np.isinf(shapes.size), 0.0, shapes.size)
         size[shapes.kind == HALF_SPACE] = 0.0
-        reach = np.linalg.norm(size, axis=1) + np.linalg.norm(shapes.offset, axis=1) + shapes.radius
+        self._reach = np.linalg.norm(size, axis=1) + shapes.radius
+        reach = self._reach + np.linalg.norm(shapes.offset, axis=1)
         self._moving, owner = np.unique(shapes.body, return_inverse=True)
         self._radii = np.zeros(len(self._moving))
         np.maximum.at(self._radii, owner, reach)
         self._reference: np.ndarray | None = None
         self._committed: np.ndarray | None = None
-        self._open = np.ones(len(tables.share), dtype=bool)
-        self._units = np.zeros(0, dtype=np.int64)
-        self._slots = self._slots_of(self._units)
-        self._bodies = np.zeros((0, 2), dtype=np.int64)
+        self._closed = np.zeros(0, dtype=np.int64)
         self._version = 0
+        none = np.zeros((0, 2), dtype=np.int64)
+        self._lay_out(self._units_of(none, np.zeros(0, dtype=np.int64)))
+        self._near, self._bodies = np.zeros(0, dtype=np.int64), none
+        self._near_slots = self._slots_of(self._near)
+
+    @property
+    def share(self) -> np.ndarray:
+        """See `ContactGeometry`."""
+        return self.tables.share
+
+    @property
+    def area(self) -> np.ndarray:
+        """See `ContactGeometry`."""
+        return self.tables.area
+
+    @property
+    def pair(self) -> np.ndarray:
+        """See `ContactGeometry`."""
+        return self.tables.pair
+
+    def keys(self, slots: np.ndarray) -> np.ndarray:
+        """See `ContactGeometry`."""
+        return self.tables.key[slots]
 
     # broad phase ----------------------------------------------------------------------------------------------------
 
+    def _factors(self, members: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Of units, by the members (u, 2) that they are of: `share`, `area` and `edge_share` of `Units`."""
+        return np.ones(members.shape), np.zeros(members.shape), np.ones(len(members))
+
+    def _units_of(self, members: np.ndarray, numbers: np.ndarray) -> Units:
+        """Units from what the list of pairs has found."""
+        key = members[:, 0] * len(self.listed.shape) + members[:, 1]
+        return Units(self.listed.shape[members], *self._factors(members), numbers, key)
+
     def _boxes(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Boxes around all shapes, low and high corners (s, 2 or 3); those of half-spaces are infinite."""
-        shapes = self.tables.shapes
+        shapes = self.kit.shapes
         low, high = self._kernels.boxes(
             poses, shapes.body, shapes.kind, shapes.size, shapes.offset, shapes.frame, shapes.radius
         )
         return low, high
 
+    def _lay_out(self, units: Units) -> None:
+        """Watch these units."""
+        self._units, self.tables = units, self.kit.tables(units)
+        self._count = len(self.tables.points.body)
+        self._open = ~np.isin(self.tables.key, self._closed)
+        self._slots = self._slots_of(np.arange(len(units.key)))
+
     def _slots_of(self, units: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Points, and pairs of edges (numbered from 0), of some units."""
-        points, edges = _ranges(self.tables.point_start, units), _ranges(self.tables.pair_start, units)
+        """Points, and pairs of edges (numbered from 0), of some of the units watched, but for those that never touch."""
+        points, edges = ranges(self.tables.point_start, units), ranges(self.tables.pair_start, units)
         return points[self._open[points]], edges[self._open[edges + self._count]]
 
-    def leave_out(self, poses: np.ndarray, units: np.ndarray) -> None:
-        """Points and edges of some units that lie in each other in these poses never touch: they are joined there."""
-        points, edges = self._slots_of(units)
-        inside, _ = self._kernels.find(poses, points, *self._point_arguments, 0.0)
-        self._open[inside] = False
-        if len(edges):
-            pairs = self.tables.edge_pairs
-            whole = np.zeros(len(pairs.parallel))
-            inside, _ = edge_edge.find_edges(poses, edges, pairs.edges, whole, *self.tables.edges, 0.0)
-            self._open[inside + self._count] = False
-        self._reference, self._version = None, 0
-
-    def _near(self, poses: np.ndarray, reach: float) -> np.ndarray:
-        """Units whose shapes may be within reach of each other."""
-        low, high = self._boxes(poses)
-        return self._listed.overlapping(low - reach / 2, high + reach / 2)
+    def leave_out(self, poses: np.ndarray, joined: np.ndarray) -> None:
+        """Points and edges that lie in each other in these poses never touch, where pairs (m, 2) of bodies are joined."""
+        owner = self.kit.shapes.body
+        by_body = np.argsort(owner, kind="stable")
+        start = np.searchsorted(owner[by_body], np.arange(joined.max(initial=-1) + 2))
+        shapes = [
+            (one, two)
+            for a, b in np.unique(np.sort(joined, axis=1), axis=0)
+            for one in by_body[start[a] : start[a + 1]]
+            for two in by_body[start[b] : start[b + 1]]
+        ]
+        self._lay_out(self._units_of(*self.listed.among(np.array(shapes, dtype=np.int64).reshape(-1, 2))))
+        inside = self._find(poses, *self._slots, 0.0, as_they_are=True).slot
+        self._closed = np.sort(self.tables.key[inside])
+        self._reference = None
 
     def _refresh(self, poses: np.ndarray) -> None:
-        # both may have moved; the rest of the margin is for small positive bounds
-        if self._reference is not None and not moved_beyond(
-            poses, self._reference, self._moving, self._radii, 0.4 * self.margin
-        ):
+        bound = _RENEWAL * self.margin
+        if self._reference is not None and not moved_beyond(poses, self._reference, self._moving, self._radii, bound):
             return
+        low, high = self._boxes(poses)
+        # both may move; what is seen within the margin then is watched, and what may touch is near
+        apart = self.margin + 2.0 * bound
+        units = self._units_of(*self.listed.overlapping(low - 0.5 * apart, high + 0.5 * apart))
+        same = self._reference is not None and np.array_equal(units.key, self._units.key)
+        if not same:
+            self._lay_out(units)
         self._reference = poses.copy()
-        units = self._near(poses, self.margin)
-        if self._version > 0 and np.array_equal(units, self._units):
+        near = np.flatnonzero(
+            _overlap(low - 0.5 * self.margin, high + 0.5 * self.margin, units.shapes)
+            & ~self._high_above(poses, units.shapes)
+        )
+        if same and np.array_equal(near, self._near):
             return
-        self._units = units
-        self._slots = self._slots_of(units)
-        self._bodies = np.unique(self.tables.shapes.body[self.tables.units[units]], axis=0)
+        self._near, self._near_slots = near, self._slots_of(near)
+        self._bodies = np.unique(self.tables.shapes.body[units.shapes[near]], axis=0)
         self._version += 1
+
+    def _high_above(self, poses: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+        """Whether the second of two shapes is a half-space of the ground, and the first higher over it than the margin.
+
+        Boxes of half-spaces say nothing; one on a body that turns goes far away from it by any distance.
+        """
+        shapes = self.kit.shapes
+        out = np.zeros(len(pairs), dtype=bool)
+        rows = np.flatnonzero((shapes.kind[pairs[:, 1]] == HALF_SPACE) & (shapes.body[pairs[:, 1]] == GROUND))
+        one, two = np.ascontiguousarray(pairs[rows].T)
+        local = self._kernels.local(
+            poses, np.arange(len(rows)), shapes.body[one], shapes.offset[one], two, shapes.body, shapes.offset, shapes.frame
+        )
+        out[rows] = local[:, 2] > self._reach[one] + shapes.radius[two] + self.margin
+        return out
 
     @property
     def refreshes(self) -> int:
@@ -152,15 +213,20 @@ class ShapeContacts:
     # narrow phase ---------------------------------------------------------------------------------------------------
 
     def find(self, poses: np.ndarray, below: float) -> Touching:
-        """Slots with a gap below a bound, m: 0 for contacts, larger to see how near others are."""
+        """Slots with a gap below a bound, m: 0 for contacts, larger (up to the margin) to see how near others are."""
         self._refresh(poses)
-        points, edges = self._slots
-        if below > 0.2 * self.margin:
-            points, edges = self._slots_of(self._near(poses, below))
-        tables = self.tables
+        near = below <= (1.0 - 2.0 * _RENEWAL) * self.margin
+        return self._find(poses, *(self._near_slots if near else self._slots), below)
+
+    def _find(
+        self, poses: np.ndarray, points: np.ndarray, edges: np.ndarray, below: float, as_they_are: bool = False
+    ) -> Touching:
+        """Those of some points and pairs of edges; with edges that are nearly parallel as deep as any if so wanted."""
+        tables, pairs = self.tables, self.tables.edge_pairs
         slot, gap = self._kernels.find(poses, points, *self._point_arguments, below)
         if len(edges):
-            other, other_gap = edge_edge.find_edges(poses, edges, *tables.edge_pairs, *tables.edges, below)
+            parallel = np.zeros(len(pairs.parallel)) if as_they_are else pairs.parallel
+            other, other_gap = edge_edge.find_edges(poses, edges, pairs.edges, parallel, *tables.edges, below)
             slot, gap = np.concatenate([slot, other + self._count]), np.concatenate([gap, other_gap])
         return Touching(slot, gap, ())
 
@@ -230,56 +296,73 @@ class ShapeContacts:
 
     def crossed(self, poses: np.ndarray) -> tuple[int, ...]:
         """Numbers of the pairs of which something passed through a face since the last commit."""
-        return tuple(int(pair) for pair in np.unique(self.pair[self.passed(poses)]))
+        tables, slots = self.passed(poses)
+        return tuple(int(pair) for pair in np.unique(tables.pair[slots]))
 
-    def passed(self, poses: np.ndarray) -> np.ndarray:
-        """Slots that passed through a face since the last commit."""
-        if self._committed is None:
-            return np.zeros(0, dtype=np.int64)
-        points, edges = self._slots_of(self._swept(self._committed, poses))
+    def passed(self, poses: np.ndarray) -> tuple[Tables, np.ndarray]:
+        """Slots that passed through a face since the last commit, and the tables that they are in."""
+        self._refresh(poses)
+        start = self._committed
+        if start is None:
+            return self.tables, np.zeros(0, dtype=np.int64)
+        tables, points, edges = self._on_the_way(start, poses)
         if not len(points) and not len(edges):
-            return np.zeros(0, dtype=np.int64)
-        tables = self.tables
+            return tables, np.zeros(0, dtype=np.int64)
         shape = tables.points.shape[points]
-        kind, size, limit = tables.shapes.kind[shape], tables.shapes.size[shape], self._limit[points]
+        kind, size = tables.shapes.kind[shape], tables.shapes.size[shape]
+        limit = np.where(tables.points.radius[points] > 0.0, 0.0, self.depth_limit)
         half = tables.edges.half[tables.edge_pairs.edges[edges, 1]]
         point_passed, edge_passed = np.zeros(len(points), dtype=bool), np.zeros(len(edges), dtype=bool)
         before: tuple[np.ndarray, np.ndarray] | None = None
-        for step in path_poses(self._committed, poses):
-            here = self._locals(step, points, edges)
+        for step in path_poses(start, poses):
+            here = self._locals(tables, step, points, edges)
             if before is not None:
                 point_passed |= points_pass(kind, size, limit, before[0], here[0])
                 edge_passed |= edges_pass(half, before[1], here[1])
             before = here
-        return np.concatenate([points[point_passed], edges[edge_passed] + self._count])
+        return tables, np.concatenate([points[point_passed], edges[edge_passed] + len(tables.points.body)])
 
-    def _locals(self, poses: np.ndarray, points: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _on_the_way(self, start: np.ndarray, end: np.ndarray) -> tuple[Tables, np.ndarray, np.ndarray]:
+        """Points and pairs of edges of units that may meet on the way from one pose to the other, and their tables."""
+        low, high = self._swept(start, end)
+        bound = _RENEWAL * self.margin
+        if self._reference is not None and not moved_beyond(start, self._reference, self._moving, self._radii, bound):
+            # neither end of the way is farther from where units were looked for than they may be
+            meet = _overlap(low, high, self._units.shapes[self._near])
+            return self.tables, *self._slots_of(self._near[meet])
+        units = self._units_of(*self.listed.overlapping(low, high))
+        tables = self.kit.tables(units)
+        is_open, count = ~np.isin(tables.key, self._closed), len(tables.points.body)
+        return tables, np.flatnonzero(is_open[:count]), np.flatnonzero(is_open[count:])
+
+    def _locals(
+        self, tables: Tables, poses: np.ndarray, points: np.ndarray, edges: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Points in the axes of their shapes, and first edges in those of the second."""
-        probes, shapes = self.tables.points, self.tables.shapes
+        probes, shapes = tables.points, tables.shapes
         local = self._kernels.local(
             poses, points, probes.body, probes.place, probes.shape, shapes.body, shapes.offset, shapes.frame
         )
         if not len(edges):
             return local, np.zeros((0, 2, 3))
-        table = self.tables.edges
+        table = tables.edges
         return local, local_edges(
-            poses, edges, self.tables.edge_pairs.edges, table.body, table.middle, table.direction, table.half
+            poses, edges, tables.edge_pairs.edges, table.body, table.middle, table.direction, table.half
         )
 
-    def _swept(self, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-        """Units whose shapes' boxes, swept from one pose to the other, overlap."""
+    def _swept(self, start: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Boxes around all shapes on the way from one pose to the other."""
         low, high = self._boxes(start)
         other_low, other_high = self._boxes(end)
         # on an arc a point departs from its chord by no more than this
         turn = np.minimum(turn_between(start[self._moving], end[self._moving]), np.pi)
         bulge = np.zeros(len(start))
         bulge[self._moving] = self._radii * (1.0 - np.cos(turn / 2))
-        aside = bulge[self.tables.shapes.body][:, None]
-        return self._listed.overlapping(np.minimum(low, other_low) - aside, np.maximum(high, other_high) + aside)
+        aside = bulge[self.kit.shapes.body][:, None]
+        return np.minimum(low, other_low) - aside, np.maximum(high, other_high) + aside
 
 
-def _ranges(start: np.ndarray, units: np.ndarray) -> np.ndarray:
-    """All numbers from start[u] to start[u + 1] - 1, unit after unit."""
-    lengths = start[units + 1] - start[units]
-    offsets = np.arange(lengths.sum()) - np.repeat(np.cumsum(lengths) - lengths, lengths)
-    return np.repeat(start[units], lengths) + offsets
+def _overlap(low: np.ndarray, high: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+    """Whether the two boxes of each pair (m, 2) have a point in common, (m,) bool."""
+    one, two = pairs.T
+    return np.asarray(((low[one] <= high[two]) & (low[two] <= high[one])).all(axis=1))

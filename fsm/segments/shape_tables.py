@@ -10,7 +10,21 @@ import numpy as np
 from fsm.interactions.shape_distance import HALF_SPACE, RECTANGLE, SPHERE
 from fsm.kernels.rotation import rotation_matrix
 
-__all__ = ["EdgePairs", "Edges", "Points", "Shape", "Shapes", "TableBuilder", "Tables", "as_rectangle", "shape_edges"]
+__all__ = [
+    "EdgePairs",
+    "Edges",
+    "Kit",
+    "Points",
+    "Shape",
+    "Shapes",
+    "TableBuilder",
+    "Tables",
+    "Units",
+    "as_rectangle",
+    "nearly_parallel",
+    "ranges",
+    "shape_edges",
+]
 
 
 @dataclass(frozen=True)
@@ -94,11 +108,35 @@ class EdgePairs(NamedTuple):
     parallel: np.ndarray
 
 
-class Tables(NamedTuple):
-    """Everything that may touch.
+class Units(NamedTuple):
+    """Pairs of shapes whose points and edges may touch each other.
 
-    A slot is a point against a shape or, numbered after all points, a pair of edges. Slots that can be near only together
-    are a unit: those of two shapes.
+    Attributes
+    ----------
+    shapes : (u, 2) int array
+    share, area : (u, 2) arrays
+        What the weights of the points of either shape are multiplied by for their share of a face, and for the area that
+        they stand for, m^2.
+    edge_share : (u,) array
+        Share of a pair of edges.
+    pair : (u,) int array
+        Contact pair of the scene.
+    key : (u,) int array
+        Name that outlives all renewals, ascending.
+    """
+
+    shapes: np.ndarray
+    share: np.ndarray
+    area: np.ndarray
+    edge_share: np.ndarray
+    pair: np.ndarray
+    key: np.ndarray
+
+
+class Tables(NamedTuple):
+    """All slots of some units.
+
+    A slot is a point against a shape or, numbered after all points, a pair of edges.
 
     Attributes
     ----------
@@ -106,8 +144,9 @@ class Tables(NamedTuple):
         Shapes.
     point_start, pair_start : (u + 1,) int arrays
         First point and first pair of edges of every unit.
-    share, area, pair : (n_slots,) arrays
-        Fraction of a face, area that it stands for (m^2), and number of the contact pair.
+    share, area, pair, key : (n_slots,) arrays
+        Fraction of a face, area that it stands for (m^2), number of the contact pair, and a name that outlives all
+        renewals.
     """
 
     shapes: Shapes
@@ -120,112 +159,61 @@ class Tables(NamedTuple):
     share: np.ndarray
     area: np.ndarray
     pair: np.ndarray
+    key: np.ndarray
 
 
 class TableBuilder:
-    """Collects rows; shapes are cut by y = 0 in the plane, and there are no edges there (they are points)."""
+    """Collects shapes with the points and edges that each meets others with, and lays out tables of units of two.
+
+    Shapes are cut by y = 0 in the plane, and there are no edges there (they are points).
+    """
 
     def __init__(self, spatial: bool) -> None:
         self.spatial = spatial
         self.shapes: list[Shape] = []
-        self._edges: list[tuple[int, np.ndarray, np.ndarray, float, float]] = []
-        self._points: list[tuple[int, np.ndarray, float, int]] = []
-        self._pairs: list[tuple[np.ndarray, np.ndarray]] = []
-        self._units: list[tuple[int, int]] = []
-        self._starts: list[tuple[int, int]] = [(0, 0)]
-        self._point_share: list[tuple[np.ndarray, np.ndarray, int]] = []
-        self._pair_share: list[tuple[float, int, int]] = []
-        self._point_count = self._pair_count = 0
+        self._edges: list[tuple[int, int, np.ndarray, np.ndarray, float, float]] = []
+        self._points: list[tuple[int, np.ndarray, float, np.ndarray]] = []
 
     def add_shape(self, shape: Shape) -> int:
         """Number of the new shape."""
         self.shapes.append(shape)
         return len(self.shapes) - 1
 
-    def add_edges(self, shape: Shape, ends: np.ndarray) -> list[int]:
-        """Numbers of the new edges, from their ends (n, 2, 3) in the shape's axes."""
-        first = len(self._edges)
+    def add_edges(self, number: int, ends: np.ndarray) -> None:
+        """Edges of a shape, from their ends (n, 2, 3) in its axes."""
+        shape = self.shapes[number]
         for start, end in shape.in_body(ends):
             along = end - start
             length = float(np.linalg.norm(along))
-            self._edges.append((shape.body, (start + end) / 2, along / length, length / 2, shape.radius))
-        return list(range(first, len(self._edges)))
+            self._edges.append((number, shape.body, (start + end) / 2, along / length, length / 2, shape.radius))
 
-    def add_points(
-        self,
-        owner: int,
-        local: np.ndarray,
-        radius: float,
-        share: np.ndarray,
-        area: np.ndarray,
-        against: int,
-        pair: int,
-    ) -> None:
-        """Points (n, 3) in the axes of the shape `owner` that probe another shape; to the unit that is open."""
-        shape = self.shapes[owner]
-        self._points.append((shape.body, shape.in_body(local), radius, against))
-        self._point_share.append((share, area, pair))
-        self._point_count += len(local)
+    def add_points(self, number: int, local: np.ndarray, radius: float, weight: np.ndarray) -> None:
+        """Points (n, 3) of a shape in its axes, with their rounding, m, and weights (n,)."""
+        self._points.append((number, self.shapes[number].in_body(local), radius, weight))
 
-    def add_edge_pairs(self, first: list[int], second: list[int], share: float, pair: int) -> None:
-        """Each edge of one list with each of the other; to the unit that is open."""
-        one, two = np.array(first, dtype=np.int64), np.array(second, dtype=np.int64)
-        self._pairs.append((np.repeat(one, len(two)), np.tile(two, len(one))))
-        self._pair_share.append((share, pair, len(one) * len(two)))
-        self._pair_count += len(one) * len(two)
-
-    def close_unit(self, first: int, second: int) -> None:
-        """What was added since the last unit is that of these two shapes."""
-        self._units.append((first, second))
-        self._starts.append((self._point_count, self._pair_count))
-
-    def tables(self) -> Tables:
-        """All rows as arrays."""
-        starts = np.array(self._starts, dtype=np.int64)
-        counts = np.array([len(places) for _, places, _, _ in self._points], dtype=np.int64)
-        places = np.concatenate([np.zeros((0, 3)), *(places for _, places, _, _ in self._points)])
-        edges = self._edge_table()
-        crossings = np.array([count for _, _, count in self._pair_share], dtype=np.int64)
-        shares = np.repeat(np.array([share for share, _, _ in self._pair_share]), crossings)
-        pairs = [pair for _, _, pair in self._point_share], [pair for _, pair, _ in self._pair_share]
-        of_points, of_edges = (np.array(numbers, dtype=np.int64) for numbers in pairs)
-        return Tables(
+    def kit(self) -> Kit:
+        """All of it."""
+        points = sorted(self._points, key=lambda row: row[0])
+        edges = sorted(self._edges, key=lambda row: row[0])
+        lengths = [len(places) for _, places, _, _ in points]
+        places = np.concatenate([np.zeros((0, 3)), *(places for _, places, _, _ in points)])
+        numbers = np.arange(len(self.shapes) + 1)
+        owner = np.repeat(np.array([number for number, *_ in points], dtype=np.int64), lengths)
+        return Kit(
             self._shape_table(),
-            Points(
-                np.repeat(np.array([body for body, _, _, _ in self._points], dtype=np.int64), counts),
-                places if self.spatial else np.ascontiguousarray(places[:, [0, 2]]),
-                np.repeat(np.array([radius for _, _, radius, _ in self._points]), counts),
-                np.repeat(np.array([against for _, _, _, against in self._points], dtype=np.int64), counts),
+            np.searchsorted(owner, numbers),
+            places if self.spatial else np.ascontiguousarray(places[:, [0, 2]]),
+            np.repeat(np.array([radius for _, _, radius, _ in points]), lengths),
+            np.concatenate([np.zeros(0), *(weight for *_, weight in points)]),
+            np.searchsorted(np.array([row[0] for row in edges], dtype=np.int64), numbers),
+            Edges(
+                np.array([row[1] for row in edges], dtype=np.int64),
+                np.array([row[2] for row in edges]).reshape(-1, 3),
+                np.array([row[3] for row in edges]).reshape(-1, 3),
+                np.array([row[4] for row in edges]),
+                np.array([row[5] for row in edges]),
             ),
-            edges,
-            self._edge_pairs(edges),
-            np.array(self._units, dtype=np.int64).reshape(-1, 2),
-            np.ascontiguousarray(starts[:, 0]),
-            np.ascontiguousarray(starts[:, 1]),
-            np.concatenate([*(share for share, _, _ in self._point_share), shares]),
-            np.concatenate([*(area for _, area, _ in self._point_share), np.zeros(self._pair_count)]),
-            np.concatenate([np.repeat(of_points, counts), np.repeat(of_edges, crossings)]),
         )
-
-    def _edge_table(self) -> Edges:
-        return Edges(
-            np.array([row[0] for row in self._edges], dtype=np.int64),
-            np.array([row[1] for row in self._edges]).reshape(-1, 3),
-            np.array([row[2] for row in self._edges]).reshape(-1, 3),
-            np.array([row[3] for row in self._edges]),
-            np.array([row[4] for row in self._edges]),
-        )
-
-    def _edge_pairs(self, edges: Edges) -> EdgePairs:
-        """They count as nearly parallel when one rises over the other by less than both roundings, from its middle to its
-        end: there the points along it touch.
-        """
-        none = np.zeros(0, dtype=np.int64)
-        one, two = (np.concatenate([none, *(both[k] for both in self._pairs)]) for k in (0, 1))
-        if not len(one):
-            return EdgePairs(np.zeros((0, 2), dtype=np.int64), np.zeros(0))
-        sine = (edges.radius[one] + edges.radius[two]) / np.minimum(edges.half[one], edges.half[two])
-        return EdgePairs(np.column_stack([one, two]), np.clip(sine, 1e-3, 0.2) ** 2)
 
     def _shape_table(self) -> Shapes:
         size = np.array([shape.size for shape in self.shapes]).reshape(-1, 3)
@@ -244,6 +232,86 @@ class TableBuilder:
             frame,
             np.array([shape.radius for shape in self.shapes]),
         )
+
+
+class Kit(NamedTuple):
+    """Shapes with the points and edges that each meets others with, from which tables of units are laid out.
+
+    Attributes
+    ----------
+    point_start, edge_start : (s + 1,) int arrays
+        First point and first edge of every shape.
+    place, radius, weight : (p, 2 or 3), (p,), (p,) arrays
+        Of the points: place in body axes, m, rounding, m, and weight.
+    """
+
+    shapes: Shapes
+    point_start: np.ndarray
+    place: np.ndarray
+    radius: np.ndarray
+    weight: np.ndarray
+    edge_start: np.ndarray
+    edges: Edges
+
+    def tables(self, units: Units) -> Tables:
+        """The slots of some units: points of the first shape, then of the second; each edge with each of the other's."""
+        owner, other = units.shapes.ravel(), units.shapes[:, ::-1].ravel()
+        lengths = np.diff(self.point_start)[owner]
+        rows, side = ranges(self.point_start, owner), np.repeat(np.arange(len(owner)), lengths)
+        points = Points(
+            self.shapes.body[owner][side], self.place[rows], self.radius[rows], np.ascontiguousarray(other[side])
+        )
+        point_start = np.concatenate([[0], np.cumsum(lengths.reshape(-1, 2).sum(axis=1))])
+        weight, of_point = self.weight[rows], side // 2
+        edge_pairs, pair_start, of_pair = self._edge_pairs(units.shapes)
+        share = np.concatenate([weight * units.share.ravel()[side], units.edge_share[of_pair]])
+        area = np.concatenate([weight * units.area.ravel()[side], np.zeros(len(of_pair))])
+        unit = np.concatenate([of_point, of_pair])
+        place = np.concatenate(
+            [
+                np.arange(len(of_point)) - point_start[of_point],
+                np.diff(point_start)[of_pair] + np.arange(len(of_pair)) - pair_start[of_pair],
+            ]
+        )
+        key = units.key[unit] * self._most_slots + place
+        return Tables(
+            self.shapes, points, self.edges, edge_pairs, units.shapes, point_start, pair_start, share, area,
+            units.pair[unit], key,
+        )  # fmt: skip
+
+    @property
+    def _most_slots(self) -> int:
+        """Slots that a unit has at most."""
+        points, edges = np.diff(self.point_start).max(initial=0), np.diff(self.edge_start).max(initial=0)
+        return int(2 * points + edges**2)
+
+    def _edge_pairs(self, shapes: np.ndarray) -> tuple[EdgePairs, np.ndarray, np.ndarray]:
+        """Pairs of edges of units, the first of each unit (u + 1,), and the unit of each."""
+        number, edges = np.diff(self.edge_start), self.edges
+        across = number[shapes[:, 1]]
+        lengths = number[shapes[:, 0]] * across
+        start = np.concatenate([[0], np.cumsum(lengths)])
+        unit = np.repeat(np.arange(len(shapes)), lengths)
+        one, two = np.divmod(np.arange(start[-1]) - start[unit], np.maximum(across[unit], 1))
+        one, two = one + self.edge_start[shapes[unit, 0]], two + self.edge_start[shapes[unit, 1]]
+        return EdgePairs(np.column_stack([one, two]), nearly_parallel(edges, one, two)), start, unit
+
+
+def nearly_parallel(edges: Edges, one: np.ndarray, two: np.ndarray) -> np.ndarray:
+    """|t_1 x t_2|^2 of pairs of edges below which they count as nearly parallel.
+
+    They do when one rises over the other by less than both roundings, from its middle to its end: there the points along it
+    touch.
+    """
+    sine = (edges.radius[one] + edges.radius[two]) / np.minimum(edges.half[one], edges.half[two])
+    return np.asarray(np.clip(sine, 1e-3, 0.2) ** 2)
+
+
+def ranges(start: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """All numbers from start[r] to start[r + 1] - 1, row after row."""
+    lengths = start[rows + 1] - start[rows]
+    offsets = np.arange(lengths.sum()) - np.repeat(np.cumsum(lengths) - lengths, lengths)
+    return np.repeat(start[rows], lengths) + offsets
 
 
 def shape_edges(shape: Shape) -> np.ndarray:

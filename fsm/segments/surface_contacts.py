@@ -148,6 +148,10 @@ class SurfaceContacts:
             np.empty(count),
         )
 
+    def keys(self, slots: np.ndarray) -> np.ndarray:
+        """See `ContactGeometry`: probes are never numbered anew."""
+        return slots
+
     # where ----------------------------------------------------------------------------------------------------------
 
     def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:

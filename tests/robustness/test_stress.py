@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import json
 from collections import Counter
@@ -18,6 +19,7 @@ from validation.stress.attempt import attempt
 from validation.stress.campaign import examine, read_lines, run_campaign
 from validation.stress.judge import judge
 from validation.stress.scenes import KINDS, draw
+from validation.stress.second import second_opinion
 from validation.stress.summary import summarised
 
 SEED = 8
@@ -37,6 +39,20 @@ def test_scenes_are_the_same_every_time() -> None:
     assert [draw(SEED, number) for number in reversed(range(60))] == drawn[::-1]
     assert {scene.kind for scene in drawn} == set(KINDS)
     assert draw(SEED + 1, 5).tables != drawn[5].tables
+
+
+def test_a_second_opinion_on_plates_that_touch_is_in_their_dimension() -> None:
+    """Two plates of one width that fly into each other: in space edges that cross at the corners stiffen the contact."""
+    drawn = draw(4, 1308)
+    first = attempt(drawn.tables, 60.0)
+    assert first.solution is not None
+    opinion = second_opinion(drawn.tables, first, 60.0)
+    assert opinion.by == "Radau-blocks"
+    assert opinion.says in ("agrees", "loose")
+    assert opinion.difference < 0.03
+    leaps = copy.deepcopy(drawn.tables)
+    leaps["solve"] |= {"method": "Radau-blocks", "rtol": 1e-6}
+    assert "passed through" in attempt(leaps, 60.0).what  # why the second one is given a longest step
 
 
 @cache

@@ -18,6 +18,7 @@ from fsm.calibrate.crease import calibrate_crease
 from fsm.calibrate.report import Options
 from fsm.cli import CALIBRATIONS, cli
 from fsm.run import run_case
+from fsm.scene import scene as scenes
 from fsm.scene.case import Case, Expect, Save, Solve, Strip
 from fsm.scene.contact import FRICTION_KEYS, NORMAL_KEYS, Contact, Friction
 from fsm.scene.crease_family import read_family
@@ -62,7 +63,7 @@ TABLES: list[tuple[type[BaseModel], ...]] = [
     (HingeJoint,), (Stop,), (PointSupport,), (PointForce,), (Membrane,),
     (CentrePatch, DiagonalPatch, DiagonalsPatch, PositionPatch, GridPatch), (CornerCable, EdgeCable), (Support,), (Tension,),
     (Deployed,), (Air,), (Damping,), (HalfSine, Rectangle, Measured), (Vibration,), (Scene,), (Body,), (Plate,),
-    (ForceElement,), (Surface,), (ContactPair,),
+    (ForceElement,), (Surface,), (scenes.Group,), (ContactPair,),
 ]  # fmt: skip
 """The sections in the order of the page."""
 

@@ -14,7 +14,7 @@ from fsm.interactions.swept import edges_pass, local_edges
 from fsm.kernels.rotation import exponential, multiply
 from fsm.kernels.scatter import scatter_efforts
 from fsm.segments.plate_contacts import PlateContacts
-from fsm.segments.shape_tables import as_rectangle
+from fsm.segments.shape_tables import Units, as_rectangle
 
 STIFFNESS = 1e5
 
@@ -55,13 +55,19 @@ def turned(vector: tuple[float, float, float], base: np.ndarray | None = None) -
     return np.asarray(multiply(exponential(np.array(vector)), start))
 
 
+class Unscaled(PlateContacts):
+    """No pair of edges counts as nearly parallel."""
+
+    def _lay_out(self, units: Units) -> None:
+        super()._lay_out(units)
+        self.tables.edge_pairs.parallel[:] = 0.0
+
+
 def plates(scaled: bool = True) -> PlateContacts:
     """Plates of 0.2 x 0.1 m and 0.16 x 0.12 m, 4 and 2 mm thick, of bodies 0 and 1."""
     rectangles = [as_rectangle(0, 0.2, 0.1, 4e-3), as_rectangle(1, 0.16, 0.12, 2e-3)]
-    contacts = PlateContacts(rectangles, np.array([[0, 1]]), True, 0.02, points=2)
-    if not scaled:
-        contacts.tables.edge_pairs.parallel[:] = 0.0
-    return contacts
+    kind = PlateContacts if scaled else Unscaled
+    return kind(rectangles, np.array([[0, 1]]), True, 0.02, points=2)
 
 
 def force_and_energy(contacts: PlateContacts, poses: np.ndarray) -> tuple[np.ndarray, float]:

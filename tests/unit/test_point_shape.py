@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fsm.interactions.box_pairs import ListedPairs
 from fsm.interactions.shape_distance import BOX, CYLINDER, HALF_SPACE, RECTANGLE, SPHERE
 from fsm.kernels.rotation import exponential, multiply, rotate_by, rotation_matrix
 from fsm.kernels.scatter import scatter_efforts
@@ -161,10 +162,14 @@ def point_state(name: str, spatial: bool, seed: int = 1) -> State:
     builder = TableBuilder(spatial)
     number = builder.add_shape(shape)
     own = builder.add_shape(Shape(1, SPHERE, (0.0, 0.0, 0.0), 0.012, tuple(place)))
-    builder.add_points(own, np.zeros((1, 3)), 0.012, np.ones(1), np.zeros(1), number, 0)
-    builder.close_unit(own, number)
-    contacts = ShapeContacts(builder.tables(), spatial, 0.05, 0.0)
+    builder.add_points(own, np.zeros((1, 3)), 0.012, np.ones(1))
+    contacts = ShapeContacts(builder.kit(), pair_of(own, number), spatial, 0.05, 0.0)
     return State(contacts, poses, rng.normal(size=(3, 6 if spatial else 3)))
+
+
+def pair_of(one: int, two: int) -> ListedPairs:
+    """Two shapes that may touch."""
+    return ListedPairs([np.array([one]), np.array([two])], np.array([[0, 1]]), 2)
 
 
 def edge_state(name: str, seed: int = 2) -> State:
@@ -173,19 +178,14 @@ def edge_state(name: str, seed: int = 2) -> State:
     poses = np.array([random_pose(rng, True) for _ in range(3)])
     height, angle, one, two = EDGES[name]
     everything = random_pose(rng, True)
-    builder, shapes = TableBuilder(True), []
+    builder = TableBuilder(True)
     along = np.array([[1.0, 0.0, 0.0], [np.cos(angle), np.sin(angle), 0.0]])
-    numbers = []
     for body, direction, place, lift, radius in ((1, along[0], one, height, 0.012), (2, along[1], two, 0.0, 0.005)):
         middle = np.array([0.0, 0.0, lift]) - place * direction
         ends = [out_of_body(everything, middle + side * 0.2 * direction) for side in (-1, 1)]
         local = np.array([[in_body(poses[body], end) for end in ends]])
-        shape = Shape(body, BOX, (9.0, 9.0, 9.0), radius)
-        shapes.append(builder.add_shape(shape))
-        numbers.append(builder.add_edges(shape, local))
-    builder.add_edge_pairs(numbers[0], numbers[1], 1.0, 0)
-    builder.close_unit(*shapes)
-    return State(ShapeContacts(builder.tables(), True, 0.05, 0.0), poses, rng.normal(size=(3, 6)))
+        builder.add_edges(builder.add_shape(Shape(body, BOX, (9.0, 9.0, 9.0), radius)), local)
+    return State(ShapeContacts(builder.kit(), pair_of(0, 1), True, 0.05, 0.0), poses, rng.normal(size=(3, 6)))
 
 
 def any_state(case: str) -> State:
@@ -326,18 +326,18 @@ def test_tangents_are_derivatives_of_the_force(case: str, with_friction: bool) -
 @pytest.mark.parametrize("name", PLANAR)
 def test_planar_and_spatial_agree_in_a_plane_motion(name: str) -> None:
     planar = point_state(name, False)
+    planar.contacts.find(planar.poses, 0.0)
     tables = planar.contacts.tables
     builder = TableBuilder(True)
     offset = (tables.shapes.offset[0, 0], 0.0, tables.shapes.offset[0, 1])
     shape = Shape(2, int(tables.shapes.kind[0]), POINTS[name][1], 0.005, offset, about_y(tables.shapes.frame[0]))
     x, z = tables.points.place[0]
     number, own = builder.add_shape(shape), builder.add_shape(Shape(1, SPHERE, (0.0, 0.0, 0.0), 0.012, (x, 0.0, z)))
-    builder.add_points(own, np.zeros((1, 3)), 0.012, np.ones(1), np.zeros(1), number, 0)
-    builder.close_unit(own, number)
+    builder.add_points(own, np.zeros((1, 3)), 0.012, np.ones(1))
     poses = np.array([[x, 0.0, z, *about_y(turn)] for x, z, turn in planar.poses])
     rates = np.zeros((3, 6))
     rates[:, [0, 2, 4]] = planar.rates
-    spatial = State(ShapeContacts(builder.tables(), True, 0.05, 0.0), poses, rates)
+    spatial = State(ShapeContacts(builder.kit(), pair_of(own, number), True, 0.05, 0.0), poses, rates)
     inside = [6 * body + c for body in range(3) for c in (0, 2, 4)]
     size = np.abs(planar.force()).max()
     np.testing.assert_allclose(spatial.force().ravel()[inside], planar.force().ravel(), atol=1e-11 * size)

@@ -1,8 +1,9 @@
-"""Cost of the broad phase of contact against the number of pieces of surfaces."""
+"""Cost of the broad phase of contact against the number of pieces of surfaces, and of rigid plates."""
 
 from __future__ import annotations
 
 import csv
+import itertools
 import statistics
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -13,6 +14,8 @@ import numpy as np
 from fsm.interactions.box_tree import fit_tree, window_pieces
 from fsm.interactions.chord import chord_boxes, chords_planar, chords_spatial
 from fsm.interactions.surface import pieces_of
+from fsm.segments.plate_contacts import PlateContacts, Side
+from fsm.segments.shape_tables import as_rectangle
 from validation.benchmarks.precision import Row, say
 from validation.benchmarks.segments import slope
 
@@ -100,6 +103,39 @@ def held(count: int, seed: int) -> Job:
     return _windows(poses, [np.arange(count), np.array([count, count + 1])], [1, 0], length, True)
 
 
+def _pile(count: int, seed: int, thick: int) -> tuple[PlateContacts, np.ndarray]:
+    """Plates of 20 x 15 x 1 mm turned anyhow, at `thick` heights, so close that each is in several others' boxes."""
+    rng = np.random.default_rng(seed)
+    columns = int(np.ceil(np.sqrt(count / thick)))
+    layer, place = np.divmod(np.arange(count), columns**2)
+    poses = rng.normal(size=(count, 7))
+    poses[:, 3:] /= np.linalg.norm(poses[:, 3:], axis=1, keepdims=True)
+    poses[:, :3] = 0.012 * np.column_stack([place // columns, place % columns, layer]) + rng.uniform(size=(count, 3)) * 0.005
+    plates = [as_rectangle(body, 0.02, 0.015, 1e-3) for body in range(count)]
+    all_of_them = [Side(np.arange(count), np.ones(count))]
+    return PlateContacts(plates, np.array([[0, 0]]), True, 5e-3, sides=all_of_them), poses
+
+
+def heap(count: int, seed: int, flat: bool = False) -> Job:
+    """Every plate of a pile watches every other: renewal and search, at two states so far apart that both renew."""
+    contacts, here = _pile(count, seed, 1 if flat else round(count ** (1 / 3)))
+    states = itertools.cycle([here, here + [3e-3, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]])
+    return lambda: len(contacts.find(next(states), 0.0).slot)
+
+
+def still_heap(count: int, seed: int) -> Job:
+    """The same at states so near each other that nothing is renewed: search, rates and gradients."""
+    contacts, here = _pile(count, seed, round(count ** (1 / 3)))
+    rates = np.zeros((count, 6))
+
+    def touch() -> int:
+        touching = contacts.find(here, 0.0)
+        contacts.measure(here, rates, touching)
+        return len(touching.slot)
+
+    return touch
+
+
 SCENES: dict[str, Callable[[int, int], Job]] = {
     "windows, folded panels": folded,
     "windows, folded panels, for the first time": lambda count, seed: folded(count, seed, warm=False),
@@ -107,6 +143,9 @@ SCENES: dict[str, Callable[[int, int], Job]] = {
     "windows, folded panels in space": lambda count, seed: folded(count, seed, spatial=True),
     "windows, rolled up": rolled,
     "windows, a chain on large plates": held,
+    "plates in a heap, broad and narrow phase": heap,
+    "plates in one layer, broad and narrow phase": lambda count, seed: heap(count, seed, flat=True),
+    "plates in a heap, narrow phase": still_heap,
 }
 """What is timed, by name."""
 

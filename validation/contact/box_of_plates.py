@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass
-from itertools import combinations
 
 import numpy as np
 
 from fsm.scene.contact import Contact, Friction
 from fsm.scene.obstacle import Obstacle
-from fsm.scene.scene import Body, ContactPair, Plate, Scene
+from fsm.scene.scene import Body, ContactPair, Group, Plate, Scene
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
 from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, StepEnd, simulate
@@ -93,11 +92,11 @@ def box_scene(
                 angular_velocity=tuple((2.0 * rng.normal(size=3)).tolist()),
             )
         )
-    pairs = [ContactPair(first=one.name, second=two.name) for one, two in combinations(bodies, 2)]
     walls = _walls(half_width(columns))
-    pairs += [ContactPair(first=body.name, second=wall.name) for body in bodies for wall in walls]
+    pile = Group(name="plates", bodies=tuple(body.name for body in bodies))
+    pairs = [ContactPair(first="plates", second=name) for name in ("plates", *(wall.name for wall in walls))]
     return Scene(
-        bodies=tuple(bodies), obstacles=walls, pairs=tuple(pairs), contact=contact, friction=friction,
+        bodies=tuple(bodies), groups=(pile,), obstacles=walls, pairs=tuple(pairs), contact=contact, friction=friction,
         gravity=(0.0, 0.0, -GRAVITY),
     )  # fmt: skip
 

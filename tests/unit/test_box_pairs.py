@@ -1,13 +1,13 @@
-"""Pairs of boxes found by a sweep against all pairs looked at, and boxes against the corners of what is in them."""
+"""Pairs of boxes found by a tree against all pairs looked at, and boxes against the corners of what is in them."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
+from fsm.interactions.box_pairs import ListedPairs, overlapping_boxes
 from fsm.interactions.shape_boxes import shape_boxes_planar, shape_boxes_spatial
 from fsm.interactions.shape_distance import BOX, HALF_SPACE
-from fsm.interactions.sweep import ListedPairs
 from fsm.kernels.rotation import rotation_matrix
 
 
@@ -22,9 +22,41 @@ def test_pairs_are_those_that_overlap(seed: int, listed: int, size: int) -> None
     pairs = rng.integers(80, size=(listed, 2))
     pairs = pairs[pairs[:, 0] != pairs[:, 1]]  # in any order, some twice
     meet = ((low[pairs[:, 0]] <= high[pairs[:, 1]]) & (low[pairs[:, 1]] <= high[pairs[:, 0]])).all(axis=1)
-    found = ListedPairs(pairs, 80).overlapping(low, high)
-    np.testing.assert_array_equal(found, np.flatnonzero(meet))
-    assert listed < 100 or 100 < len(found) < 2000
+    every = ListedPairs([np.array([shape]) for shape in range(80)], pairs, 80)
+    members, rows = every.overlapping(low, high)
+    np.testing.assert_array_equal(np.sort(rows), np.flatnonzero(meet))
+    np.testing.assert_array_equal(every.shape[members], pairs[rows])
+    np.testing.assert_array_equal(np.lexsort((rows, members[:, 1], members[:, 0])), np.arange(len(rows)))
+    assert listed < 100 or 100 < len(rows) < 2000
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_sides_stand_for_all_pairs_of_their_shapes(seed: int) -> None:
+    """A side with itself, with another one, and with single shapes, some of them in two sides."""
+    rng = np.random.default_rng(seed)
+    low = rng.uniform(0.0, 1.0, size=(60, 3))
+    high = low + rng.uniform(0.0, 0.7, size=low.shape)
+    sides = [np.arange(25), np.arange(25, 40), np.array([40]), np.array([3]), np.arange(41, 60)[::-1]]
+    pairs, numbers = np.array([[0, 0], [1, 0], [3, 2], [4, 2], [4, 4]]), np.array([7, 3, 9, 4, 5])
+    wanted = set()
+    for (one, two), number in zip(pairs, numbers, strict=True):
+        for i in sides[one]:
+            for j in sides[two]:
+                if i != j and np.all(low[i] <= high[j]) and np.all(low[j] <= high[i]):
+                    wanted.add((min(i, j), max(i, j), number))
+    listed = ListedPairs(sides, pairs, 60, numbers)
+    members, found = listed.overlapping(low, high)
+    shapes = np.sort(listed.shape[members], axis=1)
+    assert len(found) == len(wanted) > 50
+    assert set(zip(*shapes.T.tolist(), found.tolist(), strict=True)) == wanted
+
+
+@pytest.mark.parametrize("count", [0, 1, 5, 300])
+def test_equal_and_empty_boxes_are_all_paired(count: int) -> None:
+    """All in one place, where a curve through space tells nothing."""
+    boxes = np.ones((count, 3))
+    found = overlapping_boxes(boxes, boxes)
+    assert len(np.unique(np.sort(found, axis=1), axis=0)) == len(found) == count * (count - 1) // 2
 
 
 @pytest.mark.parametrize("spatial", [False, True], ids=["planar", "spatial"])

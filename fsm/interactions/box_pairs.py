@@ -1,0 +1,188 @@
+"""Which boxes overlap, and which of these are of things that may touch: the broad phase of rigid shapes.
+
+Boxes are put in the order of a curve that fills space (Morton's), so that neighbours in the row are neighbours in space, and
+the tree of `fsm.interactions.box_tree` goes over them: n boxes of which each overlaps a few take O(n log n), however they
+lie, and boxes of all sizes may be mixed.
+
+What may touch is listed by sides: a side is some shapes, a listed pair is two sides, and every shape of one may touch every
+shape of the other. A side with itself: every shape in it may touch every other. The pairs of shapes that this makes are
+never gone through nor kept: those whose boxes overlap are looked up. So memory grows with what is listed, and with what is
+near.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from fsm.interactions.box_tree import LEAF, fit_tree, next_node
+from fsm.kernels.jit import kernel
+
+__all__ = ["ListedPairs", "overlapping_boxes"]
+
+
+class ListedPairs:
+    """Pairs of shapes that may touch.
+
+    Parameters
+    ----------
+    sides : sequence of int arrays
+        Shapes of each side.
+    pairs : (m, 2) int array
+        Sides.
+    count : int
+        How many shapes there are.
+    numbers : (m,) int array
+        Contact pair of the scene that each is; by default its own row.
+
+    Attributes
+    ----------
+    shape : (members,) int array
+        Shape of each member; a shape in two sides is two members.
+    """
+
+    def __init__(
+        self, sides: Sequence[np.ndarray], pairs: np.ndarray, count: int, numbers: np.ndarray | None = None
+    ) -> None:
+        pairs = np.asarray(pairs, dtype=np.int64).reshape(-1, 2)
+        self.shape = np.concatenate([np.zeros(0, dtype=np.int64), *(np.asarray(s, dtype=np.int64) for s in sides)])
+        self._side = np.repeat(np.arange(len(sides)), [len(side) for side in sides])
+        self._members = np.argsort(self.shape, kind="stable")
+        self._start = np.searchsorted(self.shape[self._members], np.arange(count + 1))
+        self._sides = len(sides)
+        keys = pairs[:, 0] * len(sides) + pairs[:, 1]
+        order = np.argsort(keys, kind="stable")
+        self._keys, self._numbers = keys[order], order if numbers is None else numbers[order]
+
+    def overlapping(self, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Those whose boxes have a point in common: see `among`.
+
+        Parameters
+        ----------
+        low, high : (n, d) arrays, m
+            Corners of the boxes of all shapes; may be infinite.
+        """
+        return self.among(overlapping_boxes(low, high))
+
+    def among(self, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The listed ones among pairs (m, 2) of shapes, each given once.
+
+        Returns
+        -------
+        members : (k, 2) int array
+            In the order of the first, then of the second.
+        numbers : (k,) int array
+        """
+        members, numbers = _listed(
+            shapes, self._start, self._members, self._side, self._sides, self._keys, self._numbers
+        )
+        order = np.lexsort((numbers, members[:, 1], members[:, 0]))
+        return members[order], numbers[order]
+
+
+def overlapping_boxes(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Pairs (k, 2) of boxes that have a point in common, each once, from their corners (n, d), m, which may be infinite."""
+    order = np.argsort(_places_on_curve(low, high), kind="stable")
+    return np.asarray(_overlapping(low[order], high[order], order))
+
+
+@kernel
+def _places_on_curve(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Where the middles of boxes are on Morton's curve through the box around them, (n,) int; infinite boxes are last."""
+    count, size = low.shape
+    bits = 62 // size
+    least, most = np.full(size, np.inf), np.full(size, -np.inf)
+    places = np.zeros(count, dtype=np.int64)
+    for i in range(count):
+        for c in range(size):
+            middle = 0.5 * (low[i, c] + high[i, c])
+            if np.isfinite(middle):
+                least[c], most[c] = min(least[c], middle), max(most[c], middle)
+            else:
+                places[i] = -1
+    widest = 0.0
+    for c in range(size):
+        widest = max(widest, most[c] - least[c])
+    cells = 2.0**bits - 1.0
+    for i in range(count):
+        if places[i] < 0:
+            places[i] = np.iinfo(np.int64).max
+            continue
+        for c in range(size):
+            middle = 0.5 * (low[i, c] + high[i, c])
+            cell = np.int64(cells * ((middle - least[c]) / widest)) if widest > 0.0 else np.int64(0)
+            for bit in range(bits):
+                places[i] |= ((cell >> bit) & 1) << (size * bit + c)
+    return places
+
+
+@kernel(inline=True)
+def _apart(low: np.ndarray, high: np.ndarray, other_low: np.ndarray, other_high: np.ndarray) -> bool:
+    apart = False
+    for c in range(low.shape[0]):
+        apart |= not (low[c] <= other_high[c] and other_low[c] <= high[c])
+    return apart
+
+
+@kernel
+def _overlapping(low: np.ndarray, high: np.ndarray, names: np.ndarray) -> np.ndarray:
+    """Pairs of names of boxes in a row; each looks for those after it."""
+    count, size = low.shape
+    tree = fit_tree(low, high)
+    leaves = tree.shape[0] // 2
+    found, out = 0, np.empty((max(64, 8 * count), 2), dtype=np.int64)
+    for i in range(count):
+        node, span = 1, leaves * LEAF
+        while node > 0:
+            first = node * span - leaves * LEAF
+            if first >= count:
+                break
+            if first + span > i + 1 and not _apart(low[i], high[i], tree[node, :size], tree[node, size:]):
+                if node < leaves:
+                    node, span = 2 * node, span // 2
+                    continue
+                for j in range(max(first, i + 1), min(first + span, count)):
+                    if _apart(low[i], high[i], low[j], high[j]):
+                        continue
+                    if found == out.shape[0]:
+                        out = np.concatenate((out, np.empty_like(out)))
+                    out[found, 0], out[found, 1] = names[i], names[j]
+                    found += 1
+            node, span = next_node(node, span)
+    return out[:found].copy()
+
+
+@kernel
+def _listed(
+    shapes: np.ndarray,
+    start: np.ndarray,
+    members: np.ndarray,
+    side: np.ndarray,
+    sides: int,
+    keys: np.ndarray,
+    numbers: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    found = 0
+    room = max(64, shapes.shape[0])
+    out, number = np.empty((room, 2), dtype=np.int64), np.empty(room, dtype=np.int64)
+    for i in range(shapes.shape[0]):
+        for a in range(start[shapes[i, 0]], start[shapes[i, 0] + 1]):
+            for b in range(start[shapes[i, 1]], start[shapes[i, 1] + 1]):
+                one, two = members[a], members[b]
+                for way in range(2):
+                    if way == 1:
+                        one, two = two, one
+                    # a side with itself is listed one way, and met both ways
+                    if side[one] == side[two] and one > two:
+                        continue
+                    key = side[one] * sides + side[two]
+                    at = np.searchsorted(keys, key)
+                    while at < keys.shape[0] and keys[at] == key:
+                        if found == out.shape[0]:
+                            out = np.concatenate((out, np.empty_like(out)))
+                            number = np.concatenate((number, np.empty_like(number)))
+                        out[found, 0], out[found, 1], number[found] = one, two, numbers[at]
+                        found += 1
+                        at += 1
+    return out[:found].copy(), number[:found].copy()

@@ -1,0 +1,62 @@
+"""What contacts remember between accepted steps: few slots of very many, by their keys."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+__all__ = ["Remembered"]
+
+
+class Remembered(NamedTuple):
+    """Of some slots; of all others nothing is remembered, which is zeros.
+
+    Attributes
+    ----------
+    key : (k,) int array
+        Names of the slots, `ContactGeometry.keys`.
+    onset : (k,) array, m/s
+        Closing speed at which each contact began.
+    began : (k,) array, s
+    deflection : (k, slips) array, m
+        Of the bristles.
+    """
+
+    key: np.ndarray
+    onset: np.ndarray
+    began: np.ndarray
+    deflection: np.ndarray
+
+    @classmethod
+    def nothing(cls, slips: int) -> Remembered:
+        """Of no slot."""
+        return cls(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0), np.zeros((0, slips)))
+
+    def ordered(self) -> Remembered:
+        """The same with ascending keys, as `of` needs it."""
+        order = np.argsort(self.key, kind="stable")
+        return Remembered(*(values[order] for values in self))
+
+    def of(self, keys: np.ndarray) -> Remembered:
+        """What is remembered of these slots, in their order."""
+        place = np.searchsorted(self.key, keys)
+        known = place < len(self.key)
+        known[known] = self.key[place[known]] == keys[known]
+        found = Remembered(
+            keys, np.zeros(len(keys)), np.zeros(len(keys)), np.zeros((len(keys), self.deflection.shape[1]))
+        )
+        for values, own in zip(found[1:], self[1:], strict=True):
+            values[known] = own[place[known]]
+        return found
+
+    def flat(self) -> np.ndarray:
+        """As one array with its number of slots first; keys are exact in it up to 2^53."""
+        return np.concatenate([[float(len(self.key))], *(values.ravel() for values in self)])
+
+    @classmethod
+    def from_flat(cls, flat: np.ndarray, slips: int) -> tuple[Remembered, np.ndarray]:
+        """What `flat` gave, and what comes after it."""
+        count = int(flat[0])
+        key, onset, began, deflection, rest = np.split(flat[1:].copy(), np.cumsum([count] * 3 + [count * slips]))
+        return cls(key.astype(np.int64), onset, began, deflection.reshape(count, slips)), rest
