@@ -31,7 +31,6 @@ Version 2 has of contact pairs more than force and gap; read from a file of vers
 
 from __future__ import annotations
 
-import os
 import shutil
 import threading
 import time
@@ -52,6 +51,7 @@ from fsm.results.datasets import add_scale, append_samples, described, read_film
 from fsm.results.film import Samples
 from fsm.results.solution import ENERGIES, PAIRS, Floats, Layout, Record, Solution, stack, stack_energies
 from fsm.results.unfinished import is_marked_open, unmarked
+from fsm.whole_file import whole_file
 
 __all__ = ["ResultWriter", "part_path", "read_checkpoint", "read_solution", "write_checkpoint"]
 
@@ -204,14 +204,13 @@ class ResultWriter:
             raise ValueError("a results file needs at least one record")
         self.close()
         with self._explained():
-            new = self.path.with_name(self.path.name + ".new")  # a copy: the part file is whole until the end
-            shutil.copyfile(self.part, new)
-            with h5py.File(new, "r+", libver="latest", locking="best-effort") as file:
-                write_attributes(file["stats"], stats)
-                write_attributes(file["summary"], summary)
-                if array is not None:
-                    write_array(file, array)
-            _replace(new, self.path)
+            with whole_file(self.path) as new:  # a copy: the part file is whole until the end
+                shutil.copyfile(self.part, new)
+                with h5py.File(new, "r+", libver="latest", locking="best-effort") as file:
+                    write_attributes(file["stats"], stats)
+                    write_attributes(file["summary"], summary)
+                    if array is not None:
+                        write_array(file, array)
             self.part.unlink()
 
     def _resume(self, n_records: int, n_samples: int) -> None:
@@ -251,14 +250,12 @@ class ResultWriter:
 
     def _open(self, rows: dict[str, Any], times: Floats, samples: Samples | None = None) -> None:
         """Create the part file with its first rows in one go, then open it for a single writer."""
-        new = self.part.with_name(self.part.name + ".new")
-        with h5py.File(new, "w", libver="latest", locking="best-effort") as file:
+        with whole_file(self.part) as new, h5py.File(new, "w", libver="latest", locking="best-effort") as file:
             _write_layout(file, self.layout)
             _create_variables(file, rows)
             _append_rows(file, rows, times, 0)
             if samples is not None and self.layout.film is not None:
                 append_samples(file, samples)
-        _replace(new, self.part)
         self._file = h5py.File(self.part, "r+", libver="latest", locking="best-effort")
         self._file.swmr_mode = True
         self._written = len(times)
@@ -422,13 +419,11 @@ def _stacked(samples: list[tuple[float, Floats]]) -> Samples:
 def write_checkpoint(path: str | Path, arrays: dict[str, np.ndarray], attributes: dict[str, Any]) -> None:
     """Write arrays and attributes; at any moment `path` is the old checkpoint or the new one, whole."""
     path = Path(path)
-    new = path.with_name(path.name + ".new")
-    with h5py.File(new, "w", locking="best-effort") as file:
+    with whole_file(path) as part, h5py.File(part, "w", locking="best-effort") as file:
         file.attrs["format"] = CHECKPOINT_FORMAT
         for name, values in arrays.items():
             file.create_dataset(f"arrays/{name}", data=values)
         write_attributes(file.create_group("attributes"), attributes)
-    _replace(new, path)
 
 
 def read_checkpoint(path: str | Path) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
@@ -442,16 +437,3 @@ def read_checkpoint(path: str | Path) -> tuple[dict[str, np.ndarray], dict[str, 
     with _opened(Path(path), CHECKPOINT_FORMAT) as file:
         arrays = {name: data[()] for name, data in file.get("arrays", {}).items()}
         return arrays, read_attributes(file["attributes"])
-
-
-def _replace(source: Path, target: Path) -> None:
-    """Rename with the data and then the name on disk."""
-    with source.open("rb+") as file:
-        os.fsync(file.fileno())
-    os.replace(source, target)
-    if os.name == "posix":
-        folder = os.open(target.parent, os.O_RDONLY)
-        try:
-            os.fsync(folder)
-        finally:
-            os.close(folder)
