@@ -166,7 +166,10 @@ def read_family(file: Path, path: str = "crease.file") -> CreaseFamily:
         with h5py.File(file, "r") as source:
             if plain(source.attrs.get("format")) != FORMAT or int(source.attrs["version"]) != VERSION:
                 raise ValueError("another format or version")
-            curves = tuple(_read_curve(source[f"curves/{name}"]) for name in sorted(source["curves"]))
+            groups = [source["curves"][name] for name in sorted(source["curves"].keys())]
+            if not all(isinstance(group, h5py.Group) for group in groups):
+                raise ValueError("a curve is no group")
+            curves = tuple(_read_curve(group) for group in groups)
             law = [float(number) for number in source.attrs["relaxation"]]
             family = CreaseFamily(
                 curves,

@@ -65,6 +65,9 @@ class _StripBuilder:
         self.bending = material.young * strip.width * strip.thickness**3 / 12
         if material.plate:
             self.bending /= 1 - material.poisson**2
+        if not 0.0 < self.bending < math.inf:
+            text = f"bending stiffness E w t^3/12 is {self.bending:g} N m^2; check young, width and thickness"
+            raise CaseError(Fault("strip.thickness", text))
         self.sideways = material.young * strip.thickness * strip.width**3 / 12
         self.shear = material.young / (2 * (1 + material.poisson))
         self.panel_length = strip.length / strip.panels
