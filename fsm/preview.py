@@ -29,6 +29,7 @@ from fsm.scene.builders.scene import build_scene
 from fsm.scene.case import Case
 from fsm.scene.loads import Drive
 from fsm.scene.scene import GROUND, Body, ForceElement, Scene
+from fsm.whole_file import whole_file
 
 __all__ = ["Outline", "find_overlaps", "outlines", "preview"]
 
@@ -333,9 +334,9 @@ def _write_film(mechanism: _Mechanism, shots: list[Shot], path: Path) -> None:
         pictures.append(small.quantize(48, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE))
     path.parent.mkdir(parents=True, exist_ok=True)
     step = round(1000 * FILM_TIME / FRAMES)
-    pictures[0].save(
-        path, save_all=True, append_images=pictures[1:], loop=0, duration=[step] * (FRAMES - 1) + [20 * step]
-    )
+    with whole_file(path) as part:
+        durations = [step] * (FRAMES - 1) + [20 * step]
+        pictures[0].save(part, save_all=True, append_images=pictures[1:], loop=0, duration=durations)
 
 
 def _caption(mechanism: _Mechanism, frame: int) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -11,11 +10,12 @@ from typing import Any
 
 import numpy as np
 
+from fsm import __version__
 from fsm.analyses.analysis import Analysis
 from fsm.analyses.choose import analysis_of
 from fsm.analyses.deployed import film_of_deployment
 from fsm.analyses.vibrate import VibrationAnalysis
-from fsm.errors import ExpectationFailed
+from fsm.errors import CaseError, ExpectationFailed
 from fsm.kernels import jit
 from fsm.plots.figures import draw
 from fsm.prepare import prepare
@@ -23,7 +23,7 @@ from fsm.recorder import RecordedSolve
 from fsm.results.export import write_contact_csv, write_force_csv, write_history_csv, write_points_csv
 from fsm.results.quantities import touching_pairs
 from fsm.results.solution import Solution
-from fsm.results.store import read_solution
+from fsm.results.store import part_path, read_solution
 from fsm.scene.builders.warm_up import (
     warm_up_lattice,
     warm_up_membrane,
@@ -36,6 +36,7 @@ from fsm.solve.newton import negative_pivots
 from fsm.solve.simulate import Settings, simulate
 from fsm.solve.static import PathSettings, follow
 from fsm.summary import check_expectations, joined, missed_expectations
+from fsm.whole_file import clear_parts, whole_file
 
 __all__ = ["run_case", "warm_up", "warm_up_array", "warm_up_film", "warm_up_kind"]
 
@@ -57,7 +58,7 @@ def run_case(
         A bar on standard error, or called with the fraction done.
     resume : bool
         Go on from the last checkpoint in `out` if there is one of this very case; steps and times in the
-        summary are then those of the last part.
+        summary are then those of the last part. Of a case that is solved, only curves and plots are written.
 
     Returns
     -------
@@ -97,10 +98,16 @@ def _run_analysis(
     resume: bool,
     warnings: list[str],
 ) -> Solution:
-    """Solve one analysis and write all that there is of it into its folder."""
+    """Solve one analysis and write all that there is of it into its folder; with `resume` not again what is solved."""
+    solution = _solved(loaded, out) if resume else None
+    if solution is not None:
+        clear_parts(out)
+        _write(solution, out)
+        return solution
     begun, compiled = time.perf_counter(), jit.compile_time()
     analysis.make_ready(warnings)
     out.mkdir(parents=True, exist_ok=True)
+    clear_parts(out)
     solution = RecordedSolve(loaded, analysis, out, resume, warnings).run(progress, begun, compiled)
     _write(solution, out)
     return solution
@@ -109,17 +116,12 @@ def _run_analysis(
 def _run_stages(
     loaded: LoadedCase, out: Path, progress: bool | Callable[[float], None], resume: bool
 ) -> dict[str, Any]:
-    """Deploy, and let what is deployed vibrate, each in a folder of its own; both summaries together.
-
-    With `resume` a first stage that is done is taken as it is.
-    """
+    """Deploy, and let what is deployed vibrate, each in a folder of its own; both summaries together."""
     case, source = loaded.case, str(loaded.path)
     (out / "summary.json").unlink(missing_ok=True)
-    first = _finished(loaded, out / "deploy") if resume else None
-    if first is None:
-        warnings: list[str] = []
-        deployment = analysis_of(case, source, warnings)
-        first = _run_analysis(loaded, deployment, out / "deploy", progress, resume, warnings)
+    warnings: list[str] = []
+    deployment = analysis_of(case, source, warnings)
+    first = _run_analysis(loaded, deployment, out / "deploy", progress, resume, warnings)
     vibration = VibrationAnalysis(case, source, film_of_deployment(case, first))
     second = _run_analysis(loaded, vibration, out / "vibrate", progress, resume, [])
     summary = joined(first.summary, second.summary)
@@ -127,12 +129,17 @@ def _run_stages(
     return summary
 
 
-def _finished(loaded: LoadedCase, folder: Path) -> Solution | None:
-    """The results of this very case, if they are there and whole."""
-    if not (folder / "summary.json").is_file() or not (folder / "result.h5").is_file():
+def _solved(loaded: LoadedCase, folder: Path) -> Solution | None:
+    """The results of this very case, by this version, if they are there and nothing newer was begun."""
+    result = folder / "result.h5"
+    if not result.is_file() or part_path(result).is_file():
         return None
-    solution = read_solution(folder / "result.h5")
-    return solution if solution.layout.case_text == loaded.text else None
+    try:
+        solution = read_solution(result)
+    except CaseError:  # damaged: solved again
+        return None
+    same = solution.layout.case_text == loaded.text and solution.layout.provenance.get("fsm") == __version__
+    return solution if same else None
 
 
 def warm_up(spatial: bool = False, plates: bool = True) -> None:
@@ -207,6 +214,5 @@ def _write(solution: Solution, out: Path) -> None:
 
 
 def _write_summary(summary: dict[str, Any], out: Path) -> None:
-    partial = out / "summary.json.part"
-    partial.write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
-    os.replace(partial, out / "summary.json")
+    with whole_file(out / "summary.json") as part:
+        part.write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")

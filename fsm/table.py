@@ -18,6 +18,7 @@ from fsm.errors import CaseError, Fault
 from fsm.pool import Outcome, run_jobs
 from fsm.scene.load_case import LoadedCase
 from fsm.scene.table import TableCase, load_reference, load_table
+from fsm.whole_file import clear_parts, whole_file
 
 __all__ = ["RESOLVED", "failures", "format_comparison", "format_table", "run_table"]
 
@@ -98,6 +99,7 @@ def run_table(
         else:
             jobs[index] = Job(case.loaded, where, same)
     folder.mkdir(parents=True, exist_ok=True)
+    clear_parts(folder)
     try:
         _run_rows(cases, jobs, rows, kernels, workers, progress)
     finally:
@@ -188,7 +190,8 @@ def run_row(job: Job) -> dict[str, Any]:
     job.out.mkdir(parents=True, exist_ok=True)
     for name in (SUMMARY, FAILURE):
         (job.out / name).unlink(missing_ok=True)
-    (job.out / RESOLVED).write_text(job.loaded.text, encoding="utf-8")
+    with whole_file(job.out / RESOLVED) as part:
+        part.write_text(job.loaded.text, encoding="utf-8")
     return run_case(job.loaded, job.out, progress=False, resume=job.resume)
 
 
@@ -257,7 +260,8 @@ def _row(case: TableCase, folder: Path, outcome: Outcome | None = None) -> dict[
         row |= _scalars(json.loads((folder / SUMMARY).read_text(encoding="utf-8")))
     if outcome is not None and outcome.error:
         row |= {"error": "\n".join(outcome.error), "exit_code": outcome.exit_code}
-        (folder / FAILURE).write_text(f"{row['error']}\n{outcome.trace}", encoding="utf-8")
+        with whole_file(folder / FAILURE) as part:
+            part.write_text(f"{row['error']}\n{outcome.trace}", encoding="utf-8")
         if outcome.trace:
             row["error"] += f" (more in {folder / FAILURE})"
     return row
@@ -284,12 +288,10 @@ def _write_csv(path: Path, rows: Sequence[Mapping[str, Any]], first: Sequence[st
         return
     last = ("error", "exit_code")
     columns = list(dict.fromkeys([*first, *(key for row in rows for key in row if key not in last), *last]))
-    part = path.with_suffix(".csv.part")
-    with part.open("w", newline="", encoding="utf-8") as file:
+    with whole_file(path) as part, part.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, columns, restval="")
         writer.writeheader()
         writer.writerows({**row, "error": row.get("error", "").replace("\n", "; ")} for row in rows)
-    part.replace(path)
 
 
 def _plot_overlay(folder: Path, rows: Sequence[Mapping[str, Any]]) -> None:

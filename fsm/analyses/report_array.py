@@ -87,9 +87,10 @@ def _hold(case: Case) -> Iterator[str]:
 
 def _force(case: Case) -> Iterator[str]:
     for force in case.force:
-        size = f"{force.radial:g} N from the centre"
         if force.force is not None:
             size = f"[{force.force[0]:g}, {force.force[1]:g}] N"
+        else:
+            size = f"{force.radial:g} N from the centre"
         how = ", at once" if isinstance(force.time, Constant) else ", changing with time"
         yield f"{size} at {force.point}{how}"
     if any(case.gravity):

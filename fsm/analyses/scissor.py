@@ -17,6 +17,7 @@ from fsm.scene.builders.scissor import Array, array_at
 from fsm.scene.builders.scissor_bodies import build_bodies
 from fsm.scene.case import Case
 from fsm.scene.check_scissor import default_holds
+from fsm.scene.record_count import record_count
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
 from fsm.solve.generalized_alpha import RHO_INF
@@ -82,6 +83,7 @@ class ScissorArray:
     def record_times(self, end: float) -> list[float]:
         """See `Analysis`."""
         interval = self.case.save.interval or end / _RECORDS
+        record_count(end, interval, "save.interval")
         count = max(1, round(end / interval))
         return [float(t) for t in np.linspace(0.0, end, count + 1)]
 

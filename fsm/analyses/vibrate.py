@@ -26,6 +26,7 @@ from fsm.results.vibration import summarise_vibration
 from fsm.scene.case import Case
 from fsm.scene.membrane import HalfSine as HalfSinePulse
 from fsm.scene.membrane import Impact, Measured, Vibration
+from fsm.scene.record_count import record_count
 from fsm.segments.save_times import save_times
 from fsm.solve.modal import Modes, modes
 from fsm.solve.simulate import Settings, Statistics
@@ -153,7 +154,7 @@ class VibrationAnalysis:
             step = 1.0 / (_PER_PERIOD * max(float(np.abs(self.modes.frequencies).max()), 1.0 / end))
             fixed = self._step()
             step = fixed * max(1, math.floor(step / fixed)) if self.model is None else end / math.ceil(end / step)
-        return [k * step for k in range(math.floor(end / step * (1.0 + 1e-12)) + 1)]
+        return [k * step for k in range(record_count(end, step, "vibration.sampling") + 1)]
 
     def start(self, warnings: list[str]) -> tuple[float, np.ndarray, np.ndarray]:
         """At rest, tensioned."""

@@ -117,6 +117,8 @@ def read_table(path: str | Path, quantities: Mapping[str, str], required: Sequen
             names, units, body = list(beside.columns), [""] * len(cells), rows
         else:
             cells = headings_of(rows[0][1], separator)
+            if not cells:
+                raise CaseError(Fault("", f"row {rows[0][0]}: no headings; columns are wanted: {', '.join(required)}"))
             names, units = map(list, zip(*(heading(cell, quantities) for cell in cells), strict=True))
             body = rows[1:]
         used = _used(names, cells, rows[0][0], quantities, required, beside, file)

@@ -39,6 +39,9 @@ _ASKED = (60.0, 600.0, 3600.0, 86400.0, 604800.0)
 _BEYOND = 100.0
 """tau over the longest time, or the shortest over tau, from which on data know only one end of the law."""
 
+_TIMES = (1e-9, 1e12)
+"""Times, s, that a test may have."""
+
 
 def relaxed_angle(time: np.ndarray, parameters: np.ndarray) -> np.ndarray:
     """theta_r(t), rad; `parameters`: theta_r0 (rad), A (rad), log tau (tau in s)."""
@@ -121,6 +124,10 @@ def _faults(table: Table) -> list[Fault]:
         first = int(negative[0])
         what = f"time is {table.shown('time', first)}; count it from the release of the crease, so that it is never negative"
         faults.append(table.fault(first, what))
+    odd = np.flatnonzero((time > 0.0) & ((time < _TIMES[0]) | (time > _TIMES[1])))
+    if len(odd):
+        what = f"time is {table.shown('time', int(odd[0]))}; no test takes that, is the unit the right one?"
+        faults.append(table.fault(int(odd[0]), what))
     large = np.flatnonzero(np.abs(angle) > 2 * math.pi * (1 + 1e-9))
     if len(large):
         first = int(large[0])

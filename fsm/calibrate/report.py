@@ -162,6 +162,7 @@ def write_calibration(found: Calibration, folder: Path, options: Options) -> lis
         (beside / REPORT).write_text(text + "\n", encoding="utf-8")
         folder.mkdir(exist_ok=True)
         names = [*(name for name, _ in [*found.files, *found.plots]), REPORT]
+        (folder / REPORT).unlink(missing_ok=True)  # it comes last: where it is, all that it speaks of is there
         for name in names:
             os.replace(beside / name, folder / name)
     finally:

@@ -41,6 +41,10 @@ _PART = 1e-6
 """Part of itself that a parameter is varied by."""
 _TOUCHING = 1e-8
 """The same, for what contacts have of it."""
+_OF_CONTACTS = ("bodies", "surfaces", "obstacles", "pairs", "contact", "friction")
+"""What contacts are compiled from."""
+_BUT_CONTACTS = ("bodies", "elements", "loads", "drives", "gravity")
+"""What all else is compiled from."""
 _LEFT_OVER = 1e-4
 """Force left over, over the largest pull, above which a state is no equilibrium but in motion."""
 _ROUND_OFF = 1e-13
@@ -63,14 +67,12 @@ class Varied:
     Attributes
     ----------
     path : str
-    others : Pair
-        For all but contacts.
-    contacts : Pair or None
-        For contacts; None where neither the parameter nor the past changes them.
+    others, contacts : Pair or None
+        For all but contacts, and for contacts; None where neither the parameter nor the past changes them.
     """
 
     path: str
-    others: Pair
+    others: Pair | None
     contacts: Pair | None
 
 
@@ -106,20 +108,19 @@ def _varied(case: Case, scene: Scene, system: SegmentSystem, path: str) -> Varie
 
     step = _PART * size
     more = changed(step)
-    free = [one.model_copy(update={"contact": None, "friction": None}) for one in (more, changed(-step))]
-    contacts = None
-    if system.contacts and (any(group.rate_dependent for group in system.contacts) or not _same_contacts(scene, more)):
+    others = contacts = None
+    if system.rate_dependent or not _same(scene, more, _BUT_CONTACTS):
+        less = changed(-step)
+        others = pair(step, *(one.model_copy(update={"contact": None, "friction": None}) for one in (more, less)))
+    rates = any(group.rate_dependent for group in system.contacts)
+    if system.contacts and (rates or not _same(scene, more, _OF_CONTACTS)):
         touching = _TOUCHING * size
         contacts = pair(touching, changed(touching), changed(-touching))
-    return Varied(path, pair(step, free[0], free[1]), contacts)
+    return Varied(path, others, contacts)
 
 
-def _same_contacts(one: Scene, other: Scene) -> bool:
-    """Whether all that contacts are compiled from is the same."""
-    return all(
-        getattr(one, name) == getattr(other, name)
-        for name in ("bodies", "surfaces", "obstacles", "pairs", "contact", "friction")
-    )
+def _same(one: Scene, other: Scene, parts: tuple[str, ...]) -> bool:
+    return all(getattr(one, name) == getattr(other, name) for name in parts)
 
 
 class PathSensitivity:

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 
 __all__ = ["gauss_lobatto"]
 
 
+@cache
 def gauss_lobatto(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes and weights (count,) on [-1, 1], at least two: both ends are nodes, the weights add to 2."""
+    """Nodes and weights (count,) on [-1, 1], at least two: both ends are nodes, the weights add to 2. Read-only."""
     legendre = np.polynomial.legendre.Legendre.basis(count - 1)
     nodes = np.concatenate([[-1.0], np.sort(legendre.deriv().roots().real), [1.0]])
-    return nodes, 2.0 / (count * (count - 1) * legendre(nodes) ** 2)
+    weights = 2.0 / (count * (count - 1) * legendre(nodes) ** 2)
+    nodes.flags.writeable = weights.flags.writeable = False
+    return nodes, weights

@@ -13,6 +13,7 @@ from PIL import Image
 
 from fsm.plots.style import COLOURS, STYLE, rounded
 from fsm.results.solution import Solution
+from fsm.whole_file import whole_file
 
 __all__ = ["animate"]
 
@@ -54,4 +55,5 @@ def animate(solution: Solution, path: str | Path) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     palette = frames[0].quantize(64)
     pictures = [frame.quantize(64, palette=palette) for frame in frames]
-    pictures[0].save(path, save_all=True, append_images=pictures[1:], duration=_MILLISECONDS, loop=0)
+    with whole_file(path) as part:
+        pictures[0].save(part, save_all=True, append_images=pictures[1:], duration=_MILLISECONDS, loop=0)

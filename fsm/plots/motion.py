@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -139,19 +140,19 @@ def _draw_space(fig: Figure, place: tuple[int, int, int], solution: Solution, re
     ax: Any = fig.add_subplot(*place, projection="3d")
     quads = solution.shape[record] * 1e3
     colours = _colours(solution.layout.panel, len(quads))
-    ax.add_collection3d(
-        Poly3DCollection(list(quads), facecolors=colours, edgecolors="white", linewidths=0.3, alpha=0.85)
-    )
+    # the limits are set below; taken from collections, they are now and then those of memory never written to
+    add = partial(ax.add_collection3d, autolim=False)
+    add(Poly3DCollection(list(quads), facecolors=colours, edgecolors="white", linewidths=0.3, alpha=0.85))
     outlines = obstacle_outlines(solution, record, *_view(solution))
     solids = [1e3 * face for outline in outlines if outline.bounded for face in outline.faces]
     if solids:
-        ax.add_collection3d(Poly3DCollection(solids, facecolors=GREY, edgecolors=GREY, linewidths=0.2, alpha=0.3))
+        add(Poly3DCollection(solids, facecolors=GREY, edgecolors=GREY, linewidths=0.2, alpha=0.3))
     low, high = (pick(_extent(solution), axis=0) * 1e3 for pick in (np.min, np.max))
     reach = np.maximum(high - low, 0.05 * float(np.max(high - low)))
     middle = (low + high) / 2
     planes = [face for outline in outlines if not outline.bounded for face in _cut(outline, low, high)]
     if planes:
-        ax.add_collection3d(Poly3DCollection(planes, facecolors=GREY, edgecolors=GREY, linewidths=0.2, alpha=0.15))
+        add(Poly3DCollection(planes, facecolors=GREY, edgecolors=GREY, linewidths=0.2, alpha=0.15))
     for name, centre, extent in zip("xyz", middle, reach, strict=True):
         ax.set(**{f"{name}lim": (centre - extent / 2, centre + extent / 2)})
     ax.set_box_aspect(reach, zoom=0.85)

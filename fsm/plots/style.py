@@ -13,6 +13,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from fsm.results.solution import Floats, Solution
+from fsm.whole_file import whole_file
 
 __all__ = [
     "COLOURS",
@@ -73,7 +74,8 @@ def figure(path: str | Path, size: tuple[float, float] = SINGLE) -> Iterator[Fig
         FigureCanvasAgg(fig)
         yield fig
         path.parent.mkdir(parents=True, exist_ok=True)
-        fig.savefig(path)
+        with whole_file(path) as part:
+            fig.savefig(part)
 
 
 def abscissa(solution: Solution) -> tuple[Floats, str]:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from fsm.guarded import names_in, numbers_in
 from fsm.results.array import ArrayMotion, PointMotion
 from fsm.results.datasets import add_scale, described
 
@@ -33,18 +34,21 @@ def read_array(file: Any) -> ArrayMotion | None:
     """The array of a results file; None if it is of something else, or did not finish."""
     if "points" not in file:
         return None
-    group = file["points"]
-    rigid = "rigid_displacement" in group
-    bars = tuple(file["bar"].asstr()[()].tolist())
-    count = len(group["displacement"])
+    points, bars = names_in(file, "point"), names_in(file, "bar")
+    count, rigid = len(file["time"]), "rigid_displacement" in file["points"]
     return ArrayMotion(
-        point_names=tuple(file["point"].asstr()[()].tolist()),
-        start=group["start"][()],
-        points=PointMotion(**{name: group[name][()] for name in _MOTIONS}),
-        rigid=PointMotion(**{name: group[f"rigid_{name}"][()] for name in _MOTIONS}) if rigid else None,
+        point_names=points,
+        start=numbers_in(file, "points/start", (len(points), 2)),
+        points=_motion(file, "", count, len(points)),
+        rigid=_motion(file, "rigid_", count, len(points)) if rigid else None,
         bar_names=bars,
-        stress=file["bars/stress"][()] if "bars" in file else np.zeros((count, 0)),
+        stress=numbers_in(file, "bars/stress", (count, len(bars))) if "bars" in file else np.zeros((count, 0)),
     )
+
+
+def _motion(file: Any, prefix: str, count: int, points: int) -> PointMotion:
+    shape = (count, points, 2)
+    return PointMotion(**{name: numbers_in(file, f"points/{prefix}{name}", shape) for name in _MOTIONS})
 
 
 def _write(file: Any, path: str, values: Any, units: str, text: str, dims: tuple[str, ...]) -> None:

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from fsm.guarded import fixed_text, plain
+
 __all__ = ["read_attributes", "write_attributes"]
 
 SUFFIX = "_json"
@@ -15,10 +17,12 @@ SUFFIX = "_json"
 def write_attributes(group: Any, values: dict[str, Any]) -> None:
     """Add `values` to the attributes of an HDF5 group."""
     for name, value in values.items():
-        if isinstance(value, bool | int | float | str | np.generic):
+        if isinstance(value, str):
+            group.attrs[name] = fixed_text(value)
+        elif isinstance(value, bool | int | float | np.generic):
             group.attrs[name] = value
         else:
-            group.attrs[name + SUFFIX] = json.dumps(value, default=_plain)
+            group.attrs[name + SUFFIX] = fixed_text(json.dumps(value, default=_plain))
 
 
 def read_attributes(group: Any) -> dict[str, Any]:
@@ -26,9 +30,9 @@ def read_attributes(group: Any) -> dict[str, Any]:
     values: dict[str, Any] = {}
     for name, value in group.attrs.items():
         if name.endswith(SUFFIX):
-            values[name.removesuffix(SUFFIX)] = json.loads(value)
+            values[name.removesuffix(SUFFIX)] = json.loads(plain(value))
         else:
-            values[name] = value.item() if isinstance(value, np.generic) else value
+            values[name] = plain(value)
     return values
 
 

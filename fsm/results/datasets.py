@@ -7,15 +7,21 @@ from typing import Any
 import h5py
 import numpy as np
 
+from fsm.guarded import names_in, numbers_in
+from fsm.results.attributes import write_attributes
 from fsm.results.film import STATES, Film, Samples
 
 __all__ = ["add_scale", "append_samples", "described", "read_film", "read_samples", "write_film"]
 
 
 def add_scale(file: Any, name: str, values: Any, text: str) -> None:
-    """A dimension scale: its values are names (a list) or numbers (an array)."""
+    """A dimension scale: its values are names (a list) or numbers (an array).
+
+    Names are there twice: as texts of variable length, which other programs show as such, and where damage is found.
+    """
     if isinstance(values, list):
         scale = file.create_dataset(name, data=np.array(values, dtype=object), dtype=h5py.string_dtype())
+        write_attributes(scale, {"names": values})
     else:
         scale = file.create_dataset(name, data=values.astype(np.int64))
     described(scale, "1", text)
@@ -60,14 +66,15 @@ def read_film(file: Any) -> Film | None:
     """The film of a results file; None if it is of something else."""
     if "film" not in file:
         return None
+    probes, (modes,), (quads,) = names_in(file, "probe"), file["mode"].shape, file["quad"].shape
     return Film(
-        probe_names=tuple(file["probe"].asstr()[()].tolist()),
-        probe_rest=file["probes/rest"][()],
-        frequency=file["modes/frequency"][()],
-        mode_shape=file["modes/shape"][()],
-        stress=file["film/stress"][()],
-        direction=file["film/direction"][()],
-        state=file["film/state"][()],
+        probe_names=probes,
+        probe_rest=numbers_in(file, "probes/rest", (len(probes), 3)),
+        frequency=numbers_in(file, "modes/frequency", (modes,)),
+        mode_shape=numbers_in(file, "modes/shape", (modes, quads, 4, 3)),
+        stress=numbers_in(file, "film/stress", (quads, 2)),
+        direction=numbers_in(file, "film/direction", (quads, 3)),
+        state=numbers_in(file, "film/state", (quads,)),
     )
 
 
@@ -87,10 +94,8 @@ def read_samples(file: Any) -> Samples:
     """The samples of a results file, finished or not."""
     if "film" not in file:
         return Samples()
-    times = file["probes/time"][()]
+    times = numbers_in(file, "probes/time", (None,), finite=False)
     bad = ~np.isfinite(times)
     count = int(np.argmax(bad)) if bad.any() else len(times)
-    moved = file["probes/displacement"][:count]
-    if len(moved) < count:
-        raise OSError("/probes/displacement is shorter than /probes/time")
-    return Samples(times[:count], moved)
+    shape = (None, *file["probes/rest"].shape)
+    return Samples(times[:count], numbers_in(file, "probes/displacement", shape, first=count))

@@ -31,7 +31,6 @@ Version 2 has of contact pairs more than force and gap; read from a file of vers
 
 from __future__ import annotations
 
-import os
 import shutil
 import threading
 import time
@@ -45,6 +44,7 @@ import h5py
 import numpy as np
 
 from fsm.errors import CaseError, FsmError
+from fsm.guarded import fixed_text, is_guarded, names_in, numbers_in, plain
 from fsm.results.array import ArrayMotion
 from fsm.results.array_datasets import read_array, write_array
 from fsm.results.attributes import read_attributes, write_attributes
@@ -52,6 +52,7 @@ from fsm.results.datasets import add_scale, append_samples, described, read_film
 from fsm.results.film import Samples
 from fsm.results.solution import ENERGIES, PAIRS, Floats, Layout, Record, Solution, stack, stack_energies
 from fsm.results.unfinished import is_marked_open, unmarked
+from fsm.whole_file import whole_file
 
 __all__ = ["ResultWriter", "part_path", "read_checkpoint", "read_solution", "write_checkpoint"]
 
@@ -204,14 +205,13 @@ class ResultWriter:
             raise ValueError("a results file needs at least one record")
         self.close()
         with self._explained():
-            new = self.path.with_name(self.path.name + ".new")  # a copy: the part file is whole until the end
-            shutil.copyfile(self.part, new)
-            with h5py.File(new, "r+", libver="latest", locking="best-effort") as file:
-                write_attributes(file["stats"], stats)
-                write_attributes(file["summary"], summary)
-                if array is not None:
-                    write_array(file, array)
-            _replace(new, self.path)
+            with whole_file(self.path) as new:  # a copy: the part file is whole until the end
+                shutil.copyfile(self.part, new)
+                with h5py.File(new, "r+", libver="latest", locking="best-effort") as file:
+                    write_attributes(file["stats"], stats)
+                    write_attributes(file["summary"], summary)
+                    if array is not None:
+                        write_array(file, array)
             self.part.unlink()
 
     def _resume(self, n_records: int, n_samples: int) -> None:
@@ -251,14 +251,12 @@ class ResultWriter:
 
     def _open(self, rows: dict[str, Any], times: Floats, samples: Samples | None = None) -> None:
         """Create the part file with its first rows in one go, then open it for a single writer."""
-        new = self.part.with_name(self.part.name + ".new")
-        with h5py.File(new, "w", libver="latest", locking="best-effort") as file:
+        with whole_file(self.part) as new, h5py.File(new, "w", libver="latest", locking="best-effort") as file:
             _write_layout(file, self.layout)
             _create_variables(file, rows)
             _append_rows(file, rows, times, 0)
             if samples is not None and self.layout.film is not None:
                 append_samples(file, samples)
-        _replace(new, self.part)
         self._file = h5py.File(self.part, "r+", libver="latest", locking="best-effort")
         self._file.swmr_mode = True
         self._written = len(times)
@@ -284,9 +282,9 @@ class ResultWriter:
 
 def _write_layout(file: Any, layout: Layout) -> None:
     """All that does not change, names and scales first."""
-    file.attrs.update(format=FORMAT, version=VERSION, dimension=layout.dimension, thickness=layout.thickness)
-    file.attrs["thickness_units"] = "m"
-    case = file.create_dataset("case", data=layout.case_text, dtype=h5py.string_dtype())
+    texts = {"format": FORMAT, "dimension": layout.dimension, "thickness_units": "m"}
+    write_attributes(file, {**texts, "version": VERSION, "thickness": layout.thickness})
+    case = file.create_dataset("case", data=fixed_text(layout.case_text))
     described(case, "1", "the case file")
     for group in ("provenance", "summary", "stats"):
         file.create_group(group)
@@ -353,7 +351,7 @@ def read_solution(path: str | Path) -> Solution:
     with _opened(path, FORMAT) as file:
         if int(file.attrs["version"]) > VERSION:
             raise CaseError(f"was written by a newer version (layout {file.attrs['version']})", str(path))
-        times = file["time"][()]
+        times = numbers_in(file, "time", (None,), finite=False)
         bad = ~np.isfinite(times)
         n = int(np.argmax(bad)) if bad.any() else len(times)
         values = {name: _read_rows(file, name, n) for name in VARIABLES}
@@ -376,22 +374,20 @@ def _read_rows(file: Any, name: str, n: int) -> Any:
         if 0 not in tail and int(file.attrs["version"]) >= since:
             raise KeyError(f"/{path} is missing")
         return np.full((n, *tail), np.nan)
-    values = file[path][:n]
-    if len(values) < n:
-        raise OSError(f"/{path} is shorter than /time")
-    return values
+    sizes = tuple(file[dim].shape[0] for dim in dims)
+    return numbers_in(file, path, (None, *sizes), name not in PAIRS, n)
 
 
 def _read_layout(file: Any) -> Layout:
-    names = {key: tuple(file[key].asstr()[()].tolist()) for key in ("body", "pair", "drive_name")}
+    names = {key: names_in(file, key) for key in ("body", "pair", "drive_name")}
     return Layout(
         case_text=file["case"].asstr()[()],
         provenance=read_attributes(file["provenance"]),
-        dimension=str(file.attrs["dimension"]),  # type: ignore[arg-type]
+        dimension=str(plain(file.attrs["dimension"])),  # type: ignore[arg-type]
         body_names=names["body"],
         pair_names=names["pair"],
         drive_names=names["drive_name"],
-        panel=file["panel"][()],
+        panel=numbers_in(file, "panel", file["quad"].shape),
         thickness=float(file.attrs["thickness"]),
         film=read_film(file),
     )
@@ -405,13 +401,13 @@ def _opened(path: Path, wanted: str) -> Iterator[Any]:
         hint = f"; the run did not finish, see {part.name}" if part != path and part.is_file() else ""
         raise CaseError(f"there is no such file{hint}", str(path))
     try:
-        if not h5py.is_hdf5(path):
+        if not is_guarded(path):
             raise CaseError(f"is not an {wanted} file (not HDF5), or its beginning is damaged", str(path))
         with h5py.File(unmarked(path) if is_marked_open(path) else path, "r", locking="best-effort") as file:
-            if file.attrs.get("format") != wanted:
+            if plain(file.attrs.get("format")) != wanted:
                 raise CaseError(f"is an HDF5 file, but not an {wanted} file", str(path))
             yield file
-    except (OSError, KeyError, RuntimeError, ValueError, TypeError, AttributeError) as error:
+    except (OSError, LookupError, RuntimeError, ValueError, TypeError, AttributeError, MemoryError) as error:
         raise CaseError(f"is damaged or cannot be read ({error})", str(path)) from error
 
 
@@ -422,13 +418,11 @@ def _stacked(samples: list[tuple[float, Floats]]) -> Samples:
 def write_checkpoint(path: str | Path, arrays: dict[str, np.ndarray], attributes: dict[str, Any]) -> None:
     """Write arrays and attributes; at any moment `path` is the old checkpoint or the new one, whole."""
     path = Path(path)
-    new = path.with_name(path.name + ".new")
-    with h5py.File(new, "w", locking="best-effort") as file:
-        file.attrs["format"] = CHECKPOINT_FORMAT
+    with whole_file(path) as part, h5py.File(part, "w", libver="latest", locking="best-effort") as file:
+        file.attrs["format"] = fixed_text(CHECKPOINT_FORMAT)
         for name, values in arrays.items():
             file.create_dataset(f"arrays/{name}", data=values)
         write_attributes(file.create_group("attributes"), attributes)
-    _replace(new, path)
 
 
 def read_checkpoint(path: str | Path) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
@@ -440,18 +434,5 @@ def read_checkpoint(path: str | Path) -> tuple[dict[str, np.ndarray], dict[str, 
         There is no such file, it is not a checkpoint, or it is damaged.
     """
     with _opened(Path(path), CHECKPOINT_FORMAT) as file:
-        arrays = {name: data[()] for name, data in file.get("arrays", {}).items()}
+        arrays = {name: numbers_in(file, f"arrays/{name}", data.shape, False) for name, data in file["arrays"].items()}
         return arrays, read_attributes(file["attributes"])
-
-
-def _replace(source: Path, target: Path) -> None:
-    """Rename with the data and then the name on disk."""
-    with source.open("rb+") as file:
-        os.fsync(file.fileno())
-    os.replace(source, target)
-    if os.name == "posix":
-        folder = os.open(target.parent, os.O_RDONLY)
-        try:
-            os.fsync(folder)
-        finally:
-            os.close(folder)

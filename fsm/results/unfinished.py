@@ -12,9 +12,10 @@ import io
 import struct
 from pathlib import Path
 
+from fsm.guarded import SIGNATURE
+
 __all__ = ["checksum", "is_marked_open", "unmarked"]
 
-SIGNATURE = b"\x89HDF\r\n\x1a\n"
 SUPERBLOCK = struct.Struct("<8sBBBBQQQQ")
 """Signature, version (3), sizes (offsets, lengths), marks, base, extension, end, root; then a checksum."""
 

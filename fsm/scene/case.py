@@ -31,6 +31,9 @@ from fsm.scene.units import Acceleration, Angle, Count, Length, Number, Time
 __all__ = ["Analysis", "Case", "Expect", "Save", "Solve", "Strip"]
 
 
+MOST_SEGMENTS = 50_000
+
+
 class Strip(Model):
     """A zig-zag folded strip: panels 1, 3, 5 rise, 2, 4, 6 fall; crease i joins panels i and i + 1.
 
@@ -59,6 +62,13 @@ class Strip(Model):
     grading: Annotated[Number, Field(ge=0.1, le=10)] = 1.0
     half_cell: bool = True
     held: tuple[Count, ...] | None = None
+
+    @model_validator(mode="after")
+    def _sized(self) -> Self:
+        if self.panels * self.segments_per_panel > MOST_SEGMENTS:
+            count = self.panels * self.segments_per_panel
+            raise ValueError(f"panels x segments_per_panel = {count:,} segments; {MOST_SEGMENTS:,} at most")
+        return self
 
 
 Method = Literal["auto", "static", "generalized-alpha", "newmark", "Radau-blocks", "Radau", "BDF", "LSODA"]

@@ -50,7 +50,7 @@ def pace(scene: Scene) -> float:
     speed = max((drive.speed for drive in scene.drives), default=0.0)
     mass = sum(body.mass for body in scene.bodies if not body.held)
     hinges = [k for element in scene.elements if (k := _hinge_stiffness(element)) > 0.0]
-    return mass * speed**2 / min(hinges) if hinges else float("inf")
+    return mass * speed * speed / min(hinges) if hinges else float("inf")
 
 
 def _hinge_stiffness(element: ForceElement) -> float:

@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from fsm.errors import CaseError, Fault
+from fsm.guarded import fixed_text, is_guarded, numbers_in, plain
 
 __all__ = [
     "CreaseFamily", "FamilyCurve", "Relaxation", "family_curve", "read_family", "rest_angle", "time_text", "write_family",
@@ -119,11 +120,11 @@ def write_family(family: CreaseFamily, file: Path) -> None:
     """Write a family; the file is made new."""
     import h5py
 
-    with h5py.File(file, "w") as target:
+    with h5py.File(file, "w", libver="latest") as target:
         target.attrs.update(
-            format=FORMAT,
+            format=fixed_text(FORMAT),
             version=VERSION,
-            interpolation=family.interpolation,
+            interpolation=fixed_text(family.interpolation),
             width=_or_nan(family.width),
             relaxation=[math.nan] * 4 if family.relaxation is None else astuple(family.relaxation),
         )
@@ -160,18 +161,23 @@ def read_family(file: Path, path: str = "crease.file") -> CreaseFamily:
     if not file.is_file():
         raise CaseError(Fault(path, f"cannot read {file}: no such file; make it with `fsm calibrate crease`"))
     try:
+        if not is_guarded(file):
+            raise ValueError("not HDF5, or of an old layout")
         with h5py.File(file, "r") as source:
-            if source.attrs.get("format") != FORMAT or int(source.attrs["version"]) != VERSION:
+            if plain(source.attrs.get("format")) != FORMAT or int(source.attrs["version"]) != VERSION:
                 raise ValueError("another format or version")
-            curves = tuple(_read_curve(source[f"curves/{name}"]) for name in sorted(source["curves"]))
+            groups = [source["curves"][name] for name in sorted(source["curves"].keys())]
+            if not all(isinstance(group, h5py.Group) for group in groups):
+                raise ValueError("a curve is no group")
+            curves = tuple(_read_curve(group) for group in groups)
             law = [float(number) for number in source.attrs["relaxation"]]
             family = CreaseFamily(
                 curves,
-                str(source.attrs["interpolation"]),
+                str(plain(source.attrs["interpolation"])),
                 _or_none(source.attrs["width"]),
                 None if math.isnan(law[0]) else Relaxation(*law),
             )
-    except (OSError, KeyError, ValueError) as error:
+    except (OSError, LookupError, ValueError, RuntimeError, TypeError, AttributeError, MemoryError) as error:
         text = " ".join(str(error).split())[:80]
         what = f"{file} is not a crease family of version {VERSION} ({text}); make it with `fsm calibrate crease`"
         raise CaseError(Fault(path, what)) from None
@@ -234,9 +240,9 @@ def _or_none(value: Any) -> float | None:
 
 
 def _read_curve(group: Any) -> FamilyCurve:
-    columns = {name: np.array(group[name], dtype=float) for name in _COLUMNS if name in group}
+    columns = {name: numbers_in(group, name, (None,)) for name in _COLUMNS if name in group}
     return FamilyCurve(
-        angle=np.array(group["angle"], dtype=float),
+        angle=numbers_in(group, "angle", (None,)),
         press_time=_or_none(group.attrs["press_time"]),
         opening=_or_none(group.attrs["opening"]),
         repeats=int(group.attrs["repeats"]),

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from fsm.scene.model import Model
 from fsm.scene.units import Angle, AngularStiffness, Count, Density, Length, Stiffness, Time
 
 __all__ = ["Edge", "Lattice"]
+
+MOST_SQUARES = 20_000
 
 Edge = Literal["bottom", "top", "left", "right"]
 
@@ -54,6 +56,14 @@ class Lattice(Model):
     density: Annotated[Density, Field(gt=0)]
     damping: Annotated[Time, Field(ge=0)] = 0.0
     held: tuple[Edge, ...] | None = None
+
+    @model_validator(mode="after")
+    def _sized(self) -> Self:
+        if self.hinge_length >= self.spacing:
+            raise ValueError("hinge_length must be less than spacing: the squares are as large as it leaves them")
+        if self.columns * self.rows > MOST_SQUARES:
+            raise ValueError(f"columns x rows = {self.columns * self.rows:,} squares; {MOST_SQUARES:,} at most")
+        return self
 
     @property
     def held_edges(self) -> tuple[Edge, ...]:

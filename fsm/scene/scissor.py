@@ -30,6 +30,9 @@ __all__ = ["BarSection", "HingeJoint", "PointForce", "PointSupport", "Scissor", 
 RIGHT_ANGLE = 1.5707963267948966
 
 
+MOST_ELEMENTS = 50_000
+
+
 class Scissor(Model):
     """Units, bars and mesh of an array.
 
@@ -64,6 +67,9 @@ class Scissor(Model):
 
     @model_validator(mode="after")
     def _closed(self) -> Self:
+        if self.units * self.elements_per_bar > MOST_ELEMENTS:
+            count = self.units * self.elements_per_bar
+            raise ValueError(f"units x elements_per_bar = {count:,}; {MOST_ELEMENTS:,} at most")
         if self.shape == "ring" and self.units < 3:
             raise ValueError(f"a ring closes with 3 units or more; units = {self.units}")
         if self.shape in ("linear", "ring") and self.hinge != 0.5:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from fsm.scene.case import Case
+from fsm.scene.record_count import record_count
 from fsm.segments.drive import PrescribedMotion
 
 __all__ = ["save_times"]
@@ -20,13 +19,18 @@ def save_times(case: Case, motion: PrescribedMotion | None, end: float) -> list[
     case : Case
     motion : motion of the first drive, if there is one
     end : time at which the run ends, s
+
+    Raises
+    ------
+    CaseError
+        So many that they could not be kept.
     """
     save = case.save
     if save.every is not None and motion is not None:
-        count = math.floor(motion.travel / save.every * (1 + 1e-12))
+        count = record_count(motion.travel, save.every, "save.every")
         times = [motion.time_of(k * save.every) for k in range(count + 1)]
     elif save.interval is not None:
-        times = [k * save.interval for k in range(math.floor(end / save.interval * (1 + 1e-12)) + 1)]
+        times = [k * save.interval for k in range(record_count(end, save.interval, "save.interval") + 1)]
     elif motion is not None:
         times = [motion.time_of(float(x)) for x in np.linspace(0.0, motion.travel, 201)]
     else:

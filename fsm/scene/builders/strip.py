@@ -8,6 +8,7 @@ panels is hinged to by half a joint.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import combinations, pairwise
 
@@ -64,6 +65,9 @@ class _StripBuilder:
         self.bending = material.young * strip.width * strip.thickness**3 / 12
         if material.plate:
             self.bending /= 1 - material.poisson**2
+        if not 0.0 < self.bending < math.inf:
+            text = f"bending stiffness E w t^3/12 is {self.bending:g} N m^2; check young, width and thickness"
+            raise CaseError(Fault("strip.thickness", text))
         self.sideways = material.young * strip.thickness * strip.width**3 / 12
         self.shear = material.young / (2 * (1 + material.poisson))
         self.panel_length = strip.length / strip.panels
@@ -72,7 +76,7 @@ class _StripBuilder:
         """Put it together."""
         panels = [self._segments(panel) for panel in range(self.strip.panels)]
         bodies = [body for panel, segments in enumerate(panels) for body in self._bodies(panel, segments)]
-        elements = [self._joint(a, b) for segments in panels for a, b in pairwise(segments)]
+        elements = [joint for segments in panels for joint in self._joints(segments)]
         drives = []
         driven = {drive.crease: drive for drive in self.case.drive if drive.crease is not None}
         for number in range(1, self.strip.panels):
@@ -141,25 +145,31 @@ class _StripBuilder:
         x, z = self.crease_point(panel)
         axis = math.cos(turn), -math.sin(turn)
         bodies, at = [], 0.0
+        alike: dict[float, Body] = {}  # of one length: checked once, copied for the others
         for segment in segments:
             centre = at + segment.length / 2
             at += segment.length
-            mass = self.material.density * self.area * segment.length
-            squares = np.array([segment.length, self.strip.width, self.strip.thickness]) ** 2
-            inertia = mass / 12 * (squares.sum() - squares)
-            bodies.append(
-                Body(
-                    name=segment.name,
-                    mass=mass,
-                    inertia=(float(inertia[0]), float(inertia[1]), float(inertia[2])),
-                    position=(x + axis[0] * centre, 0.0, z + axis[1] * centre),
-                    orientation=(math.cos(turn / 2), 0.0, math.sin(turn / 2), 0.0),
-                    held=segment.held,
-                    plate=Plate(length=segment.length, width=self.strip.width, thickness=self.strip.thickness),
-                    panel=panel + 1,
-                )
-            )
+            place = (x + axis[0] * centre, 0.0, z + axis[1] * centre)
+            if segment.length not in alike:
+                alike[segment.length] = self._body(panel, segment, place)
+            bodies.append(alike[segment.length].model_copy(update={"name": segment.name, "position": place}))
         return bodies
+
+    def _body(self, panel: int, segment: _Segment, place: tuple[float, float, float]) -> Body:
+        turn = self._turn(panel)
+        mass = self.material.density * self.area * segment.length
+        squares = np.array([segment.length, self.strip.width, self.strip.thickness]) ** 2
+        inertia = mass / 12 * (squares.sum() - squares)
+        return Body(
+            name=segment.name,
+            mass=mass,
+            inertia=(float(inertia[0]), float(inertia[1]), float(inertia[2])),
+            position=place,
+            orientation=(math.cos(turn / 2), 0.0, math.sin(turn / 2), 0.0),
+            held=segment.held,
+            plate=Plate(length=segment.length, width=self.strip.width, thickness=self.strip.thickness),
+            panel=panel + 1,
+        )
 
     def _turn(self, panel: int) -> float:
         """Angle of a panel's axis about +y: odd panels (from 1) rise, which is a negative turn."""
@@ -178,10 +188,20 @@ class _StripBuilder:
         beta = self.material.damping
         return beta * stiffness[0], beta * stiffness[1], beta * stiffness[2]
 
+    def _joints(self, segments: list[_Segment]) -> Iterator[ForceElement]:
+        """The springs between the segments of a panel; those between equal lengths are checked once and copied."""
+        alike: dict[tuple[float, float], ForceElement] = {}
+        for inner, outer in pairwise(segments):
+            lengths = inner.length, outer.length
+            if lengths not in alike:
+                alike[lengths] = self._joint(inner, outer)
+            ends = {"name": _joint_name(inner, outer), "inner": inner.name, "outer": outer.name}
+            yield alike[lengths].model_copy(update=ends)
+
     def _joint(self, inner: _Segment, outer: _Segment) -> ForceElement:
         translation, rotation = self._springs((inner.length + outer.length) / 2)
         return ForceElement(
-            name=f"joint {inner.name} - {outer.name}",
+            name=_joint_name(inner, outer),
             inner=inner.name,
             outer=outer.name,
             point_inner=(inner.length / 2, 0.0, 0.0),
@@ -286,6 +306,10 @@ class _StripBuilder:
                     )
                 )
         return elements
+
+
+def _joint_name(inner: _Segment, outer: _Segment) -> str:
+    return f"joint {inner.name} - {outer.name}"
 
 
 def _turned_to(direction: tuple[float, float, float]) -> tuple[float, float, float, float]:

@@ -1,0 +1,85 @@
+"""HDF5 in which damage is found: the layout with checksums, texts of a fixed length, and datasets as they have to be.
+
+The HDF5 library can turn in circles for ever in a damaged file of the old layout (superblock 0 or 1), and in the heap that
+texts of variable length are kept in, which has no checksum in either.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+__all__ = ["SIGNATURE", "fixed_text", "is_guarded", "names_in", "numbers_in", "plain"]
+
+SIGNATURE = b"\x89HDF\r\n\x1a\n"
+
+
+def is_guarded(path: Path) -> bool:
+    """Whether a file is HDF5, from its first byte, and in the layout with checksums."""
+    with path.open("rb") as file:
+        head = file.read(len(SIGNATURE) + 1)
+    return len(head) == len(SIGNATURE) + 1 and head.startswith(SIGNATURE) and head[-1] >= 2
+
+
+def fixed_text(text: str | Sequence[str]) -> np.ndarray:
+    """A text, or several, as h5py keeps them in UTF-8 of a fixed length."""
+    import h5py
+
+    encoded = np.char.encode(np.array(text, dtype=str), "utf-8")
+    return encoded.astype(h5py.string_dtype("utf-8", max(encoded.dtype.itemsize, 1)))
+
+
+def plain(value: Any) -> Any:
+    """A value of an attribute as Python has it: a text of either kind, a number."""
+    if isinstance(value, bytes):
+        return value.decode("utf-8")
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def numbers_in(file: Any, path: str, shape: tuple[int | None, ...], finite: bool = True, first: int | None = None) -> Any:
+    """Numbers of a dataset.
+
+    Parameters
+    ----------
+    file : h5py.File
+    path : str
+    shape : tuple
+        None: any size.
+    finite : bool
+        Whether all have to be finite.
+    first : int, optional
+        Only so many rows, of at least so many.
+
+    Raises
+    ------
+    OSError
+        It is not such a dataset, or says that it is larger than what is on disk.
+    """
+    data = file[path]
+    dtype, found = getattr(data, "dtype", None), getattr(data, "shape", None)
+    if dtype is None or found is None or dtype.kind not in "fiu":
+        raise OSError(f"/{path} does not hold numbers")
+    wanted = shape if first is None else (None, *shape[1:])
+    if len(found) != len(wanted) or any(n is not None and n != m for n, m in zip(wanted, found, strict=True)):
+        raise OSError(f"/{path} has the shape {found}")
+    if data.size and data.id.get_storage_size() < data.size * dtype.itemsize:
+        raise OSError(f"/{path} says that it has the shape {found}, which is more than there is")
+    if first is not None and found[0] < first:
+        raise OSError(f"/{path} is too short")
+    values = data[()] if first is None else data[:first]
+    if finite and not np.all(np.isfinite(values)):
+        raise OSError(f"/{path} holds numbers that are not finite")
+    return values
+
+
+def names_in(file: Any, path: str) -> tuple[str, ...]:
+    """Names of a dataset of texts."""
+    data = file[path]
+    names = json.loads(plain(data.attrs["names_json"])) if "names_json" in data.attrs else data.asstr()[()].tolist()
+    if not isinstance(names, list):
+        raise OSError(f"/{path} does not hold names")
+    return tuple(str(name) for name in names)

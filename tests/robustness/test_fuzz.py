@@ -1,0 +1,84 @@
+"""Broken files are read or refused in words: a few of those of `python -m validation.fuzz`, and what it found."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from fsm.cli import cli
+from fsm.errors import CaseError
+from fsm.results.store import read_checkpoint, read_solution, write_checkpoint
+from fsm.scene.load_case import load_case
+from validation.fuzz.campaign import run_fuzz
+from validation.fuzz.targets import TARGETS
+
+CASES = Path(__file__).parents[2] / "folding_cases"
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_broken_files_are_read_or_refused(target: str, tmp_path: Path) -> None:
+    lines = run_fuzz(target, 0, 25, tmp_path, lambda line: None)
+    assert len(lines) == 25
+    assert [line for line in lines if line["class"] not in ("read", "refused")] == []
+
+
+@pytest.mark.parametrize("case", sorted(CASES.glob("*/case.toml")), ids=lambda path: path.parent.name)
+def test_check_of_every_shipped_case(case: Path) -> None:
+    result = CliRunner().invoke(cli, ["check", str(case)])
+    assert result.exit_code == 0, result.output
+
+
+@pytest.mark.parametrize(
+    ("case", "override", "words"),
+    [
+        ("strip_pull", "save.every=1e-12", "save.every: asks for more than 1,000,000 records"),
+        ("strip_pull", "save={interval=1e-12}", "save.interval: asks for more than 1,000,000 records"),
+        ("scissor_array", "save.interval=1e-12", "save.interval: asks for more than 1,000,000 records"),
+        ("strip_pull", "strip.thickness=1e-200", "bending stiffness E w t^3/12 is 0 N m^2"),
+        ("strip_pull", "strip.panels=9999", "strip.panels"),
+        ("rotating_squares", "lattice.hinge_length=100", "less than spacing"),
+    ],
+)
+def test_what_cannot_be_built_is_refused_at_once(case: str, override: str, words: str) -> None:
+    command = "check" if case != "scissor_array" else "run"
+    out = ["--out", "/nonexistent/out"] if command == "run" else []
+    result = CliRunner().invoke(cli, [command, str(CASES / case / "case.toml"), *out, "--set", override])
+    assert result.exit_code == 2
+    assert words in result.output
+
+
+def test_a_drive_faster_than_numbers_go_has_a_method() -> None:
+    result = CliRunner().invoke(cli, ["check", str(CASES / "strip_trial/case.toml"), "--set", "drive.0.speed=1e300"])
+    assert result.exit_code == 0, result.output
+
+
+def test_a_dataset_larger_than_the_file_is_not_read(tmp_path: Path) -> None:
+    file = tmp_path / "checkpoint.h5"
+    write_checkpoint(file, {"q": np.zeros(3)}, {"case": "x"})
+    with h5py.File(file, "r+") as changed:
+        del changed["arrays/q"]
+        changed.create_dataset("arrays/q", (10**12,), float)
+    with pytest.raises(CaseError, match="more than there is"):
+        read_checkpoint(file)
+
+
+def test_the_old_layout_without_checksums_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "result.h5"
+    with h5py.File(file, "w") as old:
+        old.attrs["format"] = "fsm result"
+    with pytest.raises(CaseError, match="is not an fsm result file"):
+        read_solution(file)
+
+
+def test_a_family_that_is_a_table_is_refused(tmp_path: Path) -> None:
+    case = CASES / "strip_hinge" / "case.toml"
+    (tmp_path / "case.toml").write_text(case.read_text(encoding="utf-8"), encoding="utf-8")
+    with h5py.File(tmp_path / "crease.h5", "w", libver="latest") as broken:
+        broken.attrs.update(format="fsm crease family", version=1)
+        broken.create_dataset("curves", (10**9,), float)
+    with pytest.raises(CaseError, match="not a crease family"):
+        load_case(tmp_path / "case.toml")

@@ -1,0 +1,48 @@
+"""Kills at random moments and places that cannot be written to; README.md says what came of it.
+
+    python -m validation.faults [--kills 200] [--seed 1] [--kinds run,table,calibrate]
+
+Exit code 1 if anything was lost or broken.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from validation.faults.kills import KINDS, LONGEST_LOSS, kill_many
+from validation.faults.writing import FAULTS
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Do it all and print what became of it."""
+    parser = argparse.ArgumentParser(prog="python -m validation.faults", description="Kills, and places not to write to.")
+    parser.add_argument("--kills", type=int, default=200, help="in all, shared by the kinds")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--kinds", default=",".join(KINDS))
+    chosen = parser.parse_args(arguments)
+    kinds, bad = chosen.kinds.split(","), 0
+    for name, try_it in FAULTS.items():
+        with tempfile.TemporaryDirectory(prefix="fsm-faults-") as folder:
+            wrong = try_it(Path(folder))
+        bad += bool(wrong)
+        print(f"{name}: {wrong or 'as it should be'}", flush=True)
+    for number, kind in enumerate(kinds):
+        share = chosen.kills // len(kinds) + (number < chosen.kills % len(kinds))
+        with tempfile.TemporaryDirectory(prefix="fsm-faults-") as folder:
+            found = kill_many(kind, share, chosen.seed, Path(folder), lambda text: print(f"\r{text}", end="", file=sys.stderr))
+        bad += len(found.faults) + (found.worst_loss > LONGEST_LOSS)
+        print(
+            f"\n{kind}: {found.kills} kills, {found.finished} done before, {len(found.faults)} faults, at most "
+            f"{found.worst_loss:.1f} s since the last flush",
+            flush=True,
+        )
+        print("".join(f"  {text}\n" for text in found.faults), end="")
+    return int(bool(bad))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

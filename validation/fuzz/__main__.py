@@ -1,0 +1,51 @@
+"""Files broken at random, read by the readers of the program; README.md says how and what came of it.
+
+    python -m validation.fuzz [--count 2000] [--seed 1] [--targets case,table,...] [--out out/fuzz]
+
+Exit code 1 if a reader ended in anything but an answer or a refusal in words.
+"""
+
+from __future__ import annotations
+
+import validation.benchmarks.one_thread  # noqa: F401  isort: skip
+
+import argparse
+import sys
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+from validation.fuzz.campaign import CLASSES, Line, run_fuzz
+from validation.fuzz.targets import TARGETS
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the campaign and print what became of the files."""
+    parser = argparse.ArgumentParser(prog="python -m validation.fuzz", description="Broken files, read or refused.")
+    parser.add_argument("--count", type=int, default=2000, help="files for every reader")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--targets", default=",".join(TARGETS))
+    parser.add_argument("--out", type=Path, default=Path("out/fuzz"))
+    chosen = parser.parse_args(arguments)
+    names = chosen.targets.split(",")
+    if unknown := set(names) - set(TARGETS):
+        parser.error(f"no such targets: {', '.join(sorted(unknown))}; there are {', '.join(TARGETS)}")
+    lines: list[Line] = []
+    print(f"| reader | files | {' | '.join(CLASSES)} | time (s) | slowest (s) |\n|{'---|' * (len(CLASSES) + 4)}")
+    for name in names:
+        own = run_fuzz(name, chosen.seed, chosen.count, chosen.out, _tell)
+        counts = Counter(line["class"] for line in own)
+        times = [line.get("cpu_s", 0.0) for line in own]
+        cells = [name, len(own), *(counts[one] for one in CLASSES), f"{sum(times):.0f}", f"{max(times):.1f}"]
+        print("| " + " | ".join(map(str, cells)) + " |", flush=True)
+        lines += own
+    return int(any(line["class"] not in ("read", "refused") for line in lines))
+
+
+def _tell(line: Line) -> None:
+    last = line["what"].strip().splitlines()[-1] if line["what"] else ""
+    print(f"{line['target']} {line['number']}: {line['class']}: {last}", file=sys.stderr, flush=True)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
