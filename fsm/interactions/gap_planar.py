@@ -22,7 +22,7 @@ from __future__ import annotations
 import numpy as np
 
 from fsm.interactions.box_tree import fit_tree, nearest_piece
-from fsm.interactions.chord import chord_boxes, chord_distance, chords_planar
+from fsm.interactions.chord import chord_boxes, chord_distance, chords_planar, largest_bulge, over_chord
 from fsm.interactions.end_taper import inside_of_end
 from fsm.interactions.surface import beyond_end, blend, overshoot
 from fsm.kernels.jit import kernel
@@ -164,7 +164,11 @@ def find_contacts_planar(
             bound = max(bound, chords[j, 5])
             if distance < nearest:
                 piece, nearest = j, distance
-        if np.sqrt(nearest) > max(clearance[i] + below, depth_limit[i]) + bound:
+        distance = np.sqrt(nearest)
+        if distance > max(clearance[i] + below, depth_limit[i]) + bound:
+            continue
+        # farther than anything that is found, and on the side where that is a gap
+        if distance > max(clearance[i] + below, 0.0) + bound and side[i] * over_chord(chords[piece], point) >= 0.0:
             continue
         px, pz = point[0], point[1]
         piece, at = _closest(poses, px, pz, piece, window[i, 0], window[i, 1], owners, stations, _EXACT, weights, curve)
@@ -197,6 +201,7 @@ def heights_planar(
     probe_body: np.ndarray,
     probe_x: np.ndarray,
     straight: np.ndarray,
+    depth_limit: np.ndarray,
     first_piece: np.ndarray,
     last_piece: np.ndarray,
     owners: np.ndarray,
@@ -208,7 +213,8 @@ def heights_planar(
     """How high each probe stands over its surface, m, along the normal (-z', x') of the curve, (n,).
 
     Nothing (nan) beyond its ends and tips, and farther from all pieces than `reach` (n,), m. `nearest` (n,) is where the
-    search for the nearest pieces begins, changed to where it ends.
+    search for the nearest pieces begins, changed to where it ends. Where the chord tells the side, and whether the probe is
+    deeper than its limit, the height is that over the chord.
     """
     weights = np.empty((3, 4))
     curve = np.empty((3, 2))
@@ -216,11 +222,17 @@ def heights_planar(
     lower, upper = chord_boxes(chords)
     tree = fit_tree(lower, upper)
     points = probe_points_planar(poses, probe_body, probe_x)
+    bulge = largest_bulge(chords, stations)
     for i in range(probe_body.shape[0]):
         first, last = first_piece[i], last_piece[i]
-        nearest[i], _ = nearest_piece(points[i], first, last, chords, tree, nearest[i], reach[i] * reach[i])
+        nearest[i], square = nearest_piece(points[i], first, last, chords, tree, nearest[i], reach[i] * reach[i])
         height[i] = np.nan
         if nearest[i] < 0:
+            continue
+        distance = np.sqrt(square)
+        at_end = stations[nearest[i], 4] < 0.0 or stations[nearest[i], 5] > 1.0
+        if not at_end and distance > bulge and abs(distance - depth_limit[i]) > bulge:
+            height[i] = distance if over_chord(chords[nearest[i]], points[i]) >= 0.0 else -distance
             continue
         px, pz = points[i, 0], points[i, 1]
         piece, at = _closest(poses, px, pz, nearest[i], first, last, owners, stations, _ROUGH, weights, curve)

@@ -11,8 +11,15 @@ import numpy as np
 from scipy import sparse
 
 from fsm.kernels.newton_euler import quaternion_jacobian, quaternion_rates, tangent_from_quaternion
-from fsm.kernels.place import place_bodies, place_free, pose_difference, retract_poses, shift_body
-from fsm.kernels.rotation import inverse_tangent_map, rotate_by
+from fsm.kernels.place import (
+    increment_blocks,
+    place_bodies,
+    place_free,
+    pose_difference,
+    retract_poses,
+    shift_body,
+)
+from fsm.kernels.rotation import rotate_by
 from fsm.scene.scene import Plate
 from fsm.segments.drive import PrescribedMotion
 from fsm.system import Before
@@ -106,10 +113,7 @@ class Configuration:
         """See `System`."""
         if not self.spatial:
             return None
-        blocks = np.zeros((self.n_free, 6, 6))
-        blocks[:, range(3), range(3)] = 1.0
-        blocks[:, 3:, 3:] = inverse_tangent_map(dx.reshape(-1, 6)[:, 3:])
-        return blocks
+        return np.asarray(increment_blocks(dx))
 
     def place(
         self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None

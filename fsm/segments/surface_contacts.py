@@ -9,6 +9,7 @@ import numpy as np
 
 from fsm.interactions.box_tree import fit_tree, window_pieces
 from fsm.interactions.chord import chord_boxes
+from fsm.interactions.coupling import coupled_bodies
 from fsm.interactions.motion import moved_beyond
 from fsm.interactions.surface import BARE
 from fsm.segments.contact_geometry import ContactForces, Measured, Tapered, Touching
@@ -172,7 +173,7 @@ class SurfaceContacts:
             fit_tree(*chord_boxes(chords)), self._reach + bulge, 2.0 * (2.0 * _RENEWAL * self.margin + bulge),
             self._nearest, self._window,
         )  # fmt: skip
-        self._pairs = _coupled_bodies(probes.body, self._window, surfaces.owners)
+        self._pairs = coupled_bodies(probes.body, self._window, surfaces.owners, len(poses))
         self.refreshes += 1
 
     def find(self, poses: np.ndarray, below: float) -> Touching:
@@ -274,8 +275,8 @@ class SurfaceContacts:
         probes, surfaces = self.probes, self.surfaces
         height = np.empty(len(probes.body))
         self.kernels.heights(
-            poses, probes.body, probes.place, probes.straight, probes.first_piece, probes.last_piece, surfaces.owners,
-            surfaces.stations, *surfaces.extra, self._reach + farther, self._nearest_of_all, height,
+            poses, probes.body, probes.place, probes.straight, probes.depth_limit, probes.first_piece, probes.last_piece,
+            surfaces.owners, surfaces.stations, *surfaces.extra, self._reach + farther, self._nearest_of_all, height,
         )  # fmt: skip
         self._height = height
         return height
@@ -283,23 +284,3 @@ class SurfaceContacts:
 
 def _side_of(height: np.ndarray) -> np.ndarray:
     return np.where(height >= 0.0, 1.0, -1.0)
-
-
-def _coupled_bodies(probe_body: np.ndarray, window: np.ndarray, owners: np.ndarray) -> np.ndarray:
-    """Pairs of bodies that a contact within the windows would couple: probe with piece bodies, and those together."""
-    open_probes = np.flatnonzero(window[:, 1] > window[:, 0])
-    if not len(open_probes):
-        return np.zeros((0, 2), dtype=np.int64)
-    # points of one body share most of their windows
-    size = len(owners) + 1
-    keys = np.unique((probe_body[open_probes] * size + window[open_probes, 0]) * size + window[open_probes, 1])
-    keys, last = np.divmod(keys, size)
-    body, first_piece = np.divmod(keys, size)
-    lengths = last - first_piece
-    offsets = np.arange(lengths.sum()) - np.repeat(np.cumsum(lengths) - lengths, lengths)
-    pieces = np.repeat(first_piece, lengths) + offsets
-    probe = np.repeat(body, lengths)
-    first, second = owners[pieces, 0], owners[pieces, 1]
-    count = int(max(probe.max(), owners.max())) + 1
-    keys = np.unique(np.concatenate([probe * count + first, probe * count + second, first * count + second]))
-    return np.column_stack(np.divmod(keys, count))

@@ -71,6 +71,7 @@ class SegmentSystem(Configuration):
         self._last_poses = bodies.pose
         self._pattern: BodyPattern | None = None
         self._pattern_version: tuple[int, ...] = ()
+        self._pattern_pairs: tuple[np.ndarray, ...] = ()
         self._driven_pattern: BodyPattern | None = None
         self._driven_key: tuple[int, ...] = ()
 
@@ -402,6 +403,9 @@ class SegmentSystem(Configuration):
             return self._pattern
         pairs, versions = zip(*(group.pairs(poses) for group in self.groups), strict=True) if self.groups else ((), ())
         if self._pattern is None or versions != self._pattern_version:
-            self._pattern = body_pattern(self._dof, list(pairs), self.size)
+            # what was near a moment ago will be again: steps are cut, and bodies come and go by a little
+            if self._pattern is None or not all(self._pattern.holds(of_group) for of_group in pairs):
+                self._pattern = body_pattern(self._dof, [*pairs, *self._pattern_pairs], self.size)
+                self._pattern_pairs = pairs
             self._pattern_version = versions
         return self._pattern

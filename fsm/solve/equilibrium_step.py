@@ -17,6 +17,7 @@ import numpy as np
 
 from fsm.blocks import BlockMatrix
 from fsm.errors import NotConverged
+from fsm.kernels.block_sum import with_rates
 from fsm.kernels.vector import largest_ratio
 from fsm.solve.linear import LinearSolver
 from fsm.system import Before, Linearised, MixedSystem, System
@@ -184,11 +185,9 @@ class EquilibriumStep:
         """K + D du/dx; velocities are the increment over the duration."""
         if dx is None:
             return linear.stiffness
-        damping = linear.damping.data / duration
-        turned = self.system.increment_map(dx)
-        if turned is not None:
-            damping = damping @ turned[linear.damping.pattern.indices]
-        return BlockMatrix(linear.stiffness.pattern, linear.stiffness.data + damping)
+        pattern, turned = linear.stiffness.pattern, self.system.increment_map(dx)
+        data = with_rates(linear.stiffness.data, linear.damping.data, 1.0 / duration, turned, pattern.indices)
+        return BlockMatrix(pattern, data)
 
     def _left_over(self, residual: np.ndarray) -> float:
         """Largest force left over, N."""
