@@ -261,6 +261,12 @@ class System(Protocol):
         """h: applied + elastic + contact - gyroscopic, (nu,), N and N m."""
         ...
 
+    def balance(
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The force, as `force` has it, and the reaction along the pull (N) of every drive, (n_drives,), in statics."""
+        ...
+
     def force_rate(self, t: float, q: np.ndarray) -> np.ndarray:
         """dh/dt at rest and at a fixed configuration: what drives and loads that move change, (nu,), N/s and N m/s."""
         ...

@@ -21,7 +21,15 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
 from fsm.kernels.vector import dot
 
-__all__ = ["chord_boxes", "chord_distance", "chords_planar", "chords_spatial", "largest_bulge", "over_chord"]
+__all__ = [
+    "along_chord",
+    "chord_boxes",
+    "chord_distance",
+    "chords_planar",
+    "chords_spatial",
+    "largest_bulge",
+    "over_chord",
+]
 
 ROUNDING = 1e-12
 """By this part of its coordinates a box is larger than its chord, so that no rounding puts a point of it outside."""
@@ -117,6 +125,16 @@ def chord_distance(chord: np.ndarray, point: np.ndarray) -> float:
     x, y, z = x - share * chord[3], y - share * chord[4], z - share * chord[5]
     beside = max(0.0, abs(across) - chord[11])
     return x * x + y * y + z * z + beside * beside
+
+
+@kernel(inline=True)
+def along_chord(chord: np.ndarray, point: np.ndarray) -> float:
+    """Where on a chord the point nearest to a point (D,) is, 0 ... 1 from its start; the s of a straight piece."""
+    size = point.shape[0]
+    total = 0.0
+    for i in range(size):
+        total += (point[i] - chord[i]) * chord[size + i]
+    return min(1.0, max(0.0, total * chord[2 * size]))
 
 
 @kernel(inline=True)

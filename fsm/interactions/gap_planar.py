@@ -21,8 +21,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.interactions.box_tree import fit_tree, nearest_piece
-from fsm.interactions.chord import chord_boxes, chord_distance, chords_planar, largest_bulge, over_chord
+from fsm.interactions.box_tree import fit_tree, nearest_of_few
+from fsm.interactions.chord import along_chord, chord_boxes, chord_distance, chords_planar, largest_bulge, over_chord
 from fsm.interactions.end_taper import inside_of_end
 from fsm.interactions.surface import beyond_end, blend, overshoot
 from fsm.kernels.jit import kernel
@@ -78,17 +78,17 @@ def _closest(
     piece: int,
     first: int,
     last: int,
+    at: float,
     owners: np.ndarray,
     stations: np.ndarray,
     tolerance: float,
     weights: np.ndarray,
     curve: np.ndarray,
 ) -> tuple[int, float]:
-    """Closest point (piece, s) of pieces [first, last) to a point, by Newton's method from the middle of a piece.
+    """Closest point (piece, s) of pieces [first, last) to a point, by Newton's method from a place on a piece.
 
     `curve` (3, 2) is left at C, C_s, C_ss there. s is outside of its piece when the point is beyond the tips.
     """
-    at = 0.5
     for _ in range(40):
         blend(at, stations[piece], weights)
         _curve(poses, owners[piece, 0], owners[piece, 1], weights, curve)
@@ -171,7 +171,10 @@ def find_contacts_planar(
         if distance > max(clearance[i] + below, 0.0) + bound and side[i] * over_chord(chords[piece], point) >= 0.0:
             continue
         px, pz = point[0], point[1]
-        piece, at = _closest(poses, px, pz, piece, window[i, 0], window[i, 1], owners, stations, _EXACT, weights, curve)
+        at = along_chord(chords[piece], point)
+        piece, at = _closest(
+            poses, px, pz, piece, window[i, 0], window[i, 1], at, owners, stations, _EXACT, weights, curve
+        )
         if at < stations[piece, 4] - 1e-12 or at > stations[piece, 5] + 1e-12:
             continue
         if no_share[i] >= 0.0 and inside_of_end(at, stations[piece])[0] <= no_share[i]:
@@ -225,7 +228,7 @@ def heights_planar(
     bulge = largest_bulge(chords, stations)
     for i in range(probe_body.shape[0]):
         first, last = first_piece[i], last_piece[i]
-        nearest[i], square = nearest_piece(points[i], first, last, chords, tree, nearest[i], reach[i] * reach[i])
+        nearest[i], square = nearest_of_few(points[i], first, last, chords, tree, nearest[i], reach[i] * reach[i])
         height[i] = np.nan
         if nearest[i] < 0:
             continue
@@ -235,7 +238,8 @@ def heights_planar(
             height[i] = distance if over_chord(chords[nearest[i]], points[i]) >= 0.0 else -distance
             continue
         px, pz = points[i, 0], points[i, 1]
-        piece, at = _closest(poses, px, pz, nearest[i], first, last, owners, stations, _ROUGH, weights, curve)
+        at = along_chord(chords[nearest[i]], points[i])
+        piece, at = _closest(poses, px, pz, nearest[i], first, last, at, owners, stations, _ROUGH, weights, curve)
         on_it = stations[piece, 4] - 1e-12 <= at <= stations[piece, 5] + 1e-12
         if on_it and not beyond_end(at, straight[i]):
             length = np.sqrt(curve[1, 0] ** 2 + curve[1, 1] ** 2)

@@ -17,8 +17,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.interactions.box_tree import fit_tree, nearest_piece
-from fsm.interactions.chord import chord_boxes, chord_distance, chords_spatial, largest_bulge, over_chord
+from fsm.interactions.box_tree import fit_tree, nearest_of_few
+from fsm.interactions.chord import along_chord, chord_boxes, chord_distance, chords_spatial, largest_bulge, over_chord
 from fsm.interactions.end_taper import inside_of_end
 from fsm.interactions.surface import beyond_end, blend, overshoot
 from fsm.kernels.jit import kernel
@@ -110,14 +110,14 @@ def _closest(
     owners: np.ndarray,
     stations: np.ndarray,
     half_width: np.ndarray,
+    s: float,
     y: float,
     tolerance: float,
     scratch: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray],
     surface: np.ndarray,
 ) -> tuple[int, float, float]:
-    """Closest point (piece, s, y) of pieces [first, last) to a point; `surface` (5, 3) is left at it."""
+    """Closest point (piece, s, y) of pieces [first, last) to a point, from a place on one; `surface` (5, 3) is left at it."""
     weights, shift, local, frames, gap = scratch
-    s = 0.5
     for _ in range(40):
         _tables(s, y, stations[piece], weights, shift, local)
         _surface(poses, owners[piece, 0], owners[piece, 1], shift, local, frames, surface)
@@ -191,8 +191,9 @@ def find_contacts_spatial(
         # farther than anything that is found, and on the side where that is a gap
         if distance > max(clearance[i] + below, 0.0) + bound and side[i] * over_chord(chords[piece], point) >= 0.0:
             continue
+        s = along_chord(chords[piece], point)
         piece, s, y = _closest(
-            poses, point, piece, window[i, 0], window[i, 1], owners, stations, half_width, place[i, 1], _EXACT, scratch,
+            poses, point, piece, window[i, 0], window[i, 1], owners, stations, half_width, s, place[i, 1], _EXACT, scratch,
             surface,
         )  # fmt: skip
         if s < stations[piece, 4] - 1e-12 or s > stations[piece, 5] + 1e-12 or abs(y) > half_width[piece]:
@@ -256,7 +257,7 @@ def heights_spatial(
     bulge = largest_bulge(chords, stations)
     for i in range(probe_body.shape[0]):
         first, last = first_piece[i], last_piece[i]
-        nearest[i], square = nearest_piece(points[i], first, last, chords, tree, nearest[i], reach[i] * reach[i])
+        nearest[i], square = nearest_of_few(points[i], first, last, chords, tree, nearest[i], reach[i] * reach[i])
         height[i] = np.nan
         if nearest[i] < 0:
             continue
@@ -268,9 +269,11 @@ def heights_spatial(
         if within and not at_end and distance > bulge and abs(distance - depth_limit[i]) > bulge:
             height[i] = distance if over_chord(chord, points[i]) >= 0.0 else -distance
             continue
+        s = along_chord(chord, points[i])
         piece, s, y = _closest(
-            poses, points[i], nearest[i], first, last, owners, stations, half_width, place[i, 1], _ROUGH, scratch, surface
-        )
+            poses, points[i], nearest[i], first, last, owners, stations, half_width, s, place[i, 1], _ROUGH, scratch,
+            surface,
+        )  # fmt: skip
         on_it = stations[piece, 4] - 1e-12 <= s <= stations[piece, 5] + 1e-12 and abs(y) <= half_width[piece]
         if on_it and not beyond_end(s, straight[i]):
             height[i] = _height(points[i], surface, normal)

@@ -29,11 +29,14 @@ def with_rates(
     for k in range(stiffness.shape[0]):
         for i in range(size):
             for j in range(size):
+                out[k, i, j] = stiffness[k, i, j]
+            for m in range(size):
+                rate = factor * damping[k, i, m]
+                if rate == 0.0:
+                    continue  # most blocks: contacts without friction, and what does not damp
                 if turned is None:
-                    total = damping[k, i, j]
+                    out[k, i, m] += rate
                 else:
-                    total = 0.0
-                    for m in range(size):
-                        total += damping[k, i, m] * turned[columns[k], m, j]
-                out[k, i, j] = stiffness[k, i, j] + factor * total
+                    for j in range(size):
+                        out[k, i, j] += rate * turned[columns[k], m, j]
     return out

@@ -250,6 +250,8 @@ class SurfaceContacts:
         side, motion = self.side, 0.0
         if self._committed is not None:
             motion = self._motion(self._committed, poses)
+            if motion <= _RENEWAL * self.margin:
+                motion = 0.0  # what has a side cannot have come out of reach
             if motion > 0.5 * self.margin:  # what was too far away to be on a side may be through by now
                 before = self._heights(self._committed, 2.0 * motion)
                 side = np.where((side == 0.0) & np.isfinite(before), _side_of(before), side)
@@ -273,10 +275,14 @@ class SurfaceContacts:
             return self._height
         self._height_at, self._height_farther = poses.copy(), farther
         probes, surfaces = self.probes, self.surfaces
+        first, last = probes.first_piece, probes.last_piece
+        if farther == 0.0:
+            self._refresh(poses)
+            first, last = np.ascontiguousarray(self._window.T)
         height = np.empty(len(probes.body))
         self.kernels.heights(
-            poses, probes.body, probes.place, probes.straight, probes.depth_limit, probes.first_piece, probes.last_piece,
-            surfaces.owners, surfaces.stations, *surfaces.extra, self._reach + farther, self._nearest_of_all, height,
+            poses, probes.body, probes.place, probes.straight, probes.depth_limit, first, last, surfaces.owners,
+            surfaces.stations, *surfaces.extra, self._reach + farther, self._nearest_of_all, height,
         )  # fmt: skip
         self._height = height
         return height
