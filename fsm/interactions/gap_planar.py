@@ -106,8 +106,10 @@ def _closest(
         if new < 0.0 and piece > first:
             piece, at = piece - 1, 1.0
             continue
-        at = min(stations[piece, 5] + 0.5, max(stations[piece, 4] - 0.5, new))
+        before, at = at, min(stations[piece, 5] + 0.5, max(stations[piece, 4] - 0.5, new))
         if abs(step) < tolerance:
+            break
+        if at == before and at != new:  # well beyond an end
             break
     return piece, at
 

@@ -143,8 +143,10 @@ def _closest(
         if new < 0.0 and piece > first:
             piece, s = piece - 1, 1.0
             continue
-        s = min(stations[piece, 5] + 0.5, max(stations[piece, 4] - 0.5, new))
+        before, s = s, min(stations[piece, 5] + 0.5, max(stations[piece, 4] - 0.5, new))
         if abs(step_s) < tolerance and abs(step_y) < tolerance * half_width[piece]:
+            break
+        if s == before and s != new:  # well beyond an end
             break
     return piece, s, y
 
