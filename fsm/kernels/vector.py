@@ -6,7 +6,7 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["cross", "dot", "largest_ratio", "rotate"]
+__all__ = ["cross", "dot", "largest_ratio", "rotate", "same"]
 
 
 @kernel
@@ -41,3 +41,14 @@ def largest_ratio(vector: np.ndarray, scale: np.ndarray) -> float:
             if np.isnan(ratio):
                 break
     return largest
+
+
+@kernel
+def same(a: np.ndarray, b: np.ndarray) -> bool:
+    """Whether two vectors are equal in every bit that counts; what is no number equals nothing."""
+    if a.shape[0] != b.shape[0]:
+        return False
+    for i in range(a.shape[0]):
+        if a[i] != b[i]:
+            return False
+    return True

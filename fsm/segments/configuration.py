@@ -20,6 +20,7 @@ from fsm.kernels.place import (
     shift_body,
 )
 from fsm.kernels.rotation import rotate_by
+from fsm.kernels.vector import same
 from fsm.scene.scene import Plate
 from fsm.segments.drive import PrescribedMotion
 from fsm.system import Before
@@ -73,6 +74,7 @@ class Configuration:
         self.nq = self.n_free * bodies.pose.shape[1]
         self.nu = self.n_free * self.size
         self.at_rest = np.zeros(bodies.rate.shape)
+        self._placed_at, self._placed, self._last_placed = np.nan, np.zeros(0), bodies.pose
         self._plate_bodies = np.array([body for body, _, _ in bodies.plates], dtype=np.int64)
         self._plate_corners = _corners([plate for _, plate, _ in bodies.plates])
 
@@ -120,23 +122,30 @@ class Configuration:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Poses and rates of all bodies, the driven ones at time t included; quaternions of unit norm. No u: at rest.
 
-        With `before`, driven bodies have their mean speed since then. Rates at rest are shared: not to be changed.
+        With `before`, driven bodies have their mean speed since then. Poses, and rates at rest, are shared: not to be
+        changed.
         """
-        bodies = self.bodies
-        poses = np.asarray(place_bodies(bodies.pose, bodies.free, q, self.spatial))
+        poses = self._poses(t, q)
         if u is None:
-            for motion in self.motions:
-                _shift(poses, motion, motion.at(t)[0])
             return poses, self.at_rest
-        rates = np.zeros(bodies.rate.shape)
-        place_free(bodies.free, u, False, rates)
+        rates = np.zeros(self.bodies.rate.shape)
+        place_free(self.bodies.free, u, False, rates)
         for motion in self.motions:
             travel, speed, _ = motion.at(t)
-            _shift(poses, motion, travel)
             if before is not None:
                 speed = (travel - motion.at(before[0])[0]) / (t - before[0])
             _shift(rates, motion, speed)
         return poses, rates
+
+    def _poses(self, t: float, q: np.ndarray) -> np.ndarray:
+        """Poses of all bodies; asked for the same state again, those of the last time."""
+        if t != self._placed_at or not same(q, self._placed):
+            bodies = self.bodies
+            self._placed_at, self._placed = t, q.copy()
+            self._last_placed = np.asarray(place_bodies(bodies.pose, bodies.free, q, self.spatial))
+            for motion in self.motions:
+                _shift(self._last_placed, motion, motion.at(t)[0])
+        return self._last_placed
 
     def shape(self, t: float, q: np.ndarray) -> np.ndarray:
         """See `System`: the outline of every plate."""
