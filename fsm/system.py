@@ -156,7 +156,10 @@ class Observation:
 
 @dataclass(frozen=True)
 class Linearised:
-    """Force h and its derivatives K = -dh/dx and D = -dh/du, on one pattern."""
+    """Force h and its derivatives K = -dh/dx and D = -dh/du, on one pattern.
+
+    With a last state, D is that by increments since then over the time: K + D/(time since) is the whole of -dh/dx.
+    """
 
     force: np.ndarray
     stiffness: BlockMatrix

@@ -1,4 +1,4 @@
-"""Sums of block data on one pattern: stiffness and what velocities add to it."""
+"""Block data on a pattern: stiffness and what velocities add to it, which increments turn."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["with_rates"]
+__all__ = ["turn_blocks", "with_rates"]
 
 
 @kernel
@@ -40,3 +40,23 @@ def with_rates(
                     for j in range(size):
                         out[k, i, j] += rate * turned[columns[k], m, j]
     return out
+
+
+@kernel
+def turn_blocks(data: np.ndarray, turned: np.ndarray, columns: np.ndarray) -> None:
+    """Block data (n, s, s) times a block diagonal matrix (order, s, s), in place; what lies in columns behind it is left."""
+    size = data.shape[1]
+    row = np.empty(size)
+    for k in range(data.shape[0]):
+        column = columns[k]
+        if column >= turned.shape[0]:
+            continue
+        for i in range(size):
+            for j in range(size):
+                row[j] = data[k, i, j]
+                data[k, i, j] = 0.0
+            for m in range(size):
+                if row[m] == 0.0:
+                    continue  # most blocks: contacts without friction, and what does not damp
+                for j in range(size):
+                    data[k, i, j] += row[m] * turned[column, m, j]

@@ -17,7 +17,6 @@ import numpy as np
 
 from fsm.blocks import BlockMatrix
 from fsm.errors import NotConverged
-from fsm.kernels.block_sum import with_rates
 from fsm.kernels.vector import largest_ratio
 from fsm.solve.linear import LinearSolver
 from fsm.system import Before, Linearised, MixedSystem, System
@@ -216,12 +215,10 @@ class EquilibriumStep:
         return self.mixed.linearise_mixed(t, q, u, rates, efforts)
 
     def _matrix(self, linear: Linearised, dx: np.ndarray | None, duration: float) -> BlockMatrix:
-        """K + D du/dx; velocities are the increment over the duration."""
+        """K + D/dt; without rates K alone."""
         if dx is None:
             return linear.stiffness
-        pattern, turned = linear.stiffness.pattern, self.system.increment_map(dx)
-        data = with_rates(linear.stiffness.data, linear.damping.data, 1.0 / duration, turned, pattern.indices)
-        return BlockMatrix(pattern, data)
+        return BlockMatrix(linear.stiffness.pattern, linear.stiffness.data + linear.damping.data / duration)
 
     def _left_over(self, residual: np.ndarray) -> float:
         """Largest force left over, N."""
