@@ -30,15 +30,12 @@ def coupled_bodies(probe_body: np.ndarray, window: np.ndarray, owners: np.ndarra
     seen, known = np.full(count, -1, dtype=np.int64), np.zeros(owners.shape[0], dtype=np.bool_)
     out, found, run = np.empty((256, 2), dtype=np.int64), 0, 0
     for i in range(probe_body.shape[0]):
-        first, last = window[i, 0], window[i, 1]
-        if first >= last:
-            continue
-        body = probe_body[i]
-        if i > 0 and body == probe_body[i - 1]:
-            if first == window[i - 1, 0] and last == window[i - 1, 1]:
-                continue
-        else:
+        first, last, body = window[i, 0], window[i, 1], probe_body[i]
+        same_body = i > 0 and body == probe_body[i - 1]
+        if not same_body:
             run += 1
+        if first >= last or (same_body and first == window[i - 1, 0] and last == window[i - 1, 1]):
+            continue
         while found + 3 * (last - first) > out.shape[0]:
             more = np.empty((2 * out.shape[0], 2), dtype=np.int64)
             more[:found] = out[:found]

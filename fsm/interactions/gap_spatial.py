@@ -116,7 +116,7 @@ def _closest(
     scratch: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray],
     surface: np.ndarray,
 ) -> tuple[int, float, float]:
-    """Closest point (piece, s, y) of pieces [first, last) to a point, from a place on one; `surface` (5, 3) is left at it."""
+    """Closest point (piece, s, y) of pieces [first, last) to a point, from s, y on one; `surface` (5, 3) is left there."""
     weights, shift, local, frames, gap = scratch
     for _ in range(40):
         _tables(s, y, stations[piece], weights, shift, local)

@@ -45,10 +45,10 @@ def largest_ratio(vector: np.ndarray, scale: np.ndarray) -> float:
 
 @kernel
 def same(a: np.ndarray, b: np.ndarray) -> bool:
-    """Whether two vectors are equal in every bit that counts; what is no number equals nothing."""
-    if a.shape[0] != b.shape[0]:
-        return False
-    for i in range(a.shape[0]):
-        if a[i] != b[i]:
-            return False
-    return True
+    """Whether two vectors are equal; what is no number equals nothing."""
+    equal = a.shape[0] == b.shape[0]
+    i = 0
+    while equal and i < a.shape[0]:
+        equal = a[i] == b[i]
+        i += 1
+    return equal

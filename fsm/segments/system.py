@@ -188,13 +188,13 @@ class SegmentSystem(Configuration):
         pattern = self._driven_pattern
         force, stiffness, damping = np.zeros(rates.shape), pattern.zeros(), pattern.zeros()
         by_rates = [group for group in groups if isinstance(group, ContactGroup)]
-        for group in by_rates:
-            group.add_linearised(t, poses, rates, pattern, force, stiffness, damping, past)
+        others = [group for group in groups if not isinstance(group, ContactGroup)]
+        for contacts in by_rates:
+            contacts.add_linearised(t, poses, rates, pattern, force, stiffness, damping, past)
         if by_rates and turned is not None:
             turn_blocks(damping, turned, pattern.indices)
-        for group in groups:
-            if group not in by_rates:
-                group.add_linearised(t, poses, rates, pattern, force, stiffness, damping, past)
+        for group in others:
+            group.add_linearised(t, poses, rates, pattern, force, stiffness, damping, past)
         return pattern, stiffness, damping
 
     def balance(
@@ -325,6 +325,9 @@ class SegmentSystem(Configuration):
 
     def restore(self, memory: np.ndarray) -> None:
         """See `System`."""
+        if not len(memory) and not self.fixed_pattern:
+            self._pattern = None  # a solve begins: what was near in another one is nothing to it
+            self._pattern_pairs = ()
         end = len(memory)
         for group in reversed(self._sliding):
             begin = max(0, end - group.remembered)
