@@ -246,10 +246,15 @@ class SurfaceContacts:
         self._committed = None
 
     def crossed(self, poses: np.ndarray) -> tuple[int, ...]:
-        """See `ContactGeometry`: pairs with a probe deeper than its limit."""
-        side, motion = self.side, 0.0
+        """See `ContactGeometry`: pairs with a probe deeper than its limit.
+
+        No deeper, though, than it can have come since the last commit: where a surface is bent to a loop, its nearest piece
+        may be on one side of the probe now and on the other then, far away both times.
+        """
+        side, motion, deepest = self.side, 0.0, np.inf
         if self._committed is not None:
             motion = self._motion(self._committed, poses)
+            deepest = 2.0 * motion + 0.5 * self.margin  # heights are known to a part of a segment
             if motion <= _RENEWAL * self.margin:
                 motion = 0.0  # what has a side cannot have come out of reach
             if motion > 0.5 * self.margin:  # what was too far away to be on a side may be through by now
@@ -257,7 +262,8 @@ class SurfaceContacts:
                 side = np.where((side == 0.0) & np.isfinite(before), _side_of(before), side)
         height = self._heights(poses, 2.0 * motion)
         with np.errstate(invalid="ignore"):
-            through = side * height <= -self.probes.depth_limit
+            limit = self.probes.depth_limit
+            through = (side * height <= -limit) & (side * height >= -limit - deepest)
         return tuple(int(pair) for pair in np.unique(self.pair[through]))
 
     def _motion(self, before: np.ndarray, after: np.ndarray) -> float:
