@@ -156,7 +156,10 @@ class Observation:
 
 @dataclass(frozen=True)
 class Linearised:
-    """Force h and its derivatives K = -dh/dx and D = -dh/du, on one pattern."""
+    """Force h and its derivatives K = -dh/dx and D = -dh/du, on one pattern.
+
+    With a last state, D is that by increments since then over the time: K + D/(time since) is the whole of -dh/dx.
+    """
 
     force: np.ndarray
     stiffness: BlockMatrix
@@ -259,6 +262,12 @@ class System(Protocol):
 
     def force(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> np.ndarray:
         """h: applied + elastic + contact - gyroscopic, (nu,), N and N m."""
+        ...
+
+    def balance(
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The force, as `force` has it, and the reaction along the pull (N) of every drive, (n_drives,), in statics."""
         ...
 
     def force_rate(self, t: float, q: np.ndarray) -> np.ndarray:

@@ -164,6 +164,13 @@ class AncfSystem:
         here, rates = self.place(t, q, u, before)
         return self._free(q, self._all_forces(t, here, rates))
 
+    def balance(
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """See `System`."""
+        here, rates = self.place(t, q, u, before)
+        return self.force(t, q, u, before), self._drive_state(t, self._reactions(t, here, rates)).force
+
     def force_rate(self, t: float, q: np.ndarray) -> np.ndarray:
         """See `System`: forcings that change, and the columns of K of what is moved times its speed."""
         total = np.zeros(self.nu)

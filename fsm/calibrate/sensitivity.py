@@ -240,13 +240,10 @@ class PathSensitivity:
     def _matrix(
         self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None
     ) -> tuple[BlockMatrix, BlockMatrix | None]:
-        """A = K + D du/dx, and its second part."""
+        """A = K + D/dt, and its second part."""
         system = self.system
         linear = system.linearise(t, q, u, before)
         if before is None:
             return linear.stiffness, None
         pattern, damping = linear.damping.pattern, linear.damping.data / (t - before[0])
-        turned = system.increment_map(system.difference(before[1], q))
-        if turned is not None:
-            damping = damping @ turned[pattern.indices]
         return BlockMatrix(pattern, linear.stiffness.data + damping), BlockMatrix(pattern, damping)

@@ -34,10 +34,12 @@ import numpy as np
 from fsm.interactions.chord import chord_distance
 from fsm.kernels.jit import kernel
 
-__all__ = ["LEAF", "fit_tree", "nearest_piece", "next_node", "window_pieces"]
+__all__ = ["LEAF", "fit_tree", "nearest_of_few", "nearest_piece", "next_node", "window_pieces"]
 
 LEAF = 4
 """Things in a leaf: looking at so many costs about as much as two more nodes."""
+FEW = 12
+"""Pieces up to which looking at all of them is faster than the tree."""
 
 
 @kernel
@@ -166,6 +168,21 @@ def nearest_piece(
                 if distance < best or (distance == best and j < piece):
                     piece, best = j, distance
         node, span = next_node(node, span)
+    return piece, best
+
+
+@kernel
+def nearest_of_few(
+    point: np.ndarray, first: int, last: int, chords: np.ndarray, tree: np.ndarray, start: int, bound: float
+) -> tuple[int, float]:
+    """As `nearest_piece`, faster where the pieces are few."""
+    if last - first > FEW:
+        return nearest_piece(point, first, last, chords, tree, start, bound)
+    piece, best = -1, bound
+    for j in range(first, last):
+        distance = chord_distance(chords[j], point)
+        if distance < best:
+            piece, best = j, distance
     return piece, best
 
 

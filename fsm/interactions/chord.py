@@ -21,7 +21,15 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
 from fsm.kernels.vector import dot
 
-__all__ = ["chord_boxes", "chord_distance", "chords_planar", "chords_spatial"]
+__all__ = [
+    "along_chord",
+    "chord_boxes",
+    "chord_distance",
+    "chords_planar",
+    "chords_spatial",
+    "largest_bulge",
+    "over_chord",
+]
 
 ROUNDING = 1e-12
 """By this part of its coordinates a box is larger than its chord, so that no rounding puts a point of it outside."""
@@ -117,6 +125,42 @@ def chord_distance(chord: np.ndarray, point: np.ndarray) -> float:
     x, y, z = x - share * chord[3], y - share * chord[4], z - share * chord[5]
     beside = max(0.0, abs(across) - chord[11])
     return x * x + y * y + z * z + beside * beside
+
+
+@kernel(inline=True)
+def along_chord(chord: np.ndarray, point: np.ndarray) -> float:
+    """Where on a chord the point nearest to a point (D,) is, 0 ... 1 from its start; the s of a straight piece."""
+    size = point.shape[0]
+    total = 0.0
+    for i in range(size):
+        total += (point[i] - chord[i]) * chord[size + i]
+    return min(1.0, max(0.0, total * chord[2 * size]))
+
+
+@kernel(inline=True)
+def over_chord(chord: np.ndarray, point: np.ndarray) -> float:
+    """Which side of a chord a point (D,) is on: positive along the normal of the surface; times the chord's length, m^2."""
+    if point.shape[0] == 2:
+        return chord[2] * (point[1] - chord[1]) - chord[3] * (point[0] - chord[0])
+    x, y, z = point[0] - chord[0], point[1] - chord[1], point[2] - chord[2]
+    return (
+        x * (chord[4] * chord[10] - chord[5] * chord[9])
+        + y * (chord[5] * chord[8] - chord[3] * chord[10])
+        + z * (chord[3] * chord[9] - chord[4] * chord[8])
+    )
+
+
+@kernel
+def largest_bulge(chords: np.ndarray, stations: np.ndarray) -> float:
+    """How far the surface between its ends may be from its chords, m: the bounds without the tips."""
+    column = 5 if chords.shape[1] == 6 else 7
+    largest = 0.0
+    for j in range(chords.shape[0]):
+        tip = max(-stations[j, 4], stations[j, 5] - 1.0)
+        inverse = chords[j, column - 1]
+        bulge = chords[j, column] - (tip / np.sqrt(inverse) if inverse > 0.0 else 0.0)
+        largest = max(largest, bulge)
+    return largest
 
 
 @kernel

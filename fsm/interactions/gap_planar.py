@@ -21,8 +21,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.interactions.box_tree import fit_tree, nearest_piece
-from fsm.interactions.chord import chord_boxes, chord_distance, chords_planar
+from fsm.interactions.box_tree import fit_tree, nearest_of_few
+from fsm.interactions.chord import along_chord, chord_boxes, chord_distance, chords_planar, largest_bulge, over_chord
 from fsm.interactions.end_taper import inside_of_end
 from fsm.interactions.surface import beyond_end, blend, overshoot
 from fsm.kernels.jit import kernel
@@ -78,17 +78,17 @@ def _closest(
     piece: int,
     first: int,
     last: int,
+    at: float,
     owners: np.ndarray,
     stations: np.ndarray,
     tolerance: float,
     weights: np.ndarray,
     curve: np.ndarray,
 ) -> tuple[int, float]:
-    """Closest point (piece, s) of pieces [first, last) to a point, by Newton's method from the middle of a piece.
+    """Closest point (piece, s) of pieces [first, last) to a point, by Newton's method from a place on a piece.
 
     `curve` (3, 2) is left at C, C_s, C_ss there. s is outside of its piece when the point is beyond the tips.
     """
-    at = 0.5
     for _ in range(40):
         blend(at, stations[piece], weights)
         _curve(poses, owners[piece, 0], owners[piece, 1], weights, curve)
@@ -106,8 +106,10 @@ def _closest(
         if new < 0.0 and piece > first:
             piece, at = piece - 1, 1.0
             continue
-        at = min(stations[piece, 5] + 0.5, max(stations[piece, 4] - 0.5, new))
+        before, at = at, min(stations[piece, 5] + 0.5, max(stations[piece, 4] - 0.5, new))
         if abs(step) < tolerance:
+            break
+        if at == before and at != new:  # well beyond an end
             break
     return piece, at
 
@@ -164,10 +166,17 @@ def find_contacts_planar(
             bound = max(bound, chords[j, 5])
             if distance < nearest:
                 piece, nearest = j, distance
-        if np.sqrt(nearest) > max(clearance[i] + below, depth_limit[i]) + bound:
+        distance = np.sqrt(nearest)
+        if distance > max(clearance[i] + below, depth_limit[i]) + bound:
+            continue
+        # farther than anything that is found, and on the side where that is a gap
+        if distance > max(clearance[i] + below, 0.0) + bound and side[i] * over_chord(chords[piece], point) >= 0.0:
             continue
         px, pz = point[0], point[1]
-        piece, at = _closest(poses, px, pz, piece, window[i, 0], window[i, 1], owners, stations, _EXACT, weights, curve)
+        at = along_chord(chords[piece], point)
+        piece, at = _closest(
+            poses, px, pz, piece, window[i, 0], window[i, 1], at, owners, stations, _EXACT, weights, curve
+        )
         if at < stations[piece, 4] - 1e-12 or at > stations[piece, 5] + 1e-12:
             continue
         if no_share[i] >= 0.0 and inside_of_end(at, stations[piece])[0] <= no_share[i]:
@@ -197,6 +206,7 @@ def heights_planar(
     probe_body: np.ndarray,
     probe_x: np.ndarray,
     straight: np.ndarray,
+    depth_limit: np.ndarray,
     first_piece: np.ndarray,
     last_piece: np.ndarray,
     owners: np.ndarray,
@@ -208,7 +218,8 @@ def heights_planar(
     """How high each probe stands over its surface, m, along the normal (-z', x') of the curve, (n,).
 
     Nothing (nan) beyond its ends and tips, and farther from all pieces than `reach` (n,), m. `nearest` (n,) is where the
-    search for the nearest pieces begins, changed to where it ends.
+    search for the nearest pieces begins, changed to where it ends. Where the chord tells the side, and whether the probe is
+    deeper than its limit, the height is that over the chord.
     """
     weights = np.empty((3, 4))
     curve = np.empty((3, 2))
@@ -216,14 +227,21 @@ def heights_planar(
     lower, upper = chord_boxes(chords)
     tree = fit_tree(lower, upper)
     points = probe_points_planar(poses, probe_body, probe_x)
+    bulge = largest_bulge(chords, stations)
     for i in range(probe_body.shape[0]):
         first, last = first_piece[i], last_piece[i]
-        nearest[i], _ = nearest_piece(points[i], first, last, chords, tree, nearest[i], reach[i] * reach[i])
+        nearest[i], square = nearest_of_few(points[i], first, last, chords, tree, nearest[i], reach[i] * reach[i])
         height[i] = np.nan
         if nearest[i] < 0:
             continue
+        distance = np.sqrt(square)
+        at_end = stations[nearest[i], 4] < 0.0 or stations[nearest[i], 5] > 1.0
+        if not at_end and distance > bulge and abs(distance - depth_limit[i]) > bulge:
+            height[i] = distance if over_chord(chords[nearest[i]], points[i]) >= 0.0 else -distance
+            continue
         px, pz = points[i, 0], points[i, 1]
-        piece, at = _closest(poses, px, pz, nearest[i], first, last, owners, stations, _ROUGH, weights, curve)
+        at = along_chord(chords[nearest[i]], points[i])
+        piece, at = _closest(poses, px, pz, nearest[i], first, last, at, owners, stations, _ROUGH, weights, curve)
         on_it = stations[piece, 4] - 1e-12 <= at <= stations[piece, 5] + 1e-12
         if on_it and not beyond_end(at, straight[i]):
             length = np.sqrt(curve[1, 0] ** 2 + curve[1, 1] ** 2)

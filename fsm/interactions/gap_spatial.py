@@ -17,8 +17,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.interactions.box_tree import fit_tree, nearest_piece
-from fsm.interactions.chord import chord_boxes, chord_distance, chords_spatial
+from fsm.interactions.box_tree import fit_tree, nearest_of_few
+from fsm.interactions.chord import along_chord, chord_boxes, chord_distance, chords_spatial, largest_bulge, over_chord
 from fsm.interactions.end_taper import inside_of_end
 from fsm.interactions.surface import beyond_end, blend, overshoot
 from fsm.kernels.jit import kernel
@@ -44,6 +44,8 @@ ROW, ROW_S, ROW_Y, ROW_SS, ROW_SY = 0, 1, 2, 3, 4
 
 _EXACT, _ROUGH = 1e-14, 1e-3
 """Tolerance in s of a closest point that forces come from, and of one that only tells where things are."""
+_WELL_WITHIN = 0.9
+"""Part of the half width within which a point is over a surface, whatever that does within a segment."""
 
 
 @kernel
@@ -108,14 +110,14 @@ def _closest(
     owners: np.ndarray,
     stations: np.ndarray,
     half_width: np.ndarray,
+    s: float,
     y: float,
     tolerance: float,
     scratch: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray],
     surface: np.ndarray,
 ) -> tuple[int, float, float]:
-    """Closest point (piece, s, y) of pieces [first, last) to a point; `surface` (5, 3) is left at it."""
+    """Closest point (piece, s, y) of pieces [first, last) to a point, from s, y on one; `surface` (5, 3) is left there."""
     weights, shift, local, frames, gap = scratch
-    s = 0.5
     for _ in range(40):
         _tables(s, y, stations[piece], weights, shift, local)
         _surface(poses, owners[piece, 0], owners[piece, 1], shift, local, frames, surface)
@@ -141,8 +143,10 @@ def _closest(
         if new < 0.0 and piece > first:
             piece, s = piece - 1, 1.0
             continue
-        s = min(stations[piece, 5] + 0.5, max(stations[piece, 4] - 0.5, new))
+        before, s = s, min(stations[piece, 5] + 0.5, max(stations[piece, 4] - 0.5, new))
         if abs(step_s) < tolerance and abs(step_y) < tolerance * half_width[piece]:
+            break
+        if s == before and s != new:  # well beyond an end
             break
     return piece, s, y
 
@@ -183,10 +187,15 @@ def find_contacts_spatial(
             bound = max(bound, chords[j, 7])
             if distance < nearest:
                 piece, nearest = j, distance
-        if np.sqrt(nearest) > max(clearance[i] + below, depth_limit[i]) + bound:
+        distance = np.sqrt(nearest)
+        if distance > max(clearance[i] + below, depth_limit[i]) + bound:
             continue
+        # farther than anything that is found, and on the side where that is a gap
+        if distance > max(clearance[i] + below, 0.0) + bound and side[i] * over_chord(chords[piece], point) >= 0.0:
+            continue
+        s = along_chord(chords[piece], point)
         piece, s, y = _closest(
-            poses, point, piece, window[i, 0], window[i, 1], owners, stations, half_width, place[i, 1], _EXACT, scratch,
+            poses, point, piece, window[i, 0], window[i, 1], owners, stations, half_width, s, place[i, 1], _EXACT, scratch,
             surface,
         )  # fmt: skip
         if s < stations[piece, 4] - 1e-12 or s > stations[piece, 5] + 1e-12 or abs(y) > half_width[piece]:
@@ -230,6 +239,7 @@ def heights_spatial(
     probe_body: np.ndarray,
     place: np.ndarray,
     straight: np.ndarray,
+    depth_limit: np.ndarray,
     first_piece: np.ndarray,
     last_piece: np.ndarray,
     owners: np.ndarray,
@@ -246,15 +256,26 @@ def heights_spatial(
     lower, upper = chord_boxes(chords)
     tree = fit_tree(lower, upper)
     points = probe_points_spatial(poses, probe_body, place)
+    bulge = largest_bulge(chords, stations)
     for i in range(probe_body.shape[0]):
         first, last = first_piece[i], last_piece[i]
-        nearest[i], _ = nearest_piece(points[i], first, last, chords, tree, nearest[i], reach[i] * reach[i])
+        nearest[i], square = nearest_of_few(points[i], first, last, chords, tree, nearest[i], reach[i] * reach[i])
         height[i] = np.nan
         if nearest[i] < 0:
             continue
+        chord, distance, across = chords[nearest[i]], np.sqrt(square), 0.0
+        for m in range(3):
+            across += (points[i, m] - chord[m]) * chord[8 + m]
+        at_end = stations[nearest[i], 4] < 0.0 or stations[nearest[i], 5] > 1.0
+        within = abs(across) < _WELL_WITHIN * half_width[nearest[i]]
+        if within and not at_end and distance > bulge and abs(distance - depth_limit[i]) > bulge:
+            height[i] = distance if over_chord(chord, points[i]) >= 0.0 else -distance
+            continue
+        s = along_chord(chord, points[i])
         piece, s, y = _closest(
-            poses, points[i], nearest[i], first, last, owners, stations, half_width, place[i, 1], _ROUGH, scratch, surface
-        )
+            poses, points[i], nearest[i], first, last, owners, stations, half_width, s, place[i, 1], _ROUGH, scratch,
+            surface,
+        )  # fmt: skip
         on_it = stations[piece, 4] - 1e-12 <= s <= stations[piece, 5] + 1e-12 and abs(y) <= half_width[piece]
         if on_it and not beyond_end(s, straight[i]):
             height[i] = _height(points[i], surface, normal)

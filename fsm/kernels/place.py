@@ -5,8 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from fsm.kernels.jit import kernel
+from fsm.kernels.rotation import fill_inverse_tangent
 
-__all__ = ["place_bodies", "place_free", "pose_difference", "retract_poses", "shift_body", "take_free"]
+__all__ = [
+    "increment_blocks",
+    "place_bodies",
+    "place_free",
+    "pose_difference",
+    "retract_poses",
+    "shift_body",
+    "take_free",
+]
 
 
 @kernel
@@ -101,4 +110,16 @@ def pose_difference(start: np.ndarray, end: np.ndarray) -> np.ndarray:
         sine = np.sqrt(n1 * n1 + n2 * n2 + n3 * n3)
         factor = 2.0 * np.arctan2(sine, n0) / sine if sine > 1e-12 else 2.0 / n0
         out[b + 3], out[b + 4], out[b + 5] = factor * n1, factor * n2, factor * n3
+    return out
+
+
+@kernel
+def increment_blocks(dx: np.ndarray) -> np.ndarray:
+    """Change of increments dx (n * 6,) by small ones after them, (n, 6, 6); see `fsm.system.System.increment_map`."""
+    count = dx.shape[0] // 6
+    out = np.zeros((count, 6, 6))
+    for i in range(count):
+        for k in range(3):
+            out[i, k, k] = 1.0
+        fill_inverse_tangent(dx[6 * i + 3], dx[6 * i + 4], dx[6 * i + 5], out[i, 3:, 3:])
     return out

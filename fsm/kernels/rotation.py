@@ -8,6 +8,7 @@ from fsm.kernels.jit import kernel
 
 __all__ = [
     "exponential",
+    "fill_inverse_tangent",
     "fill_rotation",
     "inverse_tangent_map",
     "multiply",
@@ -79,6 +80,21 @@ def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.stack([a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0], axis=-1)
 
 
+@kernel
+def fill_inverse_tangent(x: float, y: float, z: float, out: np.ndarray) -> None:
+    """Write T^-1 of a rotation vector, see `inverse_tangent_map`, into `out` (3, 3)."""
+    square = x * x + y * y + z * z
+    half = 0.5 * np.sqrt(square)
+    factor = (1.0 - half / np.tan(half)) / square if half > 1e-3 else 1.0 / 12.0 + square / 720.0
+    out[0, 0] = 1.0 - factor * (y * y + z * z)
+    out[1, 1] = 1.0 - factor * (x * x + z * z)
+    out[2, 2] = 1.0 - factor * (x * x + y * y)
+    out[0, 1], out[1, 0] = factor * x * y - 0.5 * z, factor * x * y + 0.5 * z
+    out[0, 2], out[2, 0] = factor * x * z + 0.5 * y, factor * x * z - 0.5 * y
+    out[1, 2], out[2, 1] = factor * y * z - 0.5 * x, factor * y * z + 0.5 * x
+
+
+@kernel
 def inverse_tangent_map(vector: np.ndarray) -> np.ndarray:
     """Change of a rotation vector by a small rotation d applied after it: log(exp(v) exp(d)) = v + T^-1(v) d.
 
@@ -92,12 +108,7 @@ def inverse_tangent_map(vector: np.ndarray) -> np.ndarray:
     -------
     (n, 3, 3) array
     """
-    vector = np.asarray(vector, dtype=float)
-    square = np.einsum("ij,ij->i", vector, vector)
-    half = 0.5 * np.sqrt(square)
-    exact = (1.0 - half / np.tan(np.where(half > 1e-3, half, 1.0))) / np.where(half > 1e-3, square, 1.0)
-    factor = np.where(half > 1e-3, exact, 1.0 / 12.0 + square / 720.0)
-    skew = np.zeros((len(vector), 3, 3))
-    skew[:, 0, 1], skew[:, 0, 2], skew[:, 1, 2] = -vector[:, 2], vector[:, 1], -vector[:, 0]
-    skew -= np.transpose(skew, (0, 2, 1))
-    return np.eye(3) + 0.5 * skew + factor[:, None, None] * (skew @ skew)
+    out = np.empty((vector.shape[0], 3, 3))
+    for i in range(vector.shape[0]):
+        fill_inverse_tangent(vector[i, 0], vector[i, 1], vector[i, 2], out[i])
+    return out

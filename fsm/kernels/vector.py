@@ -6,7 +6,7 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["cross", "dot", "largest_ratio", "rotate"]
+__all__ = ["cross", "dot", "largest_ratio", "rotate", "same"]
 
 
 @kernel
@@ -41,3 +41,14 @@ def largest_ratio(vector: np.ndarray, scale: np.ndarray) -> float:
             if np.isnan(ratio):
                 break
     return largest
+
+
+@kernel
+def same(a: np.ndarray, b: np.ndarray) -> bool:
+    """Whether two vectors are equal; what is no number equals nothing."""
+    equal = a.shape[0] == b.shape[0]
+    i = 0
+    while equal and i < a.shape[0]:
+        equal = a[i] == b[i]
+        i += 1
+    return equal

@@ -23,7 +23,7 @@ _DEEPEST = 0.05
 _SEGMENTS_DEEP = 4.0
 """The same over the length of a segment; the smaller of both holds. Pieces farther away need not be watched."""
 
-_EDGE = TIP / 16.0
+_EDGE = TIP / 4.0
 """Length over which the end of a panel comes in over the end of another one of its chain, over the length of that."""
 
 _TIPS = {"end-start": (0.0, STRAIGHT), "chain": (BARE, BARE), "none": (BARE, CAP)}

@@ -11,8 +11,16 @@ import numpy as np
 from scipy import sparse
 
 from fsm.kernels.newton_euler import quaternion_jacobian, quaternion_rates, tangent_from_quaternion
-from fsm.kernels.place import place_bodies, place_free, pose_difference, retract_poses, shift_body
-from fsm.kernels.rotation import inverse_tangent_map, rotate_by
+from fsm.kernels.place import (
+    increment_blocks,
+    place_bodies,
+    place_free,
+    pose_difference,
+    retract_poses,
+    shift_body,
+)
+from fsm.kernels.rotation import rotate_by
+from fsm.kernels.vector import same
 from fsm.scene.scene import Plate
 from fsm.segments.drive import PrescribedMotion
 from fsm.system import Before
@@ -66,6 +74,7 @@ class Configuration:
         self.nq = self.n_free * bodies.pose.shape[1]
         self.nu = self.n_free * self.size
         self.at_rest = np.zeros(bodies.rate.shape)
+        self._placed_at, self._placed, self._last_placed = np.nan, np.zeros(0), bodies.pose
         self._plate_bodies = np.array([body for body, _, _ in bodies.plates], dtype=np.int64)
         self._plate_corners = _corners([plate for _, plate, _ in bodies.plates])
 
@@ -106,33 +115,37 @@ class Configuration:
         """See `System`."""
         if not self.spatial:
             return None
-        blocks = np.zeros((self.n_free, 6, 6))
-        blocks[:, range(3), range(3)] = 1.0
-        blocks[:, 3:, 3:] = inverse_tangent_map(dx.reshape(-1, 6)[:, 3:])
-        return blocks
+        return np.asarray(increment_blocks(dx))
 
     def place(
         self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
         """Poses and rates of all bodies, the driven ones at time t included; quaternions of unit norm. No u: at rest.
 
-        With `before`, driven bodies have their mean speed since then. Rates at rest are shared: not to be changed.
+        With `before`, driven bodies have their mean speed since then. Poses, and rates at rest, are shared: not to be
+        changed.
         """
-        bodies = self.bodies
-        poses = np.asarray(place_bodies(bodies.pose, bodies.free, q, self.spatial))
+        poses = self._poses(t, q)
         if u is None:
-            for motion in self.motions:
-                _shift(poses, motion, motion.at(t)[0])
             return poses, self.at_rest
-        rates = np.zeros(bodies.rate.shape)
-        place_free(bodies.free, u, False, rates)
+        rates = np.zeros(self.bodies.rate.shape)
+        place_free(self.bodies.free, u, False, rates)
         for motion in self.motions:
             travel, speed, _ = motion.at(t)
-            _shift(poses, motion, travel)
             if before is not None:
                 speed = (travel - motion.at(before[0])[0]) / (t - before[0])
             _shift(rates, motion, speed)
         return poses, rates
+
+    def _poses(self, t: float, q: np.ndarray) -> np.ndarray:
+        """Poses of all bodies; asked for the same state again, those of the last time."""
+        if t != self._placed_at or not same(q, self._placed):
+            bodies = self.bodies
+            self._placed_at, self._placed = t, q.copy()
+            self._last_placed = np.asarray(place_bodies(bodies.pose, bodies.free, q, self.spatial))
+            for motion in self.motions:
+                _shift(self._last_placed, motion, motion.at(t)[0])
+        return self._last_placed
 
     def shape(self, t: float, q: np.ndarray) -> np.ndarray:
         """See `System`: the outline of every plate."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fsm.blocks import BlockPattern
+from fsm.kernels.jit import kernel
 
 __all__ = ["BodyPattern", "body_pattern"]
 
@@ -27,6 +28,28 @@ class BodyPattern(BlockPattern):
     def index(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """What the tangent kernels take."""
         return self.dof, self.indptr, self.indices
+
+    def holds(self, pairs: np.ndarray) -> bool:
+        """Whether there is a block for each of these pairs of bodies, (m, 2)."""
+        return bool(_holds(self.dof, self.indptr, self.indices, pairs))
+
+
+@kernel
+def _holds(dof: np.ndarray, indptr: np.ndarray, indices: np.ndarray, pairs: np.ndarray) -> bool:
+    for k in range(pairs.shape[0]):
+        row, column = dof[pairs[k, 0]], dof[pairs[k, 1]]
+        if row < 0 or column < 0:
+            continue
+        low, high = indptr[row], indptr[row + 1]
+        while low < high:
+            middle = (low + high) // 2
+            if indices[middle] < column:
+                low = middle + 1
+            else:
+                high = middle
+        if low == indptr[row + 1] or indices[low] != column:
+            return False
+    return True
 
 
 def body_pattern(dof: np.ndarray, pairs: list[np.ndarray], size: int) -> BodyPattern:

@@ -9,6 +9,7 @@ import numpy as np
 
 from fsm.interactions.box_tree import fit_tree, window_pieces
 from fsm.interactions.chord import chord_boxes
+from fsm.interactions.coupling import coupled_bodies
 from fsm.interactions.motion import moved_beyond
 from fsm.interactions.surface import BARE
 from fsm.segments.contact_geometry import ContactForces, Measured, Tapered, Touching
@@ -176,7 +177,7 @@ class SurfaceContacts:
             fit_tree(*chord_boxes(chords)), self._reach + bulge, 2.0 * (2.0 * _RENEWAL * self.margin + bulge),
             self._nearest, self._window,
         )  # fmt: skip
-        self._pairs = _coupled_bodies(probes.body, self._window, surfaces.owners)
+        self._pairs = coupled_bodies(probes.body, self._window, surfaces.owners, len(poses))
         self.refreshes += 1
 
     def find(self, poses: np.ndarray, below: float) -> Touching:
@@ -249,16 +250,24 @@ class SurfaceContacts:
         self._committed = None
 
     def crossed(self, poses: np.ndarray) -> tuple[int, ...]:
-        """See `ContactGeometry`: pairs with a probe deeper than its limit."""
-        side, motion = self.side, 0.0
+        """See `ContactGeometry`: pairs with a probe deeper than its limit.
+
+        No deeper, though, than it can have come since the last commit: where a surface is bent to a loop, its nearest piece
+        may be on one side of the probe now and on the other then, far away both times.
+        """
+        side, motion, deepest = self.side, 0.0, np.inf
         if self._committed is not None:
             motion = self._motion(self._committed, poses)
+            deepest = 2.0 * motion + 0.5 * self.margin  # heights are known to a part of a segment
+            if motion <= _RENEWAL * self.margin:
+                motion = 0.0  # what has a side cannot have come out of reach
             if motion > 0.5 * self.margin:  # what was too far away to be on a side may be through by now
                 before = self._heights(self._committed, 2.0 * motion)
                 side = np.where((side == 0.0) & np.isfinite(before), _side_of(before), side)
         height = self._heights(poses, 2.0 * motion)
         with np.errstate(invalid="ignore"):
-            through = side * height <= -self.probes.depth_limit
+            limit = self.probes.depth_limit
+            through = (side * height <= -limit) & (side * height >= -limit - deepest)
         return tuple(int(pair) for pair in np.unique(self.pair[through]))
 
     def _motion(self, before: np.ndarray, after: np.ndarray) -> float:
@@ -276,9 +285,13 @@ class SurfaceContacts:
             return self._height
         self._height_at, self._height_farther = poses.copy(), farther
         probes, surfaces = self.probes, self.surfaces
+        first, last = probes.first_piece, probes.last_piece
+        if farther == 0.0:
+            self._refresh(poses)
+            first, last = np.ascontiguousarray(self._window.T)
         height = np.empty(len(probes.body))
         self.kernels.heights(
-            poses, probes.body, probes.place, probes.straight, probes.first_piece, probes.last_piece, surfaces.owners,
+            poses, probes.body, probes.place, probes.straight, probes.depth_limit, first, last, surfaces.owners,
             surfaces.stations, *surfaces.extra, self._reach + farther, self._nearest_of_all, height,
         )  # fmt: skip
         self._height = height
@@ -287,23 +300,3 @@ class SurfaceContacts:
 
 def _side_of(height: np.ndarray) -> np.ndarray:
     return np.where(height >= 0.0, 1.0, -1.0)
-
-
-def _coupled_bodies(probe_body: np.ndarray, window: np.ndarray, owners: np.ndarray) -> np.ndarray:
-    """Pairs of bodies that a contact within the windows would couple: probe with piece bodies, and those together."""
-    open_probes = np.flatnonzero(window[:, 1] > window[:, 0])
-    if not len(open_probes):
-        return np.zeros((0, 2), dtype=np.int64)
-    # points of one body share most of their windows
-    size = len(owners) + 1
-    keys = np.unique((probe_body[open_probes] * size + window[open_probes, 0]) * size + window[open_probes, 1])
-    keys, last = np.divmod(keys, size)
-    body, first_piece = np.divmod(keys, size)
-    lengths = last - first_piece
-    offsets = np.arange(lengths.sum()) - np.repeat(np.cumsum(lengths) - lengths, lengths)
-    pieces = np.repeat(first_piece, lengths) + offsets
-    probe = np.repeat(body, lengths)
-    first, second = owners[pieces, 0], owners[pieces, 1]
-    count = int(max(probe.max(), owners.max())) + 1
-    keys = np.unique(np.concatenate([probe * count + first, probe * count + second, first * count + second]))
-    return np.column_stack(np.divmod(keys, count))

@@ -13,6 +13,7 @@ import numpy as np
 from scipy import sparse
 
 from fsm.blocks import BlockMatrix, BlockPattern
+from fsm.kernels.block_sum import turn_blocks
 from fsm.kernels.newton_euler import (
     add_gyroscopic,
     gyroscopic_damping,
@@ -65,12 +66,13 @@ class SegmentSystem(Configuration):
         self._dof = np.full(len(bodies.names), -1, dtype=np.int64)
         self._dof[bodies.free] = np.arange(self.n_free)
         self._springs = tuple(group for group in groups if isinstance(group, BushingGroup))
-        self._others = tuple(group for group in groups if not isinstance(group, BushingGroup))
+        self._others = tuple(group for group in groups if not isinstance(group, BushingGroup | ContactGroup))
         self._sliding = tuple(group for group in groups if isinstance(group, HysteresisGroup))
         self._last_before: Before | None = None
         self._last_poses = bodies.pose
         self._pattern: BodyPattern | None = None
         self._pattern_version: tuple[int, ...] = ()
+        self._pattern_pairs: tuple[np.ndarray, ...] = ()
         self._driven_pattern: BodyPattern | None = None
         self._driven_key: tuple[int, ...] = ()
 
@@ -167,7 +169,13 @@ class SegmentSystem(Configuration):
         return np.asarray(change + direct[self.bodies.free].ravel())
 
     def _with_driven(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, groups: tuple[Group, ...], past: Past | None = None
+        self,
+        t: float,
+        poses: np.ndarray,
+        rates: np.ndarray,
+        groups: tuple[Group, ...],
+        past: Past | None = None,
+        turned: np.ndarray | None = None,
     ) -> tuple[BodyPattern, np.ndarray, np.ndarray]:
         """Block data of K and D of groups, and their pattern, with driven bodies as free ones behind the others."""
         pairs, versions = zip(*(group.pairs(poses) for group in groups), strict=True) if groups else ((), ())
@@ -179,7 +187,13 @@ class SegmentSystem(Configuration):
             self._driven_pattern, self._driven_key = body_pattern(dof, list(pairs), self.size), key
         pattern = self._driven_pattern
         force, stiffness, damping = np.zeros(rates.shape), pattern.zeros(), pattern.zeros()
-        for group in groups:
+        by_rates = [group for group in groups if isinstance(group, ContactGroup)]
+        others = [group for group in groups if not isinstance(group, ContactGroup)]
+        for contacts in by_rates:
+            contacts.add_linearised(t, poses, rates, pattern, force, stiffness, damping, past)
+        if by_rates and turned is not None:
+            turn_blocks(damping, turned, pattern.indices)
+        for group in others:
             group.add_linearised(t, poses, rates, pattern, force, stiffness, damping, past)
         return pattern, stiffness, damping
 
@@ -202,11 +216,12 @@ class SegmentSystem(Configuration):
         return np.asarray(take_free(self.bodies.free, forces)), self._drive_state(t, reactions).force
 
     def drive_tangent(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> np.ndarray:
-        """d(reaction)/dx of every drive, (n_drives, nu); with `before`, velocities are the increment over the time since."""
+        """d(reaction)/dx of every drive, (n_drives, nu); with `before`, the last state stays where it is."""
         poses, rates = self.place(t, q, u, before)
         driven = [body for motion in self.motions for body in motion.bodies]
         groups = tuple(group for group in self.groups if np.isin(group.pairs(poses)[0], driven).any())
-        pattern, stiffness, damping = self._with_driven(t, poses, rates, groups, self._past(t, before))
+        turned = self._turned(q, u, before)
+        pattern, stiffness, damping = self._with_driven(t, poses, rates, groups, self._past(t, before), turned)
         along = np.zeros((len(self.motions), pattern.order, self.size))
         for row, motion in zip(along, self.motions, strict=True):
             row[pattern.dof[motion.bodies], : len(motion.direction)] = motion.direction
@@ -214,11 +229,7 @@ class SegmentSystem(Configuration):
         tangent = np.asarray(BlockMatrix(pattern, stiffness).bsr().T @ pull).T[:, : self.nu]
         if before is None or not self.rate_dependent:
             return tangent
-        by_speed = np.asarray(BlockMatrix(pattern, damping).bsr().T @ pull).T[:, : self.nu] / (t - before[0])
-        turned = self.increment_map(self.difference(before[1], q))
-        if turned is not None:
-            by_speed = np.einsum("dni,nij->dnj", by_speed.reshape(-1, self.n_free, self.size), turned)
-        return tangent + by_speed.reshape(-1, self.nu)
+        return tangent + np.asarray(BlockMatrix(pattern, damping).bsr().T @ pull).T[:, : self.nu] / (t - before[0])
 
     def linearise(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Linearised:
         """See `System`."""
@@ -251,21 +262,23 @@ class SegmentSystem(Configuration):
         pattern = self._current_pattern(poses)
         force, stiffness, damping = np.zeros(rates.shape), pattern.zeros(), pattern.zeros()
         sums = force, stiffness, damping
-        if efforts is None:
-            for group in self.groups:
-                group.add_linearised(t, poses, rates, pattern, *sums, past)
-        else:
-            first = 0
-            for springs in self._springs:
-                last = first + springs.rest.size
-                own = efforts[first:last].reshape(springs.rest.shape)
-                springs.add_linearised(t, poses, rates, pattern, *sums, past, own)
-                first = last
-            for group in self._others:
-                group.add_linearised(t, poses, rates, pattern, *sums, past)
+        for contacts in self.contacts:
+            contacts.add_linearised(t, poses, rates, pattern, *sums, past)
         if self.spatial and u is not None:
             add_gyroscopic(rates, self.bodies.inertia, force)
             gyroscopic_damping(rates, self.bodies.inertia, *pattern.index, damping)
+        # these know velocities, which are increments over the time; all others know deformations of the last state
+        turned = self._turned(q, u, before)
+        if turned is not None:
+            turn_blocks(damping, turned, pattern.indices)
+        first = 0
+        for springs in self._springs:
+            last = first + springs.rest.size
+            own = None if efforts is None else efforts[first:last].reshape(springs.rest.shape)
+            springs.add_linearised(t, poses, rates, pattern, *sums, past, own)
+            first = last
+        for group in self._others:
+            group.add_linearised(t, poses, rates, pattern, *sums, past)
         return Linearised(
             take_free(self.bodies.free, force), BlockMatrix(pattern, stiffness), BlockMatrix(pattern, damping)
         )
@@ -312,6 +325,9 @@ class SegmentSystem(Configuration):
 
     def restore(self, memory: np.ndarray) -> None:
         """See `System`."""
+        if not len(memory) and not self.fixed_pattern:
+            self._pattern = None  # a solve begins: what was near in another one is nothing to it
+            self._pattern_pairs = ()
         end = len(memory)
         for group in reversed(self._sliding):
             begin = max(0, end - group.remembered)
@@ -342,6 +358,10 @@ class SegmentSystem(Configuration):
         return max(gaps, default=(0.0, "none"))
 
     # inside ---------------------------------------------------------------------------------------------------------
+
+    def _turned(self, q: np.ndarray, u: np.ndarray | None, before: Before | None) -> np.ndarray | None:
+        """What velocities, as increments since the last state over the time, change by as bodies turn on; None: nothing."""
+        return None if before is None or u is None else self.increment_map(self.difference(before[1], q))
 
     def _past(self, t: float, before: Before | None) -> Past | None:
         """The last state as poses, found once."""
@@ -402,6 +422,9 @@ class SegmentSystem(Configuration):
             return self._pattern
         pairs, versions = zip(*(group.pairs(poses) for group in self.groups), strict=True) if self.groups else ((), ())
         if self._pattern is None or versions != self._pattern_version:
-            self._pattern = body_pattern(self._dof, list(pairs), self.size)
+            # what was near a moment ago will be again: steps are cut, and bodies come and go by a little
+            if self._pattern is None or not all(self._pattern.holds(of_group) for of_group in pairs):
+                self._pattern = body_pattern(self._dof, [*pairs, *self._pattern_pairs], self.size)
+                self._pattern_pairs = pairs
             self._pattern_version = versions
         return self._pattern

@@ -124,7 +124,7 @@ class Books:
         for known, found in self._resting:
             if known is q:
                 return found
-        found = self.system.force(t, q, None), self.system.observe(t, q, None).drive.force
+        found = self.system.balance(t, q, None)
         self._resting = [*self._resting[-1:], (q, found)]
         return found
 

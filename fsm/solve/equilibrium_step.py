@@ -27,6 +27,10 @@ _ROUND_OFF = 1e-15
 """Forces are known to this part of stiffness times size."""
 _OVERSHOOT = 4.0
 """A step whose work turns to more than minus so many times what it was has gone much too far: contacts were met or lost."""
+_ENOUGH = 0.5
+"""Work left of such a step, over what it was, at which it is cut short."""
+_TRIALS = 10
+"""States looked at for that, at most."""
 _NEARLY = 1e-4
 """After a step smaller than this the forces alone are looked at first: they will probably do."""
 
@@ -143,7 +147,7 @@ class EquilibriumStep:
                 return self._ended(Ending.NOT_FINITE, q, iteration, residual)
             after = float(step @ residual)
             if work > 0.0 and after < -_OVERSHOOT * work and not cut:
-                part = max(0.1, work / (work - after))
+                part = self._shortened(t, q_before, step, before, work, after)
                 efforts = self.efforts(t, q_before, before, part * step)
                 q, size, cut = system.retract(q_before, part * step), part * size, True
                 continue
@@ -173,6 +177,36 @@ class EquilibriumStep:
         """The last state, if rates matter."""
         return before if before is not None and self.system.rate_dependent and t > before[0] else None
 
+    def _shortened(
+        self, t: float, q: np.ndarray, step: np.ndarray, before: Before, work: float, after: float
+    ) -> float:
+        """Part of a step that overshot, at which its work is about zero, by the Illinois method.
+
+        What was met on the way is then just touched, and the next matrix knows of it.
+        """
+        rates = self._rates(t, before)
+        low, high, side = 0.0, 1.0, 0
+        at_low, at_high = work, after
+        part = high
+        for _ in range(_TRIALS):
+            part = low + (high - low) * at_low / (at_low - at_high)
+            part = min(max(part, low + 0.1 * (high - low)), high - 0.1 * (high - low))
+            there = self.system.retract(q, part * step)
+            u = None if rates is None else self.system.difference(before[1], there) / (t - before[0])
+            self.evaluations += 1
+            now = float(step @ self.system.force(t, there, u, rates))
+            if abs(now) < _ENOUGH * work:
+                break
+            if now > 0.0:
+                low, at_low = part, now
+                at_high *= 0.5 if side > 0 else 1.0
+                side = 1
+            else:
+                high, at_high = part, now
+                at_low *= 0.5 if side < 0 else 1.0
+                side = -1
+        return part
+
     def _linearised(
         self, t: float, q: np.ndarray, u: np.ndarray | None, rates: Before | None, efforts: np.ndarray | None
     ) -> Linearised:
@@ -181,14 +215,10 @@ class EquilibriumStep:
         return self.mixed.linearise_mixed(t, q, u, rates, efforts)
 
     def _matrix(self, linear: Linearised, dx: np.ndarray | None, duration: float) -> BlockMatrix:
-        """K + D du/dx; velocities are the increment over the duration."""
+        """K + D/dt; without rates K alone."""
         if dx is None:
             return linear.stiffness
-        damping = linear.damping.data / duration
-        turned = self.system.increment_map(dx)
-        if turned is not None:
-            damping = damping @ turned[linear.damping.pattern.indices]
-        return BlockMatrix(linear.stiffness.pattern, linear.stiffness.data + damping)
+        return BlockMatrix(linear.stiffness.pattern, linear.stiffness.data + linear.damping.data / duration)
 
     def _left_over(self, residual: np.ndarray) -> float:
         """Largest force left over, N."""

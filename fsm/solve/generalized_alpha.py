@@ -33,6 +33,7 @@ import numpy as np
 
 from fsm.blocks import BlockMatrix, BlockPattern
 from fsm.errors import NotConverged
+from fsm.kernels.block_sum import with_rates
 from fsm.solve.linear import LinearSolver
 from fsm.solve.status import Outcome, StepFailed
 from fsm.system import Linearised, System
@@ -420,9 +421,8 @@ class GeneralizedAlpha:
         c = self.coefficients
         moving = c.gamma / (c.beta * h) * linear.damping.data + _inertial(c, h) * self._inertia
         self._map = None if x is None else self.system.increment_map(x)
-        if self._map is not None:
-            moving = moving @ self._map[self._pattern.indices]
-        self.linear.factorise(BlockMatrix(self._pattern, linear.stiffness.data + moving))
+        data = with_rates(linear.stiffness.data, moving, 1.0, self._map, self._pattern.indices)
+        self.linear.factorise(BlockMatrix(self._pattern, data))
         self._size = h
 
     def _failure(self, outcome: Outcome, reason: str = "") -> StepFailed:

@@ -69,7 +69,8 @@ def test_friction_moves_the_peak_smoothly() -> None:
         assert found.friction_energy < 1e-3 * found.turnover
     assert (np.diff(peaks) > 0.0).all()
     assert (np.diff(energies) > 0.0).all()
-    assert np.ptp(np.diff(peaks)) < 0.1 * np.mean(np.diff(peaks))
+    # on a parabola: a point that came or went would show in the third difference (1e-3 of the first)
+    assert np.abs(np.diff(peaks, 3)).max() < 0.01 * np.mean(np.diff(peaks))
     assert peaks[-1] / peaks[0] - 1.0 < 1e-4
 
 

@@ -288,6 +288,29 @@ def test_everything_together(spatial: bool, thick: bool) -> None:
     check(system, *pressed_state(system, 0.02, seed=8), size=1e-6)
 
 
+@SPATIAL
+@pytest.mark.parametrize("friction", ["none", "step"])
+def test_whole_tangent_of_a_quasi_static_step(spatial: bool, friction: str) -> None:
+    """K + D/dt, with velocities the increment since the last state over dt, and everything turned by much since then."""
+    contact = {"stiffness": 1e4, "damping": 10.0, "ramp": 1e-3}
+    system = strip_system(spatial, SPLINE, contact=contact, friction=FRICTION[friction], thickness=5e-3)
+    q, _ = pressed_state(system, 0.02, seed=8)
+    rng = np.random.default_rng(9)
+    past = system.retract(q, steps(system, 1.0) * rng.uniform(-0.3, 0.3, system.nu))
+    t, duration = 1.0, 0.2
+    before = (t - duration, past)
+
+    def force(dx: np.ndarray) -> np.ndarray:
+        there = system.retract(q, dx)
+        return system.force(t, there, system.difference(past, there) / duration, before)
+
+    linear = system.linearise(t, q, system.difference(past, q) / duration, before)
+    exact = linear.stiffness.bsr().toarray() + linear.damping.bsr().toarray() / duration
+    rounding = 1e-13 * np.abs(force(np.zeros(system.nu))).max()
+    step = steps(system, 1e-6)
+    assert_same(exact, -differences(force, np.zeros(system.nu), step), rounding / step.min())
+
+
 def test_gyroscopic_moments() -> None:
     body = Body(name="top", mass=1.0, inertia=(1.0, 2.0, 2.5), position=(0.0, 1.0, 0.0))
     system = compile_scene(Scene(bodies=(body,)), spatial=True)

@@ -54,6 +54,19 @@ def _links(*pairs: tuple[int, int]) -> np.ndarray:
     return links
 
 
+@settings(deadline=None)
+@given(
+    there=st.lists(st.tuples(st.integers(0, 5), st.integers(0, 5)), min_size=1, max_size=8),
+    wanted=st.lists(st.tuples(st.integers(0, 5), st.integers(0, 5)), min_size=1, max_size=3),
+)
+def test_pattern_knows_what_it_holds(there: list[tuple[int, int]], wanted: list[tuple[int, int]]) -> None:
+    pattern = body_pattern(DOF, [np.array(there)], 3)
+    filled = np.zeros((4, 4), dtype=bool)
+    filled[pattern.rows, pattern.indices] = True
+    blocks = [(DOF[a], DOF[b]) for a, b in wanted if DOF[a] >= 0 and DOF[b] >= 0]
+    assert pattern.holds(np.array(wanted)) == all(filled[i, j] for i, j in blocks)
+
+
 def test_find_slot() -> None:
     pattern = body_pattern(DOF, [PAIRS], 3)
     for row in range(4):

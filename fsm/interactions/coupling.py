@@ -1,0 +1,54 @@
+"""Which bodies contacts may couple until the broad phase is renewed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.kernels.jit import kernel
+
+__all__ = ["coupled_bodies"]
+
+
+@kernel
+def coupled_bodies(probe_body: np.ndarray, window: np.ndarray, owners: np.ndarray, count: int) -> np.ndarray:
+    """Pairs of bodies: that of a probe with those of the pieces in its window, and those of a piece with each other.
+
+    Parameters
+    ----------
+    probe_body : (n,) int array
+    window : (n, 2) int array
+        First and one past the last piece of each probe. Probes of one body follow each other, and so do their windows.
+    owners : (m, 2) int array
+        Bodies of the pieces.
+    count : number of all bodies
+
+    Returns
+    -------
+    (k, 2) int array
+        Each pair once a run of probes of one body.
+    """
+    seen, known = np.full(count, -1, dtype=np.int64), np.zeros(owners.shape[0], dtype=np.bool_)
+    out, found, run = np.empty((256, 2), dtype=np.int64), 0, 0
+    for i in range(probe_body.shape[0]):
+        first, last, body = window[i, 0], window[i, 1], probe_body[i]
+        same_body = i > 0 and body == probe_body[i - 1]
+        if not same_body:
+            run += 1
+        if first >= last or (same_body and first == window[i - 1, 0] and last == window[i - 1, 1]):
+            continue
+        while found + 3 * (last - first) > out.shape[0]:
+            more = np.empty((2 * out.shape[0], 2), dtype=np.int64)
+            more[:found] = out[:found]
+            out = more
+        for j in range(first, last):
+            for k in range(2):
+                owner = owners[j, k]
+                if seen[owner] != run:
+                    seen[owner] = run
+                    out[found, 0], out[found, 1] = body, owner
+                    found += 1
+            if not known[j]:
+                known[j] = True
+                out[found, 0], out[found, 1] = owners[j, 0], owners[j, 1]
+                found += 1
+    return out[:found].copy()
