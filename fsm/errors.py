@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-__all__ = ["CaseError", "EnergyAbort", "ExpectationFailed", "Fault", "FsmError", "NotConverged"]
+__all__ = ["CannotWrite", "CaseError", "EnergyAbort", "ExpectationFailed", "Fault", "FsmError", "NotConverged"]
 
 
 class FsmError(Exception):
@@ -58,6 +58,12 @@ class CaseError(FsmError):
         """One line a fault, ``source: path: message``."""
         head = f"{self.source}: " if self.source else ""
         return [f"{head}{fault}" for fault in self.faults]
+
+
+class CannotWrite(FsmError):
+    """A file cannot be written: no room, or no right to."""
+
+    exit_code = 2
 
 
 class NotConverged(FsmError):

@@ -6,14 +6,17 @@ texts of variable length are kept in, which has no checksum in either.
 
 from __future__ import annotations
 
+import io
 import json
-from collections.abc import Sequence
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-__all__ = ["SIGNATURE", "fixed_text", "is_guarded", "names_in", "numbers_in", "plain"]
+__all__ = ["SIGNATURE", "fixed_text", "is_guarded", "let_go", "names_in", "numbers_in", "plain", "written"]
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
@@ -23,6 +26,30 @@ def is_guarded(path: Path) -> bool:
     with path.open("rb") as file:
         head = file.read(len(SIGNATURE) + 1)
     return len(head) == len(SIGNATURE) + 1 and head.startswith(SIGNATURE) and head[-1] >= 2
+
+
+@contextmanager
+def written(path: Path, old: Path | None = None) -> Iterator[Any]:
+    """An HDF5 file, empty or begun as a copy of another, that is put together in memory and written when the block ends.
+
+    What HDF5 itself cannot write, it tries again when the program ends, and brings it down.
+    """
+    import h5py
+
+    memory = io.BytesIO(b"" if old is None else old.read_bytes())
+    with h5py.File(memory, "w" if old is None else "r+", libver="latest") as file:
+        yield file
+    path.write_bytes(memory.getbuffer())
+
+
+def let_go(file: Any) -> None:
+    """Close a file that cannot be written, while all its datasets are still open: what is left to write goes nowhere."""
+    with suppress(OSError, RuntimeError, ValueError):
+        nowhere = os.open(os.devnull, os.O_RDWR)
+        os.dup2(nowhere, file.id.get_vfd_handle())
+        os.close(nowhere)
+    with suppress(OSError, RuntimeError, ValueError):
+        file.close()
 
 
 def fixed_text(text: str | Sequence[str]) -> np.ndarray:

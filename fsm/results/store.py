@@ -31,7 +31,7 @@ Version 2 has of contact pairs more than force and gap; read from a file of vers
 
 from __future__ import annotations
 
-import shutil
+import re
 import threading
 import time
 from collections.abc import Iterator
@@ -43,8 +43,8 @@ from typing import Any, NamedTuple, Self
 import h5py
 import numpy as np
 
-from fsm.errors import CaseError, FsmError
-from fsm.guarded import fixed_text, is_guarded, names_in, numbers_in, plain
+from fsm.errors import CannotWrite, CaseError, FsmError
+from fsm.guarded import fixed_text, is_guarded, let_go, names_in, numbers_in, plain, written
 from fsm.results.array import ArrayMotion
 from fsm.results.array_datasets import read_array, write_array
 from fsm.results.attributes import read_attributes, write_attributes
@@ -114,8 +114,8 @@ class ResultWriter:
     ------
     CaseError
         Resume: no part file, a damaged one, one of another scene, or one with fewer records.
-    FsmError
-        The file cannot be written (folder, disk full).
+    CannotWrite
+        No room, or no right to.
     """
 
     def __init__(
@@ -133,6 +133,7 @@ class ResultWriter:
         self._samples: list[tuple[float, Floats]] = []
         self._record_bytes = 1
         self._file: Any = None
+        self._held: list[Any] = []  # open datasets: HDF5 cannot close one that it cannot write
         self._written = 0
         self._failure: Exception | None = None
         self._lock = threading.Lock()
@@ -191,13 +192,10 @@ class ResultWriter:
         self._stop.set()
         self._thread.join()
         with self._lock, self._explained():
-            try:
-                self._flush()
-            finally:
-                if self._file is not None:
-                    self._file.close()
-                self._file = None
-                self._records = []
+            self._flush()
+            if self._file is not None:
+                self._file.close()
+            self._file, self._held = None, []
 
     def finish(self, stats: dict[str, Any], summary: dict[str, Any], array: ArrayMotion | None = None) -> None:
         """Close, add `stats`, `summary` and the motion of an array, and give the file its final name."""
@@ -206,8 +204,7 @@ class ResultWriter:
         self.close()
         with self._explained():
             with whole_file(self.path) as new:  # a copy: the part file is whole until the end
-                shutil.copyfile(self.part, new)
-                with h5py.File(new, "r+", libver="latest", locking="best-effort") as file:
+                with written(new, self.part) as file:
                     write_attributes(file["stats"], stats)
                     write_attributes(file["summary"], summary)
                     if array is not None:
@@ -251,7 +248,7 @@ class ResultWriter:
 
     def _open(self, rows: dict[str, Any], times: Floats, samples: Samples | None = None) -> None:
         """Create the part file with its first rows in one go, then open it for a single writer."""
-        with whole_file(self.part) as new, h5py.File(new, "w", libver="latest", locking="best-effort") as file:
+        with whole_file(self.part) as new, written(new) as file:
             _write_layout(file, self.layout)
             _create_variables(file, rows)
             _append_rows(file, rows, times, 0)
@@ -259,14 +256,17 @@ class ResultWriter:
                 append_samples(file, samples)
         self._file = h5py.File(self.part, "r+", libver="latest", locking="best-effort")
         self._file.swmr_mode = True
+        grown = [variable.path for variable in VARIABLES.values()] + ["time", "probes/time", "probes/displacement"]
+        self._held = [self._file[name] for name in grown if name in self._file]
         self._written = len(times)
 
     def _flush_now_and_then(self) -> None:
         while not self._stop.wait(self._flush_every / 2):
             with self._lock:
                 try:
-                    if time.monotonic() - self._flushed_at >= self._flush_every / 2:
-                        self._flush()
+                    with self._explained():
+                        if time.monotonic() - self._flushed_at >= self._flush_every / 2:
+                            self._flush()
                 except Exception as error:  # raised where someone sees it, by the next append
                     self._failure = error
                     return
@@ -276,8 +276,19 @@ class ResultWriter:
         try:
             yield
         except (OSError, RuntimeError) as error:
-            text = f"the results cannot be written ({error}); is there room, and may you write there?"
-            raise FsmError(f"{self.part}: {text}") from error
+            if self._file is not None:
+                let_go(self._file)
+                self._file, self._held = None, []
+            self._records, self._samples = [], []
+            text = f"the results cannot be written ({_reason(error)}); is there room, and may you write there?"
+            self._failure = found = CannotWrite(f"{self.part}: {text}")
+            raise found from error
+
+
+def _reason(error: Exception) -> str:
+    """What the system said, without where in the library."""
+    found = re.search(r"error message = '([^']*)'", str(error))
+    return found[1] if found else " ".join(str(error).split())[:200]
 
 
 def _write_layout(file: Any, layout: Layout) -> None:
@@ -418,7 +429,7 @@ def _stacked(samples: list[tuple[float, Floats]]) -> Samples:
 def write_checkpoint(path: str | Path, arrays: dict[str, np.ndarray], attributes: dict[str, Any]) -> None:
     """Write arrays and attributes; at any moment `path` is the old checkpoint or the new one, whole."""
     path = Path(path)
-    with whole_file(path) as part, h5py.File(part, "w", libver="latest", locking="best-effort") as file:
+    with whole_file(path) as part, written(part) as file:
         file.attrs["format"] = fixed_text(CHECKPOINT_FORMAT)
         for name, values in arrays.items():
             file.create_dataset(f"arrays/{name}", data=values)

@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from fsm.errors import CaseError, Fault
-from fsm.guarded import fixed_text, is_guarded, numbers_in, plain
+from fsm.guarded import fixed_text, is_guarded, numbers_in, plain, written
 
 __all__ = [
     "CreaseFamily", "FamilyCurve", "Relaxation", "family_curve", "read_family", "rest_angle", "time_text", "write_family",
@@ -118,9 +118,7 @@ def time_text(seconds: float) -> str:
 
 def write_family(family: CreaseFamily, file: Path) -> None:
     """Write a family; the file is made new."""
-    import h5py
-
-    with h5py.File(file, "w", libver="latest") as target:
+    with written(file) as target:
         target.attrs.update(
             format=fixed_text(FORMAT),
             version=VERSION,

@@ -33,7 +33,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for number, kind in enumerate(kinds):
         share = chosen.kills // len(kinds) + (number < chosen.kills % len(kinds))
         with tempfile.TemporaryDirectory(prefix="fsm-faults-") as folder:
-            found = kill_many(kind, share, chosen.seed, Path(folder), lambda text: print(f"\r{text}", end="", file=sys.stderr))
+            found = kill_many(kind, share, chosen.seed, Path(folder))
         bad += len(found.faults) + (found.worst_loss > LONGEST_LOSS)
         print(
             f"\n{kind}: {found.kills} kills, {found.finished} done before, {len(found.faults)} faults, at most "

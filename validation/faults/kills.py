@@ -45,7 +45,7 @@ class Found:
     worst_loss: float = 0.0
 
 
-def kill_many(kind: str, kills: int, seed: int, folder: Path, tell: Callable[[str], None] = lambda text: None) -> Found:
+def kill_many(kind: str, kills: int, seed: int, folder: Path) -> Found:
     """Start a command again and again with --resume, and kill it at a random moment, until so many kills are done."""
     command, longest = KINDS[kind](folder)
     chance, found = random.Random(f"{kind} {seed}"), Found()
@@ -69,7 +69,6 @@ def kill_many(kind: str, kills: int, seed: int, folder: Path, tell: Callable[[st
             found.faults += [f"{kind}, kill {found.kills}: {text}" for text in _broken(out)]
         if process.returncode == 0:
             shutil.rmtree(out)
-        tell(f"{kind}: {found.kills} kills, {len(found.faults)} faults")
     return found
 
 

@@ -26,7 +26,9 @@ def _command(out: Path, *more: str) -> list[str]:
     return [sys.executable, "-m", "fsm", "run", str(CASES / "strip_pull/case.toml"), "--out", str(out), *options]
 
 
-def _ended(command: list[str], environment: dict[str, str] | None = None, largest_file: int | None = None) -> tuple[int, str]:
+def _ended(
+    command: list[str], environment: dict[str, str] | None = None, largest_file: int | None = None
+) -> tuple[int, str]:
     """Exit code and what was said; `largest_file` bytes are where the disk is full."""
 
     def limit() -> None:
@@ -34,8 +36,9 @@ def _ended(command: list[str], environment: dict[str, str] | None = None, larges
             resource.setrlimit(resource.RLIMIT_FSIZE, (largest_file, largest_file))
             signal.signal(signal.SIGXFSZ, signal.SIG_IGN)  # a write beyond it fails, as on a full disk
 
+    variables = {**os.environ, **(environment or {})}
     done = subprocess.run(
-        command, capture_output=True, text=True, timeout=_PATIENCE, env={**os.environ, **(environment or {})}, preexec_fn=limit
+        command, capture_output=True, text=True, timeout=_PATIENCE, env=variables, preexec_fn=limit
     )
     return done.returncode, done.stderr
 
@@ -44,7 +47,7 @@ def full_disk(folder: Path) -> str:
     """Files may only be 60 kB long: the results cannot be kept, which is said in a line, and nothing looks finished."""
     out = folder / "out"
     code, said = _ended([*_command(out, "strip.segments_per_panel=20"), "--quiet"], largest_file=60_000)
-    if code in (0, 1) or "Traceback" in said or not said.strip():
+    if code != 2 or "Traceback" in said or len(said.splitlines()) != 1:
         return f"exit code {code}: {said[-300:]}"
     left = [name for name in ("result.h5", "summary.json") if (out / name).exists()]
     return f"left behind: {left}" if left else ""
@@ -53,7 +56,8 @@ def full_disk(folder: Path) -> str:
 def read_only_folder(folder: Path) -> str:
     """A folder on a file system that may not be written to, which root may not either."""
     code, said = _ended([*_command(Path("/proc/fsm/out")), "--quiet"])
-    return "" if code == 2 and "Traceback" not in said and len(said.splitlines()) == 1 else f"exit code {code}: {said[-300:]}"
+    clear = code == 2 and "Traceback" not in said and len(said.splitlines()) == 1
+    return "" if clear else f"exit code {code}: {said[-300:]}"
 
 
 def no_cache(folder: Path) -> str:
@@ -66,9 +70,9 @@ def no_cache(folder: Path) -> str:
 def cache_taken_away(folder: Path) -> str:
     """The folder of compiled kernels goes while the program runs."""
     cache = folder / "cache"
-    process = subprocess.Popen(
-        [*_command(folder / "out"), "--quiet"], stderr=subprocess.PIPE, text=True, env={**os.environ, "NUMBA_CACHE_DIR": str(cache)}
-    )
+    variables = {**os.environ, "NUMBA_CACHE_DIR": str(cache)}
+    command = [*_command(folder / "out"), "--quiet"]
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=variables)
     while process.poll() is None:
         time.sleep(0.5)
         shutil.rmtree(cache, ignore_errors=True)
