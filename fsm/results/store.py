@@ -203,12 +203,12 @@ class ResultWriter:
             raise ValueError("a results file needs at least one record")
         self.close()
         with self._explained():
-            with whole_file(self.path) as new:  # a copy: the part file is whole until the end
-                with written(new, self.part) as file:
-                    write_attributes(file["stats"], stats)
-                    write_attributes(file["summary"], summary)
-                    if array is not None:
-                        write_array(file, array)
+            # a copy: the part file is whole until the end
+            with whole_file(self.path) as new, written(new, self.part) as file:
+                write_attributes(file["stats"], stats)
+                write_attributes(file["summary"], summary)
+                if array is not None:
+                    write_array(file, array)
             self.part.unlink()
 
     def _resume(self, n_records: int, n_samples: int) -> None:
