@@ -36,7 +36,7 @@ class Found:
         Processes killed, and those that were done before.
     faults : texts, one for everything that was lost or broken
     worst_loss : s
-        Longest time of work that was not on disk when the kill came.
+        Longest time between the last flush and a kill.
     """
 
     kills: int = 0
@@ -47,12 +47,14 @@ class Found:
 
 def kill_many(kind: str, kills: int, seed: int, folder: Path) -> Found:
     """Start a command again and again with --resume, and kill it at a random moment, until so many kills are done."""
-    command, longest = KINDS[kind](folder)
+    command, longest = KINDS[kind](folder / "whole")
+    subprocess.run(command, check=True, capture_output=True)
+    command, longest = KINDS[kind](folder / "out")
     chance, found = random.Random(f"{kind} {seed}"), Found()
     out = folder / "out"
     while found.kills < kills:
         process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-        begun = time.monotonic()
+        begun, since = time.monotonic(), time.time()
         moment = chance.uniform(0.0, longest)
         while process.poll() is None and time.monotonic() - begun < moment:
             time.sleep(0.002)
@@ -65,42 +67,57 @@ def kill_many(kind: str, kills: int, seed: int, folder: Path) -> Found:
         if process.returncode not in (0, -signal.SIGKILL):
             found.faults.append(f"{kind}: ended with {process.returncode}: {errors.strip()[-300:]}")
         if out.is_dir():
-            found.worst_loss = max(found.worst_loss, _loss(out))
+            found.worst_loss = max(found.worst_loss, _loss(out, since))
             found.faults += [f"{kind}, kill {found.kills}: {text}" for text in _broken(out)]
         if process.returncode == 0:
+            found.faults += [f"{kind}, kill {found.kills}: {text}" for text in _differences(out, folder / "whole")]
             shutil.rmtree(out)
     return found
 
 
-def _run(folder: Path) -> tuple[list[str], float]:
+def _run(out: Path) -> tuple[list[str], float]:
     """A strip in motion, of about ten seconds."""
     case = str(CASES / "strip_pull/case.toml")
     sets = ["strip.segments_per_panel=4", "drive.0.travel=40 mm", "save.every=0.1 mm"]
     sets += ["solve.method=generalized-alpha", "solve.rtol=1e-8"]
     options = [word for text in sets for word in ("--set", text)]
-    return [sys.executable, "-m", "fsm", "run", case, "--out", str(folder / "out"), "--resume", "--quiet", *options], 15.0
+    return [sys.executable, "-m", "fsm", "run", case, "--out", str(out), "--resume", "--quiet", *options], 15.0
 
 
-def _table(folder: Path) -> tuple[list[str], float]:
+def _table(out: Path) -> tuple[list[str], float]:
     table = str(CASES / "strip_pull/table.csv")
     sets = ["strip.segments_per_panel=4", "drive.0.travel=20 mm", "save.every=0.5 mm"]
     options = [word for text in sets for word in ("--set", text)]
-    command = [sys.executable, "-m", "fsm", "table", table, "--out", str(folder / "out"), "--resume", "--quiet"]
+    command = [sys.executable, "-m", "fsm", "table", table, "--out", str(out), "--resume", "--quiet"]
     return [*command, "--workers", "2", *options], 12.0
 
 
-def _calibrate(folder: Path) -> tuple[list[str], float]:
+def _calibrate(out: Path) -> tuple[list[str], float]:
     data = str(CASES / "strip_hinge/hinge.csv")
-    return [sys.executable, "-m", "fsm", "calibrate", "crease", data, "--out", str(folder / "out"), "--quiet"], 8.0
+    return [sys.executable, "-m", "fsm", "calibrate", "crease", data, "--out", str(out), "--quiet"], 8.0
 
 
 KINDS: dict[str, Callable[[Path], tuple[list[str], float]]] = {"run": _run, "table": _table, "calibrate": _calibrate}
 
 
-def _loss(out: Path) -> float:
-    """Seconds between the last flush of an unfinished run and now; 0 where nothing is under way."""
-    parts = [part for part in out.rglob("result.part.h5") if not (part.parent / "result.h5").exists()]
-    return max((max(time.time() - part.stat().st_mtime, 0.0) for part in parts), default=0.0)
+def _loss(out: Path, since: float) -> float:
+    """Seconds between the last flush of an unfinished run and now; 0 where none was begun since the program started."""
+    flushed = [part.stat().st_mtime for part in out.rglob("result.part.h5")]
+    return max((time.time() - at for at in flushed if at > since), default=0.0)
+
+
+def _differences(out: Path, whole: Path) -> list[str]:
+    """Where curves and numbers of a run that was killed again and again differ from those of one that was not."""
+    different = []
+    for file in whole.rglob("*.csv"):
+        other = out / file.relative_to(whole)
+        if file.name != "summary.csv" and (not other.is_file() or other.read_bytes() != file.read_bytes()):
+            different.append(f"{file.relative_to(whole)} is not that of an uninterrupted run")
+    for file in whole.rglob("calibration.json"):
+        one, two = (json.loads(path.read_text(encoding="utf-8"))["quantities"] for path in (file, out / file.name))
+        if one != two:
+            different.append("the quantities are not those of an uninterrupted run")
+    return different
 
 
 def _broken(out: Path) -> list[str]:
