@@ -27,6 +27,7 @@ from fsm.segments.system import SegmentSystem
 from fsm.solve.generalized_alpha import Coefficients, GeneralizedAlpha
 from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, simulate
 from fsm.system import Linearised
+from validation.closed_forms.bodies import top_scene
 
 ALPHA = "generalized-alpha"
 RADII = (0.0, 0.5, 0.8, 1.0)
@@ -38,24 +39,8 @@ State = tuple[np.ndarray, np.ndarray]
 
 @cache
 def heavy_top() -> SegmentSystem:
-    """The heavy top of Arnold, Bruls and Cardona; the fixed point is a spring of 41 Hz, which the steps below resolve."""
-    top = Body(
-        name="top",
-        mass=15.0,
-        inertia=(0.234375, 0.46875, 0.234375),
-        position=(0.0, 1.0, 0.0),
-        velocity=(4.61538, 0.0, 0.0),
-        angular_velocity=(0.0, 150.0, -4.61538),
-    )
-    fixed = ForceElement(
-        name="fixed point",
-        inner=GROUND,
-        outer="top",
-        point_outer=(0.0, -1.0, 0.0),
-        translation=(1e6,) * 3,
-        translation_damping=(1e3,) * 3,
-    )
-    return compile_scene(Scene(bodies=(top,), elements=(fixed,), gravity=(0.0, 0.0, -9.81)))
+    """The heavy top; the fixed point is a spring of 41 Hz, which the steps below resolve."""
+    return compile_scene(top_scene(1e6, 1e3))
 
 
 def chain(count: int, spatial: bool, held: bool, damping: float = 0.0) -> SegmentSystem:

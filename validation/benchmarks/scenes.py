@@ -17,6 +17,7 @@ from fsm.scene.scene import GROUND, Body, ContactPair, ForceElement, Plate, Scen
 from fsm.segments.compile import compile_scene
 from fsm.solve.simulate import Saved
 from validation.benchmarks.problem import Problem, Tight
+from validation.closed_forms.bodies import top_scene
 
 __all__ = [
     "PENDULUM_TIP",
@@ -163,28 +164,12 @@ def pendulum(count: int = 20) -> Problem:
 
 
 def heavy_top(end: float = 1.0) -> Problem:
-    """A fast top on a stiff fixed point: it gives by 0.3 um under the 320 N it carries, damped within 10 us."""
-    top = Body(
-        name="top",
-        mass=15.0,
-        inertia=(0.234375, 0.46875, 0.234375),
-        position=(0.0, 1.0, 0.0),
-        velocity=(4.61538, 0.0, 0.0),
-        angular_velocity=(0.0, 150.0, -4.61538),
-    )
-    fixed = ForceElement(
-        name="fixed point",
-        inner=GROUND,
-        outer="top",
-        point_outer=(0.0, -1.0, 0.0),
-        translation=(1e9,) * 3,
-        translation_damping=(1e4,) * 3,
-    )
+    """A fast top on a stiff fixed point."""
     return Problem(
         name="top",
         title="heavy top",
         measure=f"error of the position at {end:g} s / arm",
-        scene=Scene(bodies=(top,), elements=(fixed,), gravity=(0.0, 0.0, -9.81)),
+        scene=top_scene(),
         times=(end,),
         sample=lambda saved: saved.q[:3],
         error=_distance(1.0),
