@@ -38,6 +38,8 @@ _POLISHED = 2
 
 Measured on beams: one takes residuals from some hundreds of `resolution` to below one; free bodies need a second.
 """
+_RESTARTS = 50
+"""Of Lanczos' method; a larger space is better than more of them: ten do where all is well, of slack films 4000 did not."""
 _APART = 1e-6
 """Modes closer than this, relatively, may be one frequency."""
 _SEED: dict[str, Any] = {"rng": 0} if "rng" in inspect.signature(eigsh).parameters else {}
@@ -223,7 +225,7 @@ def _near(problem: _Problem, shift: float, count: int) -> tuple[np.ndarray, np.n
     try:
         _, shapes = eigsh(
             problem.stiffness.bsr(), count, M=problem.inertia.bsr(), sigma=shift, OPinv=inverse, v0=first,
-            ncv=min(size, max(2 * count + 1, 20)), **_SEED,
+            ncv=min(size, max(2 * count + 1, 20)), maxiter=_RESTARTS, **_SEED,
         )  # fmt: skip
     except ArpackError:  # it did not converge: fewer modes than asked for are as good as none
         return np.zeros(0), np.zeros((0, size))
