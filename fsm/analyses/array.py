@@ -12,6 +12,7 @@ from fsm.ancf.bars import BarMaterial, BarMesh
 from fsm.ancf.end_to_end import end_to_end
 from fsm.ancf.group import ElementGroup
 from fsm.ancf.hinge import HingeGroup
+from fsm.ancf.latch import Latches
 from fsm.ancf.loading import Forcing, Loading
 from fsm.ancf.mesh import Mesh, node_pattern
 from fsm.scene.builders.scissor import Array, array_at
@@ -64,7 +65,8 @@ def compile_array(
     place[order] = np.arange(len(order))
     mesh = mesh.renumbered(order)
     points = {name: int(2 * place[first // 2]) for name, first in points.items()}
-    hinges = _hinges(scissor, array, mesh, points, hinge, stop)
+    hinges, names = _hinges(scissor, array, mesh, points, hinge, stop)
+    latches = Latches(hinges, names) if hinges is not None and stop is not None and stop.latch else None
     groups: tuple[ElementGroup, ...] = (mesh.group(),) if hinges is None else (mesh.group(), hinges)
     count = len(mesh.values)
     fixed = np.zeros(2 * count, dtype=bool)
@@ -80,7 +82,7 @@ def compile_array(
     )  # fmt: skip
     forcings = tuple(_forcing(force, array, points, 2 * count) for force in forces)
     return ArraySystem(
-        whole, Loading(forcings, gravity=(*gravity, 0.0)), points, tuple(mesh.bars), bar_material, hinges
+        whole, Loading(forcings, gravity=(*gravity, 0.0)), points, tuple(mesh.bars), bar_material, hinges, latches
     )
 
 
@@ -109,33 +111,35 @@ def _units(mesh: BarMesh) -> list[list[int]]:
 
 def _hinges(
     scissor: Scissor, array: Array, mesh: BarMesh, points: dict[str, int], hinge: HingeJoint | None, stop: Stop | None
-) -> HingeGroup | None:
-    """Hinges that resist, or None."""
+) -> tuple[HingeGroup | None, tuple[str, ...]]:
+    """Hinges that resist, or None, and their names."""
     points_of: dict[str, list[str]] = {"middle": [], "tips": []}
     if stop is not None or (hinge is not None and hinge.at in ("middle", "all")):
         points_of["middle"] = [f"h{k + 1}" for k in range(array.units)]
     if hinge is not None and hinge.at in ("tips", "all"):
         points_of["tips"] = [name for name in array.points if name[0] in "ab"]
     found = [
-        (slopes, kind)
+        (slopes, kind, name)
         for kind, names in points_of.items()
-        for slopes in (_slopes_at(mesh, points[name]) for name in names)
+        for name, slopes in ((name, _slopes_at(mesh, points[name])) for name in names)
         if len(slopes) == 2
     ]
     if not found:
-        return None
-    vectors = np.array([slopes for slopes, _ in found], dtype=np.int64)
+        return None, ()
+    vectors = np.array([slopes for slopes, _, _ in found], dtype=np.int64)
     start = np.array(mesh.values)
     p, q = start[vectors[:, 0] // 2], start[vectors[:, 1] // 2]
     initial = np.arctan2(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0], np.sum(p * q, axis=1))
     law = np.zeros((len(found), 8))
     law[:, 4], law[:, 5] = 1.0, math.inf
-    for k, (_, kind) in enumerate(found):
+    for k, (_, kind, _) in enumerate(found):
         if hinge is not None and hinge.at in ("all", kind):
             law[k, :5] = hinge.rest_turn, hinge.stiffness, hinge.damping, hinge.friction_moment, hinge.friction_speed
         if stop is not None and kind == "middle":
             law[k, 5:] = 2.0 * (scissor.initial_angle - stop.angle), stop.stiffness, stop.damping
-    return HingeGroup(vectors, initial, _senses(scissor, mesh, points, vectors, initial), law)
+    latched = np.zeros(len(found), dtype=np.bool_)
+    group = HingeGroup(vectors, initial, _senses(scissor, mesh, points, vectors, initial), law, latched)
+    return group, tuple(name for _, _, name in found)
 
 
 def _slopes_at(mesh: BarMesh, point: int) -> tuple[int, ...]:

@@ -109,7 +109,13 @@ def _hinges(case: Case) -> Iterator[str]:
 
 
 def _stop(case: Case) -> Iterator[str]:
-    yield "none: no [stop]" if case.stop is None else f"at {_degrees(case.stop.angle)} of the bars"
+    stop = case.stop
+    if stop is None:
+        yield "none: no [stop]"
+        return
+    yield f"at {_degrees(stop.angle)} of the bars"
+    if stop.latch:
+        yield "with a latch: middle hinges that have reached it are held there from both sides, for good"
 
 
 def _solve(case: Case) -> Iterator[str]:
@@ -130,6 +136,8 @@ def _approximations(case: Case) -> Iterator[str]:
         return
     if case.hinge is not None and case.hinge.friction_moment > 0.0:
         yield f"dry friction creeps below {case.hinge.friction_speed:g} rad/s"
+    if case.stop is not None and case.stop.latch:
+        yield "latches close at the ends of steps: up to a step late"
     if any(isinstance(force.time, Constant) for force in case.force):
         yield "a force that is there at once excites all frequencies the mesh has: accelerations depend on mesh and rho_inf"
     yield "bars bent far: 1e-3 with 8 elements a bar, order 5; small bending is exact (docs/scissor.md)"

@@ -136,21 +136,27 @@ class ScissorArray:
         motion = solution.array
         assert motion is not None
         apart = {name: float(np.abs(values).max()) for name, values in asynchronism(motion).items()}
+        latches = self.system.latches if isinstance(self.system, ArraySystem) else None
+        latched = {} if latches is None else {"latched": [{"hinge": name, "time": t} for name, t in latches.events()]}
         return {
             "max_difference_rigid": largest_differences(motion),
             "max_asynchronism": apart,
             "max_stress": float(motion.stress.max(initial=0.0)),
             "units": self.scissor.units,
             "elements_per_bar": 0 if self.scissor.rigid else self.scissor.elements_per_bar,
+            **latched,
         }
 
     def warnings(self, solution: Solution, summary: dict[str, Any]) -> list[str]:
-        """Strains that the elements do not mean, and bars drawn past their line."""
+        """Strains that the elements do not mean, and latches that did not close."""
         found = []
         assert self.case.material is not None
         strain = summary["max_stress"] / self.case.material.young
         if strain > 0.05:
             found.append(f"bars are strained by {100.0 * strain:.2g} %: the linear law of the material ends long before")
+        latches = self.system.latches if isinstance(self.system, ArraySystem) else None
+        if latches is not None and latches.open():
+            found.append(f"not latched at the end: {', '.join(latches.open())}")
         return found
 
     # inside ---------------------------------------------------------------------------------------------------------

@@ -7,9 +7,11 @@ import numpy as np
 from fsm.ancf.bars import BarMaterial, BarNodes
 from fsm.ancf.beam_group import BeamGroup
 from fsm.ancf.hinge import HingeGroup
+from fsm.ancf.latch import Latches
 from fsm.ancf.loading import Loading
 from fsm.ancf.mesh import Mesh
 from fsm.ancf.system import AncfSystem
+from fsm.system import Before
 
 __all__ = ["ArraySystem"]
 
@@ -25,6 +27,7 @@ class ArraySystem(AncfSystem):
     beams : BeamGroup
     material : BarMaterial
     hinges : HingeGroup, or None
+    latches : Latches, or None
     """
 
     def __init__(
@@ -35,10 +38,33 @@ class ArraySystem(AncfSystem):
         bars: tuple[BarNodes, ...],
         material: BarMaterial,
         hinges: HingeGroup | None,
+        latches: Latches | None = None,
     ) -> None:
-        self.points, self.bars, self.material, self.hinges = points, bars, material, hinges
+        self.points, self.bars, self.material, self.hinges, self.latches = points, bars, material, hinges, latches
         self.beams: BeamGroup = next(group for group in mesh.groups if isinstance(group, BeamGroup))
         super().__init__(mesh, loading)
+
+    def place(
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None
+    ) -> tuple[np.ndarray, np.ndarray | None]:
+        """See `AncfSystem`; hinges resist as they do at that time."""
+        if self.latches is not None:
+            self.latches.at(t)
+        return super().place(t, q, u, before)
+
+    def commit(self, t: float, q: np.ndarray, u: np.ndarray, before: Before | None = None) -> None:
+        """See `System`."""
+        if self.latches is not None:
+            self.latches.commit(t, q, u)
+
+    def memory(self) -> np.ndarray:
+        """See `System`: when each hinge latched, s; nothing without latches."""
+        return super().memory() if self.latches is None else self.latches.times.copy()
+
+    def restore(self, memory: np.ndarray) -> None:
+        """See `System`."""
+        if self.latches is not None:
+            self.latches.restore(memory)
 
     def stress(self, q: np.ndarray) -> np.ndarray:
         """Largest normal stress of each bar, of stretch and bending at the Gauss points, (n_bars,), Pa."""

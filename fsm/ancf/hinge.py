@@ -1,4 +1,4 @@
-"""Resistance of hinges between bars to turning: springs, dampers, dry friction, end stops.
+"""Resistance of hinges between bars to turning: springs, dampers, dry friction, end stops, latches.
 
 A hinge joins two bars at a shared position; how far they have turned is the angle between their slopes p and q there,
 
@@ -8,7 +8,8 @@ counted positive as the array deploys. Its moment, against the turn,
 
     M = k (turn - rest) + c turn' + M_f tanh(turn'/w_s) + K d^1.5 max(0, 1 + h d'),   d = max(0, turn - limit),
 
-is scattered by the gradient of the angle, (p_y, -p_x)/p.p and (-q_y, q_x)/q.q.
+is scattered by the gradient of the angle, (p_y, -p_x)/p.p and (-q_y, q_x)/q.q. The stop of a hinge that is latched acts to both
+sides, K |d|^1.5 (sgn d + h d') with d = turn - limit: past the limit the same spring, K |d|^2.5/2.5 on both sides of it.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ def _gradient(px: float, py: float, qx: float, qy: float, sign: float, gradient:
 
 
 @kernel(inline=True)
-def _moment(turn: float, rate: float, law: np.ndarray) -> tuple[float, float, float]:
+def _moment(turn: float, rate: float, law: np.ndarray, latched: bool) -> tuple[float, float, float]:
     """Moment against the turn, and its derivatives by turn and rate."""
     moment = law[_STIFFNESS] * (turn - law[_REST]) + law[_DAMPING] * rate
     by_turn, by_rate = law[_STIFFNESS], law[_DAMPING]
@@ -57,11 +58,14 @@ def _moment(turn: float, rate: float, law: np.ndarray) -> tuple[float, float, fl
         moment += law[_FRICTION] * dry
         by_rate += law[_FRICTION] * (1.0 - dry * dry) / law[_SPEED]
     depth = turn - law[_LIMIT]
-    damped = 1.0 + law[_RESTITUTION] * rate
-    if depth > 0.0 and damped > 0.0:
-        moment += law[_STOP] * depth**1.5 * damped
-        by_turn += 1.5 * law[_STOP] * np.sqrt(depth) * damped
-        by_rate += law[_STOP] * depth**1.5 * law[_RESTITUTION]
+    side = 1.0 if depth > 0.0 else -1.0
+    damped = 1.0 + side * law[_RESTITUTION] * rate
+    if latched or (depth > 0.0 and damped > 0.0):
+        root = np.sqrt(side * depth)
+        spring = law[_STOP] * side * depth * root
+        moment += side * spring * damped
+        by_turn += 1.5 * law[_STOP] * root * damped
+        by_rate += spring * law[_RESTITUTION]
     return moment, by_turn, by_rate
 
 
@@ -76,8 +80,8 @@ def _turns(vectors: np.ndarray, initial: np.ndarray, sign: np.ndarray, q: np.nda
 
 @kernel
 def _add_force(
-    vectors: np.ndarray, initial: np.ndarray, sign: np.ndarray, law: np.ndarray, q: np.ndarray, u: np.ndarray,
-    force: np.ndarray,
+    vectors: np.ndarray, initial: np.ndarray, sign: np.ndarray, law: np.ndarray, latched: np.ndarray, q: np.ndarray,
+    u: np.ndarray, force: np.ndarray,
 ) -> None:  # fmt: skip
     gradient = np.empty(4)
     for k in range(vectors.shape[0]):
@@ -85,7 +89,7 @@ def _add_force(
         vx, vy, wx, wy = _slopes(vectors[k], u)
         _gradient(px, py, qx, qy, sign[k], gradient)
         rate = gradient[0] * vx + gradient[1] * vy + gradient[2] * wx + gradient[3] * wy
-        moment, _, _ = _moment(_turn(px, py, qx, qy, initial[k], sign[k]), rate, law[k])
+        moment, _, _ = _moment(_turn(px, py, qx, qy, initial[k], sign[k]), rate, law[k], latched[k])
         for i in range(2):
             for a in range(2):
                 force[vectors[k, i] + a] -= moment * gradient[2 * i + a]
@@ -93,8 +97,8 @@ def _add_force(
 
 @kernel
 def _add_tangent(
-    vectors: np.ndarray, initial: np.ndarray, sign: np.ndarray, law: np.ndarray, q: np.ndarray, u: np.ndarray,
-    slots: np.ndarray, size: int, into_stiffness: np.ndarray, into_damping: np.ndarray,
+    vectors: np.ndarray, initial: np.ndarray, sign: np.ndarray, law: np.ndarray, latched: np.ndarray, q: np.ndarray,
+    u: np.ndarray, slots: np.ndarray, size: int, into_stiffness: np.ndarray, into_damping: np.ndarray,
 ) -> None:  # fmt: skip
     gradient, hessian, turned = np.empty(4), np.zeros((4, 4)), np.empty(4)
     for k in range(vectors.shape[0]):
@@ -107,7 +111,8 @@ def _add_tangent(
         hessian[2, 2], hessian[2, 3] = 2.0 * qx * qy * q4, (qy * qy - qx * qx) * q4
         hessian[3, 2], hessian[3, 3] = hessian[2, 3], -hessian[2, 2]
         rate = gradient[0] * vx + gradient[1] * vy + gradient[2] * wx + gradient[3] * wy
-        moment, by_turn, by_rate = _moment(_turn(px, py, qx, qy, initial[k], sign[k]), rate, law[k])
+        turn = _turn(px, py, qx, qy, initial[k], sign[k])
+        moment, by_turn, by_rate = _moment(turn, rate, law[k], latched[k])
         for j in range(4):
             turned[j] = hessian[j, 0] * vx + hessian[j, 1] * vy + hessian[j, 2] * wx + hessian[j, 3] * wy
         for i in range(2):
@@ -133,18 +138,26 @@ class HingeGroup:
     initial, sign : (m,) arrays, rad, +-1
     law : (m, 8) array
         rest (rad), k (N m/rad), c (N m s/rad), M_f (N m), w_s (rad/s), limit (rad), K (N m/rad^1.5), h (s/rad).
+    latched : (m,) bool array
+        Whose stops act to both sides now; `fsm.ancf.latch` sets it.
     """
 
     vectors: np.ndarray
     initial: np.ndarray
     sign: np.ndarray
     law: np.ndarray
+    latched: np.ndarray
     name: str = "hinges"
 
     @property
     def rate_dependent(self) -> bool:
         """Whether its moments depend on velocities."""
         return bool(np.any(self.law[:, [_DAMPING, _FRICTION, _RESTITUTION]] > 0.0))
+
+    @property
+    def stopped(self) -> np.ndarray:
+        """Which hinges have an end stop, (m,) bool."""
+        return np.isfinite(self.law[:, _LIMIT])
 
     def mass(self) -> MassPart:
         """See `ElementGroup`: none."""
@@ -156,7 +169,8 @@ class HingeGroup:
 
     def add_force(self, q: np.ndarray, u: np.ndarray | None, force: np.ndarray) -> None:
         """See `ElementGroup`."""
-        _add_force(self.vectors, self.initial, self.sign, self.law, q, np.zeros_like(q) if u is None else u, force)
+        rates = np.zeros_like(q) if u is None else u
+        _add_force(self.vectors, self.initial, self.sign, self.law, self.latched, q, rates, force)
 
     def add_linearised(
         self,
@@ -171,24 +185,35 @@ class HingeGroup:
         rates = np.zeros_like(q) if u is None else u
         self.add_force(q, u, force)
         _add_tangent(
-            self.vectors, self.initial, self.sign, self.law, q, rates, slots, stiffness.shape[1],
+            self.vectors, self.initial, self.sign, self.law, self.latched, q, rates, slots, stiffness.shape[1],
             stiffness.reshape(-1), damping.reshape(-1),
         )  # fmt: skip
 
     def energy(self, q: np.ndarray, u: np.ndarray | None) -> tuple[float, float]:
         """Stored energy (J) and dissipated power (W)."""
         turn, law = self.turns(q), self.law
-        depth = np.maximum(turn - law[:, _LIMIT], 0.0)
+        depth = self.depths(q)
+        depth = np.where(self.latched, np.abs(depth), np.maximum(depth, 0.0))
         stored = 0.5 * law[:, _STIFFNESS] * (turn - law[:, _REST]) ** 2 + law[:, _STOP] * depth**2.5 / 2.5
         if u is None:
             return float(stored.sum()), 0.0
-        rate = self._rates(q, u)
+        rate = self.rates(q, u)
         dry = law[:, _FRICTION] * np.tanh(rate / law[:, _SPEED])
-        # what the stop does not give back: all of its moment while it would pull
-        stop = law[:, _STOP] * depth**1.5 * (np.maximum(1.0 + law[:, _RESTITUTION] * rate, 0.0) - 1.0)
+        # what the stop does not give back: all of its moment while it would pull, which a latch does
+        damped = law[:, _RESTITUTION] * rate
+        stop = law[:, _STOP] * depth**1.5 * np.where(self.latched, damped, np.maximum(damped, -1.0))
         return float(stored.sum()), float(np.sum((law[:, _DAMPING] * rate + dry + stop) * rate))
 
-    def _rates(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+    def depths(self, q: np.ndarray) -> np.ndarray:
+        """How far every hinge is past the angle of its stop, (m,), rad; -inf without a stop."""
+        return self.turns(q) - self.law[:, _LIMIT]
+
+    def pushed(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """Which hinges are at their stops or past them and pushed back, (m,) bool."""
+        return (self.depths(q) >= 0.0) & (1.0 + self.law[:, _RESTITUTION] * self.rates(q, u) >= 0.0)
+
+    def rates(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """How fast every hinge turns, (m,), rad/s."""
         slopes = q[self.vectors[:, :, None] + np.arange(2)]
         speeds = u[self.vectors[:, :, None] + np.arange(2)]
         across = slopes[:, :, 0] * speeds[:, :, 1] - slopes[:, :, 1] * speeds[:, :, 0]

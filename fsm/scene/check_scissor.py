@@ -93,7 +93,8 @@ def _rigid(sections: Sections) -> Iterable[Fault]:
     if sections.scissor is None or not sections.scissor.rigid:
         return
     if sections.stop is not None:
-        yield Fault("stop", "rigid bars have no end stop; take it out, or rigid = false")
+        what = "end stop, nor a latch" if sections.stop.latch else "end stop"
+        yield Fault("stop", f"rigid bars have no {what}; take it out, or rigid = false")
     if sections.hinge is not None and sections.hinge.friction_moment > 0.0:
         yield Fault("hinge.friction_moment", "rigid bars have no dry friction at hinges; take it out, or rigid = false")
 

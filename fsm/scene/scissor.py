@@ -125,11 +125,14 @@ class Stop(Model):
     stiffness : N m/rad^1.5
     damping : s
         Factor on the rate: K turn^1.5 (1 + damping rate), never pulling.
+    latch : bool
+        A hinge that has reached the stop is held there from both sides, for good, by the stop's spring and damping.
     """
 
     angle: Annotated[Angle, Field(gt=0, lt=RIGHT_ANGLE)]
     stiffness: Annotated[Number, Field(gt=0)]
     damping: Annotated[Number, Field(ge=0)] = 0.0
+    latch: bool = False
 
 
 class PointSupport(Model):
