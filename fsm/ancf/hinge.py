@@ -8,8 +8,8 @@ counted positive as the array deploys. Its moment, against the turn,
 
     M = k (turn - rest) + c turn' + M_f tanh(turn'/w_s) + K d^1.5 max(0, 1 + h d'),   d = max(0, turn - limit),
 
-is scattered by the gradient of the angle, (p_y, -p_x)/p.p and (-q_y, q_x)/q.q. The stop of a hinge that is latched acts to both
-sides, K |d|^1.5 (sgn d + h d') with d = turn - limit: past the limit the same spring, K |d|^2.5/2.5 on both sides of it.
+is scattered by the gradient of the angle, (p_y, -p_x)/p.p and (-q_y, q_x)/q.q. The stop of a hinge that is latched acts to
+both sides, K |d|^1.5 (sgn d + h d') with d = turn - limit; the energy of the spring is K |d|^2.5/2.5 on both.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """Latches of hinges: what has reached its stop is held there from both sides.
 
-A hinge latches at the end of the first step at which it is at its stop or past it and the stop pushes it back. There the
-latch's moment and energy are those of the stop, so that neither jumps: latching neither takes nor gives energy. It is for good.
+A hinge latches at the end of the first step at which it is at its stop or past it and the stop pushes it back. There
+moment and energy of the latch are those of the stop, so that neither jumps: latching neither takes nor gives energy. It is
+for good.
 
 The law of a hinge is a function of time: that of the stop up to the time at which it latched, that time with it, and that of
 the latch after. So states of before are looked at with the law that they were stepped with.

@@ -11,7 +11,7 @@ from fsm.ancf.end_to_end import end_to_end, specification_matrix
 from fsm.scene.builders.scissor import array_at, build_array
 from fsm.scene.builders.scissor_bodies import build_bodies
 from fsm.scene.check_scissor import default_holds
-from fsm.scene.loads import Ramp
+from fsm.scene.loads import Ramp, Table
 from fsm.scene.materials import Material
 from fsm.scene.scissor import BarSection, HingeJoint, PointForce, Scissor, Stop
 from fsm.segments.compile import compile_scene
@@ -208,6 +208,31 @@ def test_end_stop():
     assert turns[times > 0.3].min() > 0.5 * limit
     assert ledger.relative_error < 1e-4
     assert ledger.dissipated > 0.1
+
+
+def test_latch():
+    """Thrown against its stop and left alone, a unit bounces back; with a latch it stays. Both balance to 1e-5."""
+    thrust = Table(kind="table", time=(0.0, 0.05, 0.1, 0.15), value=(0.0, 1.0, 1.0, 0.0))
+    force = (PointForce(point="a1", force=(0.0, -50.0), time=thrust),)
+    limit, times = 2.0 * math.radians(10.0), np.linspace(0.0, 0.6, 121)
+    turns = {}
+    for latch in (False, True):
+        stop = Stop(angle=math.radians(65.0), stiffness=2e3, damping=1.0, latch=latch)
+        system = flexible(linear(1, elements_per_bar=2), force, stop=stop)
+        q, _, ledger, _ = histories(system, Settings("generalized-alpha", 1e-6, 0.6, step=1e-4), times)
+        turns[latch] = np.array([system.hinges.turns(state)[0] for state in q])
+        assert ledger.relative_error < 1e-5
+    ((name, closed),) = system.latches.events()
+    assert name == "h1"
+    before = times <= closed
+    assert 0.2 < closed < 0.3 and turns[True][before][-1] < limit < turns[True][~before][0]
+    past = turns[True] > limit
+    until = past.argmax() + (~past[past.argmax() :]).argmax()  # the stop is left again
+    assert np.array_equal(turns[True][:until], turns[False][:until])
+    assert turns[False][-1] < limit - 0.2
+    held = np.abs(turns[True][until:] - limit)
+    assert held.max() < 0.03
+    assert ledger.dissipated > 0.9 * ledger.work
 
 
 def test_friction_and_springs_at_hinges():

@@ -5,6 +5,8 @@ import json
 import numpy as np
 import pytest
 
+from fsm import recorder
+from fsm.analyses.report_array import describe_array
 from fsm.errors import CaseError
 from fsm.results.store import read_solution
 from fsm.run import run_case
@@ -77,6 +79,41 @@ def test_rigid_bars_are_the_comparison(case_file, tmp_path):
     assert rigid.points.displacement == pytest.approx(flexible.rigid.displacement, abs=1e-6)
 
 
+LATCH = ["stop.angle=73 deg", "stop.stiffness=2000", "stop.damping=1", "solve.end_time=0.4", "stop.latch=true"]
+
+
+def test_latches_last_over_a_checkpoint(case_file, tmp_path, monkeypatch):
+    """Cut off after its hinges have latched, a run goes on latched since the same times; the summary and the plan say so."""
+    assert any("latch" in line for line in describe_array(load_case(case_file, LATCH).case))
+    assert not any("latch" in line for line in describe_array(load_case(case_file, LATCH[:-1]).case))
+    whole = run_case(load_case(case_file, LATCH), tmp_path / "whole", progress=False)
+    assert [item["hinge"] for item in whole["latched"]] == ["h1", "h2"]
+    times = [item["time"] for item in whole["latched"]]
+    assert 0.2 < times[0] < times[1] < 0.3
+    assert not any("latched" in line for line in whole["warnings"])
+    monkeypatch.setattr(recorder, "CHECKPOINT_EVERY", 0.0)
+
+    def cut(fraction):
+        if fraction > 0.8:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run_case(load_case(case_file, LATCH), tmp_path / "cut", progress=cut)
+    again = run_case(load_case(case_file, LATCH), tmp_path / "cut", progress=False, resume=True)
+    assert again["latched"] == whole["latched"]
+    one, two = (read_solution(tmp_path / name / "result.h5") for name in ("whole", "cut"))
+    assert two.summary["latched"] == whole["latched"]
+    travel = np.abs(one.array.points.displacement).max()
+    assert np.abs(two.array.points.displacement - one.array.points.displacement).max() < 1e-4 * travel
+
+
+def test_a_latch_that_is_not_reached(case_file, tmp_path):
+    """The list is empty, and a warning names the hinges."""
+    summary = run_case(load_case(case_file, [*LATCH, "stop.angle=20 deg"]), tmp_path / "out", progress=False)
+    assert summary["latched"] == []
+    assert "not latched at the end: h1, h2" in summary["warnings"]
+
+
 @pytest.mark.parametrize(
     ("overrides", "path", "words"),
     [
@@ -99,6 +136,8 @@ def test_rigid_bars_are_the_comparison(case_file, tmp_path):
         (["solve.method=static", "solve.step=none"], "solve.method", "dynamic"),
         (["bar=none"], "bar", "missing"),
         (["scissor.rigid=true", "stop.angle=20 deg", "stop.stiffness=10"], "stop", "rigid"),
+        (["scissor.rigid=true", "stop.angle=20 deg", "stop.stiffness=10", "stop.latch=true"], "stop", "nor a latch"),
+        (["stop.latch=true"], "stop.angle", "missing"),
         (["scissor.shape=ring", "scissor.units=6", "scissor.initial_angle=50 deg", "scissor.element=cable"],
          "scissor.element", "cable"),
         (["strip.length=1"], "strip", "not used"),
