@@ -35,17 +35,18 @@ CHECKPOINT_EVERY = 1.0
 """Seconds of wall time between checkpoints; one takes about 10 ms."""
 _SAME = 1e-10
 """Times that differ by less, relative to the run's, are the same."""
+_STATE = "state_"
+"""What the names of the arrays of `StepEnd.state` begin with in a checkpoint."""
 
 
 @dataclass(frozen=True)
 class _Point:
-    """Where a solve can go on: the end of a step, the ledger there, how many points seen, records and samples, memory."""
+    """Where a solve can go on: the last renewal point, the ledger there, how many points seen, records and samples."""
 
     end: StepEnd
     ledger: Ledger
     seen: int
     kept: tuple[int, int]
-    memory: np.ndarray
 
 
 class RecordedSolve:
@@ -69,13 +70,12 @@ class RecordedSolve:
         self.target = out / "result.h5"
         self.checkpoint = out / "checkpoint.h5"
         self.last_checkpoint = time.perf_counter()
-        self.events: list[Event] = []
+        self.seen: list[tuple[DriveState, np.ndarray]] = []
         self.resumed = self._read_checkpoint() if resume else None
         (out / "summary.json").unlink(missing_ok=True)  # it says that the case in this folder is done
         if self.resumed is None:
             self.checkpoint.unlink(missing_ok=True)  # of another run, whose records go now
-        self.seen: list[tuple[DriveState, np.ndarray]] = []
-        self.records, self.samples = (0, 0) if self.resumed is None else self.resumed[1]
+        self.records, self.samples = (0, 0) if self.resumed is None else self.resumed.kept
         self.last: _Point | None = None
 
     def run(self, progress: bool | Callable[[float], None], begun: float, compiled: float) -> Solution:
@@ -83,11 +83,10 @@ class RecordedSolve:
         method, reason = self.analysis.method()
         settings = self.analysis.settings(method)
         end = settings.end_time
-        start, ledger, at = self._start()
-        past = at if self.resumed else -1.0
-        self.records_due, self.samples_due = (
-            deque(t for t in times(end) if t > past) for times in (self.analysis.record_times, self.analysis.sample_times)
-        )
+        start, ledger = self._start()
+        record_times, sample_times = self.analysis.record_times(end), self.analysis.sample_times(end)
+        past = -1.0 if self.resumed is None else self.resumed.end.time * (1.0 + _SAME)
+        self.records_due, self.samples_due = (deque(t for t in times if t > past) for times in (record_times, sample_times))
         layout = replace(
             self.analysis.layout(), case_text=self.loaded.text, provenance=_provenance(f"{method}: {reason}")
         )
@@ -97,7 +96,7 @@ class RecordedSolve:
             try:
                 statistics = self._solve(
                     settings,
-                    _merged(self.records_due, self.samples_due, _SAME * end),
+                    _merged(record_times, sample_times, _SAME * end),
                     lambda saved: self._save(writer, saved),
                     lambda end: self._step(writer, bar, ledger, end),
                     start,
@@ -108,7 +107,6 @@ class RecordedSolve:
                 if self.last is not None:
                     self._write_checkpoint(self.last)
                 raise
-            statistics.events[:0] = self.events
             writer.flush()
             solution = read_solution(part_path(self.target))
             solution.array = array = self.analysis.array_motion(solution, self.warnings)
@@ -126,25 +124,21 @@ class RecordedSolve:
         times: list[float],
         on_save: Callable[[Saved], None],
         on_step: Callable[[StepEnd], None],
-        start: tuple[float, np.ndarray, np.ndarray],
+        start: tuple[float, np.ndarray, np.ndarray] | None,
         ledger: Ledger,
     ) -> Statistics:
         own = self.analysis.own_solver()
         if own is not None:
             return own(settings.end_time, times, on_save, on_step, ledger)
-        return solve(self.system, settings, times, on_save, on_step, start, ledger, self.seen)[0]
+        after = None if self.resumed is None else self.resumed.end
+        return solve(self.system, settings, times, on_save, on_step, start, ledger, self.seen, after)[0]
 
-    def _start(self) -> tuple[tuple[float, np.ndarray, np.ndarray], Ledger, float]:
-        """State to start from, the ledger that is kept from there on, and the time up to which there are records."""
+    def _start(self) -> tuple[tuple[float, np.ndarray, np.ndarray] | None, Ledger]:
+        """State to start from, None for that of the checkpoint, and the ledger that is kept from there on."""
         if self.resumed is not None:
-            arrays, _, self.warnings = self.resumed
-            self.seen = [(DriveState(travel, force), pairs) for travel, force, pairs in _rows(arrays)]
-            at = float(arrays["time"][0])
-            self.system.restore(arrays["memory"])
-            ledger = Ledger(*[*arrays["ledger"].tolist(), arrays["pair_energy"]])
-            return (at, arrays["q"], arrays["u"]), ledger, at
+            return None, self.resumed.ledger
         start = self.analysis.start(self.warnings)
-        return start, Ledger.opened(self.system.energy(*start)), 0.0
+        return start, Ledger.opened(self.system.energy(*start))
 
     def _save(self, writer: ResultWriter, saved: Saved) -> None:
         """Keep what is wanted at this time: the whole state, the probes, or both."""
@@ -181,23 +175,25 @@ class RecordedSolve:
         self.records += 1
 
     def _step(self, writer: ResultWriter, bar: Progress, ledger: Ledger, end: StepEnd) -> None:
-        kept = (self.records, self.samples)
-        self.last = _Point(end, replace(ledger), len(self.seen), kept, self.system.memory())
-        if time.perf_counter() - self.last_checkpoint > CHECKPOINT_EVERY:
-            writer.flush()
-            self._write_checkpoint(self.last)
+        if end.state is not None:
+            self.last = _Point(end, replace(ledger), len(self.seen), (self.records, self.samples))
+            if time.perf_counter() - self.last_checkpoint > CHECKPOINT_EVERY:
+                writer.flush()
+                self._write_checkpoint(self.last)
         bar.step(end.time, end.steps)
 
     def _write_checkpoint(self, point: _Point) -> None:
         ledger = asdict(point.ledger)
         pair_energy = ledger.pop("pair_energy")
+        state = point.end.state
+        assert state is not None
         write_checkpoint(
             self.checkpoint,
             {
+                **{f"{_STATE}{name}": values for name, values in state.items()},
                 "time": np.array([point.end.time]),
                 "q": point.end.q,
                 "u": point.end.u,
-                "memory": point.memory,
                 "ledger": np.array(list(ledger.values())),
                 "pair_energy": pair_energy,
                 "travel": np.array([drive.travel for drive, _ in self.seen[: point.seen]]),
@@ -206,24 +202,29 @@ class RecordedSolve:
             },
             {
                 "case": self.loaded.text,
+                "steps": point.end.steps,
                 "records": point.kept[0],
                 "samples": point.kept[1],
                 "warnings": self.warnings,
-                "events": json.dumps([asdict(event) for event in (*self.events, *point.end.events)]),
+                "events": json.dumps([asdict(event) for event in point.end.events]),
             },
         )
         self.last_checkpoint = time.perf_counter()
 
-    def _read_checkpoint(self) -> tuple[dict[str, np.ndarray], tuple[int, int], list[str]] | None:
-        """Arrays, numbers of records and samples, and warnings of a checkpoint of this very case; None if there is none."""
+    def _read_checkpoint(self) -> _Point | None:
+        """Where a checkpoint of this very case goes on, with what was seen and noticed until then; None if there is none."""
         if not self.checkpoint.is_file() or not part_path(self.target).is_file():
             return None
         arrays, attributes = read_checkpoint(self.checkpoint)
         if attributes.get("case") != self.loaded.text:
             return None
-        self.events = [Event(**event) for event in json.loads(attributes["events"])]
-        kept = int(attributes["records"]), int(attributes["samples"])
-        return arrays, kept, list(attributes["warnings"])
+        self.warnings = list(attributes["warnings"])
+        self.seen = [(DriveState(travel, force), pairs) for travel, force, pairs in _rows(arrays)]
+        state = {name.removeprefix(_STATE): values for name, values in arrays.items() if name.startswith(_STATE)}
+        events = tuple(Event(**event) for event in json.loads(attributes["events"]))
+        end = StepEnd(float(arrays["time"][0]), arrays["q"], arrays["u"], int(attributes["steps"]), events, state)
+        ledger = Ledger(*[*arrays["ledger"].tolist(), arrays["pair_energy"]])
+        return _Point(end, ledger, len(self.seen), (int(attributes["records"]), int(attributes["samples"])))
 
 
 def _merged(one: Iterable[float], two: Iterable[float], same: float) -> list[float]:

@@ -315,6 +315,17 @@ class System(Protocol):
         """Remember that again: a solve goes on, or steps are taken back. Nothing: a solve begins."""
         ...
 
+    def counted(self) -> np.ndarray:
+        """What it has counted so far for the summary, (n,); empty in most."""
+        ...
+
+    def forget(self, counted: np.ndarray) -> None:
+        """Drop all that was kept to be faster, so that what comes is what a new system would give; count on from `counted`.
+
+        What is remembered, which forces depend on, is another matter: see `restore`.
+        """
+        ...
+
     def parted(self) -> bool:
         """Whether contacts closed where the tangents were taken last are open at the state looked at last.
 

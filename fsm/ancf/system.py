@@ -230,6 +230,13 @@ class AncfSystem:
     def restore(self, memory: np.ndarray) -> None:
         """See `System`."""
 
+    def counted(self) -> np.ndarray:
+        """See `System`."""
+        return np.zeros(0)
+
+    def forget(self, counted: np.ndarray) -> None:
+        """See `System`: nothing that is kept depends on the way here."""
+
     def parted(self) -> bool:
         """See `System`."""
         return False

@@ -38,6 +38,16 @@ class Contacts(tuple[ContactGroup, ...]):
             group.restore(memory[at + 1 : end])
             at = end
 
+    def counted(self) -> np.ndarray:
+        """States looked at and renewals of the broad phase of every group, flat."""
+        return np.array([float(count) for group in self for count in (group.evaluations, group.renewals)])
+
+    def forget(self, counted: np.ndarray) -> None:
+        """Drop what was kept to be faster, and count on from there; nothing: from zero."""
+        counts = counted if len(counted) else np.zeros(2 * len(self))
+        for group, (evaluations, renewals) in zip(self, counts.reshape(-1, 2).tolist(), strict=True):
+            group.forget(int(evaluations), int(renewals))
+
     # steps ----------------------------------------------------------------------------------------------------------
 
     @property
@@ -88,5 +98,5 @@ class Contacts(tuple[ContactGroup, ...]):
         return {
             "slots": sum(len(group.geometry.share) for group in self),
             "evaluations": sum(group.evaluations for group in self),
-            "renewals": sum(group.geometry.refreshes for group in self),
+            "renewals": sum(group.renewals for group in self),
         }

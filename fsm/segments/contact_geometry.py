@@ -172,6 +172,10 @@ class ContactGeometry(Protocol):
         """Remember that again; nothing: what there is at the start."""
         ...
 
+    def forget(self) -> None:
+        """Drop what the broad phase has found: it is renewed at the next poses."""
+        ...
+
     def crossed(self, poses: np.ndarray) -> tuple[int, ...]:
         """Numbers of the pairs of which one has passed through the other since the last commit."""
         ...

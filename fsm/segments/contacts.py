@@ -102,6 +102,7 @@ class ContactGroup:
         self.geometry, self.normal, self.friction = geometry, normal, friction
         self.mobility, self.loose, self.n_pairs = mobility, loose, n_pairs
         self.evaluations = 0
+        self._not_counted = 0
         self._kept = Remembered.nothing(geometry.slips)
         self._time = 0.0
         self._poses: np.ndarray | None = None
@@ -325,6 +326,11 @@ class ContactGroup:
             force, gap, area, self._by_pair(found, effort), slip, *self.pair_power(t, poses, rates, past)
         )
 
+    @property
+    def renewals(self) -> int:
+        """How often the broad phase was renewed."""
+        return self.geometry.refreshes - self._not_counted
+
     # memory ---------------------------------------------------------------------------------------------------------
 
     def commit(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None) -> None:
@@ -369,6 +375,14 @@ class ContactGroup:
         poses, rates, of_geometry = np.split(rest, np.cumsum([bodies * width, bodies * size]))
         self._poses, self._rates = poses.reshape(bodies, width), rates.reshape(bodies, size)
         self.geometry.restore(of_geometry)
+
+    def forget(self, evaluations: int, renewals: int) -> None:
+        """Drop what was kept to be faster, and count on from there."""
+        self._last = None
+        self._known.clear()
+        self._stiff = np.zeros(0, dtype=np.int64)
+        self.geometry.forget()
+        self.evaluations, self._not_counted = evaluations, self.geometry.refreshes - renewals
 
     # steps ----------------------------------------------------------------------------------------------------------
 

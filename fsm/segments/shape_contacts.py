@@ -294,6 +294,10 @@ class ShapeContacts:
         """Go back to what `memory` gave."""
         self._committed = memory.reshape(-1, 7 if self.spatial else 3).copy() if len(memory) else None
 
+    def forget(self) -> None:
+        """See `ContactGeometry`."""
+        self._reference = None
+
     def crossed(self, poses: np.ndarray) -> tuple[int, ...]:
         """Numbers of the pairs of which something passed through a face since the last commit."""
         tables, slots = self.passed(poses)

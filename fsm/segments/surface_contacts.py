@@ -241,13 +241,21 @@ class SurfaceContacts:
         self._committed = poses
 
     def memory(self) -> np.ndarray:
-        """See `ContactGeometry`: the sides."""
-        return self.side.copy()
+        """See `ContactGeometry`: the sides, then the committed poses, if there are any."""
+        return self.side.copy() if self._committed is None else np.concatenate([self.side, self._committed.ravel()])
 
     def restore(self, memory: np.ndarray) -> None:
         """See `ContactGeometry`."""
-        self.side = memory.copy() if len(memory) else self.probes.side.copy()
-        self._committed = None
+        count = len(self.probes.side)
+        self.side = memory[:count].copy() if len(memory) else self.probes.side.copy()
+        committed = memory[count:].reshape(-1, 3 if self.slips == 1 else 7)
+        self._committed = committed.copy() if len(committed) else None
+
+    def forget(self) -> None:
+        """See `ContactGeometry`."""
+        self._reference = self._height_at = None
+        self._nearest[:] = -1
+        self._nearest_of_all[:] = -1
 
     def crossed(self, poses: np.ndarray) -> tuple[int, ...]:
         """See `ContactGeometry`: pairs with a probe deeper than its limit.

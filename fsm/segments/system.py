@@ -325,15 +325,23 @@ class SegmentSystem(Configuration):
 
     def restore(self, memory: np.ndarray) -> None:
         """See `System`."""
-        if not len(memory) and not self.fixed_pattern:
-            self._pattern = None  # a solve begins: what was near in another one is nothing to it
-            self._pattern_pairs = ()
         end = len(memory)
         for group in reversed(self._sliding):
             begin = max(0, end - group.remembered)
             group.restore(memory[begin:end])
             end = begin
         self.contacts.restore(memory[:end])
+
+    def counted(self) -> np.ndarray:
+        """See `System`: states that contacts were found in and renewals of the broad phase, of every group."""
+        return self.contacts.counted()
+
+    def forget(self, counted: np.ndarray) -> None:
+        """See `System`."""
+        if not self.fixed_pattern:  # what was near before may not be now
+            self._pattern, self._pattern_version, self._pattern_pairs = None, (), ()
+            self._driven_pattern, self._driven_key = None, ()
+        self.contacts.forget(counted)
 
     def parted(self) -> bool:
         """See `System`."""

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from fsm.solve.dissipation import mean_dissipation
+from fsm.solve.renewal import State, observation_from, observation_state
 from fsm.solve.simulate import Ledger, Saved, Statistics, StepEnd
-from fsm.system import Observation, System
+from fsm.system import DriveState, Observation, System
 
 __all__ = ["Books"]
 
@@ -41,6 +41,7 @@ class Books:
     save_times : s
     on_save, on_step : called with saved states and after every step
     time, q, u : where the solve begins
+    after : renewal point that it goes on from instead; `go_on` is to follow
     """
 
     def __init__(
@@ -54,34 +55,51 @@ class Books:
         time: float,
         q: np.ndarray,
         u: np.ndarray,
+        after: StepEnd | None = None,
     ) -> None:
         self.system, self.statistics = system, statistics
         self.on_save, self.on_step = on_save, on_step
         self.time, self.q, self.u = time, q, u
-        system.commit(time, q, u)
-        self.last = self._first(time, q, u)
-        self.ledger = Ledger.opened(self.last.energy) if ledger is None else ledger
-        self.largest_reaction = self.last.reaction
-        self._earlier: Observation | None = None
+        self._earlier: DriveState | None = None
         self._resting: list[tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]] = []
         self._span = float(system.scales().span.max(initial=0.0))
         self._saved = -np.inf
-        self.pending = [t for t in save_times if t >= time]
         self._nothing = 1e-12 * max(save_times, default=0.0)  # times that differ by less are the same
-        if not statistics.seen:
-            statistics.seen.append((self.last.drive, self.last.pairs.force))
+        if after is not None:
+            assert ledger is not None
+            self.ledger = ledger
+            statistics.events = list(after.events)
+            self.pending = [t for t in save_times if t > time + self._nothing]
+            return
+        system.commit(time, q, u)
+        self.last = system.observe(time, q, u)
+        self.ledger = Ledger.opened(self.last.energy) if ledger is None else ledger
+        self.largest_reaction = self.last.reaction
+        self.pending = [t for t in save_times if t >= time]
+        statistics.seen.append((self.last.drive, self.last.pairs.force))
         self._save()
 
-    def _first(self, time: float, q: np.ndarray, u: np.ndarray) -> Observation:
-        """Where the solve begins: of one that goes on, with the forces that were seen there.
+    def state(self) -> State:
+        """What other books go on with from here, besides time, q, u, the ledger and what was seen."""
+        earlier = [] if self._earlier is None else [self._earlier.travel, self._earlier.force]
+        resting = [found for known, found in self._resting if known is self.q]
+        return {
+            **observation_state(self.last),
+            "earlier": np.array(earlier),
+            **({"resting": resting[0][0], "resting_drive": resting[0][1]} if resting else {}),
+            "bounds": np.array([self.largest_reaction, self._saved]),
+        }
 
-        Its velocities may be means over a step, at which stiff dampers would answer with forces of their own.
-        """
-        if not self.statistics.seen:
-            return self.system.observe(time, q, u)
-        drive, pair_force = self.statistics.seen[-1]
-        here = self.system.observe(time, q, np.zeros_like(u))
-        return replace(here, drive=drive, pairs=replace(here.pairs, force=pair_force))
+    def go_on(self, end: StepEnd) -> None:
+        """Go on with what `state` gave."""
+        state = end.state
+        assert state is not None
+        self.time, self.q, self.u = end.time, end.q, end.u
+        stored_by = list(self.system.energy(end.time, end.q, None).potential)
+        self.last = observation_from(state, stored_by)
+        self._earlier = DriveState(*state["earlier"]) if len(state["earlier"]) else None
+        self._resting = [(self.q, (state["resting"], state["resting_drive"]))] if "resting" in state else []
+        self.largest_reaction, self._saved = state["bounds"].tolist()
 
     def next_save(self, end: float) -> float:
         """Time of the next state to be saved, or the end."""
@@ -134,7 +152,7 @@ class Books:
             return 0.0
         points = [
             (float(drive.travel[k]), float(drive.force[k]))
-            for drive in (self._earlier.drive, self.last.drive, seen.drive)
+            for drive in (self._earlier, self.last.drive, seen.drive)
         ]
         (x0, f0), (x1, f1), (x2, f2) = points
         first, second = x1 - x0, x2 - x1
@@ -146,9 +164,9 @@ class Books:
     def quasi_static(
         self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation, turned_over: TurnedOver
     ) -> None:
-        """Take a step whose velocities are means over it."""
+        """Take a step whose velocities are means over it; `tell` is to follow."""
         self.ledger.add(*turned_over)
-        earlier = self.last
+        earlier = self.last.drive
         self.system.commit(t, q, u, (self.time, self.q))
         self._take(t, q, u, seen)
         self._earlier = earlier
@@ -181,6 +199,7 @@ class Books:
         """Take a step of a time integrator."""
         self.ledger.add(*turned_over)
         self._take(t, q, u, seen, seen.energy.stored_freely)
+        self.tell()
 
     def may_jump(self, t: float, q: np.ndarray, seen: Observation) -> bool:
         """Whether a jump to a state could happen: through no face, and without a gain of energy that nothing gave."""
@@ -200,6 +219,7 @@ class Books:
         rest = np.zeros_like(self.u)
         self.system.commit(t, q, rest)
         self._take(t, q, rest, seen)
+        self.tell()
 
     def _take(self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation, stored: float | None = None) -> None:
         """Go on to a state; `stored` is its energy if inertia counts, which it does not in statics."""
@@ -212,8 +232,13 @@ class Books:
         self.statistics.seen.append((seen.drive, seen.pairs.force))
         self.statistics.steps += 1
         self._save()
+
+    def tell(self, state: State | None = None) -> StepEnd:
+        """Tell that a step has ended, at a renewal point with what another solve goes on with."""
+        end = StepEnd(self.time, self.q, self.u, self.statistics.steps, tuple(self.statistics.events), state)
         if self.on_step is not None:
-            self.on_step(StepEnd(t, q, u, self.statistics.steps, tuple(self.statistics.events)))
+            self.on_step(end)
+        return end
 
     def save_last(self) -> None:
         """Hand over the last state, if it was not: the solve ends here."""

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fsm.solve.renewal import State
 from fsm.system import System
 
 __all__ = ["History", "Prediction"]
@@ -45,6 +46,26 @@ class History:
     def add(self, t: float, q: np.ndarray, efforts: np.ndarray | None = None) -> None:
         """Take a state; the efforts of its springs, if they are to be predicted too, in all states."""
         self._states = [*self._states[-(_KEPT - 1) :], _State(self.system.progress(t), q, efforts)]
+
+    def state(self) -> State:
+        """All states, to go on from."""
+        states = self._states
+        return {
+            "history_progress": np.array([state.progress for state in states]),
+            "history_q": np.array([state.q for state in states]),
+            "history_efforts": np.array([state.efforts for state in states if state.efforts is not None]),
+        }
+
+    def go_on(self, state: State) -> None:
+        """Have the states that `state` gave."""
+        progress, efforts = state["history_progress"].tolist(), state["history_efforts"]
+        kept: list[np.ndarray | None] = list(efforts) if len(efforts) else [None] * len(progress)
+        self._states = [_State(*values) for values in zip(progress, state["history_q"], kept, strict=True)]
+
+    @property
+    def efforts(self) -> np.ndarray | None:
+        """Efforts at the last state."""
+        return self._states[-1].efforts
 
     def predict(self, t: float) -> Prediction | None:
         """The state at time t; None with fewer than two states."""

@@ -35,6 +35,7 @@ from fsm.blocks import BlockMatrix, BlockPattern
 from fsm.errors import NotConverged
 from fsm.kernels.block_sum import with_rates
 from fsm.solve.linear import LinearSolver
+from fsm.solve.renewal import State
 from fsm.solve.status import Outcome, StepFailed
 from fsm.system import Linearised, System
 
@@ -233,6 +234,37 @@ class GeneralizedAlpha:
                 outcome = Outcome.NO_SOLUTION if trial is None else Outcome.STEP_TOO_SMALL
                 raise self._failure(outcome, objection.reason if objection is not None else "")
         self._accept(trial)
+
+    # renewal ------------------------------------------------------------------------------------------------------
+
+    def state(self) -> State:
+        """What another object goes on with from the present time, q and u."""
+        sizes = self.step_size, self.max_step, self._present, self._before, self._last_error, self._longest
+        counts = (
+            self.steps, self.rejected, self.failed, self.iterations, self.force_evaluations, self.linearisations,
+            self.linear.factorisations,
+        )  # fmt: skip
+        return {
+            "rate": self.rate,
+            "a": self.a,
+            "slope": self._slope,
+            "sizes": np.array(sizes),
+            "counts": np.array([*counts, self._started]),
+        }
+
+    def go_on(self, state: State) -> None:
+        """Go on with what `state` gave, and a tangent at the present state."""
+        self.rate, self.a, self._slope = state["rate"], state["a"], state["slope"]
+        self.step_size, self.max_step, self._present, self._before, self._last_error, self._longest = (
+            state["sizes"].tolist()
+        )
+        counts = [int(count) for count in state["counts"]]
+        self.steps, self.rejected, self.failed, self.iterations, self.force_evaluations, self.linearisations = counts[:6]
+        self.linear.factorisations = counts[6]
+        self._started = bool(counts[7])
+        if self._started:
+            self._linearise(self.t, self.q, self.u)
+            self._factorise(self._present, None)
 
     # start ----------------------------------------------------------------------------------------------------------
 

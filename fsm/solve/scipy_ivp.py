@@ -15,12 +15,15 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from fsm.errors import NotConverged
 from fsm.solve.radau_structured import SecondOrderJacobian, StructuredRadau, second_order_jacobian
+from fsm.solve.renewal import State
 from fsm.system import System
 
-__all__ = ["FirstOrder", "make_solver"]
+__all__ = ["FirstOrder", "go_on", "make_solver", "solver_state"]
 
 _FIRST_STEP = 1e-6
 """LSODA's first step as a fraction of the time to go."""
+_AGAIN = 1e-2
+"""The same where it goes on, as a fraction of the step before: it begins anew with order one."""
 _LARGEST = 2e8
 """Numbers in LSODA's matrix, full or banded, that are asked of the memory at most."""
 _BAND_WORTHWHILE = 0.25
@@ -107,6 +110,41 @@ def make_solver(
         return StructuredRadau(equations.rate, t, y, end, system=equations.system, jac=jacobian, **options)
     kind: Callable[..., OdeSolver] = {"Radau": Radau, "BDF": BDF}[method]
     return kind(equations.rate, t, y, end, jac=equations.jacobian, **options)
+
+
+def solver_state(solver: OdeSolver) -> State:
+    """What a new solver goes on with, besides t and y.
+
+    Of Radau the steps and errors of its step control, of BDF its differences and order too. LSODA keeps all to itself, and
+    has to begin again: of that the last step alone.
+    """
+    if isinstance(solver, LSODA):
+        return {"steps": np.array([abs(solver.t - solver.t_old)])}
+    state = {"steps": np.array([solver.h_abs, *(np.nan if x is None else x for x in _control(solver))])}
+    if isinstance(solver, BDF):
+        differences = np.zeros_like(solver.D)
+        used = solver.order + 3
+        differences[:used] = solver.D[:used]
+        state |= {"differences": differences, "order": np.array([solver.order, solver.n_equal_steps])}
+    return state
+
+
+def _control(solver: OdeSolver) -> tuple[float | None, float | None]:
+    return solver.h_abs_old, solver.error_norm_old
+
+
+def go_on(solver: OdeSolver, state: State) -> None:
+    """Let a new solver take its first step as the one that `solver_state` was of would have taken its next."""
+    steps = state["steps"].tolist()
+    if isinstance(solver, LSODA):
+        integrator = solver._lsoda_solver._integrator
+        integrator.first_step = integrator.rwork[4] = min(_AGAIN * steps[0], solver.t_bound - solver.t)
+        return
+    solver.h_abs = steps[0]
+    solver.h_abs_old, solver.error_norm_old = (None if np.isnan(x) else x for x in steps[1:])
+    if isinstance(solver, BDF):
+        solver.D = state["differences"].copy()
+        solver.order, solver.n_equal_steps = (int(x) for x in state["order"])
 
 
 def _lsoda(

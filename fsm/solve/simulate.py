@@ -12,6 +12,7 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,8 @@ import numpy as np
 from fsm.errors import EnergyAbort, NotConverged
 from fsm.solve.dissipation import mean_dissipation
 from fsm.solve.generalized_alpha import RHO_INF, GeneralizedAlpha
-from fsm.solve.scipy_ivp import FirstOrder, make_solver
+from fsm.solve.renewal import State, steps_between
+from fsm.solve.scipy_ivp import FirstOrder, go_on, make_solver, solver_state
 from fsm.solve.status import Event, Outcome, StepFailed
 from fsm.system import DriveState, Energy, Observation, System
 
@@ -30,6 +32,8 @@ _WEIGHTS = np.array([5.0, 8.0, 5.0]) / 18.0
 GENERALIZED_ALPHA, NEWMARK = "generalized-alpha", "newmark"
 _ENDS_AT_SAVES = ("Radau", "Radau-blocks")
 """SciPy's methods whose steps end at every saved time."""
+_RARELY = {"LSODA": 8}
+"""Methods that begin anew at a renewal point with short steps of low order: so many times as many steps lie between."""
 _STAGES = {"Radau": 3, "Radau-blocks": 3, "BDF": 1, "LSODA": 1}
 """Right-hand sides that one Newton iteration evaluates."""
 _NEXT_TO = 1e-9
@@ -125,13 +129,24 @@ class Saved:
 
 @dataclass(frozen=True)
 class StepEnd:
-    """End of a step: time (s), q, u, steps, events so far. A solve can go on from here; between steps stiff modes ring."""
+    """End of a step.
+
+    Attributes
+    ----------
+    time, q, u : s, (nq,) and (nu,) arrays
+    steps : int
+        So far.
+    events : so far
+    state : dict of arrays, or None
+        At a renewal point (`fsm.solve.renewal`) what another solve goes on with from here.
+    """
 
     time: float
     q: np.ndarray
     u: np.ndarray
     steps: int
     events: tuple[Event, ...] = ()
+    state: State | None = None
 
 
 @dataclass
@@ -165,6 +180,7 @@ def simulate(
     start: tuple[float, np.ndarray, np.ndarray] | None = None,
     ledger: Ledger | None = None,
     seen: list[tuple[DriveState, np.ndarray]] | None = None,
+    after: StepEnd | None = None,
 ) -> tuple[Statistics, Ledger]:
     """Integrate a system and report states at the times asked for.
 
@@ -175,8 +191,11 @@ def simulate(
     save_times : increasing times, s
     on_save : called with each saved state, in order
     on_step : called after every step
-    start : time, q, u to go on from; the system's initial state if absent
-    ledger, seen : to go on with; changed in place
+    start : time, q, u to begin with; the system's initial state if absent
+    ledger, seen : to begin or go on with; changed in place
+    after : StepEnd
+        A renewal point of another solve of the same system to go on from, with its ledger and what it had seen there, as
+        that one did: to the bit. Saved times are those of the whole.
 
     Raises
     ------
@@ -185,7 +204,7 @@ def simulate(
     EnergyAbort
     """
     kind = _StepwiseRun if settings.method in (GENERALIZED_ALPHA, NEWMARK) else _DenseRun
-    run = kind(system, settings, save_times, on_save, on_step, start, ledger, [] if seen is None else seen)
+    run = kind(system, settings, save_times, on_save, on_step, start, ledger, [] if seen is None else seen, after)
     run.go()
     return run.statistics, run.ledger
 
@@ -203,17 +222,29 @@ class _Run(ABC):
         start: tuple[float, np.ndarray, np.ndarray] | None,
         ledger: Ledger | None,
         seen: list[tuple[DriveState, np.ndarray]],
+        after: StepEnd | None,
     ) -> None:
         self.system, self.settings = system, settings
         self.on_save, self.on_step = on_save, on_step
         self.begun = time.perf_counter()
         self.statistics = Statistics(settings.method, seen=seen)
+        self.every = steps_between(system.nu)
+        breaks = [*system.break_times(), settings.end_time]
+        if after is not None:
+            assert ledger is not None
+            self.ledger = ledger
+            self.pending = [t for t in _at_breaks(save_times, breaks) if after.time < t <= settings.end_time]
+            self._renew(after)
+            return
+        self.renewed = 0
+        self.state: State | None = None
         self.time, self.q, self.u = (0.0, *system.initial()) if start is None else start
+        system.forget(np.zeros(0))
         if start is None:
             system.restore(np.zeros(0))
         system.commit(self.time, self.q, self.u)
         wanted = [t for t in save_times if self.time <= t <= settings.end_time]
-        self.pending = _at_breaks(wanted, [*system.break_times(), settings.end_time])
+        self.pending = _at_breaks(wanted, breaks)
         self.last = system.observe(self.time, self.q, self.u)
         self.ledger = Ledger.opened(self.last.energy) if ledger is None else ledger
         self._look(self.last)
@@ -226,16 +257,41 @@ class _Run(ABC):
     def go(self) -> None:
         """Step to the end."""
 
-    def _arrive(self, t: float, q: np.ndarray, u: np.ndarray) -> None:
-        """The end of a step, when all that belongs to it has been accounted for and saved."""
+    def _renew(self, end: StepEnd) -> None:
+        """Have nothing but what the end of a step holds."""
+        assert end.state is not None
+        self.time, self.q, self.u, self.renewed, self.state = end.time, end.q, end.u, end.steps, end.state
+        self.statistics.steps = end.steps
+        self.statistics.smallest_step = float(end.state["smallest_step"][0])
+        self.system.forget(end.state["counted"])
+        self.system.restore(end.state["memory"])
+        self.last = self.system.observe(self.time, self.q, self.u)
+
+    def _arrive(self, t: float, q: np.ndarray, u: np.ndarray, state: Callable[[], State]) -> bool:
+        """The end of a step, when all that belongs to it has been accounted for and saved; whether it was a renewal point.
+
+        `state` gives what the method's solver goes on with from there.
+        """
         self.time, self.q, self.u = t, q, u
         judged = t >= JUDGED_FROM * self.settings.end_time
         if judged and self.ledger.relative_error > self.settings.energy_abort:
             self._fail(Outcome.ENERGY)
         if self.statistics.steps >= self.settings.max_steps and t < self.settings.end_time:
             self._fail(Outcome.TOO_MANY_STEPS)
+        end = StepEnd(t, q, u, self.statistics.steps)
+        renews = end.steps - self.renewed >= self.every and t < self.settings.end_time
+        if renews:
+            own = {
+                "memory": self.system.memory(),
+                "counted": self.system.counted(),
+                "smallest_step": np.array([self.statistics.smallest_step]),
+            }
+            end = replace(end, state=own | state())
         if self.on_step is not None:
-            self.on_step(StepEnd(t, q, u, self.statistics.steps))
+            self.on_step(end)
+        if renews:
+            self._renew(end)
+        return renews
 
     def _look(self, seen: Observation) -> None:
         self.statistics.seen.append((seen.drive, seen.pairs.force))
@@ -278,10 +334,7 @@ class _StepwiseRun(_Run):
     def go(self) -> None:
         """See `_Run`."""
         settings = self.settings
-        rho_inf = None if settings.method == NEWMARK else settings.rho_inf
-        solver = GeneralizedAlpha(
-            self.system, self.time, self.q, self.u, settings.rtol, rho_inf, settings.step, settings.max_step
-        )
+        solver = self._solver()
         breaks = set(self.system.break_times())
         try:
             while solver.t < settings.end_time:
@@ -295,9 +348,21 @@ class _StepwiseRun(_Run):
                     self._fail(error.outcome, error.reason)
                 self._count(solver)
                 self._account(begin, solver)
-                self._arrive(solver.t, solver.q, solver.u)
+                if self._arrive(solver.t, solver.q, solver.u, solver.state):
+                    solver = self._solver()
         finally:
             self._count(solver)
+
+    def _solver(self) -> GeneralizedAlpha:
+        """A new solver at the present state, that goes on from the last renewal point if there was one."""
+        settings = self.settings
+        rho_inf = None if settings.method == NEWMARK else settings.rho_inf
+        solver = GeneralizedAlpha(
+            self.system, self.time, self.q, self.u, settings.rtol, rho_inf, settings.step, settings.max_step
+        )
+        if self.state is not None:
+            solver.go_on(self.state)
+        return solver
 
     def _count(self, solver: GeneralizedAlpha) -> None:
         statistics = self.statistics
@@ -335,10 +400,9 @@ class _DenseRun(_Run):
         # a one-step method loses nothing by stopping at every save; between steps stiff springs are interpolated, and
         # their forces are wrong by far more than the positions (rigid panels at rtol 1e-5: 5e-3 against 4e-4)
         exact = settings.method in _ENDS_AT_SAVES
-        state = np.concatenate([self.q, self.u])
-        solver = make_solver(
-            settings.method, self.equations, self.time, state, settings.end_time, settings.rtol, settings.max_step
-        )
+        self.factorisations = 0
+        self.every *= _RARELY.get(settings.method, 1)
+        solver = self._solver()
         try:
             while solver.status == "running" or (exact and solver.t < settings.end_time):
                 if exact:
@@ -362,16 +426,34 @@ class _DenseRun(_Run):
                 if objection is not None and objection.reason:  # these methods cannot take a step back
                     self._fail(Outcome.CROSSED, objection.reason)
                 self.system.commit(solver.t, q, u)
-                self._arrive(solver.t, q, u)
+                if self._arrive(solver.t, q, u, partial(self._state, solver)):
+                    solver = self._solver()
         finally:
             self._count(solver, step=False)
+
+    def _solver(self) -> Any:
+        """A new solver at the present state, that goes on from the last renewal point if there was one."""
+        settings, state = self.settings, np.concatenate([self.q, self.u])
+        if self.state is not None:
+            counts = [int(count) for count in self.state["counts"]]
+            self.equations.force_calls, self.equations.jacobian_calls, self.factorisations = counts
+        solver = make_solver(
+            settings.method, self.equations, self.time, state, settings.end_time, settings.rtol, settings.max_step
+        )
+        if self.state is not None:
+            go_on(solver, self.state)
+        return solver
+
+    def _state(self, solver: Any) -> State:
+        counts = self.equations.force_calls, self.equations.jacobian_calls, self.statistics.factorisations
+        return {**solver_state(solver), "counts": np.array(counts)}
 
     def _count(self, solver: object, step: bool = True) -> None:
         statistics = self.statistics
         statistics.steps += int(step)
         statistics.force_evaluations = self.equations.force_calls
         statistics.jacobian_evaluations = self.equations.jacobian_calls
-        statistics.factorisations = int(getattr(solver, "nlu", 0))
+        statistics.factorisations = self.factorisations + int(getattr(solver, "nlu", 0))
         statistics.newton_iterations = self.equations.force_calls // _STAGES[statistics.method]
         statistics.wall_time = time.perf_counter() - self.begun
         size = getattr(solver, "step_size", None)

@@ -22,8 +22,9 @@ def solve(
     start: tuple[float, np.ndarray, np.ndarray] | None = None,
     ledger: Ledger | None = None,
     seen: list[tuple[DriveState, np.ndarray]] | None = None,
+    after: StepEnd | None = None,
 ) -> tuple[Statistics, Ledger]:
     """Solve a system and report states at the times asked for; see `simulate`, whose arguments these are."""
     if isinstance(settings, PathSettings):
-        return follow(system, settings, save_times, on_save, on_step, start, ledger, seen)
-    return simulate(system, settings, save_times, on_save, on_step, start, ledger, seen)
+        return follow(system, settings, save_times, on_save, on_step, start, ledger, seen, after)
+    return simulate(system, settings, save_times, on_save, on_step, start, ledger, seen, after)

@@ -29,6 +29,7 @@ from fsm.solve.critical import Critical, critical_point, loose_mode, stable_bran
 from fsm.solve.equilibrium_step import Ending, EquilibriumStep
 from fsm.solve.extrapolation import History, Prediction
 from fsm.solve.newton import negative_pivots, tangent_prediction
+from fsm.solve.renewal import State, steps_between
 from fsm.solve.simulate import JUDGED_FROM, Ledger, Saved, Statistics, StepEnd
 from fsm.solve.status import Event, Outcome, StepFailed
 from fsm.solve.takeover import move_until_calm, slide
@@ -63,6 +64,8 @@ _IN_MOTION = 10.0
 """Tolerance of the dynamics at a snap over that of the path."""
 _EVENTS = 30
 """Critical points passed before the path is given up: so many are no path but a solver at a loss."""
+_NONE_COARSE = (-math.inf, 0.0, 0.0)
+"""Time, duration and energy error of the last step that was looked at for its energy balance: none."""
 _CALMER = 6
 """How often the motion after a snap is given a tenth of the energy to come down to before it is given up."""
 
@@ -103,6 +106,7 @@ def follow(
     start: tuple[float, np.ndarray, np.ndarray] | None = None,
     ledger: Ledger | None = None,
     seen: list[tuple[DriveState, np.ndarray]] | None = None,
+    after: StepEnd | None = None,
 ) -> tuple[Statistics, Ledger]:
     """Follow the stable equilibrium path and report states at the times asked for; the same as `simulate` otherwise.
 
@@ -112,7 +116,7 @@ def follow(
         With the time, the worst body and what to try. What was saved until then has been handed over.
     """
     run = _Follower(
-        system, settings, list(save_times), on_save, on_step, start, ledger, [] if seen is None else seen
+        system, settings, list(save_times), on_save, on_step, start, ledger, [] if seen is None else seen, after
     )
     run.go()
     return run.statistics, run.books.ledger
@@ -141,29 +145,37 @@ class _Follower:
         start: tuple[float, np.ndarray, np.ndarray] | None,
         ledger: Ledger | None,
         seen: list[tuple[DriveState, np.ndarray]],
+        after: StepEnd | None,
     ) -> None:
         self.system, self.settings = system, settings
         self.statistics = Statistics("static", seen=seen)
         self.newton = EquilibriumStep(system, tolerance=_FORCES * settings.rtol)
         self.history = History(system)
-        if start is None:
-            system.restore(np.zeros(0))
-        t, q, u = (0.0, *system.initial()) if start is None else start
-        self._remember(t, q)
-        self.books = Books(system, self.statistics, ledger, save_times, on_save, on_step, t, q, u)
-        self.breaks = [at for at in system.break_times() if t < at < settings.end_time]
+        self.every, self.renewed = steps_between(system.nu), 0
         self.first_step = min(settings.first_step, settings.max_step)
-        # one state gives a tangent only, and of a solve that goes on the drive does not begin slowly
+        if after is not None:
+            t, q, u = after.time, after.q, after.u
+        else:
+            t, q, u = (0.0, *system.initial()) if start is None else start
+            system.forget(np.zeros(0))
+            if start is None:
+                system.restore(np.zeros(0))
+            self._remember(t, q)
+        self.books = Books(system, self.statistics, ledger, save_times, on_save, on_step, t, q, u, after)
+        self.breaks = [at for at in system.break_times() if t < at < settings.end_time]
+        # one state gives a tangent only, and of a solve that does not begin at rest the drive does not begin slowly
         self.step_size = self.first_step if start is None else _AGAIN * self.first_step
         self.aim = math.sqrt(settings.rtol)
         self.far = min(_FAR * self.aim, _FURTHEST)
         self.failed = np.zeros(system.nu)
         self.objection = ""
-        self.coarse = (-math.inf, 0.0, 0.0)  # time, duration and energy error of the last step that was looked at
+        self.coarse = _NONE_COARSE
         # energy of everything moving at the speed that the drive may bring about by itself
         speed = self.newton.scales.velocity
         self.slow = 0.5 * float(speed @ (system.mass(q) @ speed))
         self.joint = system.widest_joint(t, q)[1]
+        if after is not None:
+            self._renew(after)
 
     def go(self) -> None:
         """To the end."""
@@ -175,7 +187,7 @@ class _Follower:
                 if self.statistics.steps >= settings.max_steps:
                     self._fail(Outcome.TOO_MANY_STEPS)
                 duration = self._duration()
-                reason = self._attempt(books.time + duration)
+                reason = self._attempt(books.time + duration, may_renew=True)
                 if reason is None:
                     self._judge_energy()
                     continue
@@ -198,7 +210,7 @@ class _Follower:
             return left
         return min(size, 0.5 * left)
 
-    def _attempt(self, t: float) -> _Reason | None:
+    def _attempt(self, t: float, may_renew: bool = False) -> _Reason | None:
         """Try a step to time t; None if it was taken."""
         books = self.books
         before = (books.time, books.q)
@@ -242,7 +254,42 @@ class _Follower:
         books.quasi_static(t, found.q, found.u, seen, turned_over)
         self.objection = ""
         self._remember(t, found.q, before)
+        renews = may_renew and self.statistics.steps - self.renewed >= self.every and t < self.settings.end_time
+        end = books.tell(self._state() if renews else None)
+        if renews:
+            self._renew(end)
         return None
+
+    def _state(self) -> State:
+        """What another solve goes on with from here."""
+        counts = self._counts()
+        return {
+            **self.history.state(),
+            **self.books.state(),
+            "memory": self.system.memory(),
+            "counted": self.system.counted(),
+            "step_size": np.array([self.step_size]),
+            "counts": np.array([*counts, self.statistics.newton_iterations, self.statistics.rejected]),
+        }
+
+    def _counts(self) -> tuple[int, int, int]:
+        return self.newton.iterations, self.newton.evaluations, self.newton.solver.factorisations
+
+    def _renew(self, end: StepEnd) -> None:
+        """Have nothing but what the end of a step holds."""
+        state, statistics = end.state, self.statistics
+        assert state is not None
+        self.system.forget(state["counted"])
+        self.system.restore(state["memory"])
+        self.newton = newton = EquilibriumStep(self.system, tolerance=self.newton.tolerance)
+        counts = [int(count) for count in state["counts"]]
+        newton.iterations, newton.evaluations, newton.solver.factorisations = counts[:3]
+        statistics.newton_iterations, statistics.rejected = counts[3:]
+        statistics.steps, self.renewed = end.steps, end.steps
+        self.history.go_on(state)
+        self.books.go_on(end)
+        self.step_size = float(state["step_size"][0])
+        self.failed, self.coarse = np.zeros(self.system.nu), _NONE_COARSE
 
     def _coarse(self, duration: float, imbalance: float) -> bool:
         """Whether the energy balance of a step asks for a shorter one.
@@ -275,8 +322,7 @@ class _Follower:
 
     def _remember(self, t: float, q: np.ndarray, before: Before | None = None) -> None:
         """Take a state into the history, with the efforts of its springs."""
-        self.efforts = self.newton.efforts(t, q, before)
-        self.history.add(t, q, self.efforts)
+        self.history.add(t, q, self.newton.efforts(t, q, before))
 
     def _forget(self) -> None:
         """Begin the history anew at the present state."""
@@ -333,7 +379,7 @@ class _Follower:
         while step < self.first_step:
             t = min(books.time + step, books.next_save(self.settings.end_time))
             prediction = self.history.predict(t)
-            guess, efforts = books.q, self.efforts
+            guess, efforts = books.q, self.history.efforts
             if prediction is not None:
                 guess, efforts = self.system.retract(books.q, prediction.increment), prediction.efforts
             found = stable_branch(self.newton, t, guess, efforts, critical, self.settings.imperfection)
@@ -390,11 +436,9 @@ class _Follower:
     # the end --------------------------------------------------------------------------------------------------------
 
     def _count(self, begun: float) -> None:
-        statistics, newton = self.statistics, self.newton
-        statistics.newton_iterations += newton.iterations
-        statistics.force_evaluations = newton.evaluations
-        statistics.jacobian_evaluations = newton.iterations
-        statistics.factorisations = newton.solver.factorisations
+        statistics = self.statistics
+        statistics.jacobian_evaluations, statistics.force_evaluations, statistics.factorisations = self._counts()
+        statistics.newton_iterations += statistics.jacobian_evaluations
         statistics.wall_time = time.perf_counter() - begun
 
     def _fail(self, outcome: Outcome) -> None:
