@@ -216,7 +216,7 @@ class RecordedSolve:
         if not self.checkpoint.is_file() or not part_path(self.target).is_file():
             return None
         arrays, attributes = read_checkpoint(self.checkpoint)
-        if attributes.get("case") != self.loaded.text:
+        if attributes.get("case") != self.loaded.text or "steps" not in attributes:
             return None
         self.warnings = list(attributes["warnings"])
         self.seen = [(DriveState(travel, force), pairs) for travel, force, pairs in _rows(arrays)]

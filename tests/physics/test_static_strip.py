@@ -15,7 +15,7 @@ from fsm.results.quantities import peak
 from fsm.scene.load_case import load_case
 from fsm.segments.system import SegmentSystem
 from fsm.solve.newton import negative_pivots
-from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, StepEnd, simulate
+from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, simulate
 from fsm.solve.static import PathSettings, follow
 
 CASE = Path(__file__).parents[2] / "folding_cases" / "strip_trial" / "case.toml"
@@ -110,23 +110,6 @@ def test_few_steps_and_iterations_without_contact(segments: int, spatial: bool) 
     assert small.steps > 5 * statistics.steps
     wanted = np.array([state.observation.drive.force[0] for state in exact])
     np.testing.assert_allclose(force, wanted, atol=1e-5 * wanted.max())
-
-
-def test_a_path_that_goes_on_begins_with_a_small_step() -> None:
-    system = trial("strip.segments_per_panel=5", 'drive.0.travel="20 mm"')
-    motion = system.motions[0]
-    settings = PathSettings(motion.end_time, motion.time_of(2e-3))
-    ends: list[StepEnd] = []
-    statistics, _ = follow(system, settings, [], lambda state: None, ends.append)
-    start = next(end for end in ends if motion.at(end.time)[0] > 5e-3)
-    again: list[StepEnd] = []
-    resumed, _ = follow(
-        system, settings, [], lambda state: None, again.append, (start.time, start.q, start.u),
-        seen=statistics.seen[: start.steps + 1],
-    )  # fmt: skip
-    assert again[0].time - start.time <= 0.1001 * settings.first_step
-    assert resumed.rejected == 0 or again[0].steps == 1
-    assert curve(resumed)[1][-1] == pytest.approx(curve(statistics)[1][-1], rel=1e-4)  # dampers know the steps
 
 
 @pytest.mark.slow

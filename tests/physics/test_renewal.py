@@ -1,0 +1,105 @@
+"""A solve that goes on from a renewal point gives the bits of the one that never stopped, whatever happens on the way."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import pytest
+
+import fsm.solve.simulate
+import fsm.solve.static
+from fsm.segments.compile import compile_scene
+from fsm.solve.renewal import steps_between
+from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, StepEnd
+from fsm.solve.solver import solve
+from fsm.solve.static import PathSettings
+from fsm.system import DriveState, System
+from tests.physics.test_crease_hysteresis import CYCLE, crease, flap
+from tests.physics.test_paths import truss
+
+
+@dataclass
+class Way:
+    """What a solve hands over, and where another can go on."""
+
+    saved: list[Saved] = field(default_factory=list)
+    seen: list[tuple[DriveState, np.ndarray]] = field(default_factory=list)
+    ledger: Ledger = field(default_factory=Ledger)
+    renewals: list[tuple[StepEnd, Ledger, int, int]] = field(default_factory=list)
+    statistics: Statistics | None = None
+
+    def go(self, system: System, settings: Settings | PathSettings, times: list[float], after: StepEnd | None = None) -> Way:
+        def step(end: StepEnd) -> None:
+            if end.state is not None:
+                self.renewals.append((copy.deepcopy(end), replace(self.ledger), len(self.seen), len(self.saved)))
+
+        if after is None:
+            self.ledger = Ledger.opened(system.energy(0.0, *system.initial()))
+        self.statistics, _ = solve(
+            system, settings, times, self.saved.append, step, ledger=self.ledger, seen=self.seen, after=after
+        )
+        return self
+
+
+def same(one: Way, other: Way, first: int) -> None:
+    """From the saved state `first` on."""
+    assert len(one.saved) - first == len(other.saved)
+    for a, b in zip(one.saved[first:], other.saved, strict=True):
+        assert (a.time, a.dissipated, a.work, a.error) == (b.time, b.dissipated, b.work, b.error)
+        np.testing.assert_array_equal(a.q, b.q)
+        np.testing.assert_array_equal(a.u, b.u)
+        np.testing.assert_array_equal(a.observation.drive.force, b.observation.drive.force)
+    for (a_drive, a_pairs), (b_drive, b_pairs) in zip(one.seen, other.seen, strict=True):
+        np.testing.assert_array_equal(a_drive.force, b_drive.force)
+        np.testing.assert_array_equal(a_pairs, b_pairs)
+    assert (one.ledger.worst, one.ledger.turnover) == (other.ledger.worst, other.ledger.turnover)
+    assert one.statistics is not None
+    assert other.statistics is not None
+    for name in ("steps", "rejected", "newton_iterations", "force_evaluations", "factorisations", "smallest_step", "events"):
+        assert getattr(one.statistics, name) == getattr(other.statistics, name), name
+
+
+def check(
+    make: Callable[[], System], settings: Settings | PathSettings, monkeypatch: pytest.MonkeyPatch, every: int = 5
+) -> Way:
+    """Go on from the first, a middle and the last renewal point."""
+    for module in (fsm.solve.simulate, fsm.solve.static):
+        monkeypatch.setattr(module, "steps_between", lambda nu: every)
+    times = list(np.linspace(0.0, settings.end_time, 21))
+    whole = Way().go(make(), settings, times)
+    assert len(whole.renewals) > 2
+    for end, ledger, seen, saved in (whole.renewals[k] for k in (0, len(whole.renewals) // 2, -1)):
+        on = Way(seen=list(whole.seen[:seen]), ledger=replace(ledger))
+        same(whole, on.go(make(), settings, times, end), saved)
+    return whole
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.05], ids=["slides", "moves"])
+def test_through_a_snap(damping: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    motion = truss(damping).motions[0]
+    way = check(lambda: truss(damping), PathSettings(motion.end_time, motion.time_of(0.01)), monkeypatch)
+    assert way.statistics is not None
+    assert len(way.statistics.events) == 1
+    snap = way.statistics.events[0]
+    ends = [end.time for end, *_ in way.renewals]
+    assert min(ends) < snap.time
+    assert max(ends) > snap.end_time
+    assert not any(snap.time < t < snap.end_time for t in ends)
+
+
+@pytest.mark.parametrize(
+    ("method", "spatial"), [("static", False), ("static", True), ("generalized-alpha", False)]
+)
+def test_with_creases_that_remember(method: str, spatial: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    scene, end = flap(CYCLE, crease()), 2.5
+    settings: Settings | PathSettings = Settings(method, 1e-4, end)
+    if method == "static":
+        settings = PathSettings(end, 0.02, 0.05, rtol=1e-6)
+    check(lambda: compile_scene(scene, spatial), settings, monkeypatch)
+
+
+def test_renewal_points_are_a_matter_of_the_size() -> None:
+    assert [steps_between(nu) for nu in (0, 6, 1000, 1500, 10**6)] == [64, 64, 60, 40, 16]
