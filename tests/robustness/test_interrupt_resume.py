@@ -134,7 +134,7 @@ def numbers(solution: Solution) -> dict[str, np.ndarray]:
     """All arrays over time that a results file holds."""
     found = {name: values for name, values in vars(solution).items() if isinstance(values, np.ndarray)}
     found |= {f"energy {name}": values for name, values in solution.energy.items()}
-    found |= {f"samples {name}": values for name, values in solution.samples._asdict().items()}
+    found |= {f"samples {name}": values for name, values in vars(solution.samples).items()}
     if solution.array is not None:
         found |= {f"array {name}": values for name, values in vars(solution.array).items() if isinstance(values, np.ndarray)}
     return found
