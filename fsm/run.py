@@ -57,8 +57,9 @@ def run_case(
     progress : bool or callable
         A bar on standard error, or called with the fraction done.
     resume : bool
-        Go on from the last checkpoint in `out` if there is one of this very case: to the bit as if it had
-        never stopped, but that times in the summary are those of the last part. Of a case that is solved, only curves and plots are written.
+        Go on from the last checkpoint in `out` if there is one of this very case: to the bit as if it had never stopped,
+        but that times in the summary are those of the last part. Of a case that is solved, only curves and plots are
+        written.
 
     Returns
     -------
