@@ -21,8 +21,8 @@ from fsm.solve.newton import equilibrium
 from fsm.solve.simulate import Saved, Settings, simulate
 
 __all__ = [
-    "EndMoment", "cable_cantilever", "cable_pendulum", "clamped_beam", "deep_cantilever", "plate_modes", "rolled_up",
-    "string_ratio",
+    "EndMoment", "cable_cantilever", "cable_pendulum", "clamped_beam", "deep_cantilever", "pendulum_cable", "plate_modes",
+    "rolled_up", "string_ratio",
 ]  # fmt: skip
 
 YOUNG, WIDTH, LENGTH = 2.07e11, 0.1, 2.0
@@ -175,8 +175,8 @@ def deep_cantilever(
     return np.asarray(q[bar.positions[-1] + np.arange(2)] - [length, 0.0])
 
 
-def cable_pendulum(elements: int, times: list[float], rtol: float = 1e-5) -> tuple[np.ndarray, float]:
-    """Tip (x, z) of the flexible pendulum at these times, m, and the relative energy error.
+def pendulum_cable(elements: int) -> tuple[AncfSystem, int]:
+    """The flexible pendulum and the position at its tip.
 
     L = 1.2, A = .0018, I = 1.215e-8, rho = 5540, E = .7e6, g = 9.81, pinned at the origin, released horizontal.
     """
@@ -190,8 +190,12 @@ def cable_pendulum(elements: int, times: list[float], rtol: float = 1e-5) -> tup
     beam = mesh.groups[0]
     assert isinstance(beam, CableGroup)
     mesh = replace(mesh, groups=(replace(beam, bending=young * second * np.ones(elements), engineering=True),))
-    system = AncfSystem(mesh, Loading(gravity=(0.0, 0.0, -9.81)))
+    return AncfSystem(mesh, Loading(gravity=(0.0, 0.0, -9.81))), int(line[-1, 0])
+
+
+def cable_pendulum(elements: int, times: list[float], rtol: float = 1e-5) -> tuple[np.ndarray, float]:
+    """Tip (x, z) of the flexible pendulum at these times, m, and the relative energy error."""
+    system, tip = pendulum_cable(elements)
     saved: list[Saved] = []
     _, ledger = simulate(system, Settings("Radau-blocks", rtol, times[-1]), times, saved.append)
-    tip = int(line[-1, 0])
     return np.array([state.q[[tip, tip + 2]] for state in saved]), ledger.relative_error

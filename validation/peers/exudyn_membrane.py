@@ -212,10 +212,10 @@ class ExudynFilm:
         """Static solution, kept as the initial state."""
         self.system.SolveStatic(self.settings(), updateInitialValues=True)
 
-    def frequencies(self) -> np.ndarray:
+    def frequencies(self, count: int = MODES) -> np.ndarray:
         """The lowest, Hz."""
         values, _ = self.system.ComputeODE2Eigenvalues(
-            self.settings(), useSparseSolver=True, numberOfEigenvalues=MODES, constrainedCoordinates=self.held,
+            self.settings(), useSparseSolver=True, numberOfEigenvalues=count, constrainedCoordinates=self.held,
             ignoreAlgebraicEquations=True, convert2Frequencies=True,
         )  # fmt: skip
         return np.asarray(values)

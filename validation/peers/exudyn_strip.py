@@ -26,7 +26,7 @@ from validation.benchmarks.demo import machine
 from validation.peers.strip import FSM_METHODS, Curve, Times, distance, fsm_curve, strip_case, timed_runs
 
 if TYPE_CHECKING:
-    from validation.peers.exudyn_model import ExudynSettings
+    from validation.peers.exudyn_model import ExudynSettings, ExudynStrip
 
 OUT = Path(__file__).parents[2] / "out" / "peers"
 STEPS = (5, 7, 10, 14, 20, 40, 80)
@@ -70,11 +70,11 @@ class Bench:
 # Exudyn -----------------------------------------------------------------------------------------------------------------
 
 
-def exudyn_curve(bench: Bench, settings: ExudynSettings, contact: bool = False, repeat: int = 0) -> tuple[Times, Curve]:
-    """Times of Exudyn's solver, without building the model, and the curve."""
+def exudyn_strip(segments: int, settings: ExudynSettings, contact: bool) -> ExudynStrip:
+    """fsm's strip in Exudyn; with contact half of it, against the mirror plane."""
     from validation.peers.exudyn_model import Contact, ExudynStrip
 
-    case = strip_case(bench.segments, contact)
+    case = strip_case(segments, contact)
     scene, system = prepare(case)
     points = None
     if contact:
@@ -82,8 +82,12 @@ def exudyn_curve(bench: Bench, settings: ExudynSettings, contact: bool = False, 
         line = next(body for body in scene.bodies if body.name == scene.drives[0].body)
         # two faces that come towards each other by 2 d press with K (2 d)^1.5; the plane sees d
         points = Contact(case.contact.stiffness * 2.0**1.5, line.position[0], case.contact.points_per_segment)
-    model = ExudynStrip(scene, system.motions[0], settings, points)
-    return timed_runs(model.solve, repeat or bench.repeat)
+    return ExudynStrip(scene, system.motions[0], settings, points)
+
+
+def exudyn_curve(bench: Bench, settings: ExudynSettings, contact: bool = False, repeat: int = 0) -> tuple[Times, Curve]:
+    """Times of Exudyn's solver, without building the model, and the curve."""
+    return timed_runs(exudyn_strip(bench.segments, settings, contact).solve, repeat or bench.repeat)
 
 
 def static_settings(planar: bool) -> Iterator[tuple[str, ExudynSettings]]:

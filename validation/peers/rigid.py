@@ -1,0 +1,284 @@
+"""Rigid mechanisms: their solutions in independent coordinates, and fsm's models, with stiff springs for joints.
+
+A01, A02 and A04 are problems of the IFToMM multibody benchmark library: simple pendulum, N four-bar linkages in a row,
+Bricard's linkage of six bars.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
+
+from fsm.scene.scene import GROUND, Body, ForceElement, Scene
+from fsm.segments.compile import compile_scene
+from fsm.segments.system import SegmentSystem
+from fsm.solve.simulate import Saved, Settings, simulate
+
+__all__ = [
+    "BRICARD", "GRAVITY", "TIMES", "TOP_TIMES", "WINDOWS", "bricard_model", "bricard_path", "four_bars_model",
+    "four_bars_path", "pendulum_model", "pendulum_path", "run_model", "top_model", "top_path",
+]  # fmt: skip
+
+GRAVITY = 9.81
+TIMES = np.arange(1, 21) * 0.5
+TOP_TIMES = np.arange(1, 21) * 0.05
+WINDOWS = 2
+
+Path = np.ndarray
+"""Position (times, 2 or 3) of one point, m."""
+
+
+def _exact(rate: Callable, start: Sequence[float], times: np.ndarray) -> np.ndarray:
+    ends = (0.0, float(times[-1]))
+    return solve_ivp(rate, ends, start, method="DOP853", rtol=1e-11, atol=1e-12, t_eval=times).y
+
+
+def run_model(system: SegmentSystem, settings: Settings, times: np.ndarray, shown: Callable[[np.ndarray], np.ndarray]) -> Path:
+    """The path of what `shown` takes from q, at these times."""
+    saved: list[Saved] = []
+    simulate(system, settings, [float(t) for t in times], saved.append)
+    return np.array([shown(state.q) for state in saved])
+
+
+# A01 --------------------------------------------------------------------------------------------------------------------
+
+
+def pendulum_path() -> Path:
+    """1 kg on a rod of 1 m without mass, from horizontal: its direction."""
+    angle = _exact(lambda t, y: [y[1], -GRAVITY * math.sin(y[0])], [-0.5 * math.pi, 0.0], TIMES)[0]
+    return np.stack([np.sin(angle), -np.cos(angle)], 1)
+
+
+def pendulum_model(stiffness: float) -> tuple[SegmentSystem, Callable[[np.ndarray], np.ndarray]]:
+    """A body of the same equation of motion, as fsm wants an inertia: centre at d, (d^2 + I/m)/d = 1 m."""
+    d = 0.75
+    moments = (d - d * d,) * 3
+    body = Body(name="bob", mass=1.0, inertia=moments, position=(-d, 0.0, 0.0))
+    hinge = _pin("hinge", GROUND, (0.0, 0.0, 0.0), "bob", (d, 0.0, 0.0), stiffness, 1.0)
+    return _compiled([body], [hinge]), lambda q: q[:2] / d
+
+
+def _pin(
+    name: str, inner: str, at: tuple[float, float, float], outer: str, point: tuple[float, float, float],
+    stiffness: float, mass: float,
+) -> ForceElement:  # fmt: skip
+    """A joint that stiff springs hold, damped to a fifth of critical."""
+    damping = 0.4 * math.sqrt(stiffness * mass)
+    return ForceElement(
+        name=name, inner=inner, outer=outer, point_inner=at, point_outer=point, translation=(stiffness,) * 3,
+        translation_damping=(damping,) * 3,
+    )  # fmt: skip
+
+
+def _compiled(bodies: Sequence[Body], elements: Sequence[ForceElement], spatial: bool = False) -> SegmentSystem:
+    return compile_scene(
+        Scene(bodies=tuple(bodies), elements=tuple(elements), gravity=(0.0, 0.0, -GRAVITY)), spatial=spatial
+    )
+
+
+# A02 --------------------------------------------------------------------------------------------------------------------
+
+
+def four_bars_path(windows: int = WINDOWS) -> Path:
+    """Upper end of the first bar, less its pivot: all upright bars turn alike, the tops go at 1 m/s at first."""
+    inertia, weight = (windows + 1) / 3.0 + windows, GRAVITY * ((windows + 1) / 2.0 + windows)
+    angle = _exact(lambda t, y: [y[1], weight / inertia * math.sin(y[0])], [0.0, 1.0], TIMES)[0]
+    return np.stack([np.sin(angle), np.cos(angle)], 1)
+
+
+def four_bars_model(stiffness: float, windows: int = WINDOWS) -> tuple[SegmentSystem, Callable[[np.ndarray], np.ndarray]]:
+    """Bars of 1 m and 1 kg: windows + 1 upright, and one from top to top."""
+    moments = (1.0 / 12.0,) * 3
+    up, down = (0.0, 0.0, 0.5), (0.0, 0.0, -0.5)
+    left, right = (-0.5, 0.0, 0.0), (0.5, 0.0, 0.0)
+    bodies, elements = [], []
+    for i in range(windows + 1):
+        bodies.append(
+            Body(
+                name=f"bar {i}", mass=1.0, inertia=moments, position=(float(i), 0.0, 0.5), velocity=(0.5, 0.0, 0.0),
+                angular_velocity=(0.0, 1.0, 0.0),
+            )  # fmt: skip
+        )
+        elements.append(_pin(f"foot {i}", GROUND, (float(i), 0.0, 0.0), f"bar {i}", down, stiffness, 1.0))
+    for i in range(windows):
+        bodies.append(
+            Body(name=f"top {i}", mass=1.0, inertia=moments, position=(i + 0.5, 0.0, 1.0), velocity=(1.0, 0.0, 0.0))
+        )
+        elements.append(_pin(f"left {i}", f"bar {i}", up, f"top {i}", left, stiffness, 1.0))
+        elements.append(_pin(f"right {i}", f"bar {i + 1}", up, f"top {i}", right, stiffness, 1.0))
+    return _compiled(bodies, elements), lambda q: 2.0 * q[:2]
+
+
+# heavy top --------------------------------------------------------------------------------------------------------------
+
+
+def top_path() -> Path:
+    """Centre of the heavy top, by Euler's equations about the fixed point."""
+    mass, moments = 15.0, np.array([15.234375, 0.46875, 15.234375])
+
+    def rate(t: float, y: np.ndarray) -> np.ndarray:
+        w, x, yy, z = y[:4]
+        omega = y[4:]
+        down = -GRAVITY * mass * np.array([2 * (x * z - w * yy), 2 * (yy * z + w * x), w * w - x * x - yy * yy + z * z])
+        moment = np.cross([0.0, 1.0, 0.0], down)
+        turn = 0.5 * np.array([
+            -x * omega[0] - yy * omega[1] - z * omega[2], w * omega[0] + yy * omega[2] - z * omega[1],
+            w * omega[1] + z * omega[0] - x * omega[2], w * omega[2] + x * omega[1] - yy * omega[0],
+        ])  # fmt: skip
+        return np.concatenate([turn, (moment - np.cross(omega, moments * omega)) / moments])
+
+    w, x, y, z = _exact(rate, [1.0, 0.0, 0.0, 0.0, 0.0, 150.0, -4.61538], TOP_TIMES)[:4]
+    return np.stack([2 * (x * y - w * z), w * w - x * x + y * y - z * z, 2 * (y * z + w * x)], 1)
+
+
+def top_model(stiffness: float) -> tuple[SegmentSystem, Callable[[np.ndarray], np.ndarray]]:
+    """15 kg, centre 1 m from the fixed point, 150 rad/s about its axis."""
+    top = Body(
+        name="top", mass=15.0, inertia=(0.234375, 0.46875, 0.234375), position=(0.0, 1.0, 0.0), velocity=(4.61538, 0.0, 0.0),
+        angular_velocity=(0.0, 150.0, -4.61538),
+    )  # fmt: skip
+    fixed = _pin("fixed point", GROUND, (0.0, 0.0, 0.0), "top", (0.0, -1.0, 0.0), stiffness, 0.25)
+    return _compiled([top], [fixed], spatial=True), lambda q: q[:3]
+
+
+# A04 --------------------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Linkage:
+    """Bars from corner to corner, the last one the ground; at every corner a hinge across the bars that meet there."""
+
+    corners: np.ndarray
+    axes: np.ndarray
+    slender: float = 1e-3
+    """Moment of inertia of a bar about itself, kg m^2; across it 1/12."""
+
+
+def _cube() -> Linkage:
+    corners = np.array([[0, 0, 0], [1, 0, 0], [1, 0, -1], [1, 1, -1], [0, 1, -1], [0, 1, 0]], dtype=float)
+    bars = np.roll(corners, -1, axis=0) - corners
+    return Linkage(corners, np.array([np.cross(bars[i - 1], bars[i]) for i in range(6)]))
+
+
+BRICARD = _cube()
+"""Six edges of a cube of 1 m; the sixth, from (0, 1, 0) to the origin, stands still. Gravity along -z."""
+
+
+def _pose(angles: np.ndarray, linkage: Linkage) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Corners 0 to 6 and axes of the chain that starts with bar 0 and is turned at corners 0 to 5; the sixth bar too."""
+    bars = np.roll(linkage.corners, -1, axis=0) - linkage.corners
+    turn = np.eye(3)
+    at, points, axes = np.zeros(3), [np.zeros(3)], []
+    for axis, bar, angle in zip(linkage.axes, bars, angles, strict=True):
+        axes.append(turn @ axis)
+        k = np.array([[0.0, -axis[2], axis[1]], [axis[2], 0.0, -axis[0]], [-axis[1], axis[0], 0.0]])
+        turn = turn @ (np.eye(3) + math.sin(angle) * k + (1.0 - math.cos(angle)) * k @ k)
+        at = at + turn @ bar
+        points.append(at)
+    return np.array(points), np.array(axes), turn
+
+
+def _closing(angles: np.ndarray, linkage: Linkage) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """How far the loop is open (6,), the derivative of that (6, 6), and the corners."""
+    points, axes, turn = _pose(angles, linkage)
+    spin = 0.5 * np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
+    slopes = np.vstack([np.cross(axes, points[6] - points[:6]).T, axes.T])
+    return np.concatenate([points[6], spin]), slopes, points
+
+
+def _mass(rate: np.ndarray, angles: np.ndarray, linkage: Linkage) -> float:
+    """Twice the kinetic energy of the five bars that move."""
+    points, axes, _ = _pose(angles, linkage)
+    total, spin, speed = 0.0, np.zeros(3), np.zeros(3)
+    for i in range(5):
+        spin = spin + rate[i] * axes[i]
+        bar = points[i + 1] - points[i]
+        centre = speed + np.cross(spin, 0.5 * bar)
+        along = spin @ bar
+        total += centre @ centre + (spin @ spin - along**2) / 12.0 + linkage.slender * along**2
+        speed = speed + np.cross(spin, bar)
+    return total
+
+
+def bricard_path(step: float = 0.02, linkage: Linkage = BRICARD) -> Path:
+    """Corner 3 of the linkage. Its one way to move is followed first, by the length of the curve of its six angles."""
+
+    def tangent(angles: np.ndarray, before: np.ndarray) -> np.ndarray:
+        found = np.linalg.svd(_closing(angles, linkage)[1])[2][-1]
+        return found if found @ before > 0.0 else -found
+
+    rows = {}
+    first = np.linalg.svd(_closing(np.zeros(6), linkage)[1])[2][-1]
+    for sign in (1, -1):
+        angles, direction = np.zeros(6), sign * first
+        for k in range(round(6.0 / step) + 1):
+            direction = tangent(angles, direction)
+            points = _closing(angles, linkage)[2]
+            height = 0.5 * (points[:5, 2] + points[1:6, 2]).sum()
+            rows[sign * k] = (_mass(direction, angles, linkage), GRAVITY * height, *points[3])
+            middle = tangent(angles + 0.5 * step * direction, direction)
+            again = tangent(angles + 0.5 * step * middle, direction)
+            last = tangent(angles + step * again, direction)
+            angles = angles + step / 6.0 * (direction + 2.0 * middle + 2.0 * again + last)
+            for _ in range(3):
+                gap, slopes, _ = _closing(angles, linkage)
+                angles = angles - np.linalg.lstsq(slopes, gap, rcond=1e-6)[0]
+    numbers = sorted(rows)
+    curve = CubicSpline(step * np.array(numbers), np.array([rows[k] for k in numbers]))
+
+    def rate(t: float, y: np.ndarray) -> list[float]:
+        inertia, slope = curve(y[0]), curve(y[0], 1)
+        return [y[1], -(slope[1] + 0.5 * slope[0] * y[1] ** 2) / inertia[0]]
+
+    return np.asarray(curve(_exact(rate, [0.0, 0.0], TIMES)[0])[:, 2:])
+
+
+def bricard_model(
+    stiffness: float, linkage: Linkage = BRICARD
+) -> tuple[SegmentSystem, Callable[[np.ndarray], np.ndarray]]:
+    """Five bars and six hinges, each stiff in five ways; fsm does not mind that one of them is too many."""
+    bars = np.roll(linkage.corners, -1, axis=0) - linkage.corners
+    bodies = [
+        Body(
+            name=f"bar {i}", mass=1.0, position=tuple(linkage.corners[i] + 0.5 * bars[i]),
+            inertia=tuple(np.where(np.abs(bars[i]) > 0.5, linkage.slender, 1.0 / 12.0)),
+        )
+        for i in range(5)
+    ]  # fmt: skip
+    elements = []
+    damping = 0.4 * math.sqrt(stiffness)
+    for i in range(6):
+        inner, outer = (f"bar {i - 1}" if i else GROUND), (f"bar {i}" if i < 5 else GROUND)
+        axes = _quaternion_to(linkage.axes[i])
+        elements.append(
+            ForceElement(
+                name=f"hinge {i}", inner=inner, outer=outer, axes_inner=axes, axes_outer=axes,
+                point_inner=tuple(0.5 * bars[i - 1]) if i else (0.0, 0.0, 0.0),
+                point_outer=tuple(-0.5 * bars[i]) if i < 5 else tuple(linkage.corners[5]),
+                translation=(stiffness,) * 3, translation_damping=(damping,) * 3,
+                rotation=(0.1 * stiffness, 0.0, 0.1 * stiffness), rotation_damping=(0.1 * damping, 0.0, 0.1 * damping),
+            )  # fmt: skip
+        )
+    system = _compiled(bodies, elements, spatial=True)
+    far = 0.5 * bars[2]
+
+    def corner(q: np.ndarray) -> np.ndarray:
+        w, v = q[17], q[18:21]
+        return q[14:17] + far + 2.0 * np.cross(v, np.cross(v, far) + w * far)
+
+    return system, corner
+
+
+def _quaternion_to(axis: np.ndarray) -> tuple[float, float, float, float]:
+    """Turns e2 onto one of the three axes or its opposite."""
+    half = math.sqrt(0.5)
+    if abs(axis[1]) > 0.5:
+        return (1.0, 0.0, 0.0, 0.0) if axis[1] > 0 else (0.0, 1.0, 0.0, 0.0)
+    if abs(axis[0]) > 0.5:
+        return (half, 0.0, 0.0, -math.copysign(half, axis[0]))
+    return (half, math.copysign(half, axis[2]), 0.0, 0.0)

@@ -1,0 +1,222 @@
+"""Work against precision: runs of two programs in turn, the time each needs to an error, tables and pictures of that."""
+
+from __future__ import annotations
+
+import csv
+import math
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from itertools import zip_longest
+from pathlib import Path
+
+from fsm.errors import FsmError
+from fsm.plots.style import COLOURS, GREY, figure
+
+__all__ = [
+    "FSM", "PEER", "TARGETS", "PeerCase", "Point", "Run", "measure", "plot", "ratio", "table", "time_to_error", "timed",
+    "write_csv",
+]  # fmt: skip
+
+FSM, PEER = "fsm", "Exudyn"
+TARGETS = (1e-2, 1e-3)
+LONG = 0.5
+"""Runs of more seconds are measured once."""
+GIVEN_UP = 0.5
+"""A run with a larger error has lost its problem; it is no point of a sweep."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """One program with one setting.
+
+    Attributes
+    ----------
+    tool, method, setting : what runs, as it is shown
+    solve : gives the processor time (s) of the solver alone, model built and kernels compiled, and the error (-)
+    """
+
+    tool: str
+    method: str
+    setting: str
+    solve: Callable[[], tuple[float, float]]
+
+
+@dataclass(frozen=True)
+class Point:
+    """What a run gave: the shortest processor time, s, of so many runs, and the error."""
+
+    tool: str
+    method: str
+    setting: str
+    seconds: float
+    error: float
+    runs: int = 1
+
+
+@dataclass(frozen=True)
+class PeerCase:
+    """A problem that two programs solve.
+
+    Attributes
+    ----------
+    name, title : for files, for people
+    reference : what errors are measured against, and how
+    settings : of each program, what is the same in all its runs
+    runs : makes the runs
+    impossible : why fsm cannot, or not the whole of it
+    """
+
+    name: str
+    title: str
+    reference: str
+    settings: dict[str, str]
+    runs: Callable[[], list[Run]]
+    impossible: str = ""
+    points: list[Point] = field(default_factory=list)
+
+
+def timed(solve: Callable[[], object]) -> tuple[float, object]:
+    """Processor time, s, and what it returns."""
+    begun = time.process_time()
+    result = solve()
+    return time.process_time() - begun, result
+
+
+def measure(runs: Sequence[Run], repeat: int, say: Callable[[str], None] = print) -> list[Point]:
+    """Every run once to warm up, then in turns, one of each program after the other; what fails is left out."""
+    own = [run for run in runs if run.tool == FSM]
+    others = [run for run in runs if run.tool != FSM]
+    turns = [run for pair in zip_longest(own, others) for run in pair if run is not None]
+    seconds: dict[int, list[float]] = {}
+    errors: dict[int, float] = {}
+    for number in range(repeat + 1):
+        for k, run in enumerate(turns):
+            if number and (k not in errors or min(seconds[k]) > LONG):
+                continue
+            try:
+                taken, error = run.solve()
+                if number == 0 and taken < LONG:
+                    taken, error = run.solve()  # the first warmed up
+            except (FsmError, RuntimeError, ValueError) as problem:
+                errors.pop(k, None)
+                say(f"    {run.tool}, {run.method}, {run.setting}: {str(problem).splitlines()[0][:90]}")
+                continue
+            if not error <= GIVEN_UP:
+                say(f"    {run.tool}, {run.method}, {run.setting}: lost, error {error:.2g}")
+                continue
+            seconds.setdefault(k, []).append(taken)
+            errors[k] = error
+    return [
+        Point(run.tool, run.method, run.setting, min(seconds[k]), errors[k], len(seconds[k]))
+        for k, run in enumerate(turns)
+        if k in errors
+    ]
+
+
+@dataclass(frozen=True)
+class Reached:
+    """Time to an error, s; `bound`: the quickest run is already within it. Of the run that is the first to be within it."""
+
+    seconds: float
+    point: Point
+    bound: bool
+
+
+def time_to_error(points: Iterable[Point], target: float) -> Reached | None:
+    """Time at which the sweep of one method comes to an error; None if it does not.
+
+    Of the points on the front (none is both quicker and more accurate), interpolated in both logarithms.
+    """
+    front: list[Point] = []
+    for point in sorted(points, key=lambda p: (p.seconds, p.error)):
+        if not front or point.error < front[-1].error:
+            front.append(point)
+    for before, point in zip([None, *front], front, strict=False):
+        if point.error > target:
+            continue
+        if before is None:
+            return Reached(point.seconds, point, True)
+        part = math.log(before.error / target) / math.log(before.error / max(point.error, 1e-300))
+        return Reached(before.seconds * (point.seconds / before.seconds) ** part, point, False)
+    return None
+
+
+def best(points: Sequence[Point], tool: str, target: float) -> Reached | None:
+    """Of the methods of a program the one that gets there first."""
+    methods = dict.fromkeys(point.method for point in points if point.tool == tool)
+    found = [time_to_error([p for p in points if (p.tool, p.method) == (tool, name)], target) for name in methods]
+    reached = [one for one in found if one is not None]
+    return min(reached, key=lambda one: one.seconds) if reached else None
+
+
+def ratio(points: Sequence[Point], target: float) -> float:
+    """Exudyn's time over fsm's; NaN if one of them does not get there."""
+    own, other = (best(points, tool, target) for tool in (FSM, PEER))
+    return other.seconds / own.seconds if own and other else math.nan
+
+
+def verdict(points: Sequence[Point], target: float) -> str:
+    """Who is faster, in words."""
+    own, other = (best(points, tool, target) for tool in (FSM, PEER))
+    if own is None and other is None:
+        return "neither gets there"
+    if own is None or other is None:
+        return f"only {FSM if other is None else PEER} gets there"
+    part = other.seconds / own.seconds
+    return f"{FSM} {part:.2g} times faster" if part >= 1.0 else f"**{PEER} {1.0 / part:.2g} times faster**"
+
+
+def _milliseconds(reached: Reached | None) -> str:
+    if reached is None:
+        return "not reached"
+    point = reached.point
+    return f"{'≤ ' if reached.bound else ''}{1e3 * reached.seconds:.3g} ms ({point.method}, {point.setting})"
+
+
+def table(cases: Sequence[PeerCase]) -> str:
+    """Times to the errors and who is faster; below it references and settings. Markdown."""
+    lines = ["| case | error | fsm | Exudyn | |", "|---|---|---|---|---|"]
+    for case in cases:
+        for target in TARGETS:
+            own, other = (_milliseconds(best(case.points, tool, target)) for tool in (FSM, PEER))
+            if not case.points:
+                own, other = case.impossible or "not run", ""
+            end = verdict(case.points, target) if case.points else ""
+            lines.append(f"| {case.title} | {100 * target:g} % | {own} | {other} | {end} |")
+    lines += ["", "| case | reference and error | settings of fsm | settings of Exudyn |", "|---|---|---|---|"]
+    for case in cases:
+        own, other = (case.settings.get(tool, "") for tool in (FSM, PEER))
+        reference = case.reference + (f" {case.impossible}" if case.impossible else "")
+        lines.append(f"| {case.title} | {reference} | {own} | {other} |")
+    return "\n".join(lines) + "\n"
+
+
+def write_csv(case: PeerCase, about: dict[str, str], path: Path) -> None:
+    """All points of a case, the machine in each row."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    names = ("case", "tool", "method", "setting", "processor_s", "error", "runs")
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow([*about, *names])
+        for p in case.points:
+            writer.writerow([*about.values(), case.name, p.tool, p.method, p.setting, p.seconds, p.error, p.runs])
+
+
+def plot(case: PeerCase, path: Path) -> Path:
+    """Processor time against error, a line a method: full for fsm, dashed for Exudyn."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    methods = list(dict.fromkeys((point.tool, point.method) for point in case.points))
+    with figure(path, (6.4, 4.0)) as fig:
+        ax = fig.subplots()
+        for (tool, method), colour in zip(methods, COLOURS * 3, strict=False):
+            own = [p for p in case.points if (p.tool, p.method) == (tool, method)]
+            line = "o-" if tool == FSM else "s--"
+            at = [max(p.error, 1e-9) for p in own], [1e3 * p.seconds for p in own]
+            ax.loglog(*at, line, ms=4, lw=1, color=colour, label=f"{tool}, {method}")
+        for target in TARGETS:
+            ax.axvline(target, color=GREY, lw=0.8)
+        ax.set(xlabel="error (-)", ylabel="processor time (ms)")
+        ax.set_title(case.title, loc="left")
+        ax.legend(fontsize=7)
+    return path
