@@ -23,7 +23,6 @@ FIRST = (
 
 NOT_IN_GALLERY = {
     "benchmarks": "run times, which depend on the machine and have no reference: make bench",
-    "peers": "needs another program, which is an optional extra: python -m validation.peers.exudyn_strip",
     "stress": "a campaign of thousands of scenes with a summary of its own: python -m validation.stress",
     "fuzz": "broken files by thousands, with a summary of its own: python -m validation.fuzz",
     "faults": "kills and full disks, with a summary of its own: python -m validation.faults",

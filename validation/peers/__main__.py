@@ -1,6 +1,6 @@
 """Exudyn and fsm in one run: time to 1 % and to 0.1 % of error for every problem that both can model.
 
-    python -m validation.peers [--only strip A01 ...] [--repeat 5] [--out out/peers]
+    python -m validation.peers [--only strip_10_plane A01 ...] [--repeat 3] [--out out/peers]
 
 Prints the table and writes table.md, and of every problem a CSV and a picture. Exit code 2 without Exudyn.
 """
@@ -16,7 +16,8 @@ import time
 from pathlib import Path
 
 from validation.benchmarks.demo import machine
-from validation.peers.cases import ALL, THERE
+from validation.peers.cases import ALL
+from validation.peers.common import THERE
 from validation.peers.sweep import measure, plot, table, verdict, write_csv
 
 
@@ -24,13 +25,16 @@ def main() -> int:
     """Measure, print, write."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", nargs="+", choices=list(ALL), default=list(ALL))
-    parser.add_argument("--repeat", type=int, default=5, help="runs that the shortest is taken of; long ones run once")
+    parser.add_argument("--repeat", type=int, default=3, help="runs that the shortest is taken of; long ones run once")
     parser.add_argument("--out", type=Path, default=Path(__file__).parents[2] / "out" / "peers")
     options = parser.parse_args()
     if not THERE:
         print("Exudyn is not installed: pip install 'fsm[peers]'", file=sys.stderr)
         return 2
     assert one_thread.VARIABLES
+    import exudyn
+
+    exudyn.config.printToConsole = False  # it tells of every run that fails
     about = machine() | {"exudyn": importlib.metadata.version("exudyn")}
     head = ", ".join(f"{name} {value}" for name, value in about.items() if name != "date")
     print(head)

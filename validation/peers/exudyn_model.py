@@ -108,9 +108,7 @@ class ExudynStrip:
         self.mbs.Assemble()
         self.options = self._options()
 
-    def solve(
-        self, clock: Callable[[], float] = time.perf_counter
-    ) -> tuple[float, tuple[np.ndarray, np.ndarray]]:
+    def solve(self, clock: Callable[[], float] = time.perf_counter) -> tuple[float, tuple[np.ndarray, np.ndarray]]:
         """Time of the solver by a clock (s); travel (m) and pull force (N) at the end of every step."""
         begun = clock()
         if self.settings.dynamic:

@@ -38,7 +38,9 @@ def _exact(rate: Callable, start: Sequence[float], times: np.ndarray) -> np.ndar
     return solve_ivp(rate, ends, start, method="DOP853", rtol=1e-11, atol=1e-12, t_eval=times).y
 
 
-def run_model(system: SegmentSystem, settings: Settings, times: np.ndarray, shown: Callable[[np.ndarray], np.ndarray]) -> Path:
+def run_model(
+    system: SegmentSystem, settings: Settings, times: np.ndarray, shown: Callable[[np.ndarray], np.ndarray]
+) -> Path:
     """The path of what `shown` takes from q, at these times."""
     saved: list[Saved] = []
     simulate(system, settings, [float(t) for t in times], saved.append)
@@ -100,9 +102,13 @@ def four_bars_model(stiffness: float, windows: int = WINDOWS) -> tuple[SegmentSy
     for i in range(windows + 1):
         bodies.append(
             Body(
-                name=f"bar {i}", mass=1.0, inertia=moments, position=(float(i), 0.0, 0.5), velocity=(0.5, 0.0, 0.0),
+                name=f"bar {i}",
+                mass=1.0,
+                inertia=moments,
+                position=(float(i), 0.0, 0.5),
+                velocity=(0.5, 0.0, 0.0),
                 angular_velocity=(0.0, 1.0, 0.0),
-            )  # fmt: skip
+            )
         )
         elements.append(_pin(f"foot {i}", GROUND, (float(i), 0.0, 0.0), f"bar {i}", down, stiffness, 1.0))
     for i in range(windows):
@@ -238,9 +244,7 @@ def bricard_path(step: float = 0.02, linkage: Linkage = BRICARD) -> Path:
     return np.asarray(curve(_exact(rate, [0.0, 0.0], TIMES)[0])[:, 2:])
 
 
-def bricard_model(
-    stiffness: float, linkage: Linkage = BRICARD
-) -> tuple[SegmentSystem, Callable[[np.ndarray], np.ndarray]]:
+def bricard_model(stiffness: float, linkage: Linkage = BRICARD) -> tuple[SegmentSystem, Callable[[np.ndarray], np.ndarray]]:
     """Five bars and six hinges, each stiff in five ways; fsm does not mind that one of them is too many."""
     bars = np.roll(linkage.corners, -1, axis=0) - linkage.corners
     bodies = [
@@ -257,12 +261,18 @@ def bricard_model(
         axes = _quaternion_to(linkage.axes[i])
         elements.append(
             ForceElement(
-                name=f"hinge {i}", inner=inner, outer=outer, axes_inner=axes, axes_outer=axes,
+                name=f"hinge {i}",
+                inner=inner,
+                outer=outer,
+                axes_inner=axes,
+                axes_outer=axes,
                 point_inner=tuple(0.5 * bars[i - 1]) if i else (0.0, 0.0, 0.0),
                 point_outer=tuple(-0.5 * bars[i]) if i < 5 else tuple(linkage.corners[5]),
-                translation=(stiffness,) * 3, translation_damping=(damping,) * 3,
-                rotation=(0.1 * stiffness, 0.0, 0.1 * stiffness), rotation_damping=(0.1 * damping, 0.0, 0.1 * damping),
-            )  # fmt: skip
+                translation=(stiffness,) * 3,
+                translation_damping=(damping,) * 3,
+                rotation=(0.1 * stiffness, 0.0, 0.1 * stiffness),
+                rotation_damping=(0.1 * damping, 0.0, 0.1 * damping),
+            )
         )
     system = _compiled(bodies, elements, spatial=True)
     far = 0.5 * bars[2]

@@ -24,7 +24,18 @@ try:
 except ImportError:  # not there yet
     follow = None  # type: ignore[assignment]
 
-__all__ = ["FSM_METHODS", "TRAVELS", "Curve", "FsmMethod", "Times", "distance", "fsm_curve", "strip_case", "timed_runs"]
+__all__ = [
+    "FSM_METHODS",
+    "TRAVELS",
+    "Curve",
+    "FsmMethod",
+    "Times",
+    "distance",
+    "fsm_curve",
+    "static_path",
+    "strip_case",
+    "timed_runs",
+]
 
 CASE = Path(__file__).parents[2] / "folding_cases" / "strip_trial" / "case.toml"
 STRIP = ("strip.thickness=1e-4", "strip.half_cell=false", "crease.stiffness=0.02", "expect=none")
@@ -106,12 +117,10 @@ def _equilibrium(system: SegmentSystem, steps: int) -> Curve:
     return travel, force
 
 
-def _static(system: SegmentSystem, rtol: float) -> Curve:
-    """All states of the path, none asked for in particular."""
+def static_path(system: SegmentSystem, rtol: float, first: float = 2e-3) -> Curve:
+    """All states of the path, none asked for in particular; `first`: travel of the first step, m."""
     motion = system.motions[0]
-    statistics, _ = follow(
-        system, PathSettings(motion.end_time, motion.time_of(2e-3), rtol=rtol), [], lambda state: None
-    )
+    statistics, _ = follow(system, PathSettings(motion.end_time, motion.time_of(first), rtol=rtol), [], lambda state: None)
     travel = np.array([drive.travel[0] for drive, _ in statistics.seen])
     force = np.array([drive.force[0] for drive, _ in statistics.seen])
     return travel, force
@@ -124,7 +133,7 @@ FSM_METHODS: dict[str, FsmMethod] = {
 """What fsm offers, by name: a function of (system, setting) that gives (travel, force), and its settings."""
 if follow is not None:
     # without the springs' damping, which is 0.1 % of the force; Radau needs it
-    FSM_METHODS["static"] = FsmMethod(_static, (1e-2, 1e-3, 1e-4, 1e-6), "rtol", ("material.damping=0",), contact=True)
+    FSM_METHODS["static"] = FsmMethod(static_path, (1e-2, 1e-3, 1e-4, 1e-6), "rtol", ("material.damping=0",), contact=True)
 
 
 def fsm_curve(case: Case, method: str, setting: Any, repeat: int = 1) -> tuple[Times, np.ndarray, np.ndarray]:

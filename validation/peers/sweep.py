@@ -90,14 +90,14 @@ def measure(runs: Sequence[Run], repeat: int, say: Callable[[str], None] = print
     turns = [run for pair in zip_longest(own, others) for run in pair if run is not None]
     seconds: dict[int, list[float]] = {}
     errors: dict[int, float] = {}
-    for number in range(repeat + 1):
+    for number in range(repeat):
         for k, run in enumerate(turns):
             if number and (k not in errors or min(seconds[k]) > LONG):
                 continue
             try:
+                if number == 0:
+                    run.solve()  # compiles, and makes the reference
                 taken, error = run.solve()
-                if number == 0 and taken < LONG:
-                    taken, error = run.solve()  # the first warmed up
             except (FsmError, RuntimeError, ValueError) as problem:
                 errors.pop(k, None)
                 say(f"    {run.tool}, {run.method}, {run.setting}: {str(problem).splitlines()[0][:90]}")

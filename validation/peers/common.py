@@ -1,0 +1,18 @@
+"""What the runs of all problems share."""
+
+from __future__ import annotations
+
+import importlib.util
+
+import numpy as np
+
+__all__ = ["EXUDYN", "THERE", "rms"]
+
+THERE = importlib.util.find_spec("exudyn") is not None
+"""Exudyn is installed."""
+EXUDYN = "build without range checks, one thread, no files, no sensor but of what is compared"
+
+
+def rms(path: np.ndarray, reference: np.ndarray, size: float) -> float:
+    """Of the distance of two paths, over a size."""
+    return float(np.sqrt(((path - reference) ** 2).sum(axis=1).mean()) / size)

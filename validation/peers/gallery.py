@@ -1,0 +1,91 @@
+"""Times to an error beside Exudyn, for the gallery; where Exudyn is not installed, nothing is compared.
+
+python -m validation.peers.gallery [--parts strip ...] [--out out/validation/peers]
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+
+from validation.gallery.command import command
+from validation.gallery.record import Check, NotCompared, Part, Place, below
+from validation.peers.cases import ALL, PRESSED, STRIPS
+from validation.peers.common import THERE
+from validation.peers.sweep import FSM, PeerCase, measure, plot, ratio, verdict
+
+TITLE = "Beside Exudyn"
+SOURCE = "Exudyn in the same run, run by run in turn; shortest processor time of the solvers (validation/peers)"
+FREE_RATIO, PRESSED_RATIO = 3.0, 50.0
+REPEAT = 3
+
+
+def strip(place: Place) -> Iterator[Check | NotCompared]:
+    """Pulled strip without contact: time to 0.1 % of error."""
+    for segments, spatial in STRIPS:
+        name = f"strip_{segments}_{'space' if spatial else 'plane'}"
+        why = "Exudyn's static solver takes only a few milliseconds here, and fsm's path is bound by Python, step by step"
+        yield from _faster(name, place, 1e-3, FREE_RATIO, why)
+
+
+def strip_contact(place: Place) -> Iterator[Check | NotCompared]:
+    """Pulled strip with contact of panels 3 and 4: time to 1 % of error."""
+    for segments in PRESSED:
+        why = (
+            "Exudyn is given half the strip against its mirror plane and its static solver; its dynamics and its contact of "
+            "whole panels, which take it seconds, are not what it does best"
+        )
+        yield from _faster(f"strip_{segments}_contact", place, 1e-2, PRESSED_RATIO, why)
+
+
+def others(place: Place) -> Iterator[Check | NotCompared]:
+    """Pendulums, top, linkages, cables and films: fsm's error is within 0.1 %; times as they are."""
+    if not THERE:
+        yield _missing("pendulums, top, linkages, cables and films")
+        return
+    for name in list(ALL)[len(STRIPS) + len(PRESSED) :]:
+        case, picture = _measured(name, place)
+        least = min((point.error for point in case.points if point.tool == FSM), default=float("inf"))
+        yield below(
+            case.title,
+            "smallest error of fsm's sweep",
+            least,
+            1e-3,
+            case.reference,
+            picture,
+            detail=", ".join(f"to {100 * e:g} %: {verdict(case.points, e)}" for e in (1e-2, 1e-3)).replace("*", ""),
+        )
+
+
+def _missing(what: str) -> NotCompared:
+    return NotCompared(what, "Exudyn", "Exudyn is not installed: pip install 'fsm[peers]'")
+
+
+def _measured(name: str, place: Place) -> tuple[PeerCase, Place]:
+    case = ALL[name]()
+    case.points.extend(measure(case.runs(), REPEAT, say=lambda line: None))
+    return case, plot(case, place.out / f"{name}.png")  # type: ignore[return-value]
+
+
+def _faster(name: str, place: Place, target: float, least: float, why: str) -> Iterator[Check | NotCompared]:
+    """Fsm's time as a part of Exudyn's."""
+    if not THERE:
+        yield _missing(ALL[name]().title)
+        return
+    case, picture = _measured(name, place)
+    yield below(
+        f"{case.title}: fsm's time over Exudyn's",
+        f"to {100 * target:g} % of error; at least {least:g} times faster is wanted",
+        1.0 / ratio(case.points, target),
+        1.0 / least,
+        SOURCE,
+        picture,  # type: ignore[arg-type]
+        reason=why,
+        detail=verdict(case.points, target).replace("*", ""),
+    )
+
+
+PARTS: dict[str, Part] = {"strip": strip, "strip_contact": strip_contact, "others": others}
+
+if __name__ == "__main__":
+    sys.exit(command(PARTS, "peers", __doc__))
