@@ -89,6 +89,7 @@ def test_the_table_shows_times_settings_and_the_winner(tmp_path: Path) -> None:
         assert part in text, part
     widths = {line.count("|") for line in text.splitlines() if line}
     assert widths == {5, 6}
+    assert "| a top | Exudyn, m | ≤ 2 ms | 6.32 ms |" in text
     assert "not possible: no gears" in table([PeerCase("x", "x", "", {}, list, impossible="not possible: no gears")])
     write_csv(shown, {"cpu": "some"}, tmp_path / "top.csv")
     with (tmp_path / "top.csv").open(encoding="utf-8") as file:

@@ -98,7 +98,7 @@ def four_bars() -> PeerCase:
 
     def runs() -> list[Run]:
         path = rigid.four_bars_path()
-        found = _fsm_rigid(rigid.four_bars_model, path, rigid.TIMES, (1e7, 1e8), (0.0025,), (1e-4, 1e-5, 1e-6))
+        found = _fsm_rigid(rigid.four_bars_model, path, rigid.TIMES, (1e7, 1e8), (0.0025,), (1e-3, 1e-4))
         if THERE:
             from validation.peers import exudyn_rigid as peer
 
@@ -152,7 +152,7 @@ def heavy_top() -> PeerCase:
 
     def runs() -> list[Run]:
         path, times = rigid.top_path(), rigid.TOP_TIMES
-        found = _fsm_rigid(rigid.top_model, path, times, (1e6, 1e7), (2.5e-3, 1e-3, 5e-4), (1e-3, 1e-4, 1e-5))
+        found = _fsm_rigid(rigid.top_model, path, times, (1e6, 1e7), (2.5e-3, 1e-3, 5e-4), (1e-3, 1e-4))
         if THERE:
             from validation.peers import exudyn_rigid as peer
 

@@ -20,7 +20,7 @@ __all__ = [
 
 FSM, PEER = "fsm", "Exudyn"
 TARGETS = (1e-2, 1e-3)
-LONG = 0.5
+LONG = 0.3
 """Runs of more seconds are measured once."""
 GIVEN_UP = 0.5
 """A run with a larger error has lost its problem; it is no point of a sweep."""
@@ -167,15 +167,16 @@ def verdict(points: Sequence[Point], target: float) -> str:
     return f"{FSM} {part:.2g} times faster" if part >= 1.0 else f"**{PEER} {1.0 / part:.2g} times faster**"
 
 
-def _milliseconds(reached: Reached | None) -> str:
+def _milliseconds(reached: Reached | None, named: bool = True) -> str:
     if reached is None:
         return "not reached"
     point = reached.point
-    return f"{'≤ ' if reached.bound else ''}{1e3 * reached.seconds:.3g} ms ({point.method}, {point.setting})"
+    run = f" ({point.method}, {point.setting})" if named else ""
+    return f"{'≤ ' if reached.bound else ''}{1e3 * reached.seconds:.3g} ms{run}"
 
 
 def table(cases: Sequence[PeerCase]) -> str:
-    """Times to the errors and who is faster; below it references and settings. Markdown."""
+    """Times to the errors and who is faster; the same of every method; references and settings. Markdown."""
     lines = ["| case | error | fsm | Exudyn | |", "|---|---|---|---|---|"]
     for case in cases:
         for target in TARGETS:
@@ -184,6 +185,12 @@ def table(cases: Sequence[PeerCase]) -> str:
                 own, other = case.impossible or "not run", ""
             end = verdict(case.points, target) if case.points else ""
             lines.append(f"| {case.title} | {100 * target:g} % | {own} | {other} | {end} |")
+    lines += ["", "| case | program, method | to 1 % | to 0.1 % |", "|---|---|---|---|"]
+    for case in cases:
+        for tool, method in dict.fromkeys((point.tool, point.method) for point in case.points):
+            own = [point for point in case.points if (point.tool, point.method) == (tool, method)]
+            times = " | ".join(_milliseconds(time_to_error(own, target), named=False) for target in TARGETS)
+            lines.append(f"| {case.title} | {tool}, {method} | {times} |")
     lines += ["", "| case | reference and error | settings of fsm | settings of Exudyn |", "|---|---|---|---|"]
     for case in cases:
         own, other = (case.settings.get(tool, "") for tool in (FSM, PEER))
