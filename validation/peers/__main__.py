@@ -17,7 +17,7 @@ from pathlib import Path
 
 from validation.benchmarks.demo import machine
 from validation.peers.cases import ALL
-from validation.peers.common import THERE
+from validation.peers.common import THERE, quiet
 from validation.peers.sweep import measure, plot, table, verdict, write_csv
 
 
@@ -32,9 +32,7 @@ def main() -> int:
         print("Exudyn is not installed: pip install 'fsm[peers]'", file=sys.stderr)
         return 2
     assert one_thread.VARIABLES
-    import exudyn
-
-    exudyn.config.printToConsole = False  # it tells of every run that fails
+    quiet()
     about = machine() | {"exudyn": importlib.metadata.version("exudyn")}
     head = ", ".join(f"{name} {value}" for name, value in about.items() if name != "date")
     print(head)

@@ -6,7 +6,7 @@ import importlib.util
 
 import numpy as np
 
-__all__ = ["EXUDYN", "THERE", "rms"]
+__all__ = ["EXUDYN", "THERE", "quiet", "rms"]
 
 THERE = importlib.util.find_spec("exudyn") is not None
 """Exudyn is installed."""
@@ -16,3 +16,10 @@ EXUDYN = "build without range checks, one thread, no files, no sensor but of wha
 def rms(path: np.ndarray, reference: np.ndarray, size: float) -> float:
     """Of the distance of two paths, over a size."""
     return float(np.sqrt(((path - reference) ** 2).sum(axis=1).mean()) / size)
+
+
+def quiet() -> None:
+    """Exudyn does not print that a run failed; it still raises."""
+    import exudyn
+
+    exudyn.config.printToConsole = False

@@ -123,16 +123,22 @@ class Reached:
     bound: bool
 
 
+def front(points: Iterable[Point]) -> list[Point]:
+    """Those that no other beats in both time and error; the quickest first."""
+    found: list[Point] = []
+    for point in sorted(points, key=lambda p: (p.seconds, p.error)):
+        if not found or point.error < found[-1].error:
+            found.append(point)
+    return found
+
+
 def time_to_error(points: Iterable[Point], target: float) -> Reached | None:
     """Time at which the sweep of one method comes to an error; None if it does not.
 
     Of the points on the front (none is both quicker and more accurate), interpolated in both logarithms.
     """
-    front: list[Point] = []
-    for point in sorted(points, key=lambda p: (p.seconds, p.error)):
-        if not front or point.error < front[-1].error:
-            front.append(point)
-    for before, point in zip([None, *front], front, strict=False):
+    best_first = front(points)
+    for before, point in zip([None, *best_first], best_first, strict=False):
         if point.error > target:
             continue
         if before is None:
@@ -210,17 +216,21 @@ def write_csv(case: PeerCase, about: dict[str, str], path: Path) -> None:
             writer.writerow([*about.values(), case.name, p.tool, p.method, p.setting, p.seconds, p.error, p.runs])
 
 
+def _drawn(points: Sequence[Point]) -> tuple[list[float], list[float]]:
+    return [max(p.error, 1e-9) for p in points], [1e3 * p.seconds for p in points]
+
+
 def plot(case: PeerCase, path: Path) -> Path:
-    """Processor time against error, a line a method: full for fsm, dashed for Exudyn."""
+    """Processor time against error, the front of every method filled and with a line: full for fsm, dashed for Exudyn."""
     path.parent.mkdir(parents=True, exist_ok=True)
     methods = list(dict.fromkeys((point.tool, point.method) for point in case.points))
     with figure(path, (6.4, 4.0)) as fig:
         ax = fig.subplots()
         for (tool, method), colour in zip(methods, COLOURS * 3, strict=False):
             own = [p for p in case.points if (p.tool, p.method) == (tool, method)]
-            line = "o-" if tool == FSM else "s--"
-            at = [max(p.error, 1e-9) for p in own], [1e3 * p.seconds for p in own]
-            ax.loglog(*at, line, ms=4, lw=1, color=colour, label=f"{tool}, {method}")
+            mark, line = ("o", "-") if tool == FSM else ("s", "--")
+            ax.loglog(*_drawn(own), mark, ms=4, mfc="white", color=colour)
+            ax.loglog(*_drawn(front(own)), mark + line, ms=4, lw=1, color=colour, label=f"{tool}, {method}")
         for target in TARGETS:
             ax.axvline(target, color=GREY, lw=0.8)
         ax.set(xlabel="error (-)", ylabel="processor time (ms)")
