@@ -40,8 +40,8 @@ def strip_contact(place: Place) -> Iterator[Check | NotCompared]:
         return
     for segments in PRESSED:
         why = (
-            "Exudyn is given half the strip against its mirror plane, as it has no contact between faces; its static solver takes "
-            "as long for that as fsm's path for the whole"
+            "Exudyn is given half the strip against its mirror plane, as it has no contact between faces; its static solver "
+            "takes as long for that as fsm's path for the whole"
         )
         yield from _faster(f"strip_{segments}_contact", place, 1e-2, PRESSED_RATIO, why)
 
