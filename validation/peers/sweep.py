@@ -170,7 +170,12 @@ def verdict(points: Sequence[Point], target: float) -> str:
     if own is None or other is None:
         return f"only {FSM if other is None else PEER} gets there"
     part = other.seconds / own.seconds
-    return f"{FSM} {part:.2g} times faster" if part >= 1.0 else f"**{PEER} {1.0 / part:.2g} times faster**"
+    return f"{FSM} {_plain(part, 2)} times faster" if part >= 1.0 else f"**{PEER} {_plain(1.0 / part, 2)} times faster**"
+
+
+def _plain(value: float, digits: int) -> str:
+    """So many digits, large numbers to the unit."""
+    return f"{value:.0f}" if value >= 10.0**digits else f"{value:.{digits}g}"
 
 
 def _milliseconds(reached: Reached | None, named: bool = True) -> str:
@@ -178,7 +183,7 @@ def _milliseconds(reached: Reached | None, named: bool = True) -> str:
         return "not reached"
     point = reached.point
     run = f" ({point.method}, {point.setting})" if named else ""
-    return f"{'≤ ' if reached.bound else ''}{1e3 * reached.seconds:.3g} ms{run}"
+    return f"{'≤ ' if reached.bound else ''}{_plain(1e3 * reached.seconds, 3)} ms{run}"
 
 
 def table(cases: Sequence[PeerCase]) -> str:
