@@ -11,7 +11,7 @@ from typing import Any, NoReturn, TypeVar
 
 import click
 
-from fsm.errors import CaseError, ExpectationFailed, FsmError
+from fsm.errors import CaseError, ExpectationFailed, FsmError, is_interrupt
 
 __all__ = ["cli", "main"]
 
@@ -43,6 +43,8 @@ class Group(click.Group):
             _trace(ctx)
             _end([_file_error(error)], 2)
         except Exception as error:
+            if is_interrupt(error):
+                _end(["interrupted"], 130)
             _trace(ctx)
             hint = "" if _wants_trace(ctx) else "; run it again with --debug, and send us what it prints"
             text = " ".join(str(error).split())

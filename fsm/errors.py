@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-__all__ = ["CannotWrite", "CaseError", "EnergyAbort", "ExpectationFailed", "Fault", "FsmError", "NotConverged"]
+__all__ = [
+    "CannotWrite", "CaseError", "EnergyAbort", "ExpectationFailed", "Fault", "FsmError", "NotConverged", "is_interrupt",
+]  # fmt: skip
 
 
 class FsmError(Exception):
@@ -76,6 +78,13 @@ class ExpectationFailed(FsmError):
     """A number named in ``[expect]`` was missed."""
 
     exit_code = 4
+
+
+def is_interrupt(error: BaseException) -> bool:
+    """Whether somebody pressed Ctrl-C: within a compiled kernel Python makes a SystemError of it."""
+    return isinstance(error, KeyboardInterrupt) or (
+        isinstance(error, SystemError) and isinstance(error.__cause__, KeyboardInterrupt)
+    )
 
 
 class EnergyAbort(FsmError):

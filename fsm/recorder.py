@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from fsm.analyses.analysis import Analysis
+from fsm.errors import is_interrupt
 from fsm.kernels import jit
 from fsm.progress import Progress
 from fsm.results.solution import Record, Solution
@@ -102,11 +103,13 @@ class RecordedSolve:
                     start,
                     ledger,
                 )
-            except KeyboardInterrupt:
+            except (KeyboardInterrupt, SystemError) as error:
+                if not is_interrupt(error):
+                    raise
                 writer.flush()
                 if self.last is not None:
                     self._write_checkpoint(self.last)
-                raise
+                raise KeyboardInterrupt from None
             writer.flush()
             solution = read_solution(part_path(self.target))
             solution.array = array = self.analysis.array_motion(solution, self.warnings)

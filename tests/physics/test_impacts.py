@@ -291,7 +291,8 @@ def test_order_two_across_elastic_impacts(build: Any) -> None:
     error = np.abs(states[:-1] - states[-1]).max(axis=1)
     order = math.log(error[0] / error[2]) / math.log(steps[2] / steps[0])
     assert order > 1.8
-    assert error[0] > 3.0 * error[1] > 9.0 * error[2]
+    # against steps, not tolerances: impacts have theirs however loose these are
+    assert (np.log(error[:-1] / error[1:]) / np.log(steps[1:-1] / steps[:-2]) > 1.5).all()
     assert energy[2] < 1e-4
 
 

@@ -296,3 +296,15 @@ def test_another_case_starts_afresh(case: Path, whole: tuple[Solution, dict[str,
     plain = read_solution(tmp_path / "result.h5")
     assert plain.force[5] != stiff.force[5]
     assert np.array_equal(plain.q, whole[0].q), "not from the start"
+
+
+def test_interrupted_within_a_kernel(case: Path, tmp_path: Path) -> None:
+    """Python tells of Ctrl-C in a compiled kernel as a SystemError."""
+
+    def tell(done: float) -> None:
+        if done > 0.3:
+            raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
+
+    with pytest.raises(KeyboardInterrupt):
+        run_case(load_case(case), tmp_path, progress=tell)
+    check_unfinished(tmp_path)
