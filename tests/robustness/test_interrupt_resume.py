@@ -256,7 +256,8 @@ def check_cuts(case: Path, out: Path, *overrides: str) -> None:
         for fraction in fractions:
             interrupt(case, cut, fraction, True, *overrides)
             check_unfinished(cut)
-        assert (cut / "checkpoint.h5").exists()
+        # LSODA renews itself every few hundred steps only: what is shorter starts afresh
+        assert (cut / "checkpoint.h5").exists() or "solve.method=LSODA" in overrides
         run_case(load_case(case, overrides), cut, progress=False, resume=True)
         check_same(cut, whole, summary)
 
