@@ -81,10 +81,11 @@ class ExpectationFailed(FsmError):
 
 
 def is_interrupt(error: BaseException) -> bool:
-    """Whether somebody pressed Ctrl-C: within a compiled kernel Python makes a SystemError of it."""
-    return isinstance(error, KeyboardInterrupt) or (
-        isinstance(error, SystemError) and isinstance(error.__cause__, KeyboardInterrupt)
-    )
+    """Whether somebody pressed Ctrl-C: each call from a compiled kernel wraps it in one more SystemError."""
+    found: BaseException | None = error
+    while isinstance(found, SystemError):
+        found = found.__cause__
+    return isinstance(found, KeyboardInterrupt)
 
 
 class EnergyAbort(FsmError):

@@ -14,7 +14,7 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnContext, SpawnProcess
 from typing import Any
 
-from fsm.errors import FsmError
+from fsm.errors import FsmError, is_interrupt
 
 __all__ = ["Outcome", "run_jobs"]
 
@@ -186,5 +186,7 @@ def _do(work: Callable[[Any], Any], job: int, argument: Any) -> Outcome:
     except FsmError as error:
         return Outcome(job, error=tuple(str(error).splitlines()), exit_code=error.exit_code)
     except Exception as error:
+        if is_interrupt(error):
+            raise KeyboardInterrupt from None
         what = f"internal error: {type(error).__name__}: {error}".splitlines()[0]
         return Outcome(job, error=(what,), exit_code=1, trace=traceback.format_exc())
