@@ -23,7 +23,9 @@ from fsm.progress import Progress
 from fsm.results.solution import Record, Solution
 from fsm.results.store import ResultWriter, part_path, read_checkpoint, read_solution, write_checkpoint
 from fsm.scene.load_case import LoadedCase
-from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, StepEnd
+from fsm.solve.handed_over import Saved, Statistics, StepEnd
+from fsm.solve.ledger import Ledger
+from fsm.solve.settings import Settings
 from fsm.solve.solver import solve
 from fsm.solve.static import PathSettings
 from fsm.solve.status import Event

@@ -33,7 +33,8 @@ from fsm.scene.builders.warm_up import (
 )
 from fsm.scene.load_case import LoadedCase
 from fsm.solve.newton import negative_pivots
-from fsm.solve.simulate import Settings, simulate
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
 from fsm.solve.static import PathSettings, follow
 from fsm.summary import check_expectations, joined, missed_expectations
 from fsm.whole_file import clear_parts, whole_file

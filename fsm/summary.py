@@ -12,7 +12,8 @@ from fsm.errors import CaseError, Fault
 from fsm.results.solution import Solution
 from fsm.scene.case import Case
 from fsm.scene.load_case import LoadedCase
-from fsm.solve.simulate import Ledger, Statistics
+from fsm.solve.handed_over import Statistics
+from fsm.solve.ledger import Ledger
 from fsm.solve.status import Event
 
 __all__ = ["check_expectations", "joined", "missed_expectations", "summary_of"]

@@ -9,7 +9,9 @@ import numpy as np
 
 from fsm.results.array import ArrayMotion
 from fsm.results.solution import Layout, Solution
-from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, StepEnd
+from fsm.solve.handed_over import Saved, Statistics, StepEnd
+from fsm.solve.ledger import Ledger
+from fsm.solve.settings import Settings
 from fsm.solve.static import PathSettings
 from fsm.system import System
 

@@ -17,9 +17,10 @@ from fsm.results.solution import Layout, Solution
 from fsm.scene.case import Case
 from fsm.scene.choice import automatic_method
 from fsm.segments.save_times import save_times
+from fsm.solve.handed_over import Statistics
 from fsm.solve.linear import LinearSolver
 from fsm.solve.newton import equilibrium, negative_pivots
-from fsm.solve.simulate import Settings, Statistics
+from fsm.solve.settings import Settings
 from fsm.solve.static import PathSettings
 
 __all__ = ["Deployment"]

@@ -14,8 +14,11 @@ from scipy.interpolate import CubicHermiteSpline
 from fsm.ancf.reduced import ReducedModel, Response
 from fsm.ancf.system import AncfSystem
 from fsm.errors import NotConverged
+from fsm.solve.handed_over import Saved, Statistics, StepEnd
+from fsm.solve.ledger import Ledger
 from fsm.solve.modal import Modes
-from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, StepEnd, simulate
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
 from fsm.system import DriveState, Energy, Observation, PairState
 
 __all__ = ["CHECKED", "MODAL", "ReducedSolve", "error_against_full", "reduced_model"]

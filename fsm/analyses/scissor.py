@@ -21,7 +21,9 @@ from fsm.scene.record_count import record_count
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
 from fsm.solve.generalized_alpha import RHO_INF
-from fsm.solve.simulate import Saved, Settings, Statistics, simulate
+from fsm.solve.handed_over import Saved, Statistics
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
 from fsm.solve.static import PathSettings
 
 __all__ = ["ScissorArray"]

@@ -28,8 +28,9 @@ from fsm.scene.membrane import HalfSine as HalfSinePulse
 from fsm.scene.membrane import Impact, Measured, Vibration
 from fsm.scene.record_count import record_count
 from fsm.segments.save_times import save_times
+from fsm.solve.handed_over import Statistics
 from fsm.solve.modal import Modes, modes
-from fsm.solve.simulate import Settings, Statistics
+from fsm.solve.settings import Settings
 from fsm.solve.static import PathSettings
 from fsm.system import System
 

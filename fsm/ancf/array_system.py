@@ -68,7 +68,7 @@ class ArraySystem(AncfSystem):
 
     def stress(self, q: np.ndarray) -> np.ndarray:
         """Largest normal stress of each bar, of stretch and bending at the Gauss points, (n_bars,), Pa."""
-        strains, _ = self.beams.strains(self.beams.gathered(q), self.beams.rows)
+        strains, _ = self.beams.strains(self.beams.derivatives(q))
         axial = np.abs(strains[..., 0])
         if strains.shape[2] != 3:  # Green's strain is that of the point itself
             curvature = strains[..., 2] if strains.shape[2] == 4 else strains[..., 1]

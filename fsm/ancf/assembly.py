@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fsm.kernels.jit import kernel
+from fsm.kernels.scatter import find_slot
 
 __all__ = [
     "add_point", "contract", "gather", "mirror", "scatter_force", "scatter_matrix", "slots_of", "weigh_point",
@@ -21,14 +22,7 @@ def slots_of(vectors: np.ndarray, size: int, indptr: np.ndarray, indices: np.nda
             row, a = divmod(vectors[e, i], size)
             for j in range(width):
                 column, b = divmod(vectors[e, j], size)
-                low, high = indptr[row], indptr[row + 1]
-                while low < high:
-                    middle = (low + high) // 2
-                    if indices[middle] < column:
-                        low = middle + 1
-                    else:
-                        high = middle
-                slots[e, i, j] = low * size * size + a * size + b
+                slots[e, i, j] = find_slot(indptr, indices, row, column) * size * size + a * size + b
     return slots
 
 

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.ancf.beam_strain import at_point
 from fsm.kernels.jit import kernel
 
 __all__ = ["green_hessians", "green_strains"]
@@ -42,32 +41,22 @@ def _hessians(z: np.ndarray, hessian: np.ndarray) -> None:
 
 
 @kernel
-def green_strains(coordinates: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Strains (E11, E22, 2 E12) (m, g, 3) and their gradients (m, g, 3, 4) at the points of elements.
-
-    Parameters
-    ----------
-    coordinates : (m, v, 2) array, m (slopes -)
-    rows : (m, g, p, v) array
-    """
-    count, points = rows.shape[0], rows.shape[1]
+def green_strains(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Strains (E11, E22, 2 E12) (m, g, 3) and their gradients (m, g, 3, 4) at the points of elements, from z (m, g, 4)."""
+    count, points = z.shape[0], z.shape[1]
     strains, gradients = np.zeros((count, points, 3)), np.zeros((count, points, 3, 4))
-    z = np.zeros(4)
     for i in range(count):
         for g in range(points):
-            at_point(rows[i, g], coordinates[i], z)
-            _strains(z, strains[i, g], gradients[i, g])
+            _strains(z[i, g], strains[i, g], gradients[i, g])
     return strains, gradients
 
 
 @kernel
-def green_hessians(coordinates: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Second derivatives (m, g, 3, 4, 4) of the strains; arguments as `green_strains`."""
-    count, points = rows.shape[0], rows.shape[1]
+def green_hessians(z: np.ndarray) -> np.ndarray:
+    """Second derivatives (m, g, 3, 4, 4) of the strains."""
+    count, points = z.shape[0], z.shape[1]
     hessians = np.zeros((count, points, 3, 4, 4))
-    z = np.zeros(4)
     for i in range(count):
         for g in range(points):
-            at_point(rows[i, g], coordinates[i], z)
-            _hessians(z, hessians[i, g])
+            _hessians(z[i, g], hessians[i, g])
     return hessians

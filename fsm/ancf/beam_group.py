@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from fsm.ancf.beam_strain import strain_energy, strain_force, strain_tangent
+from fsm.ancf.beam_strain import at_points, strain_energy, strain_force, strain_tangent
 from fsm.ancf.group import MassPart
 from fsm.kernels.jit import kernel
 
@@ -54,7 +54,7 @@ class BeamGroup:
 
     Attributes
     ----------
-    strains, hessians : kernels of the element
+    strains, hessians : kernels of the element, of `derivatives`
     vectors : (m, v) int array
         First coordinate of each vector of each element.
     rows, stiffness, beta : arrays
@@ -79,21 +79,21 @@ class BeamGroup:
         """See `ElementGroup`."""
         return MassPart(self.vectors, self.masses, np.eye(2))
 
-    def gathered(self, values: np.ndarray | None) -> np.ndarray:
-        """Coordinates or rates of every element, (m, v, 2); zero for none."""
-        return self._none if values is None else np.asarray(_gathered(self.vectors, values))
+    def derivatives(self, q: np.ndarray) -> np.ndarray:
+        """Derivatives of r at all points, (m, g, 2 p), which strains are functions of."""
+        return np.asarray(at_points(_gathered(self.vectors, q), self.rows))
 
     @cached_property
     def _none(self) -> np.ndarray:
         return np.zeros((*self.vectors.shape, 2))
 
     def _rates(self, u: np.ndarray | None) -> np.ndarray:
-        """Rates where they matter."""
-        return self.gathered(u) if self.rate_dependent else self._none
+        """Rates of the coordinates of every element, (m, v, 2), where they matter."""
+        return np.asarray(_gathered(self.vectors, u)) if self.rate_dependent and u is not None else self._none
 
     def add_force(self, q: np.ndarray, u: np.ndarray | None, force: np.ndarray) -> None:
         """See `ElementGroup`."""
-        strain, gradient = self.strains(self.gathered(q), self.rows)
+        strain, gradient = self.strains(self.derivatives(q))
         element = strain_force(strain, gradient, self._rates(u), self.rows, self.stiffness, self.beta)
         _scatter_forces(self.vectors, element, force)
 
@@ -107,11 +107,11 @@ class BeamGroup:
         damping: np.ndarray,
     ) -> None:
         """See `ElementGroup`."""
-        coordinates, rates = self.gathered(q), self._rates(u)
-        strain, gradient = self.strains(coordinates, self.rows)
-        law = rates, self.rows, self.stiffness, self.beta
+        z = self.derivatives(q)
+        strain, gradient = self.strains(z)
+        law = self._rates(u), self.rows, self.stiffness, self.beta
         _scatter_forces(self.vectors, strain_force(strain, gradient, *law), force)
-        of_coordinates, of_rates = strain_tangent(strain, gradient, self.hessians(coordinates, self.rows), *law)
+        of_coordinates, of_rates = strain_tangent(strain, gradient, self.hessians(z), *law)
         size = stiffness.shape[1]
         _scatter_matrices(slots, size, of_coordinates, stiffness.reshape(-1))
         if self.rate_dependent:
@@ -119,5 +119,5 @@ class BeamGroup:
 
     def energy(self, q: np.ndarray, u: np.ndarray | None) -> tuple[float, float]:
         """Stored energy (J) and dissipated power (W)."""
-        strain, gradient = self.strains(self.gathered(q), self.rows)
+        strain, gradient = self.strains(self.derivatives(q))
         return strain_energy(strain, gradient, self._rates(u), self.rows, self.stiffness, self.beta)

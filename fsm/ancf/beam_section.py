@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.ancf.beam_strain import at_point
 from fsm.kernels.jit import kernel
 
 __all__ = ["section_hessians", "section_strains"]
@@ -72,32 +71,22 @@ def _hessians(z: np.ndarray, hessian: np.ndarray) -> None:
 
 
 @kernel
-def section_strains(coordinates: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Strains (Gamma1, Gamma2, kappa, E22) (m, g, 4) and their gradients (m, g, 4, 6) at the points of elements.
-
-    Parameters
-    ----------
-    coordinates : (m, v, 2) array, m (slopes -)
-    rows : (m, g, p, v) array
-    """
-    count, points = rows.shape[0], rows.shape[1]
+def section_strains(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Strains (Gamma1, Gamma2, kappa, E22) (m, g, 4) at the points and their gradients (m, g, 4, 6), from z (m, g, 6)."""
+    count, points = z.shape[0], z.shape[1]
     strains, gradients = np.zeros((count, points, 4)), np.zeros((count, points, 4, 6))
-    z = np.zeros(6)
     for i in range(count):
         for g in range(points):
-            at_point(rows[i, g], coordinates[i], z)
-            _strains(z, strains[i, g], gradients[i, g])
+            _strains(z[i, g], strains[i, g], gradients[i, g])
     return strains, gradients
 
 
 @kernel
-def section_hessians(coordinates: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Second derivatives (m, g, 4, 6, 6) of the strains; arguments as `section_strains`."""
-    count, points = rows.shape[0], rows.shape[1]
+def section_hessians(z: np.ndarray) -> np.ndarray:
+    """Second derivatives (m, g, 4, 6, 6) of the strains."""
+    count, points = z.shape[0], z.shape[1]
     hessians = np.zeros((count, points, 4, 6, 6))
-    z = np.zeros(6)
     for i in range(count):
         for g in range(points):
-            at_point(rows[i, g], coordinates[i], z)
-            _hessians(z, hessians[i, g])
+            _hessians(z[i, g], hessians[i, g])
     return hessians

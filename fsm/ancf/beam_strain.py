@@ -17,11 +17,11 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["at_point", "strain_energy", "strain_force", "strain_tangent"]
+__all__ = ["at_points", "strain_energy", "strain_force", "strain_tangent"]
 
 
 @kernel(inline=True)
-def at_point(rows: np.ndarray, coordinates: np.ndarray, z: np.ndarray) -> None:
+def _at_point(rows: np.ndarray, coordinates: np.ndarray, z: np.ndarray) -> None:
     """z = B e at a point, (2 p,), from rows (p, v) and coordinates (v, 2)."""
     for p in range(rows.shape[0]):
         x, y = 0.0, 0.0
@@ -29,6 +29,17 @@ def at_point(rows: np.ndarray, coordinates: np.ndarray, z: np.ndarray) -> None:
             x += rows[p, a] * coordinates[a, 0]
             y += rows[p, a] * coordinates[a, 1]
         z[2 * p], z[2 * p + 1] = x, y
+
+
+@kernel
+def at_points(coordinates: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """z at all points of all elements, (m, g, 2 p), from coordinates (m, v, 2) and rows (m, g, p, v)."""
+    count, points, derivatives = rows.shape[:3]
+    z = np.empty((count, points, 2 * derivatives))
+    for i in range(count):
+        for g in range(points):
+            _at_point(rows[i, g], coordinates[i], z[i, g])
+    return z
 
 
 @kernel(inline=True)
@@ -54,7 +65,7 @@ def strain_energy(
     energy, power = 0.0, 0.0
     for i in range(rows.shape[0]):
         for g in range(rows.shape[1]):
-            at_point(rows[i, g], rates[i], speed)
+            _at_point(rows[i, g], rates[i], speed)
             for k in range(strain.shape[2]):
                 stiff = stiffness[i, g, k]
                 rate = _rate(gradient[i, g, k], speed)
@@ -91,7 +102,7 @@ def strain_force(
     speed, by_z = np.zeros(width), np.zeros(width)
     for i in range(rows.shape[0]):
         for g in range(rows.shape[1]):
-            at_point(rows[i, g], rates[i], speed)
+            _at_point(rows[i, g], rates[i], speed)
             by_z[:] = 0.0
             for k in range(strain.shape[2]):
                 effort = strain[i, g, k] + beta[i] * _rate(gradient[i, g, k], speed)
@@ -142,7 +153,7 @@ def strain_tangent(
     k_z, d_z, half = np.zeros((width, width)), np.zeros((width, width)), np.zeros((width, order))
     for i in range(rows.shape[0]):
         for g in range(rows.shape[1]):
-            at_point(rows[i, g], rates[i], speed)
+            _at_point(rows[i, g], rates[i], speed)
             k_z[:] = 0.0
             d_z[:] = 0.0
             for k in range(strain.shape[2]):

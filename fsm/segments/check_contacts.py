@@ -42,16 +42,22 @@ def _members(names: tuple[str, ...], bodies: dict[str, Body], path: str) -> Iter
             yield Fault(path, f"body {name!r} has no plate, so it has no face to touch")
 
 
+def _names(path: str, names: list[str], taken: set[str], what: str) -> Iterator[Fault]:
+    """Names that are taken, for `what`, or that stand more than once."""
+    counts = Counter(names)
+    for i, name in enumerate(names):
+        if name in taken:
+            yield Fault(f"{path}.{i}.name", f"{name!r} is {what} already; choose another name")
+        if counts[name] > 1:
+            yield Fault(f"{path}.{i}.name", f"{name!r} is used {counts[name]} times; names must differ")
+
+
 def _groups(scene: Scene) -> Iterator[Fault]:
     bodies = {body.name: body for body in scene.bodies}
     taken = {GROUND, *bodies, *(surface.name for surface in scene.surfaces), *(o.name for o in scene.obstacles)}
-    counts = Counter(group.name for group in scene.groups)
+    yield from _names("scene.groups", [group.name for group in scene.groups], taken, "the name of something else")
     for i, group in enumerate(scene.groups):
         path = f"scene.groups.{i}"
-        if group.name in taken:
-            yield Fault(f"{path}.name", f"{group.name!r} is the name of something else already; choose another one")
-        if counts[group.name] > 1:
-            yield Fault(f"{path}.name", f"{group.name!r} is used {counts[group.name]} times; names must differ")
         yield from _members(group.bodies, bodies, f"{path}.bodies")
         for name, number in Counter(group.bodies).items():
             if number > 1:
@@ -61,13 +67,9 @@ def _groups(scene: Scene) -> Iterator[Fault]:
 def _obstacles(scene: Scene) -> Iterator[Fault]:
     bodies = [GROUND, *(body.name for body in scene.bodies)]
     taken = {*bodies, *(surface.name for surface in scene.surfaces)}
-    counts = Counter(obstacle.name for obstacle in scene.obstacles)
+    yield from _names("scene.obstacles", [obstacle.name for obstacle in scene.obstacles], taken, "a body or a surface")
     for i, obstacle in enumerate(scene.obstacles):
         path = f"scene.obstacles.{i}"
-        if obstacle.name in taken:
-            yield Fault(f"{path}.name", f"{obstacle.name!r} is a body or a surface already; choose another name")
-        if counts[obstacle.name] > 1:
-            yield Fault(f"{path}.name", f"{obstacle.name!r} is used {counts[obstacle.name]} times; names must differ")
         if obstacle.body is not None and obstacle.body not in bodies:
             yield Fault(f"{path}.body", f"no body is called {obstacle.body!r}{nearest(obstacle.body, bodies)}")
         length = math.hypot(*obstacle.orientation)

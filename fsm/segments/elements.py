@@ -25,9 +25,9 @@ from fsm.interactions.bushing_spatial import (
 )
 from fsm.interactions.crease_planar import force_crease_planar, linearise_crease_planar
 from fsm.interactions.crease_spatial import force_crease_spatial, linearise_crease_spatial
-from fsm.kernels.scatter import pair_slots
 from fsm.laws.crease import CurveTable, crease_energy
 from fsm.segments.group import Past
+from fsm.segments.kept import Kept
 from fsm.segments.pattern import BodyPattern
 
 __all__ = ["BushingGroup", "CreaseGroup"]
@@ -62,34 +62,6 @@ _ONE_PASS_CREASE: dict[int, tuple[Kernel, Kernel]] = {
 """By rows of a block: moments, and moments with tangents."""
 
 
-class _Kept:
-    """What has been found for the last pattern and for the last past state; both are known by their identity."""
-
-    def __init__(self) -> None:
-        self._pattern: BodyPattern | None = None
-        self._slots: np.ndarray | None = None
-        self._past: np.ndarray | None = None
-        self._before: np.ndarray | None = None
-
-    def slots(self, group: BushingGroup | CreaseGroup, pattern: BodyPattern) -> np.ndarray:
-        """Where the blocks of every element are."""
-        if self._slots is None or self._pattern is not pattern:
-            self._slots = np.asarray(pair_slots(group.bodies, *pattern.index))
-            self._pattern = pattern
-        return self._slots
-
-    def before(
-        self, group: BushingGroup | CreaseGroup, rates: np.ndarray, past: Past | None
-    ) -> tuple[np.ndarray, float]:
-        """Deformations in the past, and one over the time since, 1/s; zero without a past."""
-        if past is None:
-            return group.rest, 0.0
-        if self._before is None or self._past is not past.poses:
-            self._before = np.asarray(group.measure(past.poses, rates, group.bodies, *group.geometry)[0])
-            self._past = past.poses
-        return self._before, 1.0 / past.duration
-
-
 @dataclass(frozen=True)
 class BushingGroup:
     """Linear springs and dampers between relative poses.
@@ -122,7 +94,7 @@ class BushingGroup:
     categories: tuple[str, ...]
     names: tuple[str, ...]
     structural: np.ndarray
-    _kept: _Kept = field(default_factory=_Kept, init=False, repr=False, compare=False)
+    _kept: Kept = field(default_factory=Kept, init=False, repr=False, compare=False)
 
     @cached_property
     def rate_dependent(self) -> bool:
@@ -227,7 +199,7 @@ class CreaseGroup:
     damping: np.ndarray
     curve: np.ndarray
     table: CurveTable
-    _kept: _Kept = field(default_factory=_Kept, init=False, repr=False, compare=False)
+    _kept: Kept = field(default_factory=Kept, init=False, repr=False, compare=False)
 
     @property
     def rate_dependent(self) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from fsm.interactions.ligament_planar import (
     stored_ligament_planar,
 )
 from fsm.segments.group import Past
+from fsm.segments.kept import Kept
 from fsm.segments.pattern import BodyPattern
 
 __all__ = ["LigamentGroup"]
@@ -32,7 +34,8 @@ class LigamentGroup:
 
     bodies: np.ndarray
     constants: np.ndarray
-    _past: dict[str, np.ndarray] = field(default_factory=dict, init=False, repr=False, compare=False)
+    measure: ClassVar[Any] = staticmethod(measure_ligament_planar)
+    _kept: Kept = field(default_factory=Kept, init=False, repr=False, compare=False)
 
     @classmethod
     def at_rest(
@@ -52,21 +55,25 @@ class LigamentGroup:
         """See `Group`."""
         return bool(np.any(self.constants[:, 10:]))
 
+    @property
+    def geometry(self) -> tuple[np.ndarray, ...]:
+        """What the kernels take after `bodies`."""
+        return (self.constants,)
+
+    @cached_property
+    def rest(self) -> np.ndarray:
+        """Deformations without a past, (m, 3)."""
+        return np.ascontiguousarray(self.constants[:, 7:10])
+
     def _before(self, rates: np.ndarray, past: Past | None) -> tuple[np.ndarray, float]:
         """Deformations in the past and one over the time since, where there are dampers."""
-        if past is None or not self.rate_dependent:
-            return self.constants[:, 7:10], 0.0
-        if self._past.get("poses") is not past.poses:
-            measured = measure_ligament_planar(past.poses, rates, self.bodies, self.constants)[0]
-            self._past.update(poses=past.poses, measured=np.asarray(measured))
-        return self._past["measured"], 1.0 / past.duration
+        return self._kept.before(self, rates, past if self.rate_dependent else None)
 
     def add_force(
         self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: Past | None = None
     ) -> None:
         """See `Group`."""
-        before = self._before(rates, past)
-        force_ligament_planar(poses, rates, self.bodies, self.constants, np.ascontiguousarray(before[0]), before[1], force)
+        force_ligament_planar(poses, rates, self.bodies, self.constants, *self._before(rates, past), force)
 
     def add_linearised(
         self,
@@ -80,11 +87,9 @@ class LigamentGroup:
         past: Past | None = None,
     ) -> None:
         """See `Group`."""
-        before, per_second = self._before(rates, past)
         linearise_ligament_planar(
-            poses, rates, self.bodies, self.constants, np.ascontiguousarray(before), per_second, *pattern.index, force,
-            stiffness, damping,
-        )  # fmt: skip
+            poses, rates, self.bodies, self.constants, *self._before(rates, past), *pattern.index, force, stiffness, damping
+        )
 
     def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
         """See `Group`; springs do not know the time."""
@@ -93,10 +98,8 @@ class LigamentGroup:
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None
     ) -> tuple[dict[str, float], float, float]:
         """See `Group`; hinges count as creases."""
-        before, per_second = self._before(rates, past)
-        energy, power = stored_ligament_planar(
-            poses, rates, self.bodies, self.constants, np.ascontiguousarray(before), per_second
-        )
+        before = self._before(rates, past)
+        energy, power = stored_ligament_planar(poses, rates, self.bodies, self.constants, *before)
         return {"creases": energy}, power, 0.0
 
     def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from fsm.blocks import BlockPattern
 from fsm.kernels.jit import kernel
+from fsm.kernels.scatter import find_slot
 
 __all__ = ["BodyPattern", "body_pattern"]
 
@@ -40,14 +41,7 @@ def _holds(dof: np.ndarray, indptr: np.ndarray, indices: np.ndarray, pairs: np.n
         row, column = dof[pairs[k, 0]], dof[pairs[k, 1]]
         if row < 0 or column < 0:
             continue
-        low, high = indptr[row], indptr[row + 1]
-        while low < high:
-            middle = (low + high) // 2
-            if indices[middle] < column:
-                low = middle + 1
-            else:
-                high = middle
-        if low == indptr[row + 1] or indices[low] != column:
+        if find_slot(indptr, indices, row, column) < 0:
             return False
     return True
 

@@ -8,8 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from fsm.solve.dissipation import mean_dissipation
+from fsm.solve.handed_over import Saved, Statistics, StepEnd
+from fsm.solve.ledger import Ledger
 from fsm.solve.renewal import State, observation_from, observation_state
-from fsm.solve.simulate import Ledger, Saved, Statistics, StepEnd
 from fsm.system import DriveState, Observation, System
 
 __all__ = ["Books"]

@@ -28,9 +28,10 @@ from fsm.solve.books import Books
 from fsm.solve.critical import Critical, critical_point, loose_mode, stable_branch
 from fsm.solve.equilibrium_step import Ending, EquilibriumStep
 from fsm.solve.extrapolation import History, Prediction
+from fsm.solve.handed_over import Saved, Statistics, StepEnd
+from fsm.solve.ledger import JUDGED_FROM, Ledger
 from fsm.solve.newton import negative_pivots, tangent_prediction
 from fsm.solve.renewal import State, steps_between
-from fsm.solve.simulate import JUDGED_FROM, Ledger, Saved, Statistics, StepEnd
 from fsm.solve.status import Event, Outcome, StepFailed
 from fsm.solve.takeover import move_until_calm, slide
 from fsm.system import Before, DriveState, Observation, System

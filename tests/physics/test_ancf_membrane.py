@@ -15,8 +15,10 @@ from fsm.ancf.pulse import Ramp
 from fsm.ancf.reduced import ReducedModel
 from fsm.ancf.system import AncfSystem
 from fsm.pretension import tensioned
+from fsm.solve.handed_over import Saved
 from fsm.solve.modal import modes
-from fsm.solve.simulate import Saved, Settings, simulate
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
 
 FILM = FilmMaterial(2.5e9, 0.34, 1420.0, 25e-6)
 SIDE, STRAIN = 0.3, 1e-3

@@ -13,7 +13,10 @@ from fsm.scene.scene import GROUND, Body, ForceElement, Scene
 from fsm.segments.compile import compile_scene
 from fsm.segments.hysteresis import HysteresisGroup
 from fsm.segments.system import SegmentSystem
-from fsm.solve.simulate import Ledger, Saved, Settings, simulate
+from fsm.solve.handed_over import Saved
+from fsm.solve.ledger import Ledger
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
 from fsm.solve.static import PathSettings, follow
 
 ANGLE = np.radians(np.linspace(0.0, 80.0, 41))

@@ -16,7 +16,10 @@ from fsm.scene.materials import LinearCrease, Material
 from fsm.scene.scene import GROUND, Body, ForceElement, Scene
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
-from fsm.solve.simulate import Ledger, Saved, Settings, simulate
+from fsm.solve.handed_over import Saved
+from fsm.solve.ledger import Ledger
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
 
 # flexible pendulum released from the horizontal: tip (x, y) by time, to 1e-3, by 64 ANCF cable elements; references.md
 PENDULUM = {

@@ -25,7 +25,10 @@ from fsm.segments.compile import compile_scene
 from fsm.segments.save_times import save_times
 from fsm.segments.system import SegmentSystem
 from fsm.solve.generalized_alpha import Coefficients, GeneralizedAlpha
-from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, simulate
+from fsm.solve.handed_over import Saved, Statistics
+from fsm.solve.ledger import Ledger
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
 from fsm.system import Linearised
 from validation.closed_forms.bodies import top_scene
 

@@ -17,7 +17,9 @@ from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surfa
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
 from fsm.solve.generalized_alpha import GeneralizedAlpha
-from fsm.solve.simulate import Saved, Settings, simulate
+from fsm.solve.handed_over import Saved
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
 
 LENGTH, THICK, MASS, G = 0.02, 1e-4, 4e-5, 9.81
 TARGETS = ("surface", "plate", "plane")

@@ -14,7 +14,9 @@ from fsm.scene.contact import Contact
 from fsm.scene.loads import Drive
 from fsm.scene.materials import LinearCrease, Material
 from fsm.segments.compile import compile_scene
-from fsm.solve.simulate import Saved, Settings, simulate
+from fsm.solve.handed_over import Saved
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
 
 METHODS = ("Radau", "BDF", "LSODA")
 TRAVEL = 22e-3

@@ -17,7 +17,9 @@ from fsm.scene.contact import Contact, Friction
 from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
-from fsm.solve.simulate import Saved, Settings, simulate
+from fsm.solve.handed_over import Saved
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
 
 COUNT, LENGTH, WIDTH, THICKNESS = 5, 0.02, 0.03, 1e-3
 

@@ -15,7 +15,9 @@ from fsm.scene.obstacle import Obstacle
 from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
-from fsm.solve.simulate import Saved, Settings, simulate
+from fsm.solve.handed_over import Saved
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
 from fsm.solve.static import PathSettings, follow
 
 LENGTH, THICK, HEIGHT = 0.02, 1e-4, 5e-3

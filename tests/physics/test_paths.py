@@ -12,8 +12,8 @@ from fsm.scene.scene import GROUND, Body, ForceElement, Scene
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
 from fsm.solve.arc_length import PathPoint, trace
+from fsm.solve.handed_over import Saved, Statistics
 from fsm.solve.newton import negative_pivots
-from fsm.solve.simulate import Saved, Statistics
 from fsm.solve.static import PathSettings, follow
 from validation.closed_forms.beams import POST_BUCKLING as ELASTICA
 from validation.closed_forms.chains import column

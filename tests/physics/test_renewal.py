@@ -9,11 +9,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pytest
 
-import fsm.solve.simulate
+import fsm.solve.run
 import fsm.solve.static
 from fsm.segments.compile import compile_scene
+from fsm.solve.handed_over import Saved, Statistics, StepEnd
+from fsm.solve.ledger import Ledger
 from fsm.solve.renewal import steps_between
-from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, StepEnd
+from fsm.solve.settings import Settings
 from fsm.solve.solver import solve
 from fsm.solve.static import PathSettings
 from fsm.system import DriveState, System
@@ -66,7 +68,7 @@ def check(
     make: Callable[[], System], settings: Settings | PathSettings, monkeypatch: pytest.MonkeyPatch, every: int = 5
 ) -> Way:
     """Go on from the first, a middle and the last renewal point."""
-    for module in (fsm.solve.simulate, fsm.solve.static):
+    for module in (fsm.solve.run, fsm.solve.static):
         monkeypatch.setattr(module, "steps_between", lambda nu: every)
     times = list(np.linspace(0.0, settings.end_time, 21))
     whole = Way().go(make(), settings, times)

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from fsm.solve.simulate import Saved
+from fsm.solve.handed_over import Saved
 from validation.closed_forms import bodies
 from validation.closed_forms.rigid import ADAMS, TOP_ENERGY, TOP_POSITION, TOP_QUATERNION
 

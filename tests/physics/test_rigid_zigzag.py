@@ -14,7 +14,8 @@ import math
 import numpy as np
 import pytest
 
-from fsm.solve.simulate import Settings, simulate
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
 from validation.closed_forms.folds import CREASE, FOLD, PANEL, TRAVELS, rigid_strip, static_curve, strip_force
 from validation.closed_forms.folds import zigzag as closed_form
 

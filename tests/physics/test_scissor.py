@@ -15,7 +15,8 @@ from fsm.scene.loads import Ramp, Table
 from fsm.scene.materials import Material
 from fsm.scene.scissor import BarSection, HingeJoint, PointForce, Scissor, Stop
 from fsm.segments.compile import compile_scene
-from fsm.solve.simulate import Settings, simulate
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
 
 BAR = BarSection(width=0.02, height=0.012)
 STEEL = Material(young=2.07e11, poisson=0.0, density=7850.0, damping=0.0)

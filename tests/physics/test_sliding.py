@@ -13,7 +13,9 @@ from fsm.scene.loads import Drive, Load
 from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
-from fsm.solve.simulate import Saved, Settings, simulate
+from fsm.solve.handed_over import Saved
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
 from fsm.solve.static import PathSettings, follow
 
 G, MU, V_STATIC = 9.81, 0.3, 1e-4

@@ -14,8 +14,11 @@ from fsm.prepare import prepare
 from fsm.results.quantities import peak
 from fsm.scene.load_case import load_case
 from fsm.segments.system import SegmentSystem
+from fsm.solve.handed_over import Saved, Statistics
+from fsm.solve.ledger import Ledger
 from fsm.solve.newton import negative_pivots
-from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, simulate
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
 from fsm.solve.static import PathSettings, follow
 
 CASE = Path(__file__).parents[2] / "folding_cases" / "strip_trial" / "case.toml"

@@ -13,7 +13,7 @@ from fsm.errors import CaseError, NotConverged
 from fsm.results.solution import Solution
 from fsm.solve import scipy_ivp
 from fsm.solve.books import Books
-from fsm.solve.simulate import Statistics
+from fsm.solve.handed_over import Statistics
 from validation.stress.attempt import attempt
 from validation.stress.scenes import loaded
 

@@ -11,7 +11,9 @@ from fsm.scene.contact import Contact, Friction
 from fsm.scene.scene import Body, ContactPair, Plate, Scene, Surface
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
-from fsm.solve.simulate import Saved, Settings, simulate
+from fsm.solve.handed_over import Saved
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
 from fsm.system import PairState
 
 SPATIAL = pytest.mark.parametrize("spatial", [False, True], ids=["planar", "spatial"])

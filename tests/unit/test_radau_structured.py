@@ -15,9 +15,12 @@ from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surfa
 from fsm.segments.compile import compile_scene
 from fsm.segments.pattern import body_pattern
 from fsm.segments.system import SegmentSystem
+from fsm.solve.dense_run import stretch
+from fsm.solve.handed_over import Saved, Statistics
 from fsm.solve.radau_structured import StructuredRadau, _diagonal_blocks, second_order_jacobian
 from fsm.solve.scipy_ivp import FirstOrder, make_solver
-from fsm.solve.simulate import Saved, Settings, Statistics, _stretch, simulate
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
 from fsm.system import Linearised
 
 LENGTH, WIDTH, THICKNESS = 0.02, 0.03, 1e-3
@@ -243,7 +246,7 @@ def test_no_step_of_a_rounding_error_before_a_saved_time(method: str, part: floa
         solver = make_solver(method, equations, 0.0, equations.initial(), bound, 1e-3, np.inf)
         solver.h_abs = part * bound
         if stretched:
-            _stretch(solver)
+            stretch(solver)
         solver.step()
         assert (solver.t == bound) == stretched
         assert solver.t == pytest.approx(bound, rel=1e-9)

@@ -14,7 +14,10 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from fsm.solve.simulate import Ledger, Saved, Settings, simulate
+from fsm.solve.handed_over import Saved
+from fsm.solve.ledger import Ledger
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
 from validation.benchmarks.problem import Problem
 from validation.benchmarks.scenes import PENDULUM_TIP, TOP_ENERGY, heavy_top, pendulum, roll_up, stack, strip, strip_in_space
 

@@ -11,7 +11,10 @@ import numpy as np
 
 from fsm.kernels import jit
 from fsm.segments.system import SegmentSystem
-from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, StepEnd, simulate
+from fsm.solve.handed_over import Saved, Statistics, StepEnd
+from fsm.solve.ledger import Ledger
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
 from fsm.solve.static import PathSettings, follow
 from validation.benchmarks.problem import Problem
 

@@ -11,7 +11,7 @@ import numpy as np
 from fsm.scene.scene import Scene
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
-from fsm.solve.simulate import Saved
+from fsm.solve.handed_over import Saved
 
 __all__ = ["Problem", "Tight"]
 

@@ -15,7 +15,7 @@ from fsm.scene.load_case import load_case
 from fsm.scene.loads import Load, Ramp
 from fsm.scene.scene import GROUND, Body, ContactPair, ForceElement, Plate, Scene, Surface
 from fsm.segments.compile import compile_scene
-from fsm.solve.simulate import Saved
+from fsm.solve.handed_over import Saved
 from validation.benchmarks.problem import Problem, Tight
 from validation.closed_forms.bodies import top_scene
 

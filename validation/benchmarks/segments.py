@@ -17,7 +17,8 @@ from fsm.segments.compile import compile_scene
 from fsm.segments.pattern import body_pattern
 from fsm.segments.system import SegmentSystem
 from fsm.solve.linear import Backend, LinearSolver
-from fsm.solve.simulate import Settings, simulate
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
 from validation.benchmarks.precision import Row, say
 from validation.benchmarks.scenes import cantilever, strip_scene
 

@@ -16,9 +16,11 @@ from fsm.ancf.loading import Forcing, Loading, Motion, point_force
 from fsm.ancf.mesh import Mesh, node_pattern
 from fsm.ancf.pulse import Ramp
 from fsm.ancf.system import AncfSystem
+from fsm.solve.handed_over import Saved
 from fsm.solve.modal import modes
 from fsm.solve.newton import equilibrium
-from fsm.solve.simulate import Saved, Settings, simulate
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
 
 __all__ = [
     "EndMoment", "cable_cantilever", "cable_pendulum", "clamped_beam", "deep_cantilever", "pendulum_cable", "plate_modes",

@@ -6,7 +6,9 @@ import numpy as np
 
 from fsm.scene.scene import GROUND, Body, ForceElement, Scene
 from fsm.segments.compile import compile_scene
-from fsm.solve.simulate import Saved, Settings, simulate
+from fsm.solve.handed_over import Saved
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
 
 __all__ = ["exact_pendulum", "heavy_top", "pendulum", "top_scene"]
 

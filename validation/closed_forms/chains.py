@@ -11,8 +11,8 @@ from fsm.scene.loads import Drive, Load, Ramp
 from fsm.scene.scene import GROUND, Body, ForceElement, Scene
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
+from fsm.solve.handed_over import Saved, Statistics
 from fsm.solve.newton import equilibrium
-from fsm.solve.simulate import Saved, Statistics
 from fsm.solve.static import PathSettings, follow
 
 __all__ = ["Section", "buckled", "cantilever", "column", "space_tip", "tip"]

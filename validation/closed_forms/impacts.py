@@ -14,7 +14,9 @@ from fsm.scene.obstacle import Obstacle
 from fsm.scene.scene import Body, ContactPair, Plate, Scene
 from fsm.segments.compile import compile_scene
 from fsm.solve.generalized_alpha import GeneralizedAlpha
-from fsm.solve.simulate import Saved, Settings, simulate
+from fsm.solve.handed_over import Saved
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
 
 __all__ = ["bounces", "delivered", "impact", "kelvin_voigt", "slide"]
 

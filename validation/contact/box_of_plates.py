@@ -13,7 +13,10 @@ from fsm.scene.obstacle import Obstacle
 from fsm.scene.scene import Body, ContactPair, Group, Plate, Scene
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
-from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, StepEnd, simulate
+from fsm.solve.handed_over import Saved, Statistics, StepEnd
+from fsm.solve.ledger import Ledger
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
 
 __all__ = ["CONTACT", "FRICTION", "Fall", "box_scene", "deepest_allowed", "drop", "half_width", "outside"]
 

@@ -11,7 +11,7 @@ import numpy as np
 from fsm.prepare import prepare
 from fsm.results.quantities import peak
 from fsm.scene.load_case import load_case
-from fsm.solve.simulate import Saved
+from fsm.solve.handed_over import Saved
 from fsm.solve.static import PathSettings, follow
 
 __all__ = ["CASE", "Pull", "as_thick", "curve_difference", "pull"]

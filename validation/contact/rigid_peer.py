@@ -15,7 +15,9 @@ from fsm.scene.contact import Contact, Friction
 from fsm.scene.obstacle import Obstacle
 from fsm.scene.scene import Body, ContactPair, Plate, Scene
 from fsm.segments.compile import compile_scene
-from fsm.solve.simulate import Saved, Settings, simulate
+from fsm.solve.handed_over import Saved
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
 
 __all__ = ["Case", "collision", "corner", "slide"]
 

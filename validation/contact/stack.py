@@ -16,7 +16,10 @@ from fsm.scene.obstacle import Obstacle
 from fsm.scene.scene import GROUND, Body, ContactPair, ForceElement, Scene
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
-from fsm.solve.simulate import Ledger, Saved, Settings, Statistics, StepEnd, simulate
+from fsm.solve.handed_over import Saved, Statistics, StepEnd
+from fsm.solve.ledger import Ledger
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
 from fsm.solve.static import PathSettings, follow
 
 __all__ = ["CONTACT", "END", "FOLD", "LENGTH", "THICKNESS", "Pressed", "crossings", "press", "stack_scene"]

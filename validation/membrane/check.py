@@ -15,8 +15,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from fsm.ancf.wrinkle import strip_wrinkles
+from fsm.solve.handed_over import Saved
 from fsm.solve.modal import modes
-from fsm.solve.simulate import Saved, Settings, simulate
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
 from validation.gallery.command import command
 from validation.gallery.drawing import bars, beside, convergence
 from validation.gallery.record import Check, Part, Place, against, below

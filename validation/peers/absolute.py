@@ -11,9 +11,11 @@ import numpy as np
 from fsm.ancf.loading import Forcing, Loading, point_force
 from fsm.ancf.pulse import Ramp
 from fsm.ancf.system import AncfSystem
+from fsm.solve.handed_over import Saved
 from fsm.solve.modal import modes
 from fsm.solve.newton import equilibrium
-from fsm.solve.simulate import Saved, Settings, simulate
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
 from validation.closed_forms.absolute import CABLE, PENDULUM
 from validation.closed_forms.ancf import INERTIA, LENGTH, YOUNG, clamped_beam, pendulum_cable
 from validation.membrane.film import exact_frequencies, plucked_film, pulled_film, tensioned_film

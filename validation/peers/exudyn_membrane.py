@@ -23,9 +23,11 @@ import numpy as np
 
 from fsm.ancf.reduced import ReducedModel
 from fsm.ancf.system import AncfSystem
+from fsm.solve.handed_over import Saved
 from fsm.solve.modal import Modes, modes
 from fsm.solve.newton import equilibrium
-from fsm.solve.simulate import Saved, Settings, simulate
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
 from validation.benchmarks.demo import machine
 from validation.membrane.film import (
     AMPLITUDE,

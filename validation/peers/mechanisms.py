@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from fsm.solve.simulate import Settings
+from fsm.solve.settings import Settings
 from validation.peers import rigid
 from validation.peers.common import EXUDYN, THERE, rms
 from validation.peers.sweep import FSM, PEER, PeerCase, Run, timed

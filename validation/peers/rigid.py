@@ -17,7 +17,9 @@ from scipy.interpolate import CubicSpline
 from fsm.scene.scene import GROUND, Body, ForceElement, Scene
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
-from fsm.solve.simulate import Saved, Settings, simulate
+from fsm.solve.handed_over import Saved
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
 
 __all__ = [
     "BRICARD", "GRAVITY", "TIMES", "TOP_TIMES", "WINDOWS", "bricard_model", "bricard_path", "four_bars_model",

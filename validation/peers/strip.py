@@ -17,7 +17,8 @@ from fsm.scene.case import Case
 from fsm.scene.load_case import load_case
 from fsm.segments.system import SegmentSystem
 from fsm.solve.newton import equilibrium
-from fsm.solve.simulate import Settings, simulate
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
 
 try:
     from fsm.solve.static import PathSettings, follow

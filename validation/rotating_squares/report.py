@@ -31,7 +31,7 @@ from fsm.scene.builders.scene import build_scene
 from fsm.scene.case import Case
 from fsm.scene.load_case import load_case
 from fsm.segments.compile import compile_scene
-from fsm.solve.simulate import Saved
+from fsm.solve.handed_over import Saved
 from fsm.solve.static import follow
 from validation.rotating_squares.check import FOLDER, GRADIENTS, HERE, SHEAR, SOURCE, STRIP, STUDY, TRAVEL
 

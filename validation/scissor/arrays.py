@@ -14,7 +14,9 @@ from fsm.scene.check_scissor import default_holds
 from fsm.scene.loads import Ramp
 from fsm.scene.materials import Material
 from fsm.scene.scissor import BarSection, PointForce, Scissor
-from fsm.solve.simulate import Ledger, Settings, simulate
+from fsm.solve.ledger import Ledger
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
 
 __all__ = ["BAR", "START", "STEEL", "History", "move", "rigid_angle", "steel_array"]
 

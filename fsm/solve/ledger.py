@@ -1,0 +1,58 @@
+"""The energy ledger of a solve: stored energy + dissipated - work done = const."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from fsm.system import Energy
+
+__all__ = ["JUDGED_FROM", "Ledger"]
+
+JUDGED_FROM = 0.1
+"""Part of the run before which an energy error stops nothing: so little is turned over that tolerances look large."""
+
+
+@dataclass
+class Ledger:
+    """Energy bookkeeping, J.
+
+    `error` is the present imbalance, `worst` the largest so far, `turnover` the largest energy stored, dissipated or put
+    in so far, which errors are measured against. `pair_energy` (2, n_pairs) is what friction and damping of every contact
+    pair have dissipated.
+    """
+
+    start: float = 0.0
+    dissipated: float = 0.0
+    work: float = 0.0
+    error: float = 0.0
+    worst: float = 0.0
+    turnover: float = 0.0
+    kinetic_worst: float = 0.0
+    pair_energy: np.ndarray = field(default_factory=lambda: np.zeros((2, 0)))
+
+    @classmethod
+    def opened(cls, energy: Energy) -> Ledger:
+        """The ledger of a solve that begins in a state of that energy."""
+        return cls(start=energy.stored, pair_energy=np.zeros_like(energy.pair_power))
+
+    def add(self, work: float, dissipated: float, of_pairs: np.ndarray) -> None:
+        """Add the work, what was dissipated, and what of that contact pairs took."""
+        self.work += work
+        self.dissipated += dissipated
+        self.pair_energy = self.pair_energy + of_pairs
+
+    def balance(self, stored: float, kinetic: float) -> None:
+        """Compare with the energy stored now."""
+        self.error = stored - self.start + self.dissipated - self.work
+        self.worst = max(self.worst, abs(self.error))
+        self.kinetic_worst = max(self.kinetic_worst, kinetic)
+        self.turnover = max(
+            self.turnover, abs(stored - self.start), abs(self.dissipated), abs(self.work), self.kinetic_worst
+        )
+
+    @property
+    def relative_error(self) -> float:
+        """Worst imbalance over the energy turned over; 0 when nothing happened."""
+        return self.worst / self.turnover if self.turnover > 0.0 else 0.0

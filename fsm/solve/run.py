@@ -1,0 +1,144 @@
+"""What stepping a system through time is, whatever the method.
+
+Dissipated and input power are integrated over every step: by Gauss's three points on the dense output of SciPy's methods, by
+the trapezoidal rule and mean rates for generalized-alpha. The reaction of the drives is looked at there too, so a peak
+between steps is not missed.
+"""
+
+from __future__ import annotations
+
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from fsm.errors import EnergyAbort, NotConverged
+from fsm.solve.handed_over import Saved, Statistics, StepEnd
+from fsm.solve.ledger import JUDGED_FROM, Ledger
+from fsm.solve.renewal import State, steps_between
+from fsm.solve.settings import Settings
+from fsm.solve.status import Outcome
+from fsm.system import DriveState, Observation, System
+
+__all__ = ["Run"]
+
+_ROUNDING = 1e-13
+"""Times that differ by less, relative to themselves, were meant to be the same."""
+
+
+class Run(ABC):
+    """What all methods share: the state, the ledger, saving, judging, failing."""
+
+    def __init__(
+        self,
+        system: System,
+        settings: Settings,
+        save_times: Sequence[float],
+        on_save: Callable[[Saved], None],
+        on_step: Callable[[StepEnd], None] | None,
+        start: tuple[float, np.ndarray, np.ndarray] | None,
+        ledger: Ledger | None,
+        seen: list[tuple[DriveState, np.ndarray]],
+        after: StepEnd | None,
+    ) -> None:
+        self.system, self.settings = system, settings
+        self.on_save, self.on_step = on_save, on_step
+        self.begun = time.perf_counter()
+        self.statistics = Statistics(settings.method, seen=seen)
+        self.every = steps_between(system.nu)
+        breaks = [*system.break_times(), settings.end_time]
+        if after is not None:
+            assert ledger is not None
+            self.ledger = ledger
+            self.pending = [t for t in _at_breaks(save_times, breaks) if after.time < t <= settings.end_time]
+            self._renew(after)
+            return
+        self.renewed = 0
+        self.state: State | None = None
+        self.time, self.q, self.u = (0.0, *system.initial()) if start is None else start
+        system.forget(np.zeros(0))
+        if start is None:
+            system.restore(np.zeros(0))
+        system.commit(self.time, self.q, self.u)
+        wanted = [t for t in save_times if self.time <= t <= settings.end_time]
+        self.pending = _at_breaks(wanted, breaks)
+        self.last = system.observe(self.time, self.q, self.u)
+        self.ledger = Ledger.opened(self.last.energy) if ledger is None else ledger
+        self._look(self.last)
+        self._balance(self.last)
+        if self.pending and self.pending[0] <= self.time:
+            self.pending.pop(0)
+            self._save(self.time, self.q, self.u, self.last, self.ledger)
+
+    @abstractmethod
+    def go(self) -> None:
+        """Step to the end."""
+
+    def _renew(self, end: StepEnd) -> None:
+        """Have nothing but what the end of a step holds."""
+        assert end.state is not None
+        self.time, self.q, self.u, self.renewed, self.state = end.time, end.q, end.u, end.steps, end.state
+        self.statistics.steps = end.steps
+        self.statistics.smallest_step = float(end.state["smallest_step"][0])
+        self.system.forget(end.state["counted"])
+        self.system.restore(end.state["memory"])
+        self.last = self.system.observe(self.time, self.q, self.u)
+
+    def _arrive(self, t: float, q: np.ndarray, u: np.ndarray, state: Callable[[], State]) -> bool:
+        """The end of a step, when all that belongs to it has been accounted for and saved; whether it was a renewal point.
+
+        `state` gives what the method's solver goes on with from there.
+        """
+        self.time, self.q, self.u = t, q, u
+        judged = t >= JUDGED_FROM * self.settings.end_time
+        if judged and self.ledger.relative_error > self.settings.energy_abort:
+            self._fail(Outcome.ENERGY)
+        if self.statistics.steps >= self.settings.max_steps and t < self.settings.end_time:
+            self._fail(Outcome.TOO_MANY_STEPS)
+        end = StepEnd(t, q, u, self.statistics.steps)
+        renews = end.steps - self.renewed >= self.every and t < self.settings.end_time
+        if renews:
+            own = {
+                "memory": self.system.memory(),
+                "counted": self.system.counted(),
+                "smallest_step": np.array([self.statistics.smallest_step]),
+            }
+            end = replace(end, state=own | state())
+        if self.on_step is not None:
+            self.on_step(end)
+        if renews:
+            self._renew(end)
+        return renews
+
+    def _look(self, seen: Observation) -> None:
+        self.statistics.seen.append((seen.drive, seen.pairs.force))
+
+    def _balance(self, seen: Observation) -> None:
+        self.ledger.balance(seen.energy.stored, seen.energy.kinetic)
+
+    def _save(self, at: float, q: np.ndarray, u: np.ndarray, seen: Observation, ledger: Ledger) -> None:
+        error = seen.energy.stored - ledger.start + ledger.dissipated - ledger.work
+        q = self.system.retract(q, np.zeros(self.system.nu))  # SciPy's methods leave quaternions off their length
+        self.on_save(Saved(at, q, u.copy(), seen, ledger.dissipated, ledger.work, error, ledger.pair_energy))
+
+    def _fail(self, outcome: Outcome, detail: str = "") -> None:
+        self.statistics.outcome = outcome
+        worst = self.system.blame(self.system.acceleration(self.time, self.q, self.u))
+        travel = ", ".join(f"{1e3 * x:.4g} mm" for x in self.statistics.seen[-1][0].travel)
+        where = f"at t = {self.time:.6g} s" + (f" (travel {travel})" if travel else "")
+        text = f"{where}, step {self.statistics.steps}, method {self.settings.method}: {outcome.value}"
+        text += f". Fastest changing body: {worst}" + (f". {detail}" if detail else "")
+        if outcome is Outcome.ENERGY:
+            raise EnergyAbort(f"{text}. Energy error {self.ledger.worst:.3g} J of {self.ledger.turnover:.3g} J turned over")
+        raise NotConverged(text)
+
+
+def _at_breaks(times: Sequence[float], breaks: Sequence[float]) -> list[float]:
+    """Times, those that differ from a break by rounding put on it: between the two there is no step worth the name."""
+    found = []
+    for t in times:
+        near = [b for b in breaks if abs(b - t) <= _ROUNDING * abs(b)]
+        found.append(near[0] if near else t)
+    return found

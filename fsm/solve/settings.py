@@ -1,0 +1,35 @@
+"""How to step a system through time."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from fsm.solve.generalized_alpha import RHO_INF
+
+__all__ = ["Settings"]
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How to integrate; see `fsm.scene.case.Solve`.
+
+    Attributes
+    ----------
+    method : "Radau", "Radau-blocks", "BDF", "LSODA", "generalized-alpha" or "newmark"
+    rtol : -
+    end_time, max_step : s
+    max_steps : int
+    energy_abort : -
+    rho_inf, step : -, s
+        Of generalized-alpha only: spectral radius at infinity. Of both stepwise methods: fixed step, None for error control.
+    """
+
+    method: str
+    rtol: float
+    end_time: float
+    max_step: float = math.inf
+    max_steps: int = 200_000
+    energy_abort: float = math.inf
+    rho_inf: float = RHO_INF
+    step: float | None = None

@@ -1,0 +1,81 @@
+"""Methods that end their steps where states are wanted: generalized-alpha and Newmark's."""
+
+from __future__ import annotations
+
+import math
+import time
+
+from fsm.solve.dissipation import mean_dissipation
+from fsm.solve.generalized_alpha import GeneralizedAlpha
+from fsm.solve.run import Run
+from fsm.solve.status import StepFailed
+from fsm.system import Energy
+
+__all__ = ["GENERALIZED_ALPHA", "NEWMARK", "StepwiseRun"]
+
+GENERALIZED_ALPHA, NEWMARK = "generalized-alpha", "newmark"
+
+
+class StepwiseRun(Run):
+    """A method that ends its steps where states are wanted; powers are integrated to second order, as the method is.
+
+    Input power by the trapezoidal rule. Where it jumps (a drive stops), the step after begins with what it is then.
+    """
+
+    def go(self) -> None:
+        """See `Run`."""
+        settings = self.settings
+        solver = self._solver()
+        breaks = set(self.system.break_times())
+        try:
+            while solver.t < settings.end_time:
+                begin = self.last.energy
+                if solver.t in breaks:
+                    begin = self.system.energy(math.nextafter(solver.t, math.inf), solver.q, solver.u)
+                try:
+                    solver.step(self.pending[0] if self.pending else settings.end_time)
+                except StepFailed as error:
+                    self._count(solver)
+                    self._fail(error.outcome, error.reason)
+                self._count(solver)
+                self._account(begin, solver)
+                if self._arrive(solver.t, solver.q, solver.u, solver.state):
+                    solver = self._solver()
+        finally:
+            self._count(solver)
+
+    def _solver(self) -> GeneralizedAlpha:
+        """A new solver at the present state, that goes on from the last renewal point if there was one."""
+        settings = self.settings
+        rho_inf = None if settings.method == NEWMARK else settings.rho_inf
+        solver = GeneralizedAlpha(
+            self.system, self.time, self.q, self.u, settings.rtol, rho_inf, settings.step, settings.max_step
+        )
+        if self.state is not None:
+            solver.go_on(self.state)
+        return solver
+
+    def _count(self, solver: GeneralizedAlpha) -> None:
+        statistics = self.statistics
+        statistics.steps = solver.steps
+        statistics.rejected = solver.rejected + solver.failed
+        statistics.force_evaluations = solver.force_evaluations + solver.linearisations
+        statistics.jacobian_evaluations = solver.linearisations
+        statistics.factorisations = solver.linear.factorisations
+        statistics.newton_iterations = solver.iterations
+        statistics.wall_time = time.perf_counter() - self.begun
+
+    def _account(self, begin: Energy, solver: GeneralizedAlpha) -> None:
+        """Integrate the powers over the step, check the balance at its end, and save if that is wanted there."""
+        step = solver.t - self.time
+        self.statistics.smallest_step = min(self.statistics.smallest_step, step)
+        driven = self.last.energy.driven
+        self.last = seen = self.system.observe(solver.t, solver.q, solver.u)
+        dissipated, of_pairs = mean_dissipation(self.system, (self.time, self.q), (solver.t, solver.q))
+        work = 0.5 * step * (begin.input_power + seen.energy.input_power) + seen.energy.driven - driven
+        self.ledger.add(work, step * dissipated, step * of_pairs)
+        self._look(seen)
+        self._balance(seen)
+        if self.pending and self.pending[0] <= solver.t:
+            self.pending.pop(0)
+            self._save(solver.t, solver.q, solver.u, seen, self.ledger)
