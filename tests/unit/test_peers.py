@@ -16,6 +16,7 @@ from validation.peers.cases import ALL
 from validation.peers.sweep import (
     FSM,
     PEER,
+    PLAIN,
     PeerCase,
     Point,
     Run,
@@ -74,6 +75,10 @@ def test_the_better_method_counts_and_who_wins_is_said() -> None:
     assert verdict(points[:2], 1e-3) == "only fsm gets there"
     assert math.isnan(ratio(points[:2], 1e-3))
     assert verdict([], 1e-3) == "neither gets there"
+    plain = [*points, *sweep(PLAIN, (12.0, 1e-4))]
+    assert ratio(plain, 1e-3) == pytest.approx(0.25)
+    assert ratio(plain, 1e-3, PLAIN) == pytest.approx(3.0)
+    assert verdict(plain, 1e-3, PLAIN) == "fsm 3 times faster"
 
 
 def case(points: list[Point]) -> PeerCase:
@@ -88,7 +93,9 @@ def test_the_table_shows_times_settings_and_the_winner(tmp_path: Path) -> None:
                  "**Exudyn 79 times faster**"):  # fmt: skip
         assert part in text, part
     widths = {line.count("|") for line in text.splitlines() if line}
-    assert widths == {5, 6}
+    assert widths == {5, 6, 8}
+    plain = table([case([*shown.points, *sweep(PLAIN, (4.0, 1e-4))])])
+    assert "6.32 ms (m, run 1) | **Exudyn 79 times faster** | ≤ 4000 ms (m, run 0) | fsm 8 times faster |" in plain
     assert "| a top | Exudyn, m | ≤ 2 ms | 6.32 ms |" in text
     assert "not possible: no gears" in table([PeerCase("x", "x", "", {}, list, impossible="not possible: no gears")])
     write_csv(shown, {"cpu": "some"}, tmp_path / "top.csv")
@@ -157,5 +164,5 @@ def test_every_problem_shows_its_reference_and_the_settings_of_both() -> None:
         made = make()
         assert made.name == name
         assert len(made.reference) > 10
-        assert set(made.settings) == {FSM, PEER}
+        assert set(made.settings) == ({FSM, PEER, PLAIN} if name.startswith("strip_") else {FSM, PEER})
         assert all(len(text) > 10 for text in made.settings.values())

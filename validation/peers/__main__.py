@@ -18,7 +18,7 @@ from pathlib import Path
 from validation.benchmarks.demo import machine
 from validation.peers.cases import ALL
 from validation.peers.common import THERE, quiet
-from validation.peers.sweep import measure, plot, table, verdict, write_csv
+from validation.peers.sweep import PEER, PLAIN, measure, plot, table, verdict, write_csv
 
 
 def main() -> int:
@@ -45,7 +45,9 @@ def main() -> int:
         write_csv(case, about, options.out / f"{name}.csv")
         plot(case, options.out / f"{name}.png")
         for target in (1e-2, 1e-3):
-            print(f"    {100 * target:g} %: {verdict(case.points, target)}")
+            peers = [peer for peer in (PEER, PLAIN) if any(point.tool == peer for point in case.points)]
+            verdicts = [f"beside {peer}: {verdict(case.points, target, peer)}" for peer in peers]
+            print(f"    {100 * target:g} %: {'; '.join(verdicts)}")
         print(f"    {time.perf_counter() - begun:.0f} s", flush=True)
         done.append(case)
         options.out.mkdir(parents=True, exist_ok=True)

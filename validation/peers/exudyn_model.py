@@ -11,6 +11,8 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import exudyn as exu
@@ -61,6 +63,9 @@ class ExudynSettings:
     radius : spectral radius of generalised alpha
     exact : Jacobians of the springs with their geometric stiffness; without it Newton is cheaper, and surer in large steps
     adaptive : a step that fails is cut
+    plain : number of steps and linear solver as given, contact by a function in Python, and all else as Exudyn has it by
+        default: Newton's method to 1e-8 with the whole Jacobian (modified in dynamics, spectral radius 0.9), a file of the
+        solution, sensors at every step
     """
 
     steps: int
@@ -75,6 +80,7 @@ class ExudynSettings:
     radius: float = 0.5
     exact: bool = False
     adaptive: bool = True
+    plain: bool = False
 
 
 class ExudynStrip:
@@ -188,13 +194,14 @@ class ExudynStrip:
         whole = sum(body.plate.length for body in segments if body.plate)
         ground = self.mbs.AddObject(item.ObjectGround(referencePosition=[contact.plane, 0.0, 0.0]))
         wall = self.mbs.AddMarker(item.MarkerBodyPosition(bodyNumber=ground))
-        law = CreateSymbolicUserFunction(
-            self.mbs,
-            _one_sided,
-            "springForceUserFunction",
-            itemTypeName="ObjectConnectorCartesianSpringDamper",
-        )
-        self.law = law  # Exudyn does not own it
+        self.law: Any = _one_sided_in_python
+        if not self.settings.plain:
+            self.law = CreateSymbolicUserFunction(
+                self.mbs,
+                _one_sided,
+                "springForceUserFunction",
+                itemTypeName="ObjectConnectorCartesianSpringDamper",
+            )  # kept, as Exudyn does not own it
         for body in segments:
             assert body.plate is not None
             for at, weight in _points(contact.points):
@@ -206,7 +213,7 @@ class ExudynStrip:
                     item.ObjectConnectorCartesianSpringDamper(
                         markerNumbers=[wall, point],
                         stiffness=[contact.stiffness * share, 0.0, 0.0],
-                        springForceUserFunction=law,
+                        springForceUserFunction=self.law,
                     )
                 )
 
@@ -215,6 +222,8 @@ class ExudynStrip:
     def _options(self) -> Any:
         wanted, options = self.settings, exu.SimulationSettings()
         options.linearSolver.solverType = getattr(exu.LinearSolverType, wanted.solver)
+        if wanted.plain:
+            return self._plain_options(options)
         options.linearSolver.reuseAnalyzedPattern = True
         options.parallel.numberOfThreads = 1
         options.solution.file.write = False
@@ -240,12 +249,31 @@ class ExudynStrip:
         part.newton.numericalDifferentiation.jacobianConnectorDerivative = wanted.exact
         return options
 
+    def _plain_options(self, options: Any) -> Any:
+        """Steps, and a place for the files."""
+        self.files = TemporaryDirectory()
+        for part, name in ((options.solution.file, "name"), (options.solution, "solverInformationFileName")):
+            setattr(part, name, str(Path(self.files.name) / name))
+        if self.settings.dynamic:
+            options.timeIntegration.endTime = self.motion.end_time
+            options.timeIntegration.numberOfSteps = self.settings.steps
+        else:
+            options.staticSolver.numberOfLoadSteps = self.settings.steps
+        return options
+
 
 def _one_sided(mbs: Any, t: Any, number: Any, shift: Any, rate: Any, stiffness: Any, damping: Any, offset: Any) -> Any:
     """Hertz's force k d^1.5 of a point that has come d through the plane, in Exudyn's symbols: solving calls no Python."""
     symbol = exu.symbolic
     depth = symbol.max(symbol.Real(0.0), shift[0])
     return symbol.Vector([stiffness[0] * depth * symbol.sqrt(depth), symbol.Real(0.0), symbol.Real(0.0)])
+
+
+def _one_sided_in_python(
+    mbs: Any, t: float, number: int, shift: Any, rate: Any, stiffness: Any, damping: Any, offset: Any
+) -> list[float]:
+    """The same as a function that Exudyn calls."""
+    return [stiffness[0] * max(0.0, shift[0]) ** 1.5, 0.0, 0.0]
 
 
 def _points(intervals: int) -> list[tuple[float, float]]:

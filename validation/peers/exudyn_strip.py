@@ -34,6 +34,10 @@ TOLERANCES = (1e-3, 1e-5)
 TIME_STEPS = (2.0, 1.0, 0.5, 0.1, 0.02, 0.005)
 CONTACT_STEPS = (40, 56, 80, 112, 160, 320)
 CONTACT_TIME_STEPS = (0.5, 0.1, 0.05, 0.02)
+PLAIN_STEPS = 20
+PLAIN_TIME_STEPS = (0.2, 0.02, 0.005)
+PLAIN_SOLVERS = ("EXUdense", "EigenSparse")
+"""Exudyn's default, and what its users take for many bodies."""
 FINE = 320
 GOOD = 1e-3
 """Error that counts as solved, in the short table."""
@@ -117,6 +121,18 @@ def contact_settings(planar: bool) -> Iterator[tuple[str, ExudynSettings]]:
         yield f"{steps} steps", ExudynSettings(steps, planar=planar, relative=1e-6, exact=True)
 
 
+def plain_settings(planar: bool, end: float = 0.0) -> Iterator[tuple[str, ExudynSettings]]:
+    """Default settings, but for the number of steps and the linear solver; in time up to `end` (s), if there is one."""
+    from validation.peers.exudyn_model import ExudynSettings
+
+    for solver in PLAIN_SOLVERS:
+        if not end:
+            yield f"{PLAIN_STEPS} steps, {solver}", ExudynSettings(PLAIN_STEPS, planar, solver=solver, plain=True)
+        for step in PLAIN_TIME_STEPS if end else ():
+            settings = ExudynSettings(round(end / step), planar, dynamic=True, solver=solver, plain=True)
+            yield f"h = {step:g} s, {solver}", settings
+
+
 def exudyn_converged(bench: Bench, contact: bool = False) -> Curve:
     """Exudyn's curve at very fine load steps."""
     from validation.peers.exudyn_model import ExudynSettings
@@ -127,6 +143,7 @@ def exudyn_converged(bench: Bench, contact: bool = False) -> Curve:
 
 def exudyn_rows(bench: Bench, reference: Curve, pressed: Curve) -> Iterator[Row]:
     """All of Exudyn's rows of one number of segments."""
+    end = prepare(strip_case(bench.segments))[1].motions[0].end_time
     for planar in (True, False):
         model = "plane" if planar else "space"
         kinds = (
@@ -134,6 +151,8 @@ def exudyn_rows(bench: Bench, reference: Curve, pressed: Curve) -> Iterator[Row]
             ("generalised alpha", False, dynamic_settings(bench, planar)),
             ("static, half strip at a mirror", True, contact_settings(planar)),
             ("generalised alpha, half strip at a mirror", True, dynamic_settings(bench, planar, contact=True)),
+            ("static, default settings", False, plain_settings(planar)),
+            ("generalised alpha, half strip at a mirror, default settings", True, plain_settings(planar, end)),
         )
         for method, contact, settings in kinds:
             for name, setting in settings:

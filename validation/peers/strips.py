@@ -10,9 +10,14 @@ from typing import Any
 from fsm.prepare import prepare
 from validation.peers.common import EXUDYN, THERE
 from validation.peers.strip import distance, static_path, strip_case
-from validation.peers.sweep import FSM, PEER, PeerCase, Run, timed
+from validation.peers.sweep import FSM, PEER, PLAIN, PeerCase, Run, timed
 
 __all__ = ["pressed_strip", "strip"]
+
+DEFAULT = (
+    "build without range checks, all else as it is by default: residual to 1e-8, Jacobian with the springs' geometric "
+    "stiffness, a file of the solution; linear solver EXUdense (the default) or EigenSparse"
+)
 
 
 def _strip(segments: int, spatial: bool, contact: bool) -> list[Run]:
@@ -46,19 +51,21 @@ def _strip(segments: int, spatial: bool, contact: bool) -> list[Run]:
 
 def _exudyn_strip(segments: int, spatial: bool, contact: bool, converged: Callable[[], Any]) -> Iterator[Run]:
     from validation.peers.exudyn_model import ExudynSettings
-    from validation.peers.exudyn_strip import exudyn_strip
+    from validation.peers.exudyn_strip import exudyn_strip, plain_settings
 
-    kinds: list[tuple[str, str, ExudynSettings]] = []
+    kinds: list[tuple[str, str, str, ExudynSettings]] = []
     newton = {"exact": contact, "relative": 1e-4 if contact else 1e-3, "planar": not spatial}
     for steps in (20, 28, 40, 56, 80, 112, 160) if contact else (5, 6, 7, 8, 9, 10, 14, 20):
         for modified in (False, True):
             static = ExudynSettings(steps, modified=modified, **newton)  # type: ignore[arg-type]
-            kinds.append(("static, modified Newton" if modified else "static, full Newton", f"{steps} steps", static))
+            kinds.append((PEER, "static, modified Newton" if modified else "static, full Newton", f"{steps} steps", static))
     end = prepare(strip_case(segments))[1].motions[0].end_time
     for step in (0.5, 0.2, 0.1, 0.05) if contact else (2.0, 1.0):
         dynamic = ExudynSettings(round(end / step), not spatial, dynamic=True, relative=1e-4, radius=0.0, exact=contact)
-        kinds.append(("generalised alpha", f"h = {step:g} s", dynamic))
-    for method, name, settings in kinds:
+        kinds.append((PEER, "generalised alpha", f"h = {step:g} s", dynamic))
+    for name, plain in plain_settings(not spatial, end if contact else 0.0):
+        kinds.append((PLAIN, f"{'generalised alpha' if contact else 'static'}, {plain.solver}", name, plain))
+    for tool, method, name, settings in kinds:
         model: list[Any] = []
 
         def solve(model: list[Any] = model, settings: ExudynSettings = settings) -> tuple[float, float]:
@@ -67,7 +74,7 @@ def _exudyn_strip(segments: int, spatial: bool, contact: bool, converged: Callab
             taken, curve = model[0].solve(time.process_time)
             return taken, distance(curve, converged())
 
-        yield Run(PEER, method, name, solve)
+        yield Run(tool, method, name, solve)
 
 
 def strip(segments: int, spatial: bool) -> PeerCase:
@@ -78,7 +85,7 @@ def strip(segments: int, spatial: bool) -> PeerCase:
         "force against travel, RMS over the peak; fsm's path at rtol 1e-6, from which Exudyn's at 320 steps is 2e-6 off.",
         {FSM: "static path, no dampers", PEER: f"{'Rxyz angles' if spatial else 'planar bodies'}; {EXUDYN}; EigenSparse, "
          "full and modified Newton to 1e-3, Jacobian without the springs' geometric stiffness; dynamics at the speed of the "
-         "case, spectral radius 0"},
+         "case, spectral radius 0", PLAIN: f"20 load steps; {DEFAULT}"},
         partial(_strip, segments, spatial, False),
     )  # fmt: skip
 
@@ -90,6 +97,7 @@ def pressed_strip(segments: int) -> PeerCase:
         "as without contact; Exudyn's half strip at 1280 steps, for both.",
         {FSM: "static path, no dampers, the whole strip", PEER: "half the strip against its mirror plane, Hertz springs at "
          "fsm's points in Exudyn's symbols (Exudyn has no contact of faces); full and modified Newton to 1e-4, whole "
-         "Jacobian; otherwise as without contact"},
+         "Jacobian; otherwise as without contact", PLAIN: "the same half strip, springs whose force is a function in "
+         f"Python, generalised alpha at the speed of the case, spectral radius 0.9, modified Newton; {DEFAULT}"},
         partial(_strip, segments, False, True),
     )  # fmt: skip

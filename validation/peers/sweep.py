@@ -14,11 +14,12 @@ from fsm.errors import FsmError
 from fsm.plots.style import COLOURS, GREY, figure
 
 __all__ = [
-    "FSM", "PEER", "TARGETS", "PeerCase", "Point", "Run", "measure", "plot", "ratio", "table", "time_to_error", "timed",
-    "write_csv",
+    "FSM", "PEER", "PLAIN", "TARGETS", "PeerCase", "Point", "Run", "measure", "plot", "ratio", "table", "time_to_error",
+    "timed", "write_csv",
 ]  # fmt: skip
 
-FSM, PEER = "fsm", "Exudyn"
+FSM, PEER, PLAIN = "fsm", "Exudyn", "Exudyn as it comes"
+"""Exudyn tuned for the problem, and in its default settings."""
 TARGETS = (1e-2, 1e-3)
 LONG = 0.3
 """Runs of more seconds are measured once."""
@@ -156,21 +157,21 @@ def best(points: Sequence[Point], tool: str, target: float) -> Reached | None:
     return min(reached, key=lambda one: one.seconds) if reached else None
 
 
-def ratio(points: Sequence[Point], target: float) -> float:
+def ratio(points: Sequence[Point], target: float, peer: str = PEER) -> float:
     """Exudyn's time over fsm's; NaN if one of them does not get there."""
-    own, other = (best(points, tool, target) for tool in (FSM, PEER))
+    own, other = (best(points, tool, target) for tool in (FSM, peer))
     return other.seconds / own.seconds if own and other else math.nan
 
 
-def verdict(points: Sequence[Point], target: float) -> str:
+def verdict(points: Sequence[Point], target: float, peer: str = PEER) -> str:
     """Who is faster, in words."""
-    own, other = (best(points, tool, target) for tool in (FSM, PEER))
+    own, other = (best(points, tool, target) for tool in (FSM, peer))
     if own is None and other is None:
         return "neither gets there"
     if own is None or other is None:
-        return f"only {FSM if other is None else PEER} gets there"
+        return f"only {FSM if other is None else peer} gets there"
     part = other.seconds / own.seconds
-    return f"{FSM} {_plain(part, 2)} times faster" if part >= 1.0 else f"**{PEER} {_plain(1.0 / part, 2)} times faster**"
+    return f"{FSM} {_plain(part, 2)} times faster" if part >= 1.0 else f"**{peer} {_plain(1.0 / part, 2)} times faster**"
 
 
 def _plain(value: float, digits: int) -> str:
@@ -186,27 +187,36 @@ def _milliseconds(reached: Reached | None, named: bool = True) -> str:
     return f"{'≤ ' if reached.bound else ''}{_plain(1e3 * reached.seconds, 3)} ms{run}"
 
 
+def _beside(points: Sequence[Point], target: float, peer: str) -> str:
+    """Time of Exudyn, and who is faster; nothing where it was not run so."""
+    if not any(point.tool == peer for point in points):
+        return " | "
+    return f"{_milliseconds(best(points, peer, target))} | {verdict(points, target, peer)}"
+
+
 def table(cases: Sequence[PeerCase]) -> str:
     """Times to the errors and who is faster; the same of every method; references and settings. Markdown."""
-    lines = ["| case | error | fsm | Exudyn | |", "|---|---|---|---|---|"]
+    lines = [f"| case | error | {FSM} | {PEER}, tuned | | {PLAIN} | |", "|---" * 7 + "|"]
     for case in cases:
+        own = case.impossible or "not run"
         for target in TARGETS:
-            own, other = (_milliseconds(best(case.points, tool, target)) for tool in (FSM, PEER))
-            if not case.points:
-                own, other = case.impossible or "not run", ""
-            end = verdict(case.points, target) if case.points else ""
-            lines.append(f"| {case.title} | {100 * target:g} % | {own} | {other} | {end} |")
+            if case.points:
+                own = _milliseconds(best(case.points, FSM, target))
+            others = " | ".join(_beside(case.points, target, peer) for peer in (PEER, PLAIN))
+            lines.append(f"| {case.title} | {100 * target:g} % | {own} | {others} |")
     lines += ["", "| case | program, method | to 1 % | to 0.1 % |", "|---|---|---|---|"]
     for case in cases:
         for tool, method in dict.fromkeys((point.tool, point.method) for point in case.points):
             own = [point for point in case.points if (point.tool, point.method) == (tool, method)]
             times = " | ".join(_milliseconds(time_to_error(own, target), named=False) for target in TARGETS)
             lines.append(f"| {case.title} | {tool}, {method} | {times} |")
-    lines += ["", "| case | reference and error | settings of fsm | settings of Exudyn |", "|---|---|---|---|"]
+    tools = (FSM, PEER, PLAIN)
+    head = " | ".join(f"settings of {tool}" for tool in tools)
+    lines += ["", f"| case | reference and error | {head} |", "|---" * 5 + "|"]
     for case in cases:
-        own, other = (case.settings.get(tool, "") for tool in (FSM, PEER))
+        settings = " | ".join(case.settings.get(tool, "") for tool in tools)
         reference = case.reference + (f" {case.impossible}" if case.impossible else "")
-        lines.append(f"| {case.title} | {reference} | {own} | {other} |")
+        lines.append(f"| {case.title} | {reference} | {settings} |")
     return "\n".join(lines) + "\n"
 
 
