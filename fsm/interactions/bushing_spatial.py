@@ -52,6 +52,7 @@ __all__ = [
     "linearise_pose_spatial",
     "pose_constants_spatial",
     "stored_pose_spatial",
+    "widest_pose_spatial",
 ]
 
 _OFFSET, _REST, _STIFFNESS, _DAMPING = 14, 15, 21, 27
@@ -426,24 +427,46 @@ def stored_pose_spatial(
     constants: np.ndarray,
     before: np.ndarray,
     per_second: float,
-) -> tuple[np.ndarray, np.ndarray, float]:
-    """Potential energy of every element (m,), J, how far its ends are apart (m,), m, and the power of all dampers, W.
+    category: np.ndarray,
+    categories: int,
+) -> tuple[np.ndarray, float]:
+    """Potential energy of all elements of each category (m,), J, and the power of all dampers, W.
 
     Parameters
     ----------
     poses ... per_second : as in `force_pose_spatial`
+    category, categories : (m,) int array, and how many there are
     """
-    energy, apart, power = np.empty(bodies.shape[0]), np.empty(bodies.shape[0]), 0.0
+    energy, power = np.zeros(categories), 0.0
     x, rate = np.empty(6), np.empty(6)
     for i in range(bodies.shape[0]):
         row, past = constants[i], before[i]
         _measure_all(poses, rates, bodies[i, 0], bodies[i, 1], row, x, rate)
-        stored = square = 0.0
         for k in range(6):
-            strained = x[k] - row[_REST + k]
-            stored += 0.5 * row[_STIFFNESS + k] * strained**2
-            square += strained**2 if k < 3 and row[_STIFFNESS + k] > 0.0 else 0.0
+            energy[category[i]] += 0.5 * row[_STIFFNESS + k] * (x[k] - row[_REST + k]) ** 2
             speed = (x[k] - past[k]) * per_second if per_second != 0.0 else rate[k]
             power += row[_DAMPING + k] * speed**2
-        energy[i], apart[i] = stored, np.sqrt(square)
-    return energy, apart, power
+    return energy, power
+
+
+@kernel
+def widest_pose_spatial(
+    poses: np.ndarray, bodies: np.ndarray, constants: np.ndarray, structural: np.ndarray
+) -> tuple[int, float]:
+    """Which of the structural elements (m,) has its ends farthest apart, and how far, m; the first where none is apart.
+
+    Axes without a stiffness do not count. Other arguments as in `force_pose_spatial`.
+    """
+    worst, widest = 0, 0.0
+    for i in range(bodies.shape[0]):
+        if not structural[i]:
+            continue
+        row = constants[i]
+        _, _, _, _, z, _ = _place(poses, bodies[i, 0], bodies[i, 1], row)
+        square = 0.0
+        for k in range(3):
+            if row[_STIFFNESS + k] > 0.0:
+                square += (z[k] - row[3 + k] - row[_REST + k]) ** 2
+        if square > widest:
+            worst, widest = i, square
+    return worst, np.sqrt(widest)

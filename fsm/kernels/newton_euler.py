@@ -16,6 +16,7 @@ __all__ = [
     "HOLD",
     "add_gyroscopic",
     "gyroscopic_damping",
+    "along",
     "largest_force",
     "motion_energy",
     "quaternion_jacobian",
@@ -87,14 +88,32 @@ def largest_force(wrenches: np.ndarray) -> float:
 
 
 @kernel
-def motion_energy(inertia: np.ndarray, rates: np.ndarray, wrenches: np.ndarray) -> tuple[float, float]:
-    """Kinetic energy (J) of all bodies, and the power (W) of wrenches on them; all (n_bodies, 3 or 6)."""
-    kinetic = power = 0.0
+def motion_energy(
+    inertia: np.ndarray, rates: np.ndarray, wrenches: np.ndarray, driven: np.ndarray
+) -> tuple[float, float, float]:
+    """Kinetic energy (J) of all bodies, the power (W) of wrenches on them, and the kinetic energy of those driven, (n,).
+
+    Inertia, rates and wrenches are (n_bodies, 3 or 6); driven bodies do not turn.
+    """
+    kinetic = power = of_driven = 0.0
     for i in range(rates.shape[0]):
         for k in range(rates.shape[1]):
             kinetic += 0.5 * inertia[i, k] * rates[i, k] ** 2
             power += wrenches[i, k] * rates[i, k]
-    return kinetic, power
+    for i in range(driven.shape[0]):
+        for k in range(rates.shape[1] // 2 + rates.shape[1] % 2):
+            of_driven += 0.5 * inertia[driven[i], 0] * rates[driven[i], k] ** 2
+    return kinetic, power, of_driven
+
+
+@kernel
+def along(wrenches: np.ndarray, bodies: np.ndarray, motion: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """Forces (n_motions,) on the bodies (m,) of every motion (m,) along its direction, (n_motions, 2 or 3)."""
+    out = np.zeros(directions.shape[0])
+    for i in range(bodies.shape[0]):
+        for k in range(directions.shape[1]):
+            out[motion[i]] += wrenches[bodies[i], k] * directions[motion[i], k]
+    return out
 
 
 @kernel

@@ -78,11 +78,13 @@ class Contacts(tuple[ContactGroup, ...]):
 
     def observe(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None, pairs: int) -> PairState:
         """The contact pairs, what all groups have of them put together."""
-        none = np.zeros(pairs)
-        total = PairState(none, np.full(pairs, np.inf), none, none, none, none, none)
-        for group in self:
-            total = total.joined(group.observe(t, poses, rates, past))
-        return total
+        if not self:
+            none = np.zeros(pairs)
+            return PairState(none, np.full(pairs, np.inf), none, none, none, none, none)
+        first, *others = (group.observe(t, poses, rates, past) for group in self)
+        for other in others:
+            first = first.joined(other)
+        return first
 
     def pair_power(
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None, pairs: int

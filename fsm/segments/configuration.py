@@ -63,6 +63,8 @@ class Configuration:
     spatial : bool
     at_rest : (n, 3) or (n, 6) array
         Rates of all bodies where nothing moves; shared, not to be changed.
+    driven : (m,) int array
+        Bodies of all motions.
     """
 
     def __init__(self, bodies: Bodies, motions: tuple[PrescribedMotion, ...]) -> None:
@@ -74,7 +76,11 @@ class Configuration:
         self.nq = self.n_free * bodies.pose.shape[1]
         self.nu = self.n_free * self.size
         self.at_rest = np.zeros(bodies.rate.shape)
-        self._placed_at, self._placed, self._last_placed = np.nan, np.zeros(0), bodies.pose
+        self.driven = np.array([body for motion in motions for body in motion.bodies], dtype=np.int64)
+        self._motion = np.array([k for k, motion in enumerate(motions) for _ in motion.bodies], dtype=np.int64)
+        self._directions = np.array([motion.direction for motion in motions]).reshape(len(motions), 3 if self.spatial else 2)
+        nowhere = (np.nan, np.zeros(0), bodies.pose)
+        self._placed = self._placed_before = nowhere
         self._plate_bodies = np.array([body for body, _, _ in bodies.plates], dtype=np.int64)
         self._plate_corners = _corners([plate for _, plate, _ in bodies.plates])
 
@@ -138,14 +144,19 @@ class Configuration:
         return poses, rates
 
     def _poses(self, t: float, q: np.ndarray) -> np.ndarray:
-        """Poses of all bodies; asked for the same state again, those of the last time."""
-        if t != self._placed_at or not same(q, self._placed):
-            bodies = self.bodies
-            self._placed_at, self._placed = t, q.copy()
-            self._last_placed = np.asarray(place_bodies(bodies.pose, bodies.free, q, self.spatial))
-            for motion in self.motions:
-                _shift(self._last_placed, motion, motion.at(t)[0])
-        return self._last_placed
+        """Poses of all bodies; asked for one of the last two states again, those of that time."""
+        at, known, poses = self._placed
+        if t == at and same(q, known):
+            return poses
+        self._placed, self._placed_before = self._placed_before, self._placed
+        at, known, poses = self._placed
+        if t == at and same(q, known):
+            return poses
+        poses = place_bodies(self.bodies.pose, self.bodies.free, q, self.spatial)
+        for motion in self.motions:
+            _shift(poses, motion, motion.at(t)[0])
+        self._placed = t, q.copy(), poses
+        return poses
 
     def shape(self, t: float, q: np.ndarray) -> np.ndarray:
         """See `System`: the outline of every plate."""

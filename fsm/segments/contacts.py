@@ -172,8 +172,8 @@ class ContactGroup:
         """What is nearer than a bound (m); asked for the same poses again with other rates, that of the last time."""
         _, version = self.geometry.pairs(poses)  # with its broad phase renewed for these poses, slots keep their numbers
         known = self._known.get(below)
-        if known is None or known[1] != version or not np.array_equal(known[0], poses):
-            known = self._known[below] = poses.copy(), version, self.geometry.find(poses, below)
+        if known is None or known[1] != version or not (known[0] is poses or np.array_equal(known[0], poses)):
+            known = self._known[below] = poses, version, self.geometry.find(poses, below)
         return known[2]
 
     def _kept_of(self, touching: Touching) -> Remembered:

@@ -15,6 +15,7 @@ from fsm.interactions.bushing_planar import (
     linearise_pose_planar,
     pose_constants_planar,
     stored_pose_planar,
+    widest_pose_planar,
 )
 from fsm.interactions.bushing_spatial import (
     advance_efforts_spatial,
@@ -22,6 +23,7 @@ from fsm.interactions.bushing_spatial import (
     linearise_pose_spatial,
     pose_constants_spatial,
     stored_pose_spatial,
+    widest_pose_spatial,
 )
 from fsm.interactions.crease_planar import force_crease_planar, linearise_crease_planar
 from fsm.interactions.crease_spatial import force_crease_spatial, linearise_crease_spatial
@@ -43,16 +45,19 @@ class _OnePass(NamedTuple):
     linearise: Kernel
     advance: Kernel
     stored: Kernel
+    widest: Kernel
 
 
 _ONE_PASS = {
     3: _OnePass(
-        pose_constants_planar, force_pose_planar, linearise_pose_planar, advance_efforts_planar, stored_pose_planar
+        pose_constants_planar, force_pose_planar, linearise_pose_planar, advance_efforts_planar, stored_pose_planar,
+        widest_pose_planar,
     ),
     6: _OnePass(
-        pose_constants_spatial, force_pose_spatial, linearise_pose_spatial, advance_efforts_spatial, stored_pose_spatial
+        pose_constants_spatial, force_pose_spatial, linearise_pose_spatial, advance_efforts_spatial, stored_pose_spatial,
+        widest_pose_spatial,
     ),
-}
+}  # fmt: skip
 """By rows of a block."""
 
 _ONE_PASS_CREASE: dict[int, tuple[Kernel, Kernel]] = {
@@ -149,11 +154,8 @@ class BushingGroup:
 
     def gap(self, poses: np.ndarray) -> tuple[float, str]:
         """Largest distance (m) by which the ends of a structural joint have come apart, and its name."""
-        at_rest = np.zeros((len(poses), self.rest.shape[1]))
-        _, apart, _ = self._kernels.stored(poses, at_rest, self.bodies, self._constants, self.rest, 0.0)
-        apart = apart * self.structural
-        worst = int(apart.argmax())
-        return float(apart[worst]), self.names[worst]
+        worst, apart = self._kernels.widest(poses, self.bodies, self._constants, self.structural)
+        return apart, self.names[worst]
 
     def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
         """See `Group`; springs do not know the time."""
@@ -162,9 +164,9 @@ class BushingGroup:
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None
     ) -> tuple[dict[str, float], float, float]:
         """See `Group`."""
-        before = self._before(rates, past)
-        energy, _, power = self._kernels.stored(poses, rates, self.bodies, self._constants, *before)
-        totals = np.bincount(self.category, weights=energy, minlength=len(self.categories))
+        totals, power = self._kernels.stored(
+            poses, rates, self.bodies, self._constants, *self._before(rates, past), self.category, len(self.categories)
+        )
         return dict(zip(self.categories, totals.tolist(), strict=True)), power, 0.0
 
     def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:

@@ -136,6 +136,7 @@ class SurfaceContacts:
         self._nearest_of_all = self._nearest.copy()
         self._window = np.zeros((count, 2), dtype=np.int64)
         self._reference: np.ndarray | None = None
+        self._within: np.ndarray | None = None
         self._pairs = np.zeros((0, 2), dtype=np.int64)
         self._height = np.empty(count)
         self._height_at: np.ndarray | None = None
@@ -162,6 +163,9 @@ class SurfaceContacts:
 
     def _refresh(self, poses: np.ndarray) -> None:
         probes, surfaces, kernels = self.probes, self.surfaces, self.kernels
+        if poses is self._within:  # the very same array again
+            return
+        self._within = poses
         if self._reference is not None and not moved_beyond(
             poses, self._reference, surfaces.bodies, surfaces.radii, _RENEWAL * self.margin
         ):
@@ -253,7 +257,7 @@ class SurfaceContacts:
 
     def forget(self) -> None:
         """See `ContactGeometry`."""
-        self._reference = self._height_at = None
+        self._reference = self._within = self._height_at = None
         self._nearest[:] = -1
         self._nearest_of_all[:] = -1
 
@@ -289,9 +293,9 @@ class SurfaceContacts:
     def _heights(self, poses: np.ndarray, farther: float = 0.0) -> np.ndarray:
         """Heights of all probes within reach and so much farther, m; those of the last time if they will do."""
         at = self._height_at
-        if at is not None and farther <= self._height_farther and np.array_equal(at, poses):
+        if at is not None and farther <= self._height_farther and (at is poses or np.array_equal(at, poses)):
             return self._height
-        self._height_at, self._height_farther = poses.copy(), farther
+        self._height_at, self._height_farther = poses, farther
         probes, surfaces = self.probes, self.surfaces
         first, last = probes.first_piece, probes.last_piece
         if farther == 0.0:

@@ -16,6 +16,7 @@ from fsm.blocks import BlockMatrix, BlockPattern
 from fsm.kernels.block_sum import turn_blocks
 from fsm.kernels.newton_euler import (
     add_gyroscopic,
+    along,
     gyroscopic_damping,
     largest_force,
     motion_energy,
@@ -402,8 +403,7 @@ class SegmentSystem(Configuration):
 
     def _drive_state(self, t: float, reactions: np.ndarray) -> DriveState:
         travel = np.array([motion.at(t)[0] for motion in self.motions])
-        force = np.array([(reactions[m.bodies, : len(m.direction)] @ m.direction).sum() for m in self.motions])
-        return DriveState(travel, force)
+        return DriveState(travel, np.asarray(along(reactions, self.driven, self._motion, self._directions)))
 
     def _energy(
         self, t: float, poses: np.ndarray, rates: np.ndarray, reactions: np.ndarray, past: Past | None = None
@@ -418,11 +418,7 @@ class SegmentSystem(Configuration):
             power += gained
             sliding += lost if group in self._sliding else 0.0
         pair_power = self.contacts.pair_power(t, poses, rates, past, len(self.pair_names))
-        kinetic, driving = motion_energy(self.bodies.inertia, rates, reactions)
-        driven = 0.0
-        for motion in self.motions:
-            squares = (rates[motion.bodies, : len(motion.direction)] ** 2).sum(axis=1)
-            driven += 0.5 * float(self.bodies.inertia[motion.bodies, 0] @ squares)
+        kinetic, driving, driven = motion_energy(self.bodies.inertia, rates, reactions, self.driven)
         return Energy(kinetic, potential, dissipated, power + driving, pair_power, sliding, driven)
 
     def _current_pattern(self, poses: np.ndarray) -> BodyPattern:
