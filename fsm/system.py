@@ -348,6 +348,10 @@ class System(Protocol):
         """Name of the body that the largest entry of a (nu,) vector belongs to, for messages."""
         ...
 
+    def contact_force(self, t: float, q: np.ndarray) -> float:
+        """Largest force that contacts put on a body, everything at rest, N; 0 in most."""
+        ...
+
     def widest_joint(self, t: float, q: np.ndarray) -> tuple[float, str]:
         """Largest distance (m) by which a joint of the structure itself has come apart, and its name."""
         ...

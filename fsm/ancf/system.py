@@ -258,6 +258,10 @@ class AncfSystem:
         """See `System`."""
         return self.mesh.names[int(np.argmax(np.abs(np.nan_to_num(vector, nan=np.inf)))) // self.mesh.size]
 
+    def contact_force(self, t: float, q: np.ndarray) -> float:
+        """See `System`: nothing touches."""
+        return 0.0
+
     def widest_joint(self, t: float, q: np.ndarray) -> tuple[float, str]:
         """See `System`: nodes are shared and do not part."""
         return 0.0, "none"

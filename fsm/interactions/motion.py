@@ -6,7 +6,7 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["moved_beyond"]
+__all__ = ["furthest_motion", "moved_beyond"]
 
 
 @kernel
@@ -37,3 +37,20 @@ def moved_beyond(
         if not np.sqrt(moved) + factor * np.sqrt(turned) * radii[i] < bound:
             return True
     return False
+
+
+@kernel
+def furthest_motion(before: np.ndarray, after: np.ndarray, bodies: np.ndarray, radii: np.ndarray) -> float:
+    """How far any point of any of the bodies may have moved at most between poses, m; arguments as in `moved_beyond`."""
+    n_position = 2 if before.shape[1] == 3 else 3
+    # a quaternion changes by half the angle turned
+    factor = 1.0 if before.shape[1] == 3 else 2.2
+    furthest = 0.0
+    for i in range(bodies.shape[0]):
+        body, moved, turned = bodies[i], 0.0, 0.0
+        for k in range(n_position):
+            moved += abs(after[body, k] - before[body, k])
+        for k in range(n_position, before.shape[1]):
+            turned += abs(after[body, k] - before[body, k])
+        furthest = max(furthest, moved + factor * turned * radii[i])
+    return furthest

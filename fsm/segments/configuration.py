@@ -81,6 +81,7 @@ class Configuration:
         self._directions = np.array([motion.direction for motion in motions]).reshape(len(motions), 3 if self.spatial else 2)
         nowhere = (np.nan, np.zeros(0), bodies.pose)
         self._placed = self._placed_before = nowhere
+        self._moving: tuple[float, np.ndarray, float | None, np.ndarray] = (np.nan, np.zeros(0), None, self.at_rest)
         self._plate_bodies = np.array([body for body, _, _ in bodies.plates], dtype=np.int64)
         self._plate_corners = _corners([plate for _, plate, _ in bodies.plates])
 
@@ -128,12 +129,15 @@ class Configuration:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Poses and rates of all bodies, the driven ones at time t included; quaternions of unit norm. No u: at rest.
 
-        With `before`, driven bodies have their mean speed since then. Poses, and rates at rest, are shared: not to be
-        changed.
+        With `before`, driven bodies have their mean speed since then. Poses and rates are shared: not to be changed.
         """
         poses = self._poses(t, q)
         if u is None:
             return poses, self.at_rest
+        since = None if before is None else before[0]
+        at, known, known_since, rates = self._moving
+        if t == at and since == known_since and same(u, known):
+            return poses, rates
         rates = np.zeros(self.bodies.rate.shape)
         place_free(self.bodies.free, u, False, rates)
         for motion in self.motions:
@@ -141,6 +145,7 @@ class Configuration:
             if before is not None:
                 speed = (travel - motion.at(before[0])[0]) / (t - before[0])
             _shift(rates, motion, speed)
+        self._moving = t, u.copy(), since, rates
         return poses, rates
 
     def _poses(self, t: float, q: np.ndarray) -> np.ndarray:

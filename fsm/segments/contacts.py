@@ -9,6 +9,16 @@ import numpy as np
 
 from fsm.interactions.bristle import add_way_stiffness, carried
 from fsm.interactions.end_taper import add_taper_tangent
+from fsm.interactions.pair_sums import (
+    AREA,
+    CARRIED,
+    DAMPING,
+    FORCE,
+    FRICTION,
+    SLIDING,
+    smallest_gaps,
+    sums_of_pairs,
+)
 from fsm.kernels.place import pose_difference
 from fsm.kernels.scatter import scatter_efforts
 from fsm.laws.friction import FrictionLaw
@@ -58,7 +68,7 @@ class FrictionForce(NamedTuple):
 
 @dataclass
 class _Found:
-    """Contacts of one state, with forces; `powers` (2, count), W, once they were asked for."""
+    """Contacts of one state, with forces; `sums` of every pair, once they were asked for."""
 
     touching: Touching
     key: np.ndarray
@@ -68,7 +78,7 @@ class _Found:
     forces: ContactForces
     deflection: np.ndarray
     by_way: np.ndarray | None
-    powers: np.ndarray | None = None
+    sums: np.ndarray | None = None
 
 
 class ContactGroup:
@@ -228,7 +238,9 @@ class ContactGroup:
 
     def _scatter(self, found: _Found, force: np.ndarray) -> None:
         measured, tapered = found.measured, found.measured.tapered
-        effort = np.column_stack([-found.forces.normal, found.forces.effort])
+        effort = -found.forces.normal[:, None]
+        if found.forces.friction:
+            effort = np.concatenate([effort, found.forces.effort], axis=1)
         scatter_efforts(measured.bodies, measured.gradient, effort, len(effort), force)
         if tapered is not None:  # the overlap as such pushes
             rows = tapered.rows
@@ -276,27 +288,25 @@ class ContactGroup:
         if found is None:
             return {"contact": 0.0}, 0.0, 0.0
         stored = self.normal.law.energy(found.depth, found.share, self.normal.params)
-        return {"contact": float(stored.sum())}, float(self._powers(found).sum()), 0.0
+        return {"contact": float(stored.sum())}, float(self._sums(found)[SLIDING:].sum()), 0.0
 
     def pair_power(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None) -> np.ndarray:
         """Power that friction and damping of every pair dissipate, (2, n_pairs), W."""
         found = self._contacts(t, poses, rates, past)
         if found is None:
             return np.zeros((2, self.n_pairs))
-        return np.stack([self._by_pair(found, power) for power in self._powers(found)])
+        return self._sums(found)[SLIDING:]
 
-    def _powers(self, found: _Found) -> np.ndarray:
-        """Powers dissipated by the friction of every contact, and by its damping, (2, count), W."""
-        if found.powers is None:
-            elastic = self._elastic(found.depth, found.share)
-            rate = found.measured.rate
-            friction = (found.forces.effort * rate[:, 1:]).sum(axis=1)
-            found.powers = np.stack([friction, (found.forces.normal - elastic) * -rate[:, 0]])
-        return found.powers
-
-    def _by_pair(self, found: _Found, values: np.ndarray) -> np.ndarray:
-        """Sums over the contacts of every pair, (n_pairs,)."""
-        return np.bincount(self.geometry.pair[found.touching.slot], values, self.n_pairs)
+    def _sums(self, found: _Found) -> np.ndarray:
+        """Sums over the contacts of every pair, (6, n_pairs), see `sums_of_pairs`."""
+        if found.sums is None:
+            geometry, forces, slot = self.geometry, found.forces, found.touching.slot
+            part, elastic = found.share / geometry.share[slot], self._elastic(found.depth, found.share)
+            found.sums = sums_of_pairs(
+                geometry.pair, slot, geometry.area, part, forces.normal, elastic, found.measured.rate, forces.effort,
+                self.n_pairs,
+            )  # fmt: skip
+        return found.sums
 
     # results --------------------------------------------------------------------------------------------------------
 
@@ -310,21 +320,18 @@ class ContactGroup:
         gap = np.full(self.n_pairs, geometry.margin)
         near = self._touching(poses, geometry.margin)
         found = self._contacts(t, poses, rates, past)
-        np.minimum.at(gap, geometry.pair[near.slot], np.maximum(near.gap, 0.0))
+        smallest_gaps(geometry.pair, near.slot, np.maximum(near.gap, 0.0), gap)
         if found is None:
             none = np.zeros(self.n_pairs)
             return PairState(none, gap, none, none, none, none, none)
-        normal, slot = found.forces.normal, found.touching.slot
-        part = found.share / geometry.share[slot]
+        slot = found.touching.slot
         # a point that comes in over an end is as deep as it counts
-        np.minimum.at(gap, geometry.pair[slot], -found.depth * np.minimum(part, 1.0))
-        speed, effort = (np.sqrt((v**2).sum(axis=1)) for v in (found.measured.rate[:, 1:], found.forces.effort))
-        force, carried_by = self._by_pair(found, normal), self._by_pair(found, normal * speed)
-        slip = np.divide(carried_by, force, out=np.zeros(self.n_pairs), where=force > 0.0)
-        area = self._by_pair(found, geometry.area[slot] * part)
-        return PairState(
-            force, gap, area, self._by_pair(found, effort), slip, *self.pair_power(t, poses, rates, past)
-        )
+        deep = found.depth * np.minimum(found.share / geometry.share[slot], 1.0)
+        smallest_gaps(geometry.pair, slot, -deep, gap)
+        sums = self._sums(found)
+        force = sums[FORCE]
+        slip = np.divide(sums[CARRIED], force, out=np.zeros(self.n_pairs), where=force > 0.0)
+        return PairState(force, gap, sums[AREA], sums[FRICTION], slip, sums[SLIDING], sums[DAMPING])
 
     @property
     def renewals(self) -> int:

@@ -10,7 +10,7 @@ import numpy as np
 from fsm.interactions.box_tree import fit_tree, window_pieces
 from fsm.interactions.chord import chord_boxes
 from fsm.interactions.coupling import coupled_bodies
-from fsm.interactions.motion import moved_beyond
+from fsm.interactions.motion import furthest_motion, moved_beyond
 from fsm.interactions.surface import BARE
 from fsm.segments.contact_geometry import ContactForces, Measured, Tapered, Touching
 from fsm.segments.pattern import BodyPattern
@@ -280,15 +280,11 @@ class SurfaceContacts:
         with np.errstate(invalid="ignore"):
             limit = self.probes.depth_limit
             through = (side * height <= -limit) & (side * height >= -limit - deepest)
-        return tuple(int(pair) for pair in np.unique(self.pair[through]))
+        return tuple(int(pair) for pair in np.unique(self.pair[through])) if through.any() else ()
 
     def _motion(self, before: np.ndarray, after: np.ndarray) -> float:
         """By how much any point of a surface has moved at most, m."""
-        surfaces, n = self.surfaces, 2 if self.slips == 1 else 3
-        change = np.abs(after[surfaces.bodies] - before[surfaces.bodies])
-        # a quaternion changes by half the angle turned
-        turn = (1.0 if n == 2 else 2.2) * change[:, n:].sum(axis=1) * surfaces.radii
-        return float((change[:, :n].sum(axis=1) + turn).max(initial=0.0))
+        return float(furthest_motion(before, after, self.surfaces.bodies, self.surfaces.radii))
 
     def _heights(self, poses: np.ndarray, farther: float = 0.0) -> np.ndarray:
         """Heights of all probes within reach and so much farther, m; those of the last time if they will do."""

@@ -360,6 +360,16 @@ class SegmentSystem(Configuration):
             return math.inf
         return self.contacts.longest_step(t, *self.place(t, q, u))
 
+    def contact_force(self, t: float, q: np.ndarray) -> float:
+        """See `System`."""
+        if not self.contacts:
+            return 0.0
+        poses, rates = self.place(t, q, None)
+        forces = np.zeros(rates.shape)
+        for contacts in self.contacts:
+            contacts.add_force(t, poses, rates, forces)
+        return float(largest_force(forces))
+
     def widest_joint(self, t: float, q: np.ndarray) -> tuple[float, str]:
         """See `System`."""
         poses, _ = self.place(t, q, None)
@@ -376,7 +386,8 @@ class SegmentSystem(Configuration):
         """The last state as poses, found once."""
         if before is None:
             return None
-        if self._last_before is not before:
+        last = self._last_before
+        if last is None or last[0] != before[0] or last[1] is not before[1]:
             self._last_before, self._last_poses = before, self.place(*before, None)[0]
         return Past(self._last_poses, t - before[0])
 

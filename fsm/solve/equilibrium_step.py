@@ -33,6 +33,10 @@ _TRIALS = 10
 """States looked at for that, at most."""
 _NEARLY = 1e-4
 """After a step smaller than this the forces alone are looked at first: they will probably do."""
+_LATE = 4
+"""Iterations after which the forces left over should have come into sight of the reactions."""
+_LOST, _HARDLY = 200.0, 1e-4
+"""If they are so many times the largest reaction still, and that part of the first ones, a shorter step is cheaper."""
 
 
 class Ending(Enum):
@@ -127,7 +131,7 @@ class EquilibriumStep:
         if efforts is None:
             efforts = self.efforts(t, guess, before)
         q, q_before, step, work = guess, guess, np.zeros(system.nu), 0.0
-        size = last_size = math.inf
+        size = last_size = lost = math.inf
         matrix: BlockMatrix | None = None
         cut = False
         for iteration in range(self.max_iterations + 1):
@@ -143,8 +147,11 @@ class EquilibriumStep:
                     return self._found(t, q, before, iteration, residual, matrix)
             linear = self._linearised(t, q, u, rates, efforts)
             residual = linear.force
-            if not math.isfinite(self._left_over(residual)):
+            left_over = self._left_over(residual)
+            if not math.isfinite(left_over):
                 return self._ended(Ending.NOT_FINITE, q, iteration, residual)
+            if iteration == 0:
+                lost = max(_LOST * self.largest_reaction, _HARDLY * left_over)
             after = float(step @ residual)
             if work > 0.0 and after < -_OVERSHOOT * work and not cut:
                 part = self._shortened(t, q_before, step, before, work, after)
@@ -152,7 +159,8 @@ class EquilibriumStep:
                 q, size, cut = system.retract(q_before, part * step), part * size, True
                 continue
             cut = False
-            if iteration == self.max_iterations or (iteration > 7 and size > 2.0 * last_size):
+            wandering = (iteration > 7 and size > 2.0 * last_size) or (iteration >= _LATE and left_over > lost)
+            if wandering or iteration == self.max_iterations:
                 break
             matrix = self._matrix(linear, dx, t - before[0])
             if iteration == 0:

@@ -53,6 +53,8 @@ _MOVING = 1e-3
 """Kinetic energy over the energy turned over, above which inertia is not to be dropped."""
 _COARSE = 3.0
 """Energy error of one step, over the energy turned over and rtol: above it the force has a kink that is missed."""
+_DEEP = 1e4
+"""Contact forces of a prediction, over reactions and over those before, above which it goes through what it should touch."""
 _RESTING = 1e-3
 """Forces left over without the dampers', over the largest reaction, below which a state is an equilibrium."""
 _TORN = 0.1
@@ -132,6 +134,7 @@ class _Reason(Enum):
     SINGULAR = "the stiffness is singular"
     INERTIA = "inertia is not to be dropped"
     CROSSED = "something passed through a face"
+    HEAD_ON = "contacts are met head on"
     COARSE = "the energy balance of the step is off"
 
 
@@ -224,6 +227,8 @@ class _Follower:
                 return _Reason.SINGULAR
             prediction = Prediction(increment, self.newton.efforts(t, books.q, before, increment))
         guess = self.system.retract(books.q, prediction.increment)
+        if extrapolated and self._head_on(t, guess):
+            return _Reason.HEAD_ON
         self.newton.largest_reaction = books.largest_reaction
         found = self.newton.solve(t, guess, before, prediction.efforts)
         if found.ending is Ending.UNSTABLE:
@@ -260,6 +265,14 @@ class _Follower:
         if renews:
             self._renew(end)
         return None
+
+    def _head_on(self, t: float, guess: np.ndarray) -> bool:
+        """Whether a prediction goes deep into what the structure is about to meet: Newton's method would be at a loss."""
+        system, books = self.system, self.books
+        if system.fixed_pattern:
+            return False
+        force = system.contact_force(t, guess) / _DEEP
+        return force > books.largest_reaction and force > system.contact_force(books.time, books.q)
 
     def _state(self) -> State:
         """What another solve goes on with from here."""

@@ -14,6 +14,7 @@ from fsm.prepare import prepare
 from fsm.results.quantities import peak
 from fsm.scene.load_case import load_case
 from fsm.segments.system import SegmentSystem
+from fsm.solve import static
 from fsm.solve.handed_over import Saved, Statistics
 from fsm.solve.ledger import Ledger
 from fsm.solve.newton import negative_pivots
@@ -209,3 +210,15 @@ def test_friction_and_damping_keep_their_rates() -> None:
     drag, slower = forces["dampers"] - forces["none"], forces["slower dampers"] - forces["none"]
     assert drag > 1e-3 * forces["none"]
     assert slower == pytest.approx(0.5 * drag, rel=1e-2)
+
+
+def test_a_prediction_through_a_face_is_no_work_for_newton(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same steps are refused that Newton's method fails in, and only those: the curve is the same."""
+    system = trial("strip.segments_per_panel=10", 'drive.0.travel="20 mm"')
+    _, quick, _ = pulled(system, 2e-3, 1e-2)
+    at_start = system.initial()[0]
+    assert system.contact_force(0.0, at_start) == 0.0
+    monkeypatch.setattr(static, "_DEEP", np.inf)
+    _, slow, _ = pulled(system, 2e-3, 1e-2)
+    np.testing.assert_allclose(curve(quick), curve(slow), rtol=1e-7, atol=1e-12)
+    assert quick.newton_iterations < 0.9 * slow.newton_iterations

@@ -122,6 +122,9 @@ def test_powers_of_the_pairs_are_all_that_is_dissipated(spatial: bool, friction:
     assert (pairs.force > 0.0).all()
     total = pairs.friction_power.sum() + pairs.damping_power.sum()
     assert total == pytest.approx(energy.dissipated_power, rel=1e-12)
+    at_rest, _ = system.balance(0.0, q, None, contacts=True)
+    forces = at_rest.reshape(system.n_free, system.size)[:, : 3 if spatial else 2]
+    assert system.contact_force(0.0, q) >= np.abs(forces).max() > 0.0
     assert (pairs.damping_power > 0.0).all()
     assert (pairs.friction_power > 0.0).all() == friction
     np.testing.assert_array_equal(energy.pair_power, [pairs.friction_power, pairs.damping_power])

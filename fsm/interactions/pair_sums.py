@@ -1,0 +1,67 @@
+"""What the contacts of every pair of faces add up to."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.kernels.jit import kernel
+
+__all__ = ["AREA", "CARRIED", "DAMPING", "FORCE", "FRICTION", "SLIDING", "smallest_gaps", "sums_of_pairs"]
+
+FORCE, AREA, FRICTION, CARRIED, SLIDING, DAMPING = range(6)
+"""Rows of the sums."""
+
+
+@kernel
+def sums_of_pairs(
+    pair: np.ndarray,
+    slot: np.ndarray,
+    area: np.ndarray,
+    part: np.ndarray,
+    normal: np.ndarray,
+    elastic: np.ndarray,
+    rate: np.ndarray,
+    effort: np.ndarray,
+    n_pairs: int,
+) -> np.ndarray:
+    """Sums over the contacts of every pair, (6, n_pairs).
+
+    Parameters
+    ----------
+    pair, area : (n_slots,) arrays
+        Number of the pair of every slot, and the area it stands for, m^2.
+    slot, part, normal, elastic : (count,) arrays
+        Of every contact its slot, what of its area counts, the normal force and what it would be at rest, N.
+    rate : (count, 1 + c) array, m/s
+        Rate of the gap, slip velocity.
+    effort : (count, c) array, N
+        Friction.
+
+    Returns
+    -------
+    (6, n_pairs) array
+        Normal force (N); area (m^2); magnitudes of friction (N); slip speeds times normal forces (W); power that friction
+        takes, and that the damping of the normal force does (W).
+    """
+    sums = np.zeros((6, n_pairs))
+    for i in range(slot.shape[0]):
+        of, square, slip, power = pair[slot[i]], 0.0, 0.0, 0.0
+        for k in range(effort.shape[1]):
+            square += effort[i, k] ** 2
+            slip += rate[i, 1 + k] ** 2
+            power += effort[i, k] * rate[i, 1 + k]
+        sums[FORCE, of] += normal[i]
+        sums[AREA, of] += area[slot[i]] * part[i]
+        sums[FRICTION, of] += np.sqrt(square)
+        sums[CARRIED, of] += normal[i] * np.sqrt(slip)
+        sums[SLIDING, of] += power
+        sums[DAMPING, of] += (elastic[i] - normal[i]) * rate[i, 0]
+    return sums
+
+
+@kernel
+def smallest_gaps(pair: np.ndarray, slot: np.ndarray, value: np.ndarray, gap: np.ndarray) -> None:
+    """Lower the gaps (n_pairs,) of pairs to the smallest value (count,) of their slots."""
+    for i in range(slot.shape[0]):
+        of = pair[slot[i]]
+        gap[of] = min(gap[of], value[i])
