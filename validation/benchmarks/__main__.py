@@ -47,7 +47,7 @@ def options(arguments: list[str] | None = None) -> argparse.Namespace:
     parser.add_argument("--tolerances", help="instead of each method's own, for example 1e-3,1e-5")
     parser.add_argument("--repeat", type=int, default=3, help="runs that a time is the median of")
     parser.add_argument("--limit", type=float, default=120.0, help="seconds for a run; tighter tolerances are then skipped")
-    parser.add_argument("--quick", action="store_true", help="smaller scenes, two tolerances, less than 3 minutes")
+    parser.add_argument("--quick", action="store_true", help="smaller scenes, four tolerances, a few minutes")
     parser.add_argument("--plot-only", action="store_true", help="draw from the CSV files that are there")
     parser.add_argument("--renew", action="store_true", help="compute tight references anew: the forces have changed")
     parser.add_argument("--out", type=Path, default=None, help="out/benchmarks, or out/benchmarks/quick")

@@ -21,7 +21,7 @@ from validation.benchmarks.problem import Problem
 __all__ = ["METHODS", "QUICK_TOLERANCES", "Method", "Run", "TooSlow", "follower", "integrator"]
 
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
-QUICK_TOLERANCES = (1e-3, 1e-5)
+QUICK_TOLERANCES = (1e-3, 3e-4, 3e-5, 1e-5)
 
 OnSave = Callable[[Saved], None]
 OnStep = Callable[[StepEnd], None]
