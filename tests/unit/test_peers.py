@@ -159,6 +159,25 @@ def test_without_exudyn_nothing_is_compared(tmp_path: Path, monkeypatch: pytest.
         assert "not installed" in only.reason
 
 
+def test_the_strip_is_held_against_default_and_tuned_settings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    points = [*sweep(FSM, (1.0, 1e-4)), *sweep(PEER, (2.0, 1e-4)), *sweep(PLAIN, (20.0, 1e-4))]
+    shown = PeerCase("x", "a strip", "itself", {PEER: "tuned", PLAIN: "plain"}, list, points=points)
+    wanted: list[str] = []
+
+    def measured(name: str, place: Place) -> tuple[PeerCase, Path]:
+        wanted.append(name)
+        return shown, tmp_path / "x.png"
+
+    monkeypatch.setattr(gallery, "THERE", True)
+    monkeypatch.setattr(gallery, "_measured", measured)
+    checks = list(gallery.strip(Place(tmp_path)))
+    assert wanted == [f"strip_{n}_{where}" for n in (4, 10, 20) for where in ("plane", "space")]
+    assert [check.name.rpartition(", ")[2] for check in checks[:2]] == ["default settings", "tuned settings"]
+    assert [check.error for check in checks] == pytest.approx([0.05, 0.5] * 6)
+    assert [check.tolerance for check in checks] == pytest.approx([0.1, 0.1, 1 / 3, 1 / 3] * 3)
+    assert "plain" in checks[0].detail
+
+
 def test_every_problem_shows_its_reference_and_the_settings_of_both() -> None:
     for name, make in ALL.items():
         made = make()
