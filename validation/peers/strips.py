@@ -64,7 +64,7 @@ def _exudyn_strip(segments: int, spatial: bool, contact: bool, converged: Callab
         dynamic = ExudynSettings(round(end / step), not spatial, dynamic=True, relative=1e-4, radius=0.0, exact=contact)
         kinds.append((PEER, "generalised alpha", f"h = {step:g} s", dynamic))
     for name, plain in plain_settings(not spatial, end if contact else 0.0):
-        kinds.append((PLAIN, f"{'generalised alpha' if contact else 'static'}, {plain.solver}", name, plain))
+        kinds.append((PLAIN, f"{'generalised alpha' if contact else 'static'}, {plain.solver}", name.split(",")[0], plain))
     for tool, method, name, settings in kinds:
         model: list[Any] = []
 
