@@ -35,7 +35,7 @@ _NEARLY = 1e-4
 """After a step smaller than this the forces alone are looked at first: they will probably do."""
 _LATE = 4
 """Iterations after which the forces left over should have come into sight of the reactions."""
-_LOST, _HARDLY = 200.0, 1e-4
+_LOST, _HARDLY = 200.0, 1e-2
 """If they are so many times the largest reaction still, and that part of the first ones, a shorter step is cheaper."""
 
 

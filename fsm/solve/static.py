@@ -62,7 +62,7 @@ _TORN = 0.1
 _AGAIN = 0.1
 """Part of the first step with which a path goes on where there is no history to predict from."""
 _KINK = 1e-2
-"""Part of the first step to which steps are cut for the energy balance."""
+"""Part of the first step to which steps are cut for the energy balance, and before what is about to be met."""
 _IN_MOTION = 10.0
 """Tolerance of the dynamics at a snap over that of the path."""
 _EVENTS = 30
@@ -269,7 +269,7 @@ class _Follower:
     def _head_on(self, t: float, guess: np.ndarray) -> bool:
         """Whether a prediction goes deep into what the structure is about to meet: Newton's method would be at a loss."""
         system, books = self.system, self.books
-        if system.fixed_pattern:
+        if system.fixed_pattern or t - books.time < _KINK * self.first_step:
             return False
         force = system.contact_force(t, guess) / _DEEP
         return force > books.largest_reaction and force > system.contact_force(books.time, books.q)
