@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from itertools import accumulate
+from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,9 +12,9 @@ from fsm.interactions import end_taper, gap_planar, gap_spatial, gap_spatial_tan
 from fsm.interactions.chord import chords_planar, chords_spatial
 from fsm.interactions.quadrature import gauss_lobatto
 from fsm.interactions.surface import BARE, CAP, STRAIGHT, TIP, pieces_of
-from fsm.kernels.rotation import rotation_matrix
 from fsm.scene.contact import Contact
 from fsm.scene.scene import Body, ContactPair, Plate, Scene
+from fsm.segments.panel_points import PanelPoints
 from fsm.segments.surface_contacts import Probes, SurfaceContacts, SurfaceKernels, Surfaces
 
 __all__ = ["compile_surfaces"]
@@ -58,6 +59,39 @@ def compile_surfaces(
     return (compiler.geometry(),) if compiler.pairs else ()
 
 
+class _Face(NamedTuple):
+    """A panel that probes another one.
+
+    Attributes
+    ----------
+    panel : name
+    number : of the contact pair
+    side : +1 or -1, of the other surface
+    elsewhere, at_ends : tips of the other surface, for points within the panel and for its ends (`_TIPS`)
+    thickness, deepest : half thickness of the other panel, m; deeper than that a point has gone through it, m
+    smaller : length of the smaller face, m
+    edge, narrow : length over which ends come in, over the taper's, m; what other cells are narrowed by
+    crease : +1 if the end of the panel lies on a crease that both share, -1 if its start does, 0 for none
+    opening : sine of the angle between the two
+    first, last : pieces of the other surface
+    """
+
+    panel: str
+    number: int
+    side: float
+    elsewhere: float
+    at_ends: float
+    thickness: float
+    deepest: float
+    smaller: float
+    edge: float
+    narrow: float
+    crease: float
+    opening: float
+    first: int
+    last: int
+
+
 class _SurfaceCompiler:
     """Pairs of panels as probes on surfaces."""
 
@@ -72,36 +106,35 @@ class _SurfaceCompiler:
             if pair.first in self.members_of and pair.second in self.members_of and not self._fixed(pair)
         ]
         moving = [plate.length for body in bodies if (plate := body.plate) and not body.held]
-        self._longest, self._mean_length = max(moving, default=1.0), float(np.mean(moving or [1.0]))
+        self._longest = max(moving, default=1.0)
         self._shallowest = _SEGMENTS_DEEP * self._longest
-        self._lobatto = gauss_lobatto(contact.points_per_segment + 1)
-        self._known_points: dict[int, list[tuple[float, float, float]]] = {}
+        rule, mean_length = gauss_lobatto(contact.points_per_segment + 1), float(np.mean(moving or [1.0]))
+        self.members = {
+            name: np.array([self.index[body] for body in names], dtype=np.int64) for name, names in self.members_of.items()
+        }
+        probing = dict.fromkeys(name for _, pair in self.pairs for name in (pair.first, pair.second))
+        self.panels = {
+            name: PanelPoints.of(numbers, [bodies[b] for b in numbers], mean_length, rule, spatial)
+            for name, numbers in ((name, self.members[name]) for name in probing)
+        }
 
     def geometry(self) -> SurfaceContacts:
         """Everything put together."""
-        members = {
-            name: np.array([self.index[body] for body in bodies], dtype=np.int64)
-            for name, bodies in self.members_of.items()
-        }
         first_piece, owners, stations = {}, [], []
         total = 0
-        for name, bodies in members.items():
+        for name, bodies in self.members.items():
             half = np.array([self._plate(b).length / 2 for b in bodies])
             own, stat = pieces_of(bodies, half)
             first_piece[name] = (total, total + len(own))
             owners.append(own)
             stations.append(stat)
             total += len(own)
-        rows = [row for number, pair in self.pairs for row in self._probes(number, pair, members, first_piece)]
-        columns = [np.array(column) for column in zip(*rows, strict=True)]
-        place = columns[1] if self.spatial else np.ascontiguousarray(columns[1][:, 0])
-        body, number, first, last = (columns[k].astype(np.int64) for k in (0, 9, 11, 12))
-        probes = Probes._make((body, place, *columns[2:9], number, columns[10], first, last))
+        probes = self._probes([face for one in self.pairs for face in self._faces(*one, first_piece)])
         owner_table = np.vstack(owners)
         extra: tuple[np.ndarray, ...] = ()
         if self.spatial:
             extra = (np.array([self._plate(a).width / 2 for a, _ in owner_table]),)
-        surface_bodies = np.unique(np.concatenate(list(members.values())))
+        surface_bodies = np.unique(np.concatenate(list(self.members.values())))
         radii = np.array([math.hypot(self._plate(b).length, self._plate(b).width) / 2 for b in surface_bodies])
         return SurfaceContacts(
             _SPATIAL if self.spatial else _PLANAR,
@@ -120,107 +153,57 @@ class _SurfaceCompiler:
         assert plate is not None
         return plate
 
-    def _probes(
-        self,
-        number: int,
-        pair: ContactPair,
-        members: dict[str, np.ndarray],
-        first_piece: dict[str, tuple[int, int]],
-    ) -> list[tuple[object, ...]]:
+    def _faces(self, number: int, pair: ContactPair, first_piece: dict[str, tuple[int, int]]) -> Iterator[_Face]:
         """Both panels probe each other, each with half the weight."""
-        rows: list[tuple[object, ...]] = []
-        for own, other, at_end in ((pair.first, pair.second, True), (pair.second, pair.first, False)):
-            bodies, opposite = members[own], members[other]
-            plates = [self._plate(b) for b in bodies]
-            starts = [0.0, *accumulate(plate.length for plate in plates)]
-            facing = sum(self._plate(b).length for b in opposite)  # the stiffness is that of the smaller face
-            side = self._side(bodies, opposite)
-            thickness = self._plate(opposite[0]).thickness / 2
-            opening, deepest = self._opening(bodies, opposite), self._deepest(opposite)
-            narrow, largest = self._largest_cell(bodies, opposite)
-            edge = _EDGE * facing / end_taper.TAPER
-            for body, plate, start in zip(bodies.tolist(), plates, starts, strict=False):
-                length, lanes = plate.length, self._lanes(body)
-                for x, weight, half_cell in self._points(body):
-                    inset = plate.thickness / 2
-                    clearance = inset + thickness
-                    if not self.contact.thickness_in_gap:
-                        inset = clearance = 0.0
-                    if pair.shared == "end-start":
-                        from_crease = starts[-1] - start - length / 2 - x if at_end else start + length / 2 + x
-                        if from_crease < 1e-9 * starts[-1]:
-                            continue  # the crease itself: the layers are one there, and their gap is noise
-                        # the thickness grows from nothing with the distance from the crease
-                        reduced = min(clearance, 0.5 * from_crease * opening)
-                        inset *= reduced / clearance if clearance else 1.0
-                        clearance = reduced
-                    share = 0.5 * weight / min(starts[-1], facing)
-                    area = 0.5 * weight * plate.width
-                    along = start + length / 2 + x
-                    at_an_end = min(along, starts[-1] - along) < 1e-9 * starts[-1]
-                    straight = _TIPS[pair.shared][int(at_an_end)]
-                    cell = (0.5 * edge, edge) if at_an_end else (narrow * half_cell, narrow * largest)
-                    if straight != BARE:
-                        cell = (0.0, 0.0)
-                    for lane, lane_share in lanes:
-                        rows.append(
-                            (body, (x, lane), side, straight, inset, clearance, min(deepest, self._shallowest + clearance),
-                             share * lane_share, area * lane_share, number, cell, *first_piece[other])
-                        )  # fmt: skip
-        return rows
+        elsewhere, at_ends = _TIPS[pair.shared]
+        for own, other, crease in ((pair.first, pair.second, 1.0), (pair.second, pair.first, -1.0)):
+            panel, facing = self.panels[own], self.panels[other]
+            yield _Face(
+                own, number, _side(panel, facing), elsewhere, at_ends, facing.thickness / 2,
+                max(_DEEPEST * facing.length, facing.thickness),
+                min(panel.length, facing.length),  # the stiffness is that of the smaller face
+                _EDGE * facing.length / end_taper.TAPER,
+                min(1.0, min(facing.ends) / 2.0 / (end_taper.TAPER * panel.largest_cell)),
+                crease if pair.shared == "end-start" else 0.0,
+                _sine(panel.direction, facing.direction) if pair.shared == "end-start" else 0.0,
+                *first_piece[other],
+            )  # fmt: skip
 
-    def _points(self, body: int) -> list[tuple[float, float, float]]:
-        """Places along a segment (m, from its centre) and the lengths they stand for: Gauss-Lobatto, ends included.
+    def _probes(self, faces: list[_Face]) -> Probes:
+        """All points of all faces."""
+        own = [self.panels[face.panel] for face in faces]
+        body, place, along, inset, weight, area, half_cell, at_end = (
+            np.concatenate(columns) for columns in zip(*(panel.columns for panel in own), strict=True)
+        )
+        count = [len(panel.along) for panel in own]
+        length, largest = np.repeat([(panel.length, panel.largest_cell) for panel in own], count, axis=0).T
+        table = np.repeat(np.array([face[1:] for face in faces]), count, axis=0).T
+        number, side, elsewhere, at_ends, thickness, deepest, smaller, edge, narrow, crease, opening, first, last = table
+        straight = np.where(at_end, at_ends, elsewhere)
+        if not self.contact.thickness_in_gap:
+            inset = thickness = np.zeros_like(inset)
+        clearance = inset + thickness
+        # towards a crease that the panels share thickness grows from nothing with the distance from it
+        from_crease = np.where(crease > 0.0, length - along, along)
+        reduced = np.where(crease == 0.0, clearance, np.minimum(clearance, 0.5 * from_crease * opening))
+        inset = inset * np.divide(reduced, clearance, out=np.ones_like(clearance), where=clearance > 0.0)
+        # cells are narrowed to be tapered at the ends of the other panel: a taper has the half segment there for itself
+        cell = np.where(at_end, np.array([0.5 * edge, edge]), np.array([narrow * half_cell, narrow * largest]))
+        probes = Probes(
+            body, place if self.spatial else place[:, 0], side, straight, inset, reduced,
+            np.minimum(deepest, self._shallowest + reduced), 0.5 * weight / smaller, 0.5 * area, number.astype(np.int64),
+            np.where(straight == BARE, cell, 0.0).T, first.astype(np.int64), last.astype(np.int64),
+        )  # fmt: skip
+        # the crease itself: the layers are one there, and their gap is noise
+        apart = (crease == 0.0) | (from_crease >= 1e-9 * length)
+        return Probes._make(np.ascontiguousarray(column[apart]) for column in probes)
 
-        Third, half the length of the cell around each: that of an end goes on into the next segment. A held panel is one
-        long plate: it is cut into cells about as long as the segments that move.
-        """
-        if body not in self._known_points:
-            length = self._plate(body).length
-            cells = max(1, round(length / self._mean_length)) if self.all_bodies[body].held else 1
-            nodes, weights = self._lobatto
-            cell = length / cells
-            self._known_points[body] = [
-                (
-                    float((k + 0.5 + 0.5 * node) * cell - 0.5 * length),
-                    float(0.5 * weight * cell),
-                    float((0.5 if abs(node) == 1.0 else 0.25) * weight * cell),
-                )
-                for k in range(cells)
-                for node, weight in zip(nodes, weights, strict=True)
-            ]
-        return self._known_points[body]
 
-    def _largest_cell(self, bodies: np.ndarray, opposite: np.ndarray) -> tuple[float, float]:
-        """Length of the largest cell of a panel, m, and what it has to be narrowed by to be tapered at the ends of another.
+def _sine(a: np.ndarray, b: np.ndarray) -> float:
+    """Sine of the angle between two directions; `numpy.cross` takes ten times as long."""
+    return math.hypot(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
-        A taper has the half segment at an end for itself.
-        """
-        largest = max(2.0 * half for b in bodies for _, _, half in self._points(b))
-        room = min(self._plate(b).length for b in (opposite[0], opposite[-1])) / 2.0
-        return min(1.0, room / (end_taper.TAPER * largest)), largest
 
-    def _lanes(self, body: int) -> list[tuple[float, float]]:
-        """Positions across the width and their shares: one line in the plane, two Gauss lines in space."""
-        if not self.spatial:
-            return [(0.0, 1.0)]
-        half = self._plate(body).width / 2
-        return [(-half / math.sqrt(3), 0.5), (half / math.sqrt(3), 0.5)]
-
-    def _axis(self, body: int, component: int) -> np.ndarray:
-        return np.asarray(rotation_matrix(np.array(self.all_bodies[body].orientation))[:, component])
-
-    def _side(self, bodies: np.ndarray, opposite: np.ndarray) -> float:
-        """Side of the opposite surface that the middle of this one is on: +1 along its z axis."""
-        middle = np.mean([self.all_bodies[b].position for b in bodies], axis=0)
-        facing = np.mean([self.all_bodies[b].position for b in opposite], axis=0)
-        return 1.0 if (middle - facing) @ self._axis(opposite[len(opposite) // 2], 2) >= 0 else -1.0
-
-    def _opening(self, bodies: np.ndarray, opposite: np.ndarray) -> float:
-        """Sine of the angle between two panels that share a crease."""
-        cross = np.cross(self._axis(bodies[0], 0), self._axis(opposite[0], 0))
-        return float(np.linalg.norm(cross))
-
-    def _deepest(self, opposite: np.ndarray) -> float:
-        """Deeper than this a probe has gone through the surface."""
-        return max(_DEEPEST * sum(self._plate(b).length for b in opposite), self._plate(opposite[0]).thickness)
+def _side(panel: PanelPoints, facing: PanelPoints) -> float:
+    """Side of the opposite surface that the middle of this one is on: +1 along its z axis."""
+    return 1.0 if (panel.middle - facing.middle) @ facing.normal >= 0 else -1.0
