@@ -115,7 +115,8 @@ def _varied(case: Case, scene: Scene, system: SegmentSystem, path: str) -> Varie
     rates = any(group.rate_dependent for group in system.contacts)
     if system.contacts and (rates or not _same(scene, more, _OF_CONTACTS)):
         touching = _TOUCHING * size
-        contacts = pair(touching, changed(touching), changed(-touching))
+        both = changed(touching), changed(-touching)
+        contacts = pair(touching, *(one.model_copy(update={"elements": (), "loads": ()}) for one in both))
     return Varied(path, others, contacts)
 
 

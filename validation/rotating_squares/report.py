@@ -154,15 +154,14 @@ def _cost() -> None:
     """What the gradient of the peak costs beside the solve."""
     case = load_case(STRIP, ["solve.rtol=1e-6"]).case
     paths = list(GRADIENTS)
-    alone, *more = (
-        min(_timed(work) for _ in range(7))
-        for work in (
-            lambda: respond(case, TRAVEL),
-            lambda: peak_response(case, TRAVEL, paths[:2]),
-            lambda: peak_response(case, TRAVEL, paths[:4]),
-            lambda: peak_response(case, TRAVEL, paths),
-        )
+    works = (
+        lambda: respond(case, TRAVEL),
+        lambda: peak_response(case, TRAVEL, paths[:2]),
+        lambda: peak_response(case, TRAVEL, paths[:4]),
+        lambda: peak_response(case, TRAVEL, paths),
     )
+    # in turn, round by round: other work on the machine is the same for all
+    alone, *more = np.min([[_timed(work) for work in works] for _ in range(9)], axis=0)
     print(f"\nforward solve {alone:.3f} s of one core; with the gradient by")
     for count, seconds in zip((2, 4, 8), more, strict=True):
         print(f"- {count} of these parameters, in turn: {100 * (seconds / alone - 1):.0f} % more")
