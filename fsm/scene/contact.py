@@ -209,6 +209,8 @@ class Friction(Model):
         Deflection of the bristles at mu_static.
     bristle_damping : s/m
         Of bending bristles, as a coefficient over a speed; absent means mu_dynamic/v_stribeck.
+    across : -
+        Coefficients across the length of a panel or plate over those along it, in space; 1 for all directions alike.
     """
 
     law: Literal["step", "tanh", "stribeck", "lugre"] = "step"
@@ -220,6 +222,7 @@ class Friction(Model):
     viscous: Annotated[_SlipDamping, Field(ge=0)] = 0.0
     presliding: Annotated[Length, Field(gt=0)] | None = None
     bristle_damping: Annotated[_SlipDamping, Field(ge=0)] | None = None
+    across: Annotated[Number, Field(gt=0)] = 1.0
 
     @classmethod
     def completed(cls, written: Mapping[str, Any]) -> dict[str, Any]:

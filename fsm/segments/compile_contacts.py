@@ -11,7 +11,8 @@ from fsm.scene.scene import Body, Scene
 from fsm.segments.compile_shapes import compile_shapes
 from fsm.segments.compile_surfaces import compile_surfaces
 from fsm.segments.contact_geometry import ContactGeometry
-from fsm.segments.contacts import ContactGroup, FrictionForce, NormalForce
+from fsm.segments.contacts import ContactGroup, NormalForce
+from fsm.segments.friction_force import FrictionForce
 
 __all__ = ["compile_contacts"]
 
@@ -54,7 +55,7 @@ def _friction(friction: Friction | None) -> FrictionForce | None:
         return None
     law = FRICTION_LAWS[friction.law]
     bends = friction.presliding if law.bristle else None
-    return FrictionForce(law, law.params(friction), np.inf if bends is None else bends)
+    return FrictionForce(law, law.params(friction), np.inf if bends is None else bends, friction.across)
 
 
 def _mobility(scene: Scene, bodies: tuple[Body, ...], spatial: bool) -> np.ndarray:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from fsm.interactions.bristle import add_way_stiffness, carried
 from fsm.interactions.end_taper import add_taper_tangent
+from fsm.interactions.grain import add_turn_stiffness, axes_of
 from fsm.interactions.pair_sums import (
     AREA,
     CARRIED,
@@ -21,15 +22,15 @@ from fsm.interactions.pair_sums import (
 )
 from fsm.kernels.place import pose_difference
 from fsm.kernels.scatter import scatter_efforts
-from fsm.laws.friction import FrictionLaw
 from fsm.laws.normal import NormalLaw
 from fsm.segments.contact_geometry import ContactForces, ContactGeometry, Measured, Tapered, Touching
 from fsm.segments.contact_memory import Remembered
+from fsm.segments.friction_force import FrictionForce, Pull
 from fsm.segments.group import Past
 from fsm.segments.pattern import BodyPattern
 from fsm.system import PairState
 
-__all__ = ["ContactGroup", "FrictionForce", "NormalForce"]
+__all__ = ["ContactGroup", "NormalForce"]
 
 _STEPS = 90
 """Steps that an impact takes at least."""
@@ -58,14 +59,6 @@ class NormalForce(NamedTuple):
     speed_floor: float
 
 
-class FrictionForce(NamedTuple):
-    """A friction law with its parameters; `presliding` is how far bristles bend, m, infinite without any."""
-
-    law: FrictionLaw
-    params: np.ndarray
-    presliding: float
-
-
 @dataclass
 class _Found:
     """Contacts of one state, with forces; `sums` of every pair, once they were asked for."""
@@ -78,6 +71,7 @@ class _Found:
     forces: ContactForces
     deflection: np.ndarray
     by_way: np.ndarray | None
+    by_turn: np.ndarray | None
     sums: np.ndarray | None = None
 
 
@@ -151,32 +145,45 @@ class ContactGroup:
         normal, slopes = self.normal.law.force(
             depth, -measured.rate[:, 0], kept.onset, share, self.normal.params
         )
-        count, slips = slip.shape
-        deflection = effort = by_normal = np.zeros((count, slips))
-        by_slip, by_way = np.zeros((count, slips, slips)), None
-        friction = self.friction
-        if friction is not None and friction.law.bristle:
-            duration = max(0.0, t - self._time)
-            mean = slip if past is not None else self._mean_slip(poses, measured, slip, duration)
-            effort, by_slip, by_mean, by_normal, deflection = friction.law.effort(
-                slip, mean, normal, kept.deflection, duration, friction.params
-            )
-            if past is not None:
-                by_slip = by_slip + by_mean
-            elif duration > 0.0:
-                by_way = by_mean / duration
-        elif friction is not None:
-            effort, by_slip, by_normal = friction.law.effort(slip, normal, friction.params)
+        pull, by_way = self._pull(t, poses, past, measured, slip, normal, kept.deflection)
         forces = ContactForces(
             normal,
             np.ascontiguousarray(slopes[:, 0]),
             np.ascontiguousarray(slopes[:, 1]),
-            effort,
-            by_slip,
-            by_normal,
-            friction is not None,
+            pull.effort,
+            pull.by_slip,
+            pull.by_normal,
+            self.friction is not None,
         )
-        return _Found(touching, kept.key, depth, share, measured, forces, deflection, by_way)
+        return _Found(touching, kept.key, depth, share, measured, forces, pull.deflection, by_way, pull.by_turn)
+
+    def _pull(
+        self,
+        t: float,
+        poses: np.ndarray,
+        past: Past | None,
+        measured: Measured,
+        slip: np.ndarray,
+        normal: np.ndarray,
+        deflection: np.ndarray,
+    ) -> tuple[Pull, np.ndarray | None]:
+        """Friction, with what its bristles change by with the way slipped (N/m)."""
+        friction, (count, slips) = self.friction, slip.shape
+        if friction is None:
+            nothing = np.zeros((count, slips))
+            return Pull(nothing, np.zeros((count, slips, slips)), None, nothing, nothing), None
+        mean, duration = slip, 0.0
+        if friction.law.bristle:
+            duration = max(0.0, t - self._time)
+            mean = slip if past is not None else self._mean_slip(poses, measured, slip, duration)
+        alike = friction.across == 1.0 or slips == 1
+        axes = None if alike else axes_of(poses, np.ascontiguousarray(measured.bodies[:, 0]))
+        pull = friction.pull(slip, mean, normal, deflection, duration, axes)
+        if pull.by_mean is None:
+            return pull, None
+        if past is not None:
+            return replace(pull, by_slip=pull.by_slip + pull.by_mean), None
+        return pull, pull.by_mean / duration if duration > 0.0 else None
 
     def _touching(self, poses: np.ndarray, below: float) -> Touching:
         """What is nearer than a bound (m); asked for the same poses again with other rates, that of the last time."""
@@ -233,6 +240,8 @@ class ContactGroup:
         )
         if found.measured.tapered is not None:
             self._add_taper_tangent(found, found.measured.tapered, pattern, stiffness)
+        if found.by_turn is not None:
+            add_turn_stiffness(found.measured.bodies, found.measured.gradient, found.by_turn, *pattern.index, stiffness)
         if found.by_way is not None:
             add_way_stiffness(found.measured.bodies, found.measured.gradient, found.by_way, *pattern.index, stiffness)
 

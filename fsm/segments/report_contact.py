@@ -98,6 +98,8 @@ def friction_lines(view: View) -> Iterator[str]:
         )
     else:
         yield f"{law.mu_dynamic:g} tanh(v / {millimetres(law.v_static)}/s)"
+    if law.across != 1.0:
+        yield f"{law.across:g} times as much across a panel" + ("" if view.spatial else ": left out in the plane")
 
 
 def approximations_of_contact(view: View) -> Iterator[str]:

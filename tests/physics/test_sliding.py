@@ -106,6 +106,44 @@ def test_a_block_slides_above_the_coefficient(law: str, spatial: bool) -> None:
     assert (u[1] - u[0]) / 0.05 == pytest.approx(G * (math.sin(angle) - MU * math.cos(angle)), rel=0.01)
 
 
+def test_friction_across_a_plate() -> None:
+    """Along it mu N, across it twice as much; between, as the ellipse of the slip has it: against A^2 v."""
+    friction = TANH.model_copy(update={"across": 2.0})
+    system = compile_scene(block(friction), spatial=True)
+    q, u = system.initial()
+    for direction in np.radians([0.0, 30.0, 60.0, 90.0]):
+        v = np.array([math.cos(direction), math.sin(direction)])
+        u[:2] = 0.1 * v
+        force, normal = system.force(0.0, q, u)[:2], system.observe(0.0, q, u).pairs.force.sum()
+        seen = np.array([v[0], 2.0 * v[1]])
+        np.testing.assert_allclose(force, -MU * normal * np.array([1.0, 2.0]) * seen / np.hypot(*seen), rtol=1e-6)
+
+
+@pytest.mark.parametrize("law", ["tanh", "lugre"])
+@pytest.mark.parametrize(("turned", "part"), [(0.0, 1.0), (0.5 * math.pi, 1.5)], ids=["along", "across"])
+def test_a_plate_stops_sooner_across(law: str, turned: float, part: float) -> None:
+    """After v^2/(2 a mu g): both plates are turned, and the way is the same."""
+    speed = 0.2
+    scene = block(LAWS[law].model_copy(update={"across": 1.5}))
+    axes = {"orientation": (math.cos(turned / 2), 0.0, 0.0, math.sin(turned / 2))}
+    floor = plate("floor", 0.08, held=True, **axes)
+    floor = floor.model_copy(update={"plate": Plate(length=0.08, width=0.08, thickness=THICK)})
+    slider = scene.bodies[-1].model_copy(update={"velocity": (speed, 0.0, 0.0), **axes})
+    pair = ContactPair(first="floor", second="block")
+    scene = scene.model_copy(update={"bodies": (floor, slider), "surfaces": (), "pairs": (pair,)})
+    stop, way = speed / (part * MU * G), speed**2 / (2 * part * MU * G)
+    _, x, _ = run(compile_scene(scene, spatial=True), 1.5 * stop, np.array([0.0, 1.5 * stop]))
+    assert x[1] - x[0] == pytest.approx(way, rel=0.01)
+
+
+def test_a_coefficient_across_means_nothing_in_the_plane() -> None:
+    alike, other = (
+        compile_scene(block(TANH.model_copy(update={"across": across}), speed=0.1), spatial=False) for across in (1.0, 3.0)
+    )
+    q, u = alike.initial()
+    np.testing.assert_array_equal(alike.force(0.0, q, u), other.force(0.0, q, u))
+
+
 # over joints ------------------------------------------------------------------------------------------------------
 
 

@@ -35,6 +35,10 @@ FRICTION = {
     "none": None,
     "step": {"mu_static": 0.3, "mu_dynamic": 0.2, "v_static": 0.1, "v_dynamic": 0.3},
     "tanh": {"law": "tanh", "mu_dynamic": 0.25, "v_static": 0.1},
+    "across": {"law": "tanh", "mu_dynamic": 0.25, "v_static": 0.1, "across": 2.5},
+    "bristles across": {
+        "law": "lugre", "mu_static": 0.3, "mu_dynamic": 0.25, "v_stribeck": 0.1, "presliding": 1e-3, "across": 2.5,
+    },
 }
 
 
@@ -205,7 +209,7 @@ def test_creases_alone(spatial: bool, crease: dict[str, Any]) -> None:
 
 
 @SPATIAL
-@pytest.mark.parametrize("friction", list(FRICTION))
+@pytest.mark.parametrize("friction", [name for name in FRICTION if "bristles" not in name])
 @pytest.mark.parametrize("thick", [False, True], ids=["middle", "thickness"])
 @pytest.mark.parametrize("seed", [3, 4])
 def test_contact_alone(spatial: bool, friction: str, thick: bool, seed: int) -> None:
@@ -229,7 +233,7 @@ PROBES = pytest.mark.parametrize("straight", [0.0, STRAIGHT], ids=["interior", "
 @SPATIAL
 @TIPS
 @PROBES
-@pytest.mark.parametrize("friction", list(FRICTION))
+@pytest.mark.parametrize("friction", [name for name in FRICTION if "bristles" not in name])
 @pytest.mark.parametrize(("angle", "thick"), [(0.5, True), (1.4, False)], ids=["thickness", "middle, nearly round"])
 def test_contact_on_a_rounded_tip(
     spatial: bool, past: float, straight: float, friction: str, angle: float, thick: bool
@@ -289,7 +293,7 @@ def test_everything_together(spatial: bool, thick: bool) -> None:
 
 
 @SPATIAL
-@pytest.mark.parametrize("friction", ["none", "step"])
+@pytest.mark.parametrize("friction", ["none", "step", "across", "bristles across"])
 def test_whole_tangent_of_a_quasi_static_step(spatial: bool, friction: str) -> None:
     """K + D/dt, with velocities the increment since the last state over dt, and everything turned by much since then."""
     contact = {"stiffness": 1e4, "damping": 10.0, "ramp": 1e-3}

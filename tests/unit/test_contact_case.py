@@ -189,6 +189,7 @@ ONE_FAULT: list[tuple[dict[str, Any], dict[str, Any] | None, str]] = [
         {"law": "lugre", **MU, "v_stribeck": 1, "presliding": 1, "viscous": "2 m/s"},
         'friction.viscous: "2 m/s" has the wrong unit; a value in s/m is wanted',
     ),
+    (K, {"law": "tanh", "mu_dynamic": 0.2, "v_static": 1, "across": 0}, "friction.across: "),
 ]
 
 

@@ -1,0 +1,54 @@
+"""Friction that depends on the direction of slip in the axes of the body that carries the contact point."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.kernels.jit import kernel
+from fsm.kernels.rotation import fill_rotation
+from fsm.kernels.scatter import add_block
+
+__all__ = ["add_turn_stiffness", "axes_of"]
+
+
+@kernel
+def axes_of(poses: np.ndarray, bodies: np.ndarray) -> np.ndarray:
+    """Rotation matrices (m, 3, 3) of some of the bodies (m,); their columns are the axes."""
+    axes = np.empty((bodies.shape[0], 3, 3))
+    for i in range(bodies.shape[0]):
+        fill_rotation(poses[bodies[i], 3:], axes[i])
+    return axes
+
+
+@kernel
+def add_turn_stiffness(
+    bodies: np.ndarray,
+    gradient: np.ndarray,
+    by_turn: np.ndarray,
+    dof: np.ndarray,
+    indptr: np.ndarray,
+    indices: np.ndarray,
+    stiffness: np.ndarray,
+) -> None:
+    """Add what friction changes by as the first body of every contact turns: V^T df/dtheta in that body's columns.
+
+    Parameters
+    ----------
+    bodies : (m, k) int array
+    gradient : (m, 4, 6 k) array
+        V in the rows from 1 on: slip by the bodies' rates.
+    by_turn : (m, 3, 3) array, N
+        df_c by a turn about axis j of the body.
+    dof, indptr, indices : see `fsm.segments.pattern.BodyPattern`
+    stiffness : block data, changed in place
+    """
+    size = gradient.shape[2]
+    block = np.zeros((size, size))
+    for i in range(bodies.shape[0]):
+        for m in range(size):
+            for j in range(3):
+                total = 0.0
+                for c in range(3):
+                    total += gradient[i, 1 + c, m] * by_turn[i, c, j]
+                block[m, 3 + j] = total
+        add_block(block, dof, bodies[i], indptr, indices, stiffness)
