@@ -14,6 +14,7 @@ from fsm.interactions.quadrature import gauss_lobatto
 from fsm.interactions.surface import BARE, CAP, STRAIGHT, TIP, pieces_of
 from fsm.scene.contact import Contact
 from fsm.scene.scene import Body, ContactPair, Plate, Scene
+from fsm.segments.corner_sides import Corners, find_corners
 from fsm.segments.panel_points import PanelPoints
 from fsm.segments.surface_contacts import Probes, SurfaceContacts, SurfaceKernels, Surfaces
 
@@ -65,7 +66,7 @@ class _Face(NamedTuple):
     Attributes
     ----------
     panel : name
-    number : of the contact pair
+    number, second : of the contact pair, and 1 for its second panel
     side : +1 or -1, of the other surface
     elsewhere, at_ends : tips of the other surface, for points within the panel and for its ends (`_TIPS`)
     thickness, deepest : half thickness of the other panel, m; deeper than that a point has gone through it, m
@@ -78,6 +79,7 @@ class _Face(NamedTuple):
 
     panel: str
     number: int
+    second: int
     side: float
     elsewhere: float
     at_ends: float
@@ -129,7 +131,7 @@ class _SurfaceCompiler:
             owners.append(own)
             stations.append(stat)
             total += len(own)
-        probes = self._probes([face for one in self.pairs for face in self._faces(*one, first_piece)])
+        probes, corners = self._probes([face for one in self.pairs for face in self._faces(*one, first_piece)])
         owner_table = np.vstack(owners)
         extra: tuple[np.ndarray, ...] = ()
         if self.spatial:
@@ -139,6 +141,7 @@ class _SurfaceCompiler:
         return SurfaceContacts(
             _SPATIAL if self.spatial else _PLANAR,
             probes,
+            corners,
             Surfaces(owner_table, np.vstack(stations), extra, surface_bodies, radii),
             2.0 * self._longest,
         )
@@ -156,21 +159,21 @@ class _SurfaceCompiler:
     def _faces(self, number: int, pair: ContactPair, first_piece: dict[str, tuple[int, int]]) -> Iterator[_Face]:
         """Both panels probe each other, each with half the weight."""
         elsewhere, at_ends = _TIPS[pair.shared]
-        for own, other, crease in ((pair.first, pair.second, 1.0), (pair.second, pair.first, -1.0)):
+        for second, (own, other) in enumerate(((pair.first, pair.second), (pair.second, pair.first))):
             panel, facing = self.panels[own], self.panels[other]
             yield _Face(
-                own, number, _side(panel, facing), elsewhere, at_ends, facing.thickness / 2,
+                own, number, second, _side(panel, facing), elsewhere, at_ends, facing.thickness / 2,
                 max(_DEEPEST * facing.length, facing.thickness),
                 min(panel.length, facing.length),  # the stiffness is that of the smaller face
                 _EDGE * facing.length / end_taper.TAPER,
                 min(1.0, min(facing.ends) / 2.0 / (end_taper.TAPER * panel.largest_cell)),
-                crease if pair.shared == "end-start" else 0.0,
+                (1.0, -1.0)[second] if pair.shared == "end-start" else 0.0,
                 _sine(panel.direction, facing.direction) if pair.shared == "end-start" else 0.0,
                 *first_piece[other],
             )  # fmt: skip
 
-    def _probes(self, faces: list[_Face]) -> Probes:
-        """All points of all faces."""
+    def _probes(self, faces: list[_Face]) -> tuple[Probes, Corners]:
+        """All points of all faces, and what the sides of them have to do with each other."""
         own = [self.panels[face.panel] for face in faces]
         body, place, along, inset, weight, area, half_cell, at_end = (
             np.concatenate(columns) for columns in zip(*(panel.columns for panel in own), strict=True)
@@ -178,7 +181,8 @@ class _SurfaceCompiler:
         count = [len(panel.along) for panel in own]
         length, largest = np.repeat([(panel.length, panel.largest_cell) for panel in own], count, axis=0).T
         table = np.repeat(np.array([face[1:] for face in faces]), count, axis=0).T
-        number, side, elsewhere, at_ends, thickness, deepest, smaller, edge, narrow, crease, opening, first, last = table
+        side, elsewhere, at_ends, thickness, deepest, smaller, edge, narrow, crease, opening = table[2:-2]
+        number, second, first, last = table[[0, 1, -2, -1]].astype(np.int64)
         straight = np.where(at_end, at_ends, elsewhere)
         if not self.contact.thickness_in_gap:
             inset = thickness = np.zeros_like(inset)
@@ -191,12 +195,16 @@ class _SurfaceCompiler:
         cell = np.where(at_end, np.array([0.5 * edge, edge]), np.array([narrow * half_cell, narrow * largest]))
         probes = Probes(
             body, place if self.spatial else place[:, 0], side, straight, inset, reduced,
-            np.minimum(deepest, self._shallowest + reduced), 0.5 * weight / smaller, 0.5 * area, number.astype(np.int64),
-            np.where(straight == BARE, cell, 0.0).T, first.astype(np.int64), last.astype(np.int64),
+            np.minimum(deepest, self._shallowest + reduced), 0.5 * weight / smaller, 0.5 * area, number,
+            np.where(straight == BARE, cell, 0.0).T, first, last,
         )  # fmt: skip
         # the crease itself: the layers are one there, and their gap is noise
         apart = (crease == 0.0) | (from_crease >= 1e-9 * length)
-        return Probes._make(np.ascontiguousarray(column[apart]) for column in probes)
+        probes = Probes._make(np.ascontiguousarray(column[apart]) for column in probes)
+        point = np.concatenate([np.arange(points) for points in count])
+        end = (at_end * np.sign(along - 0.5 * length)).astype(np.int64)
+        corners = find_corners(self.pairs, probes.pair, second[apart], point[apart], end[apart], probes.side)
+        return probes._replace(side=probes.side[corners.twin]), corners
 
 
 def _sine(a: np.ndarray, b: np.ndarray) -> float:

@@ -13,6 +13,7 @@ from fsm.interactions.coupling import coupled_bodies
 from fsm.interactions.motion import furthest_motion, moved_beyond
 from fsm.interactions.surface import BARE
 from fsm.segments.contact_geometry import ContactForces, Measured, Tapered, Touching
+from fsm.segments.corner_sides import Corners, corner_sides
 from fsm.segments.pattern import BodyPattern
 
 __all__ = ["Probes", "SurfaceContacts", "SurfaceKernels", "Surfaces"]
@@ -21,6 +22,9 @@ Kernel = Callable[..., Any]
 
 _RENEWAL = 0.4
 """Part of the margin that anything may move by before the broad phase is renewed."""
+
+_BEHIND = 0.9
+"""Part of the depth limit beyond which a point near a corner is not pressed in, but has gone round the corner."""
 
 
 class Probes(NamedTuple):
@@ -106,18 +110,22 @@ class SurfaceContacts:
     has moved by a part of the margin since, so what is found never depends on when that happened.
 
     A probe over a surface keeps the side that it is on for as long as it is over it, however deep it gets; one that comes
-    over the end of it is on the side where it is then.
+    over the end of it is on the side where it is then; at corners of joined panels see `fsm.segments.corner_sides`.
 
     Parameters
     ----------
     kernels : SurfaceKernels
     probes : Probes
+    corners : Corners
     surfaces : Surfaces
     margin : m
     """
 
-    def __init__(self, kernels: SurfaceKernels, probes: Probes, surfaces: Surfaces, margin: float) -> None:
-        self.kernels, self.probes, self.surfaces, self.margin = kernels, probes, surfaces, margin
+    def __init__(
+        self, kernels: SurfaceKernels, probes: Probes, corners: Corners, surfaces: Surfaces, margin: float
+    ) -> None:
+        self.kernels, self.probes, self.corners = kernels, probes, corners
+        self.surfaces, self.margin = surfaces, margin
         self.share, self.area, self.pair = probes.share, probes.area, probes.pair
         self.slips = 1 if probes.place.ndim == 1 else 3
         self.side = probes.side.copy()
@@ -241,7 +249,12 @@ class SurfaceContacts:
         """See `ContactGeometry`."""
         height = self._heights(poses)
         over = np.isfinite(height) & (self.side * height > -self.probes.depth_limit)
-        self.side = np.where(over, np.where(self.side == 0.0, _side_of(height), self.side), 0.0)
+        side = np.where(over, np.where(self.side == 0.0, _side_of(height), self.side), 0.0)
+        nearest = self._nearest_of_all
+        at_start, at_end = nearest == self.probes.first_piece, nearest == self.probes.last_piece - 1
+        near = np.flatnonzero(over & (at_start | at_end))
+        deep = _BEHIND * self.probes.depth_limit
+        self.side = corner_sides(self.corners, self.side, side, height, deep, near, at_end[near].astype(np.int64))
         self._committed = poses
 
     def memory(self) -> np.ndarray:

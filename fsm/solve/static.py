@@ -33,7 +33,7 @@ from fsm.solve.ledger import JUDGED_FROM, Ledger
 from fsm.solve.newton import negative_pivots, tangent_prediction
 from fsm.solve.renewal import State, steps_between
 from fsm.solve.status import Event, Outcome, StepFailed
-from fsm.solve.takeover import move_until_calm, slide
+from fsm.solve.takeover import Calm, move_until_calm, slide
 from fsm.system import Before, DriveState, Observation, System
 
 __all__ = ["PathSettings", "follow"]
@@ -51,6 +51,8 @@ _SMALLEST = 1e-6
 """Smallest step over the whole time; below it a point is critical."""
 _MOVING = 1e-3
 """Kinetic energy over the energy turned over, above which inertia is not to be dropped."""
+_DRIVEN = 1e-2
+"""Kinetic energy of everything going at the speed of the drives, over that at the speed that they may bring about."""
 _COARSE = 3.0
 """Energy error of one step, over the energy turned over and rtol: above it the force has a kink that is missed."""
 _DEEP = 1e4
@@ -63,6 +65,8 @@ _AGAIN = 0.1
 """Part of the first step with which a path goes on where there is no history to predict from."""
 _KINK = 1e-2
 """Part of the first step to which steps are cut for the energy balance, and before what is about to be met."""
+_WAIT = 1e-2
+"""Part of the first step that a motion no faster than the drive is given at least; four times as much each time again."""
 _IN_MOTION = 10.0
 """Tolerance of the dynamics at a snap over that of the path."""
 _EVENTS = 30
@@ -413,13 +417,13 @@ class _Follower:
         if not self.system.rate_dependent:
             self._slide()
             return
-        quiet = _MOVING * books.ledger.turnover
+        calm = Calm(_MOVING * books.ledger.turnover, _DRIVEN * self.slow, _WAIT * self.first_step)
         u = books.u if moving else np.zeros_like(books.u)
         for _ in range(_CALMER):
-            quiet *= 0.1
+            calm = Calm(0.1 * calm.quiet, calm.slow, 4.0 * calm.wait)
             try:
                 self.statistics.newton_iterations += move_until_calm(
-                    self.system, books, u, settings.end_time, quiet, settings.energy_abort, _IN_MOTION * settings.rtol
+                    self.system, books, u, settings.end_time, calm, settings.energy_abort, _IN_MOTION * settings.rtol
                 )
             except StepFailed as error:
                 self.objection = error.reason

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from fsm.blocks import BlockMatrix
@@ -9,9 +11,10 @@ from fsm.kernels.block_lu import multiply_blocks
 from fsm.solve.books import Books
 from fsm.solve.generalized_alpha import GeneralizedAlpha
 from fsm.solve.linear import LinearSolver
+from fsm.solve.newton import negative_pivots
 from fsm.system import System
 
-__all__ = ["move_until_calm", "slide"]
+__all__ = ["Calm", "move_until_calm", "slide"]
 
 _CALM = 1e-4
 """Kinetic energy over the largest since the snap, below which rest is near."""
@@ -31,10 +34,27 @@ _SETTLED = 1e-9
 """Step of Newton's method at which a slide has ended."""
 
 
+class Calm(NamedTuple):
+    """When a motion has died.
+
+    Attributes
+    ----------
+    quiet : J
+        Kinetic energy that it must have come down to, far below its largest.
+    slow, wait : J, s
+        Or only to what the drives bring about by themselves, after a while, where the stiffness is positive definite: a
+        small snap never has much more.
+    """
+
+    quiet: float
+    slow: float
+    wait: float
+
+
 def move_until_calm(
-    system: System, books: Books, u: np.ndarray, until: float, quiet: float, worst: float, rtol: float
+    system: System, books: Books, u: np.ndarray, until: float, calm: Calm, worst: float, rtol: float
 ) -> int:
-    """Integrate with inertia and damping until the kinetic energy has fallen to `quiet` (J) or the time is `until` (s).
+    """Integrate with inertia and damping until the motion has died or the time is `until` (s).
 
     Stops, too, when the energy error is more than `worst` of the energy turned over.
 
@@ -43,6 +63,7 @@ def move_until_calm(
     int
         Newton iterations taken.
     """
+    earliest = books.time + calm.wait
     u = _relaxed(system, books.time, books.q, u)
     solver = GeneralizedAlpha(system, books.time, books.q, u, rtol, rho_inf=_RHO_INF)
     largest, iterations, tries = 0.0, 0, 0
@@ -64,7 +85,10 @@ def move_until_calm(
         largest = max(largest, kinetic)
         if books.ledger.relative_error > worst:
             break
-        if kinetic < _CALM * largest and kinetic < quiet:
+        if kinetic < calm.quiet and kinetic < _CALM * largest:
+            break
+        waited = books.time >= earliest and kinetic < min(calm.quiet, calm.slow)
+        if waited and not negative_pivots(system, solver.t, solver.q):
             break
     return iterations + solver.iterations
 

@@ -95,6 +95,27 @@ def test_all_fold_angles(angle: int) -> None:
     assert 0.0 < peak(travel, force)[1] < 0.039
 
 
+def test_a_small_snap_ends() -> None:
+    """Its motion has never more energy than that of the drive, and was taken for one that goes on to 116 mm."""
+    system = trial("strip.segments_per_panel=10", 'strip.fold_angle="84 deg"', 'drive.0.travel="40 mm"')
+    _, statistics, ledger = pulled(system)
+    assert ledger.relative_error < 5e-3
+    assert sum(event.end_travel - event.travel for event in statistics.events) < 2e-3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("angle", "segments"), [(84, 5), (84, 20), (86, 5), (86, 20)])
+def test_steep_strips_go_all_the_way(angle: int, segments: int) -> None:
+    """Creases hook into each other, slip off and lie on the ends of panels."""
+    system = trial(
+        f"strip.segments_per_panel={segments}", f'strip.fold_angle="{angle} deg"', 'drive.0.travel="120 mm"'
+    )
+    _, statistics, ledger = pulled(system, every=2e-3)
+    assert ledger.relative_error < 1e-2
+    assert curve(statistics)[0][-1] == pytest.approx(0.12)
+    assert sum(event.end_travel - event.travel for event in statistics.events) < 3e-3
+
+
 @pytest.mark.parametrize("spatial", [False, True], ids=["planar", "spatial"])
 @pytest.mark.parametrize("segments", [4, 20])
 def test_few_steps_and_iterations_without_contact(segments: int, spatial: bool) -> None:

@@ -1,0 +1,132 @@
+"""Which side of a surface a point is on that comes over the end of it, where the panels of a chain are joined.
+
+A joint that touches a panel is seen twice, as the end of one panel and the start of the next, and is one point: it has one
+side. If one of the two shares its other joint with the panel touched, that one knows, at whatever depth.
+
+Two joined surfaces are a corner. A point that presses on one of them near the corner may be a little inside it when it comes
+over the end of the other. It has come from outside, and is outside of both: on the side where it is just then, the other
+one would draw it in and hold it there. And a point may slip round the corner so close to it that it is at no step beyond the
+end of the other one: that lets go of it when it is on its wrong side by more than it can be while its share counts.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fsm.scene.scene import ContactPair
+
+__all__ = ["Corners", "corner_sides", "find_corners"]
+
+
+class Corners(NamedTuple):
+    """What the sides of probes have to do with each other. Ends of surfaces: 0 the start, 1 the end.
+
+    Attributes
+    ----------
+    twin : (n,) int array
+        The probe that knows which side this one is on, of the other panel at the same joint; else itself.
+    across : (n, 2) int array
+        The same point as a probe on the panel that is joined to this one's surface at that end; -1: none.
+    inside : (n, 2) array
+        Side of its surface that is inside the corner there.
+    inside_across : (n, 2) array
+        Side of the other panel that is.
+    """
+
+    twin: np.ndarray
+    across: np.ndarray
+    inside: np.ndarray
+    inside_across: np.ndarray
+
+
+def find_corners(
+    pairs: list[tuple[int, ContactPair]], pair: np.ndarray, second: np.ndarray, point: np.ndarray, end: np.ndarray,
+    side: np.ndarray,
+) -> Corners:  # fmt: skip
+    """Corners of all probes.
+
+    Parameters
+    ----------
+    pairs : numbers and contact pairs, ascending
+    pair, second : (n,) int arrays
+        Number of the pair of each probe, and whether it is on the second panel; the probes are in the order of these two.
+    point : (n,) int array
+        Number of the point in its panel, ascending within the panel.
+    end : (n,) int array
+        -1 at the start of the panel, 1 at its end, 0 between.
+    side : (n,) array
+        At the beginning.
+    """
+    twin, count = np.arange(len(pair)), len(pair)
+    across, inside = np.full((count, 2), -1, dtype=np.int64), np.zeros((count, 2))
+    inside_across = np.zeros((count, 2))
+    order = 2 * pair + second
+    rows = {}
+    for number, each in pairs:
+        for k, (own, other) in enumerate(((each.first, each.second), (each.second, each.first))):
+            first, last = np.searchsorted(order, (2 * number + k, 2 * number + k + 1))
+            rows[own, other] = np.arange(first, last)
+    joined = [(each.first, each.second) for _, each in pairs if each.shared == "end-start"]
+    beside = {-1: {two: one for one, two in joined}, 1: dict(joined)}
+    shared = {*joined, *((two, one) for one, two in joined)}
+    for (own, other), mine in rows.items():
+        for at_end, sign in enumerate((-1, 1)):
+            mate = beside[sign].get(own)
+            if mate is not None and (own, other) not in shared and (mate, other) in shared:
+                theirs = rows[mate, other]
+                twin[mine[end[mine] == sign]] = theirs[end[theirs] == -sign]
+            mate = beside[sign].get(other)
+            if mate is None or (own, mate) not in rows:
+                continue
+            theirs = rows[own, mate]
+            place = np.minimum(np.searchsorted(point[theirs], point[mine]), len(theirs) - 1)
+            same = point[theirs[place]] == point[mine]
+            across[mine[same], at_end] = theirs[place[same]]
+            inside[mine, at_end] = side[rows[mate, other][0]]
+            inside_across[mine, at_end] = side[rows[other, mate][0]]
+    return Corners(twin, across, inside, inside_across)
+
+
+def corner_sides(
+    corners: Corners,
+    before: np.ndarray,
+    side: np.ndarray,
+    height: np.ndarray,
+    deep: np.ndarray,
+    near: np.ndarray,
+    at_end: np.ndarray,
+) -> np.ndarray:
+    """Sides (n,) with those of probes near corners put right.
+
+    Parameters
+    ----------
+    before : (n,) array
+        Sides at the last step; 0 for a probe that was not over its surface.
+    side, height : (n,) arrays
+        Sides as known, those of new probes where they are; heights over the surfaces, m.
+    deep : (n,) array, m
+        Where a point on the wrong side is deeper, it has come there with next to no share: round the corner.
+    near : (m,) int array
+        Probes over the end piece of a surface.
+    at_end : (m,) int array
+        Which end.
+
+    Returns
+    -------
+    (n,) array
+    """
+    side = side.copy()
+    across, inside = corners.across[near, at_end], corners.inside[near, at_end]
+    inside_across = corners.inside_across[near, at_end]
+    depth, depth_across = height[near] * inside, height[across] * inside_across
+    new, joined = before[near] == 0.0, across >= 0
+    outside = joined & (side[across] == -inside_across)
+    pressed = outside & new & (depth > 0.0) & (depth_across > 0.0)
+    passed = outside & (side[near] == -inside) & (depth > deep[near]) & (depth_across < 0.0)
+    around = joined & (side[across] != inside_across) & (side[near] == inside) & (depth < -deep[near])
+    side[near[pressed]] = -inside[pressed]
+    side[near[passed]] = inside[passed]
+    side[near[around]] = -inside[around]
+    return side[corners.twin]

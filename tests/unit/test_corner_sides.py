@@ -1,0 +1,91 @@
+"""Sides of points near joints of panels: one joint has one side, and what comes from outside of a corner is outside."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fsm.prepare import prepare
+from fsm.scene.load_case import load_case
+from fsm.segments.corner_sides import Corners, corner_sides
+from fsm.segments.surface_contacts import SurfaceContacts
+from fsm.segments.system import SegmentSystem
+
+CASE = Path(__file__).parents[2] / "folding_cases" / "strip_trial" / "case.toml"
+DEEP = 0.5
+
+
+def strip(spatial: bool) -> SegmentSystem:
+    changes = ["expect=none", "strip.segments_per_panel=3", f"solve.spatial={str(spatial).lower()}"]
+    return prepare(load_case(CASE, changes).case)[1]
+
+
+@pytest.mark.parametrize("spatial", [False, True], ids=["planar", "spatial"])
+def test_corners_of_the_strip(spatial: bool) -> None:
+    """A joint and its twin are one point on one surface; so is a point and itself across a corner, on two."""
+    system = strip(spatial)
+    geometry = system.contacts[0].geometry
+    assert isinstance(geometry, SurfaceContacts)
+    probes, corners = geometry.probes, geometry.corners
+    points = geometry.kernels.points(system.place(0.0, *system.initial())[0], probes.body, probes.place)
+    here = np.arange(len(points))
+    paired = np.flatnonzero(corners.twin != here)
+    # joints 1 to 5 on every panel that shares the joint next to them, once for each line across
+    assert len(paired) == 8 * (2 if spatial else 1)
+    np.testing.assert_allclose(points[corners.twin[paired]], points[paired], atol=1e-12)
+    np.testing.assert_array_equal(probes.first_piece[corners.twin[paired]], probes.first_piece[paired])
+    assert np.all(probes.body[corners.twin[paired]] != probes.body[paired])
+    for at_end in (0, 1):
+        rows = np.flatnonzero(corners.across[:, at_end] >= 0)
+        across = corners.across[rows, at_end]
+        assert len(rows)
+        np.testing.assert_array_equal(probes.body[across], probes.body[rows])
+        np.testing.assert_allclose(points[across], points[rows], atol=1e-15)
+        watched = probes.first_piece if at_end else probes.last_piece
+        joined = probes.last_piece if at_end else probes.first_piece
+        np.testing.assert_array_equal(watched[across], joined[rows])
+        assert np.all(np.abs(corners.inside[rows, at_end]) == 1.0)
+
+
+@pytest.mark.parametrize(
+    ("before", "side", "height", "expected"),
+    [
+        # faces 0 and 1 of a corner, the inside of both at +; face 1 knows the point on -, outside
+        (0.0, 1.0, (0.1, 0.1), -1.0),  # pressed in, and new over face 0: outside of that, too
+        (0.0, 1.0, (0.1, -0.1), 1.0),  # outside of face 1, behind which face 0 has it on its inner side
+        (0.0, -1.0, (-0.1, 0.1), -1.0),
+        (-1.0, -1.0, (0.1, -0.1), -1.0),  # pressed into face 0 as before
+        (-1.0, -1.0, (0.1, 0.1), -1.0),
+        (-1.0, -1.0, (0.6, -0.1), 1.0),  # has gone round the corner to face 1
+        (-1.0, -1.0, (0.6, 0.1), -1.0),  # has not: it is inside
+        (1.0, 1.0, (-0.6, 0.1), -1.0),  # has come from behind face 1
+        (1.0, 1.0, (-0.4, 0.1), 1.0),
+    ],
+)
+def test_sides_at_a_corner(before: float, side: float, height: tuple[float, float], expected: float) -> None:
+    corners = Corners(np.arange(2), np.array([[1, -1], [-1, -1]]), np.ones((2, 2)), np.ones((2, 2)))
+    found = corner_sides(
+        corners, np.array([before, -1.0]), np.array([side, -1.0]), np.array(height), np.full(2, DEEP),
+        np.array([0]), np.array([0]),
+    )  # fmt: skip
+    assert found.tolist() == [expected, -1.0]
+
+
+def test_what_is_inside_a_corner_stays_there() -> None:
+    corners = Corners(np.arange(2), np.array([[1, -1], [-1, -1]]), np.ones((2, 2)), np.ones((2, 2)))
+    for before, height in ((0.0, (0.1, 0.1)), (1.0, (-0.6, 0.1))):
+        found = corner_sides(
+            corners, np.array([before, 1.0]), np.ones(2), np.array(height), np.full(2, DEEP), np.array([0]), np.array([0])
+        )
+        assert found.tolist() == [1.0, 1.0]
+
+
+def test_a_joint_has_the_side_of_its_twin() -> None:
+    corners = Corners(np.array([1, 1]), np.full((2, 2), -1), np.zeros((2, 2)), np.zeros((2, 2)))
+    none = np.zeros(0, dtype=np.int64)
+    found = corner_sides(
+        corners, np.zeros(2), np.array([1.0, -1.0]), np.array([0.1, 0.1]), np.full(2, DEEP), none, none
+    )
+    assert found.tolist() == [-1.0, -1.0]
