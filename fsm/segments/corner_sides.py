@@ -5,8 +5,9 @@ side. If one of the two shares its other joint with the panel touched, that one 
 
 Two joined surfaces are a corner. A point that presses on one of them near the corner may be a little inside it when it comes
 over the end of the other. It has come from outside, and is outside of both: on the side where it is just then, the other
-one would draw it in and hold it there. And a point may slip round the corner so close to it that it is at no step beyond the
-end of the other one: that lets go of it when it is on its wrong side by more than it can be while its share counts.
+one would draw it in and hold it there. It lies on the one that it is less deep in, so the other takes it over where the two
+are equal, and not before. And a point may slip round the corner so close to it that it is at no step beyond the end of the
+other one: that lets go of it when it is on its wrong side by more than it can be while its share counts.
 """
 
 from __future__ import annotations
@@ -126,7 +127,8 @@ def corner_sides(
     pressed = outside & new & (depth > 0.0) & (depth_across > 0.0)
     passed = outside & (side[near] == -inside) & (depth > deep[near]) & (depth_across < 0.0)
     around = joined & (side[across] != inside_across) & (side[near] == inside) & (depth < -deep[near])
-    side[near[pressed]] = -inside[pressed]
+    # it lies on the face that it is less deep in; over the other one it is on no side until it has come round so far
+    side[near[pressed]] = np.where(depth <= depth_across, -inside, 0.0)[pressed]
     side[near[passed]] = inside[passed]
     side[near[around]] = -inside[around]
     return side[corners.twin]

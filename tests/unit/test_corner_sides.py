@@ -54,6 +54,8 @@ def test_corners_of_the_strip(spatial: bool) -> None:
     [
         # faces 0 and 1 of a corner, the inside of both at +; face 1 knows the point on -, outside
         (0.0, 1.0, (0.1, 0.1), -1.0),  # pressed in, and new over face 0: outside of that, too
+        (0.0, 1.0, (0.3, 0.1), 0.0),  # deeper in there than in face 1: on that one it lies
+        (0.0, 1.0, (0.1, 0.3), -1.0),
         (0.0, 1.0, (0.1, -0.1), 1.0),  # outside of face 1, behind which face 0 has it on its inner side
         (0.0, -1.0, (-0.1, 0.1), -1.0),
         (-1.0, -1.0, (0.1, -0.1), -1.0),  # pressed into face 0 as before
