@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 from scipy.interpolate import CubicHermiteSpline
+from scipy.sparse.linalg import splu
 
 from fsm.ancf.reduced import ReducedModel, Response
 from fsm.ancf.system import AncfSystem
@@ -21,14 +22,18 @@ from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 from fsm.system import DriveState, Energy, Observation, PairState
 
-__all__ = ["CHECKED", "MODAL", "ReducedSolve", "error_against_full", "reduced_model"]
+__all__ = ["MODAL", "ModelError", "ReducedSolve", "error_against_full", "reduced_model", "stretch_left_out"]
 
 MODAL = "modal"
 """What the method is called."""
 _PER_PERIOD = 60.0
 """Steps in a period of the highest mode."""
-CHECKED = 40
+_CHECKED = 40
 """Steps of the full model that the reduced one is compared with."""
+_USELESS = 1.0
+"""Error from which on the modes say nothing of the motion."""
+_STRETCHED = 0.1
+"""Error of the restoring force from which on more modes are of no use."""
 _NO_PAIRS = PairState(*(np.zeros(0) for _ in range(7)))
 
 
@@ -42,36 +47,132 @@ def reduced_model(system: AncfSystem, found: Modes, stretch: bool) -> ReducedMod
     return ReducedModel(q, found.shapes, found.squared, rates, np.zeros((0,) * 3), np.zeros((0,) * 4))
 
 
+@dataclass(frozen=True)
+class ModelError:
+    """What a reduced model is off from the full one; None where the full one needs shorter steps to be compared with.
+
+    Attributes
+    ----------
+    probes, struck : largest difference at the probes and where the film is struck, over the largest displacement there
+    stretch : of the restoring force at the largest displacement, see `stretch_left_out`
+    until : s
+        Compared so long; the force is that of the largest displacement whenever it comes.
+    """
+
+    probes: float | None
+    struck: float | None
+    stretch: float
+    until: float
+
+    @property
+    def largest(self) -> float:
+        """Of all of them; infinite where one is not known."""
+        return max(math.inf if error is None else error for error in (self.probes, self.struck, self.stretch))
+
+    @property
+    def said(self) -> str:
+        """In words."""
+        force = f"its restoring force off by {_part(self.stretch)} at the largest displacement"
+        if self.probes is None or self.struck is None:
+            return f"error unknown: the full model needs shorter steps than solve.step to be compared with; {force}"
+        motion = f"{_part(self.probes)} at the probes and {_part(self.struck)} where it is struck"
+        return f"off the full model by {motion} over the first {1e3 * self.until:.3g} ms, {force}"
+
+    @property
+    def advice(self) -> str:
+        """What would be better."""
+        if self.stretch > _STRETCHED:
+            return 'take vibration.model = "full"; with few modes vibration.stretch = true may do'
+        useless = "the modes say nothing of this motion: " if self.largest > _USELESS else ""
+        return f'{useless}take more vibration.modes, or vibration.model = "full"'
+
+
+def _part(error: float) -> str:
+    """An error in percent, or as a multiple where that is easier to read."""
+    return f"{100.0 * error:.2g} %" if error <= _USELESS else f"{error:.2g} times the whole"
+
+
 def error_against_full(
-    system: AncfSystem, model: ReducedModel, step: float, until: float, probe: Callable[[np.ndarray], np.ndarray]
-) -> float:
-    """Largest difference of the probes between the reduced and the full model over the largest of the full one.
+    system: AncfSystem,
+    model: ReducedModel,
+    step: float,
+    duration: float,
+    probes: Callable[[np.ndarray], np.ndarray],
+    struck: Callable[[np.ndarray], np.ndarray],
+) -> ModelError:
+    """How good the reduced model is: beside the full one over some steps, and by its force.
 
     Parameters
     ----------
     step : s
         Of the full model.
-    until : s
-        Compared so long.
-    probe : displacement of all probes at a configuration
-
-    Raises
-    ------
-    NotConverged
-        The full model cannot be solved with these steps.
+    duration : s
+        Of the vibration.
+    probes, struck : displacements (n, 3) of all probes, and of where the film is struck, at a configuration
     """
-    full: list[tuple[float, np.ndarray]] = []
+    until = min(duration, _CHECKED * step)
+    stretch = stretch_left_out(system, model, duration)
+    full: list[tuple[float, np.ndarray, np.ndarray]] = []
     times = [float(t) for t in np.linspace(0.0, until, max(2, round(until / step) + 1))]
-    simulate(
-        system, Settings("generalized-alpha", 1e-4, until, step=step), times,
-        lambda saved: full.append((saved.time, probe(saved.q))),
-    )  # fmt: skip
+    try:
+        simulate(
+            system, Settings("generalized-alpha", 1e-4, until, step=step), times,
+            lambda saved: full.append((saved.time, probes(saved.q), struck(saved.q))),
+        )  # fmt: skip
+    except NotConverged:
+        return ModelError(None, None, stretch, until)
     response = model.respond(until, step / 8.0, system.loading.forcings)
     amplitude = CubicHermiteSpline(response.time, response.amplitude, response.rate)
-    ours = np.array([probe(model.coordinates(amplitude(t))) for t, _ in full])
-    theirs = np.array([values for _, values in full])
-    largest = float(np.abs(theirs).max(initial=0.0))
-    return float(np.abs(ours - theirs).max(initial=0.0)) / largest if largest else 0.0
+    ours = [model.coordinates(amplitude(t)) for t, _, _ in full]
+    errors = []
+    for number, place in enumerate((probes, struck), start=1):
+        theirs = np.array([line[number] for line in full])
+        largest = float(np.abs(theirs).max(initial=0.0))
+        off = float(np.abs(np.array([place(q) for q in ours]) - theirs).max(initial=0.0))
+        errors.append(off / largest if largest else 0.0)
+    return ModelError(errors[0], errors[1], stretch, until)
+
+
+def stretch_left_out(system: AncfSystem, model: ReducedModel, duration: float) -> float:
+    """Error of the model's restoring force at its largest displacement: what the pulse is too short to show.
+
+    The film is displaced by the modes, x = Phi a, and by what they pull along at once, x2 = -K^-1 f2(x, x) without its
+    part in the modes; what the force in the modes is off by, as the static deflection that it makes, over the displacement:
+
+        |r/omega^2|/|a|,    r = Phi.(h(x + x2) - h(0)) + omega^2 a + T a a + C a a a
+
+    Parameters
+    ----------
+    duration : s
+        Looked at up to a period of the lowest mode after the last pulse.
+    """
+    period = 2.0 * math.pi / math.sqrt(float(model.squared.min()))
+    end = min(duration, max(system.break_times(), default=0.0) + period)
+    a = model.respond(end, _step(system, model, end), system.loading.forcings).amplitude
+    if not np.all(np.isfinite(a)):
+        return math.inf
+    a = a[int(np.argmax(np.sum(a**2, axis=1)))]
+    if not np.any(a):
+        return 0.0
+    q = model.rest
+    t = max(system.break_times(), default=0.0)
+    at_rest, x = system.force(t, q, None), a @ model.shapes
+    second = at_rest - 0.5 * (system.force(t, q + x, None) + system.force(t, q - x, None))
+    stiffness = system.linearise(t, q, None).stiffness.symmetric().bsr()
+    factors = splu(stiffness.tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+    x = x - factors.solve(second) + ((model.shapes @ second) / model.squared) @ model.shapes
+    left = model.shapes @ (system.force(t, q + x, None) - at_rest) + model.squared * a
+    if model.cubic.size:
+        left += np.einsum("ijk,j,k->i", model.quadratic, a, a)
+        left += np.einsum("ijkl,j,k,l->i", model.cubic, a, a, a, optimize=True)
+    return float(np.linalg.norm(left / model.squared) / np.linalg.norm(a))
+
+
+def _step(system: AncfSystem, model: ReducedModel, end: float) -> float:
+    """Step (s) of the model's motion: a part of the shortest period and of every pulse."""
+    highest = math.sqrt(float(model.squared.max())) / (2.0 * math.pi)
+    pulses = [t for t in system.break_times() if 0.0 < t <= end]
+    return min([1.0 / (_PER_PERIOD * highest), end / 100.0, *(t / 50.0 for t in pulses)])
 
 
 @dataclass(frozen=True)
@@ -106,10 +207,7 @@ class ReducedSolve:
             The motion left the range in which terms of the third degree mean anything.
         """
         begun = time.perf_counter()
-        highest = math.sqrt(float(self.model.squared.max())) / (2.0 * math.pi)
-        pulses = [t for t in self.system.break_times() if 0.0 < t <= end]
-        step = min([1.0 / (_PER_PERIOD * highest), end / 100.0, *(t / 50.0 for t in pulses)])
-        response = self.model.respond(end, step, self.system.loading.forcings)
+        response = self.model.respond(end, _step(self.system, self.model, end), self.system.loading.forcings)
         size = np.abs(response.amplitude).max(axis=1)
         if not np.all(np.isfinite(size)):
             at = float(response.time[int(np.argmin(np.isfinite(size)))])

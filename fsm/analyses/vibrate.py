@@ -11,14 +11,15 @@ import numpy as np
 from fsm.analyses.analysis import Solver
 from fsm.analyses.deployed import DeployedFilm
 from fsm.analyses.film import build_film
-from fsm.analyses.reduced import CHECKED, MODAL, ReducedSolve, error_against_full, reduced_model
+from fsm.analyses.natural import natural_modes
+from fsm.analyses.reduced import MODAL, ModelError, ReducedSolve, error_against_full, reduced_model
 from fsm.analyses.stretch import as_deployed, stretched
 from fsm.ancf.film import FilmStress, MembraneGroup
 from fsm.ancf.loading import Forcing, Loading
 from fsm.ancf.pulse import HalfSine, Rectangle, Samples, TimeFunction
 from fsm.ancf.reduced import ReducedModel
 from fsm.ancf.tension_state import TensionState, tension_state
-from fsm.errors import CaseError, Fault, NotConverged
+from fsm.errors import CaseError, Fault
 from fsm.results.array import ArrayMotion
 from fsm.results.film import Film
 from fsm.results.solution import Layout, Solution
@@ -29,7 +30,7 @@ from fsm.scene.membrane import Impact, Measured, Vibration
 from fsm.scene.record_count import record_count
 from fsm.segments.save_times import save_times
 from fsm.solve.handed_over import Statistics
-from fsm.solve.modal import Modes, modes
+from fsm.solve.modal import Modes
 from fsm.solve.settings import Settings
 from fsm.solve.static import PathSettings
 from fsm.system import System
@@ -87,9 +88,10 @@ class VibrationAnalysis:
         q, _ = self._system.initial()
         self.state = tension_state(self._system, 0.0, q)
         self._refuse_slack(self.state)
+        self._refuse_all_held()
         self.rest = {name: point.position(q) for name, point in self.points.items()}
         self.axes = {name: point.axes(q) for name, point in self.points.items()}
-        self.modes = modes(self._system, 0.0, q, min(self.vibration.modes, self._system.nu))
+        self.modes = natural_modes(self._system, q, self.vibration.modes)
         self._refuse_unstable(self.modes)
         self._choose_model(warnings)
 
@@ -104,23 +106,23 @@ class VibrationAnalysis:
         """The reduced model, if it is asked for or good enough; it says its error against the full one."""
         wanted = self.vibration.model
         self.model: ReducedModel | None = None
-        self.error: float | None = None
+        self.error: ModelError | None = None
         self.reason = "asked for"
-        if self.case.impact is None or self.case.solve.method != "auto" or wanted == "full":
+        impact = self.case.impact
+        if impact is None or self.case.solve.method != "auto" or wanted == "full":
             return
         model = reduced_model(self._system, self.modes, self.vibration.stretch)
-        until = min(self.vibration.duration, CHECKED * self._step())
-        try:
-            self.error = error_against_full(self._system, model, self._step(), until, self.probes)
-            said = f"off the full model by {100 * self.error:.2g} % at the probes over the first {1e3 * until:.3g} ms"
-        except NotConverged:
-            said = "error unknown: the full model needs shorter steps than solve.step to be compared with"
-        good = self.error is not None and self.error <= _GOOD
-        self.reason = f"{len(self.modes.squared)} modes, {said}"
+        point = self.film.point(*impact.point)
+        rest = point.position(self._system.initial()[0])
+        self.error = error_against_full(
+            self._system, model, self._step(), self.vibration.duration, self.probes, lambda q: point.position(q) - rest
+        )
+        good = self.error.largest <= _GOOD
+        self.reason = f"{len(self.modes.squared)} modes, {self.error.said}"
         if wanted == "reduced" or good:
             self.model = model
             if not good:
-                warnings.append(f"reduced model: {self.reason}")
+                warnings.append(f"reduced model: {self.reason}; {self.error.advice}")
 
     def _step(self) -> float:
         """Step of the full model: as asked for, or a 40th of the pulse, or of the period of the lowest mode if shorter."""
@@ -191,8 +193,11 @@ class VibrationAnalysis:
     def summarise(self, solution: Solution, statistics: Statistics) -> dict[str, Any]:
         """Frequency, amplitudes, modes, tension."""
         state = self.state
+        error = self.error if self.model is not None else None
         return summarise_vibration(solution, self._pulse_end()) | {
-            "reduced_error": self.error if self.model is not None else None,
+            "reduced_error": None if error is None else error.probes,
+            "reduced_error_struck": None if error is None else error.struck,
+            "reduced_force_error": None if error is None else error.stretch,
             "modes_hz": [float(f) for f in self.modes.frequencies],
             "tension_state": {
                 "largest_stress": state.largest,
@@ -231,6 +236,11 @@ class VibrationAnalysis:
     def _pulse_end(self) -> float:
         impact = self.case.impact
         return 0.0 if impact is None else max(_pulse(impact)[1].breaks())
+
+    def _refuse_all_held(self) -> None:
+        if self._system.fixed.all():
+            place = "membrane.mesh" if self.deployed is None else "deployed"
+            raise CaseError([Fault(place, "everything is held, and nothing can vibrate; refine the mesh")], self.source)
 
     def _refuse_unstable(self, found: Modes) -> None:
         if not found.unstable.any():

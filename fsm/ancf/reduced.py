@@ -193,15 +193,26 @@ def _transition(squared: np.ndarray, damping: np.ndarray, h: float) -> np.ndarra
     from a = 1, from v = 1; the rates of both; under a load 1, under a load s/h. (The rates under both loads are the
     motion from v = 1 and that under a load 1, over h.)
     """
-    omega = np.sqrt(np.maximum(squared - damping**2, 0.0))
-    fade = np.exp(-damping * h)
-    cosine = np.cos(omega * h)
-    sine = np.where(omega > 0.0, np.sin(omega * h) / np.where(omega > 0.0, omega, 1.0), h)
-    by_a, by_v = fade * (cosine + damping * sine), fade * sine
-    rate_a, rate_v = -squared * by_v, fade * (cosine - damping * sine)
+    cosine, sine = _faded(squared, damping, h)
+    by_a, by_v = cosine + damping * sine, sine
+    rate_a, rate_v = -squared * by_v, cosine - damping * sine
     by_load = (1.0 - by_a) / squared
     by_slope = (h - 2.0 * damping * by_load - by_v) / squared / h
     return np.ascontiguousarray(np.stack([by_a, by_v, rate_a, rate_v, by_load, by_slope]))
+
+
+def _faded(squared: np.ndarray, damping: np.ndarray, h: float) -> tuple[np.ndarray, np.ndarray]:
+    """exp(-d h) cos(w h) and exp(-d h) sin(w h)/w with w^2 = squared - d^2, (k,) each; of overdamped modes cosh and sinh."""
+    omega = np.sqrt(np.abs(squared - damping**2))
+    over = damping**2 > squared
+    size = np.where(omega > 0.0, omega, 1.0)
+    fade = np.exp(-damping * h)
+    # of two rates d - w and d + w the slow one is squared/(d + w), without cancellation
+    slow = np.exp(-np.where(over, squared / (damping + size), 0.0) * h)
+    drop = -np.expm1(-2.0 * np.where(over, omega, 0.0) * h)
+    cosine = np.where(over, slow * (1.0 - 0.5 * drop), fade * np.cos(omega * h))
+    sine = np.where(over, 0.5 * slow * drop / size, fade * np.sin(omega * h) / size)
+    return cosine, np.where(omega > 0.0, sine, fade * h)
 
 
 @kernel

@@ -46,7 +46,9 @@ RHO_INF = 0.6
 
 _NEWTON, _LOOSEST = 1e-2, 1e-3
 """Error left by Newton's method over the error allowed to a step, but no more than at this relative tolerance."""
-_ITERATIONS = 10
+_ITERATIONS, _PATIENT = 10, 50
+"""Of Newton's method, and of its last try at a step that may not be cut: where films slacken and tauten the tangent jumps,
+and corrections grow before they fall."""
 _SLOW = 0.2
 """Contraction from which on the tangent is renewed."""
 _SURE = 0.02
@@ -333,7 +335,8 @@ class GeneralizedAlpha:
         by_u, by_rate = c.gamma / (c.beta * h), _inertial(c, h)
         weight = 1.0 / np.minimum(self._resolved, (self._rtol / by_u) * (self._velocity + np.abs(self.u)))
         before, fresh, predicted = math.inf, renew, trial.x
-        for iteration in range(_ITERATIONS):
+        last = fresh and self.fixed_step is not None
+        for iteration in range(_PATIENT if last else _ITERATIONS):
             if renew:
                 force = self._linearise(end, trial.q, trial.u).force
                 self._factorise(h, trial.x)
@@ -351,7 +354,7 @@ class GeneralizedAlpha:
             if iteration:
                 contraction = size / before if before > 0.0 else 0.0
                 # stiff springs that turn are stretched by the first correction, and set right by the second
-                if contraction > 2.0 and (not fresh or iteration > 1):
+                if contraction > 2.0 and not last and (not fresh or iteration > 1):
                     return None
                 self._contraction = contraction
                 self._slow = contraction > _SLOW

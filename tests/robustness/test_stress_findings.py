@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 import copy
+import time
 from typing import Any
 
 import numpy as np
 import pytest
 
 from fsm.analyses.choose import analysis_of
+from fsm.analyses.film import build_film
+from fsm.analyses.natural import natural_modes
+from fsm.analyses.stretch import stretched
+from fsm.ancf.loading import Loading
 from fsm.errors import CaseError, NotConverged
 from fsm.results.solution import Solution
 from fsm.solve import scipy_ivp
 from fsm.solve.books import Books
 from fsm.solve.handed_over import Statistics
+from fsm.solve.modal import modes
 from validation.stress.attempt import attempt
-from validation.stress.scenes import loaded
+from validation.stress.campaign import examine
+from validation.stress.scenes import draw, loaded
 
 LATTICE: dict[str, Any] = {
     "lattice": {
@@ -135,3 +142,51 @@ def test_lsoda_is_refused_a_matrix_of_gigabytes(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(scipy_ivp, "_LARGEST", len(y))
     with pytest.raises(NotConverged, match=f"GB for these {len(y)} states; take method"):
         scipy_ivp.make_solver("LSODA", equations, 0.0, y, 1.0, 1e-4, np.inf)
+
+
+@pytest.mark.parametrize("number", [2489, 3793])
+def test_a_reduced_model_of_too_few_modes_tells_its_error(number: int) -> None:
+    """Films struck near a corner or hard, asked for in a few modes: off by about the whole amplitude, and they say so."""
+    drawn = draw(5, number)
+    summary = solved(drawn.tables).summary
+    (said,) = [line for line in summary["warnings"] if line.startswith("reduced model: ")]
+    assert summary["reduced_error_struck"] > 0.5
+    assert "where it is struck" in said and 'take more vibration.modes, or vibration.model = "full"' in said
+    line = examine(drawn, 20.0)
+    assert (line["class"], line["second"]) == ("told", "differs")
+
+
+def test_overdamped_modes_creep_back() -> None:
+    """Film 3793 has air of 128 1/s and slow modes: they went back at the rate of critical damping, a hundred times too far.
+
+    With nearly all of its modes it is the full model, and says nothing.
+    """
+    tables = copy.deepcopy(draw(5, 3793).tables)
+    tables["vibration"]["modes"] = 150
+    summary = solved(tables).summary
+    assert summary["reduced_error"] < 0.02
+    assert summary["reduced_error_struck"] < 0.02
+    assert summary["warnings"] == []
+
+
+def test_modes_are_the_film_s_own() -> None:
+    """Film 2489 has 108 free coordinates: what stands in for held ones was among its modes, at 1252.5 Hz, dozens of times."""
+    tables = copy.deepcopy(draw(5, 2489).tables)
+    tables["vibration"]["modes"] = 150
+    del tables["impact"]
+    frequencies = solved(tables).summary["modes_hz"]
+    assert len(frequencies) == 108
+    assert np.diff(frequencies).min() > 1e-6 * frequencies[-1]
+
+
+def test_modes_of_a_nearly_slack_film_are_found_soon() -> None:
+    """Film 477: Lanczos took thousands of restarts, 8 s for three modes, where a larger space takes none."""
+    case = loaded(draw(5, 477).tables, "scene").case
+    system = stretched(case, build_film(case), Loading())
+    q, _ = system.initial()
+    natural_modes(system, q, 1)
+    begun = time.thread_time()
+    found = natural_modes(system, q, 3)
+    assert time.thread_time() - begun < 2.0
+    dense = modes(system, 0.0, q, system.nu)
+    assert found.frequencies == pytest.approx(dense.frequencies[:3], rel=1e-5)

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from fsm.pool import run_jobs
+from fsm.results.solution import Solution
 from validation.stress.attempt import Attempt, attempt
 from validation.stress.judge import free_of_ground, judge, momentum_error
 from validation.stress.scenes import KINDS, Drawn, draw
@@ -18,12 +19,14 @@ from validation.stress.second import second_opinion
 
 __all__ = ["CLASSES", "Job", "examine", "read_lines", "run_campaign"]
 
-CLASSES = ("right", "refused", "failed", "cut off", "wrong")
+CLASSES = ("right", "told", "refused", "failed", "cut off", "wrong")
 """What becomes of a scene; README.md says what each means."""
 
 Line = dict[str, Any]
 """What is kept of a scene."""
 
+_OWNED_UP = 0.3
+"""Part of what a second solver finds that a run must have told of itself, to be "told" and not "wrong"."""
 _WHOLE = 40
 """Every so manyth scene is run with curves and plots."""
 
@@ -100,10 +103,23 @@ def examine(drawn: Drawn, limit: float) -> Line:
         opinion = second_opinion(drawn.tables, first, limit)
         line["second"], line["difference"], line["by"] = opinion.says, opinion.difference, opinion.by
         if opinion.says == "differs":
-            against.append(f"off by {opinion.difference:.2g} from {opinion.by}")
+            off = f"off by {opinion.difference:.2g} from {opinion.by}"
+            if told_error(solution) >= _OWNED_UP * opinion.difference:
+                line["class"], line["what"] = "told", off
+            else:
+                against.append(off)
     if against:
         line["class"], line["what"] = "wrong", "; ".join(against)
     return line
+
+
+def told_error(solution: Solution) -> float:
+    """Largest error that a run's warnings tell of its own model, the reduced one of a film; 0 where there is none."""
+    summary = solution.summary
+    if not any(line.startswith("reduced model: ") for line in summary["warnings"]):
+        return 0.0
+    names = ("reduced_error", "reduced_error_struck", "reduced_force_error")
+    return max(summary[name] or 0.0 for name in names)
 
 
 def _classified(first: Attempt) -> tuple[str, str]:
