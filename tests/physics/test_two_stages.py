@@ -6,15 +6,13 @@ import json
 import math
 from pathlib import Path
 
-import numpy as np
 import pytest
+from click.testing import CliRunner
 
-from typer.testing import CliRunner
-
-from fsm.cli import app
+from fsm.cli import cli
 from fsm.results.store import read_solution
 
-PANEL, WIDTH, THICKNESS, DENSITY = 0.08, 0.04, 3e-4, 800.0
+PANEL, WIDTH, THICKNESS, DENSITY, CREASE = 0.08, 0.04, 3e-4, 800.0, 8e-3
 CASE = f"""
 title = "folded, drawn taut, struck"
 stages = ["deploy", "vibrate"]
@@ -42,11 +40,12 @@ travel = "80.025 mm"
 [solve]
 rtol = 1e-3
 [deployed]
+crease_width = {CREASE}
 elements_per_panel = 4
 elements_across = 2
 [impact]
 pulse = "half-sine"
-force = "0.1 N"
+force = "0.02 N"
 duration = "2 ms"
 point = [{-0.5 * PANEL}, 0]
 [vibration]
@@ -61,19 +60,35 @@ probes = {{ struck = [{-0.5 * PANEL}, 0] }}
 def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("stages")
     (folder / "case.toml").write_text(CASE, encoding="utf-8")
-    done = CliRunner().invoke(app, ["run", str(folder / "case.toml"), "--out", str(folder / "out")])
+    done = CliRunner().invoke(cli, ["run", str(folder / "case.toml"), "--out", str(folder / "out")])
     assert done.exit_code == 0, done.output
     return folder / "out"
 
 
 def test_one_run_leaves_both_stages(results: Path) -> None:
     summary = json.loads((results / "summary.json").read_text(encoding="utf-8"))
-    print(summary)
-    assert (results / "deploy" / "force.csv").is_file() and (results / "vibrate" / "spectrum.png").is_file()
+    assert summary["deploy"]["method"] == "static" and summary["method"] == "modal"
+    assert summary["deploy"]["final_travel"] == pytest.approx(0.080025)
+    assert summary["peak_force"] == summary["deploy"]["peak_force"]
+    for stage, names in (("deploy", ("force.csv", "result.h5")), ("vibrate", ("history.csv", "spectrum.png", "result.h5"))):
+        assert all((results / stage / name).is_file() for name in names)
+
+
+def test_the_film_begins_where_the_strip_ended(results: Path) -> None:
+    """All of it, but for the rounds of the creases: what is drawn comes out further by about their width."""
+    strip, film = (read_solution(results / stage / "result.h5") for stage in ("deploy", "vibrate"))
+    there, here = strip.shape[-1].reshape(-1, 3), film.shape[0].reshape(-1, 3)
+    assert here.min(axis=0) == pytest.approx(there.min(axis=0), abs=1.2 * CREASE)
+    assert here.max(axis=0) == pytest.approx(there.max(axis=0), abs=1.2 * CREASE)
+    assert here.max(axis=0)[0] > there.max(axis=0)[0]
 
 
 def test_the_taut_strip_is_a_string(results: Path) -> None:
+    """Two panels under the force that the pull ended with; sqrt(F/m)/(2 l), and the spectrum's line is there."""
     summary = json.loads((results / "summary.json").read_text(encoding="utf-8"))
-    pull = float(read_solution(results / "deploy" / "result.h5").force[-1, 0])
+    pull = summary["deploy"]["final_force"]
     string = math.sqrt(pull / (DENSITY * WIDTH * THICKNESS)) / (4.0 * PANEL)
-    print(pull, string, summary["modes_hz"], np.nan)
+    nearest = min(summary["modes_hz"], key=lambda f: abs(f - string))
+    assert nearest == pytest.approx(string, rel=0.015)
+    assert summary["frequency_hz"] == pytest.approx(nearest, rel=2e-3)
+    assert abs(summary["frequency_fft_hz"] - nearest) <= summary["frequency_resolution_hz"]

@@ -170,7 +170,7 @@ def test_overdamped_modes_creep_back() -> None:
 
 
 def test_modes_are_the_film_s_own() -> None:
-    """Film 2489 has 108 free coordinates: what stands in for held ones was among its modes, at 1252.5 Hz, dozens of times."""
+    """Film 2489 has 108 free coordinates: what stands in for held ones was among its modes, dozens of times."""
     tables = copy.deepcopy(draw(5, 2489).tables)
     tables["vibration"]["modes"] = 150
     del tables["impact"]

@@ -2,8 +2,8 @@
 
     python -m validation.papers.film_unknowns
 
-Changes in % of the case in folding_cases/membrane_impact: the lowest natural frequency, with a part of the air or a denser patch;
-the largest displacement of centre and patch as the patch grows from 10 to 20 mm, with a longer pulse. One minute.
+Changes in % of the case in folding_cases/membrane_impact: the lowest natural frequency, with a part of the air or a denser
+patch; the largest displacement of centre and patch as the patch grows from 10 to 20 mm, with a longer pulse. One minute.
 """
 
 from __future__ import annotations
