@@ -194,7 +194,7 @@ def test_the_pull_is_borne_by_all_corners(tmp_path: Path) -> None:
 
 
 def test_a_struck_tension_field_gets_past_its_kinks(tmp_path: Path) -> None:
-    """Where parts of the film slacken Newton's corrections grow before they fall; after ten the step was given up at 13 ms."""
+    """Where parts of the film slacken Newton's corrections grow before they fall; after ten it was given up at 13 ms."""
     case = Path(__file__).parents[2] / "folding_cases" / "membrane_impact" / "case.toml"
     coarse = ["membrane.mesh=[8,8]", "vibration.model=full", "solve.step=0.2 ms", "vibration.duration=14 ms"]
     summary = run_case(load_case(case, coarse), tmp_path / "out", progress=False)
