@@ -75,6 +75,8 @@ BAD = {
     "relaxation of one time": ("relaxation", RELAX + "1, 2\n", "has 1 row at 1 different time; the law has three"),
     "nothing relaxes": ("relaxation", RELAX + rows([(t, 30) for t in range(9)]), "angle is 30 deg in all 9"),
     "before release": ("relaxation", RELAX + rows([(t - 3, t) for t in range(9)]), "row 2: time is -3 s"),
+    "sooner than can be": ("relaxation", RELAX + rows([(1e-300, 20), *UP[1:]]), "row 2: time is 1e-300 s; no test"),
+    "later than can be": ("relaxation", RELAX + rows([*UP[1:], (1e13, 20)]), "row 20: time is 1e+13 s; no test"),
     "bending of one row": ("bending", BEND + "0.1, 2, 80\n", "has 1 row with 1 different forces; 3 rows with 2 forces"),
     "no length": ("bending", "force [N], deflection [mm]\n0.1, 2\n", "no column length among force [N], deflection [mm]"),
     "longer than the panel": ("bending", bent(20, 40), "row 3: deflection is 40 mm of"),

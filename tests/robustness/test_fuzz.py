@@ -12,6 +12,7 @@ from click.testing import CliRunner
 from fsm.cli import cli
 from fsm.errors import CaseError
 from fsm.results.store import read_checkpoint, read_solution, write_checkpoint
+from fsm.scene.crease_family import CreaseFamily, FamilyCurve, Relaxation, write_family
 from fsm.scene.load_case import load_case
 from validation.fuzz.campaign import run_fuzz
 from validation.fuzz.targets import TARGETS
@@ -39,14 +40,15 @@ def test_check_of_every_shipped_case(case: Path) -> None:
         ("strip_pull", "save={interval=1e-12}", "save.interval: asks for more than 1,000,000 records"),
         ("scissor_array", "save.interval=1e-12", "save.interval: asks for more than 1,000,000 records"),
         ("strip_pull", "strip.thickness=1e-200", "bending stiffness E w t^3/12 is 0 N m^2"),
-        ("strip_pull", "strip.panels=9999", "strip.panels"),
+        ("strip_pull", "strip.panels=1000 strip.segments_per_panel=5000", "= 5,000,000 segments; 50,000 at most"),
         ("rotating_squares", "lattice.hinge_length=100", "less than spacing"),
     ],
 )
 def test_what_cannot_be_built_is_refused_at_once(case: str, override: str, words: str) -> None:
     command = "check" if case != "scissor_array" else "run"
     out = ["--out", "/nonexistent/out"] if command == "run" else []
-    result = CliRunner().invoke(cli, [command, str(CASES / case / "case.toml"), *out, "--set", override])
+    sets = [word for text in override.split() for word in ("--set", text)]
+    result = CliRunner().invoke(cli, [command, str(CASES / case / "case.toml"), *out, *sets])
     assert result.exit_code == 2
     assert words in result.output
 
@@ -82,3 +84,22 @@ def test_a_family_that_is_a_table_is_refused(tmp_path: Path) -> None:
         broken.create_dataset("curves", (10**9,), float)
     with pytest.raises(CaseError, match="not a crease family"):
         load_case(tmp_path / "case.toml")
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        Relaxation(2.0, -0.1, 0.0, 1e5),
+        Relaxation(2.0, -0.1, -20.0, 1e5),
+        Relaxation(2.0, -0.1, 20.0, float("nan")),
+        Relaxation(2.0, float("inf"), 20.0, 1e5),
+    ],
+    ids=["tau 0", "tau below 0", "no longest time", "infinite slope"],
+)
+def test_a_family_whose_relaxation_cannot_be_is_refused(law: Relaxation, tmp_path: Path) -> None:
+    case = CASES / "strip_hinge" / "case.toml"
+    (tmp_path / "case.toml").write_text(case.read_text(encoding="utf-8"), encoding="utf-8")
+    curve = FamilyCurve(np.array([0.0, 1.0, 2.0]), np.array([0.0, 1e-3, 2e-3]), np.full(3, 1e-5))
+    write_family(CreaseFamily((curve,), "pchip", relaxation=law), tmp_path / "crease.h5")
+    with pytest.raises(CaseError, match=r"crease.h5 holds a relaxation that cannot be"):
+        load_case(tmp_path / "case.toml", ["crease.rest_angle=none", "crease.since_release=1 h"])

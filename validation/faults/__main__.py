@@ -8,6 +8,7 @@ Exit code 1 if anything was lost or broken.
 from __future__ import annotations
 
 import argparse
+import statistics
 import sys
 import tempfile
 from collections.abc import Sequence
@@ -35,13 +36,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with tempfile.TemporaryDirectory(prefix="fsm-faults-") as folder:
             found = kill_many(kind, share, chosen.seed, Path(folder))
         bad += len(found.faults) + (found.worst_loss > LONGEST_LOSS)
-        print(
-            f"\n{kind}: {found.kills} kills, {found.finished} done before, {len(found.faults)} faults, at most "
-            f"{found.worst_loss:.1f} s since the last flush",
-            flush=True,
-        )
+        cost = f"a whole one takes {found.whole:.0f} s"
+        if found.losses:
+            cost += f"; {len(found.losses)} unfinished solves, since the last checkpoint {_spread(found.losses)}"
+        print(f"\n{kind}: {found.kills} kills, {found.finished} done before, {len(found.faults)} faults; {cost}", flush=True)
         print("".join(f"  {text}\n" for text in found.faults), end="")
     return int(bool(bad))
+
+
+def _spread(seconds: Sequence[float]) -> str:
+    return f"{statistics.median(seconds):.1f} s in the middle, {max(seconds):.1f} s at most"
 
 
 if __name__ == "__main__":

@@ -17,13 +17,15 @@ from pathlib import Path
 import numpy as np
 
 from fsm.errors import CaseError
-from fsm.results.store import part_path, read_solution
+from fsm.results.store import part_path, read_checkpoint, read_solution
 
 __all__ = ["KINDS", "Found", "kill_many"]
 
 CASES = Path(__file__).parents[2] / "folding_cases"
 LONGEST_LOSS = 5.0
-"""Seconds of work that a kill may cost."""
+"""Seconds of work of `run` and `table` that a kill may cost."""
+_LOOK = 0.01
+"""Seconds between looks at what a process has written."""
 
 
 @dataclass
@@ -35,44 +37,98 @@ class Found:
     kills, finished : int
         Processes killed, and those that were done before.
     faults : texts, one for everything that was lost or broken
-    worst_loss : s
-        Longest time between the last flush and a kill.
+    losses : s
+        Work that each kill of an unfinished solve took with it: the time since its last checkpoint. All records that were
+        there before a checkpoint are in the results file when it is written, so that no more is missing from that either.
+    whole : s
+        How long the command takes when nobody kills it.
     """
 
     kills: int = 0
     finished: int = 0
     faults: list[str] = field(default_factory=list)
-    worst_loss: float = 0.0
+    losses: list[float] = field(default_factory=list)
+    whole: float = 0.0
+
+    @property
+    def worst_loss(self) -> float:
+        """Of all kills, s."""
+        return max(self.losses, default=0.0)
 
 
 def kill_many(kind: str, kills: int, seed: int, folder: Path) -> Found:
     """Start a command again and again with --resume, and kill it at a random moment, until so many kills are done."""
+    chance, found, out = random.Random(f"{kind} {seed}"), Found(), folder / "out"
     command, longest = KINDS[kind](folder / "whole")
+    begun = time.monotonic()
     subprocess.run(command, check=True, capture_output=True)
-    command, longest = KINDS[kind](folder / "out")
-    chance, found = random.Random(f"{kind} {seed}"), Found()
-    out = folder / "out"
+    found.whole = time.monotonic() - begun
+    command, longest = KINDS[kind](out)
+    reached: dict[Path, int] = {}
     while found.kills < kills:
+        watch = _Watch(out)
         process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-        begun, since = time.monotonic(), time.time()
-        moment = chance.uniform(0.0, longest)
-        while process.poll() is None and time.monotonic() - begun < moment:
-            time.sleep(0.002)
+        end = time.monotonic() + chance.uniform(0.0, longest)
+        while process.poll() is None and time.monotonic() < end:
+            watch.look()
+            time.sleep(_LOOK)
         if process.poll() is None:
             process.send_signal(signal.SIGKILL)
             found.kills += 1
+            found.losses += watch.losses()
         else:
             found.finished += 1
-        _, errors = process.communicate()
+        _, errors = process.communicate()  # till the last of its processes is gone
+        faults = _broken(out)
         if process.returncode not in (0, -signal.SIGKILL):
-            found.faults.append(f"{kind}: ended with {process.returncode}: {errors.strip()[-300:]}")
-        if out.is_dir():
-            found.worst_loss = max(found.worst_loss, _loss(out, since))
-            found.faults += [f"{kind}, kill {found.kills}: {text}" for text in _broken(out)]
+            faults.append(f"ended with {process.returncode}: {errors.strip()[-300:]}")
+        before, reached = reached, _reached(out)
+        faults += [f"{at.relative_to(out)} is back at step {reached[at]} from {before[at]}" for at in _back(before, reached)]
         if process.returncode == 0:
-            found.faults += [f"{kind}, kill {found.kills}: {text}" for text in _differences(out, folder / "whole")]
+            faults += _differences(out, folder / "whole")
             shutil.rmtree(out)
+            reached = {}
+        found.faults += [f"{kind}, kill {found.kills}: {text}" for text in faults]
     return found
+
+
+class _Watch:
+    """What a process that was just started has written of solves that are not done."""
+
+    def __init__(self, out: Path) -> None:
+        self.out, self.since = out, time.time()
+        self.begun: dict[Path, float] = {}
+
+    def look(self) -> None:
+        """Note which solves have begun: the first thing that a solve does is to open its results file."""
+        for part in self.out.rglob("result.part.h5"):
+            if part.parent not in self.begun and (at := _written(part)) > self.since:
+                self.begun[part.parent] = at
+
+    def losses(self) -> list[float]:
+        """Seconds since the last checkpoint, or else since the solve was begun, of every solve that is not done."""
+        self.look()
+        now = time.time()
+        going = [folder for folder in self.begun if (folder / "result.part.h5").exists()]
+        return [now - max(self.begun[folder], _written(folder / "checkpoint.h5")) for folder in going]
+
+
+def _written(file: Path) -> float:
+    """When a file was last written to; 0 if it is not there."""
+    try:
+        return file.stat().st_mtime
+    except FileNotFoundError:
+        return 0.0
+
+
+def _reached(out: Path) -> dict[Path, int]:
+    """Step of every checkpoint."""
+    return {file: int(read_checkpoint(file)[1]["steps"]) for file in out.rglob("checkpoint.h5")}
+
+
+def _back(before: dict[Path, int], reached: dict[Path, int]) -> list[Path]:
+    """Checkpoints at an earlier step than they were at before the last kill."""
+    return [file for file in before if file in reached and reached[file] < before[file]]
 
 
 def _run(out: Path) -> tuple[list[str], float]:
@@ -98,12 +154,6 @@ def _calibrate(out: Path) -> tuple[list[str], float]:
 
 
 KINDS: dict[str, Callable[[Path], tuple[list[str], float]]] = {"run": _run, "table": _table, "calibrate": _calibrate}
-
-
-def _loss(out: Path, since: float) -> float:
-    """Seconds between the last flush of an unfinished run and now; 0 where none was begun since the program started."""
-    flushed = [part.stat().st_mtime for part in out.rglob("result.part.h5")]
-    return max((time.time() - at for at in flushed if at > since), default=0.0)
 
 
 def _differences(out: Path, whole: Path) -> list[str]:
@@ -144,6 +194,8 @@ def _whole(file: Path) -> None:
         solution = read_solution(file)
         if not np.all(np.diff(solution.time) > 0.0) or not all(map(math.isfinite, solution.force.ravel())):
             raise ValueError("records out of order or not finite")
+    elif file.name == "checkpoint.h5":
+        read_checkpoint(file)
     elif file.name == "result.h5":
         if not read_solution(file).summary:
             raise ValueError("a finished file without a summary")

@@ -1,0 +1,76 @@
+"""Files that are there whole or not at all."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from fsm.whole_file import clear_parts, whole_file
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_the_new_file_takes_the_place_of_the_old_one(tmp_path: Path) -> None:
+    target = tmp_path / "force.csv"
+    target.write_text("old")
+    with whole_file(target) as part:
+        assert part.parent == tmp_path and part.suffix == ".csv" and part.name.startswith(".")
+        part.write_text("new")
+        assert target.read_text() == "old"
+    assert target.read_text() == "new"
+    assert names(tmp_path) == ["force.csv"]
+
+
+@pytest.mark.parametrize("error", [OSError(28, "No space left on device"), KeyboardInterrupt()], ids=["full disk", "Ctrl-C"])
+@pytest.mark.parametrize("there", [True, False], ids=["old", "none"])
+def test_an_error_leaves_the_old_file(tmp_path: Path, error: BaseException, there: bool) -> None:
+    target = tmp_path / "force.csv"
+    if there:
+        target.write_text("old")
+
+    def write_half() -> None:
+        with whole_file(target) as part:
+            part.write_text("half")
+            raise error
+
+    with pytest.raises(type(error)):
+        write_half()
+    assert names(tmp_path) == (["force.csv"] if there else [])
+    assert not there or target.read_text() == "old"
+
+
+def test_an_error_before_the_first_byte(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="nothing to write"), whole_file(tmp_path / "force.csv"):
+        raise ValueError("nothing to write")
+    assert names(tmp_path) == []
+
+
+def test_a_block_that_writes_nothing_is_an_error_and_leaves_the_old_file(tmp_path: Path) -> None:
+    (tmp_path / "force.csv").write_text("old")
+    with pytest.raises(FileNotFoundError), whole_file(tmp_path / "force.csv"):
+        pass
+    assert (tmp_path / "force.csv").read_text() == "old"
+
+
+def test_what_a_kill_left_goes_and_nothing_else(tmp_path: Path) -> None:
+    for name in (".force.part.csv", ".result.part.h5"):  # what `whole_file` was writing when it was killed
+        (tmp_path / name).write_text("half")
+    for name in ("force.csv", "result.part.h5", ".hidden", ".parts"):
+        (tmp_path / name).write_text("whole")
+    (tmp_path / "case").mkdir()
+    (tmp_path / "case" / ".force.part.csv").write_text("half")
+    clear_parts(tmp_path)
+    assert names(tmp_path) == [".hidden", ".parts", "case", "force.csv", "result.part.h5"]
+    assert names(tmp_path / "case") == [".force.part.csv"], "of a folder that has its own"
+
+
+def test_parts_are_what_is_cleared(tmp_path: Path) -> None:
+    with whole_file(tmp_path / "result.h5") as part:
+        part.write_text("half")
+        clear_parts(tmp_path)
+        assert names(tmp_path) == []
+        part.write_text("whole")
+    assert names(tmp_path) == ["result.h5"]
