@@ -3,6 +3,7 @@
 # make lint    ruff, mypy, import-linter
 # make validate  every check of validation/ and the gallery of them, with the pages, into out/docs/html (a quarter of an hour;
 #              FULL=--full: what takes long, too)
+# make coverage  lines and branches that tests reach, kernels run by Python itself, into out/coverage (about half an hour)
 # make docs    the pages: guide, tutorials (executed), API, the gallery as it was last run
 # make bench   run time against error of all methods, into out/benchmarks (about half an hour; QUICK=--quick: three minutes)
 #
@@ -16,10 +17,11 @@ BIN := $(VENV)/bin
 RUN := $(VENV)/.fsm-run
 DEV := $(VENV)/.fsm-dev
 DOC := $(VENV)/.fsm-docs
+COV := $(VENV)/.fsm-coverage
 
 VERSION_CHECK := import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 14))
 
-.PHONY: help demo test test-all lint check bench validate docs clean distclean
+.PHONY: help demo test test-all coverage lint check bench validate docs clean distclean
 .DELETE_ON_ERROR:
 
 help:
@@ -33,6 +35,15 @@ test: $(DEV)
 
 test-all: $(DEV)
 	$(BIN)/python -m pytest -n $(WORKERS)
+
+# compiled, for all that is no kernel; then the kernels, line by line, from tests that Python gets through (tests/pure_python.py)
+coverage: $(COV)
+	rm -rf out/coverage
+	$(BIN)/python -m coverage run -m pytest -m "not slow"
+	NUMBA_DISABLE_JIT=1 $(BIN)/python -m coverage run -m pytest -p tests.pure_python -m "not slow" --timeout=300
+	$(BIN)/python -m coverage combine --quiet
+	$(BIN)/python -m coverage html --quiet
+	$(BIN)/python -m coverage report
 
 lint: $(DEV)
 	$(BIN)/ruff check .
@@ -60,7 +71,7 @@ $(BIN)/python:
 	  echo "fsm needs Python 3.11 to 3.14, and there is no $(PYTHON) here: try make PYTHON=python3.12" >&2; exit 1; }
 	@$(PYTHON) -c '$(VERSION_CHECK)' || { \
 	  echo "fsm needs Python 3.11 to 3.14, and $(PYTHON) is $$($(PYTHON) --version): try make PYTHON=python3.12" >&2; exit 1; }
-	@rm -f $(RUN) $(DEV) $(DOC)
+	@rm -f $(RUN) $(DEV) $(DOC) $(COV)
 	$(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); exit 1; }
 
 $(RUN): pyproject.toml | $(BIN)/python
@@ -69,6 +80,10 @@ $(RUN): pyproject.toml | $(BIN)/python
 
 $(DEV): pyproject.toml | $(BIN)/python
 	$(call install,.[test$(comma)dev])
+	@touch $(RUN) $@
+
+$(COV): pyproject.toml | $(BIN)/python
+	$(call install,.[test$(comma)coverage])
 	@touch $(RUN) $@
 
 $(DOC): pyproject.toml | $(BIN)/python

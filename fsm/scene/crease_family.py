@@ -181,6 +181,8 @@ def read_family(file: Path, path: str = "crease.file") -> CreaseFamily:
         raise CaseError(Fault(path, what)) from None
     if not curves or not all(_sound(curve) for curve in curves):
         raise CaseError(Fault(path, f"{file} has no curve, or one that is broken; make it anew with `fsm calibrate crease`"))
+    if family.relaxation is not None and not _possible(family.relaxation):
+        raise CaseError(Fault(path, f"{file} holds a relaxation that cannot be; make it anew with `fsm calibrate crease`"))
     return family
 
 
@@ -255,6 +257,10 @@ def _sound(curve: FamilyCurve) -> bool:
     angle = curve.angle
     same = all(array.shape == angle.shape and np.isfinite(array).all() for array in arrays)
     return angle.ndim == 1 and len(angle) >= 2 and bool(np.isfinite(angle).all() and np.all(np.diff(angle) > 0)) and same
+
+
+def _possible(law: Relaxation) -> bool:
+    return all(map(math.isfinite, astuple(law))) and law.tau > 0.0 and law.longest >= 0.0
 
 
 def _choice_faults(measured: Sequence[float | None], wanted: float | None, path: str) -> list[Fault]:

@@ -1,0 +1,123 @@
+"""Files that are broken on purpose: atheris changes them so that they reach code that none reached before.
+
+`run_guided` starts a process for every reader, since libFuzzer ends the one it runs in; that process is this module.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+if __name__ != "__main__":
+    from validation.fuzz.seeds import Seeds, seeds
+
+__all__ = ["GUIDED", "run_guided"]
+
+INSTRUMENTED = ["fsm.scene", "fsm.calibrate", "fsm.results", "fsm.guarded", "fsm.describe", "tomllib", "csv", "json"]
+"""Whose branches count; not of what holds kernels: what is compiled must not be touched."""
+MEMORY, PATIENCE = 4096, 30
+"""MB that the process may take, compiler included, and seconds for a file."""
+
+
+@dataclass(frozen=True)
+class Guided:
+    """What a reader is given.
+
+    Attributes
+    ----------
+    name : of the file that is changed
+    whole : seeds -> files to begin with
+    beside : seeds -> files that lie beside it, by name
+    read : name of the file that the reader opens, where it is another one
+    """
+
+    name: str
+    whole: Callable[[Seeds], list[bytes]]
+    beside: Callable[[Seeds], dict[str, bytes]] = lambda seeds: {}
+    read: str = ""
+
+
+def _csv(kind: str) -> Guided:
+    return Guided(f"{kind}.csv", lambda seeds: [text.encode() for text in seeds.csv[kind]])
+
+
+def _hdf5(name: str) -> Guided:
+    return Guided(f"{name}.h5", lambda seeds: seeds.hdf5[name])
+
+
+GUIDED: dict[str, Guided] = {
+    "case": Guided("case.toml", lambda seeds: [text.encode() for text in seeds.cases], lambda seeds: seeds.beside),
+    "table": Guided(
+        "table.csv",
+        lambda seeds: [text.encode() for text in seeds.tables[0][1]],
+        lambda seeds: {**seeds.beside, "case.toml": seeds.tables[0][0].encode()},
+    ),
+    "crease": _csv("crease"),
+    "relaxation": _csv("relaxation"),
+    "bending": _csv("bending"),
+    "study": Guided("study.toml", lambda seeds: [seeds.study.encode()]),
+    "family": Guided(
+        "crease.h5", lambda seeds: seeds.hdf5["crease"], lambda seeds: {"case.toml": seeds.with_family.encode()}, "case.toml"
+    ),
+    "result": _hdf5("result"),
+    "checkpoint": _hdf5("checkpoint"),
+}
+
+
+def run_guided(target: str, seconds: int, seed: int, keep: Path) -> tuple[int, int, str]:
+    """Give files to a reader for so long; (how many, how many branches they reached, what went wrong or nothing).
+
+    A file that shows a fault is kept in `keep`, and ends it.
+    """
+    given = GUIDED[target]
+    work = Path(tempfile.mkdtemp(prefix="fsm-fuzz-"))
+    try:
+        for name, files in (("corpus", dict(enumerate(given.whole(seeds())))), ("beside", given.beside(seeds()))):
+            (work / name).mkdir()
+            for key, data in files.items():
+                (work / name / str(key)).write_bytes(data)
+        keep.mkdir(parents=True, exist_ok=True)
+        longest = 2 * max(map(len, given.whole(seeds())))
+        options = [f"-max_total_time={seconds}", f"-seed={seed}", f"-timeout={PATIENCE}", f"-rss_limit_mb={MEMORY}"]
+        options += [f"-max_len={longest}", f"-artifact_prefix={keep}/{target}-", "-print_final_stats=1"]
+        command = [sys.executable, "-m", __name__, target, str(work), given.name, given.read or given.name]
+        done = subprocess.run([*command, *options, str(work / "corpus")], capture_output=True, text=True, errors="replace")
+    finally:
+        shutil.rmtree(work)
+    said = done.stdout + done.stderr
+    runs, reached = (re.findall(words, said) for words in (r"number_of_executed_units:\s*(\d+)", r"cov: (\d+)"))
+    wrong = "" if done.returncode == 0 else said[-3000:]
+    return int(runs[-1]) if runs else 0, int(reached[-1]) if reached else 0, wrong
+
+
+def _main() -> None:
+    """Let libFuzzer go: target, folder to work in, name of the file, name of what is read, options of libFuzzer."""
+    import atheris
+
+    with atheris.instrument_imports(include=INSTRUMENTED):
+        from fsm.errors import FsmError
+        from validation.fuzz.targets import TARGETS
+
+    target, work, name, opened = sys.argv[1:5]
+    folder = Path(work) / "files"
+
+    def give(data: bytes) -> None:
+        shutil.rmtree(folder, ignore_errors=True)
+        shutil.copytree(Path(work) / "beside", folder)
+        (folder / name).write_bytes(data)
+        with suppress(FsmError, OSError):  # in words; the command line tells of both in a line and ends with 2
+            TARGETS[target].read(folder / opened)
+
+    atheris.Setup([sys.argv[0], *sys.argv[5:]], give)
+    atheris.Fuzz()
+
+
+if __name__ == "__main__":
+    _main()
