@@ -2,7 +2,7 @@
 
     NUMBA_DISABLE_JIT=1 python -m pytest -p tests.pure_python tests
 
-leaves of every test function its first and its last set of parameters, of the files in `FILES`, without those in `TOO_SLOW`.
+leaves of every test function a few of its sets of parameters, of the files in `FILES`, without those in `TOO_SLOW`.
 """
 
 from __future__ import annotations
@@ -26,6 +26,9 @@ FILES = {
 }
 """Tests of kernels and of what calls them."""
 
+SETS = 4
+"""Of its parameters that a test function is run with, the first and the last among them."""
+
 MOST = 30.0
 """Seconds of processor time that a test may take, measurement included."""
 
@@ -48,7 +51,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         sets = list(group)
         path = Path(sets[0].path)
         wanted = f"{path.parent.name}/{path.name}" in files and _function(sets[0]) not in TOO_SLOW
-        chosen = [sets[0], *sets[1:][-1:]] if wanted else []
+        spread = {round(k * (len(sets) - 1) / (SETS - 1)) for k in range(SETS)}
+        chosen = [sets[k] for k in sorted(spread)] if wanted else []
         kept += chosen
         others += [item for item in sets if item not in chosen]
     items[:] = kept

@@ -18,15 +18,16 @@ __all__ = ["checksum", "is_marked_open", "unmarked"]
 
 SUPERBLOCK = struct.Struct("<8sBBBBQQQQ")
 """Signature, version (3), sizes (offsets, lengths), marks, base, extension, end, root; then a checksum."""
+CHECKSUM = struct.Struct("<I")
 
 
 def is_marked_open(path: Path) -> bool:
     """Whether a file says that it is open for writing; only HDF5 files like ours (superblock 3) say so."""
     with path.open("rb") as file:
-        head = file.read(SUPERBLOCK.size)
-    if len(head) < SUPERBLOCK.size:
+        head = file.read(SUPERBLOCK.size + CHECKSUM.size)
+    if len(head) < SUPERBLOCK.size + CHECKSUM.size:
         return False
-    signature, version, offsets, _, marks, *_ = SUPERBLOCK.unpack(head)
+    signature, version, offsets, _, marks, *_ = SUPERBLOCK.unpack_from(head)
     return bool(signature == SIGNATURE and version == 3 and offsets == 8 and marks)
 
 
@@ -36,7 +37,7 @@ def unmarked(path: Path) -> io.BytesIO:
     signature, version, offsets, lengths, _, base, extension, end, root = SUPERBLOCK.unpack_from(data)
     fields = (signature, version, offsets, lengths, 0, base, extension, max(end, len(data)), root)
     SUPERBLOCK.pack_into(data, 0, *fields)
-    struct.pack_into("<I", data, SUPERBLOCK.size, checksum(bytes(data[: SUPERBLOCK.size])))
+    CHECKSUM.pack_into(data, SUPERBLOCK.size, checksum(bytes(data[: SUPERBLOCK.size])))
     return io.BytesIO(data)
 
 

@@ -68,6 +68,19 @@ def test_a_dataset_larger_than_the_file_is_not_read(tmp_path: Path) -> None:
         read_checkpoint(file)
 
 
+@pytest.mark.parametrize("length", [9, 11, 12, 13, 43, 44, 47, 48, 100])
+def test_a_file_that_ends_in_its_first_block_is_refused(length: int, tmp_path: Path) -> None:
+    """It says that a program has it open; 44 bytes, then their checksum."""
+    whole = tmp_path / "whole.h5"
+    write_checkpoint(whole, {"q": np.zeros(3)}, {"case": "x"})
+    data = bytearray(whole.read_bytes()[:length])
+    data[8:12] = bytes([3, 8, 8, 255])[: len(data) - 8]
+    file = tmp_path / "checkpoint.h5"
+    file.write_bytes(data)
+    with pytest.raises(CaseError, match=r"checkpoint\.h5"):
+        read_checkpoint(file)
+
+
 def test_the_old_layout_without_checksums_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "result.h5"
     with h5py.File(file, "w") as old:
