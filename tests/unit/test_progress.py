@@ -1,0 +1,51 @@
+"""What is told of a run where there is no terminal, and where a function is told instead."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+import fsm.progress
+from fsm.progress import Progress
+
+
+class Compiler:
+    """Stands for `fsm.kernels.jit`."""
+
+    def __init__(self) -> None:
+        self.told: list[Callable[[str], None]] = []
+
+    def on_compile(self, callback: Callable[[str], None]) -> Callable[[], None]:
+        self.told.append(callback)
+        return lambda: self.told.remove(callback)
+
+    def kernel_names(self) -> tuple[str, ...]:
+        return tuple("abc")
+
+
+def test_lines_now_and_then_and_while_compiling(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    clock, jit = [0.0], Compiler()
+    monkeypatch.setattr(fsm.progress.time, "monotonic", lambda: clock[0])
+    with Progress(True, 4.0, "strip", jit) as bar:
+        for _ in range(11):
+            jit.told[0]("a")
+        for now in (1.0, 11.0, 12.0, 25.0):
+            clock[0] = now
+            bar.step(now / 10.0, int(now))
+    assert jit.told == []
+    assert capsys.readouterr().err.splitlines() == [
+        "strip: compiling kernels, once: 1 of at most 3",
+        "strip: compiling kernels, once: 11 of at most 3",
+        "strip: 28 %, 11 steps",
+        "strip: 62 %, 25 steps",
+    ]
+
+
+def test_a_function_gets_the_fraction_and_nothing_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
+    seen: list[float] = []
+    with Progress(seen.append, 2.0, "strip", Compiler()) as bar:
+        bar.step(0.5, 1)
+        bar.step(2.0, 3)
+    assert seen == [0.25, 1.0]
+    assert capsys.readouterr() == ("", "")
