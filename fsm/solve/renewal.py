@@ -18,7 +18,7 @@ State = dict[str, np.ndarray]
 
 _MOST, _FEWEST = 64, 4
 _WORK = 60_000
-"""Steps between renewal points times velocities: a second or two of work, also of a film of 10,000 (0.2 s a step at 5,600)."""
+"""Steps between renewal points times velocities: a second or two of work (a film of 5600 takes 0.2 s a step)."""
 
 
 def steps_between(nu: int) -> int:
