@@ -66,9 +66,12 @@ class Estimate:
         """Lower and upper bound of every parameter at a level of confidence, (n, 2)."""
         reach = self.quantile(level) * self.standard_error
         plain = np.column_stack([self.values - reach, self.values + reach])
-        factor = np.exp(reach / np.where(self.values > 0.0, self.values, 1.0))
+        positive = np.isin(self.names, self.positive)
+        # others may be next to nothing, and their reach a power of it
+        ratio = np.where(positive, reach, 0.0) / np.where(self.values > 0.0, self.values, 1.0)
+        factor = np.exp(ratio)
         around = np.column_stack([self.values / factor, self.values * factor])
-        return np.where(np.isin(self.names, self.positive)[:, None], around, plain)
+        return np.where(positive[:, None], around, plain)
 
     def quantile(self, level: float = 0.95) -> float:
         """Standard errors that a two-sided interval reaches to: Student's t, or the normal law where the scale is known."""

@@ -30,6 +30,13 @@ def test_covariance_of_a_straight_line_is_the_textbook_one() -> None:
     assert estimate.correlation[0, 1] == pytest.approx(exact[0, 1] / np.sqrt(exact[0, 0] * exact[1, 1]))
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_parameter_next_to_nothing_has_its_interval() -> None:
+    estimate = Estimate(("zero", "size"), np.array([1e-17, 2.0]), np.diag([1.0, 0.04]), positive=("size",))
+    wanted = [[-1.959964, 1.959964], [2.0 * np.exp(-0.1959964), 2.0 * np.exp(0.1959964)]]
+    np.testing.assert_allclose(estimate.interval(), wanted, rtol=1e-6)
+
+
 @pytest.mark.parametrize("scale", [None, 0.1])
 def test_intervals_cover_the_truth_as_often_as_they_say(scale: float | None) -> None:
     inside = np.zeros(2)
