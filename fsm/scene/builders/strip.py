@@ -62,12 +62,20 @@ class _StripBuilder:
         self.case, self.strip, self.material, self.crease = case, strip, material, crease
         self.held = set(strip.held if strip.held is not None else (1, strip.panels))
         self.area = strip.width * strip.thickness
-        self.bending = material.young * strip.width * strip.thickness**3 / 12
+        try:
+            self.bending = material.young * strip.width * strip.thickness**3 / 12
+        except OverflowError:  # a power of Python raises where a product is infinite
+            self.bending = math.inf
         if material.plate:
             self.bending /= 1 - material.poisson**2
         if not 0.0 < self.bending < math.inf:
             text = f"bending stiffness E w t^3/12 is {self.bending:g} N m^2; check young, width and thickness"
             raise CaseError(Fault("strip.thickness", text))
+        largest = max(strip.length, strip.width)
+        inertia = material.density * self.area * strip.length * largest * largest / 6
+        if not 0.0 < inertia < math.inf:
+            text = f"the strip has a moment of inertia of {inertia:g} kg m^2; check length, width, thickness and density"
+            raise CaseError(Fault("strip.length", text))
         self.sideways = material.young * strip.thickness * strip.width**3 / 12
         self.shear = material.young / (2 * (1 + material.poisson))
         self.panel_length = strip.length / strip.panels
