@@ -139,7 +139,7 @@ def _limited(limit: float) -> Iterator[None]:
         signal.setitimer(signal.ITIMER_PROF, max(0.5, more))
 
     before = signal.signal(signal.SIGPROF, over)
-    faulthandler.dump_traceback_later(max(120.0, 10.0 * limit), exit=True)
+    faulthandler.dump_traceback_later(max(600.0, 10.0 * limit), exit=True)
     signal.setitimer(signal.ITIMER_PROF, limit)
     try:
         yield
