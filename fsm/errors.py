@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 __all__ = [
     "CannotWrite", "CaseError", "EnergyAbort", "ExpectationFailed", "Fault", "FsmError", "NotConverged", "is_interrupt",
+    "raised_by_signal",
 ]  # fmt: skip
 
 
@@ -81,11 +82,15 @@ class ExpectationFailed(FsmError):
 
 
 def is_interrupt(error: BaseException) -> bool:
-    """Whether somebody pressed Ctrl-C: each call from a compiled kernel wraps it in one more SystemError."""
-    found: BaseException | None = error
-    while isinstance(found, SystemError):
-        found = found.__cause__
-    return isinstance(found, KeyboardInterrupt)
+    """Whether somebody pressed Ctrl-C."""
+    return isinstance(raised_by_signal(error), KeyboardInterrupt)
+
+
+def raised_by_signal(error: BaseException) -> BaseException:
+    """What a signal's handler raised: each call of a compiled kernel that it passes through makes a SystemError of it."""
+    while isinstance(error, SystemError) and error.__cause__ is not None:
+        error = error.__cause__
+    return error
 
 
 class EnergyAbort(FsmError):

@@ -16,7 +16,7 @@ from types import FrameType
 from typing import Any
 
 from fsm.analyses.choose import analysis_of
-from fsm.errors import CaseError, FsmError
+from fsm.errors import CaseError, FsmError, raised_by_signal
 from fsm.kernels import jit
 from fsm.recorder import RecordedSolve
 from fsm.results.solution import Solution
@@ -83,13 +83,18 @@ def attempt(tables: dict[str, Any], limit: float, name: str = "scene", whole: bo
             found.end, found.what = "refused", str(error)
         except FsmError as error:
             found.end, found.what = "failed", str(error)
-        except _TimeUp:
-            found.end = "cut off" if steps[-1] - begun > 0.5 * limit else "hang"
-            found.what = f"{limit:.3g} s are over, the last step was taken at {steps[-1] - begun:.1f} s"
-        except Exception as error:
+        except (_TimeUp, Exception) as error:
+            if isinstance(raised_by_signal(error), _TimeUp):
+                found.end = "cut off" if steps[-1] - begun > 0.5 * limit else "hang"
+                found.what = f"{limit:.3g} s are over, the last step was taken at {steps[-1] - begun:.1f} s"
+                return _closed(found, caught, begun)
             place = traceback.extract_tb(error.__traceback__)
             where = [f"{Path(frame.filename).name}:{frame.lineno}" for frame in place if "/fsm/" in frame.filename]
             found.end, found.what = "trace", f"{type(error).__name__}: {error} ({' < '.join(where[-3:][::-1])})"
+    return _closed(found, caught, begun)
+
+
+def _closed(found: Attempt, caught: list[python_warnings.WarningMessage], begun: float) -> Attempt:
     found.warned = sorted({f"{item.category.__name__}: {item.message}" for item in caught})
     found.cpu = time.process_time() - begun
     return found
@@ -134,9 +139,10 @@ def _limited(limit: float) -> Iterator[None]:
     def over(number: int, frame: FrameType | None) -> None:
         nonlocal granted
         more, granted = jit.compile_time() - granted, jit.compile_time()
+        # once more if this one is lost: what is raised while an object is finalised goes nowhere
+        signal.setitimer(signal.ITIMER_PROF, max(0.5, more))
         if not more and not _compiling(frame):
             raise _TimeUp
-        signal.setitimer(signal.ITIMER_PROF, max(0.5, more))
 
     before = signal.signal(signal.SIGPROF, over)
     faulthandler.dump_traceback_later(max(600.0, 10.0 * limit), exit=True)
