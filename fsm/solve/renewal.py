@@ -16,7 +16,8 @@ __all__ = ["State", "observation_from", "observation_state", "steps_between"]
 State = dict[str, np.ndarray]
 """What a solve goes on with besides time, q and u, by name."""
 
-_MOST, _FEWEST = 64, 4
+_MOST, _FEWEST = 64, 8
+"""Fewer would cost: a tangent and its factors are what one to two steps of an array of 300 units take."""
 _WORK = 60_000
 """Steps between renewal points times velocities: a second or two of work (a film of 5600 takes 0.2 s a step)."""
 

@@ -104,4 +104,4 @@ def test_with_creases_that_remember(method: str, spatial: bool, monkeypatch: pyt
 
 
 def test_renewal_points_are_a_matter_of_the_size() -> None:
-    assert [steps_between(nu) for nu in (0, 6, 1000, 1500, 6000, 10**6)] == [64, 64, 60, 40, 10, 4]
+    assert [steps_between(nu) for nu in (0, 6, 1000, 1500, 6000, 10**6)] == [64, 64, 60, 40, 10, 8]

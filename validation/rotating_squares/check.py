@@ -43,7 +43,7 @@ REFERENCE = {
 GRADIENTS = {
     "material.young": 1e-3,
     "crease.stiffness": 1e-3,
-    "contact.stiffness": 0.02,
+    "contact.stiffness": 0.01,
     "material.damping": 0.1,
     "strip.thickness": 1e-3,
     "strip.width": 1e-3,
