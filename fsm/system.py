@@ -7,7 +7,7 @@ one of unit norm a body), u velocities (inertial axes) and body rates; increment
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 from scipy import sparse
@@ -15,8 +15,8 @@ from scipy import sparse
 from fsm.blocks import BlockMatrix, BlockPattern
 
 __all__ = [
-    "Before", "DriveState", "Energy", "Linearised", "MixedSystem", "Objection", "Observation", "PairState", "Scales",
-    "System",
+    "Before", "Depths", "DriveState", "Energy", "Linearised", "MixedSystem", "Objection", "Observation", "PairState",
+    "Scales", "System",
 ]  # fmt: skip
 
 
@@ -357,6 +357,10 @@ class System(Protocol):
         ...
 
 
+Depths: TypeAlias = Any
+"""Depths that contacts are linearised at; nobody but the system looks into them."""
+
+
 @runtime_checkable
 class MixedSystem(Protocol):
     """A system of stiff springs that lets Newton's method for statics take their efforts as unknowns beside q.
@@ -364,7 +368,8 @@ class MixedSystem(Protocol):
     With efforts e = k (m(q) - x0) as equations of their own, Newton's matrix has the geometric stiffness of e as it is
     advanced from one iteration to the next, to first order, instead of that of k (m(q) - x0): a position that is slightly
     off strains a stiff spring out of all proportion, and the stiffness of such efforts means nothing. All else, and the
-    equilibria, are the same (Magisano, Leonetti, Garcea 2017).
+    equilibria, are the same (Magisano, Leonetti, Garcea 2017). Contacts, whose law is not linear, are linearised at depths
+    that are advanced in the same way, and are held closed until they would pull.
     """
 
     def efforts(
@@ -374,7 +379,23 @@ class MixedSystem(Protocol):
         ...
 
     def linearise_mixed(
-        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None, efforts: np.ndarray
+        self,
+        t: float,
+        q: np.ndarray,
+        u: np.ndarray | None,
+        before: Before | None,
+        efforts: np.ndarray,
+        depths: Depths,
     ) -> Linearised:
-        """As `System.linearise`, the geometric stiffness of the springs that of the given efforts."""
+        """As `System.linearise`, the geometric stiffness of the springs that of the given efforts, contacts at depths."""
+        ...
+
+    def depths(self, most: float) -> Depths:
+        """Of all contacts, as they were when the last step was accepted; new ones no deeper than `most` (N) presses them."""
+        ...
+
+    def advance_depths(
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None, dx: np.ndarray, depths: Depths
+    ) -> Depths:
+        """As they are after an increment, the forces to first order; other arguments those of `linearise_mixed`."""
         ...

@@ -11,8 +11,9 @@ from fsm.scene.scene import Body, Scene
 from fsm.segments.compile_shapes import compile_shapes
 from fsm.segments.compile_surfaces import compile_surfaces
 from fsm.segments.contact_geometry import ContactGeometry
-from fsm.segments.contacts import ContactGroup, NormalForce
+from fsm.segments.contacts import ContactGroup
 from fsm.segments.friction_force import FrictionForce
+from fsm.segments.normal_force import NormalForce
 
 __all__ = ["compile_contacts"]
 

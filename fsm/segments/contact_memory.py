@@ -19,6 +19,8 @@ class Remembered(NamedTuple):
     onset : (k,) array, m/s
         Closing speed at which each contact began.
     began : (k,) array, s
+    depth : (k,) array, m
+        How deep it was.
     deflection : (k, slips) array, m
         Of the bristles.
     """
@@ -26,12 +28,13 @@ class Remembered(NamedTuple):
     key: np.ndarray
     onset: np.ndarray
     began: np.ndarray
+    depth: np.ndarray
     deflection: np.ndarray
 
     @classmethod
     def nothing(cls, slips: int) -> Remembered:
         """Of no slot."""
-        return cls(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0), np.zeros((0, slips)))
+        return cls(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0), np.zeros(0), np.zeros((0, slips)))
 
     def ordered(self) -> Remembered:
         """The same with ascending keys, as `of` needs it."""
@@ -45,9 +48,9 @@ class Remembered(NamedTuple):
         place = np.searchsorted(self.key, keys)
         known = place < len(self.key)
         known[known] = self.key[place[known]] == keys[known]
-        found = Remembered(
-            keys, np.zeros(len(keys)), np.zeros(len(keys)), np.zeros((len(keys), self.deflection.shape[1]))
-        )
+        count = len(keys)
+        nothing = np.zeros(count), np.zeros(count), np.zeros(count), np.zeros((count, self.deflection.shape[1]))
+        found = Remembered(keys, *nothing)
         for values, own in zip(found[1:], self[1:], strict=True):
             values[known] = own[place[known]]
         return found
@@ -60,5 +63,7 @@ class Remembered(NamedTuple):
     def from_flat(cls, flat: np.ndarray, slips: int) -> tuple[Remembered, np.ndarray]:
         """What `flat` gave, and what comes after it."""
         count = int(flat[0])
-        key, onset, began, deflection, rest = np.split(flat[1:].copy(), np.cumsum([count] * 3 + [count * slips]))
-        return cls(key.astype(np.int64), onset, began, deflection.reshape(count, slips)), rest
+        key, onset, began, depth, deflection, rest = np.split(
+            flat[1:].copy(), np.cumsum([count] * 4 + [count * slips])
+        )
+        return cls(key.astype(np.int64), onset, began, depth, deflection.reshape(count, slips)), rest

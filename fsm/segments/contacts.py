@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -22,52 +21,36 @@ from fsm.interactions.pair_sums import (
 )
 from fsm.kernels.place import pose_difference
 from fsm.kernels.scatter import scatter_efforts
-from fsm.laws.normal import NormalLaw
 from fsm.segments.contact_geometry import ContactForces, ContactGeometry, Measured, Tapered, Touching
 from fsm.segments.contact_memory import Remembered
 from fsm.segments.friction_force import FrictionForce, Pull
 from fsm.segments.group import Past
+from fsm.segments.impacts import Impacts
+from fsm.segments.normal_force import NormalForce
 from fsm.segments.pattern import BodyPattern
+from fsm.segments.pressed import Pressed
 from fsm.system import PairState
 
-__all__ = ["ContactGroup", "NormalForce"]
+__all__ = ["ContactGroup"]
 
-_STEPS = 90
-"""Steps that an impact takes at least."""
-_FIRST = 0.006
-"""Length of the step in which an impact begins, over that of the impact, counted from its beginning."""
-_BEFORE = 0.003
-"""The step before ends so long before it, over its length."""
-_JOLT = 3e-4
-"""Change of speed by an impact in the step in which it begins, over its speed, that is too much."""
-_HEAVY = 0.1
-"""Energy of an impact of a loose body that is resolved with any law, over all kinetic energy."""
-_LASTING = 10.0
-"""Time after which a contact rests, over the length of its impact without damping."""
 _PRESLIDING = 1e-6
 """Part of the way that bristles bend by before they give way, to which positions have to be solved for."""
-_IMPACT = 3.0
-"""Closing speed from which on a contact is an impact, over the floor of speeds of its law."""
-
-
-class NormalForce(NamedTuple):
-    """A normal law with its parameters; `exponent` and `speed_floor` (m/s) are those of `fsm.scene.contact.Contact`."""
-
-    law: NormalLaw
-    params: np.ndarray
-    exponent: float
-    speed_floor: float
 
 
 @dataclass
 class _Found:
-    """Contacts of one state, with forces; `sums` of every pair, once they were asked for."""
+    """Contacts of one state, with forces; `sums` of every pair, once they were asked for.
+
+    `at` are the depths that the law is taken at, `acting` the normal forces: those of the law, linearised at `at`.
+    """
 
     touching: Touching
     key: np.ndarray
     depth: np.ndarray
     share: np.ndarray
     measured: Measured
+    at: np.ndarray
+    acting: np.ndarray
     forces: ContactForces
     deflection: np.ndarray
     by_way: np.ndarray | None
@@ -104,7 +87,8 @@ class ContactGroup:
         n_pairs: int,
     ) -> None:
         self.geometry, self.normal, self.friction = geometry, normal, friction
-        self.mobility, self.loose, self.n_pairs = mobility, loose, n_pairs
+        self.n_pairs = n_pairs
+        self.impacts = Impacts(geometry, normal, mobility, loose)
         self.evaluations = 0
         self._not_counted = 0
         self._kept = Remembered.nothing(geometry.slips)
@@ -112,7 +96,7 @@ class ContactGroup:
         self._poses: np.ndarray | None = None
         self._rates = np.zeros((0, 0))
         self._stiff = np.zeros(0, dtype=np.int64)
-        self._last: tuple[np.ndarray, np.ndarray, int, _Found | None] | None = None
+        self._last: tuple[np.ndarray, np.ndarray, int, Pressed | None, _Found | None] | None = None
         self._known: dict[float, tuple[np.ndarray, int, Touching]] = {}
 
     @property
@@ -122,18 +106,23 @@ class ContactGroup:
 
     # forces ---------------------------------------------------------------------------------------------------------
 
-    def _contacts(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None) -> _Found | None:
+    def _contacts(
+        self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None, pressed: Pressed | None = None
+    ) -> _Found | None:
         """Contacts of a state; asked for the very same arrays again (force, then energy), those of the last time."""
         _, version = self.geometry.pairs(poses)
         last = self._last
-        if last is None or last[0] is not poses or last[1] is not rates or last[2] != version:
-            last = self._last = (poses, rates, version, self._find(t, poses, rates, past))
-        return last[3]
+        same = last is not None and last[0] is poses and last[1] is rates and last[2] == version
+        if last is None or not same or last[3] is not pressed:
+            last = self._last = (poses, rates, version, pressed, self._find(t, poses, rates, past, pressed))
+        return last[4]
 
-    def _find(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None) -> _Found | None:
+    def _find(
+        self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None, pressed: Pressed | None
+    ) -> _Found | None:
         geometry = self.geometry
         self.evaluations += 1
-        touching = self._touching(poses, 0.0)
+        touching = self._touching(poses, 0.0) if pressed is None else self._held_closed(poses, pressed)
         slot = touching.slot
         if not len(slot):
             return None
@@ -142,9 +131,13 @@ class ContactGroup:
         if measured.tapered is not None:
             share[measured.tapered.rows] *= measured.tapered.part
         kept = self._kept_of(touching)
-        normal, slopes = self.normal.law.force(
-            depth, -measured.rate[:, 0], kept.onset, share, self.normal.params
-        )
+        closing, at = -measured.rate[:, 0], depth
+        if pressed is not None:
+            at = pressed.at(kept.key, depth, closing, kept.onset, share, self.normal)
+            if measured.tapered is not None:  # what counts in part, over an end, is taken as deep as it is
+                at[measured.tapered.rows] = depth[measured.tapered.rows]
+        normal, slopes = self.normal.law.force(at, closing, kept.onset, share, self.normal.params)
+        acting = normal if pressed is None else normal + slopes[:, 0] * (depth - at)
         pull, by_way = self._pull(t, poses, past, measured, slip, normal, kept.deflection)
         forces = ContactForces(
             normal,
@@ -155,7 +148,25 @@ class ContactGroup:
             pull.by_normal,
             self.friction is not None,
         )
-        return _Found(touching, kept.key, depth, share, measured, forces, pull.deflection, by_way, pull.by_turn)
+        return _Found(
+            touching, kept.key, depth, share, measured, at, acting, forces, pull.deflection, by_way, pull.by_turn
+        )
+
+    def pressed(self, most: float) -> Pressed:
+        """Depths when the last step was accepted, see `Pressed`."""
+        return Pressed(self._kept.key, self._kept.depth, most)
+
+    def press(
+        self, t: float, poses: np.ndarray, rates: np.ndarray, change: np.ndarray, past: Past | None, pressed: Pressed
+    ) -> Pressed:
+        """Depths after a change (n_bodies, 3 or 6) of the poses, see `Pressed.advanced`."""
+        found = self._contacts(t, poses, rates, past, pressed)
+        if found is None:
+            return Pressed(pressed.key[:0], pressed.depth[:0], pressed.most)
+        per_second = 0.0 if past is None else 1.0 / past.duration
+        return pressed.advanced(
+            found.key, found.measured, found.at, found.acting, found.forces, change, per_second, self.normal.exponent
+        )
 
     def _pull(
         self,
@@ -193,6 +204,17 @@ class ContactGroup:
             known = self._known[below] = poses, version, self.geometry.find(poses, below)
         return known[2]
 
+    def _held_closed(self, poses: np.ndarray, pressed: Pressed) -> Touching:
+        """What touches, and what is to go on touching although the iterations have opened it by a little."""
+        touching = self._touching(poses, 0.0)
+        key = self.geometry.keys(touching.slot)
+        same = len(key) == len(pressed.key) and bool((key == pressed.key).all())
+        if same or np.isin(pressed.key, key).all():
+            return touching
+        near = self._touching(poses, self.geometry.margin)
+        kept = (near.gap < 0.0) | np.isin(self.geometry.keys(near.slot), pressed.key)
+        return Touching(near.slot[kept], near.gap[kept], tuple(values[kept] for values in near.at))
+
     def _kept_of(self, touching: Touching) -> Remembered:
         """What is remembered of contacts."""
         return self._kept.of(self.geometry.keys(touching.slot))
@@ -228,9 +250,10 @@ class ContactGroup:
         stiffness: np.ndarray,
         damping: np.ndarray,
         past: Past | None = None,
+        pressed: Pressed | None = None,
     ) -> None:
-        """See `Group`."""
-        found = self._contacts(t, poses, rates, past)
+        """See `Group`; with `pressed`, the law of the normal force linearised at those depths."""
+        found = self._contacts(t, poses, rates, past, pressed)
         self._stiff = self._pushing(found)
         if found is None:
             return
@@ -247,9 +270,12 @@ class ContactGroup:
 
     def _scatter(self, found: _Found, force: np.ndarray) -> None:
         measured, tapered = found.measured, found.measured.tapered
-        effort = -found.forces.normal[:, None]
+        effort = -found.acting[:, None]
         if found.forces.friction:
-            effort = np.concatenate([effort, found.forces.effort], axis=1)
+            pull = found.forces.effort
+            if found.acting is not found.forces.normal:
+                pull = pull + found.forces.by_normal * (found.acting - found.forces.normal)[:, None]
+            effort = np.concatenate([effort, pull], axis=1)
         scatter_efforts(measured.bodies, measured.gradient, effort, len(effort), force)
         if tapered is not None:  # the overlap as such pushes
             rows = tapered.rows
@@ -266,18 +292,13 @@ class ContactGroup:
         normal, _ = law.force(depth, -found.measured.rate[rows, 0], onset, whole, params)
         add_taper_tangent(
             found.measured.bodies, found.measured.gradient, rows, tapered.gradient, tapered.hessian,
-            law.energy(depth, whole, params), self._elastic(depth, whole), normal, found.forces.by_normal,
+            law.energy(depth, whole, params), self.normal.elastic(depth, whole), normal, found.forces.by_normal,
             *pattern.index, stiffness,
         )  # fmt: skip
 
-    def _elastic(self, depth: np.ndarray, share: np.ndarray) -> np.ndarray:
-        """Normal forces of contacts at rest, N."""
-        force, _ = self.normal.law.force(depth, np.zeros_like(depth), np.ones_like(depth), share, self.normal.params)
-        return np.asarray(force)
-
     def parted(self) -> bool:
         """Whether contacts that pushed where the tangents were taken last do not at the state looked at last."""
-        found = None if self._last is None else self._last[3]
+        found = None if self._last is None else self._last[4]
         return not np.isin(self._stiff, self._pushing(found)).all()
 
     def _pushing(self, found: _Found | None) -> np.ndarray:
@@ -310,7 +331,7 @@ class ContactGroup:
         """Sums over the contacts of every pair, (6, n_pairs), see `sums_of_pairs`."""
         if found.sums is None:
             geometry, forces, slot = self.geometry, found.forces, found.touching.slot
-            part, elastic = found.share / geometry.share[slot], self._elastic(found.depth, found.share)
+            part, elastic = found.share / geometry.share[slot], self.normal.elastic(found.depth, found.share)
             found.sums = sums_of_pairs(
                 geometry.pair, slot, geometry.area, part, forces.normal, elastic, found.measured.rate, forces.effort,
                 self.n_pairs,
@@ -361,7 +382,7 @@ class ContactGroup:
             if self._poses is not None and self.geometry.slips == 3 and self.friction is not None:
                 deflection = carried(deflection, self._poses, poses, found.measured.bodies[:, 0])
             began = np.where(before.onset == 0.0, t, before.began)
-            kept = Remembered(found.key, np.maximum(before.onset, closing), began, deflection).ordered()
+            kept = Remembered(found.key, np.maximum(before.onset, closing), began, found.depth, deflection).ordered()
         self._kept = kept
         self._time, self._poses, self._rates = t, poses, rates
         self.geometry.commit(poses)
@@ -386,7 +407,7 @@ class ContactGroup:
             return
         self._time = float(memory[0])
         self._kept, rest = Remembered.from_flat(memory[1:], self.geometry.slips)
-        bodies, size = self.mobility.shape
+        bodies, size = self.impacts.mobility.shape
         width = 3 if size == 3 else 7
         poses, rates, of_geometry = np.split(rest, np.cumsum([bodies * width, bodies * size]))
         self._poses, self._rates = poses.reshape(bodies, width), rates.reshape(bodies, size)
@@ -412,85 +433,23 @@ class ContactGroup:
         return np.inf if self.friction is None else _PRESLIDING * self.friction.presliding
 
     def late(self, t: float, poses: np.ndarray, rates: np.ndarray, step: float) -> float:
-        """Part of a step that ends before its impacts begin; 1 if they begin gently, or none does.
-
-        A law of restitution needs to know the speed with which an impact begins, and a long step blurs it.
-        """
-        if self._poses is None or not self.resolves:
-            return 1.0
-        found = self._contacts(t, poses, rates, None)
+        """Part of a step that ends before its impacts begin, see `Impacts`."""
+        found = self._contacts(t, poses, rates, None) if self._poses is not None and self.resolves else None
         if found is None:
             return 1.0
-        slot, measured = found.touching.slot, found.measured
-        before = self._rates[measured.bodies].reshape(len(slot), -1)
-        start, end = -(measured.gradient[:, 0] * before).sum(axis=1), -measured.rate[:, 0]
-        mass = self._mass(measured)
-        normal = found.forces.normal
-        # what parts without a force at the end of the step has had all of its impact within it
-        jolt = np.where(normal > 0.0, normal * step / mass, start - end)
-        speed = np.maximum(start, end + jolt)  # the second is about that of a step without the contact
-        counts = self._counts(measured.bodies, mass, speed, self._rates)
-        new = (self._kept.of(found.key).onset == 0.0) & counts & (jolt > _JOLT * speed)
-        if not new.any():
-            return 1.0
-        start, end, jolt, speed = start[new], end[new], jolt[new], speed[new]
-        # the way that was closed, by the speeds at both ends, tells how wide the gap was
-        gap = np.maximum(0.0, 0.5 * (start + end) * step - found.depth[new])
-        slowing = np.sqrt(np.maximum(0.0, start**2 + 2.0 * gap * (end + jolt - start) / step))
-        begins = 2.0 * gap / np.maximum(start + slowing, 1e-300)
-        lasts = self._lasts(mass[new], speed, self.geometry.share[slot][new])
-        return float(np.clip((begins - _BEFORE * lasts).min() / step, 0.05, 0.9))
+        new = self._kept.of(found.key).onset == 0.0
+        return self.impacts.late(found.touching, found.measured, found.forces.normal, new, self._rates, step)
 
     def longest_step(self, t: float, poses: np.ndarray, rates: np.ndarray) -> float:
         """Longest step that resolves the impacts that go on or are about to begin, s."""
         near = self._touching(poses, self.geometry.margin) if self.resolves else None
         if near is None or not len(near.slot):
             return np.inf
-        measured = self.geometry.measure(poses, rates, near)
-        kept, closing = self._kept_of(near), -measured.rate[:, 0]
-        onset = kept.onset
-        begun = onset > 0.0
-        speed = np.where(begun, onset, closing)
-        mass = self._mass(measured)
-        counts = self._counts(measured.bodies, mass, speed, rates)
-        if not counts.any():
-            return np.inf
-        mass, share = mass[counts], self.geometry.share[near.slot][counts]
-        lasts, begun = self._lasts(mass, speed[counts], share), begun[counts]
-        begins = np.maximum(near.gap[counts], 0.0) / speed[counts]
-        before = np.where(begins > 2.0 * _BEFORE * lasts, begins - _BEFORE * lasts, begins + _FIRST * lasts)
-        rests = begun & (t - kept.began[counts] > _LASTING * lasts)
-        return float(np.where(rests, np.inf, np.where(begun, lasts / _STEPS, before)).min())
+        return self.impacts.longest_step(
+            t, near, self.geometry.measure(poses, rates, near), self._kept_of(near), rates
+        )
 
     @property
     def resolves(self) -> bool:
         """Whether steps have to resolve impacts of this group."""
-        return self.normal.law.restitution or bool(self.loose.any())
-
-    def _counts(self, bodies: np.ndarray, mass: np.ndarray, speed: np.ndarray, rates: np.ndarray) -> np.ndarray:
-        """Which contacts are impacts that steps have to resolve.
-
-        All that are fast enough, if the law promises a restitution; else those of loose bodies with a good part of all the
-        kinetic energy. Segments that others hold give way as soon as they are hit.
-        """
-        fast = speed > _IMPACT * self.normal.speed_floor
-        if self.normal.law.restitution:
-            return fast
-        fast &= self.loose[bodies].any(axis=1)
-        if not fast.any():
-            return fast
-        moving = self.mobility > 0.0
-        kinetic = 0.5 * float((rates[moving] ** 2 / self.mobility[moving]).sum())
-        return np.asarray(fast & (0.5 * mass * speed**2 > _HEAVY * kinetic))
-
-    def _lasts(self, mass: np.ndarray, speed: np.ndarray, share: np.ndarray) -> np.ndarray:
-        """How long impacts last without their damping, s: 2.94 (Hertz) or 3.14 (linear) depths over the speed, about."""
-        one = self.normal.law.energy(np.ones_like(speed), share, self.normal.params)
-        deepest = (0.5 * mass * speed**2 / one) ** (1.0 / (1.0 + self.normal.exponent))
-        return np.asarray(3.0 * deepest / speed)
-
-    def _mass(self, measured: Measured) -> np.ndarray:
-        """What moves along the gap of each contact, as if nothing else held it, kg."""
-        mobility = self.mobility[measured.bodies].reshape(len(measured.bodies), -1)
-        flexible = (measured.gradient[:, 0] ** 2 * mobility).sum(axis=1)
-        return np.asarray(1.0 / np.maximum(flexible, 1e-300))
+        return self.impacts.resolved

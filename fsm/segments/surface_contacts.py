@@ -275,12 +275,12 @@ class SurfaceContacts:
         self._nearest_of_all[:] = -1
 
     def crossed(self, poses: np.ndarray) -> tuple[int, ...]:
-        """See `ContactGeometry`: pairs with a probe deeper than its limit.
+        """See `ContactGeometry`: pairs with a probe deeper than its limit, or through without having been seen.
 
         No deeper, though, than it can have come since the last commit: where a surface is bent to a loop, its nearest piece
         may be on one side of the probe now and on the other then, far away both times.
         """
-        side, motion, deepest = self.side, 0.0, np.inf
+        side, limit, motion, deepest = self.side, self.probes.depth_limit, 0.0, np.inf
         if self._committed is not None:
             motion = self._motion(self._committed, poses)
             deepest = 2.0 * motion + 0.5 * self.margin  # heights are known to a part of a segment
@@ -288,10 +288,11 @@ class SurfaceContacts:
                 motion = 0.0  # what has a side cannot have come out of reach
             if motion > 0.5 * self.margin:  # what was too far away to be on a side may be through by now
                 before = self._heights(self._committed, 2.0 * motion)
-                side = np.where((side == 0.0) & np.isfinite(before), _side_of(before), side)
+                unseen = (side == 0.0) & np.isfinite(before)
+                side = np.where(unseen, _side_of(before), side)
+                limit = np.where(unseen, 0.0, limit)  # without a side it was not held, however little it is through
         height = self._heights(poses, 2.0 * motion)
         with np.errstate(invalid="ignore"):
-            limit = self.probes.depth_limit
             through = (side * height <= -limit) & (side * height >= -limit - deepest)
         return tuple(int(pair) for pair in np.unique(self.pair[through])) if through.any() else ()
 

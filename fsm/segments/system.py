@@ -32,6 +32,7 @@ from fsm.segments.group import Group, Past
 from fsm.segments.hysteresis import HysteresisGroup
 from fsm.segments.loads import LoadGroup
 from fsm.segments.pattern import BodyPattern, body_pattern
+from fsm.segments.pressed import Pressed
 from fsm.system import Before, DriveState, Energy, Linearised, Objection, Observation, Scales
 
 __all__ = ["SegmentSystem"]
@@ -234,37 +235,68 @@ class SegmentSystem(Configuration):
 
     def linearise(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Linearised:
         """See `System`."""
-        return self._linearised(t, q, u, before, None)
+        return self._linearised(t, q, u, before)
 
     def linearise_mixed(
-        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None, efforts: np.ndarray
+        self,
+        t: float,
+        q: np.ndarray,
+        u: np.ndarray | None,
+        before: Before | None,
+        efforts: np.ndarray,
+        depths: tuple[Pressed, ...],
     ) -> Linearised:
         """See `MixedSystem`."""
-        return self._linearised(t, q, u, before, efforts)
+        return self._linearised(t, q, u, before, efforts, depths)
+
+    def depths(self, most: float) -> tuple[Pressed, ...]:
+        """See `MixedSystem`."""
+        return tuple(group.pressed(most) for group in self.contacts)
+
+    def advance_depths(
+        self,
+        t: float,
+        q: np.ndarray,
+        u: np.ndarray | None,
+        before: Before | None,
+        dx: np.ndarray,
+        depths: tuple[Pressed, ...],
+    ) -> tuple[Pressed, ...]:
+        """See `MixedSystem`."""
+        if not depths:
+            return depths
+        poses, rates = self.place(t, q, u, before)
+        change, past = self._change(dx), self._past(t, before)
+        return tuple(
+            group.press(t, poses, rates, change, past, own) for group, own in zip(self.contacts, depths, strict=True)
+        )
 
     def efforts(
         self, t: float, q: np.ndarray, before: Before | None = None, dx: np.ndarray | None = None
     ) -> np.ndarray:
         """See `MixedSystem`."""
         poses, at_rest = self.place(t, q, None)
-        change = at_rest
-        if dx is not None:
-            change = np.zeros(at_rest.shape)
-            place_free(self.bodies.free, dx, False, change)
+        change = at_rest if dx is None else self._change(dx)
         past = self._past(t, before)
         parts = [group.efforts(poses, change, past) for group in self._springs]
         return parts[0].ravel() if len(parts) == 1 else np.concatenate([np.zeros(0), *(part.ravel() for part in parts)])
 
     def _linearised(
-        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None, efforts: np.ndarray | None
+        self,
+        t: float,
+        q: np.ndarray,
+        u: np.ndarray | None,
+        before: Before | None,
+        efforts: np.ndarray | None = None,
+        depths: tuple[Pressed, ...] | None = None,
     ) -> Linearised:
         poses, rates = self.place(t, q, u, before)
         past = self._past(t, before)
         pattern = self._current_pattern(poses)
         force, stiffness, damping = np.zeros(rates.shape), pattern.zeros(), pattern.zeros()
         sums = force, stiffness, damping
-        for contacts in self.contacts:
-            contacts.add_linearised(t, poses, rates, pattern, *sums, past)
+        for k, contacts in enumerate(self.contacts):
+            contacts.add_linearised(t, poses, rates, pattern, *sums, past, None if depths is None else depths[k])
         if self.spatial and u is not None:
             add_gyroscopic(rates, self.bodies.inertia, force)
             gyroscopic_damping(rates, self.bodies.inertia, *pattern.index, damping)
@@ -377,6 +409,12 @@ class SegmentSystem(Configuration):
         return max(gaps, default=(0.0, "none"))
 
     # inside ---------------------------------------------------------------------------------------------------------
+
+    def _change(self, dx: np.ndarray) -> np.ndarray:
+        """Increments (n_bodies, 3 or 6) of all bodies; those that are held or driven stay."""
+        change = np.zeros(self.at_rest.shape)
+        place_free(self.bodies.free, dx, False, change)
+        return change
 
     def _turned(self, q: np.ndarray, u: np.ndarray | None, before: Before | None) -> np.ndarray | None:
         """What velocities, as increments since the last state over the time, change by as bodies turn on; None: nothing."""

@@ -4,7 +4,8 @@ Inertia is dropped, rates are not: damping and friction keep their velocities, t
 time (implicit Euler). A system without damping and friction is solved at rest.
 
 The efforts of stiff springs are unknowns of their own where the system lets them (`fsm.system.MixedSystem`), beginning with
-predicted ones. On the pulled strip three iterations do then what six or more do without, over steps three times as long.
+predicted ones, and contacts are linearised at depths of their own. On the pulled strip three iterations do then what six or
+more do without, over steps three times as long.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from fsm.blocks import BlockMatrix
 from fsm.errors import NotConverged
 from fsm.kernels.vector import largest_ratio
 from fsm.solve.linear import LinearSolver
-from fsm.system import Before, Linearised, MixedSystem, System
+from fsm.system import Before, Depths, Linearised, MixedSystem, System
 
 __all__ = ["Ending", "Equilibrium", "EquilibriumStep"]
 
@@ -130,6 +131,7 @@ class EquilibriumStep:
         rates = self._rates(t, before)
         if efforts is None:
             efforts = self.efforts(t, guess, before)
+        depths = depths_before = None if self.mixed is None else self.mixed.depths(self.largest_reaction)
         q, q_before, step, work = guess, guess, np.zeros(system.nu), 0.0
         size = last_size = lost = math.inf
         matrix: BlockMatrix | None = None
@@ -145,7 +147,7 @@ class EquilibriumStep:
                         matrix = self._matrix(system.linearise(t, q, u, rates), dx, t - before[0])
                         self.solver.factorise(matrix)
                     return self._found(t, q, before, iteration, residual, matrix)
-            linear = self._linearised(t, q, u, rates, efforts)
+            linear = self._linearised(t, q, u, rates, efforts, depths)
             residual = linear.force
             left_over = self._left_over(residual)
             if not math.isfinite(left_over):
@@ -156,7 +158,7 @@ class EquilibriumStep:
             if work > 0.0 and after < -_OVERSHOOT * work and not cut:
                 part = self._shortened(t, q_before, step, before, work, after)
                 efforts = self.efforts(t, q_before, before, part * step)
-                q, size, cut = system.retract(q_before, part * step), part * size, True
+                q, size, cut, depths = system.retract(q_before, part * step), part * size, True, depths_before
                 continue
             cut = False
             wandering = (iteration > 7 and size > 2.0 * last_size) or (iteration >= _LATE and left_over > lost)
@@ -178,6 +180,8 @@ class EquilibriumStep:
             if size > self.reach:
                 step = step * (self.reach / size)
             efforts = self.efforts(t, q, before, step)
+            if self.mixed is not None:
+                depths_before, depths = depths, self.mixed.advance_depths(t, q, u, rates, step, depths)
             q_before, q = q, system.retract(q, step)
         return self._ended(Ending.ITERATIONS, q, self.max_iterations, residual)
 
@@ -216,11 +220,17 @@ class EquilibriumStep:
         return part
 
     def _linearised(
-        self, t: float, q: np.ndarray, u: np.ndarray | None, rates: Before | None, efforts: np.ndarray | None
+        self,
+        t: float,
+        q: np.ndarray,
+        u: np.ndarray | None,
+        rates: Before | None,
+        efforts: np.ndarray | None,
+        depths: Depths,
     ) -> Linearised:
         if self.mixed is None or efforts is None:
             return self.system.linearise(t, q, u, rates)
-        return self.mixed.linearise_mixed(t, q, u, rates, efforts)
+        return self.mixed.linearise_mixed(t, q, u, rates, efforts, depths)
 
     def _matrix(self, linear: Linearised, dx: np.ndarray | None, duration: float) -> BlockMatrix:
         """K + D/dt; without rates K alone."""

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 from fsm.errors import NotConverged
 from fsm.prepare import prepare
@@ -179,12 +180,23 @@ def test_path_in_space_is_that_in_the_plane() -> None:
 
 
 def test_iterations_of_the_whole_path() -> None:
-    """630 and 22 when this was written; 774 and 37 with steps that overshot cut as if forces were linear."""
+    """416 and 18 when this was written; 562 and 21 with contacts linearised as deep as each iteration leaves them."""
     system = trial("strip.segments_per_panel=20", 'drive.0.travel="120 mm"')
     _, statistics, _ = pulled(system, first=6e-4, rtol=1e-3)
     assert not statistics.events
-    assert statistics.newton_iterations < 700
-    assert statistics.rejected < 30
+    assert statistics.newton_iterations < 470
+    assert statistics.rejected < 25
+
+
+def test_a_first_step_through_a_face_that_was_out_of_sight_is_refused() -> None:
+    """The step of 5 mm ends 4 mm behind a face that was 20 mm away, and a third of the force below the curve."""
+    thin = ["strip.thickness=1e-4", "strip.half_cell=false", "crease.stiffness=0.02", "material.damping=0"]
+    system = trial("strip.segments_per_panel=20", "contact.pairs=[[3,4]]", *thin)
+    at, curves = np.linspace(6e-3, 4e-2, 18), []
+    for first, rtol in ((5e-3, 1e-2), (5e-4, 1e-4)):
+        travel, force = curve(pulled(system, first, rtol)[1])
+        curves.append(CubicSpline(travel, force)(at))
+    np.testing.assert_allclose(*curves, rtol=2e-2)
 
 
 def test_a_second_solve_knows_nothing_of_the_first() -> None:
@@ -234,7 +246,7 @@ def test_friction_and_damping_keep_their_rates() -> None:
 
 
 def test_a_prediction_through_a_face_is_no_work_for_newton(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The same steps are refused that Newton's method fails in, and only those: the curve is the same."""
+    """Refused at once, it costs less than iterations that end nowhere, and the curve is the same."""
     system = trial(
         "strip.segments_per_panel=10", "strip.thickness=1e-4", "strip.half_cell=false", "crease.stiffness=0.02",
         "contact.pairs=[[3,4]]", "material.damping=0",
@@ -244,5 +256,7 @@ def test_a_prediction_through_a_face_is_no_work_for_newton(monkeypatch: pytest.M
     assert system.contact_force(0.0, at_start) == 0.0
     monkeypatch.setattr(static, "_DEEP", np.inf)
     _, slow, _ = pulled(system, 2e-3, 1e-3)
-    np.testing.assert_allclose(curve(quick), curve(slow), rtol=1e-7, atol=1e-12)
+    at = np.linspace(6e-3, 4e-2, 18)
+    forces = [CubicSpline(*curve(statistics))(at) for statistics in (quick, slow)]
+    np.testing.assert_allclose(*forces, rtol=2e-3)
     assert quick.newton_iterations < 0.9 * slow.newton_iterations

@@ -1,0 +1,86 @@
+"""Depths of contacts as unknowns of Newton's method beside the positions (docs/theory.md).
+
+A stiff contact is micrometres deep where an iteration moves bodies by millimetres, and the slope of K d^e at the depth that
+an iteration happens to leave means nothing: with e = 3/2 each takes a third off a depth that is too large, and a contact
+that has opened by a little is lost. So the law is linearised at a depth d* of its own, that of the force as it is advanced
+from one iteration to the next, to first order, as the efforts of stiff springs are (Magisano, Leonetti, Garcea 2017).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.kernels.jit import kernel
+
+__all__ = ["advance_depths", "known_depths"]
+
+
+@kernel
+def known_depths(
+    known_key: np.ndarray, known_depth: np.ndarray, key: np.ndarray, depth: np.ndarray, out: np.ndarray
+) -> int:
+    """Depths d* of contacts; those that are not known have their own.
+
+    Parameters
+    ----------
+    known_key, known_depth : (k,) arrays, keys ascending
+    key, depth : (count,) arrays
+        Of the contacts as they are.
+    out : (count,) array, m, changed in place
+
+    Returns
+    -------
+    int
+        How many are not known.
+    """
+    unknown, known = 0, known_key.shape[0]
+    for i in range(key.shape[0]):
+        # in nearly all cases the same contacts in the same order
+        at = i if i < known and known_key[i] == key[i] else np.searchsorted(known_key, key[i])
+        if at < known and known_key[at] == key[i]:
+            out[i] = known_depth[at]
+        else:
+            out[i] = depth[i]
+            unknown += 1
+    return unknown
+
+
+@kernel
+def advance_depths(
+    bodies: np.ndarray,
+    gradient: np.ndarray,
+    change: np.ndarray,
+    per_second: float,
+    exponent: float,
+    depth: np.ndarray,
+    normal: np.ndarray,
+    acting: np.ndarray,
+    by_depth: np.ndarray,
+    by_closing: np.ndarray,
+) -> np.ndarray:
+    """Depths d* (count,) after a change of the poses; zero where the force, to first order, would pull.
+
+    Parameters
+    ----------
+    bodies, gradient : as in `fsm.segments.contact_geometry.Measured`
+    change : (n_bodies, 3 or 6) array
+    per_second : 1/s
+        One over the time since the last state; zero at rest.
+    exponent : -
+        Of the law: d* goes as the force to the power of one over it.
+    depth, normal, by_depth, by_closing : (count,) arrays
+        d*, and the law there.
+    acting : (count,) array, N
+        The law, linearised at d*, at the contact's own depth.
+    """
+    out = np.zeros(depth.shape[0])
+    size = change.shape[1]
+    for i in range(depth.shape[0]):
+        deeper = 0.0
+        for b in range(bodies.shape[1]):
+            for c in range(size):
+                deeper -= gradient[i, 0, b * size + c] * change[bodies[i, b], c]
+        force = acting[i] + (by_depth[i] + per_second * by_closing[i]) * deeper
+        if force > 0.0 and normal[i] > 0.0:
+            out[i] = depth[i] * (force / normal[i]) ** (1.0 / exponent)
+    return out

@@ -1,0 +1,25 @@
+"""A normal law with its parameters, as contacts of one kind have it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fsm.laws.normal import NormalLaw
+
+__all__ = ["NormalForce"]
+
+
+class NormalForce(NamedTuple):
+    """A normal law with its parameters; `exponent` and `speed_floor` (m/s) are those of `fsm.scene.contact.Contact`."""
+
+    law: NormalLaw
+    params: np.ndarray
+    exponent: float
+    speed_floor: float
+
+    def elastic(self, depth: np.ndarray, share: np.ndarray) -> np.ndarray:
+        """Forces of contacts at rest, N."""
+        force, _ = self.law.force(depth, np.zeros_like(depth), np.ones_like(depth), share, self.params)
+        return np.asarray(force)
