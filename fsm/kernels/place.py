@@ -39,21 +39,44 @@ def place_free(free: np.ndarray, values: np.ndarray, unit: bool, out: np.ndarray
 
 
 @kernel
-def place_bodies(start: np.ndarray, free: np.ndarray, q: np.ndarray, unit: bool) -> np.ndarray:
-    """Poses (n_bodies, size) of all bodies: those of `start`, but the free ones at q; see `place_free`."""
-    out = np.empty(start.shape)
-    for i in range(start.shape[0]):
-        for k in range(start.shape[1]):
-            out[i, k] = start[i, k]
-    place_free(free, q, unit, out)
-    return out
-
-
-@kernel
 def shift_body(out: np.ndarray, body: int, direction: np.ndarray, distance: float) -> None:
     """Move one row of `out` along a direction (n,)."""
     for k in range(direction.shape[0]):
         out[body, k] += distance * direction[k]
+
+
+@kernel
+def place_bodies(
+    start: np.ndarray,
+    free: np.ndarray,
+    values: np.ndarray,
+    unit: bool,
+    driven: np.ndarray,
+    motion: np.ndarray,
+    directions: np.ndarray,
+    sizes: np.ndarray,
+) -> np.ndarray:
+    """Poses or rates (n_bodies, size) of all bodies.
+
+    Parameters
+    ----------
+    start : (n_bodies, size) array
+        Those of the bodies without degrees of freedom, where nothing has moved.
+    free, values, unit : of the free bodies, see `place_free`
+    driven, motion : (m,) int arrays
+        Driven bodies, and which motion each has part in.
+    directions : (n_motions, 2 or 3) array
+    sizes : (n_motions,) array
+        How far, or how fast, every motion is.
+    """
+    out = np.empty(start.shape)
+    for i in range(start.shape[0]):
+        for k in range(start.shape[1]):
+            out[i, k] = start[i, k]
+    place_free(free, values, unit, out)
+    for i in range(driven.shape[0]):
+        shift_body(out, driven[i], directions[motion[i]], sizes[motion[i]])
+    return out
 
 
 @kernel

@@ -14,10 +14,8 @@ from fsm.kernels.newton_euler import quaternion_jacobian, quaternion_rates, tang
 from fsm.kernels.place import (
     increment_blocks,
     place_bodies,
-    place_free,
     pose_difference,
     retract_poses,
-    shift_body,
 )
 from fsm.kernels.rotation import rotate_by
 from fsm.kernels.vector import same
@@ -79,6 +77,8 @@ class Configuration:
         self.driven = np.array([body for motion in motions for body in motion.bodies], dtype=np.int64)
         self._motion = np.array([k for k, motion in enumerate(motions) for _ in motion.bodies], dtype=np.int64)
         self._directions = np.array([motion.direction for motion in motions]).reshape(len(motions), 3 if self.spatial else 2)
+        self._drives = self.driven, self._motion, self._directions
+        self._standing = np.zeros(len(motions))
         nowhere = (np.nan, np.zeros(0), bodies.pose)
         self._placed = self._placed_before = nowhere
         self._moving: tuple[float, np.ndarray, float | None, np.ndarray] = (np.nan, np.zeros(0), None, self.at_rest)
@@ -138,13 +138,11 @@ class Configuration:
         at, known, known_since, rates = self._moving
         if t == at and since == known_since and same(u, known):
             return poses, rates
-        rates = np.zeros(self.bodies.rate.shape)
-        place_free(self.bodies.free, u, False, rates)
-        for motion in self.motions:
-            travel, speed, _ = motion.at(t)
-            if before is not None:
-                speed = (travel - motion.at(before[0])[0]) / (t - before[0])
-            _shift(rates, motion, speed)
+        if since is None:
+            speeds = np.array([motion.at(t)[1] for motion in self.motions])
+        else:
+            speeds = (self._travels(t) - self._travels(since)) / (t - since)
+        rates = place_bodies(self.at_rest, self.bodies.free, u, False, *self._drives, speeds)
         self._moving = t, u.copy(), since, rates
         return poses, rates
 
@@ -157,11 +155,17 @@ class Configuration:
         at, known, poses = self._placed
         if t == at and same(q, known):
             return poses
-        poses = place_bodies(self.bodies.pose, self.bodies.free, q, self.spatial)
-        for motion in self.motions:
-            _shift(poses, motion, motion.at(t)[0])
+        poses = place_bodies(self.bodies.pose, self.bodies.free, q, self.spatial, *self._drives, self._travels(t))
         self._placed = t, q.copy(), poses
         return poses
+
+    def _travels(self, t: float) -> np.ndarray:
+        """Travel of every motion at a time, m."""
+        return np.array([motion.at(t)[0] for motion in self.motions])
+
+    def change(self, dx: np.ndarray) -> np.ndarray:
+        """Increments (n_bodies, 3 or 6) of all bodies; those that are held or driven stay."""
+        return np.asarray(place_bodies(self.at_rest, self.bodies.free, dx, False, *self._drives, self._standing))
 
     def shape(self, t: float, q: np.ndarray) -> np.ndarray:
         """See `System`: the outline of every plate."""
@@ -178,12 +182,6 @@ class Configuration:
         """See `System`."""
         worst = int(np.argmax(np.abs(np.nan_to_num(vector, nan=np.inf)))) // self.size
         return self.bodies.names[self.bodies.free[worst]]
-
-
-def _shift(values: np.ndarray, motion: PrescribedMotion, size: float) -> None:
-    """Move the bodies of a motion along it, or give them a speed."""
-    for body in motion.bodies:
-        shift_body(values, body, motion.direction, size)
 
 
 def _corners(plates: list[Plate]) -> np.ndarray:

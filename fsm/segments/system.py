@@ -22,7 +22,7 @@ from fsm.kernels.newton_euler import (
     motion_energy,
     reactions_to,
 )
-from fsm.kernels.place import place_free, shift_body, take_free
+from fsm.kernels.place import shift_body, take_free
 from fsm.segments.all_contacts import Contacts
 from fsm.segments.configuration import Bodies, Configuration
 from fsm.segments.contacts import ContactGroup
@@ -266,7 +266,7 @@ class SegmentSystem(Configuration):
         if not depths:
             return depths
         poses, rates = self.place(t, q, u, before)
-        change, past = self._change(dx), self._past(t, before)
+        change, past = self.change(dx), self._past(t, before)
         return tuple(
             group.press(t, poses, rates, change, past, own) for group, own in zip(self.contacts, depths, strict=True)
         )
@@ -276,7 +276,7 @@ class SegmentSystem(Configuration):
     ) -> np.ndarray:
         """See `MixedSystem`."""
         poses, at_rest = self.place(t, q, None)
-        change = at_rest if dx is None else self._change(dx)
+        change = at_rest if dx is None else self.change(dx)
         past = self._past(t, before)
         parts = [group.efforts(poses, change, past) for group in self._springs]
         return parts[0].ravel() if len(parts) == 1 else np.concatenate([np.zeros(0), *(part.ravel() for part in parts)])
@@ -409,12 +409,6 @@ class SegmentSystem(Configuration):
         return max(gaps, default=(0.0, "none"))
 
     # inside ---------------------------------------------------------------------------------------------------------
-
-    def _change(self, dx: np.ndarray) -> np.ndarray:
-        """Increments (n_bodies, 3 or 6) of all bodies; those that are held or driven stay."""
-        change = np.zeros(self.at_rest.shape)
-        place_free(self.bodies.free, dx, False, change)
-        return change
 
     def _turned(self, q: np.ndarray, u: np.ndarray | None, before: Before | None) -> np.ndarray | None:
         """What velocities, as increments since the last state over the time, change by as bodies turn on; None: nothing."""
