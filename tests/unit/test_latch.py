@@ -1,5 +1,6 @@
 """Stops and latches of hinges: moment, energy, dissipation and tangent agree; latching is remembered and jumps nowhere."""
 
+import itertools
 import math
 
 import numpy as np
@@ -39,16 +40,22 @@ def force_of(group, q, u):
     return force
 
 
-STATES = [(False, 0.1), (False, -0.1), (True, 0.1), (True, -0.1)]
+EITHER_WAY = pytest.mark.parametrize(
+    ("latched", "depth", "rate"), list(itertools.product((False, True), (0.1, -0.1), (2.0, -2.0, -20.0)))
+)
+"""Stop and latch, on both sides, turning either way and so fast that the stop would pull."""
 
 
-@pytest.mark.parametrize(("latched", "depth"), STATES)
-@pytest.mark.parametrize("rate", [2.0, -2.0, -20.0])
+def moving(latched, depth, rate):
+    """Such a hinge, its slopes and their rates."""
+    q = turned(depth)
+    return hinge(latched), q, spinning(q, rate)
+
+
+@EITHER_WAY
 def test_tangent_against_differences(latched, depth, rate):
     """K and D of a stop and of a latch, on both sides, while the stop pushes and while it would pull."""
-    group = hinge(latched)
-    q = turned(depth)
-    u = spinning(q, rate)
+    group, q, u = moving(latched, depth, rate)
     pattern = node_pattern(2, 2, (group,), ())
     slots = slots_of(group.vectors, 2, pattern.indptr, pattern.indices)
     force, stiffness, damping = np.zeros(4), pattern.zeros(), pattern.zeros()
@@ -67,13 +74,10 @@ def test_tangent_against_differences(latched, depth, rate):
         assert BlockMatrix(pattern, analytic).bsr().toarray() == pytest.approx(differences, abs=1e-8)
 
 
-@pytest.mark.parametrize(("latched", "depth"), STATES)
-@pytest.mark.parametrize("rate", [2.0, -2.0, -20.0])
+@EITHER_WAY
 def test_forces_are_those_of_the_energies(latched, depth, rate):
     """At rest the force is the slope of the energy; what it takes beyond that in motion is dissipated, never negative."""
-    group = hinge(latched)
-    q = turned(depth)
-    u = spinning(q, rate)
+    group, q, u = moving(latched, depth, rate)
     step = 1e-6
     slope = np.array([
         (group.energy(q + step * axis, None)[0] - group.energy(q - step * axis, None)[0]) / (2.0 * step)

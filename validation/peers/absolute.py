@@ -85,6 +85,9 @@ def _swing(made: tuple, stepping: Any, times: np.ndarray, path: np.ndarray) -> C
 def cantilever() -> PeerCase:
     """A cable that is bent far."""
 
+    def error(moved: np.ndarray) -> float:
+        return float(np.linalg.norm(moved - CABLE)) / LENGTH
+
     def fsm(elements: int, steps: int, tolerance: float) -> Callable[[], tuple[float, float]]:
         mesh, tip = clamped_beam(elements)
         force = point_force(len(mesh.coordinates), tip, np.array([0.0, 0.0, -3.0 * YOUNG * INERTIA / LENGTH**2]))
@@ -94,8 +97,7 @@ def cantilever() -> PeerCase:
             start = system.initial()[0]
             times = np.linspace(0.0, 1.0, steps + 1)
             taken, q = timed(lambda: equilibrium(system, start, times, tolerance))
-            moved = np.asarray(q)[[tip, tip + 2]] - mesh.coordinates[[tip, tip + 2]]
-            return taken, float(np.linalg.norm(moved - CABLE)) / LENGTH
+            return taken, error(np.asarray(q)[[tip, tip + 2]] - mesh.coordinates[[tip, tip + 2]])
 
         return solve
 
@@ -103,7 +105,7 @@ def cantilever() -> PeerCase:
         from validation.peers.exudyn_cables import static
 
         taken, moved = static(elements, steps, 1e-5, modified)
-        return taken, float(np.linalg.norm(moved - CABLE)) / LENGTH
+        return taken, error(moved)
 
     def runs() -> list[Run]:
         found = []
@@ -175,14 +177,16 @@ def film_vibration() -> PeerCase:
         system, height = plucked_film(CELLS)
         true = fsm_vibration(system, height, 0.0, VIBRATION, "Radau-blocks")
 
-        def fsm(step: float) -> tuple[float, float]:
-            taken, found = timed(lambda: fsm_vibration(system, height, step, VIBRATION))
+        def measured(vibrate: Callable[[], float]) -> tuple[float, float]:
+            taken, found = timed(vibrate)
             return taken, abs(found / true - 1.0)  # type: ignore[operator]
+
+        def fsm(step: float) -> tuple[float, float]:
+            return measured(lambda: fsm_vibration(system, height, step, VIBRATION))
 
         def exudyn(step: float, integration: int) -> tuple[float, float]:
             film = ExudynFilm(CELLS, integration, system.rate, system.start)
-            taken, found = timed(lambda: film.vibrate(step, VIBRATION))
-            return taken, abs(found / true - 1.0)  # type: ignore[operator]
+            return measured(lambda: film.vibrate(step, VIBRATION))
 
         found = []
         for h in (1e-3, 5e-4, 2.5e-4, 1.25e-4, 1e-4):
