@@ -13,7 +13,6 @@ import os
 import platform
 import shutil
 import sys
-import tempfile
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
@@ -153,8 +152,9 @@ def write_calibration(found: Calibration, folder: Path, options: Options) -> lis
     list of Path
         What was written.
     """
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    beside = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
+    beside = folder.parent / f".{folder.name}.part"
+    shutil.rmtree(beside, ignore_errors=True)  # of a calibration that was killed while it wrote
+    beside.mkdir(parents=True)
     try:
         for name, write in [*found.files, *found.plots]:
             write(beside / name)

@@ -133,6 +133,23 @@ def test_an_error_while_writing_leaves_the_old_results_alone(tmp_path: Path) -> 
     assert {path.name: path.read_text() for path in folder.iterdir()} == {"calibration.json": "old"}
 
 
+def test_what_a_kill_left_goes_with_the_next_calibration(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A process that is killed while it writes leaves the folder that it was writing in."""
+
+    def killed(path: Path) -> None:
+        path.write_text("half")
+        raise KeyboardInterrupt
+
+    folder = tmp_path / "out"
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        patch.setattr("fsm.calibrate.report.shutil.rmtree", lambda *_, **__: None)  # as nothing tidies up after a kill
+        write_calibration(Calibration("crease", (), plots=[("curves.png", killed)]), folder, Options())
+    assert not folder.exists() and len(list(tmp_path.iterdir())) == 1
+    write_calibration(Calibration("crease", ()), folder, Options())
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
+    assert [path.name for path in folder.iterdir()] == ["calibration.json"]
+
+
 def test_numbers_that_are_not_finite_are_written_as_null(tmp_path: Path) -> None:
     found = Calibration("crease", (), numbers={"a": math.nan, "b": np.array([1.0, math.inf]), "c": np.int64(3)})
     write_calibration(found, tmp_path / "out", Options())
