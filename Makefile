@@ -39,11 +39,13 @@ test-all: $(DEV)
 # compiled, for all that is no kernel; then the kernels, line by line, from tests that Python gets through (tests/pure_python.py)
 coverage: $(COV)
 	rm -rf out/coverage
-	$(BIN)/python -m coverage run -m pytest -m "not slow"
-	NUMBA_DISABLE_JIT=1 $(BIN)/python -m coverage run -m pytest -p tests.pure_python -m "not slow" --timeout=300
+	$(BIN)/python -m coverage run -m pytest -m "not slow" -n $(WORKERS)
+	NUMBA_DISABLE_JIT=1 $(BIN)/python -m coverage run -m pytest -p tests.pure_python -m "not slow" -n $(WORKERS) --dist worksteal
 	$(BIN)/python -m coverage combine --quiet
 	$(BIN)/python -m coverage html --quiet
+	$(BIN)/python -m coverage json --quiet
 	$(BIN)/python -m coverage report
+	$(BIN)/python -m tests.covered out/coverage/figures.json
 
 lint: $(DEV)
 	$(BIN)/ruff check .
