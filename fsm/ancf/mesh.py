@@ -64,12 +64,6 @@ class Mesh:
         fixed[np.asarray(list(coordinates), dtype=np.int64)] = True
         return replace(self, fixed=fixed)
 
-    def freeing(self, coordinates: np.ndarray | Iterable[int]) -> Mesh:
-        """The same mesh with these coordinates no longer held."""
-        fixed = self.fixed.copy()
-        fixed[np.asarray(list(coordinates), dtype=np.int64)] = False
-        return replace(self, fixed=fixed)
-
     @cached_property
     def places(self) -> np.ndarray:
         """First coordinate of every position; in space of those of nodes that borrow theirs too, which mean nothing."""
