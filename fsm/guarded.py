@@ -19,6 +19,8 @@ import numpy as np
 __all__ = ["SIGNATURE", "fixed_text", "is_guarded", "let_go", "names_in", "numbers_in", "plain", "written"]
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
+_LARGEST = 1e150
+"""Of numbers that have to be finite: sums of their squares are, too."""
 
 
 def is_guarded(path: Path) -> bool:
@@ -77,7 +79,7 @@ def numbers_in(file: Any, path: str, shape: tuple[int | None, ...], finite: bool
     shape : tuple
         None: any size.
     finite : bool
-        Whether all have to be finite.
+        Whether all have to be finite, and not larger than 1e150.
     first : int, optional
         Only so many rows, of at least so many.
 
@@ -98,8 +100,8 @@ def numbers_in(file: Any, path: str, shape: tuple[int | None, ...], finite: bool
     if first is not None and found[0] < first:
         raise OSError(f"/{path} is too short")
     values = data[()] if first is None else data[:first]
-    if finite and not np.all(np.isfinite(values)):
-        raise OSError(f"/{path} holds numbers that are not finite")
+    if finite and not np.all(np.abs(values) <= _LARGEST):
+        raise OSError(f"/{path} holds numbers that are not finite, or beyond {_LARGEST:g}")
     return values
 
 

@@ -30,17 +30,16 @@ def write_array(file: Any, motion: ArrayMotion) -> None:
         _write(file, "bars/stress", motion.stress, "Pa", "largest normal stress in the bar", ("time", "bar"))
 
 
-def read_array(file: Any) -> ArrayMotion | None:
-    """The array of a results file; None if it is of something else, or did not finish."""
+def read_array(file: Any, count: int) -> ArrayMotion | None:
+    """The array of a results file of so many records; None if it is of something else, or did not finish."""
     if "points" not in file:
         return None
     points, bars = names_in(file, "point"), names_in(file, "bar")
-    count, rigid = len(file["time"]), "rigid_displacement" in file["points"]
     return ArrayMotion(
         point_names=points,
         start=numbers_in(file, "points/start", (len(points), 2)),
         points=_motion(file, "", count, len(points)),
-        rigid=_motion(file, "rigid_", count, len(points)) if rigid else None,
+        rigid=_motion(file, "rigid_", count, len(points)) if "points/rigid_displacement" in file else None,
         bar_names=bars,
         stress=numbers_in(file, "bars/stress", (count, len(bars))) if "bars" in file else np.zeros((count, 0)),
     )

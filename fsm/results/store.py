@@ -373,7 +373,7 @@ def read_solution(path: str | Path) -> Solution:
             layout=_read_layout(file),
             stats=read_attributes(file["stats"]),
             summary=read_attributes(file["summary"]),
-            array=read_array(file),
+            array=read_array(file, n),
             **values,
         )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import h5py
@@ -15,6 +16,7 @@ from fsm.results.store import read_checkpoint, read_solution, write_checkpoint
 from fsm.scene.crease_family import CreaseFamily, FamilyCurve, Relaxation, write_family
 from fsm.scene.load_case import load_case
 from validation.fuzz.campaign import run_fuzz
+from validation.fuzz.seeds import seeds
 from validation.fuzz.targets import TARGETS
 
 CASES = Path(__file__).parents[2] / "folding_cases"
@@ -88,6 +90,41 @@ def test_the_old_layout_without_checksums_is_refused(tmp_path: Path) -> None:
     with h5py.File(file, "w") as old:
         old.attrs["format"] = "fsm result"
     with pytest.raises(CaseError, match="is not an fsm result file"):
+        read_solution(file)
+
+
+def _no_group(file: h5py.File) -> None:
+    """So many points, in a dataset that takes no room, that looking through them would take for ever."""
+    del file["points"]
+    file.create_dataset("points", (10**9,), complex)
+
+
+def _no_time(file: h5py.File) -> None:
+    file["time"][0] = np.inf
+
+
+def _far_away(file: h5py.File) -> None:
+    file["shape"][0, 0, 0, 0] = 4e307
+
+
+@pytest.mark.parametrize(
+    ("damage", "words"),
+    [
+        (_no_group, "damaged or cannot be read"),
+        (_no_time, r"/points/displacement has the shape \(3, "),
+        (_far_away, "/shape holds numbers that are not finite, or beyond 1e"),
+    ],
+)
+def test_the_result_of_an_array_that_cannot_be_is_refused(
+    damage: Callable[[h5py.File], None], words: str, tmp_path: Path
+) -> None:
+    file = tmp_path / "result.h5"
+    (array,) = (data for data in seeds().hdf5["result"] if b"rigid_displacement" in data)
+    file.write_bytes(array)
+    assert read_solution(file).array is not None
+    with h5py.File(file, "r+", libver="latest") as changed:
+        damage(changed)
+    with pytest.raises(CaseError, match=words):
         read_solution(file)
 
 
