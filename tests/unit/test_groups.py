@@ -110,10 +110,12 @@ def test_keys_stay_when_slots_are_numbered_anew() -> None:
 
 
 def test_what_is_remembered_is_found_by_key() -> None:
-    kept = Remembered(np.array([7, 2, 30]), np.array([0.7, 0.2, 3.0]), np.array([1.0, 2.0, 3.0]), np.eye(3)).ordered()
+    onset, began, depth = np.array([0.7, 0.2, 3.0]), np.array([1.0, 2.0, 3.0]), np.array([1e-4, 2e-4, 3e-4])
+    kept = Remembered(np.array([7, 2, 30]), onset, began, depth, np.eye(3)).ordered()
     found = kept.of(np.array([30, 5, 2, 31]))
     np.testing.assert_array_equal(found.onset, [3.0, 0.0, 0.2, 0.0])
     np.testing.assert_array_equal(found.began, [3.0, 0.0, 2.0, 0.0])
+    np.testing.assert_array_equal(found.depth, [3e-4, 0.0, 2e-4, 0.0])
     np.testing.assert_array_equal(found.deflection, [[0, 0, 1], [0, 0, 0], [0, 1, 0], [0, 0, 0]])
     again, rest = Remembered.from_flat(np.concatenate([kept.flat(), [8.0, 9.0]]), 3)
     for one, other in zip(again, kept, strict=True):
