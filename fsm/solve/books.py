@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from fsm.solve.dissipation import mean_dissipation
-from fsm.solve.handed_over import Saved, Statistics, StepEnd
+from fsm.solve.handed_over import Beginning, Saved, Statistics, StepEnd, Wanted
 from fsm.solve.ledger import Ledger
 from fsm.solve.renewal import State, observation_from, observation_state
 from fsm.system import DriveState, Observation, System
@@ -38,28 +37,24 @@ class Books:
     Parameters
     ----------
     system : System
-    statistics, ledger : changed as the solve goes on
-    save_times : s
-    on_save, on_step : called with saved states and after every step
+    statistics : changed as the solve goes on
+    wanted, beginning : Wanted and Beginning
+        After a renewal point `go_on` is to follow.
     time, q, u : where the solve begins
-    after : renewal point that it goes on from instead; `go_on` is to follow
     """
 
     def __init__(
         self,
         system: System,
         statistics: Statistics,
-        ledger: Ledger | None,
-        save_times: Sequence[float],
-        on_save: Callable[[Saved], None],
-        on_step: Callable[[StepEnd], None] | None,
+        wanted: Wanted,
+        beginning: Beginning,
         time: float,
         q: np.ndarray,
         u: np.ndarray,
-        after: StepEnd | None = None,
     ) -> None:
-        self.system, self.statistics = system, statistics
-        self.on_save, self.on_step = on_save, on_step
+        self.system, self.statistics, self.wanted = system, statistics, wanted
+        save_times, ledger, after = wanted.save_times, beginning.ledger, beginning.after
         self.time, self.q, self.u = time, q, u
         self._earlier: DriveState | None = None
         self._resting: list[tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]] = []
@@ -237,8 +232,8 @@ class Books:
     def tell(self, state: State | None = None) -> StepEnd:
         """Tell that a step has ended, at a renewal point with what another solve goes on with."""
         end = StepEnd(self.time, self.q, self.u, self.statistics.steps, tuple(self.statistics.events), state)
-        if self.on_step is not None:
-            self.on_step(end)
+        if self.wanted.on_step is not None:
+            self.wanted.on_step(end)
         return end
 
     def save_last(self) -> None:
@@ -253,4 +248,4 @@ class Books:
             self._saved = self.time
             ledger = self.ledger
             books = ledger.dissipated, ledger.work, ledger.error, ledger.pair_energy
-            self.on_save(Saved(self.time, self.q.copy(), self.u.copy(), self.last, *books))
+            self.wanted.on_save(Saved(self.time, self.q.copy(), self.u.copy(), self.last, *books))

@@ -1,17 +1,19 @@
-"""What a solve hands over: states that were asked for, the ends of its steps, and what it took."""
+"""What a solve is told to begin with and to hand over, and what it does: states, the ends of its steps, what it took."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from fsm.solve.ledger import Ledger
 from fsm.solve.renewal import State
 from fsm.solve.status import Event, Outcome
 from fsm.system import DriveState, Observation
 
-__all__ = ["Saved", "Statistics", "StepEnd"]
+__all__ = ["Beginning", "Saved", "Statistics", "StepEnd", "Wanted"]
 
 
 @dataclass(frozen=True)
@@ -48,6 +50,41 @@ class StepEnd:
     steps: int
     events: tuple[Event, ...] = ()
     state: State | None = None
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What a solve is to hand over.
+
+    Attributes
+    ----------
+    save_times : increasing times, s
+    on_save : called with each saved state, in order
+    on_step : called after every step
+    """
+
+    save_times: Sequence[float]
+    on_save: Callable[[Saved], None]
+    on_step: Callable[[StepEnd], None] | None
+
+
+@dataclass(frozen=True)
+class Beginning:
+    """What a solve begins or goes on with.
+
+    Attributes
+    ----------
+    start : time, q, u; the system's initial state if absent
+    ledger, seen : changed in place; a ledger is opened if there is none
+    after : StepEnd
+        A renewal point of another solve of the same system to go on from, with its ledger and what it had seen there, as
+        that one did: to the bit.
+    """
+
+    start: tuple[float, np.ndarray, np.ndarray] | None
+    ledger: Ledger | None
+    seen: list[tuple[DriveState, np.ndarray]]
+    after: StepEnd | None
 
 
 @dataclass

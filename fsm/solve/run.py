@@ -15,12 +15,12 @@ from dataclasses import replace
 import numpy as np
 
 from fsm.errors import EnergyAbort, NotConverged
-from fsm.solve.handed_over import Saved, Statistics, StepEnd
+from fsm.solve.handed_over import Beginning, Saved, Statistics, StepEnd, Wanted
 from fsm.solve.ledger import JUDGED_FROM, Ledger
 from fsm.solve.renewal import State, steps_between
 from fsm.solve.settings import Settings
 from fsm.solve.status import Outcome
-from fsm.system import DriveState, Observation, System
+from fsm.system import Observation, System
 
 __all__ = ["Run"]
 
@@ -31,28 +31,17 @@ _ROUNDING = 1e-13
 class Run(ABC):
     """What all methods share: the state, the ledger, saving, judging, failing."""
 
-    def __init__(
-        self,
-        system: System,
-        settings: Settings,
-        save_times: Sequence[float],
-        on_save: Callable[[Saved], None],
-        on_step: Callable[[StepEnd], None] | None,
-        start: tuple[float, np.ndarray, np.ndarray] | None,
-        ledger: Ledger | None,
-        seen: list[tuple[DriveState, np.ndarray]],
-        after: StepEnd | None,
-    ) -> None:
-        self.system, self.settings = system, settings
-        self.on_save, self.on_step = on_save, on_step
+    def __init__(self, system: System, settings: Settings, wanted: Wanted, beginning: Beginning) -> None:
+        self.system, self.settings, self.wanted = system, settings, wanted
+        start, ledger, after = beginning.start, beginning.ledger, beginning.after
         self.begun = time.perf_counter()
-        self.statistics = Statistics(settings.method, seen=seen)
+        self.statistics = Statistics(settings.method, seen=beginning.seen)
         self.every = steps_between(system.nu)
         breaks = [*system.break_times(), settings.end_time]
         if after is not None:
             assert ledger is not None
             self.ledger = ledger
-            self.pending = [t for t in _at_breaks(save_times, breaks) if after.time < t <= settings.end_time]
+            self.pending = [t for t in _at_breaks(wanted.save_times, breaks) if after.time < t <= settings.end_time]
             self._renew(after)
             return
         self.renewed = 0
@@ -62,8 +51,8 @@ class Run(ABC):
         if start is None:
             system.restore(np.zeros(0))
         system.commit(self.time, self.q, self.u)
-        wanted = [t for t in save_times if self.time <= t <= settings.end_time]
-        self.pending = _at_breaks(wanted, breaks)
+        times = [t for t in wanted.save_times if self.time <= t <= settings.end_time]
+        self.pending = _at_breaks(times, breaks)
         self.last = system.observe(self.time, self.q, self.u)
         self.ledger = Ledger.opened(self.last.energy) if ledger is None else ledger
         self._look(self.last)
@@ -106,8 +95,8 @@ class Run(ABC):
                 "smallest_step": np.array([self.statistics.smallest_step]),
             }
             end = replace(end, state=own | state())
-        if self.on_step is not None:
-            self.on_step(end)
+        if self.wanted.on_step is not None:
+            self.wanted.on_step(end)
         if renews:
             self._renew(end)
         return renews
@@ -121,7 +110,7 @@ class Run(ABC):
     def _save(self, at: float, q: np.ndarray, u: np.ndarray, seen: Observation, ledger: Ledger) -> None:
         error = seen.energy.stored - ledger.start + ledger.dissipated - ledger.work
         q = self.system.retract(q, np.zeros(self.system.nu))  # SciPy's methods leave quaternions off their length
-        self.on_save(Saved(at, q, u.copy(), seen, ledger.dissipated, ledger.work, error, ledger.pair_energy))
+        self.wanted.on_save(Saved(at, q, u.copy(), seen, ledger.dissipated, ledger.work, error, ledger.pair_energy))
 
     def _fail(self, outcome: Outcome, detail: str = "") -> None:
         self.statistics.outcome = outcome

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from fsm.solve.dense_run import DenseRun
-from fsm.solve.handed_over import Saved, Statistics, StepEnd
+from fsm.solve.handed_over import Beginning, Saved, Statistics, StepEnd, Wanted
 from fsm.solve.ledger import Ledger
 from fsm.solve.settings import Settings
 from fsm.solve.stepwise_run import GENERALIZED_ALPHA, NEWMARK, StepwiseRun
@@ -33,14 +33,8 @@ def simulate(
     ----------
     system : System
     settings : Settings
-    save_times : increasing times, s
-    on_save : called with each saved state, in order
-    on_step : called after every step
-    start : time, q, u to begin with; the system's initial state if absent
-    ledger, seen : to begin or go on with; changed in place
-    after : StepEnd
-        A renewal point of another solve of the same system to go on from, with its ledger and what it had seen there, as
-        that one did: to the bit. Saved times are those of the whole.
+    save_times, on_save, on_step : see `Wanted`
+    start, ledger, seen, after : see `Beginning`; saved times are those of the whole
 
     Raises
     ------
@@ -49,6 +43,7 @@ def simulate(
     EnergyAbort
     """
     kind = StepwiseRun if settings.method in (GENERALIZED_ALPHA, NEWMARK) else DenseRun
-    run = kind(system, settings, save_times, on_save, on_step, start, ledger, [] if seen is None else seen, after)
+    beginning = Beginning(start, ledger, [] if seen is None else seen, after)
+    run = kind(system, settings, Wanted(save_times, on_save, on_step), beginning)
     run.go()
     return run.statistics, run.ledger

@@ -28,7 +28,7 @@ from fsm.solve.books import Books
 from fsm.solve.critical import Critical, critical_point, loose_mode, stable_branch
 from fsm.solve.equilibrium_step import Ending, EquilibriumStep
 from fsm.solve.extrapolation import History, Prediction
-from fsm.solve.handed_over import Saved, Statistics, StepEnd
+from fsm.solve.handed_over import Beginning, Saved, Statistics, StepEnd, Wanted
 from fsm.solve.ledger import JUDGED_FROM, Ledger
 from fsm.solve.newton import negative_pivots, tangent_prediction
 from fsm.solve.renewal import State, steps_between
@@ -124,9 +124,8 @@ def follow(
     NotConverged
         With the time, the worst body and what to try. What was saved until then has been handed over.
     """
-    run = _Follower(
-        system, settings, list(save_times), on_save, on_step, start, ledger, [] if seen is None else seen, after
-    )
+    beginning = Beginning(start, ledger, [] if seen is None else seen, after)
+    run = _Follower(system, settings, Wanted(list(save_times), on_save, on_step), beginning)
     run.go()
     return run.statistics, run.books.ledger
 
@@ -145,24 +144,14 @@ class _Reason(Enum):
 
 
 class _Follower:
-    def __init__(
-        self,
-        system: System,
-        settings: PathSettings,
-        save_times: list[float],
-        on_save: Callable[[Saved], None],
-        on_step: Callable[[StepEnd], None] | None,
-        start: tuple[float, np.ndarray, np.ndarray] | None,
-        ledger: Ledger | None,
-        seen: list[tuple[DriveState, np.ndarray]],
-        after: StepEnd | None,
-    ) -> None:
+    def __init__(self, system: System, settings: PathSettings, wanted: Wanted, beginning: Beginning) -> None:
         self.system, self.settings = system, settings
-        self.statistics = Statistics("static", seen=seen)
+        self.statistics = Statistics("static", seen=beginning.seen)
         self.newton = EquilibriumStep(system, tolerance=_FORCES * settings.rtol)
         self.history = History(system)
         self.every, self.renewed = steps_between(system.nu), 0
         self.first_step = min(settings.first_step, settings.max_step)
+        start, after = beginning.start, beginning.after
         if after is not None:
             t, q, u = after.time, after.q, after.u
         else:
@@ -171,7 +160,7 @@ class _Follower:
             if start is None:
                 system.restore(np.zeros(0))
             self._remember(t, q)
-        self.books = Books(system, self.statistics, ledger, save_times, on_save, on_step, t, q, u, after)
+        self.books = Books(system, self.statistics, wanted, beginning, t, q, u)
         self.breaks = [at for at in system.break_times() if t < at < settings.end_time]
         # one state gives a tangent only, and of a solve that does not begin at rest the drive does not begin slowly
         self.step_size = self.first_step if start is None else _AGAIN * self.first_step
