@@ -8,7 +8,7 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import find_slot
 
 __all__ = [
-    "add_point", "contract", "gather", "mirror", "scatter_force", "scatter_matrix", "slots_of", "weigh_point",
+    "add_point", "contract", "gather", "scatter_force", "scatter_matrix", "slots_of", "weigh_bending", "weigh_stretch",
 ]  # fmt: skip
 
 
@@ -90,50 +90,68 @@ def add_point(
 
 
 @kernel(inline=True)
-def weigh_point(
-    rows: np.ndarray, first: int, stride: int, derivatives: int, hessian: np.ndarray, symmetric: bool, weighed: np.ndarray
+def weigh_stretch(
+    rows: np.ndarray, first: int, stride: int, hessian: np.ndarray, symmetric: bool, weighed: np.ndarray
 ) -> None:
-    """Products of the second derivatives at one point with the rows of the table that belong to it, for `contract`.
+    """Products of the second derivatives at one point with the two rows of the table that belong to it, for `contract`.
 
     Parameters
     ----------
-    rows : (k, v) array
+    rows : (k, 12) array
         Table of the derivatives of the shape functions at all points.
     first, stride : its rows of this point are first, first + stride, ...
-    derivatives : how many
-    hessian : (3 p, 3 p) array
+    hessian : (6, 6) array
     symmetric : whether the second derivatives are, so that (a, b) with a > b need not be done
-    weighed : (3, 3, k, v) array, whose rows of this point are set
+    weighed : (k, 6 or 9, 12) array
+        Whose rows of this point are set, for each pair of components (a, b) in turn: of 6 those with a <= b.
     """
+    row0, row1 = rows[first], rows[first + stride]
+    pair = 0
     for a in range(3):
         for b in range(a if symmetric else 0, 3):
-            for p in range(derivatives):
-                out = weighed[a, b, first + p * stride]
-                factor = hessian[3 * p + a, b]
+            for p in range(2):
+                out = weighed[first + p * stride, pair]
+                f0, f1 = hessian[3 * p + a, b], hessian[3 * p + a, 3 + b]
                 for j in range(12):
-                    out[j] = factor * rows[first, j]
-                for q in range(1, derivatives):
-                    factor = hessian[3 * p + a, 3 * q + b]
-                    row = rows[first + q * stride]
-                    for j in range(12):
-                        out[j] += factor * row[j]
+                    out[j] = f0 * row0[j] + f1 * row1[j]
+            pair += 1
 
 
 @kernel(inline=True)
-def contract(columns: np.ndarray, weighed: np.ndarray, symmetric: bool, matrix: np.ndarray) -> None:
-    """Element matrix (3, 3, v, v) of all points at once: one product of matrices for each pair of components."""
+def weigh_bending(
+    rows: np.ndarray, first: int, stride: int, hessian: np.ndarray, symmetric: bool, weighed: np.ndarray
+) -> None:
+    """The same with five rows and a hessian (15, 15); sums in one go, not row by row, which would be stored in between."""
+    row0, row1, row2 = rows[first], rows[first + stride], rows[first + 2 * stride]
+    row3, row4 = rows[first + 3 * stride], rows[first + 4 * stride]
+    pair = 0
     for a in range(3):
         for b in range(a if symmetric else 0, 3):
-            np.dot(columns, weighed[a, b], matrix[a, b])
-    if symmetric:
-        mirror(matrix)
+            for p in range(5):
+                out = weighed[first + p * stride, pair]
+                i = 3 * p + a
+                f0, f1, f2, f3, f4 = (
+                    hessian[i, b], hessian[i, 3 + b], hessian[i, 6 + b], hessian[i, 9 + b], hessian[i, 12 + b],
+                )  # fmt: skip
+                for j in range(12):
+                    out[j] = ((f0 * row0[j] + f1 * row1[j]) + (f2 * row2[j] + f3 * row3[j])) + f4 * row4[j]
+            pair += 1
 
 
 @kernel(inline=True)
-def mirror(matrix: np.ndarray) -> None:
-    """Blocks (a, b) below the diagonal of a symmetric element matrix (3, 3, v, v) from those above."""
+def contract(
+    columns: np.ndarray, weighed: np.ndarray, symmetric: bool, products: np.ndarray, matrix: np.ndarray
+) -> None:
+    """Element matrix (3, 3, v, v) of all points and pairs of components at once: one product, into `products` first."""
+    np.dot(columns, weighed.reshape(weighed.shape[0], -1), products)
+    width = matrix.shape[2]
+    first = 0
     for a in range(3):
-        for b in range(a):
-            for i in range(matrix.shape[2]):
-                for j in range(matrix.shape[3]):
-                    matrix[a, b, i, j] = matrix[b, a, j, i]
+        for b in range(a if symmetric else 0, 3):
+            for i in range(width):
+                for j in range(width):
+                    value = products[i, first + j]
+                    matrix[a, b, i, j] = value
+                    if symmetric:
+                        matrix[b, a, j, i] = value
+            first += width

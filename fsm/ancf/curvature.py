@@ -17,7 +17,7 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["add_curvature_hessian", "curvature_gradient", "normal"]
+__all__ = ["add_curvature_hessian", "curvature_effort", "curvature_gradient", "curvature_rates", "normal"]
 
 
 @kernel(inline=True)
@@ -27,8 +27,9 @@ def normal(g: np.ndarray, n: np.ndarray) -> float:
     n[1] = g[2] * g[3] - g[0] * g[5]
     n[2] = g[0] * g[4] - g[1] * g[3]
     size = math.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
+    per_size = 1.0 / size
     for a in range(3):
-        n[a] /= size
+        n[a] *= per_size
     return size
 
 
@@ -42,18 +43,62 @@ def _cross(u: np.ndarray, v: np.ndarray, out: np.ndarray) -> None:
 @kernel(inline=True)
 def curvature_gradient(g: np.ndarray, n: np.ndarray, size: float, c: np.ndarray, out: np.ndarray) -> None:
     """Derivatives (3, 15) of kappa_XX, kappa_YY, kappa_XY; `n` and `size` from `normal`, `c` (3,) is scratch."""
+    per_size = 1.0 / size
     for k in range(3):
         along = 0.0
         for a in range(3):
             along += n[a] * g[6 + 3 * k + a]
         for a in range(3):
-            c[a] = (g[6 + 3 * k + a] - along * n[a]) / size
+            c[a] = (g[6 + 3 * k + a] - along * n[a]) * per_size
         for a in range(6, 15):
             out[k, a] = 0.0
         for a in range(3):
             out[k, 6 + 3 * k + a] = n[a]
         _cross(g[3:6], c, out[k, 0:3])
         _cross(c, g[0:3], out[k, 3:6])
+
+
+@kernel(inline=True)
+def curvature_effort(g: np.ndarray, n: np.ndarray, size: float, m: np.ndarray, c: np.ndarray, out: np.ndarray) -> None:
+    """The product m . gradient, (15,), without the gradient: what bending does to a point.
+
+    Parameters
+    ----------
+    g : (15,) array
+    n, size : of `normal`
+    m : (3,) array
+    c : (3,) array, scratch
+    out : (15,) array
+    """
+    along = 0.0
+    for a in range(3):
+        c[a] = m[0] * g[6 + a] + m[1] * g[9 + a] + m[2] * g[12 + a]
+        along += n[a] * c[a]
+    per_size = 1.0 / size
+    for a in range(3):
+        c[a] = (c[a] - along * n[a]) * per_size
+    _cross(g[3:6], c, out[0:3])
+    _cross(c, g[0:3], out[3:6])
+    for k in range(3):
+        for a in range(3):
+            out[6 + 3 * k + a] = m[k] * n[a]
+
+
+@kernel(inline=True)
+def curvature_rates(g: np.ndarray, v: np.ndarray, n: np.ndarray, size: float, c: np.ndarray, out: np.ndarray) -> None:
+    """Rates (3,) of the curvatures: the product gradient . v without the gradient, v (15,) the rates of g; `c` is scratch."""
+    _cross(v[0:3], g[3:6], c)
+    c[0] += g[1] * v[5] - g[2] * v[4]
+    c[1] += g[2] * v[3] - g[0] * v[5]
+    c[2] += g[0] * v[4] - g[1] * v[3]
+    along = n[0] * c[0] + n[1] * c[1] + n[2] * c[2]
+    per_size = 1.0 / size
+    for a in range(3):
+        c[a] = (c[a] - along * n[a]) * per_size
+    for k in range(3):
+        out[k] = 0.0
+        for a in range(3):
+            out[k] += n[a] * v[6 + 3 * k + a] + c[a] * g[6 + 3 * k + a]
 
 
 @kernel(inline=True)

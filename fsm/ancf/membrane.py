@@ -17,8 +17,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsm.ancf.assembly import contract, gather, scatter_force, scatter_matrix, weigh_point
-from fsm.ancf.curvature import add_curvature_hessian, curvature_gradient, normal
+from fsm.ancf.assembly import contract, gather, scatter_force, scatter_matrix, weigh_bending, weigh_stretch
+from fsm.ancf.curvature import (
+    add_curvature_hessian,
+    curvature_effort,
+    curvature_gradient,
+    curvature_rates,
+    normal,
+)
 from fsm.ancf.tension_field import film_energy, film_stress, film_tangent
 from fsm.kernels.jit import kernel
 
@@ -68,19 +74,22 @@ def _derivatives(film: MembraneArrays, q: np.ndarray) -> np.ndarray:
 
 
 @kernel(inline=True)
-def _bend_point(r: np.ndarray, first: int, points: int, b: float, c: float, g: np.ndarray) -> None:
-    """The five derivatives (15,) at a point of bending, in the lengths of the element; `first` is its column of x."""
+def _bend_point(r: np.ndarray, first: int, points: int, per_b: float, per_c: float, g: np.ndarray) -> None:
+    """The five derivatives (15,) at a point of bending, by material lengths; `first` is its column of x.
+
+    Here and below `per_b` and `per_c` are 1/b and 1/c: divisions are what these loops would wait for.
+    """
     for a in range(3):
-        g[a] = r[a, first] / b
-        g[3 + a] = r[a, first + points] / c
-        g[6 + a] = r[a, first + 2 * points] / (b * b)
-        g[9 + a] = r[a, first + 3 * points] / (c * c)
-        g[12 + a] = r[a, first + 4 * points] / (b * c)
+        g[a] = r[a, first] * per_b
+        g[3 + a] = r[a, first + points] * per_c
+        g[6 + a] = r[a, first + 2 * points] * (per_b * per_b)
+        g[9 + a] = r[a, first + 3 * points] * (per_c * per_c)
+        g[12 + a] = r[a, first + 4 * points] * (per_b * per_c)
 
 
 @kernel(inline=True)
 def _products(
-    r: np.ndarray, v: np.ndarray, x: int, y: int, b: float, c: float
+    r: np.ndarray, v: np.ndarray, x: int, y: int, per_b: float, per_c: float
 ) -> tuple[float, float, float]:
     """r_X.v_X, r_Y.v_Y and (r_X.v_Y + r_Y.v_X)/2 at the columns x and y."""
     xx = yy = xy = 0.0
@@ -88,15 +97,15 @@ def _products(
         xx += r[a, x] * v[a, x]
         yy += r[a, y] * v[a, y]
         xy += r[a, x] * v[a, y] + r[a, y] * v[a, x]
-    return xx / (b * b), yy / (c * c), 0.5 * xy / (b * c)
+    return xx * (per_b * per_b), yy * (per_c * per_c), 0.5 * xy * (per_b * per_c)
 
 
 @kernel(inline=True)
 def _strain(
-    r: np.ndarray, point: int, points: int, b: float, c: float, rest: np.ndarray
+    r: np.ndarray, point: int, points: int, per_b: float, per_c: float, rest: np.ndarray
 ) -> tuple[float, float, float]:
     """Green strain exx, eyy, exy at a point of stretch."""
-    xx, yy, xy = _products(r, r, point, points + point, b, c)
+    xx, yy, xy = _products(r, r, point, points + point, per_b, per_c)
     return 0.5 * (xx - 1.0) - rest[0], 0.5 * (yy - 1.0) - rest[1], 0.5 * xy - rest[2]
 
 
@@ -124,13 +133,14 @@ def stored_energy(film: MembraneArrays, tension_field: bool, q: np.ndarray) -> t
     for k in range(film.vectors.shape[0]):
         r = derivatives[k]
         b, c = film.sides[k]
+        per_b, per_c = 1.0 / b, 1.0 / c
         plain, poisson, bending = film.stiffness[k]
         for point in range(count):
-            exx, eyy, exy = _strain(r, point, count, b, c, film.rest_strain[k, point])
+            exx, eyy, exy = _strain(r, point, count, per_b, per_c, film.rest_strain[k, point])
             density = film_energy(exx, eyy, exy, plain, poisson, tension_field)
             stretch += b * c * film.stretch_weights[point] * density
         for point in range(points):
-            _bend_point(r, 2 * count + point, points, b, c, g)
+            _bend_point(r, 2 * count + point, points, per_b, per_c, g)
             normal(g, n)
             _curvature(g, n, kappa)
             for a in range(3):
@@ -143,13 +153,14 @@ def stored_energy(film: MembraneArrays, tension_field: bool, q: np.ndarray) -> t
 
 @kernel(inline=True)
 def _stretch_effort(
-    r: np.ndarray, x: int, y: int, b: float, c: float, weight: float, nxx: float, nyy: float, nxy: float, p: np.ndarray
-) -> None:
+    r: np.ndarray, x: int, y: int, per_b: float, per_c: float, weight: float, nxx: float, nyy: float, nxy: float,
+    p: np.ndarray,
+) -> None:  # fmt: skip
     """Derivatives of the energy by the natural derivatives of r at a point of stretch, into the same columns of p."""
     for a in range(3):
-        rx, ry = r[a, x] / b, r[a, y] / c
-        p[a, x] = weight / b * (nxx * rx + nxy * ry)
-        p[a, y] = weight / c * (nxy * rx + nyy * ry)
+        rx, ry = r[a, x] * per_b, r[a, y] * per_c
+        p[a, x] = weight * per_b * (nxx * rx + nxy * ry)
+        p[a, y] = weight * per_c * (nxy * rx + nyy * ry)
 
 
 @kernel
@@ -163,89 +174,79 @@ def add_force(
     derivatives, efforts = _derivatives(film, q), np.empty((elements, 3, width))
     rates = _derivatives(film, u) if viscosity > 0.0 else derivatives
     g, gv, n, c3, kappa, m = np.empty(15), np.empty(15), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    gradient = np.empty((3, 15))
+    turning, effort = np.empty(3), np.empty(15)
     for k in range(film.vectors.shape[0]):
         r = derivatives[k]
         v, p = rates[k], efforts[k]
         b, c = film.sides[k]
+        per_b, per_c = 1.0 / b, 1.0 / c
         plain, poisson, bending = film.stiffness[k]
         for point in range(count):
-            exx, eyy, exy = _strain(r, point, count, b, c, film.rest_strain[k, point])
+            exx, eyy, exy = _strain(r, point, count, per_b, per_c, film.rest_strain[k, point])
             nxx, nyy, nxy = film_stress(exx, eyy, exy, plain, poisson, tension_field)
             if viscosity > 0.0:
-                dxx, dyy, dxy = _products(r, v, point, count + point, b, c)
+                dxx, dyy, dxy = _products(r, v, point, count + point, per_b, per_c)
                 vxx, vyy, vxy = film_stress(dxx, dyy, dxy, viscosity * plain, poisson, False)
                 nxx, nyy, nxy = nxx + vxx, nyy + vyy, nxy + vxy
             weight = b * c * film.stretch_weights[point]
-            _stretch_effort(r, point, count + point, b, c, weight, nxx, nyy, nxy, p)
+            _stretch_effort(r, point, count + point, per_b, per_c, weight, nxx, nyy, nxy, p)
         for point in range(points):
             first = 2 * count + point
-            _bend_point(r, first, points, b, c, g)
+            _bend_point(r, first, points, per_b, per_c, g)
             size = normal(g, n)
             _curvature(g, n, kappa)
             for a in range(3):
                 kappa[a] -= film.rest_curvature[k, point, a]
-            curvature_gradient(g, n, size, c3, gradient)
             if viscosity > 0.0:
-                _bend_point(v, first, points, b, c, gv)
+                _bend_point(v, first, points, per_b, per_c, gv)
+                curvature_rates(g, gv, n, size, c3, turning)
                 for a in range(3):
-                    for j in range(15):
-                        kappa[a] += viscosity * gradient[a, j] * gv[j]
+                    kappa[a] += viscosity * turning[a]
             _moments(kappa, bending, poisson, m)
             weight = b * c * film.bend_weights[point]
+            curvature_effort(g, n, size, m, c3, effort)
             for d in range(5):
-                factor = weight * _length(d, b, c)
+                factor = weight * _length(d, per_b, per_c)
                 for a in range(3):
-                    j = 3 * d + a
-                    moment = m[0] * gradient[0, j] + m[1] * gradient[1, j] + m[2] * gradient[2, j]
-                    p[a, first + d * points] = factor * moment
+                    p[a, first + d * points] = factor * effort[3 * d + a]
     products = np.dot(efforts.reshape(3 * elements, width), film.rows).reshape(elements, 3, 12)
     for k in range(elements):
         scatter_force(film.vectors[k], film.scale[k], -1.0, products[k], force)
 
 
 @kernel(inline=True)
-def _length(d: int, b: float, c: float) -> float:
+def _length(d: int, per_b: float, per_c: float) -> float:
     """Natural over material derivative number d (X, Y, XX, YY, XY)."""
     if d == 0:
-        return 1.0 / b
+        return per_b
     if d == 1:
-        return 1.0 / c
+        return per_c
     if d == 2:
-        return 1.0 / (b * b)
+        return per_b * per_b
     if d == 3:
-        return 1.0 / (c * c)
-    return 1.0 / (b * c)
-
-
-@kernel(inline=True)
-def _add_product(factor: float, left: np.ndarray, right: np.ndarray, out: np.ndarray) -> None:
-    """out += factor left right^T, vectors of 15."""
-    for i in range(15):
-        value = factor * left[i]
-        for j in range(15):
-            out[i, j] += value * right[j]
+        return per_c * per_c
+    return per_b * per_c
 
 
 @kernel(inline=True)
 def _add_moduli(
-    factor: float, bending: float, poisson: float, left: np.ndarray, right: np.ndarray, out: np.ndarray
+    factor: float, bending: float, poisson: float, left: np.ndarray, right: np.ndarray, work: np.ndarray, out: np.ndarray
 ) -> None:
-    """out += factor sum_kl D_kl left_k right_l^T with the bending moduli D_kl; left and right (3, 15)."""
-    stiff = factor * bending
-    _add_product(stiff, left[0], right[0], out)
-    _add_product(stiff, left[1], right[1], out)
-    _add_product(stiff * poisson, left[0], right[1], out)
-    _add_product(stiff * poisson, left[1], right[0], out)
-    _add_product(2.0 * stiff * (1.0 - poisson), left[2], right[2], out)
+    """out += factor sum_kl D_kl left_k right_l^T with the bending moduli D_kl; left and right (3, 15), work too."""
+    for j in range(15):
+        _moments(right[:, j], factor * bending, poisson, work[:, j])
+    for i in range(15):
+        l0, l1, l2 = left[0, i], left[1, i], left[2, i]
+        for j in range(15):
+            out[i, j] += l0 * work[0, j] + l1 * work[1, j] + l2 * work[2, j]
 
 
 @kernel(inline=True)
-def _natural(derivatives: int, b: float, c: float, h: np.ndarray) -> None:
+def _natural(derivatives: int, per_b: float, per_c: float, h: np.ndarray) -> None:
     """Second derivatives (3 d, 3 d) by material derivatives turned into those by natural ones."""
     for d in range(derivatives):
         for f in range(derivatives):
-            factor = _length(d, b, c) * _length(f, b, c)
+            factor = _length(d, per_b, per_c) * _length(f, per_b, per_c)
             for i in range(3):
                 for j in range(3):
                     h[3 * d + i, 3 * f + j] *= factor
@@ -282,46 +283,49 @@ def add_tangent(
     kappa, m, one = np.empty(3), np.empty(3), np.empty(3)
     gradient, turned, rates = np.empty((3, 15)), np.empty((8, 6)), np.empty((3, 15))
     stretch, bend, second = np.empty((6, 6)), np.empty((15, 15)), np.empty((15, 15))
-    weighed, viscous = np.empty((3, 3, width, 12)), np.empty((3, 3, width, 12))
-    element = np.empty((3, 3, 12, 12))
+    changed, element = np.empty((3, 15)), np.empty((3, 3, 12, 12))
     symmetric = not moving > 0.0
+    pairs = 6 if symmetric else 9
+    weighed, products = np.empty((width, pairs, 12)), np.empty((12, 12 * pairs))
+    viscous, viscous_products = np.empty((width, 6, 12)), np.empty((12, 72))
     for k in range(film.vectors.shape[0]):
         r = derivatives[k]
         v = rate_derivatives[k]
         b, c = film.sides[k]
+        per_b, per_c = 1.0 / b, 1.0 / c
         plain, poisson, bending = film.stiffness[k]
         plain_moduli = film_tangent(0.0, 0.0, 0.0, plain, poisson, False)
         for point in range(count):
             weight = b * c * film.stretch_weights[point]
-            exx, eyy, exy = _strain(r, point, count, b, c, film.rest_strain[k, point])
+            exx, eyy, exy = _strain(r, point, count, per_b, per_c, film.rest_strain[k, point])
             nxx, nyy, nxy = film_stress(exx, eyy, exy, plain, poisson, tension_field)
             for a in range(3):
-                x[a], y[a] = r[a, point] / b, r[a, count + point] / c
+                x[a], y[a] = r[a, point] * per_b, r[a, count + point] * per_c
             stretch[:] = 0.0
             _stretch_moduli(x, y, x, y, film_tangent(exx, eyy, exy, plain, poisson, tension_field), weight, stretch)
             if moving > 0.0:
-                dxx, dyy, dxy = _products(r, v, point, count + point, b, c)
+                dxx, dyy, dxy = _products(r, v, point, count + point, per_b, per_c)
                 sxx, syy, sxy = film_stress(dxx, dyy, dxy, moving * plain, poisson, False)
                 nxx, nyy, nxy = nxx + sxx, nyy + syy, nxy + sxy
                 for a in range(3):
-                    vx[a], vy[a] = v[a, point] / b, v[a, count + point] / c
+                    vx[a], vy[a] = v[a, point] * per_b, v[a, count + point] * per_c
                 _stretch_moduli(x, y, vx, vy, plain_moduli, moving * weight, stretch)
             for a in range(3):
                 stretch[a, a] += weight * nxx
                 stretch[a, 3 + a] += weight * nxy
                 stretch[3 + a, a] += weight * nxy
                 stretch[3 + a, 3 + a] += weight * nyy
-            _natural(2, b, c, stretch)
-            weigh_point(film.rows, point, count, 2, stretch, symmetric, weighed)
+            _natural(2, per_b, per_c, stretch)
+            weigh_stretch(film.rows, point, count, stretch, symmetric, weighed)
             if viscosity > 0.0:
                 stretch[:] = 0.0
                 _stretch_moduli(x, y, x, y, plain_moduli, viscosity * weight, stretch)
-                _natural(2, b, c, stretch)
-                weigh_point(film.rows, point, count, 2, stretch, True, viscous)
+                _natural(2, per_b, per_c, stretch)
+                weigh_stretch(film.rows, point, count, stretch, True, viscous)
         for point in range(points):
             weight = b * c * film.bend_weights[point]
             first = 2 * count + point
-            _bend_point(r, first, points, b, c, g)
+            _bend_point(r, first, points, per_b, per_c, g)
             length = normal(g, n)
             _curvature(g, n, kappa)
             for a in range(3):
@@ -329,7 +333,7 @@ def add_tangent(
             curvature_gradient(g, n, length, c3, gradient)
             bend[:] = 0.0
             if moving > 0.0:
-                _bend_point(v, first, points, b, c, gv)
+                _bend_point(v, first, points, per_b, per_c, gv)
                 for a in range(3):
                     for j in range(15):
                         kappa[a] += moving * gradient[a, j] * gv[j]
@@ -342,23 +346,23 @@ def add_tangent(
                         rates[a, j] = 0.0
                         for i in range(15):
                             rates[a, j] += gv[i] * second[i, j]
-                _add_moduli(moving * weight, bending, poisson, gradient, rates, bend)
+                _add_moduli(moving * weight, bending, poisson, gradient, rates, changed, bend)
             _moments(kappa, bending, poisson, m)
             for a in range(3):
                 m[a] *= weight
             add_curvature_hessian(g, n, length, m, turned, bend)
-            _add_moduli(weight, bending, poisson, gradient, gradient, bend)
-            _natural(5, b, c, bend)
-            weigh_point(film.rows, first, points, 5, bend, symmetric, weighed)
+            _add_moduli(weight, bending, poisson, gradient, gradient, changed, bend)
+            _natural(5, per_b, per_c, bend)
+            weigh_bending(film.rows, first, points, bend, symmetric, weighed)
             if viscosity > 0.0:
                 bend[:] = 0.0
-                _add_moduli(viscosity * weight, bending, poisson, gradient, gradient, bend)
-                _natural(5, b, c, bend)
-                weigh_point(film.rows, first, points, 5, bend, True, viscous)
-        contract(film.columns, weighed, symmetric, element)
+                _add_moduli(viscosity * weight, bending, poisson, gradient, gradient, changed, bend)
+                _natural(5, per_b, per_c, bend)
+                weigh_bending(film.rows, first, points, bend, True, viscous)
+        contract(film.columns, weighed, symmetric, products, element)
         scatter_matrix(slots[k], film.scale[k], size, element, into_stiffness)
         if viscosity > 0.0:
-            contract(film.columns, viscous, True, element)
+            contract(film.columns, viscous, True, viscous_products, element)
             scatter_matrix(slots[k], film.scale[k], size, element, into_damping)
 
 
@@ -368,25 +372,21 @@ def dissipation(film: MembraneArrays, q: np.ndarray, u: np.ndarray, viscosity: f
     count, points = film.stretch_weights.shape[0], film.bend_weights.shape[0]
     derivatives, rates = _derivatives(film, q), _derivatives(film, u)
     g, gv, n, c3 = np.empty(15), np.empty(15), np.empty(3), np.empty(3)
-    rate, m, gradient = np.empty(3), np.empty(3), np.empty((3, 15))
+    rate, m = np.empty(3), np.empty(3)
     power = 0.0
     for k in range(film.vectors.shape[0]):
         r, v = derivatives[k], rates[k]
         b, c = film.sides[k]
+        per_b, per_c = 1.0 / b, 1.0 / c
         plain, poisson, bending = film.stiffness[k]
         for point in range(count):
-            dxx, dyy, dxy = _products(r, v, point, count + point, b, c)
+            dxx, dyy, dxy = _products(r, v, point, count + point, per_b, per_c)
             density = film_energy(dxx, dyy, dxy, plain, poisson, False)
             power += 2.0 * viscosity * b * c * film.stretch_weights[point] * density
         for point in range(points):
-            _bend_point(r, 2 * count + point, points, b, c, g)
-            _bend_point(v, 2 * count + point, points, b, c, gv)
-            size = normal(g, n)
-            curvature_gradient(g, n, size, c3, gradient)
-            for a in range(3):
-                rate[a] = 0.0
-                for j in range(15):
-                    rate[a] += gradient[a, j] * gv[j]
+            _bend_point(r, 2 * count + point, points, per_b, per_c, g)
+            _bend_point(v, 2 * count + point, points, per_b, per_c, gv)
+            curvature_rates(g, gv, n, normal(g, n), c3, rate)
             _moments(rate, bending, poisson, m)
             density = m[0] * rate[0] + m[1] * rate[1] + m[2] * rate[2]
             power += viscosity * b * c * film.bend_weights[point] * density
@@ -402,9 +402,10 @@ def strains_at(film: MembraneArrays, q: np.ndarray) -> np.ndarray:
     for k in range(film.vectors.shape[0]):
         r = derivatives[k]
         b, c = film.sides[k]
+        per_b, per_c = 1.0 / b, 1.0 / c
         for point in range(count):
             out[k, point, 0], out[k, point, 1], out[k, point, 2] = _strain(
-                r, point, count, b, c, film.rest_strain[k, point]
+                r, point, count, per_b, per_c, film.rest_strain[k, point]
             )
     return out
 
@@ -419,8 +420,9 @@ def curvatures_at(film: MembraneArrays, q: np.ndarray) -> np.ndarray:
     for k in range(film.vectors.shape[0]):
         r = derivatives[k]
         b, c = film.sides[k]
+        per_b, per_c = 1.0 / b, 1.0 / c
         for point in range(points):
-            _bend_point(r, 2 * count + point, points, b, c, g)
+            _bend_point(r, 2 * count + point, points, per_b, per_c, g)
             normal(g, n)
             _curvature(g, n, kappa)
             for a in range(3):

@@ -14,7 +14,15 @@ from __future__ import annotations
 import numpy as np
 
 from fsm.kernels.jit import kernel
-from fsm.kernels.small_blocks import invert, is_zero, negative_eigenvalues, subtract_product
+from fsm.kernels.small_blocks import (
+    add_product,
+    invert,
+    is_zero,
+    negative_eigenvalues,
+    subtract_product,
+    subtract_terms,
+    subtract_transposed,
+)
 
 __all__ = [
     "backward_error", "count_negative", "factorise", "fill_in", "is_symmetric", "multiply_blocks", "solve_refined",
@@ -282,23 +290,16 @@ def _solve_symmetric(
         # L_ji y_i = U_ij^T U_ii^-1 y_i
         for a in range(size):
             total[a] = 0.0
-            for b in range(size):
-                total[a] += factors[diagonal[i], a, b] * y[i, b]
+        add_product(total, factors[diagonal[i]], y[i])
         for a in range(size):
             y[i, a] = total[a]
         for k in range(diagonal[i] + 1, indptr[i + 1]):
-            j = indices[k]
-            for a in range(size):
-                for b in range(size):
-                    y[j, b] -= factors[k, a, b] * total[a]
+            subtract_transposed(y[indices[k]], factors[k], total)
     for i in range(count - 1, -1, -1):
         for a in range(size):
             total[a] = 0.0
         for k in range(diagonal[i] + 1, indptr[i + 1]):
-            j = indices[k]
-            for a in range(size):
-                for b in range(size):
-                    total[a] += factors[k, a, b] * y[j, b]
+            add_product(total, factors[k], y[indices[k]])
         for a in range(size):
             for b in range(size):
                 y[i, a] -= factors[diagonal[i], a, b] * total[b]
@@ -327,19 +328,18 @@ def backward_error(
     """Largest |b - A x|_i / (|A| |x| + |b|)_i; `residual` (n d,) gets b - A x. Not a number where x is none."""
     size = data.shape[1]
     worst = 0.0
+    total, scale = np.empty(size, dtype=residual.dtype), np.empty(size)
     for i in range(indptr.shape[0] - 1):
         for a in range(size):
-            total = right[i * size + a]
-            scale = abs(total)
-            for k in range(indptr[i], indptr[i + 1]):
-                first = indices[k] * size
-                for b in range(size):
-                    term = data[k, a, b] * x[first + b]
-                    total -= term
-                    scale += abs(term)
-            residual[i * size + a] = total
-            if scale > 0.0:
-                error = abs(total) / scale
+            total[a] = right[i * size + a]
+            scale[a] = abs(total[a])
+        for k in range(indptr[i], indptr[i + 1]):
+            first = indices[k] * size
+            subtract_terms(total, scale, data[k], x[first : first + size])
+        for a in range(size):
+            residual[i * size + a] = total[a]
+            if scale[a] > 0.0:
+                error = abs(total[a]) / scale[a]
                 if not error <= worst:
                     worst = error
     return worst

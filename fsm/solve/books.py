@@ -181,7 +181,7 @@ class Books:
     def turned_over_in_motion(self, t: float, q: np.ndarray, seen: Observation) -> TurnedOver:
         """Work (J) and dissipated energy (J) of a step of a time integrator."""
         step = t - self.time
-        dissipated, of_pairs = mean_dissipation(self.system, (self.time, self.q), (t, q))
+        dissipated, of_pairs = mean_dissipation(self.system, (self.time, self.q), (t, q), len(seen.pairs.force))
         work = 0.5 * step * (self.last.energy.input_power + seen.energy.input_power)
         return TurnedOver(work, step * dissipated, step * of_pairs)
 

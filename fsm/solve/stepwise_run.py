@@ -71,7 +71,9 @@ class StepwiseRun(Run):
         self.statistics.smallest_step = min(self.statistics.smallest_step, step)
         driven = self.last.energy.driven
         self.last = seen = self.system.observe(solver.t, solver.q, solver.u)
-        dissipated, of_pairs = mean_dissipation(self.system, (self.time, self.q), (solver.t, solver.q))
+        dissipated, of_pairs = mean_dissipation(
+            self.system, (self.time, self.q), (solver.t, solver.q), len(seen.pairs.force)
+        )
         work = 0.5 * step * (begin.input_power + seen.energy.input_power) + seen.energy.driven - driven
         self.ledger.add(work, step * dissipated, step * of_pairs)
         self._look(seen)
