@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from fsm.analyses.analysis import Analysis
+from fsm.analyses.reduced import MODAL
 from fsm.errors import CaseError, Fault
 from fsm.results.solution import Solution
 from fsm.scene.case import Case
@@ -56,10 +57,16 @@ def summary_of(
     }
     found = []
     if summary["energy_error"] > 1e-3:
-        found.append(f"energy balance off by {summary['energy_error']:.2g} of the energy turned over; tighten rtol")
+        off = f"energy balance off by {summary['energy_error']:.2g} of the energy turned over"
+        found.append(f"{off}; {_remedy(statistics.method)}")
     found += [_told(event) for event in statistics.events]
     summary["warnings"] = [*warnings, *found, *analysis.warnings(solution, summary)]
     return summary
+
+
+def _remedy(method: str) -> str:
+    """What closes an energy balance that is off: a reduced model has no tolerance, its steps follow its highest mode."""
+    return 'take more vibration.modes, or vibration.model = "full"' if method == MODAL else "tighten rtol"
 
 
 def joined(deployment: dict[str, Any], vibration: dict[str, Any]) -> dict[str, Any]:

@@ -34,6 +34,8 @@ _USELESS = 1.0
 """Error from which on the modes say nothing of the motion."""
 _STRETCHED = 0.1
 """Error of the restoring force from which on more modes are of no use."""
+_FOLLOWS = 8.0
+"""Frequency over the mean one of a motion from which on a mode follows it at once (to 1/16, at twice its frequency)."""
 _NO_PAIRS = PairState(*(np.zeros(0) for _ in range(7)))
 
 
@@ -137,9 +139,14 @@ def stretch_left_out(system: AncfSystem, model: ReducedModel, duration: float) -
     """Error of the model's restoring force at its largest displacement: what the pulse is too short to show.
 
     The film is displaced by the modes, x = Phi a, and by what they pull along at once, x2 = -K^-1 f2(x, x) without its
-    part in the modes; what the force in the modes is off by, as the static deflection that it makes, over the displacement:
+    part in the modes; what the force in the modes is off by, as the static
+    deflection that it makes, over the displacement:
 
         |r/omega^2|/|a|,    r = Phi.(h(x + x2) - h(0)) + omega^2 a + T a a + C a a a
+
+    Modes of a linear model that are far faster than the motion, those within the film above all, do follow it in the film.
+    To hold them where the model has them would stretch it, and told two to three times the error of the motion where
+    there are many of them. There x2 leaves out the part in slower modes only.
 
     Parameters
     ----------
@@ -160,7 +167,9 @@ def stretch_left_out(system: AncfSystem, model: ReducedModel, duration: float) -
     second = at_rest - 0.5 * (system.force(t, q + x, None) + system.force(t, q - x, None))
     stiffness = system.linearise(t, q, None).stiffness.symmetric().bsr()
     factors = splu(stiffness.tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
-    x = x - factors.solve(second) + ((model.shapes @ second) / model.squared) @ model.shapes
+    mean = float(model.squared @ a**2) / float(a @ a)
+    own = np.full(len(a), True) if model.cubic.size else model.squared <= _FOLLOWS**2 * mean
+    x = x - factors.solve(second) + ((model.shapes[own] @ second) / model.squared[own]) @ model.shapes[own]
     left = model.shapes @ (system.force(t, q + x, None) - at_rest) + model.squared * a
     if model.cubic.size:
         left += np.einsum("ijk,j,k->i", model.quadratic, a, a)

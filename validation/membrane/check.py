@@ -28,8 +28,8 @@ from validation.gallery.record import Check, Part, Place, against, below
 from validation.membrane.film import AMPLITUDE, exact_frequencies, frequency, plucked_film, tensioned_film
 from validation.membrane.strip import FILM, HEIGHT, SHEAR, Wrinkled, wrinkled_strip
 
-STARTS = (0.74, 0.78, 0.8, 0.9, 1.0)
-"""Half-wavelengths that the long strip starts from, over that of the closed form."""
+STARTS = (0.78, 1.0)
+"""Half-wavelengths that the long strip starts from, over that of the closed form: the two of least energy of six tried."""
 EXACT = "closed form of the hinged plate under tension, ω² = (Dk⁴ + Nk²)/(ρt), in material lengths"
 
 
@@ -160,7 +160,7 @@ def strip(place: Place) -> Iterator[Check]:
         rtol=3e-4,
         unit="mm",
     )
-    starts = ((0.128, 0.8), (0.128, 1.0), *((0.384, start) for start in STARTS)) if place.full else ((0.128, 0.8),)
+    starts = ((0.128, 0.8), *((0.384, start) for start in STARTS)) if place.full else ((0.128, 0.8),)
     best: dict[float, Wrinkled] = {}
     all_found = []
     for length, seed in starts:
