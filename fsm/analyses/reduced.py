@@ -36,6 +36,8 @@ _STRETCHED = 0.1
 """Error of the restoring force from which on more modes are of no use."""
 _FOLLOWS = 8.0
 """Frequency over the mean one of a motion from which on a mode follows it at once (to 1/16, at twice its frequency)."""
+_ROUNDING = 1e-6
+"""Rise of the energy over that of the modes that is none."""
 _NO_PAIRS = PairState(*(np.zeros(0) for _ in range(7)))
 
 
@@ -56,14 +58,14 @@ class ModelError:
     Attributes
     ----------
     probes, struck : largest difference at the probes and where the film is struck, over the largest displacement there
-    stretch : of the restoring force at the largest displacement, see `stretch_left_out`
+    stretch : of the restoring force at the largest displacement, see `stretch_left_out`; None where that is not known
     until : s
         Compared so long; the force is that of the largest displacement whenever it comes.
     """
 
     probes: float | None
     struck: float | None
-    stretch: float
+    stretch: float | None
     until: float
 
     @property
@@ -74,7 +76,9 @@ class ModelError:
     @property
     def said(self) -> str:
         """In words."""
-        force = f"its restoring force off by {_part(self.stretch)} at the largest displacement"
+        force = "its restoring force not known at the largest displacement, too far from rest or wrinkled there"
+        if self.stretch is not None:
+            force = f"its restoring force off by {_part(self.stretch)} at the largest displacement"
         if self.probes is None or self.struck is None:
             return f"error unknown: the full model needs shorter steps than solve.step to be compared with; {force}"
         motion = f"{_part(self.probes)} at the probes and {_part(self.struck)} where it is struck"
@@ -83,7 +87,7 @@ class ModelError:
     @property
     def advice(self) -> str:
         """What would be better."""
-        if self.stretch > _STRETCHED:
+        if self.stretch is None or self.stretch > _STRETCHED:
             return 'take vibration.model = "full"; with few modes vibration.stretch = true may do'
         useless = "the modes say nothing of this motion: " if self.largest > _USELESS else ""
         return f'{useless}take more vibration.modes, or vibration.model = "full"'
@@ -135,14 +139,17 @@ def error_against_full(
     return ModelError(errors[0], errors[1], stretch, until)
 
 
-def stretch_left_out(system: AncfSystem, model: ReducedModel, duration: float) -> float:
+def stretch_left_out(system: AncfSystem, model: ReducedModel, duration: float) -> float | None:
     """Error of the model's restoring force at its largest displacement: what the pulse is too short to show.
 
-    The film is displaced by the modes, x = Phi a, and by what they pull along at once, x2 = -K^-1 f2(x, x) without its
-    part in the modes; what the force in the modes is off by, as the static
-    deflection that it makes, over the displacement:
+    None where x2 (below) would raise the energy, which what is pulled along never does: far from rest, or where parts of a
+    tension field wrinkle or slacken, which give way in their plane without end. Nothing is of second order there.
 
-        |r/omega^2|/|a|,    r = Phi.(h(x + x2) - h(0)) + omega^2 a + T a a + C a a a
+    The film is displaced by the modes, x = Phi a, and by what they pull along at once, x2 = -K^-1 f2(x, x) without its
+    part in the modes; what the forces of the model and of the film differ by, as static deflections in the modes, over
+    the larger one. So a film too stiff for its modes by any factor is off by the whole, not by that factor:
+
+        |m - f|/max(|m|, |f|),    m = a + (T a a + C a a a)/omega^2,    f = -Phi.(h(x + x2) - h(0))/omega^2
 
     Modes of a linear model that are far faster than the motion, those within the film above all, do follow it in the film.
     To hold them where the model has them would stretch it, and told two to three times the error of the motion where
@@ -167,14 +174,20 @@ def stretch_left_out(system: AncfSystem, model: ReducedModel, duration: float) -
     second = at_rest - 0.5 * (system.force(t, q + x, None) + system.force(t, q - x, None))
     stiffness = system.linearise(t, q, None).stiffness.symmetric().bsr()
     factors = splu(stiffness.tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+    stored = 0.5 * float(model.squared @ a**2)
     mean = float(model.squared @ a**2) / float(a @ a)
     own = np.full(len(a), True) if model.cubic.size else model.squared <= _FOLLOWS**2 * mean
-    x = x - factors.solve(second) + ((model.shapes[own] @ second) / model.squared[own]) @ model.shapes[own]
-    left = model.shapes @ (system.force(t, q + x, None) - at_rest) + model.squared * a
+    pulled = ((model.shapes[own] @ second) / model.squared[own]) @ model.shapes[own] - factors.solve(second)
+    if sum(system.energies(t, q + x + pulled).values()) > sum(system.energies(t, q + x).values()) + _ROUNDING * stored:
+        return None
+    x = x + pulled
+    film = -(model.shapes @ (system.force(t, q + x, None) - at_rest)) / model.squared
+    modes = a.copy()
     if model.cubic.size:
-        left += np.einsum("ijk,j,k->i", model.quadratic, a, a)
-        left += np.einsum("ijkl,j,k,l->i", model.cubic, a, a, a, optimize=True)
-    return float(np.linalg.norm(left / model.squared) / np.linalg.norm(a))
+        bent = np.einsum("ijk,j,k->i", model.quadratic, a, a)
+        bent += np.einsum("ijkl,j,k,l->i", model.cubic, a, a, a, optimize=True)
+        modes += bent / model.squared
+    return float(np.linalg.norm(modes - film) / max(np.linalg.norm(modes), np.linalg.norm(film)))
 
 
 def _step(system: AncfSystem, model: ReducedModel, end: float) -> float:

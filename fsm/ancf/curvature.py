@@ -86,7 +86,7 @@ def curvature_effort(g: np.ndarray, n: np.ndarray, size: float, m: np.ndarray, c
 
 @kernel(inline=True)
 def curvature_rates(g: np.ndarray, v: np.ndarray, n: np.ndarray, size: float, c: np.ndarray, out: np.ndarray) -> None:
-    """Rates (3,) of the curvatures: the product gradient . v without the gradient, v (15,) the rates of g; `c` is scratch."""
+    """Rates (3,) of the curvatures: gradient . v without the gradient, v (15,) the rates of g; `c` (3,) is scratch."""
     _cross(v[0:3], g[3:6], c)
     c[0] += g[1] * v[5] - g[2] * v[4]
     c[1] += g[2] * v[3] - g[0] * v[5]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 from collections.abc import Callable, Sequence
 from contextlib import closing
@@ -114,12 +115,15 @@ def examine(drawn: Drawn, limit: float) -> Line:
 
 
 def told_error(solution: Solution) -> float:
-    """Largest error that a run's warnings tell of its own model, the reduced one of a film; 0 where there is none."""
+    """Largest error that a run's warnings tell of its own model, the reduced one of a film; 0 where there is none.
+
+    Infinite where it is told not to be known.
+    """
     summary = solution.summary
     if not any(line.startswith("reduced model: ") for line in summary["warnings"]):
         return 0.0
     names = ("reduced_error", "reduced_error_struck", "reduced_force_error")
-    return max(summary[name] or 0.0 for name in names)
+    return max(math.inf if summary[name] is None else summary[name] for name in names)
 
 
 def _classified(first: Attempt) -> tuple[str, str]:
