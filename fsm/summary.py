@@ -15,6 +15,7 @@ from fsm.scene.case import Case
 from fsm.scene.load_case import LoadedCase
 from fsm.solve.handed_over import Statistics
 from fsm.solve.ledger import Ledger
+from fsm.solve.settings import Settings
 from fsm.solve.status import Event
 
 __all__ = ["check_expectations", "joined", "missed_expectations", "summary_of"]
@@ -58,15 +59,19 @@ def summary_of(
     found = []
     if summary["energy_error"] > 1e-3:
         off = f"energy balance off by {summary['energy_error']:.2g} of the energy turned over"
-        found.append(f"{off}; {_remedy(statistics.method)}")
+        found.append(f"{off}; {_remedy(analysis, statistics.method)}")
     found += [_told(event) for event in statistics.events]
     summary["warnings"] = [*warnings, *found, *analysis.warnings(solution, summary)]
     return summary
 
 
-def _remedy(method: str) -> str:
-    """What closes an energy balance that is off: a reduced model has no tolerance, its steps follow its highest mode."""
-    return 'take more vibration.modes, or vibration.model = "full"' if method == MODAL else "tighten rtol"
+def _remedy(analysis: Analysis, method: str) -> str:
+    """What closes an energy balance that is off: neither the steps of a reduced model nor fixed ones go by a tolerance."""
+    if method == MODAL:
+        return 'take more vibration.modes, or vibration.model = "full"'
+    settings = analysis.settings(method)
+    fixed = isinstance(settings, Settings) and settings.step is not None
+    return "take a shorter solve.step" if fixed else "tighten rtol"
 
 
 def joined(deployment: dict[str, Any], vibration: dict[str, Any]) -> dict[str, Any]:
