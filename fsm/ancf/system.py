@@ -69,7 +69,8 @@ class AncfSystem:
         material += mass_data(points, self.pattern)
         self._weight = self._bsr(material) @ self._translation(np.array(self.loading.gravity))
         self._full_mass = material + mass_data(others, self.pattern)
-        self._full_bsr = self._bsr(self._full_mass)
+        self._full_csr = self._bsr(self._full_mass).tocsr()
+        self._full_csr.eliminate_zeros()  # of two thirds of every block: x, y and z do not know of each other
         self._held_stiffness, self._held_mass = self._oscillators()
         self._mass = self._full_mass.copy()
         clear_held(self.fixed, self.pattern, self._held_mass, self._mass)
@@ -324,10 +325,10 @@ class AncfSystem:
         if u is None:
             return
         if self.loading.mass_damping:
-            force -= self.loading.mass_damping * (self._full_bsr @ u)
+            force -= self.loading.mass_damping * (self._full_csr @ u)
         moved = self._moved_acceleration(t)
         if moved is not None:
-            force -= self._full_bsr @ moved
+            force -= self._full_csr @ moved
 
     def _moved_acceleration(self, t: float) -> np.ndarray | None:
         """Accelerations of what is moved, None where there is none."""
@@ -352,7 +353,7 @@ class AncfSystem:
         if u is not None and self.loading.motions:
             free = force.copy()
             free[self.fixed] = 0.0
-            reactions[self.fixed] += (self._full_bsr @ self._mass_factors.solve(free))[self.fixed]
+            reactions[self.fixed] += (self._full_csr @ self._mass_factors.solve(free))[self.fixed]
         return reactions
 
     def _drive_state(self, t: float, reactions: np.ndarray) -> DriveState:
@@ -368,7 +369,7 @@ class AncfSystem:
         potential = self.energies(t, q)
         if u is None:
             return Energy(0.0, potential, 0.0, 0.0)
-        momentum = self._full_bsr @ u
+        momentum = self._full_csr @ u
         dissipated = self.loading.mass_damping * float(u @ momentum)
         dissipated += sum(group.energy(q, u)[1] for group in self.mesh.groups if group.rate_dependent)
         power = sum(forcing.time.at(t)[0] * float(forcing.vector @ u) for forcing in self.loading.forcings)
@@ -378,7 +379,7 @@ class AncfSystem:
     def _oscillators(self) -> tuple[float, float]:
         """Stiffness and mass of the oscillators in place of held coordinates: as fast as the fastest of the others."""
         stiffness = self._bsr(self._elements(self.start, None)[1]).diagonal()
-        mass = self._full_bsr.diagonal()
+        mass = self._full_csr.diagonal()
         free = ~self.fixed & (mass > 0.0)
         if not np.any(free):
             return 1.0, 1.0

@@ -358,7 +358,8 @@ def solve_refined(
     right: np.ndarray,
     good: float,
     symmetric: bool,
-) -> tuple[np.ndarray, float]:
+    trusted: bool,
+) -> tuple[np.ndarray, float, bool]:
     """Solve A x = b with the factors of `factorise`, refined once if the backward error is above `good`.
 
     Parameters
@@ -368,23 +369,28 @@ def solve_refined(
     right : (n d,) array
     good : backward error that is not refined
     symmetric : as told to `factorise`
+    trusted : whether to take x as it is, without its backward error
 
     Returns
     -------
     x : (n d,) array
     error : float
-        Backward error of x.
+        Backward error of x; 0 if that is not looked at.
+    refined : bool
     """
     residual = np.empty(right.shape[0], dtype=factors.dtype)
     if symmetric:
         x = _solve_symmetric(order, indptr, indices, diagonal, factors, right)
     else:
         x = _solve_factorised(order, indptr, indices, diagonal, factors, right)
+    if trusted:
+        return x, 0.0, False
     error = backward_error(rows, columns, data, x, right, residual)
-    if error > good:
+    refined = error > good
+    if refined:
         if symmetric:
             x += _solve_symmetric(order, indptr, indices, diagonal, factors, residual)
         else:
             x += _solve_factorised(order, indptr, indices, diagonal, factors, residual)
         error = backward_error(rows, columns, data, x, right, residual)
-    return x, error
+    return x, error, refined

@@ -85,7 +85,7 @@ class LinearSolver:
         self._matrix: BlockMatrix | None = None
         self._factors = np.zeros((0, 0, 0))
         self._other: Any = None
-        self._symmetric = False
+        self._symmetric = self._trusted = False
 
     def factorise(self, matrix: BlockMatrix) -> None:
         """Take a matrix, real or complex; it must not be changed until the last `solve` with it.
@@ -96,7 +96,7 @@ class LinearSolver:
             It is singular.
         """
         self.factorisations += 1
-        self._matrix, self._other = matrix, None
+        self._matrix, self._other, self._trusted = matrix, None, False
         if self.backend != "block":
             self._other = self._library_factors(matrix)
             return
@@ -113,7 +113,11 @@ class LinearSolver:
             self._other = self._library_factors(matrix)
 
     def solve(self, right: np.ndarray) -> np.ndarray:
-        """Solution (n,) of A x = b, refined once where its backward error asks for it."""
+        """Solution (n,) of A x = b, refined once where its backward error asks for it.
+
+        The error is that of the factors. Once it was good without being refined, it is not looked at again with the same
+        ones: that takes as long as to solve.
+        """
         if self._other is not None:
             return np.asarray(self._other(right))
         matrix = self._matrix
@@ -123,14 +127,15 @@ class LinearSolver:
             return np.zeros(0)
         known = self._symbolic
         assert known is not None
-        x, error = solve_refined(
+        x, error, refined = solve_refined(
             known.order, known.indptr, known.indices, known.diagonal, self._factors,
-            pattern.indptr, pattern.indices, matrix.data, right, _GOOD, self._symmetric,
+            pattern.indptr, pattern.indices, matrix.data, right, _GOOD, self._symmetric, self._trusted,
         )  # fmt: skip
         if not error <= _POOR:
             self.fallbacks += 1
             self._other = self._library_factors(matrix)
             return np.asarray(self._other(right))
+        self._trusted = not refined
         return np.asarray(x)
 
     def negative_pivots(self) -> int:

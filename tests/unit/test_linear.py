@@ -120,6 +120,21 @@ def test_superlu_takes_over_where_the_residual_is_poor() -> None:
     assert solver.fallbacks == 1
 
 
+@pytest.mark.parametrize("small", [1.0, 1e-6], ids=["good factors", "factors that have to be refined"])
+def test_all_solutions_with_the_same_factors_are_good(small: float) -> None:
+    """With good ones only the first is looked at; with others every one."""
+    matrix = random_matrix(12, 3, 6, 0)
+    matrix.data[matrix.pattern.diagonal] *= small
+    solver, scalar = LinearSolver(), matrix.bsr().toarray()
+    solver.factorise(matrix)
+    for seed in range(5):
+        right = np.random.default_rng(seed).normal(size=36)
+        x = solver.solve(right)
+        error = np.abs(scalar @ x - right) / (np.abs(scalar) @ np.abs(x) + np.abs(right))
+        assert error.max() < 1e-10
+    assert solver.fallbacks == 0
+
+
 def test_a_singular_matrix_is_said_to_be_one() -> None:
     pattern = body_pattern(np.arange(2), [np.zeros((0, 2), dtype=np.int64)], 3)
     solver = LinearSolver()
