@@ -55,8 +55,6 @@ _DRIVEN = 1e-2
 """Kinetic energy of everything going at the speed of the drives, over that at the speed that they may bring about."""
 _COARSE = 3.0
 """Energy error of one step, over the energy turned over and rtol: above it the force has a kink that is missed."""
-_JUMP = 0.05
-"""Part of a step that was too long for its energy balance, at which a balance that is no better is that of a jump."""
 _DEEP = 1e4
 """Contact forces of a prediction, over reactions and over those before, above which it goes through what it should touch."""
 _RESTING = 1e-3
@@ -74,7 +72,7 @@ _IN_MOTION = 10.0
 _EVENTS = 30
 """Critical points passed before the path is given up: so many are no path but a solver at a loss."""
 _NONE_COARSE = (-math.inf, 0.0, 0.0)
-"""Time, duration and energy error of the longest step that was too long for its energy balance: none."""
+"""Time, duration and energy error of the last step that was looked at for its energy balance: none."""
 _CALMER = 6
 """How often the motion after a snap is given a tenth of the energy to come down to before it is given up."""
 
@@ -244,7 +242,8 @@ class _Follower:
             return _Reason.INERTIA
         duration = t - books.time
         turned_over = books.turned_over(t, found.q, found.u, seen)
-        if duration > _KINK * self.first_step and self._coarse(duration, books.imbalance(seen, turned_over)):
+        imbalance = books.imbalance(seen, turned_over)
+        if duration > _KINK * self.first_step and self._coarse(duration, imbalance, found.iterations):
             return _Reason.COARSE
         if self._resting_unstably(t, found.q):
             return _Reason.UNSTABLE
@@ -300,20 +299,16 @@ class _Follower:
         self.step_size = float(state["step_size"][0])
         self.failed, self.coarse = np.zeros(self.system.nu), _NONE_COARSE
 
-    def _coarse(self, duration: float, imbalance: float) -> bool:
+    def _coarse(self, duration: float, imbalance: float, iterations: int) -> bool:
         """Whether the energy balance of a step asks for a shorter one.
 
-        One that does not come down with the step is that of a state which was no equilibrium, and is taken as it is. Not
-        at once: iterations that went astray to another branch do not when the step is short.
+        One that does not come down with the step is that of a state which was no equilibrium, and is taken as it is; not if
+        many iterations led there, which may have gone astray to another branch.
         """
-        if imbalance <= _COARSE * self.settings.rtol:
-            return False
-        at, longest, worst = self.coarse
-        if at != self.books.time or duration > longest:
-            self.coarse = self.books.time, duration, imbalance
-            return True
-        part = duration / longest
-        return part > _JUMP or imbalance <= math.sqrt(part) * worst
+        at, longer, worse = self.coarse
+        self.coarse = self.books.time, duration, imbalance
+        jump = at == self.books.time and duration < longer and imbalance > math.sqrt(duration / longer) * worse
+        return imbalance > _COARSE * self.settings.rtol and not (jump and iterations <= _ITERATIONS)
 
     def _inertia_counts(self, seen: Observation) -> bool:
         """Whether the motion is too fast for statics; nothing would damp it in a system without rates, so there never."""

@@ -18,7 +18,7 @@ from fsm.errors import CaseError, NotConverged
 from fsm.results.solution import Solution
 from fsm.solve import scipy_ivp
 from fsm.solve.books import Books
-from fsm.solve.handed_over import Statistics
+from fsm.solve.handed_over import Beginning, Statistics, Wanted
 from fsm.solve.modal import modes
 from validation.stress.attempt import attempt
 from validation.stress.campaign import examine
@@ -83,7 +83,8 @@ def test_a_slide_takes_no_energy_from_nowhere() -> None:
     result = solved(LATTICE)
     system = analysis_of(loaded(LATTICE, "scene").case).system
     t, q = result.time[5], result.q[5]
-    books = Books(system, Statistics("static"), None, [], lambda saved: None, None, t, q, np.zeros(system.nu))
+    wanted, beginning = Wanted([], lambda saved: None, None), Beginning(None, None, [], None)
+    books = Books(system, Statistics("static"), wanted, beginning, t, q, np.zeros(system.nu))
     books.slide(result.time[6], result.q[6], system.observe(result.time[6], result.q[6], None))
     stored = system.energy(result.time[6], result.q[6], None).stored_at_rest - system.energy(t, q, None).stored_at_rest
     assert stored > 0.0
