@@ -128,6 +128,8 @@ def error_against_full(
     except NotConverged:
         return ModelError(None, None, stretch, until)
     response = model.respond(until, step / 8.0, system.loading.forcings)
+    if not np.all(np.isfinite(response.amplitude)):  # far beyond where terms of third order hold, it flies off
+        return ModelError(math.inf, math.inf, stretch, until)
     amplitude = CubicHermiteSpline(response.time, response.amplitude, response.rate)
     ours = [model.coordinates(amplitude(t)) for t, _, _ in full]
     errors = []
