@@ -242,8 +242,8 @@ class _Follower:
             return _Reason.INERTIA
         duration = t - books.time
         turned_over = books.turned_over(t, found.q, found.u, seen)
-        imbalance = books.imbalance(seen, turned_over)
-        if duration > _KINK * self.first_step and self._coarse(duration, imbalance, found.iterations):
+        judged = duration > _KINK * self.first_step
+        if judged and self._coarse(duration, books.imbalance(seen, turned_over), found.iterations):
             return _Reason.COARSE
         if self._resting_unstably(t, found.q):
             return _Reason.UNSTABLE
