@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
-import platform
-import sys
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
@@ -20,6 +17,7 @@ from fsm.analyses.analysis import Analysis
 from fsm.errors import is_interrupt
 from fsm.kernels import jit
 from fsm.progress import Progress
+from fsm.provenance import made_by, provenance
 from fsm.results.solution import Record, Solution
 from fsm.results.store import ResultWriter, part_path, read_checkpoint, read_solution, write_checkpoint
 from fsm.scene.load_case import LoadedCase
@@ -91,7 +89,7 @@ class RecordedSolve:
         past = -1.0 if self.resumed is None else self.resumed.end.time * (1.0 + _SAME)
         self.records_due, self.samples_due = (deque(t for t in times if t > past) for times in (record_times, sample_times))
         layout = replace(
-            self.analysis.layout(), case_text=self.loaded.text, provenance=_provenance(f"{method}: {reason}")
+            self.analysis.layout(), case_text=self.loaded.text, provenance=provenance() | {"method": f"{method}: {reason}"}
         )
         bar = Progress(progress, end, self.loaded.case.title or str(self.loaded.path), jit)
         resume_at = self.records if self.resumed else None
@@ -207,6 +205,7 @@ class RecordedSolve:
             },
             {
                 "case": self.loaded.text,
+                "made_by": json.dumps(made_by()),
                 "steps": point.end.steps,
                 "records": point.kept[0],
                 "samples": point.kept[1],
@@ -217,11 +216,17 @@ class RecordedSolve:
         self.last_checkpoint = time.perf_counter()
 
     def _read_checkpoint(self) -> _Point | None:
-        """Where a checkpoint of this very case goes on, with what was seen and noticed until then; None if there is none."""
+        """Where a checkpoint of this very case goes on, with what was seen and noticed until then; None if there is none.
+
+        One that other code wrote is none: what it remembers may mean something else here, and the bits would differ.
+        """
         if not self.checkpoint.is_file() or not part_path(self.target).is_file():
             return None
         arrays, attributes = read_checkpoint(self.checkpoint)
         if attributes.get("case") != self.loaded.text or "steps" not in attributes:
+            return None
+        if attributes.get("made_by") != json.dumps(made_by()):
+            self.warnings.append(f"{self.checkpoint} was written by another version of fsm or its libraries: begun anew")
             return None
         self.warnings = list(attributes["warnings"])
         self.seen = [(DriveState(travel, force), pairs) for travel, force, pairs in _rows(arrays)]
@@ -252,25 +257,6 @@ def _due(times: deque[float], now: float) -> bool:
 
 def _rows(arrays: dict[str, np.ndarray]) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
     return zip(arrays["travel"], arrays["force"], arrays["pair_force"], strict=True)
-
-
-def _provenance(method: str) -> dict[str, str]:
-    import numba
-    import scipy
-
-    import fsm
-
-    return {
-        "fsm": fsm.__version__,
-        "python": platform.python_version(),
-        "numpy": np.__version__,
-        "scipy": scipy.__version__,
-        "numba": numba.__version__,
-        "machine": f"{platform.machine()}, {os.cpu_count()} cores",
-        "command": " ".join([Path(sys.argv[0]).name, *sys.argv[1:]]),
-        "method": method,
-        "started": time.strftime("%Y-%m-%dT%H:%M:%S%z"),
-    }
 
 
 def _plain(statistics: Statistics) -> dict[str, Any]:

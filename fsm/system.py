@@ -146,7 +146,10 @@ class PairState:
 
 @dataclass(frozen=True)
 class Observation:
-    """What a result file keeps of one state besides q and u; `reaction` is the largest one at any body, N."""
+    """What a result file keeps of one state besides q and u.
+
+    `reaction` (N) is the largest one at any body, which statics measures its forces by; in motion it may be left out: 0.
+    """
 
     drive: DriveState
     energy: Energy

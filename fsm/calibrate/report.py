@@ -10,16 +10,15 @@ import hashlib
 import json
 import math
 import os
-import platform
 import shutil
-import sys
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from fsm.provenance import provenance
 
 __all__ = ["Calibration", "Options", "Quantity", "quantities_of", "table_lines", "write_calibration"]
 
@@ -178,7 +177,7 @@ def _contents(found: Calibration, options: Options) -> dict[str, Any]:
         "warnings": found.warnings,
         "data": [{"file": str(file), "sha256": _digest(file)} for file in _read_files(found.sources)],
         "options": {key: value for key, value in asdict(options).items() if key != "progress"},
-        "provenance": _provenance(),
+        "provenance": provenance(),
     }
 
 
@@ -190,22 +189,6 @@ def _read_files(sources: Sequence[Path]) -> list[Path]:
 
 def _digest(file: Path) -> str:
     return hashlib.sha256(file.read_bytes()).hexdigest()
-
-
-def _provenance() -> dict[str, str]:
-    import scipy
-
-    import fsm
-
-    return {
-        "fsm": fsm.__version__,
-        "python": platform.python_version(),
-        "numpy": np.__version__,
-        "scipy": scipy.__version__,
-        "machine": f"{platform.machine()}, {os.cpu_count()} cores",
-        "command": " ".join([Path(sys.argv[0]).name, *sys.argv[1:]]),
-        "written": time.strftime("%Y-%m-%dT%H:%M:%S%z"),
-    }
 
 
 def _plain(value: Any) -> Any:

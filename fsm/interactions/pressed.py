@@ -12,37 +12,7 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["advance_depths", "known_depths"]
-
-
-@kernel
-def known_depths(
-    known_key: np.ndarray, known_depth: np.ndarray, key: np.ndarray, depth: np.ndarray, out: np.ndarray
-) -> int:
-    """Depths d* of contacts; those that are not known have their own.
-
-    Parameters
-    ----------
-    known_key, known_depth : (k,) arrays, keys ascending
-    key, depth : (count,) arrays
-        Of the contacts as they are.
-    out : (count,) array, m, changed in place
-
-    Returns
-    -------
-    int
-        How many are not known.
-    """
-    unknown, known = 0, known_key.shape[0]
-    for i in range(key.shape[0]):
-        # in nearly all cases the same contacts in the same order
-        at = i if i < known and known_key[i] == key[i] else np.searchsorted(known_key, key[i])
-        if at < known and known_key[at] == key[i]:
-            out[i] = known_depth[at]
-        else:
-            out[i] = depth[i]
-            unknown += 1
-    return unknown
+__all__ = ["advance_depths"]
 
 
 @kernel

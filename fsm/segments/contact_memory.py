@@ -6,6 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fsm.kernels.keys import places_among
+
 __all__ = ["Remembered"]
 
 
@@ -43,17 +45,11 @@ class Remembered(NamedTuple):
 
     def of(self, keys: np.ndarray) -> Remembered:
         """What is remembered of these slots, in their order. Not to be written to."""
-        if len(keys) == len(self.key) and (keys == self.key).all():  # the contacts of the last step, as nearly always
-            return self
-        place = np.searchsorted(self.key, keys)
-        known = place < len(self.key)
-        known[known] = self.key[place[known]] == keys[known]
-        count = len(keys)
-        nothing = np.zeros(count), np.zeros(count), np.zeros(count), np.zeros((count, self.deflection.shape[1]))
-        found = Remembered(keys, *nothing)
-        for values, own in zip(found[1:], self[1:], strict=True):
-            values[known] = own[place[known]]
-        return found
+        place = places_among(self.key, keys)
+        if (place >= 0).all():  # nearly always: contacts of the last step
+            return Remembered(keys, *(values[place] for values in self[1:]))
+        beyond = (np.concatenate([values, np.zeros((1, *values.shape[1:]))]) for values in self[1:])
+        return Remembered(keys, *(values[place] for values in beyond))  # place -1: the row of zeros
 
     def flat(self) -> np.ndarray:
         """As one array with its number of slots first; keys are exact in it up to 2^53."""

@@ -19,6 +19,7 @@ from fsm.interactions.pair_sums import (
     smallest_gaps,
     sums_of_pairs,
 )
+from fsm.kernels.keys import places_among
 from fsm.kernels.place import pose_difference
 from fsm.kernels.scatter import scatter_efforts
 from fsm.segments.contact_geometry import ContactForces, ContactGeometry, Measured, Tapered, Touching
@@ -45,7 +46,7 @@ class _Found:
     """
 
     touching: Touching
-    key: np.ndarray
+    kept: Remembered
     depth: np.ndarray
     share: np.ndarray
     measured: Measured
@@ -149,7 +150,7 @@ class ContactGroup:
             self.friction is not None,
         )
         return _Found(
-            touching, kept.key, depth, share, measured, at, acting, forces, pull.deflection, by_way, pull.by_turn
+            touching, kept, depth, share, measured, at, acting, forces, pull.deflection, by_way, pull.by_turn
         )
 
     def pressed(self, most: float) -> Pressed:
@@ -165,7 +166,7 @@ class ContactGroup:
             return Pressed(pressed.key[:0], pressed.depth[:0], pressed.most)
         per_second = 0.0 if past is None else 1.0 / past.duration
         return pressed.advanced(
-            found.key, found.measured, found.at, found.acting, found.forces, change, per_second, self.normal.exponent
+            found.kept.key, found.measured, found.at, found.acting, found.forces, change, per_second, self.normal.exponent
         )
 
     def _pull(
@@ -207,12 +208,11 @@ class ContactGroup:
     def _held_closed(self, poses: np.ndarray, pressed: Pressed) -> Touching:
         """What touches, and what is to go on touching although the iterations have opened it by a little."""
         touching = self._touching(poses, 0.0)
-        key = self.geometry.keys(touching.slot)
-        same = len(key) == len(pressed.key) and bool((key == pressed.key).all())
-        if same or np.isin(pressed.key, key).all():
+        among = places_among(pressed.key, self.geometry.keys(touching.slot))
+        if np.count_nonzero(among >= 0) == len(pressed.key):
             return touching
         near = self._touching(poses, self.geometry.margin)
-        kept = (near.gap < 0.0) | np.isin(self.geometry.keys(near.slot), pressed.key)
+        kept = (near.gap < 0.0) | (places_among(pressed.key, self.geometry.keys(near.slot)) >= 0)
         return Touching(near.slot[kept], near.gap[kept], tuple(values[kept] for values in near.at))
 
     def _kept_of(self, touching: Touching) -> Remembered:
@@ -287,7 +287,7 @@ class ContactGroup:
         self, found: _Found, tapered: Tapered, pattern: BodyPattern, stiffness: np.ndarray
     ) -> None:
         rows, params, law = tapered.rows, self.normal.params, self.normal.law
-        depth, onset = found.depth[rows], self._kept_of(found.touching).onset[rows]
+        depth, onset = found.depth[rows], found.kept.onset[rows]
         whole = self.geometry.share[found.touching.slot[rows]]
         normal, _ = law.force(depth, -found.measured.rate[rows, 0], onset, whole, params)
         add_taper_tangent(
@@ -305,7 +305,7 @@ class ContactGroup:
         """Keys of contacts with a force; one that parts fast may be closed and have none."""
         if found is None:
             return np.zeros(0, dtype=np.int64)
-        return found.key[found.forces.normal > 0.0]
+        return found.kept.key[found.forces.normal > 0.0]
 
     def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
         """See `Group`; contacts do not know the time."""
@@ -375,14 +375,14 @@ class ContactGroup:
         found = self._contacts(t, poses, rates, past)
         kept = Remembered.nothing(self.geometry.slips)
         if found is not None:
-            before = self._kept.of(found.key)
+            before = found.kept
             # an impact that is pressed on from outside may close faster than it began
             closing = np.maximum(-found.measured.rate[:, 0], self.normal.speed_floor)
             deflection = found.deflection
             if self._poses is not None and self.geometry.slips == 3 and self.friction is not None:
                 deflection = carried(deflection, self._poses, poses, found.measured.bodies[:, 0])
             began = np.where(before.onset == 0.0, t, before.began)
-            kept = Remembered(found.key, np.maximum(before.onset, closing), began, found.depth, deflection).ordered()
+            kept = Remembered(found.kept.key, np.maximum(before.onset, closing), began, found.depth, deflection).ordered()
         self._kept = kept
         self._time, self._poses, self._rates = t, poses, rates
         self.geometry.commit(poses)
@@ -437,7 +437,7 @@ class ContactGroup:
         found = self._contacts(t, poses, rates, None) if self._poses is not None and self.resolves else None
         if found is None:
             return 1.0
-        new = self._kept.of(found.key).onset == 0.0
+        new = found.kept.onset == 0.0
         return self.impacts.late(found.touching, found.measured, found.forces.normal, new, self._rates, step)
 
     def longest_step(self, t: float, poses: np.ndarray, rates: np.ndarray) -> float:

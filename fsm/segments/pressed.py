@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsm.interactions.pressed import advance_depths, known_depths
+from fsm.interactions.pressed import advance_depths
+from fsm.kernels.keys import places_among
 from fsm.segments.contact_geometry import ContactForces, Measured
 from fsm.segments.normal_force import NormalForce
 
@@ -39,10 +40,15 @@ class Pressed(NamedTuple):
         normal: NormalForce,
     ) -> np.ndarray:
         """Depths (count,) for contacts that are `depth` deep; other arguments as in `NormalLaw`."""
-        at = np.empty(len(depth))
-        if known_depths(self.key, self.depth, key, depth, at) and self.most > 0.0:
+        place = places_among(self.key, key)
+        known = place >= 0
+        if known.all():
+            return np.asarray(self.depth[place])
+        at = depth.copy()
+        at[known] = self.depth[place[known]]
+        if self.most > 0.0:
             force, _ = normal.law.force(depth, closing, onset, share, normal.params)
-            over = ~np.isin(key, self.key) & (force > self.most)
+            over = ~known & (force > self.most)
             at[over] *= (self.most / force[over]) ** (1.0 / normal.exponent)
         return at
 

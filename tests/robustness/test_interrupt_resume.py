@@ -247,6 +247,19 @@ def test_interrupted_again_and_again(case: Path, whole: tuple[Solution, dict[str
     check_finished(tmp_path, whole)
 
 
+def test_a_checkpoint_of_other_code_is_not_resumed(
+    case: Path, whole: tuple[Solution, dict[str, Any]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What it remembers may mean something else now."""
+    with monkeypatch.context() as older:
+        older.setattr(fsm.recorder, "made_by", lambda: {"fsm": "0.0.1"})
+        interrupt(case, tmp_path, 0.62)
+    summary = run_case(load_case(case), tmp_path, progress=False, resume=True)
+    assert sum("was written by another version" in warning for warning in summary["warnings"]) == 1
+    again = read_solution(tmp_path / "result.h5")
+    assert np.array_equal(again.q, whole[0].q) and np.array_equal(again.force, whole[0].force)
+
+
 def check_cuts(case: Path, out: Path, *overrides: str) -> None:
     """Cut off before the first renewal point, on the way, again and again, and after the last step."""
     summary = run_case(load_case(case, overrides), out / "whole", progress=False)
