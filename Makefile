@@ -102,7 +102,7 @@ $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '$(1
 endef
 
 clean:
-	rm -rf out docs/generated build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis .benchmarks *.egg-info
+	rm -rf out docs/generated build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis *.egg-info
 	find . -path ./$(VENV) -prune -o -name __pycache__ -type d -exec rm -rf {} +
 
 distclean: clean

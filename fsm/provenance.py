@@ -22,7 +22,7 @@ def source_digest() -> str:
     """The first 16 digits of the SHA-256 of all modules of the package, their names and what is in them."""
     package = Path(__file__).parent
     digest = hashlib.sha256()
-    for module in sorted(package.rglob("*.py")):
+    for module in sorted(path for path in package.rglob("*.py") if path.stem.isidentifier()):  # not what editors leave
         content = module.read_bytes()
         digest.update(f"{module.relative_to(package).as_posix()} {len(content)}\n".encode())
         digest.update(content)
