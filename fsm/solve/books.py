@@ -170,13 +170,14 @@ class Books:
     def imbalance(self, seen: Observation, turned_over: TurnedOver) -> float:
         """What the balance of such a step would be off by, over the energy turned over so far.
 
-        At the start, before anything has been turned over, over that of the reactions along a part of the span.
+        At the start, before anything has been turned over, over that of the reactions along a part of the span; nothing, where
+        all of it is round-off.
         """
         work, dissipated, _ = turned_over
         stored = seen.energy.stored_at_rest - self.last.energy.stored_at_rest
         turnover = max(self.ledger.turnover, abs(seen.energy.stored_at_rest - self.ledger.start), abs(work))
         turnover = max(turnover, _AT_FIRST * max(self.largest_reaction, seen.reaction) * self._span)
-        return abs(stored + dissipated - work) / turnover if turnover > 0.0 else 0.0
+        return abs(stored + dissipated - work) / turnover if turnover > self.ledger.trifle else 0.0
 
     def turned_over_in_motion(self, t: float, q: np.ndarray, seen: Observation) -> TurnedOver:
         """Work (J) and dissipated energy (J) of a step of a time integrator."""

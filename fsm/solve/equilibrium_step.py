@@ -96,6 +96,8 @@ class EquilibriumStep:
         Of all steps so far.
     largest_reaction : N
         So far; the caller keeps it up to date.
+    round_off : N
+        Forces of the last step smaller than this are nothing.
     """
 
     def __init__(
@@ -108,7 +110,7 @@ class EquilibriumStep:
         self.scales = system.scales()
         self.iterations = self.evaluations = 0
         self.largest_reaction = 0.0
-        self._round_off = 0.0
+        self.round_off = 0.0
         self._span = float(self.scales.span.max(initial=0.0))
         self._to_force = self.scales.increment / self.scales.length  # moments count as forces at the end of a segment
 
@@ -166,7 +168,7 @@ class EquilibriumStep:
                 break
             matrix = self._matrix(linear, dx, t - before[0])
             if iteration == 0:
-                self._round_off = _ROUND_OFF * self._span * float(np.abs(matrix.data).max(initial=0.0))
+                self.round_off = _ROUND_OFF * self._span * float(np.abs(matrix.data).max(initial=0.0))
             try:
                 self.solver.factorise(matrix)
             except NotConverged:
@@ -244,7 +246,7 @@ class EquilibriumStep:
 
     def _balanced(self, residual: np.ndarray) -> bool:
         """Forces left over are nothing against the reactions, or round-off."""
-        return self._left_over(residual) <= max(self.tolerance * self.largest_reaction, self._round_off)
+        return self._left_over(residual) <= max(self.tolerance * self.largest_reaction, self.round_off)
 
     def _ended(self, ending: Ending, q: np.ndarray, iterations: int, residual: np.ndarray) -> Equilibrium:
         return Equilibrium(q, np.zeros(self.system.nu), ending, iterations, residual)

@@ -19,7 +19,8 @@ class Ledger:
     """Energy bookkeeping, J.
 
     `error` is the present imbalance, `worst` the largest so far, `turnover` the largest energy stored, dissipated or put
-    in so far, which errors are measured against. `pair_energy` (2, n_pairs) is what friction and damping of every contact
+    in so far, which errors are measured against; up to `trifle` it is what forces that are round-off do, and tells nothing
+    (a mechanism that nothing resists). `pair_energy` (2, n_pairs) is what friction and damping of every contact
     pair have dissipated.
     """
 
@@ -30,6 +31,7 @@ class Ledger:
     worst: float = 0.0
     turnover: float = 0.0
     kinetic_worst: float = 0.0
+    trifle: float = 0.0
     pair_energy: np.ndarray = field(default_factory=lambda: np.zeros((2, 0)))
 
     @classmethod
@@ -55,4 +57,4 @@ class Ledger:
     @property
     def relative_error(self) -> float:
         """Worst imbalance over the energy turned over; 0 when nothing happened."""
-        return self.worst / self.turnover if self.turnover > 0.0 else 0.0
+        return self.worst / self.turnover if self.turnover > self.trifle else 0.0

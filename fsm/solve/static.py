@@ -237,6 +237,7 @@ class _Follower:
         if objection is not None:
             self.objection = objection.reason
             return _Reason.CROSSED
+        books.ledger.trifle = max(books.ledger.trifle, self.newton.round_off * self.newton.scales.length)
         seen = self.system.observe(t, found.q, found.u, before)
         if self._inertia_counts(seen):
             return _Reason.INERTIA
