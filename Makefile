@@ -5,7 +5,7 @@
 #              FULL=--full: what takes long, too)
 # make coverage  lines and branches that tests reach, kernels run by Python itself, into out/coverage (about half an hour)
 # make docs    the pages: guide, tutorials (executed), API, the gallery as it was last run
-# make bench   run time against error of all methods, into out/benchmarks (about half an hour; QUICK=--quick: three minutes)
+# make bench   run time against error of all methods, into out/benchmarks (an hour or two; QUICK=--quick: a few minutes)
 #
 # Needs Python 3.11 to 3.14 and make; everything else goes into .venv. Another Python: make PYTHON=python3.12 demo
 
