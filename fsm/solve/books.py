@@ -170,8 +170,8 @@ class Books:
     def imbalance(self, seen: Observation, turned_over: TurnedOver) -> float:
         """What the balance of such a step would be off by, over the energy turned over so far.
 
-        At the start, before anything has been turned over, over that of the reactions along a part of the span; nothing, where
-        all of it is round-off.
+        At the start, before anything has been turned over, over that of the reactions along a part of the span. Nothing
+        where all of it is round-off.
         """
         work, dissipated, _ = turned_over
         stored = seen.energy.stored_at_rest - self.last.energy.stored_at_rest
