@@ -14,28 +14,17 @@ from pathlib import Path
 import numpy as np
 import scipy
 
-__all__ = ["made_by", "provenance", "source_digest"]
+__all__ = ["made_by", "provenance"]
 
 
 @cache
-def source_digest() -> str:
-    """The first 16 digits of the SHA-256 of all modules of the package, their names and what is in them."""
-    package = Path(__file__).parent
-    digest = hashlib.sha256()
-    for module in sorted(path for path in package.rglob("*.py") if path.stem.isidentifier()):  # not what editors leave
-        content = module.read_bytes()
-        digest.update(f"{module.relative_to(package).as_posix()} {len(content)}\n".encode())
-        digest.update(content)
-    return digest.hexdigest()[:16]
-
-
 def made_by() -> dict[str, str]:
-    """The code that the bits of a result hang on besides its input."""
+    """The code that the bits of a result hang on besides its input; found once, not to be changed."""
     import fsm
 
     return {
         "fsm": fsm.__version__,
-        "source": source_digest(),
+        "source": _source_digest(),
         "python": platform.python_version(),
         "numpy": np.__version__,
         "scipy": scipy.__version__,
@@ -50,3 +39,14 @@ def provenance() -> dict[str, str]:
         "command": " ".join([Path(sys.argv[0]).name, *sys.argv[1:]]),
         "written": time.strftime("%Y-%m-%dT%H:%M:%S%z"),
     }
+
+
+def _source_digest() -> str:
+    """The first 16 digits of the SHA-256 of all modules of the package, their names and what is in them."""
+    package = Path(__file__).parent
+    digest = hashlib.sha256()
+    for module in sorted(path for path in package.rglob("*.py") if path.stem.isidentifier()):  # not what editors leave
+        content = module.read_bytes()
+        digest.update(f"{module.relative_to(package).as_posix()} {len(content)}\n".encode())
+        digest.update(content)
+    return digest.hexdigest()[:16]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
 from fsm.errors import NotConverged
@@ -62,8 +61,3 @@ def test_a_body_that_may_turn_freely_is_named() -> None:
     vane = Body(name="vane", mass=0.1, inertia=(0.01,) * 3)
     with pytest.raises(NotConverged, match="Not held: vane"):
         path(pulled_bar(vane, by=(hinge,)))
-
-
-def test_what_is_not_moved_is_not_resisted_either() -> None:
-    saved = path(pulled_bar())
-    assert np.allclose(saved[0].observation.drive.force, 0.0, atol=1e-12)
