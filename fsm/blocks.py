@@ -48,6 +48,12 @@ class BlockPattern:
         """Number of the block (j, i) for every block (i, j), (n_blocks,)."""
         return np.lexsort((self.rows, self.indices))
 
+    @cached_property
+    def mirrored(self) -> np.ndarray:
+        """Place of the entry (j, i) for every entry (i, j) of the block data, (n_blocks size^2,)."""
+        entries = np.arange(len(self.indices) * self.size**2).reshape(-1, self.size, self.size)
+        return np.ascontiguousarray(entries[self.transposed].transpose(0, 2, 1)).ravel()
+
     def zeros(self) -> np.ndarray:
         """Empty block data, (n_blocks, size, size)."""
         return np.zeros((len(self.indices), self.size, self.size))
@@ -77,8 +83,10 @@ class BlockMatrix:
 
     def symmetric(self) -> BlockMatrix:
         """The symmetric part, (A + A^T)/2."""
-        mirrored = self.data[self.pattern.transposed].transpose(0, 2, 1)
-        return BlockMatrix(self.pattern, 0.5 * (self.data + mirrored))
+        data = np.take(self.data, self.pattern.mirrored).reshape(self.data.shape)
+        data += self.data
+        data *= 0.5
+        return BlockMatrix(self.pattern, data)
 
     def bsr(self) -> sparse.bsr_matrix:
         """The same as SciPy's block matrix, which shares the data."""

@@ -40,6 +40,8 @@ LEAF = 4
 """Things in a leaf: looking at so many costs about as much as two more nodes."""
 FEW = 12
 """Pieces up to which looking at all of them is faster than the tree."""
+MANY = 64
+"""Pieces up to which looking at all of their leaves is faster than coming down the tree."""
 
 
 @kernel
@@ -149,11 +151,20 @@ def nearest_piece(
     piece, best = -1, bound
     if first >= last:
         return piece, best
-    if start < first or start >= last:
+    if last - first > MANY and not first <= start < last:
         start = _likely_piece(point, first, last, tree)
-    distance = chord_distance(chords[start], point)
-    if distance < best:
-        piece, best = start, distance
+    if first <= start < last:
+        distance = chord_distance(chords[start], point)
+        if distance < best:
+            piece, best = start, distance
+    if last - first <= MANY:
+        for leaf in range(first // LEAF, (last - 1) // LEAF + 1):
+            if _box_distance(tree[leaves + leaf], point) <= best:
+                for j in range(max(leaf * LEAF, first), min((leaf + 1) * LEAF, last)):
+                    distance = chord_distance(chords[j], point)
+                    if distance < best or (distance == best and j < piece):
+                        piece, best = j, distance
+        return piece, best
     node, span = 1, leaves * LEAF
     while node > 0:
         low = node * span - leaves * LEAF

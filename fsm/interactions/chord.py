@@ -17,14 +17,21 @@ from __future__ import annotations
 
 import numpy as np
 
+from fsm.interactions.control_points import (
+    control_points_planar,
+    control_points_spatial,
+    turned_planar,
+    turned_spatial,
+)
 from fsm.kernels.jit import kernel
-from fsm.kernels.rotation import fill_rotation
 from fsm.kernels.vector import dot
 
 __all__ = [
     "along_chord",
     "chord_boxes",
     "chord_distance",
+    "chords_of_planar",
+    "chords_of_spatial",
     "chords_planar",
     "chords_spatial",
     "largest_bulge",
@@ -50,19 +57,20 @@ def chords_planar(poses: np.ndarray, owners: np.ndarray, stations: np.ndarray) -
         The bound of the distance, column 5: the piece lies in the hull of its control points, and beyond its ends it goes
         on by its tip.
     """
-    out = np.empty((owners.shape[0], 6))
-    for j in range(owners.shape[0]):
-        a, b = owners[j, 0], owners[j, 1]
-        ca, sa = np.cos(poses[a, 2]), np.sin(poses[a, 2])
-        cb, sb = np.cos(poses[b, 2]), np.sin(poses[b, 2])
-        x0 = poses[a, 0] + ca * stations[j, 0]
-        z0 = poses[a, 1] - sa * stations[j, 0]
-        ex = poses[b, 0] + cb * stations[j, 3] - x0
-        ez = poses[b, 1] - sb * stations[j, 3] - z0
+    return chords_of_planar(control_points_planar(poses, turned_planar(poses), owners, stations), stations)
+
+
+@kernel
+def chords_of_planar(controls: np.ndarray, stations: np.ndarray) -> np.ndarray:
+    """The same from the control points, see `fsm.interactions.control_points`."""
+    out = np.empty((controls.shape[0], 6))
+    for j in range(controls.shape[0]):
+        x0, z0 = controls[j, 0, 0], controls[j, 0, 1]
+        ex, ez = controls[j, 3, 0] - x0, controls[j, 3, 1] - z0
         square = ex * ex + ez * ez
         inverse = 1.0 / square if square > 0.0 else 0.0
-        one = (stations[j, 1] - stations[j, 0]) * (-sa * ex - ca * ez)
-        other = (stations[j, 2] - stations[j, 3]) * (-sb * ex - cb * ez)
+        one = (controls[j, 1, 1] - z0) * ex - (controls[j, 1, 0] - x0) * ez
+        other = (controls[j, 2, 1] - controls[j, 3, 1]) * ex - (controls[j, 2, 0] - controls[j, 3, 0]) * ez
         tip = max(-stations[j, 4], stations[j, 5] - 1.0) * np.sqrt(square)
         out[j, 0], out[j, 1], out[j, 2], out[j, 3], out[j, 4] = x0, z0, ex, ez, inverse
         out[j, 5] = max(abs(one), abs(other)) * np.sqrt(inverse) + tip
@@ -79,24 +87,27 @@ def chords_spatial(poses: np.ndarray, owners: np.ndarray, stations: np.ndarray, 
     half_width : (n_pieces,) array, m
         The lines across turn from the first body's to the second's, which the bound covers.
     """
-    out = np.empty((owners.shape[0], 12))
-    frame_a, frame_b = np.empty((3, 3)), np.empty((3, 3))
+    controls = control_points_spatial(poses, turned_spatial(poses), owners, stations)
+    return chords_of_spatial(controls, stations, half_width)
+
+
+@kernel
+def chords_of_spatial(controls: np.ndarray, stations: np.ndarray, half_width: np.ndarray) -> np.ndarray:
+    """The same from the control points, see `fsm.interactions.control_points`."""
+    out = np.empty((controls.shape[0], 12))
     line, one, other = np.empty(3), np.empty(3), np.empty(3)
-    for j in range(owners.shape[0]):
-        a, b = owners[j, 0], owners[j, 1]
-        fill_rotation(poses[a, 3:], frame_a)
-        fill_rotation(poses[b, 3:], frame_b)
+    for j in range(controls.shape[0]):
         across, turned = 0.0, 0.0
         for i in range(3):
-            turned += (frame_b[i, 1] - frame_a[i, 1]) ** 2
-            start = poses[a, i] + frame_a[i, 0] * stations[j, 0]
-            line[i] = poses[b, i] + frame_b[i, 0] * stations[j, 3] - start
-            one[i] = frame_a[i, 0] * (stations[j, 1] - stations[j, 0])
-            other[i] = frame_b[i, 0] * (stations[j, 2] - stations[j, 3])
-            out[j, i], out[j, 8 + i] = start, frame_a[i, 1]
-            across += line[i] * frame_a[i, 1]
+            turned += (controls[j, 5, i] - controls[j, 4, i]) ** 2
+            start = controls[j, 0, i]
+            line[i] = controls[j, 3, i] - start
+            one[i] = controls[j, 1, i] - start
+            other[i] = controls[j, 2, i] - controls[j, 3, i]
+            out[j, i], out[j, 8 + i] = start, controls[j, 4, i]
+            across += line[i] * controls[j, 4, i]
         for i in range(3):
-            line[i] -= across * frame_a[i, 1]
+            line[i] -= across * controls[j, 4, i]
             out[j, 3 + i] = line[i]
         square = dot(line, line)
         inverse = 1.0 / square if square > 0.0 else 0.0

@@ -22,7 +22,15 @@ from __future__ import annotations
 import numpy as np
 
 from fsm.interactions.box_tree import fit_tree, nearest_of_few
-from fsm.interactions.chord import along_chord, chord_boxes, chord_distance, chords_planar, largest_bulge, over_chord
+from fsm.interactions.chord import (
+    along_chord,
+    chord_boxes,
+    chord_distance,
+    chords_of_planar,
+    largest_bulge,
+    over_chord,
+)
+from fsm.interactions.control_points import control_points_planar, curve_at, point_planar, turned_planar
 from fsm.interactions.end_taper import inside_of_end
 from fsm.interactions.surface import beyond_end, blend, overshoot
 from fsm.kernels.jit import kernel
@@ -54,35 +62,26 @@ def _curve(
         out[d, 1] = wa * poses[a, 1] + wb * poses[b, 1] - sa * xa - sb * xb
 
 
-@kernel(inline=True)
-def _probe_point(poses: np.ndarray, body: int, x: float, out: np.ndarray) -> None:
-    c, s = np.cos(poses[body, 2]), np.sin(poses[body, 2])
-    out[0] = poses[body, 0] + c * x
-    out[1] = poses[body, 1] - s * x
-
-
 @kernel
 def probe_points_planar(poses: np.ndarray, probe_body: np.ndarray, probe_x: np.ndarray) -> np.ndarray:
     """Where the probes are, (n, 2), m."""
-    points = np.empty((probe_body.shape[0], 2))
+    points, axes = np.empty((probe_body.shape[0], 2)), turned_planar(poses)
     for i in range(probe_body.shape[0]):
-        _probe_point(poses, probe_body[i], probe_x[i], points[i])
+        point_planar(poses, axes, probe_body[i], probe_x[i], points[i])
     return points
 
 
 @kernel
 def _closest(
-    poses: np.ndarray,
     px: float,
     pz: float,
     piece: int,
     first: int,
     last: int,
     at: float,
-    owners: np.ndarray,
+    controls: np.ndarray,
     stations: np.ndarray,
     tolerance: float,
-    weights: np.ndarray,
     curve: np.ndarray,
 ) -> tuple[int, float]:
     """Closest point (piece, s) of pieces [first, last) to a point, by Newton's method from a place on a piece.
@@ -90,8 +89,7 @@ def _closest(
     `curve` (3, 2) is left at C, C_s, C_ss there. s is outside of its piece when the point is beyond the tips.
     """
     for _ in range(40):
-        blend(at, stations[piece], weights)
-        _curve(poses, owners[piece, 0], owners[piece, 1], weights, curve)
+        curve_at(at, controls, piece, curve)
         dx, dz = px - curve[0, 0], pz - curve[0, 1]
         residual = dx * curve[1, 0] + dz * curve[1, 1]
         metric = curve[1, 0] ** 2 + curve[1, 1] ** 2
@@ -151,15 +149,15 @@ def find_contacts_planar(
     int
         How many were found. A probe beyond the ends of its surface, or deeper than its depth limit, touches nothing.
     """
-    weights = np.empty((3, 4))
-    curve = np.empty((3, 2))
-    chords = chords_planar(poses, owners, stations)
-    point = np.empty(2)
+    curve, point = np.empty((3, 2)), np.empty(2)
+    axes = turned_planar(poses)
+    controls = control_points_planar(poses, axes, owners, stations)
+    chords = chords_of_planar(controls, stations)
     count = 0
     for i in range(probe_body.shape[0]):
         if window[i, 0] >= window[i, 1]:
             continue
-        _probe_point(poses, probe_body[i], probe_x[i], point)
+        point_planar(poses, axes, probe_body[i], probe_x[i], point)
         piece, nearest, bound = -1, np.inf, 0.0
         for j in range(window[i, 0], window[i, 1]):
             distance = chord_distance(chords[j], point)
@@ -175,7 +173,7 @@ def find_contacts_planar(
         px, pz = point[0], point[1]
         at = along_chord(chords[piece], point)
         piece, at = _closest(
-            poses, px, pz, piece, window[i, 0], window[i, 1], at, owners, stations, _EXACT, weights, curve
+            px, pz, piece, window[i, 0], window[i, 1], at, controls, stations, _EXACT, curve
         )
         if at < stations[piece, 4] - 1e-12 or at > stations[piece, 5] + 1e-12:
             continue
@@ -221,27 +219,31 @@ def heights_planar(
     search for the nearest pieces begins, changed to where it ends. Where the chord tells the side, and whether the probe is
     deeper than its limit, the height is that over the chord.
     """
-    weights = np.empty((3, 4))
-    curve = np.empty((3, 2))
-    chords = chords_planar(poses, owners, stations)
+    curve, point = np.empty((3, 2)), np.empty(2)
+    axes = turned_planar(poses)
+    controls = control_points_planar(poses, axes, owners, stations)
+    chords = chords_of_planar(controls, stations)
     lower, upper = chord_boxes(chords)
     tree = fit_tree(lower, upper)
-    points = probe_points_planar(poses, probe_body, probe_x)
     bulge = largest_bulge(chords, stations)
     for i in range(probe_body.shape[0]):
         first, last = first_piece[i], last_piece[i]
-        nearest[i], square = nearest_of_few(points[i], first, last, chords, tree, nearest[i], reach[i] * reach[i])
         height[i] = np.nan
+        if first >= last:
+            nearest[i] = -1
+            continue
+        point_planar(poses, axes, probe_body[i], probe_x[i], point)
+        nearest[i], square = nearest_of_few(point, first, last, chords, tree, nearest[i], reach[i] * reach[i])
         if nearest[i] < 0:
             continue
         distance = np.sqrt(square)
         at_end = stations[nearest[i], 4] < 0.0 or stations[nearest[i], 5] > 1.0
         if not at_end and distance > bulge and abs(distance - depth_limit[i]) > bulge:
-            height[i] = distance if over_chord(chords[nearest[i]], points[i]) >= 0.0 else -distance
+            height[i] = distance if over_chord(chords[nearest[i]], point) >= 0.0 else -distance
             continue
-        px, pz = points[i, 0], points[i, 1]
-        at = along_chord(chords[nearest[i]], points[i])
-        piece, at = _closest(poses, px, pz, nearest[i], first, last, at, owners, stations, _ROUGH, weights, curve)
+        px, pz = point[0], point[1]
+        at = along_chord(chords[nearest[i]], point)
+        piece, at = _closest(px, pz, nearest[i], first, last, at, controls, stations, _ROUGH, curve)
         on_it = stations[piece, 4] - 1e-12 <= at <= stations[piece, 5] + 1e-12
         if on_it and not beyond_end(at, straight[i]):
             length = np.sqrt(curve[1, 0] ** 2 + curve[1, 1] ** 2)

@@ -18,7 +18,25 @@ from __future__ import annotations
 import numpy as np
 
 from fsm.interactions.box_tree import fit_tree, nearest_of_few
-from fsm.interactions.chord import along_chord, chord_boxes, chord_distance, chords_spatial, largest_bulge, over_chord
+from fsm.interactions.chord import (
+    along_chord,
+    chord_boxes,
+    chord_distance,
+    chords_of_spatial,
+    largest_bulge,
+    over_chord,
+)
+from fsm.interactions.control_points import (
+    ROW,
+    ROW_S,
+    ROW_SS,
+    ROW_SY,
+    ROW_Y,
+    control_points_spatial,
+    point_spatial,
+    surface_at,
+    turned_spatial,
+)
 from fsm.interactions.end_taper import inside_of_end
 from fsm.interactions.surface import beyond_end, blend, overshoot
 from fsm.kernels.jit import kernel
@@ -26,21 +44,12 @@ from fsm.kernels.rotation import fill_rotation
 from fsm.kernels.vector import cross, dot, rotate
 
 __all__ = [
-    "ROW",
-    "ROW_S",
-    "ROW_SS",
-    "ROW_SY",
-    "ROW_Y",
     "find_contacts_spatial",
     "heights_spatial",
     "measure_gap_spatial",
     "probe_points_spatial",
     "variations",
 ]
-
-# rows of the tables of surface derivatives
-ROW, ROW_S, ROW_Y, ROW_SS, ROW_SY = 0, 1, 2, 3, 4
-
 
 _EXACT, _ROUGH = 1e-14, 1e-3
 """Tolerance in s of a closest point that forces come from, and of one that only tells where things are."""
@@ -49,18 +58,11 @@ _WELL_WITHIN = 0.9
 
 
 @kernel
-def _probe_point(poses: np.ndarray, body: int, place: np.ndarray, frame: np.ndarray, out: np.ndarray) -> None:
-    fill_rotation(poses[body, 3:], frame)
-    for i in range(3):
-        out[i] = poses[body, i] + frame[i, 0] * place[0] + frame[i, 1] * place[1]
-
-
-@kernel
 def probe_points_spatial(poses: np.ndarray, probe_body: np.ndarray, place: np.ndarray) -> np.ndarray:
     """Where the probes are, (n, 3), m."""
-    points, frame = np.empty((probe_body.shape[0], 3)), np.empty((3, 3))
+    points, axes = np.empty((probe_body.shape[0], 3)), turned_spatial(poses)
     for i in range(probe_body.shape[0]):
-        _probe_point(poses, probe_body[i], place[i], frame, points[i])
+        point_spatial(poses, axes, probe_body[i], place[i], points[i])
     return points
 
 
@@ -102,25 +104,23 @@ def _surface(
 
 @kernel
 def _closest(
-    poses: np.ndarray,
     point: np.ndarray,
     piece: int,
     first: int,
     last: int,
-    owners: np.ndarray,
+    controls: np.ndarray,
     stations: np.ndarray,
     half_width: np.ndarray,
     s: float,
     y: float,
     tolerance: float,
-    scratch: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray],
+    curve: np.ndarray,
     surface: np.ndarray,
 ) -> tuple[int, float, float]:
     """Closest point (piece, s, y) of pieces [first, last) to a point, from s, y on one; `surface` (5, 3) is left there."""
-    weights, shift, local, frames, gap = scratch
+    gap = curve[0]  # C itself is needed no longer once the surface is known
     for _ in range(40):
-        _tables(s, y, stations[piece], weights, shift, local)
-        _surface(poses, owners[piece, 0], owners[piece, 1], shift, local, frames, surface)
+        surface_at(s, y, controls, piece, curve, surface)
         for m in range(3):
             gap[m] = point[m] - surface[ROW, m]
         r_s, r_y = dot(gap, surface[ROW_S]), dot(gap, surface[ROW_Y])
@@ -173,14 +173,15 @@ def find_contacts_spatial(
     found_gap: np.ndarray,
 ) -> int:
     """Closest points of all probes whose gap is below a bound; see `find_contacts_planar`. `found_at` holds (s, y)."""
-    scratch = (np.empty((3, 4)), np.empty((5, 2)), np.empty((5, 2, 3)), np.empty((3, 3, 3)), np.empty(3))
-    surface, frame, point, normal = np.empty((5, 3)), np.empty((3, 3)), np.empty(3), np.empty(3)
-    chords = chords_spatial(poses, owners, stations, half_width)
+    curve, surface, point, normal = np.empty((3, 3)), np.empty((5, 3)), np.empty(3), np.empty(3)
+    axes = turned_spatial(poses)
+    controls = control_points_spatial(poses, axes, owners, stations)
+    chords = chords_of_spatial(controls, stations, half_width)
     count = 0
     for i in range(probe_body.shape[0]):
         if window[i, 0] >= window[i, 1]:
             continue
-        _probe_point(poses, probe_body[i], place[i], frame, point)
+        point_spatial(poses, axes, probe_body[i], place[i], point)
         piece, nearest, bound = -1, np.inf, 0.0
         for j in range(window[i, 0], window[i, 1]):
             distance = chord_distance(chords[j], point)
@@ -195,9 +196,8 @@ def find_contacts_spatial(
             continue
         s = along_chord(chords[piece], point)
         piece, s, y = _closest(
-            poses, point, piece, window[i, 0], window[i, 1], owners, stations, half_width, s, place[i, 1], _EXACT, scratch,
-            surface,
-        )  # fmt: skip
+            point, piece, window[i, 0], window[i, 1], controls, stations, half_width, s, place[i, 1], _EXACT, curve, surface
+        )
         if s < stations[piece, 4] - 1e-12 or s > stations[piece, 5] + 1e-12 or abs(y) > half_width[piece]:
             continue
         if no_share[i] >= 0.0 and inside_of_end(s, stations[piece])[0] <= no_share[i]:
@@ -250,35 +250,38 @@ def heights_spatial(
     height: np.ndarray,
 ) -> None:
     """How high each probe stands over its surface; see `heights_planar`."""
-    scratch = (np.empty((3, 4)), np.empty((5, 2)), np.empty((5, 2, 3)), np.empty((3, 3, 3)), np.empty(3))
-    surface, normal = np.empty((5, 3)), np.empty(3)
-    chords = chords_spatial(poses, owners, stations, half_width)
+    curve, surface, point, normal = np.empty((3, 3)), np.empty((5, 3)), np.empty(3), np.empty(3)
+    axes = turned_spatial(poses)
+    controls = control_points_spatial(poses, axes, owners, stations)
+    chords = chords_of_spatial(controls, stations, half_width)
     lower, upper = chord_boxes(chords)
     tree = fit_tree(lower, upper)
-    points = probe_points_spatial(poses, probe_body, place)
     bulge = largest_bulge(chords, stations)
     for i in range(probe_body.shape[0]):
         first, last = first_piece[i], last_piece[i]
-        nearest[i], square = nearest_of_few(points[i], first, last, chords, tree, nearest[i], reach[i] * reach[i])
         height[i] = np.nan
+        if first >= last:
+            nearest[i] = -1
+            continue
+        point_spatial(poses, axes, probe_body[i], place[i], point)
+        nearest[i], square = nearest_of_few(point, first, last, chords, tree, nearest[i], reach[i] * reach[i])
         if nearest[i] < 0:
             continue
         chord, distance, across = chords[nearest[i]], np.sqrt(square), 0.0
         for m in range(3):
-            across += (points[i, m] - chord[m]) * chord[8 + m]
+            across += (point[m] - chord[m]) * chord[8 + m]
         at_end = stations[nearest[i], 4] < 0.0 or stations[nearest[i], 5] > 1.0
         within = abs(across) < _WELL_WITHIN * half_width[nearest[i]]
         if within and not at_end and distance > bulge and abs(distance - depth_limit[i]) > bulge:
-            height[i] = distance if over_chord(chord, points[i]) >= 0.0 else -distance
+            height[i] = distance if over_chord(chord, point) >= 0.0 else -distance
             continue
-        s = along_chord(chord, points[i])
+        s = along_chord(chord, point)
         piece, s, y = _closest(
-            poses, points[i], nearest[i], first, last, owners, stations, half_width, s, place[i, 1], _ROUGH, scratch,
-            surface,
-        )  # fmt: skip
+            point, nearest[i], first, last, controls, stations, half_width, s, place[i, 1], _ROUGH, curve, surface
+        )
         on_it = stations[piece, 4] - 1e-12 <= s <= stations[piece, 5] + 1e-12 and abs(y) <= half_width[piece]
         if on_it and not beyond_end(s, straight[i]):
-            height[i] = _height(points[i], surface, normal)
+            height[i] = _height(point, surface, normal)
 
 
 @kernel

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.interactions.gap_spatial import ROW, ROW_S, ROW_SS, ROW_SY, ROW_Y, variations
+from fsm.interactions.control_points import ROW, ROW_S, ROW_SS, ROW_SY, ROW_Y
+from fsm.interactions.gap_spatial import variations
 from fsm.interactions.surface import overshoot
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import add_block

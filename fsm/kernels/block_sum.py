@@ -26,6 +26,12 @@ def with_rates(
     """
     out = np.empty_like(stiffness)
     size = stiffness.shape[1]
+    if turned is None:
+        for k in range(stiffness.shape[0]):
+            for i in range(size):
+                for j in range(size):
+                    out[k, i, j] = stiffness[k, i, j] + factor * damping[k, i, j]
+        return out
     for k in range(stiffness.shape[0]):
         for i in range(size):
             for j in range(size):
@@ -34,11 +40,8 @@ def with_rates(
                 rate = factor * damping[k, i, m]
                 if rate == 0.0:
                     continue  # most blocks: contacts without friction, and what does not damp
-                if turned is None:
-                    out[k, i, m] += rate
-                else:
-                    for j in range(size):
-                        out[k, i, j] += rate * turned[columns[k], m, j]
+                for j in range(size):
+                    out[k, i, j] += rate * turned[columns[k], m, j]
     return out
 
 

@@ -18,6 +18,7 @@ import numpy as np
 
 from fsm.blocks import BlockMatrix
 from fsm.errors import NotConverged
+from fsm.kernels.block_sum import with_rates
 from fsm.kernels.vector import largest_ratio
 from fsm.solve.linear import LinearSolver
 from fsm.system import Before, Depths, Linearised, MixedSystem, System
@@ -238,7 +239,9 @@ class EquilibriumStep:
         """K + D/dt; without rates K alone."""
         if dx is None:
             return linear.stiffness
-        return BlockMatrix(linear.stiffness.pattern, linear.stiffness.data + linear.damping.data / duration)
+        stiffness, damping = linear.stiffness, linear.damping.data
+        together = with_rates(stiffness.data, damping, 1.0 / duration, None, stiffness.pattern.indices)
+        return BlockMatrix(stiffness.pattern, together)
 
     def _left_over(self, residual: np.ndarray) -> float:
         """Largest force left over, N."""
