@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsm.interactions import end_taper, gap_planar, gap_spatial, gap_spatial_tangent
+from fsm.interactions import closest_planar, closest_spatial, end_taper, gap_planar, gap_spatial, gap_spatial_tangent
 from fsm.interactions.chord import chords_planar, chords_spatial
 from fsm.interactions.quadrature import gauss_lobatto
 from fsm.interactions.surface import BARE, CAP, STRAIGHT, TIP, pieces_of
@@ -34,18 +34,18 @@ its end. Points that end where the surface does are tapered there."""
 
 _PLANAR = SurfaceKernels(
     chords_planar,
-    gap_planar.probe_points_planar,
-    gap_planar.heights_planar,
-    gap_planar.find_contacts_planar,
+    closest_planar.probe_points_planar,
+    closest_planar.heights_planar,
+    closest_planar.find_contacts_planar,
     gap_planar.measure_gap_planar,
     gap_planar.tangent_gap_planar,
     end_taper.tapered_planar,
 )
 _SPATIAL = SurfaceKernels(
     chords_spatial,
-    gap_spatial.probe_points_spatial,
-    gap_spatial.heights_spatial,
-    gap_spatial.find_contacts_spatial,
+    closest_spatial.probe_points_spatial,
+    closest_spatial.heights_spatial,
+    closest_spatial.find_contacts_spatial,
     gap_spatial.measure_gap_spatial,
     gap_spatial_tangent.tangent_gap_spatial,
     end_taper.tapered_spatial,

@@ -92,7 +92,7 @@ class Surfaces(NamedTuple):
 
 
 class SurfaceKernels(NamedTuple):
-    """The kernels of `fsm.interactions.gap_planar` or `gap_spatial`, and the chords of `fsm.interactions.chord`."""
+    """The kernels of `fsm.interactions.closest_planar` and `gap_planar`, or of their spatial twins, and the chords."""
 
     chords: Kernel
     points: Kernel

@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fsm.interactions.gap_planar import find_contacts_planar, measure_gap_planar
-from fsm.interactions.gap_spatial import find_contacts_spatial, measure_gap_spatial
+from fsm.interactions.closest_planar import find_contacts_planar
+from fsm.interactions.closest_spatial import find_contacts_spatial
+from fsm.interactions.gap_planar import measure_gap_planar
+from fsm.interactions.gap_spatial import measure_gap_spatial
 from fsm.interactions.surface import BARE, STRAIGHT, TIP, blend, overshoot, pieces_of
 
 PARTS = pytest.mark.parametrize("straight", [0.0, STRAIGHT], ids=["interior", "end probe"])
