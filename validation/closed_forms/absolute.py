@@ -94,7 +94,13 @@ def cable(place: Place) -> Iterator[Check]:
     radius = LENGTH / (2 * math.pi)
     ring = {"circle": (radius * np.sin(angle), radius * (1 - np.cos(angle)))}
     circle = beside(
-        place.out / "circle.png", ring, {"nodes": (nodes[:, 0], nodes[:, 2])}, "x (m)", "z (m)", title="M = 2πEI/L"
+        place.out / "circle.png",
+        ring,
+        {"nodes": (nodes[:, 0], nodes[:, 2])},
+        "x (m)",
+        "z (m)",
+        title="M = 2πEI/L",
+        equal=True,
     )
     yield below(
         "tip off the root, M = 2πEI/L",

@@ -62,8 +62,8 @@ def kelvin_voigt(z: float) -> tuple[float, float]:
     return math.exp(-z / wd * (math.pi - math.atan2(2 * z * wd, 1 - 2 * z * z))), math.exp(-math.pi * z / wd)
 
 
-def bounces(e: float, count: int, height: float = 10.0) -> tuple[np.ndarray, np.ndarray]:
-    """Times (s) and heights (m) of a plate that falls flat on a floor, at every step until it leaves for the last time."""
+def bounces(e: float, count: int, height: float = 10.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Times (s), heights (m), speeds (m/s) of a plate that falls flat, at every step until it leaves for the last time."""
     size, thick, mass = 0.02, 1e-4, 4e-5
     body = Body(
         name="plate", mass=mass, inertia=(1.0, 1.0, 1.0), position=(0.0, 0.0, height + thick / 2),
@@ -78,7 +78,7 @@ def bounces(e: float, count: int, height: float = 10.0) -> tuple[np.ndarray, np.
     q, u = system.initial()
     system.commit(0.0, q, u)
     solver = GeneralizedAlpha(system, 0.0, q, u, 1e-4)
-    times, heights, left, touched = [0.0], [height], 0, False
+    times, heights, speeds, left, touched = [0.0], [height], [0.0], 0, False
     while left < count:
         solver.step(30.0)
         above = solver.q[1] - thick / 2
@@ -87,7 +87,8 @@ def bounces(e: float, count: int, height: float = 10.0) -> tuple[np.ndarray, np.
         touched = touching
         times.append(solver.t)
         heights.append(above)
-    return np.array(times), np.array(heights)
+        speeds.append(solver.u[1])
+    return np.array(times), np.array(heights), np.array(speeds)
 
 
 def slide(friction: Friction, speed: float, mu: float, slope: float = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

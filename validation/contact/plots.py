@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.collections import LineCollection, PolyCollection
 
-from fsm.plots.style import COLOURS, GREY, SINGLE, WIDE, figure
+from fsm.plots.style import COLOURS, GREY, SINGLE, figure
 from validation.contact.box_of_plates import Fall
 from validation.contact.pulled_strip import Pull
 from validation.contact.stack import Pressed
@@ -20,15 +20,15 @@ def draw_stack(path: Path, pressed: Pressed) -> None:
     """The strip free, half way, pressed, and after."""
     count = len(pressed.saved)
     chosen = [pressed.saved[round(part * (count - 1))] for part in (0.0, 0.12, 0.35, 1.0)]
-    with figure(path, WIDE) as fig:
-        axes = fig.subplots(len(chosen), 1, sharex=True)
+    with figure(path, (8.0, 2.4)) as fig:
+        axes = fig.subplots(1, len(chosen), sharey=True)
         for one, state in zip(axes, chosen, strict=True):
             lines = 1e3 * pressed.system.shape(state.time, state.q)[:, :2][:, :, [0, 2]]
             one.add_collection(LineCollection(list(lines), colors=COLOURS[0], linewidths=0.8))
             one.axvline(1e3 * state.q[-3], color=COLOURS[1])
-            one.set(aspect="equal", ylim=(-5, 85), ylabel="z (mm)", title=f"t = {state.time:.1f} s")
+            one.set(aspect="equal", ylim=(-5, 85), xlabel="x (mm)", title=f"t = {state.time:.1f} s")
             one.set_xlim(-5, 1e3 * pressed.saved[0].q[-3] + 5)
-        axes[-1].set_xlabel("x (mm)")
+        axes[0].set_ylabel("z (mm)")
 
 
 def draw_box(path: Path, fall: Fall, half: float) -> None:

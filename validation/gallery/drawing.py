@@ -11,6 +11,9 @@ from fsm.plots.style import COLOURS, GREY, SINGLE, figure
 
 __all__ = ["bars", "beside", "convergence"]
 
+_FEW = 12
+"""Points of a curve up to which they are shown."""
+
 Line = tuple[Sequence[float] | np.ndarray, Sequence[float] | np.ndarray]
 
 
@@ -25,23 +28,33 @@ def beside(
     log: bool = False,
     size: tuple[float, float] = SINGLE,
     bands: Mapping[str, tuple] | None = None,
+    equal: bool = False,
 ) -> Path:
-    """Our curves as lines, references as open circles of the same colour, in the order given."""
+    """Our curves as lines, references as open circles of the same colour, in the order given.
+
+    Several references of one curve have a colour and a marker each. `equal`: one scale for both axes.
+    """
+    several = len(ours) == 1 and len(reference) > 1
+    colours = COLOURS[1:] if several else COLOURS if len(ours) > 1 else ("black",)
+    markers = "os^vD" if several else "o" * len(reference)
     with figure(path, size) as fig:
         ax = fig.subplots()
         for colour, (name, line) in zip(COLOURS, ours.items(), strict=False):
-            ax.plot(*line, color=colour, label=name)
-        for colour, (name, line) in zip(COLOURS, reference.items(), strict=False):
-            ax.plot(*line, "o", ms=5, mfc="white", mec=colour if len(ours) > 1 else "black", label=name, zorder=3)
+            ax.plot(*line, color=colour, label=name, marker="." if len(line[0]) <= _FEW else "")
+        for colour, marker, (name, line) in zip(colours, markers, reference.items(), strict=False):
+            ax.plot(*line, marker, ms=5, mfc="white", mec=colour, label=name, zorder=3)
         for name, (at, low, high) in (bands or {}).items():
             ax.fill_between(at, low, high, color=GREY, alpha=0.25, lw=0, label=name)
         if log:
             ax.set_xscale("log")
             ax.set_yscale("log")
         ax.set(xlabel=x, ylabel=y)
+        if equal:
+            ax.set_aspect("equal")
         if title:
             ax.set_title(title, loc="left")
-        ax.legend()
+        if len(ax.get_legend_handles_labels()[0]) > 1:
+            ax.legend()
     return path
 
 

@@ -144,7 +144,7 @@ def factors(place: Place) -> Iterator[Check]:
         "thickness": [(f"{t:g} mm", [f"strip.thickness={t} mm"]) for t in (0.2, 0.25, 0.3, 0.35)],
     }
     peaks: dict[str, list[float]] = {}
-    with figure(place.out / "factors.png", (9.0, 3.4)) as fig:
+    with figure(place.out / "factors.png", (9.0, 4.4)) as fig:
         for ax, (name, rows) in zip(fig.subplots(1, 3), studies.items(), strict=True):
             peaks[name] = []
             for colour, (label, changes) in zip(COLOURS, rows, strict=False):
@@ -152,7 +152,7 @@ def factors(place: Place) -> Iterator[Check]:
                 peaks[name].append(top)
                 ax.plot(1e3 * travel, force, color=colour, lw=1, label=f"{label}: {top:.2f} N")
             ax.set(xlabel="travel (mm)", title=name)
-            ax.legend()
+            ax.legend(loc="upper left", bbox_to_anchor=(0.0, -0.2))
         fig.axes[0].set_ylabel("pull force (N)")
     picture = place.out / "factors.png"
     statements = {

@@ -77,6 +77,8 @@ def check_limit(quick: bool, out: Path) -> list[Check]:
         ax = fig.subplots()
         ax.loglog(factors, 1e3 * np.array(errors), "o-")
         ax.loglog(factors, 1e3 * errors[0] * factors[0] / np.array(factors), "--", label="1/E")
+        ax.set_xticks(factors, [f"{factor:g}" for factor in factors])
+        ax.minorticks_off()
         ax.set(xlabel="E over that of steel", ylabel="difference from rigid bars (mm)")
         ax.legend()
     return [("limit: order in 1/E is off 1 by", float(np.abs(orders[-2:] - 1.0).max()), 0.15)]
