@@ -27,6 +27,7 @@ from validation.benchmarks.broad_phase import (
 )
 from validation.benchmarks.demo import OUT, machine
 from validation.benchmarks.demo import measure as measure_demo
+from validation.benchmarks.linear_algebra import LINEAR, linear_table, measure_linear, write_linear
 from validation.benchmarks.memory import measure_memory
 from validation.benchmarks.methods import METHODS, QUICK_TOLERANCES
 from validation.benchmarks.plots import plot_all_scenes, plot_scene, plot_segments
@@ -35,7 +36,7 @@ from validation.benchmarks.problem import Problem, Tight
 from validation.benchmarks.scenes import PROBLEMS, QUICK
 from validation.benchmarks.segments import COUNTS, QUICK_COUNTS, SEGMENTS, measure_segments, segments_table, write_segments
 
-PARTS = ("precision", "segments", "broad_phase", "demo", "memory")
+PARTS = ("precision", "segments", "linear", "broad_phase", "demo", "memory")
 
 
 def options(arguments: list[str] | None = None) -> argparse.Namespace:
@@ -125,6 +126,18 @@ def draw_segments(chosen: argparse.Namespace) -> None:
         print(segments_table(rows), end="\n\n")
 
 
+def run_linear(chosen: argparse.Namespace, about: dict[str, str]) -> None:
+    """Factorisation and solution."""
+    write_linear(chosen.out / LINEAR, list(measure_linear()), about)
+
+
+def draw_linear(chosen: argparse.Namespace) -> None:
+    """Its table."""
+    rows = read(chosen.out / LINEAR)
+    if rows:
+        print(linear_table(rows), end="\n\n")
+
+
 def run_broad_phase(chosen: argparse.Namespace, about: dict[str, str]) -> None:
     """Cost of the broad phase of contact."""
     counts = QUICK_BROAD_PHASE_COUNTS if chosen.quick else BROAD_PHASE_COUNTS
@@ -177,6 +190,7 @@ def main(arguments: list[str] | None = None) -> int:
     runs: dict[str, Callable[[argparse.Namespace, dict[str, str]], None]] = {
         "precision": run_precision,
         "segments": run_segments,
+        "linear": run_linear,
         "broad_phase": run_broad_phase,
         "demo": run_demo,
         "memory": run_memory,
@@ -186,6 +200,7 @@ def main(arguments: list[str] | None = None) -> int:
     print(", ".join(f"{name} {value}" for name, value in about.items()), end="\n\n")
     draw_precision(chosen)
     draw_segments(chosen)
+    draw_linear(chosen)
     draw_broad_phase(chosen)
     draw_values(chosen, "demo_times.csv", "demo table | time (s)")
     draw_values(chosen, "memory.csv", "job | peak memory (MB)")

@@ -1,0 +1,122 @@
+"""Factorisation and solution of stiffness matrices, pattern known: our block LU and the libraries behind the same door."""
+
+from __future__ import annotations
+
+import csv
+import statistics
+import time
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from fsm.blocks import BlockMatrix, BlockPattern
+from fsm.errors import FsmError
+from fsm.segments.compile import compile_scene
+from fsm.solve.linear import Backend, LinearSolver
+from validation.benchmarks.precision import Row, say
+from validation.benchmarks.scenes import cantilever
+from validation.membrane.film import tensioned_film
+
+__all__ = ["LINEAR", "linear_table", "measure_linear", "write_linear"]
+
+LINEAR = "linear_algebra.csv"
+COLUMNS = ("matrix", "rows", "backend", "time_s", "repeats", "message")
+BACKENDS: tuple[Backend, ...] = ("block", "splu", "pardiso")
+TOUCHING = 0.05
+"""Contacts over segments in a chain that lies on itself."""
+AT_LEAST, MOST = 0.2, 200
+"""A matrix is solved with for so many seconds, but not more often than so many times."""
+
+
+def chain(segments: int) -> BlockMatrix:
+    """Tangent stiffness of a chain in the plane, three rows a segment."""
+    system = compile_scene(cantilever(segments, ramp=10.0, damping=0.0), False)
+    q, _ = system.initial()
+    q = system.retract(q, 1e-4 * system.scales().increment * np.random.default_rng(0).standard_normal(system.nu))
+    return system.linearise(1.0, q, None).stiffness
+
+
+def touching_chain(segments: int) -> BlockMatrix:
+    """The same with springs between segments anywhere along it, as of contacts: pairs and directions at random."""
+    alone, rng = chain(segments), np.random.default_rng(1)
+    order, size = alone.pattern.order, alone.pattern.size
+    pairs = rng.choice(order, size=(round(TOUCHING * segments), 2), replace=False)
+    held = list(zip(alone.pattern.rows.tolist(), alone.pattern.indices.tolist(), strict=True))
+    places = sorted(set(held) | {(int(a), int(b)) for a, b in pairs} | {(int(b), int(a)) for a, b in pairs})
+    row, column = np.array(places).T
+    pattern = BlockPattern(np.searchsorted(row, np.arange(order + 1)).astype(np.int64), column.astype(np.int64), size)
+    slot = {place: k for k, place in enumerate(places)}
+    data = pattern.zeros()
+    for block, place in zip(alone.data, held, strict=True):
+        data[slot[place]] += block
+    for a, b in pairs.tolist():
+        gradient = rng.standard_normal((2, size))
+        stiffness = float(np.abs(alone.data).max()) * np.einsum("ai,bj->aibj", gradient, gradient)
+        for i, first in enumerate((a, b)):
+            for j, second in enumerate((a, b)):
+                data[slot[first, second]] += stiffness[i, :, j]
+    return BlockMatrix(pattern, data)
+
+
+def film(cells: int) -> BlockMatrix:
+    """Tangent stiffness of the tensioned film, nine rows a node."""
+    system, _ = tensioned_film(cells)
+    return system.linearise(0.0, system.start, None).stiffness
+
+
+MATRICES: dict[str, Callable[[], BlockMatrix]] = {
+    "chain of 40 segments": lambda: chain(40),
+    "chain of 200 segments": lambda: chain(200),
+    "chain of 2000 segments": lambda: chain(2000),
+    "chain of 2000 segments, 100 contacts": lambda: touching_chain(2000),
+    "film of 12 x 12 cells": lambda: film(12),
+    "film of 40 x 40 cells": lambda: film(40),
+}
+
+
+def measure_linear(names: Sequence[str] = tuple(MATRICES)) -> Iterator[Row]:
+    """A row a matrix and back end: processor time of one factorisation and solution, median, the pattern known."""
+    for name in names:
+        matrix = MATRICES[name]()
+        right = np.random.default_rng(2).standard_normal(matrix.order)
+        for backend in BACKENDS:
+            row = dict.fromkeys(COLUMNS, "") | {"matrix": name, "rows": str(matrix.order), "backend": backend}
+            try:
+                times = _times(matrix, right, backend)
+            except FsmError as error:
+                row["message"] = str(error)
+            else:
+                row |= {"time_s": f"{statistics.median(times):.4g}", "repeats": str(len(times))}
+            say(f"{name}, {backend}: {row['time_s'] or row['message']}")
+            yield row
+
+
+def _times(matrix: BlockMatrix, right: np.ndarray, backend: Backend) -> list[float]:
+    solver, times = LinearSolver(backend), []
+    while len(times) < 4 or (sum(times) < AT_LEAST and len(times) <= MOST):
+        begun = time.process_time()
+        solver.factorise(matrix)
+        solver.solve(right)
+        times.append(time.process_time() - begun)
+    return times[1:]
+
+
+def write_linear(path: Path, rows: Sequence[Row], about: dict[str, str]) -> None:
+    """All rows, with the machine."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, [*COLUMNS, *about])
+        writer.writeheader()
+        writer.writerows(row | about for row in rows)
+
+
+def linear_table(rows: Sequence[Row]) -> str:
+    """Times in ms, a line a matrix, in Markdown; back ends that are not installed are left out."""
+    backends = list(dict.fromkeys(row["backend"] for row in rows if row["time_s"]))
+    lines = ["| matrix | rows | " + " | ".join(backends) + " |", "|---" * (len(backends) + 2) + "|"]
+    for name, order in dict.fromkeys((row["matrix"], row["rows"]) for row in rows):
+        own = {row["backend"]: row["time_s"] for row in rows if row["matrix"] == name}
+        cells = [f"{1e3 * float(own[backend]):.3g}" if own.get(backend) else "-" for backend in backends]
+        lines.append(f"| {name} | {order} | {' | '.join(cells)} |")
+    return "\n".join(lines)
