@@ -5,7 +5,9 @@ from __future__ import annotations
 import copy
 import dataclasses
 import json
+import time
 from collections import Counter
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -15,6 +17,7 @@ import pytest
 
 from fsm.results.solution import Solution
 from fsm.scene.case import Case
+from fsm.scene.load_case import LoadedCase
 from validation.stress.attempt import attempt
 from validation.stress.campaign import examine, read_lines, run_campaign
 from validation.stress.judge import judge
@@ -108,6 +111,19 @@ def test_time_is_limited() -> None:
     tables = draw(SEED, 0, ("chain",)).tables
     tables["solve"] |= {"max_steps": 10_000_000, "rtol": 1e-10, "end_time": 1e3 * tables["solve"]["end_time"]}
     assert attempt(tables, 0.5).end in ("cut off", "hang")
+
+
+def test_pictures_have_time_of_their_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Seed 1, 4400: a film of a scissor array took longer than its solve, and that was called a hang."""
+
+    def draw_for_long(loaded: LoadedCase, out: Path, progress: Callable[[float], None]) -> None:
+        progress(1.0)
+        end = time.process_time() + 1.5 * LIMIT
+        while time.process_time() < end:
+            pass
+
+    monkeypatch.setattr("validation.stress.attempt.run_case", draw_for_long)
+    assert attempt(draw(SEED, 4, ("lattice",)).tables, LIMIT, whole=True).end == "finished"
 
 
 def test_campaign_goes_on_where_it_was_stopped(tmp_path: Path) -> None:

@@ -29,6 +29,8 @@ __all__ = ["Attempt", "attempt"]
 
 _SMALL = 300.0
 """Bodies that double the time of a scene."""
+_DRAWN = 4.0
+"""Times the time that a scene has whose curves and pictures are written, too: it is solved twice."""
 
 
 @dataclass
@@ -76,7 +78,7 @@ def attempt(tables: dict[str, Any], limit: float, name: str = "scene", whole: bo
         python_warnings.simplefilter("always")
         try:
             found.loaded = loaded(tables, name)
-            limit *= 1.0 + _bodies(tables) / _SMALL
+            limit *= (1.0 + _bodies(tables) / _SMALL) * (_DRAWN if whole else 1.0)
             with _limited(limit):
                 _solve(found, name, Path(folder), steps, whole)
         except CaseError as error:
@@ -124,6 +126,7 @@ def _solve(found: Attempt, name: str, folder: Path, steps: list[float], whole: b
 
     if whole:
         run_case(found.loaded, folder, progress=step)
+        step(1.0)
     analysis = analysis_of(found.loaded.case, name, warnings)
     analysis.make_ready(warnings)
     found.method = analysis.method()[0]
