@@ -12,8 +12,8 @@ from fsm.segments.normal_force import NormalForce
 
 __all__ = ["Impacts"]
 
-_STEPS = 90
-"""Steps that an impact takes at least."""
+_STEPS, _FEWER_STEPS = 90, 30
+"""Steps that an impact takes at least: where the law promises a restitution, and where it does not."""
 _FIRST = 0.006
 """Length of the step in which an impact begins, over that of the impact, counted from its beginning."""
 _BEFORE = 0.003
@@ -109,7 +109,8 @@ class Impacts:
         begins = np.maximum(near.gap[counts], 0.0) / speed[counts]
         before = np.where(begins > 2.0 * _BEFORE * lasts, begins - _BEFORE * lasts, begins + _FIRST * lasts)
         rests = begun & (t - kept.began[counts] > _LASTING * lasts)
-        return float(np.where(rests, np.inf, np.where(begun, lasts / _STEPS, before)).min())
+        steps = _STEPS if self.normal.law.restitution else _FEWER_STEPS
+        return float(np.where(rests, np.inf, np.where(begun, lasts / steps, before)).min())
 
     def _count(self, bodies: np.ndarray, mass: np.ndarray, speed: np.ndarray, rates: np.ndarray) -> np.ndarray:
         """Which contacts are impacts that steps have to resolve.
