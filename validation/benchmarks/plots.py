@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from fsm.plots.style import COLOURS, GREY, SINGLE, figure
 from validation.benchmarks.precision import Row
@@ -15,6 +16,8 @@ from validation.benchmarks.precision import Row
 __all__ = ["plot_all_scenes", "plot_scene", "plot_segments"]
 
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
+_FEW_DECADES = 200.0
+"""Longest over shortest time of a plot up to which its ticks are at 1, 2 and 5."""
 SMALLEST = 1e-16
 """An error of nothing is drawn here."""
 
@@ -67,6 +70,11 @@ def _draw(axes: Axes, rows: Sequence[Row], methods: Sequence[str]) -> None:
             label=method + (f" ({notes})" if notes else ""),
         )
     axes.set(xscale="log", yscale="log")
+    low, high = axes.get_xlim()
+    if high < _FEW_DECADES * low:  # a label a decade says too little, one at every tick is one over the other
+        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes.xaxis.set_major_formatter("{x:g}")
+    axes.xaxis.set_minor_formatter(NullFormatter())
     axes.grid(True, which="major", color=GREY, alpha=0.25, linewidth=0.5)
 
 
