@@ -121,6 +121,16 @@ def _likely_piece(point: np.ndarray, first: int, last: int, tree: np.ndarray) ->
     return max(first, (node - leaves) * LEAF)
 
 
+@kernel(inline=True)
+def _nearer(point: np.ndarray, low: int, high: int, chords: np.ndarray, piece: int, best: float) -> tuple[int, float]:
+    """The nearest of the pieces low ... high - 1 and one that is known, with their squared distances."""
+    for j in range(low, high):
+        distance = chord_distance(chords[j], point)
+        if distance < best or (distance == best and j < piece):
+            piece, best = j, distance
+    return piece, best
+
+
 @kernel
 def nearest_piece(
     point: np.ndarray, first: int, last: int, chords: np.ndarray, tree: np.ndarray, start: int, bound: float
@@ -160,10 +170,8 @@ def nearest_piece(
     if last - first <= MANY:
         for leaf in range(first // LEAF, (last - 1) // LEAF + 1):
             if _box_distance(tree[leaves + leaf], point) <= best:
-                for j in range(max(leaf * LEAF, first), min((leaf + 1) * LEAF, last)):
-                    distance = chord_distance(chords[j], point)
-                    if distance < best or (distance == best and j < piece):
-                        piece, best = j, distance
+                low, high = max(leaf * LEAF, first), min((leaf + 1) * LEAF, last)
+                piece, best = _nearer(point, low, high, chords, piece, best)
         return piece, best
     node, span = 1, leaves * LEAF
     while node > 0:
@@ -174,10 +182,7 @@ def nearest_piece(
             if node < leaves:
                 node, span = 2 * node, span // 2
                 continue
-            for j in range(max(low, first), min(low + span, last)):
-                distance = chord_distance(chords[j], point)
-                if distance < best or (distance == best and j < piece):
-                    piece, best = j, distance
+            piece, best = _nearer(point, max(low, first), min(low + span, last), chords, piece, best)
         node, span = next_node(node, span)
     return piece, best
 
@@ -189,12 +194,7 @@ def nearest_of_few(
     """As `nearest_piece`, faster where the pieces are few."""
     if last - first > FEW:
         return nearest_piece(point, first, last, chords, tree, start, bound)
-    piece, best = -1, bound
-    for j in range(first, last):
-        distance = chord_distance(chords[j], point)
-        if distance < best:
-            piece, best = j, distance
-    return piece, best
+    return _nearer(point, first, last, chords, -1, bound)
 
 
 @kernel

@@ -48,7 +48,7 @@ def animate(solution: Solution, path: str | Path) -> None:
         ax.set_aspect("equal", adjustable="box")
         title = ax.set_title("0 s")
         canvas.draw()
-        # all but these two is laid out and drawn once: as a whole a picture takes ten times as long
+        # all but these two is laid out and drawn once: drawn as a whole, a picture takes several times as long
         fig.set_layout_engine("none")
         plates.set_animated(True)
         title.set_animated(True)

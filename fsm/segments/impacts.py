@@ -13,7 +13,7 @@ from fsm.segments.normal_force import NormalForce
 __all__ = ["Impacts"]
 
 _STEPS, _FEWER_STEPS = 90, 30
-"""Steps that an impact takes at least: where the law promises a restitution, and where it does not."""
+"""Steps that an impact takes at least, about: where the law promises a restitution, and where it does not."""
 _FIRST = 0.006
 """Length of the step in which an impact begins, over that of the impact, counted from its beginning."""
 _BEFORE = 0.003

@@ -43,7 +43,7 @@ def contact_lines(view: View) -> Iterator[str]:
     yield f"{_LAWS[contact.law]}, K = {contact.stiffness:.4g} N/m^{contact.exponent:g} of a whole face{_lost(contact)}"
     if contact.restitution is not None:
         slow = f"{millimetres(contact.speed_floor)}/s"
-        yield f"impacts take 90 steps at least; below {slow} a contact is a press, not an impact"
+        yield f"impacts take about 90 steps at least; below {slow} a contact is a press, not an impact"
     yield f"{count(_contact_points(view), 'contact point')}, both faces of a pair watching each other"
     if contact.thickness_in_gap:
         yield "faces touch at half the sum of their thicknesses"

@@ -244,6 +244,17 @@ def test_fifteen_bounces(e: float, target: str, spatial: bool) -> None:
     assert solver.t == pytest.approx(exact, rel=0.01)
 
 
+@pytest.mark.parametrize(("law", "least", "most"), [({}, 20, 40), ({"restitution": 0.9}, 60, 120)])
+def test_steps_of_an_impact_at_a_loose_tolerance(law: dict[str, float], least: int, most: int) -> None:
+    """A law that promises a restitution wants more of them than the error control of a loose tolerance."""
+    solver = flight(compile_scene(falling("plane", Contact(stiffness=1e8, **law), 1e-3, speed=1.0), False), 1e-2)
+    touching = 0
+    while solver.u[1] < 0.0 or solver.q[1] < THICK / 2:
+        solver.step(0.1)
+        touching += int(solver.q[1] < THICK / 2)
+    assert least <= touching <= most
+
+
 # order and energy -------------------------------------------------------------------------------------------------
 
 

@@ -19,22 +19,22 @@ from pathlib import Path
 from validation.benchmarks import one_thread  # first of all: before anything that loads NumPy
 from validation.benchmarks.broad_phase import (
     BROAD_PHASE,
+    BROAD_PHASE_COLUMNS,
     BROAD_PHASE_COUNTS,
     QUICK_BROAD_PHASE_COUNTS,
     broad_phase_table,
     measure_broad_phase,
-    write_broad_phase,
 )
 from validation.benchmarks.demo import OUT, machine
 from validation.benchmarks.demo import measure as measure_demo
-from validation.benchmarks.linear_algebra import LINEAR, linear_table, measure_linear, write_linear
+from validation.benchmarks.linear_algebra import LINEAR, LINEAR_COLUMNS, linear_table, measure_linear
 from validation.benchmarks.memory import measure_memory
 from validation.benchmarks.methods import METHODS, QUICK_TOLERANCES
 from validation.benchmarks.plots import plot_all_scenes, plot_scene, plot_segments
-from validation.benchmarks.precision import PRECISION, measure, precision_table, read, reference, say, write
+from validation.benchmarks.precision import PRECISION, measure, precision_table, read, reference, say, write, write_rows
 from validation.benchmarks.problem import Problem, Tight
 from validation.benchmarks.scenes import PROBLEMS, QUICK
-from validation.benchmarks.segments import COUNTS, QUICK_COUNTS, SEGMENTS, measure_segments, segments_table, write_segments
+from validation.benchmarks.segments import COUNTS, QUICK_COUNTS, SEGMENTS, SEGMENTS_COLUMNS, measure_segments, segments_table
 
 PARTS = ("precision", "segments", "linear", "broad_phase", "demo", "memory")
 
@@ -115,7 +115,7 @@ def run_segments(chosen: argparse.Namespace, about: dict[str, str]) -> None:
     """Cost against the number of segments."""
     counts = QUICK_COUNTS if chosen.quick else COUNTS
     for rows in measure_segments(counts, chosen.methods, chosen.repeat, chosen.limit):
-        write_segments(chosen.out / SEGMENTS, rows, about)
+        write_rows(chosen.out / SEGMENTS, SEGMENTS_COLUMNS, rows, about)
 
 
 def draw_segments(chosen: argparse.Namespace) -> None:
@@ -128,7 +128,7 @@ def draw_segments(chosen: argparse.Namespace) -> None:
 
 def run_linear(chosen: argparse.Namespace, about: dict[str, str]) -> None:
     """Factorisation and solution."""
-    write_linear(chosen.out / LINEAR, list(measure_linear()), about)
+    write_rows(chosen.out / LINEAR, LINEAR_COLUMNS, list(measure_linear()), about)
 
 
 def draw_linear(chosen: argparse.Namespace) -> None:
@@ -142,7 +142,7 @@ def run_broad_phase(chosen: argparse.Namespace, about: dict[str, str]) -> None:
     """Cost of the broad phase of contact."""
     counts = QUICK_BROAD_PHASE_COUNTS if chosen.quick else BROAD_PHASE_COUNTS
     for rows in measure_broad_phase(counts, chosen.repeat):
-        write_broad_phase(chosen.out / BROAD_PHASE, rows, about)
+        write_rows(chosen.out / BROAD_PHASE, BROAD_PHASE_COLUMNS, rows, about)
 
 
 def draw_broad_phase(chosen: argparse.Namespace) -> None:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import csv
 import itertools
 import statistics
 import time
 from collections.abc import Callable, Iterator, Sequence
-from pathlib import Path
 
 import numpy as np
 
@@ -21,15 +19,15 @@ from validation.benchmarks.segments import slope
 
 __all__ = [
     "BROAD_PHASE",
+    "BROAD_PHASE_COLUMNS",
     "BROAD_PHASE_COUNTS",
     "QUICK_BROAD_PHASE_COUNTS",
     "broad_phase_table",
     "measure_broad_phase",
-    "write_broad_phase",
 ]
 
 BROAD_PHASE = "broad_phase.csv"
-COLUMNS = ("scene", "number", "time_s", "found", "slope")
+BROAD_PHASE_COLUMNS = ("scene", "number", "time_s", "found", "slope")
 BROAD_PHASE_COUNTS = (100, 200, 500, 1000, 2000, 5000, 10000, 20000)
 QUICK_BROAD_PHASE_COUNTS = (100, 500, 2000)
 PANELS = 4
@@ -170,15 +168,6 @@ def measure_broad_phase(counts: Sequence[int], repeat: int) -> Iterator[list[Row
         rows += [row | {"slope": f"{fitted:.3f}"} for row in own]
         say(f"{scene}: {own[-1]['time_s']} s with {own[-1]['number']}, slope {fitted:.3f}")
         yield rows
-
-
-def write_broad_phase(path: Path, rows: Sequence[Row], about: dict[str, str]) -> None:
-    """All rows, with the machine."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, [*COLUMNS, *about])
-        writer.writeheader()
-        writer.writerows(row | about for row in rows)
 
 
 def broad_phase_table(rows: Sequence[Row]) -> str:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import csv
 import statistics
 import time
 from collections.abc import Callable, Iterator, Sequence
-from pathlib import Path
 
 import numpy as np
 
@@ -18,10 +16,10 @@ from validation.benchmarks.precision import Row, say
 from validation.benchmarks.scenes import cantilever
 from validation.membrane.film import tensioned_film
 
-__all__ = ["LINEAR", "linear_table", "measure_linear", "write_linear"]
+__all__ = ["LINEAR", "LINEAR_COLUMNS", "linear_table", "measure_linear"]
 
 LINEAR = "linear_algebra.csv"
-COLUMNS = ("matrix", "rows", "backend", "time_s", "repeats", "message")
+LINEAR_COLUMNS = ("matrix", "rows", "backend", "time_s", "repeats", "message")
 BACKENDS: tuple[Backend, ...] = ("block", "splu", "pardiso")
 TOUCHING = 0.05
 """Contacts over segments in a chain that lies on itself."""
@@ -81,7 +79,7 @@ def measure_linear(names: Sequence[str] = tuple(MATRICES)) -> Iterator[Row]:
         matrix = MATRICES[name]()
         right = np.random.default_rng(2).standard_normal(matrix.order)
         for backend in BACKENDS:
-            row = dict.fromkeys(COLUMNS, "") | {"matrix": name, "rows": str(matrix.order), "backend": backend}
+            row = dict.fromkeys(LINEAR_COLUMNS, "") | {"matrix": name, "rows": str(matrix.order), "backend": backend}
             try:
                 times = _times(matrix, right, backend)
             except FsmError as error:
@@ -100,15 +98,6 @@ def _times(matrix: BlockMatrix, right: np.ndarray, backend: Backend) -> list[flo
         solver.solve(right)
         times.append(time.process_time() - begun)
     return times[1:]
-
-
-def write_linear(path: Path, rows: Sequence[Row], about: dict[str, str]) -> None:
-    """All rows, with the machine."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, [*COLUMNS, *about])
-        writer.writeheader()
-        writer.writerows(row | about for row in rows)
 
 
 def linear_table(rows: Sequence[Row]) -> str:

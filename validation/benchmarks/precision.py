@@ -14,7 +14,7 @@ from fsm.errors import FsmError
 from validation.benchmarks.methods import METHODS, Method, Run, TooSlow
 from validation.benchmarks.problem import Problem, Tight
 
-__all__ = ["PRECISION", "measure", "precision_table", "read", "reference", "say", "write"]
+__all__ = ["PRECISION", "measure", "precision_table", "read", "reference", "say", "write", "write_rows"]
 
 PRECISION = "work_precision.csv"
 COLUMNS = (
@@ -115,12 +115,17 @@ def write(path: Path, new: Sequence[Row], about: dict[str, str]) -> None:
     """Put rows into the file, in place of those of the same scene and method; with the machine they were measured on."""
     replaced = {(row["scene"], row["method"]) for row in new}
     kept = [row for row in read(path) if (row["scene"], row["method"]) not in replaced]
+    write_rows(path, COLUMNS, [*kept, *(row | about for row in new)], about)
+
+
+def write_rows(path: Path, columns: Sequence[str], rows: Sequence[Row], about: dict[str, str]) -> None:
+    """A whole file of rows, each with the machine it was measured on; rows that name one keep it."""
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_suffix(".part")
     with partial.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, [*COLUMNS, *about])
+        writer = csv.DictWriter(file, [*columns, *about])
         writer.writeheader()
-        writer.writerows([*kept, *(row | about for row in new)])
+        writer.writerows(about | row for row in rows)
     partial.replace(path)
 
 

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import csv
 import math
 import statistics
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
-from pathlib import Path
 
 import numpy as np
 
@@ -22,10 +20,10 @@ from fsm.solve.simulate import simulate
 from validation.benchmarks.precision import Row, say
 from validation.benchmarks.scenes import cantilever, strip_scene
 
-__all__ = ["COUNTS", "QUICK_COUNTS", "SEGMENTS", "measure_segments", "segments_table", "slope", "write_segments"]
+__all__ = ["COUNTS", "QUICK_COUNTS", "SEGMENTS", "SEGMENTS_COLUMNS", "measure_segments", "segments_table", "slope"]
 
 SEGMENTS = "segments.csv"
-COLUMNS = ("scene", "what", "segments", "time_s", "repeats", "slope", "message")
+SEGMENTS_COLUMNS = ("scene", "what", "segments", "time_s", "repeats", "slope", "message")
 COUNTS = (10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
 QUICK_COUNTS = (10, 50, 200, 500)
 FITTED_FROM = 100
@@ -100,7 +98,7 @@ def _row(
     clock: Callable[[SegmentSystem, int], list[float]],
     repeat: int,
 ) -> Row:
-    row = dict.fromkeys(COLUMNS, "") | {"scene": scene, "what": what, "segments": str(count)}
+    row = dict.fromkeys(SEGMENTS_COLUMNS, "") | {"scene": scene, "what": what, "segments": str(count)}
     try:
         times = clock(system, repeat)
     except Exception as error:
@@ -207,15 +205,6 @@ def _with_slopes(rows: list[Row]) -> list[Row]:
         ]
         row["slope"] = f"{slope(*zip(*line, strict=True)):.3f}" if len(line) > 1 else ""
     return rows
-
-
-def write_segments(path: Path, rows: Sequence[Row], about: dict[str, str]) -> None:
-    """All rows, with the machine."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.DictWriter(file, [*COLUMNS, *about])
-        writer.writeheader()
-        writer.writerows(row | about for row in rows)
 
 
 def segments_table(rows: Sequence[Row]) -> str:
