@@ -81,7 +81,7 @@ def _draw(axes: Axes, rows: Sequence[Row], methods: Sequence[str]) -> None:
 def plot_segments(path: Path, rows: Sequence[Row]) -> None:
     """Time against the number of segments, with the slope of each line over its upper decades."""
     scenes = list(dict.fromkeys(row["scene"] for row in rows))
-    with figure(path, (3.4 * len(scenes), 3.4)) as fig:
+    with figure(path, (3.4 * len(scenes), 4.8)) as fig:
         for k, scene in enumerate(scenes):
             axes = fig.add_subplot(1, len(scenes), k + 1)
             own = [row for row in rows if row["scene"] == scene and row["time_s"]]
@@ -98,4 +98,4 @@ def plot_segments(path: Path, rows: Sequence[Row]) -> None:
             if k == 0:
                 axes.set_ylabel("time (ms)")
             axes.grid(True, which="major", color=GREY, alpha=0.25, linewidth=0.5)
-            axes.legend(fontsize=6.5)
+            axes.legend(loc="upper left", bbox_to_anchor=(0.0, -0.15), fontsize=6.5)  # as many lines as leave no room within
