@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import gc
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -16,6 +17,9 @@ from fsm.errors import CaseError, ExpectationFailed, FsmError, is_interrupt
 __all__ = ["cli", "main"]
 
 Command = TypeVar("Command", bound=Callable[..., Any])
+
+_GARBAGE = (50_000, 20, 100)
+"""Python looks for garbage after so many new objects, and after so many looks at the young and at the older ones."""
 
 EXIT_CODES = """
 Exit codes: 0 done; 1 internal error; 2 usage or case file; 3 not converged; 4 an [expect] missed;
@@ -383,7 +387,11 @@ def summary_lines(summary: Mapping[str, Any], folder: Path) -> list[str]:
 
 def main() -> None:
     """Entry point of the command ``fsm``."""
+    # hundreds of thousands of objects come with the libraries and stay: looking through them took a second of a short run
+    gc.set_threshold(*_GARBAGE)
     try:
         cli(prog_name="fsm")
     except KeyboardInterrupt:  # before or after the command itself
         sys.exit(130)
+    finally:
+        gc.freeze()  # Python's last look is for nothing: all of it goes with the process
