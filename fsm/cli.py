@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import gc
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -13,13 +12,11 @@ from typing import Any, NoReturn, TypeVar
 import click
 
 from fsm.errors import CaseError, ExpectationFailed, FsmError, is_interrupt
+from fsm.garbage import seldom
 
 __all__ = ["cli", "main"]
 
 Command = TypeVar("Command", bound=Callable[..., Any])
-
-_GARBAGE = (50_000, 20, 100)
-"""Python looks for garbage after so many new objects, and after so many looks at the young and at the older ones."""
 
 EXIT_CODES = """
 Exit codes: 0 done; 1 internal error; 2 usage or case file; 3 not converged; 4 an [expect] missed;
@@ -321,12 +318,9 @@ calibrate.help = (calibrate.help or "").format(kinds=", ".join(CALIBRATIONS))
 @debug_option
 def warmup() -> None:
     """Compile all kernels now, so that the first run need not."""
-    from fsm.run import warm_up, warm_up_array, warm_up_film
+    from fsm.warm_up import compile_ahead
 
-    for spatial in (False, True):
-        warm_up(spatial=spatial)
-    warm_up_film()
-    warm_up_array()
+    compile_ahead()
 
 
 @contextmanager
@@ -387,11 +381,8 @@ def summary_lines(summary: Mapping[str, Any], folder: Path) -> list[str]:
 
 def main() -> None:
     """Entry point of the command ``fsm``."""
-    # hundreds of thousands of objects come with the libraries and stay: looking through them took a second of a short run
-    gc.set_threshold(*_GARBAGE)
     try:
-        cli(prog_name="fsm")
+        with seldom():
+            cli(prog_name="fsm")
     except KeyboardInterrupt:  # before or after the command itself
         sys.exit(130)
-    finally:
-        gc.freeze()  # Python's last look is for nothing: all of it goes with the process

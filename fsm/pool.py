@@ -15,6 +15,7 @@ from multiprocessing.context import SpawnContext, SpawnProcess
 from typing import Any
 
 from fsm.errors import FsmError, is_interrupt
+from fsm.garbage import seldom
 
 __all__ = ["Outcome", "run_jobs"]
 
@@ -76,25 +77,25 @@ def run_jobs(work: Callable[[Any], Any], jobs: Sequence[Any], workers: int) -> G
     team: list[_Worker] = []
     try:
         for _ in range(min(max(workers, 1), len(jobs))):
-            team.append(_start(context, work))
-            _give(team[-1], waiting, jobs)
+            team.append(_start(context))
+            _give(team[-1], work, waiting, jobs)
         while team:
             yield from _collect(team)
             for worker in [worker for worker in team if worker.job is None]:
                 if not worker.process.is_alive():
                     team.remove(worker)
-                    worker = _start(context, work)
+                    worker = _start(context)
                     team.append(worker)
-                if not _give(worker, waiting, jobs):
+                if not _give(worker, work, waiting, jobs):
                     team.remove(worker)
                     worker.channel.close()
     finally:
         _stop(team)
 
 
-def _start(context: SpawnContext, work: Callable[[Any], Any]) -> _Worker:
+def _start(context: SpawnContext) -> _Worker:
     here, there = context.Pipe()
-    process = context.Process(target=_serve, args=(there, work), name="fsm worker", daemon=True)
+    process = context.Process(target=_serve, args=(there,), name="fsm worker", daemon=True)
     before = {name: os.environ.get(name) for name in THREAD_VARIABLES}
     os.environ.update(dict.fromkeys(THREAD_VARIABLES, "1"))
     try:
@@ -120,13 +121,13 @@ def _no_interrupt() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _give(worker: _Worker, waiting: deque[int], jobs: Sequence[Any]) -> bool:
-    """Give a worker the next job; False if there is none left."""
+def _give(worker: _Worker, work: Callable[[Any], Any], waiting: deque[int], jobs: Sequence[Any]) -> bool:
+    """Give a worker the next job, with the work to be done, whose module it imports then; False if there is none left."""
     if not waiting:
         return False
     worker.job = waiting.popleft()
     with contextlib.suppress(OSError):  # it died: `_collect` sees that next
-        worker.channel.send((worker.job, jobs[worker.job]))
+        worker.channel.send((work, worker.job, jobs[worker.job]))
     return True
 
 
@@ -165,17 +166,18 @@ def _stop(team: Sequence[_Worker]) -> None:
             worker.process.join()
 
 
-def _serve(channel: Connection, work: Callable[[Any], Any]) -> None:
+def _serve(channel: Connection) -> None:
     """Life of a worker: one job after the other until the channel closes."""
     # a group of its own: Ctrl-C reaches it once, from the parent, and not from the terminal as well
     if hasattr(os, "setpgrp"):
         os.setpgrp()
     try:
-        if hasattr(signal, "pthread_sigmask"):
-            signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
-        while True:
-            job, argument = channel.recv()
-            channel.send(_do(work, job, argument))
+        with seldom():
+            while True:
+                work, job, argument = channel.recv()  # the first brings imports, which no interrupt is to break off
+                if hasattr(signal, "pthread_sigmask"):
+                    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+                channel.send(_do(work, job, argument))
     except (KeyboardInterrupt, EOFError, OSError):
         return
 

@@ -8,8 +8,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from fsm import __version__
 from fsm.analyses.analysis import Analysis
 from fsm.analyses.choose import analysis_of
@@ -18,28 +16,17 @@ from fsm.analyses.vibrate import VibrationAnalysis
 from fsm.errors import CaseError, ExpectationFailed
 from fsm.kernels import jit
 from fsm.plots.figures import draw
-from fsm.prepare import prepare
 from fsm.recorder import RecordedSolve
 from fsm.results.export import write_contact_csv, write_force_csv, write_history_csv, write_points_csv
 from fsm.results.quantities import touching_pairs
 from fsm.results.solution import Solution
 from fsm.results.store import part_path, read_solution
-from fsm.scene.builders.warm_up import (
-    warm_up_lattice,
-    warm_up_membrane,
-    warm_up_plates,
-    warm_up_scissor,
-    warm_up_strip,
-)
 from fsm.scene.load_case import LoadedCase
-from fsm.solve.newton import negative_pivots
-from fsm.solve.settings import Settings
-from fsm.solve.simulate import simulate
-from fsm.solve.static import PathSettings, follow
 from fsm.summary import check_expectations, joined, missed_expectations
 from fsm.whole_file import clear_parts, whole_file
 
-__all__ = ["run_case", "warm_up", "warm_up_array", "warm_up_film", "warm_up_kind"]
+__all__ = ["run_case"]
+
 
 def run_case(
     loaded: LoadedCase, out: Path, *, progress: bool | Callable[[float], None] = True, resume: bool = False
@@ -142,60 +129,6 @@ def _solved(loaded: LoadedCase, folder: Path) -> Solution | None:
         return None
     same = solution.layout.case_text == loaded.text and solution.layout.provenance.get("fsm") == __version__
     return solution if same else None
-
-
-def warm_up(spatial: bool = False, plates: bool = True) -> None:
-    """Compile (or load) every kernel a run needs, by solving the first instants of a small strip, and of rigid plates.
-
-    Parameters
-    ----------
-    spatial : bool
-    plates : bool
-        False leaves out contact of rigid plates and obstacles.
-    """
-    cases = [warm_up_strip(spatial), *([warm_up_plates(spatial)] if plates else [])]
-    for warm in [*cases, *([] if spatial else [warm_up_lattice()])]:
-        _, system = prepare(warm.case)
-        q, u = system.initial()
-        end = 1e-3 * (system.end_time() or 1.0)
-        for method in ("Radau", "Radau-blocks", "generalized-alpha"):
-            simulate(system, Settings(method, 1e-3, end), [0.0, end], lambda saved: None)
-        if system.motions:
-            follow(system, PathSettings(end, end / 2.0), [0.0, end], lambda saved: None)
-            negative_pivots(system, 0.0, q)
-        pushed = np.zeros((system.n_free, system.size))
-        moved = [system.bodies.names[i].startswith(warm.moved) for i in system.bodies.free]
-        pushed[moved, 0], pushed[moved, 2 if system.size == 6 else 1] = warm.shift
-        touching = system.retract(q, pushed.ravel())
-        system.tangent(0.0, touching, u)
-        system.observe(0.0, touching, u)
-
-
-def warm_up_kind(kind: str) -> None:
-    """Compile (or load) the kernels of one kind of analysis: "planar", "spatial", "film" or "bars"."""
-    if kind == "film":
-        warm_up_film()
-    elif kind == "bars":
-        warm_up_array()
-    else:
-        warm_up(spatial=kind == "spatial", plates=False)
-
-
-def warm_up_film() -> None:
-    """Compile (or load) every kernel that a film needs, by the first instants of a small one with a patch and cables."""
-    for film in ("plain", "tension-field"):
-        analysis = analysis_of(warm_up_membrane(film))
-        analysis.make_ready([])
-        system, start = analysis.system, analysis.start([])
-        settings = Settings("generalized-alpha", 1e-3, 2e-4, step=1e-4)
-        simulate(system, settings, [0.0], lambda saved: None, start=start)
-
-
-def warm_up_array() -> None:
-    """Compile (or load) every kernel that a scissor array needs, by solving the first instants of small ones."""
-    for element in ("section", "green", "cable"):
-        system = analysis_of(warm_up_scissor(element)).system
-        simulate(system, Settings("generalized-alpha", 1e-3, 2e-4, step=1e-4), [0.0], lambda saved: None)
 
 
 def _write(solution: Solution, out: Path) -> None:

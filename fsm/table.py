@@ -237,10 +237,9 @@ def _run_rows(
     """Run the jobs and put their rows with the others as they come."""
     if not jobs:
         return
-    from fsm.run import warm_up_kind
+    from fsm.warm_up import compile_ahead
 
-    for kind in sorted(kernels):
-        warm_up_kind(kind)
+    compile_ahead(sorted(kernels), progress)
     numbers = list(jobs)
     count = min(workers or os.cpu_count() or 1, len(numbers))
     with (

@@ -43,7 +43,7 @@ class Analysis(Protocol):
 
     @property
     def kernels(self) -> str:
-        """The kernels it needs, as `fsm.run.warm_up_kind` calls them."""
+        """The kernels it needs, as `fsm.warm_up.KINDS` calls them."""
         ...
 
     def make_ready(self, warnings: list[str]) -> None:

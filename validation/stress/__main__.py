@@ -19,7 +19,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from fsm.run import warm_up, warm_up_array, warm_up_film
+from fsm.warm_up import compile_ahead
 from validation.stress.campaign import examine, run_campaign
 from validation.stress.scenes import KINDS, draw, loaded
 from validation.stress.summary import summarised
@@ -42,10 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         parser.error(f"no such kinds: {', '.join(sorted(unknown))}; there are {', '.join(KINDS)}")
     if chosen.only is not None:
         return _show(chosen.seed, chosen.only, kinds, chosen.limit)
-    for spatial in (False, True):
-        warm_up(spatial=spatial)
-    warm_up_film()
-    warm_up_array()
+    compile_ahead()
     name = f"seed_{chosen.seed}" + ("" if kinds == tuple(KINDS) else "_" + "_".join(kinds))
     numbers = range(chosen.first, chosen.first + chosen.scenes)
     begun = time.perf_counter()

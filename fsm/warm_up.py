@@ -1,0 +1,123 @@
+"""Kernels compiled ahead by small cases that use them: once for all runs, and before several processes want the same."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from fsm.analyses.choose import analysis_of
+from fsm.blocks import BlockMatrix, BlockPattern
+from fsm.kernels import jit
+from fsm.prepare import prepare
+from fsm.scene.builders.warm_up import (
+    WarmUp,
+    warm_up_lattice,
+    warm_up_membrane,
+    warm_up_plates,
+    warm_up_scissor,
+    warm_up_strip,
+)
+from fsm.solve.equilibrium_step import EquilibriumStep
+from fsm.solve.linear import LinearSolver
+from fsm.solve.newton import negative_pivots
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
+from fsm.solve.static import PathSettings, follow
+
+__all__ = ["KINDS", "compile_ahead"]
+
+_INTEGRATORS = ("generalized-alpha", "Radau")
+
+
+def _complex_matrices(size: int) -> None:
+    """Two blocks, factorised and solved with."""
+    pattern = BlockPattern(np.array([0, 2, 4]), np.array([0, 1, 0, 1]), size)
+    data = pattern.zeros().astype(complex)
+    data[pattern.diagonal] = np.eye(size)
+    solver = LinearSolver()
+    solver.factorise(BlockMatrix(pattern, data))
+    solver.solve(np.ones(2 * size, dtype=complex))
+
+
+def _segments(make: Callable[[], WarmUp], methods: tuple[str, ...] = _INTEGRATORS) -> None:
+    """What presses on one another first, then the first instants."""
+    warm = make()
+    _, system = prepare(warm.case)
+    q, u = system.initial()
+    pushed = np.zeros((system.n_free, system.size))
+    moved = [system.bodies.names[i].startswith(warm.moved) for i in system.bodies.free]
+    pushed[moved, 0], pushed[moved, 2 if system.size == 6 else 1] = warm.shift
+    touching = system.retract(q, pushed.ravel())
+    far_away = system.retract(q, 100.0 * pushed.ravel())
+    for state in (q, far_away, touching):
+        system.tangent(0.0, state, u)
+        system.observe(0.0, state, u)
+    EquilibriumStep(system, max_iterations=1).solve(0.0, touching, (0.0, q))
+    end = 1e-3 * (system.end_time() or 1.0)
+    if system.motions:
+        follow(system, PathSettings(end, end / 2.0), [0.0, end], lambda saved: None)
+        negative_pivots(system, 0.0, q)
+    for method in methods:
+        simulate(system, Settings(method, 1e-3, end), [0.0, end], lambda saved: None)
+
+
+def _film(law: str) -> None:
+    """The first instants of a small film with a patch and cables."""
+    analysis = analysis_of(warm_up_membrane(law))
+    analysis.make_ready([])
+    settings = Settings("generalized-alpha", 1e-3, 2e-4, step=1e-4)
+    simulate(analysis.system, settings, [0.0], lambda saved: None, start=analysis.start([]))
+
+
+def _bars(element: str) -> None:
+    """The first instants of a small scissor array."""
+    system = analysis_of(warm_up_scissor(element)).system
+    simulate(system, Settings("generalized-alpha", 1e-3, 2e-4, step=1e-4), [0.0], lambda saved: None)
+
+
+KINDS: dict[str, tuple[Callable[[], None], ...]] = {
+    "planar": (partial(_segments, partial(warm_up_strip, False)), partial(_segments, warm_up_lattice)),
+    "spatial": (partial(_segments, partial(warm_up_strip, True)),),
+    "film": (partial(_film, "plain"), partial(_film, "tension-field")),
+    "bars": tuple(partial(_bars, element) for element in ("section", "green", "cable")),
+    "plates": tuple(partial(_segments, partial(warm_up_plates, spatial)) for spatial in (False, True)),
+    "structured Radau": (
+        *(partial(_segments, partial(warm_up_strip, spatial), ("Radau-blocks",)) for spatial in (False, True)),
+        *(partial(_complex_matrices, size) for size in (3, 6)),
+    ),
+}
+"""What compiles the kernels of a kind of analysis (`fsm.analyses.analysis.Analysis.kernels`), and those that few need."""
+
+
+def compile_ahead(kinds: Iterable[str] = tuple(KINDS), tell: bool = True) -> None:
+    """Compile the kernels of these kinds, but for kinds whose kernels are in the cache.
+
+    Parameters
+    ----------
+    kinds : of `KINDS`
+    tell : bool
+        Say on standard error what is being compiled.
+    """
+    folder = jit.cache_folder()
+    if folder is None:  # nothing would be kept
+        return
+    for kind in kinds:
+        stamp = _stamp(folder, kind)
+        if stamp.exists():
+            continue
+        if tell:
+            print(f"compiling kernels, once: {kind}", file=sys.stderr, flush=True)
+        for use in KINDS[kind]:
+            use()
+        with suppress(OSError):
+            stamp.touch()
+
+
+def _stamp(folder: Path, kind: str) -> Path:
+    """An empty file that is there when all kernels of a kind are in the cache, whose name says of which sources."""
+    return folder / f".compiled_{kind.replace(' ', '_')}"
