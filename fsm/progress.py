@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from tqdm import tqdm
 
-__all__ = ["Progress"]
+__all__ = ["Progress", "saying_what_compiles"]
 
 _LINE_EVERY = 10.0
 """Seconds between plain lines."""
@@ -71,3 +72,21 @@ class Progress:
                 print(f"{self._title}: {text}", file=sys.stderr, flush=True)
         else:
             self._bar.set_postfix_str(text)
+
+
+@contextmanager
+def saying_what_compiles(wanted: bool | Callable[[float], None], title: str, jit: Any) -> Iterator[None]:
+    """Say once that kernels are compiled, where there is no progress yet to be shown: a run that is being prepared."""
+    said = False
+
+    def say(name: str) -> None:
+        nonlocal said
+        if not said:
+            print(f"{title}: compiling kernels, once", file=sys.stderr, flush=True)
+        said = True
+
+    forget = jit.on_compile(say) if wanted is True else lambda: None
+    try:
+        yield
+    finally:
+        forget()

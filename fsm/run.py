@@ -16,6 +16,7 @@ from fsm.analyses.vibrate import VibrationAnalysis
 from fsm.errors import CaseError, ExpectationFailed
 from fsm.kernels import jit
 from fsm.plots.figures import draw
+from fsm.progress import saying_what_compiles
 from fsm.recorder import RecordedSolve
 from fsm.results.export import write_contact_csv, write_force_csv, write_history_csv, write_points_csv
 from fsm.results.quantities import touching_pairs
@@ -70,9 +71,10 @@ def run_case(
     if loaded.case.stages:
         summary = _run_stages(loaded, out, progress, resume)
     else:
-        warnings: list[str] = []
-        analysis = analysis_of(loaded.case, str(loaded.path), warnings)
-        summary = _run_analysis(loaded, analysis, out, progress, resume, warnings).summary
+        begun, warnings = _clocks(), list[str]()
+        with saying_what_compiles(progress, _title(loaded), jit):
+            analysis = analysis_of(loaded.case, str(loaded.path), warnings)
+        summary = _run_analysis(loaded, analysis, out, progress, resume, warnings, begun).summary
     failed = missed_expectations(loaded.case, summary)
     if failed:
         raise ExpectationFailed("\n".join(failed))
@@ -86,6 +88,7 @@ def _run_analysis(
     progress: bool | Callable[[float], None],
     resume: bool,
     warnings: list[str],
+    begun: tuple[float, float],
 ) -> Solution:
     """Solve one analysis and write all that there is of it into its folder; with `resume` not again what is solved."""
     solution = _solved(loaded, out) if resume else None
@@ -93,11 +96,11 @@ def _run_analysis(
         clear_parts(out)
         _write(solution, out)
         return solution
-    begun, compiled = time.perf_counter(), jit.compile_time()
-    analysis.make_ready(warnings)
+    with saying_what_compiles(progress, _title(loaded), jit):
+        analysis.make_ready(warnings)
     out.mkdir(parents=True, exist_ok=True)
     clear_parts(out)
-    solution = RecordedSolve(loaded, analysis, out, resume, warnings).run(progress, begun, compiled)
+    solution = RecordedSolve(loaded, analysis, out, resume, warnings).run(progress, *begun)
     _write(solution, out)
     return solution
 
@@ -108,14 +111,25 @@ def _run_stages(
     """Deploy, and let what is deployed vibrate, each in a folder of its own; both summaries together."""
     case, source = loaded.case, str(loaded.path)
     (out / "summary.json").unlink(missing_ok=True)
-    warnings: list[str] = []
-    deployment = analysis_of(case, source, warnings)
-    first = _run_analysis(loaded, deployment, out / "deploy", progress, resume, warnings)
+    begun, warnings = _clocks(), list[str]()
+    with saying_what_compiles(progress, _title(loaded), jit):
+        deployment = analysis_of(case, source, warnings)
+    first = _run_analysis(loaded, deployment, out / "deploy", progress, resume, warnings, begun)
+    begun = _clocks()
     vibration = VibrationAnalysis(case, source, film_of_deployment(case, first))
-    second = _run_analysis(loaded, vibration, out / "vibrate", progress, resume, [])
+    second = _run_analysis(loaded, vibration, out / "vibrate", progress, resume, [], begun)
     summary = joined(first.summary, second.summary)
     _write_summary(summary, out)
     return summary
+
+
+def _clocks() -> tuple[float, float]:
+    """What time it is, and how much of it went into compiling, s."""
+    return time.perf_counter(), jit.compile_time()
+
+
+def _title(loaded: LoadedCase) -> str:
+    return loaded.case.title or str(loaded.path)
 
 
 def _solved(loaded: LoadedCase, folder: Path) -> Solution | None:

@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 
 from fsm.analyses.choose import analysis_of
-from fsm.blocks import BlockMatrix, BlockPattern
 from fsm.kernels import jit
 from fsm.prepare import prepare
 from fsm.scene.builders.warm_up import (
@@ -23,7 +22,6 @@ from fsm.scene.builders.warm_up import (
     warm_up_strip,
 )
 from fsm.solve.equilibrium_step import EquilibriumStep
-from fsm.solve.linear import LinearSolver
 from fsm.solve.newton import negative_pivots
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
@@ -32,16 +30,6 @@ from fsm.solve.static import PathSettings, follow
 __all__ = ["KINDS", "compile_ahead"]
 
 _INTEGRATORS = ("generalized-alpha", "Radau")
-
-
-def _complex_matrices(size: int) -> None:
-    """Two blocks, factorised and solved with."""
-    pattern = BlockPattern(np.array([0, 2, 4]), np.array([0, 1, 0, 1]), size)
-    data = pattern.zeros().astype(complex)
-    data[pattern.diagonal] = np.eye(size)
-    solver = LinearSolver()
-    solver.factorise(BlockMatrix(pattern, data))
-    solver.solve(np.ones(2 * size, dtype=complex))
 
 
 def _segments(make: Callable[[], WarmUp], methods: tuple[str, ...] = _INTEGRATORS) -> None:
@@ -86,9 +74,8 @@ KINDS: dict[str, tuple[Callable[[], None], ...]] = {
     "film": (partial(_film, "plain"), partial(_film, "tension-field")),
     "bars": tuple(partial(_bars, element) for element in ("section", "green", "cable")),
     "plates": tuple(partial(_segments, partial(warm_up_plates, spatial)) for spatial in (False, True)),
-    "structured Radau": (
-        *(partial(_segments, partial(warm_up_strip, spatial), ("Radau-blocks",)) for spatial in (False, True)),
-        *(partial(_complex_matrices, size) for size in (3, 6)),
+    "structured Radau": tuple(
+        partial(_segments, partial(warm_up_strip, spatial), ("Radau-blocks",)) for spatial in (False, True)
     ),
 }
 """What compiles the kernels of a kind of analysis (`fsm.analyses.analysis.Analysis.kernels`), and those that few need."""

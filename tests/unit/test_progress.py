@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 
 import fsm.progress
-from fsm.progress import Progress
+from fsm.progress import Progress, saying_what_compiles
 
 
 class Compiler:
@@ -49,3 +49,13 @@ def test_a_function_gets_the_fraction_and_nothing_is_printed(capsys: pytest.Capt
         bar.step(2.0, 3)
     assert seen == [0.25, 1.0]
     assert capsys.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize(("wanted", "said"), [(True, ["strip: compiling kernels, once"]), (False, []), (print, [])])
+def test_what_is_compiled_before_there_is_progress(wanted, said, capsys: pytest.CaptureFixture[str]) -> None:
+    jit = Compiler()
+    with saying_what_compiles(wanted, "strip", jit):
+        for tell in [*jit.told, *jit.told]:
+            tell("a")
+    assert jit.told == []
+    assert capsys.readouterr().err.splitlines() == said
