@@ -12,7 +12,7 @@ from typing import Any, NoReturn, TypeVar
 import click
 
 from fsm.errors import CaseError, ExpectationFailed, FsmError, is_interrupt
-from fsm.garbage import seldom
+from fsm.garbage import ending_without_a_search, importing
 
 __all__ = ["cli", "main"]
 
@@ -154,7 +154,8 @@ def run(
     loaded = load_case(case, [*overrides, *_solve_overrides(spatial, method)])
     folder = _out_folder(out)
 
-    from fsm.run import run_case
+    with importing():
+        from fsm.run import run_case
 
     try:
         with naming(case):
@@ -216,7 +217,8 @@ def check(case: str, overrides: tuple[str, ...], spatial: bool) -> None:
 
     loaded = load_case(case, [*overrides, *_solve_overrides(spatial, None)])
 
-    from fsm.describe import describe
+    with importing():
+        from fsm.describe import describe
 
     with naming(case):
         lines = describe(loaded.case)
@@ -253,7 +255,8 @@ def plot(result: str, out: str | None) -> None:
     folder = _out_folder(out) if out else Path(result).parent
     folder.mkdir(parents=True, exist_ok=True)
 
-    from fsm.plots.figures import draw
+    with importing():
+        from fsm.plots.figures import draw
 
     for path in draw(solution, folder):
         click.echo(str(path))
@@ -318,7 +321,8 @@ calibrate.help = (calibrate.help or "").format(kinds=", ".join(CALIBRATIONS))
 @debug_option
 def warmup() -> None:
     """Compile all kernels now, so that the first run need not."""
-    from fsm.warm_up import compile_ahead
+    with importing():
+        from fsm.warm_up import compile_ahead
 
     compile_ahead()
 
@@ -382,7 +386,7 @@ def summary_lines(summary: Mapping[str, Any], folder: Path) -> list[str]:
 def main() -> None:
     """Entry point of the command ``fsm``."""
     try:
-        with seldom():
+        with ending_without_a_search():
             cli(prog_name="fsm")
     except KeyboardInterrupt:  # before or after the command itself
         sys.exit(130)

@@ -5,17 +5,19 @@ from __future__ import annotations
 import contextlib
 import multiprocessing
 import os
+import pickle
 import signal
 import traceback
 from collections import deque
 from collections.abc import Callable, Generator, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnContext, SpawnProcess
 from typing import Any
 
 from fsm.errors import FsmError, is_interrupt
-from fsm.garbage import seldom
+from fsm.garbage import ending_without_a_search
 
 __all__ = ["Outcome", "run_jobs"]
 
@@ -114,6 +116,8 @@ def _no_interrupt() -> Iterator[None]:
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
+    # the first process brings one that looks after resources, and in starting that, interrupts would be let in again
+    resource_tracker.ensure_running()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
@@ -127,7 +131,7 @@ def _give(worker: _Worker, work: Callable[[Any], Any], waiting: deque[int], jobs
         return False
     worker.job = waiting.popleft()
     with contextlib.suppress(OSError):  # it died: `_collect` sees that next
-        worker.channel.send((work, worker.job, jobs[worker.job]))
+        worker.channel.send((work, jobs[worker.job]))
     return True
 
 
@@ -139,7 +143,7 @@ def _collect(team: Sequence[_Worker]) -> list[Outcome]:
         if worker.channel not in ready or worker.job is None:
             continue
         try:
-            outcomes.append(worker.channel.recv())
+            outcomes.append(replace(worker.channel.recv(), job=worker.job))
         except (EOFError, OSError):
             worker.process.join(GRACE)
             outcomes.append(_died(worker.job, worker.process.exitcode))
@@ -172,23 +176,26 @@ def _serve(channel: Connection) -> None:
     if hasattr(os, "setpgrp"):
         os.setpgrp()
     try:
-        with seldom():
+        with ending_without_a_search():
             while True:
-                work, job, argument = channel.recv()  # the first brings imports, which no interrupt is to break off
-                if hasattr(signal, "pthread_sigmask"):
+                message = channel.recv_bytes()
+                if hasattr(signal, "pthread_sigmask"):  # from here on somebody looks after it
                     signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
-                channel.send(_do(work, job, argument))
+                channel.send(_do(message))
     except (KeyboardInterrupt, EOFError, OSError):
         return
 
 
-def _do(work: Callable[[Any], Any], job: int, argument: Any) -> Outcome:
+def _do(message: bytes) -> Outcome:
+    """Do a job; the module with the work may have to be imported first."""
+    nobody = -1  # its number is the parent's affair
     try:
-        return Outcome(job, value=work(argument))
+        work, argument = pickle.loads(message)
+        return Outcome(nobody, value=work(argument))
     except FsmError as error:
-        return Outcome(job, error=tuple(str(error).splitlines()), exit_code=error.exit_code)
+        return Outcome(nobody, error=tuple(str(error).splitlines()), exit_code=error.exit_code)
     except Exception as error:
         if is_interrupt(error):
             raise KeyboardInterrupt from None
         what = f"internal error: {type(error).__name__}: {error}".splitlines()[0]
-        return Outcome(job, error=(what,), exit_code=1, trace=traceback.format_exc())
+        return Outcome(nobody, error=(what,), exit_code=1, trace=traceback.format_exc())

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from fsm.errors import CaseError, Fault
+from fsm.garbage import importing
 from fsm.pool import Outcome, run_jobs
 from fsm.scene.load_case import LoadedCase
 from fsm.scene.table import TableCase, load_reference, load_table
@@ -185,7 +186,8 @@ def _stage_name(key: str) -> str:
 
 def run_row(job: Job) -> dict[str, Any]:
     """Run one row in a worker; the folder says what was run as soon as it holds anything of it."""
-    from fsm.run import run_case
+    with importing():
+        from fsm.run import run_case
 
     job.out.mkdir(parents=True, exist_ok=True)
     for name in (SUMMARY, FAILURE):
@@ -213,10 +215,10 @@ def _check_scenes(cases: Sequence[TableCase], source: str) -> set[str]:
     """
     from fsm.analyses.choose import analysis_of
 
-    faults, kernels = [], set()
+    faults, kernels = [], set[str]()
     for case in cases:
         try:
-            kernels.add(analysis_of(case.loaded.case).kernels)
+            kernels.update(analysis_of(case.loaded.case).kernels)
         except CaseError as error:
             faults += [
                 Fault(f"{case.name}: {f.path}" if f.path else case.name, f.message) for f in error.faults

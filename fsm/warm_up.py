@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Iterable
-from contextlib import suppress
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 
 from fsm.analyses.choose import analysis_of
 from fsm.kernels import jit
 from fsm.prepare import prepare
+from fsm.progress import saying_what_compiles
 from fsm.scene.builders.warm_up import (
     WarmUp,
     warm_up_lattice,
@@ -62,10 +60,10 @@ def _film(law: str) -> None:
     simulate(analysis.system, settings, [0.0], lambda saved: None, start=analysis.start([]))
 
 
-def _bars(element: str) -> None:
+def _bars(bars: str) -> None:
     """The first instants of a small scissor array."""
-    system = analysis_of(warm_up_scissor(element)).system
-    simulate(system, Settings("generalized-alpha", 1e-3, 2e-4, step=1e-4), [0.0], lambda saved: None)
+    analysis = analysis_of(warm_up_scissor(bars))
+    simulate(analysis.system, Settings(analysis.method()[0], 1e-3, 2e-4), [0.0], lambda saved: None)
 
 
 KINDS: dict[str, tuple[Callable[[], None], ...]] = {
@@ -73,38 +71,24 @@ KINDS: dict[str, tuple[Callable[[], None], ...]] = {
     "spatial": (partial(_segments, partial(warm_up_strip, True)),),
     "film": (partial(_film, "plain"), partial(_film, "tension-field")),
     "bars": tuple(partial(_bars, element) for element in ("section", "green", "cable")),
+    "rigid bars": (partial(_bars, "rigid"),),
     "plates": tuple(partial(_segments, partial(warm_up_plates, spatial)) for spatial in (False, True)),
-    "structured Radau": tuple(
-        partial(_segments, partial(warm_up_strip, spatial), ("Radau-blocks",)) for spatial in (False, True)
-    ),
+    "structured Radau, planar": (partial(_segments, partial(warm_up_strip, False), ("Radau-blocks",)),),
+    "structured Radau, spatial": (partial(_segments, partial(warm_up_strip, True), ("Radau-blocks",)),),
 }
 """What compiles the kernels of a kind of analysis (`fsm.analyses.analysis.Analysis.kernels`), and those that few need."""
 
 
 def compile_ahead(kinds: Iterable[str] = tuple(KINDS), tell: bool = True) -> None:
-    """Compile the kernels of these kinds, but for kinds whose kernels are in the cache.
+    """Compile the kernels of these kinds, or load those that are in the cache.
 
     Parameters
     ----------
     kinds : of `KINDS`
     tell : bool
-        Say on standard error what is being compiled.
+        Say on standard error what has to be compiled.
     """
-    folder = jit.cache_folder()
-    if folder is None:  # nothing would be kept
-        return
     for kind in kinds:
-        stamp = _stamp(folder, kind)
-        if stamp.exists():
-            continue
-        if tell:
-            print(f"compiling kernels, once: {kind}", file=sys.stderr, flush=True)
-        for use in KINDS[kind]:
-            use()
-        with suppress(OSError):
-            stamp.touch()
-
-
-def _stamp(folder: Path, kind: str) -> Path:
-    """An empty file that is there when all kernels of a kind are in the cache, whose name says of which sources."""
-    return folder / f".compiled_{kind.replace(' ', '_')}"
+        with saying_what_compiles(tell, kind, jit):
+            for use in KINDS[kind]:
+                use()

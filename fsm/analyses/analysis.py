@@ -42,7 +42,7 @@ class Analysis(Protocol):
         ...
 
     @property
-    def kernels(self) -> str:
+    def kernels(self) -> tuple[str, ...]:
         """The kernels it needs, as `fsm.warm_up.KINDS` calls them."""
         ...
 

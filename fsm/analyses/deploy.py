@@ -47,9 +47,10 @@ class Deployment:
         self._pivots = LinearSolver()
 
     @property
-    def kernels(self) -> str:
+    def kernels(self) -> tuple[str, ...]:
         """See `Analysis`."""
-        return "spatial" if self.system.spatial else "planar"
+        space = "spatial" if self.system.spatial else "planar"
+        return (space, f"structured Radau, {space}") if self.method()[0] == "Radau-blocks" else (space,)
 
     def make_ready(self, warnings: list[str]) -> None:
         """See `Analysis`; the scene has been checked whole."""

@@ -56,9 +56,9 @@ class ScissorArray:
         self.system: ArraySystem | SegmentSystem = self._rigid() if case.scissor.rigid else self._flexible()
 
     @property
-    def kernels(self) -> str:
-        """See `Analysis`."""
-        return "planar" if self.scissor.rigid else "bars"
+    def kernels(self) -> tuple[str, ...]:
+        """See `Analysis`; bars that deform are compared with rigid ones."""
+        return ("rigid bars",) if self.scissor.rigid else ("bars", "rigid bars")
 
     def make_ready(self, warnings: list[str]) -> None:
         """See `Analysis`: nothing."""

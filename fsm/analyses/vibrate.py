@@ -59,7 +59,7 @@ class VibrationAnalysis:
     deployed : film that the stage before left, in place of the case's own
     """
 
-    kernels = "film"
+    kernels = ("film",)
 
     def __init__(self, case: Case, source: str, deployed: DeployedFilm | None = None) -> None:
         self.case, self.source, self.deployed = case, source, deployed

@@ -1,9 +1,7 @@
-"""A process of our own looks for garbage seldom; a library of somebody else's process leaves it alone."""
+"""Processes of our own do not look for garbage in libraries, nor at their end; what comes later is looked through."""
 
 import subprocess
 import sys
-
-RATE = "import gc; print(gc.get_threshold(), gc.get_freeze_count() > 0)"
 
 
 def _printed(code: str) -> list[str]:
@@ -11,23 +9,27 @@ def _printed(code: str) -> list[str]:
     return done.stdout.splitlines()
 
 
-def test_a_process_of_our_own():
-    before, within, after = _printed(f"{RATE}\nfrom fsm.garbage import seldom\nwith seldom(): {RATE}\n{RATE}")
-    assert not before.endswith("True") and not within.endswith("True")
-    assert within != before
-    assert after.endswith("True")
-
-
-def test_workers_take_part_and_importing_changes_nothing():
+def test_imports_are_put_aside_once():
     code = (
         "import gc\n"
-        "from fsm.pool import run_jobs\n"
-        "import fsm.run, fsm.cli\n"
-        "if __name__ == '__main__':\n"
-        "    (outcome,) = run_jobs(eval, [\"__import__('gc').get_threshold()[0]\"], 1)\n"
-        "    print(outcome.value)\n"
-        "    print(gc.get_threshold()[0], gc.get_freeze_count())\n"
+        "from fsm.garbage import importing\n"
+        "for module in ('json', 'json', 'csv'):\n"
+        "    with importing():\n"
+        "        __import__(module); print(gc.isenabled())\n"
+        "    print(gc.isenabled(), gc.get_freeze_count())\n"
     )
-    worker, here = _printed(code)
-    assert int(worker) > int(here.split()[0])
-    assert here.endswith(" 0")
+    lines = _printed(code)
+    assert lines[::2] == ["False"] * 3
+    assert all(line.startswith("True") for line in lines[1::2])
+    first, again, other = (int(line.split()[1]) for line in lines[1::2])
+    assert 0 < again <= first < other
+
+
+def test_the_end():
+    code = "import gc\nfrom fsm.garbage import ending_without_a_search as it\nwith it(): print(gc.get_freeze_count())\n"
+    before, after = _printed(code + "print(gc.get_freeze_count())")
+    assert (before, int(after) > 0) == ("0", True)
+
+
+def test_a_library_leaves_the_process_of_another_alone():
+    assert _printed("import gc, fsm.run, fsm.cli, fsm.table\nprint(gc.isenabled(), gc.get_freeze_count())") == ["True 0"]

@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+from fsm import pool
 from fsm.cli import cli
 from fsm.errors import CaseError, NotConverged
 from fsm.pool import Outcome, run_jobs
@@ -286,6 +287,36 @@ def test_jobs_that_fail_or_die_take_no_other_with_them():
 def test_foreseen_errors_keep_their_exit_code():
     (outcome,) = run_jobs(exec, ["from fsm.errors import NotConverged; raise NotConverged('a\\nb')"], 4)
     assert (outcome.error, outcome.exit_code, outcome.trace) == (("a", "b"), 3, "")
+
+
+def test_work_that_cannot_be_imported_says_why(tmp_path, monkeypatch):
+    """Here it can be, in a worker not."""
+    where = tmp_path / "broken_work.py"
+    where.write_text("def work(job): ...\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    work = __import__("broken_work").work
+    where.write_text("raise OSError('libwork.so: cannot open shared object file')\n")
+    (outcome,) = run_jobs(work, [1], 1)
+    assert outcome.error == ("internal error: OSError: libwork.so: cannot open shared object file",)
+    assert "broken_work.py" in outcome.trace
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
+def test_workers_start_with_interrupts_held_back(monkeypatch):
+    """Until the first job: also the first one, before which Python starts a process of its own."""
+    masks = []
+    start = pool._start
+
+    def look(context):
+        worker = start(context)
+        status = Path(f"/proc/{worker.process.pid}/status").read_text()
+        masks.append(int(status.split("SigBlk:")[1].split()[0], 16) >> (signal.SIGINT - 1) & 1)
+        return worker
+
+    monkeypatch.setattr(pool, "_start", look)
+    outcomes = list(run_jobs(eval, ["__import__('signal').pthread_sigmask(0, []) == set()"] * 2, 2))
+    assert masks == [1, 1]
+    assert [outcome.value for outcome in outcomes] == [True, True]
 
 
 @pytest.mark.skipif(not hasattr(os, "getpgrp"), reason="needs POSIX process groups")

@@ -74,12 +74,13 @@ def warm_up_membrane(film: str) -> Case:
     return Case.model_validate(membrane)
 
 
-def warm_up_scissor(element: str) -> Case:
-    """A unit with hinges that resist."""
+def warm_up_scissor(bars: str) -> Case:
+    """A unit with hinges that resist; `bars`: "rigid", or the element that they are made of."""
+    made_of = {"rigid": True} if bars == "rigid" else {"element": bars}
     return Case.model_validate(
         {
             "analysis": "scissor",
-            "scissor": {"units": 1, "bar_length": 1.0, "initial_angle": 1.3, "elements_per_bar": 2, "element": element},
+            "scissor": {"units": 1, "bar_length": 1.0, "initial_angle": 1.3, "elements_per_bar": 2} | made_of,
             "bar": {"width": 0.02, "height": 0.01},
             "material": {"young": 2e11, "density": 7850.0},
             "hinge": {"friction_moment": 1e-3},
