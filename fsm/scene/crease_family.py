@@ -33,6 +33,8 @@ FORMAT = "fsm crease family"
 VERSION = 1
 _POINTS = 201
 """Angles that a curve between measured ones is given at."""
+_MOST = 100_000
+"""Angles of a measured curve, at most."""
 _OVERLAP = 0.5
 """Part of the shorter range that curves must have in common to be interpolated between."""
 _COLUMNS = ("loading", "loading_error", "unloading", "unloading_error")
@@ -240,9 +242,12 @@ def _or_none(value: Any) -> float | None:
 
 
 def _read_curve(group: Any) -> FamilyCurve:
-    columns = {name: numbers_in(group, name, (None,)) for name in _COLUMNS if name in group}
+    count = int(group["angle"].size)  # before anything is read: a file may say that it holds more than there is memory for
+    if count > _MOST:
+        raise ValueError(f"{group.name}: {count} angles, at most {_MOST}")
+    columns = {name: numbers_in(group, name, (count,)) for name in _COLUMNS if name in group}
     return FamilyCurve(
-        angle=numbers_in(group, "angle", (None,)),
+        angle=numbers_in(group, "angle", (count,)),
         press_time=_or_none(group.attrs["press_time"]),
         opening=_or_none(group.attrs["opening"]),
         repeats=int(group.attrs["repeats"]),

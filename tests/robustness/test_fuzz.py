@@ -13,7 +13,7 @@ from click.testing import CliRunner
 from fsm.cli import cli
 from fsm.errors import CaseError
 from fsm.results.store import read_checkpoint, read_solution, write_checkpoint
-from fsm.scene.crease_family import CreaseFamily, FamilyCurve, Relaxation, write_family
+from fsm.scene.crease_family import CreaseFamily, FamilyCurve, Relaxation, read_family, write_family
 from fsm.scene.load_case import load_case
 from validation.fuzz.campaign import run_fuzz
 from validation.fuzz.seeds import seeds
@@ -155,3 +155,24 @@ def test_a_family_whose_relaxation_cannot_be_is_refused(law: Relaxation, tmp_pat
     write_family(CreaseFamily((curve,), "pchip", relaxation=law), tmp_path / "crease.h5")
     with pytest.raises(CaseError, match=r"crease.h5 holds a relaxation that cannot be"):
         load_case(tmp_path / "case.toml", ["crease.rest_angle=none", "crease.since_release=1 h"])
+
+
+@pytest.mark.parametrize(
+    ("name", "count", "words"),
+    [("angle", 200_000, "200000 angles, at most 100000"), ("loading", 10**8, r"/loading has the shape \(100000000,\)")],
+)
+def test_a_curve_of_more_points_than_there_are_is_not_read(name: str, count: int, words: str, tmp_path: Path) -> None:
+    """They take room in the file, without anything being written to it."""
+    curve = FamilyCurve(np.array([0.0, 1.0, 2.0]), np.array([0.0, 1e-3, 2e-3]), np.full(3, 1e-5))
+    file = tmp_path / "crease.h5"
+    write_family(CreaseFamily((curve,), "pchip"), file)
+    with h5py.File(file, "r+", libver="latest") as changed:
+        del changed[f"curves/000/{name}"]
+        early = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+        early.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
+        early.set_fill_time(h5py.h5d.FILL_TIME_NEVER)
+        space = h5py.h5s.create_simple((count,))
+        h5py.h5d.create(changed["curves/000"].id, name.encode(), h5py.h5t.NATIVE_DOUBLE, space, early)
+        assert changed[f"curves/000/{name}"].id.get_storage_size() == 8 * count
+    with pytest.raises(CaseError, match=words):
+        read_family(file)

@@ -134,6 +134,10 @@ def damaged_cells(text: str, chance: random.Random) -> str:
     return chance.choice(["\n", "\n", "\r\n", "\r"]).join(joint.join(row) for row in rows)
 
 
+_READ = 1_000_000
+"""Numbers of a dataset that are read to have one changed: one that was made huge before stays as it is."""
+
+
 def damaged_datasets(data: bytes, chance: random.Random) -> bytes:
     """An HDF5 file that is whole as such, with datasets and attributes replaced, renamed, left out or of another shape."""
     memory = io.BytesIO(data)
@@ -160,7 +164,7 @@ def damaged_datasets(data: bytes, chance: random.Random) -> bytes:
             elif kind == 4:
                 del file[name]
                 file[name] = chance.choice(LINKS)
-            elif isinstance(thing, h5py.Dataset) and thing.size and thing.dtype.kind == "f":
+            elif isinstance(thing, h5py.Dataset) and 0 < thing.size < _READ and thing.dtype.kind == "f":
                 flat = thing[()].ravel()
                 flat[chance.randrange(len(flat))] = chance.choice([np.nan, np.inf, 1e300, -1.0])
                 thing[()] = flat.reshape(thing.shape)
