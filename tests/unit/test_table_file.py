@@ -14,7 +14,6 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from fsm import pool
 from fsm.cli import cli
 from fsm.errors import CaseError, NotConverged
 from fsm.pool import Outcome, run_jobs
@@ -302,21 +301,23 @@ def test_work_that_cannot_be_imported_says_why(tmp_path, monkeypatch):
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
-def test_workers_start_with_interrupts_held_back(monkeypatch):
-    """Until the first job: also the first one, before which Python starts a process of its own."""
-    masks = []
-    start = pool._start
-
-    def look(context):
-        worker = start(context)
-        status = Path(f"/proc/{worker.process.pid}/status").read_text()
-        masks.append(int(status.split("SigBlk:")[1].split()[0], 16) >> (signal.SIGINT - 1) & 1)
-        return worker
-
-    monkeypatch.setattr(pool, "_start", look)
-    outcomes = list(run_jobs(eval, ["__import__('signal').pthread_sigmask(0, []) == set()"] * 2, 2))
-    assert masks == [1, 1]
-    assert [outcome.value for outcome in outcomes] == [True, True]
+def test_workers_start_with_interrupts_held_back():
+    """Until the first job: also the first one of a process, with which Python starts another that lets interrupts in."""
+    code = (
+        "import signal\n"
+        "from fsm import pool\n"
+        "start = pool._start\n"
+        "def look(context):\n"
+        "    worker = start(context)\n"
+        "    status = open(f'/proc/{worker.process.pid}/status').read()\n"
+        "    print(int(status.split('SigBlk:')[1].split()[0], 16) >> (signal.SIGINT - 1) & 1)\n"
+        "    return worker\n"
+        "pool._start = look\n"
+        "job = \"__import__('signal').pthread_sigmask(0, []) == set()\"\n"
+        "for outcome in pool.run_jobs(eval, [job] * 2, 2): print(outcome.value)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["1", "1", "True", "True"]
 
 
 @pytest.mark.skipif(not hasattr(os, "getpgrp"), reason="needs POSIX process groups")
