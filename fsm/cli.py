@@ -236,7 +236,8 @@ def preview(case: str, out: str, overrides: tuple[str, ...]) -> None:
 
     loaded = load_case(case, overrides)
 
-    from fsm.preview import preview as animate
+    with importing():
+        from fsm.preview import preview as animate
 
     with naming(case):
         animate(loaded.case, Path(out))
@@ -303,12 +304,16 @@ def calibrate(
     """
     import importlib
 
-    from fsm.calibrate.report import Options, table_lines, write_calibration
-
     folder = _out_folder(out)
     module, function = CALIBRATIONS[kind].split(":")
+
+    with importing():
+        from fsm.calibrate.report import Options, table_lines, write_calibration
+
+        calibration = importlib.import_module(module)
+
     options = Options(fit, without_flagged, level, seed, not quiet)
-    found = getattr(importlib.import_module(module), function)(Path(data), options)
+    found = getattr(calibration, function)(Path(data), options)
     write_calibration(found, folder, options)
     if not quiet:
         _say([*table_lines(found, options), f"results  {folder}"])

@@ -133,6 +133,17 @@ def test_programs_take_turns_and_what_fails_is_left_out() -> None:
     assert order[-4:] == [FSM, PEER, FSM, PEER]
 
 
+def test_what_is_short_is_solved_several_times_in_its_turn() -> None:
+    seconds = {"short": iter([9.0, 9e-3, 5e-3, 8e-3, *[7e-3] * 90]), "nothing": iter([0.0] * 100)}
+
+    def run(setting: str) -> Run:
+        return Run(FSM, "m", setting, lambda: (next(seconds[setting]), 0.1))
+
+    points = measure([run("short"), run("nothing")], 2)
+    # 9 + 5 + 8 ms, then three times 7 ms; the first of all warms up
+    assert [(point.setting, point.runs, point.seconds) for point in points] == [("short", 6, 5e-3), ("nothing", 40, 0.0)]
+
+
 def test_references_of_the_linkages() -> None:
     # a pendulum from horizontal passes the lowest point after K(1/2) sqrt(L/g): 4 K sqrt(L/g) is its period
     path = rigid.pendulum_path()
