@@ -61,7 +61,7 @@ def run_study(
     files = [path.parent / study.case, *(path.parent / curve.data for curve in study.curve)]
     result = Calibration("force", (path, *files))
     names = found.estimate.names
-    shown = [*(unit_of(one.path) for one in parameters), *["N"] * (len(names) - len(parameters))]
+    shown = [*(unit_of(tests[0].case, one.path) for one in parameters), *["N"] * (len(names) - len(parameters))]
     result.quantities = quantities_of(names, shown, found.estimate, options.level)
     result.numbers = _numbers(found, tests, bands)
     result.warnings = list(found.warnings)
@@ -85,7 +85,7 @@ def identification_of(study: Study, path: Path) -> tuple[list[Measured], list[Pa
     tests = _tests(study, path)
     units = str(read_toml(path.parent / study.case).get("units", "SI"))
     parameters = [_parameter(one, number, tests[0].case, units, path) for number, one in enumerate(study.parameter)]
-    return tests, parameters, [_prior(one, units) for one in study.prior]
+    return tests, parameters, [_prior(one, tests[0].case, units) for one in study.prior]
 
 
 def _drawn(test: Measured, band: Band, added: np.ndarray, level: float) -> TestPlot:
@@ -165,7 +165,7 @@ def _mean(travel: np.ndarray, force: np.ndarray, repeat: np.ndarray) -> tuple[np
 
 
 def _parameter(one: Any, number: int, case: Case, units: str, path: Path) -> Parameter:
-    value, unit = value_at(case, one.path), unit_of(one.path)
+    value, unit = value_at(case, one.path), unit_of(case, one.path)
     numbers = {}
     for key in ("lower", "upper", "start"):
         given = getattr(one, key)
@@ -179,8 +179,8 @@ def _parameter(one: Any, number: int, case: Case, units: str, path: Path) -> Par
     return Parameter(one.path, lower, upper, min(max(start, lower), upper))
 
 
-def _prior(one: Any, units: str) -> Prior:
-    scale = to_si(1.0, unit_of(one.above), units) / to_si(1.0, unit_of(one.below), units)
+def _prior(one: Any, case: Case, units: str) -> Prior:
+    scale = to_si(1.0, unit_of(case, one.above), units) / to_si(1.0, unit_of(case, one.below), units)
     reach = math.log(one.upper / one.lower)
     return Prior(one.above, one.below, scale * math.sqrt(one.lower * one.upper), reach / math.sqrt(12.0))
 

@@ -9,7 +9,7 @@ from pydantic import BaseModel
 
 from fsm.errors import CaseError, Fault
 from fsm.scene.case import Case
-from fsm.scene.schema import locate
+from fsm.scene.schema import Place, top
 
 __all__ = ["unit_of", "value_at", "with_values"]
 
@@ -29,7 +29,7 @@ def value_at(case: Case, path: str) -> float:
             raise CaseError(Fault(path, "the case has no number there; write one in it, or check the path"))
     if isinstance(here, bool) or not isinstance(here, float | int):
         raise CaseError(Fault(path, f"is {here!r}, not a number; only numbers can be varied"))
-    if isinstance(here, int) and unit_of(path) == "":
+    if isinstance(here, int) and unit_of(case, path) == "":
         raise CaseError(Fault(path, f"is {here}, a whole number; only continuous numbers can be varied"))
     return float(here)
 
@@ -46,9 +46,11 @@ def with_values(case: Case, values: Mapping[str, float]) -> Case:
     return changed
 
 
-def unit_of(path: str) -> str:
-    """SI unit of what stands at a path of a case; empty for none."""
-    place, _ = locate({}, _keys(path))
+def unit_of(case: Case, path: str) -> str:
+    """SI unit of what stands at a path of a case; empty for none. It may depend on what stands beside, as an exponent."""
+    place: Place | None = top(case.model_dump())
+    for key in _keys(path):
+        place = place.step(key) if place is not None else None
     return place.unit() if place is not None else ""
 
 

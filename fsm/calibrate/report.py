@@ -136,7 +136,7 @@ def table_lines(found: Calibration, options: Options) -> list[str]:
 
 def _digits(value: float, reach: float) -> int:
     """Significant digits that show two of the interval's half."""
-    if reach <= 0.0 or value == 0.0:
+    if reach <= 0.0 or value == 0.0 or not math.isfinite(reach):
         return 5
     return min(max(math.ceil(math.log10(abs(value) / reach)) + 2, 3), 9)
 

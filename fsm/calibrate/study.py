@@ -167,5 +167,9 @@ def _fault(detail: Any) -> Fault:
         return Fault(dotted(where), unknown_key(str(where[-1]), list(model.model_fields)))
     if detail["type"] == "missing":
         return Fault(dotted(where), "missing; it must be given")
+    if detail["type"] == "tuple_type" and where[-1] == "set":
+        return Fault(dotted(where), 'must be a list of texts as --set takes them, e.g. ["strip.fold_angle=75 deg"]')
+    if detail["type"] == "tuple_type":
+        return Fault(dotted(where), f"must be a list of sections; write its name in two brackets, [[{where[-1]}]]")
     message = str(detail["msg"]).removeprefix("Value error, ")
     return Fault(dotted(where), message[:1].lower() + message[1:])

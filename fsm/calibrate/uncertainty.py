@@ -69,7 +69,8 @@ class Estimate:
         positive = np.isin(self.names, self.positive)
         # others may be next to nothing, and their reach a power of it
         ratio = np.where(positive, reach, 0.0) / np.where(self.values > 0.0, self.values, 1.0)
-        factor = np.exp(ratio)
+        with np.errstate(over="ignore"):  # what the data know nothing of may be anything
+            factor = np.exp(ratio)
         around = np.column_stack([self.values / factor, self.values * factor])
         return np.where(positive[:, None], around, plain)
 

@@ -11,11 +11,13 @@ from click.testing import CliRunner
 
 from fsm.calibrate.data import read_table
 from fsm.calibrate.force import QUANTITIES, identification_of, measured_curve
+from fsm.calibrate.parameters import unit_of
 from fsm.calibrate.respond import respond
 from fsm.calibrate.study import Curve, read_study
 from fsm.cli import cli
 from fsm.scene.load_case import load_case
 
+CASES = Path(__file__).resolve().parents[2] / "folding_cases"
 CASE = """
 units = "mm-N-s"
 [lattice]
@@ -109,6 +111,38 @@ def test_units_of_the_case_hold_in_the_study(study: Path) -> None:
     assert tests[0].deviation[0] == pytest.approx(0.005 / 1.959964) and tests[0].known
 
 
+def test_units_are_those_of_the_variant_that_the_case_has() -> None:
+    """Where a section has variants, and where a unit depends on an exponent beside it."""
+    changes = ["contact.exponent=2", "contact.stiffness=1e12", 'crease={law="linear",stiffness=0.009}']
+    case = load_case(CASES / "strip_pull" / "case.toml", changes).case
+    units = {
+        "crease.stiffness": "N m/rad",
+        "crease.rest_angle": "rad",
+        "contact.stiffness": "N/m^2",
+        "friction.mu_static": "",
+        "friction.v_static": "m/s",
+        "drive.0.travel": "m",
+        "material.young": "Pa",
+        "drive.0.direction.1": "",
+        "nowhere.at.all": "",
+    }
+    assert {path: unit_of(case, path) for path in units} == units
+
+
+def test_what_the_data_know_nothing_of_is_told(study: Path) -> None:
+    """Inertia has no part in statics: the interval of the density is all that there is."""
+    study.write_text(study.read_text().replace('path = "lattice.shear"', 'path = "lattice.density"').split("[[prior]]")[0])
+    text = study.read_text().replace("lower = 0.1\nupper = 10", 'lower = "100 kg/m^3"\nupper = "9000 kg/m^3"')
+    study.write_text(text)
+    code, told, out = run(study)
+    assert code == 0, told
+    assert "the data hardly know lattice.density" in told
+    (row,) = [line for line in told.splitlines() if line.startswith("lattice.density")]
+    assert row.split()[2] == "kg/m^3" and row.endswith("0 to inf")
+    found = {one["name"]: one for one in json.loads((out / "calibration.json").read_text())["quantities"]}
+    assert (found["lattice.density"]["low"], found["lattice.density"]["high"]) == (0.0, None)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
@@ -123,6 +157,8 @@ def test_units_of_the_case_hold_in_the_study(study: Path) -> None:
         ("upper = 0.375", "upper = 1e-4", "must be more than lower"),
         ('data = "pull.csv"', 'data = "push.csv"', "push.csv"),
         ('case = "case.toml"', 'case = "cast.toml"', "cast.toml"),
+        ("points = 5\n", 'set = { "lattice.axial" = 20 }\n', "predict.set: must be a list of texts as --set takes them"),
+        ("[[prior]]", "[prior]", "prior: must be a list of sections; write its name in two brackets, [[prior]]"),
     ],
 )
 def test_faults_name_the_place_and_write_nothing(study: Path, old: str, new: str, said: str) -> None:
