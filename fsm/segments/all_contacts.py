@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
 
@@ -79,8 +80,7 @@ class Contacts(tuple[ContactGroup, ...]):
     def observe(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None, pairs: int) -> PairState:
         """The contact pairs, what all groups have of them put together."""
         if not self:
-            none = np.zeros(pairs)
-            return PairState(none, np.full(pairs, np.inf), none, none, none, none, none)
+            return _apart(pairs)
         first, *others = (group.observe(t, poses, rates, past) for group in self)
         for other in others:
             first = first.joined(other)
@@ -102,3 +102,11 @@ class Contacts(tuple[ContactGroup, ...]):
             "evaluations": sum(group.evaluations for group in self),
             "renewals": sum(group.renewals for group in self),
         }
+
+
+@cache
+def _apart(pairs: int) -> PairState:
+    """Pairs that nothing looks after; shared, not to be changed."""
+    none, far = np.zeros(pairs), np.full(pairs, np.inf)
+    none.flags.writeable = far.flags.writeable = False
+    return PairState(none, far, none, none, none, none, none)

@@ -172,6 +172,8 @@ def _loads(view: View) -> Iterator[str]:
         yield f"on {load.body}: {kind}, {wrench}, {load.time.kind}"
     if any(view.scene.gravity):
         yield f"gravity {triple(view.scene.gravity)} m/s^2"
+    if view.case.strip is not None and (view.scene.loads or any(view.scene.gravity)):
+        yield "the strip starts at rest, in equilibrium with gravity and with what the loads are at time zero"
 
 
 def _method(view: View) -> Iterator[str]:

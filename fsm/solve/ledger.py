@@ -10,6 +10,8 @@ from fsm.system import Energy
 
 __all__ = ["JUDGED_FROM", "Ledger"]
 
+_TRIFLE = 1e-12
+"""Part of the energy stored at the start that is but round-off of it, also after many steps."""
 JUDGED_FROM = 0.1
 """Part of the run before which an energy error stops nothing: so little is turned over that tolerances look large."""
 
@@ -19,9 +21,9 @@ class Ledger:
     """Energy bookkeeping, J.
 
     `error` is the present imbalance, `worst` the largest so far, `turnover` the largest energy stored, dissipated or put
-    in so far, which errors are measured against; up to `trifle` it is what forces that are round-off do, and tells nothing
-    (a mechanism that nothing resists). `pair_energy` (2, n_pairs) is what friction and damping of every contact
-    pair have dissipated.
+    in so far, which errors are measured against; up to `trifle` it is round-off, of the stored energy or of what forces do,
+    and tells nothing (a structure that stays at rest, a mechanism that nothing resists). `pair_energy` (2, n_pairs) is what
+    friction and damping of every contact pair have dissipated.
     """
 
     start: float = 0.0
@@ -37,7 +39,8 @@ class Ledger:
     @classmethod
     def opened(cls, energy: Energy) -> Ledger:
         """The ledger of a solve that begins in a state of that energy."""
-        return cls(start=energy.stored, pair_energy=np.zeros_like(energy.pair_power))
+        trifle = _TRIFLE * sum(map(abs, energy.potential.values()))
+        return cls(start=energy.stored, trifle=trifle, pair_energy=np.zeros_like(energy.pair_power))
 
     def add(self, work: float, dissipated: float, of_pairs: np.ndarray) -> None:
         """Add the work, what was dissipated, and what of that contact pairs took."""

@@ -83,7 +83,7 @@ class Run(ABC):
         self.time, self.q, self.u = t, q, u
         judged = t >= JUDGED_FROM * self.settings.end_time
         if judged and self.ledger.relative_error > self.settings.energy_abort:
-            self._fail(Outcome.ENERGY)
+            self._fail(Outcome.ENERGY if self.settings.step is None else Outcome.ENERGY_OF_FIXED_STEPS)
         if self.statistics.steps >= self.settings.max_steps and t < self.settings.end_time:
             self._fail(Outcome.TOO_MANY_STEPS)
         end = StepEnd(t, q, u, self.statistics.steps)
@@ -119,7 +119,7 @@ class Run(ABC):
         where = f"at t = {self.time:.6g} s" + (f" (travel {travel})" if travel else "")
         text = f"{where}, step {self.statistics.steps}, method {self.settings.method}: {outcome.value}"
         text += f". Fastest changing body: {worst}" + (f". {detail}" if detail else "")
-        if outcome is Outcome.ENERGY:
+        if outcome in (Outcome.ENERGY, Outcome.ENERGY_OF_FIXED_STEPS):
             raise EnergyAbort(f"{text}. Energy error {self.ledger.worst:.3g} J of {self.ledger.turnover:.3g} J turned over")
         raise NotConverged(text)
 

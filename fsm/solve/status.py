@@ -15,12 +15,12 @@ class Outcome(Enum):
 
     FINISHED = "finished"
     STEP_TOO_SMALL = (
-        "the step size fell to nothing; try a larger [material] damping, a softer contact stiffness, a larger friction "
-        "v_static, or method = \"Radau\""
+        "the step size fell to nothing; try more damping, softer contacts or stops, a larger speed at which friction sets "
+        "in (v_static, friction_speed), or method = \"Radau\""
     )
     NO_SOLUTION = (
-        "the equations of a step could not be solved; try a smaller step or none, a larger [material] damping, a softer "
-        "contact stiffness, or a larger friction v_static"
+        "the equations of a step could not be solved; try a smaller step or none, more damping, softer contacts or stops, "
+        "or a larger speed at which friction sets in (v_static, friction_speed)"
     )
     NO_EQUILIBRIUM = (
         "no stable equilibrium was found to go on from; give the material damping, so that the motion of a snap can die, "
@@ -41,6 +41,7 @@ class Outcome(Enum):
     )
     NOT_FINITE = "the state is no longer finite; check masses and stiffnesses, or tighten rtol"
     ENERGY = "the energy balance is off by more than [solve] energy_abort; tighten rtol or set max_step"
+    ENERGY_OF_FIXED_STEPS = "the energy balance is off by more than [solve] energy_abort; take a shorter solve.step"
 
 
 @dataclass(frozen=True)

@@ -107,6 +107,26 @@ def test_energy_lost(method: str, tmp_path: Path) -> None:
     assert re.search(r"Energy error [\d.e-]+ J of [\d.e-]+ J turned over$", line)
 
 
+def test_energy_lost_in_steps_that_were_asked_for(tmp_path: Path) -> None:
+    """No tolerance changes fixed steps, so none is advised."""
+    result, out = run(tmp_path, "solve.energy_abort=1e-30", "solve.method=generalized-alpha", "solve.step=0.1 ms")
+    line = check_stopped(result, out, 5)
+    assert "energy_abort; take a shorter solve.step. " in line
+    assert "rtol" not in line
+
+
+@pytest.mark.parametrize("method", ["generalized-alpha", "Radau"])
+def test_rest_is_no_loss_of_energy(method: str, tmp_path: Path) -> None:
+    """A strip starts in equilibrium with its load and stays there: what moves is round-off, which has no balance."""
+    load = 'load=[{body="panel 6 segment 1",force=[0,0,0.001]}]'
+    changes = "drive=none", load, "strip.held=[1]", "solve.end_time=0.2 s", f"solve.method={method}", "save=none"
+    result, out = run(tmp_path, *changes)
+    assert result.exit_code == 0, result.output
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary["energy_error"] == 0.0
+    assert summary["warnings"] == []
+
+
 def test_expectation_missed(tmp_path: Path) -> None:
     """Everything is written; every number that was missed has a line, those that were met have none."""
     result, out = run(
