@@ -50,7 +50,7 @@ SIZE = (480, 400)
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 
 
-def preview(case: Case, path: str | Path) -> None:
+def preview(case: Case, path: str | Path) -> list[str]:
     """Write a film (GIF, 3 s) of the panels following the drives over their travel.
 
     Panels are rigid, creases are rotary springs at rest as folded, and the drives pull slowly compared with
@@ -58,18 +58,43 @@ def preview(case: Case, path: str | Path) -> None:
     by springs, and they touch; where it has none they pass through each other, as in the simulation. Loads
     and gravity are left out.
 
+    Returns
+    -------
+    list of str
+        What to know about the film: why nothing moves in it.
+
     Raises
     ------
     CaseError
-        A lattice; a scene that does not lie in the x-z plane; a drive that does not pull in it.
+        A path that is not of a GIF; a film, a scissor array or a lattice; a scene that does not lie in the x-z plane; a
+        drive that does not pull in it.
     """
-    if case.lattice is not None:
-        raise CaseError(Fault("lattice", "is not shown by the preview, whose creases have no length; run the case instead"))
+    path = Path(path)
+    _check_path(path)
+    _check_kind(case)
     mechanism = _mechanism(build_scene(case))
     shots, kept = _run(mechanism, PIECES if mechanism.touching else 1)
     if not kept:  # the pieces came apart: show the plain linkage
         shots, _ = _run(mechanism, 1)
-    _write_film(mechanism, shots, Path(path))
+    _write_film(mechanism, shots, path)
+    return [] if mechanism.pulls else ["nothing moves: the case has no drive, and the preview leaves out loads and gravity"]
+
+
+def _check_path(path: Path) -> None:
+    """Refuse what no GIF can be written to, before any work."""
+    if path.is_dir():
+        raise CaseError(f"{path}: is a folder; the preview is one file, give --out FILE.gif")
+    if path.suffix.lower() != ".gif":
+        raise CaseError(f"{path}: is not the name of a GIF; the preview writes nothing else, give --out FILE.gif")
+
+
+def _check_kind(case: Case) -> None:
+    """Refuse what is not made of panels on creases."""
+    shown = "shown by the preview, which moves rigid panels on creases, a [strip] or a [scene]; run the case instead"
+    if case.steps[0] != "deploy":
+        raise CaseError(Fault("analysis", f'"{case.steps[0]}" is not {shown}'))
+    if case.lattice is not None:
+        raise CaseError(Fault("lattice", "is not shown by the preview, whose creases have no length; run the case instead"))
 
 
 # -- what is filmed -----------------------------------------------------------------------------------------

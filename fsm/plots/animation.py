@@ -1,4 +1,4 @@
-"""The motion as a film: an animated GIF of the x-z plane."""
+"""The motion as a film: an animated GIF of the plane that it lies in."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from PIL import Image
 
+from fsm.plots.plane import upright
 from fsm.plots.style import COLOURS, STYLE, rounded
 from fsm.results.solution import Solution
 from fsm.whole_file import whole_file
@@ -27,7 +28,7 @@ def animate(solution: Solution, path: str | Path) -> None:
     Parameters
     ----------
     solution : Solution
-        In the x-z plane.
+        In the x-z plane, or x-y of a scissor array.
     path : of the file; its folder is made
     """
     corners = 1e3 * solution.shape[..., [0, 2]]
@@ -44,7 +45,7 @@ def animate(solution: Solution, path: str | Path) -> None:
         plates = LineCollection(list(ends[0]), colors=COLOURS[0], linewidths=2.2, capstyle="round")
         ax.add_collection(plates)
         ax.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin))
-        ax.set(xlabel="x (mm)", ylabel="z (mm)")
+        ax.set(xlabel="x (mm)", ylabel=f"{upright(solution)} (mm)")
         ax.set_aspect("equal", adjustable="box")
         title = ax.set_title("0 s")
         canvas.draw()

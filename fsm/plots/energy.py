@@ -15,6 +15,8 @@ __all__ = ["plot_energy"]
 STACK = {
     "creases": ("creases", COLOURS[0]),
     "panels": ("panels", COLOURS[1]),
+    "bars": ("bars", COLOURS[0]),
+    "hinges": ("hinges", COLOURS[2]),
     "film": ("film", COLOURS[0]),
     "patch": ("patches", COLOURS[2]),
     "cable": ("cables", COLOURS[1]),
@@ -24,6 +26,7 @@ STACK = {
     "kinetic": ("kinetic", COLOURS[4]),
     "dissipated": ("dissipated", "#999999"),
 }
+"""What is stacked, from below: all of `ENERGIES` but work and the error, with its name and colour."""
 
 
 def plot_energy(solution: Solution, path: str | Path) -> None:

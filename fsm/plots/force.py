@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
+from fsm.plots.legend import add_legend
 from fsm.plots.marks import EVENTS, shade_stages, summary_with_stages
 from fsm.plots.style import COLOURS, GREY, SINGLE, WIDE, abscissa, figure, rounded
 from fsm.results.quantities import peak
@@ -68,11 +68,8 @@ def plot_overlay(curves: Sequence[tuple[str, Solution]], path: str | Path) -> No
         ax.margins(x=0)
         if not drawn:
             _say(ax, "no curve: none of the runs has a drive")
-        elif len(drawn) <= 8:
-            ax.set_ylim(top=ax.get_ylim()[1] + 0.04 * (len(drawn) + 1) * float(np.ptp(ax.get_ylim())))
-            ax.legend(loc="upper right", ncols=min(2, len(drawn)))
         else:
-            fig.legend(loc="outside right upper", ncols=1 + (len(drawn) - 1) // 20)
+            add_legend(fig, ax)
 
 
 def _draw_pairs(ax: Axes, solution: Solution) -> None:

@@ -14,6 +14,7 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from fsm.plots.obstacles import Outline, obstacle_outlines
+from fsm.plots.plane import lattice_squares, upright
 from fsm.plots.style import COLOURS, GREY, WIDE, abscissa, figure, rounded
 from fsm.results.solution import Floats, Integers, Solution
 
@@ -23,8 +24,9 @@ __all__ = ["leaves_plane", "pick_records", "plot_motion"]
 def plot_motion(solution: Solution, path: str | Path, views: int = 6) -> None:
     """The shape at `views` travels evenly spread from start to end, the nearest one moved onto the peak.
 
-    Motion in the x-z plane is drawn in that plane, a line for each plate (its middle; the thickness could not
-    be seen) in the colour of its panel; anything else in space. Obstacles are grey. All pictures have the same scale.
+    Motion in the x-z plane (x-y of a scissor array) is drawn in that plane, a line for each plate (its middle; the
+    thickness could not be seen) in the colour of its panel, a square for each of a lattice; anything else in space.
+    Obstacles are grey. All pictures have the same scale.
     """
     chosen = pick_records(solution, views)
     columns = 3 if len(chosen) > 2 else max(len(chosen), 1)
@@ -39,7 +41,7 @@ def plot_motion(solution: Solution, path: str | Path, views: int = 6) -> None:
                 ax = fig.add_subplot(rows, columns, k + 1, sharex=first, sharey=first)
                 _draw_plane(ax, solution, record)
                 ax.set_xlabel("x (mm)" if k + columns >= len(chosen) else "")
-                ax.set_ylabel("z (mm)" if k % columns == 0 else "")
+                ax.set_ylabel(f"{upright(solution)} (mm)" if k % columns == 0 else "")
                 ax.tick_params(labelbottom=k + columns >= len(chosen), labelleft=k % columns == 0)
 
 
@@ -104,16 +106,15 @@ def _extent(solution: Solution) -> Floats:
     """Points (n, 3), m, that have to be in all pictures: plates of all records, obstacles of the first if they end."""
     outlines = obstacle_outlines(solution, 0, *_view(solution)) if len(solution) else []
     bounded = [face for outline in outlines if outline.bounded for face in outline.faces]
-    return np.concatenate([solution.shape.reshape(-1, 3), *bounded])
+    squares = lattice_squares(solution)
+    seen = solution.shape if squares is None else squares
+    return np.concatenate([seen.reshape(-1, 3), *bounded])
 
 
 def _draw_plane(ax: Axes, solution: Solution, record: int) -> None:
     outlines = obstacle_outlines(solution, record, *_view(solution))
     sections = [1e3 * outline.section[:, [0, 2]] for outline in outlines]
-    quads = solution.shape[record] * 1e3
-    ends = np.stack([quads[:, [0, 3]].mean(axis=1), quads[:, [1, 2]].mean(axis=1)], axis=1)[..., [0, 2]]
-    colours = _colours(solution.layout.panel, len(quads))
-    ax.add_collection(LineCollection(list(ends), colors=colours, linewidths=1.8, capstyle="round"))
+    ax.add_collection(_plates_in_plane(solution, record))
     if sections:
         ax.add_collection(PolyCollection(sections, facecolors=GREY, edgecolors=GREY, alpha=0.3))
     everything = _extent(solution)[:, [0, 2]] * 1e3
@@ -123,6 +124,17 @@ def _draw_plane(ax: Axes, solution: Solution, record: int) -> None:
         ax.set_ylim(everything[:, 1].min() - margin, everything[:, 1].max() + margin)
     ax.set_aspect("equal", adjustable="box")
     ax.set_title(_title(solution, record))
+
+
+def _plates_in_plane(solution: Solution, record: int) -> LineCollection | PolyCollection:
+    """Plates as lines through their middles, those of a lattice as the squares that they stand for."""
+    quads = solution.shape[record] * 1e3
+    colours = _colours(solution.layout.panel, len(quads))
+    squares = lattice_squares(solution)
+    if squares is not None:
+        return PolyCollection(list(squares[record][..., [0, 2]] * 1e3), facecolors=colours)
+    ends = np.stack([quads[:, [0, 3]].mean(axis=1), quads[:, [1, 2]].mean(axis=1)], axis=1)[..., [0, 2]]
+    return LineCollection(list(ends), colors=colours, linewidths=1.8, capstyle="round")
 
 
 def _cut(outline: Outline, low: Floats, high: Floats) -> list[Floats]:

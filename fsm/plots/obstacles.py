@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from fsm.errors import CaseError
 from fsm.results.solution import Floats, Solution
 
 __all__ = ["Outline", "obstacle_outlines"]
@@ -41,7 +42,19 @@ def obstacle_outlines(solution: Solution, record: int, centre: Floats, reach: fl
     ----------
     centre, reach : (3,) array and float, m
         What is looked at: planes are drawn as far as this around there.
+
+    Raises
+    ------
+    CaseError
+        The case that the result holds has obstacles that cannot be drawn.
     """
+    try:
+        return _outlines(solution, record, centre, reach)
+    except (LookupError, TypeError, ValueError, AttributeError) as error:
+        raise CaseError(f"the case in this result is damaged: its obstacles cannot be drawn ({error!r})") from error
+
+
+def _outlines(solution: Solution, record: int, centre: Floats, reach: float) -> list[Outline]:
     case = tomllib.loads(solution.layout.case_text)
     scene = case.get("scene")
     written = case.get("obstacle", []) or (scene.get("obstacles", []) if isinstance(scene, dict) else [])

@@ -184,7 +184,10 @@ class Solution:
 
 
 def stack_energies(records: Sequence[Record]) -> dict[str, Floats]:
-    """The energies of records as arrays over time, by name; what a record leaves out is zero."""
+    """The energies of records as arrays over time, by name: zero where a record leaves one out, and none without a name."""
+    unknown = {name for r in records for name in r.energy} - ENERGIES.keys()
+    if unknown:
+        raise ValueError(f"energies that no result has a place for: {', '.join(sorted(unknown))}")
     return {name: np.array([r.energy.get(name, 0.0) for r in records], dtype=float) for name in ENERGIES}
 
 

@@ -2,24 +2,31 @@
 
 from __future__ import annotations
 
+import tomllib
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import matplotlib
+import matplotlib.legend
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from PIL import Image
 
+from fsm.errors import CaseError
+from fsm.plots.animation import animate
 from fsm.plots.contact_map import HALF, plot_contact_map
-from fsm.plots.energy import plot_energy
+from fsm.plots.energy import STACK, plot_energy
 from fsm.plots.force import plot_force, plot_overlay
 from fsm.plots.motion import leaves_plane, pick_records, plot_motion
-from fsm.plots.style import STYLE, energy_unit
+from fsm.plots.style import STYLE, WIDE, energy_unit
 from fsm.results.quantities import Curve, summarise
 from fsm.results.solution import ENERGIES, PAIRS, Layout, Record, Solution
+from fsm.scene.builders.scene import build_scene
+from fsm.scene.case import Case
+from fsm.segments.compile import compile_scene
 
 PANEL, HALF_WIDTH, FOLD, CELLS = 0.08, 0.02, np.radians(80), 8
 
@@ -170,6 +177,34 @@ def test_overlay_of_many_curves_tells_them_apart(tmp_path: Path, figures: list[F
     assert len({(line.get_color(), line.get_linestyle()) for line in curves}) == 24
 
 
+LONG = "fold_angle-{} deg_travel-25 mm_friction-none"
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ["80 deg low", "80 deg high", "83 deg low", "83 deg high"],
+        [LONG.format(k) for k in range(4)],
+        [LONG.format(k) for k in range(12)],
+        ["W" * 200, 60 * "word "],
+        [f"run {k}" for k in range(100)],
+    ],
+    ids=["short", "long", "many long", "longer than a line", "hundred"],
+)
+def test_names_of_an_overlay_stay_in_the_figure(tmp_path: Path, figures: list[Figure], names: list[str]) -> None:
+    run = strip_run(31)
+    plot_overlay([(name, run) for name in names], tmp_path / "overlay.png")
+    (fig,) = figures
+    (legend,) = fig.findobj(matplotlib.legend.Legend)
+    box, whole, curves = legend.get_window_extent(), fig.bbox, fig.axes[0].get_window_extent()
+    assert box.x0 >= 0 and box.y0 >= 0
+    assert box.x1 <= whole.x1 and box.y1 <= whole.y1
+    assert curves.width > 0.35 * whole.width
+    assert curves.height > 0.8 * WIDE[1] * fig.dpi
+    written = words(fig).replace("\n", "").replace(" ", "")
+    assert all(name.replace(" ", "") in written for name in names)
+
+
 def test_motion_in_the_plane(tmp_path: Path, figures: list[Figure]) -> None:
     run = strip_run()
     plot_motion(run, tmp_path / "motion.png")
@@ -184,6 +219,58 @@ def test_motion_in_the_plane(tmp_path: Path, figures: list[Figure]) -> None:
     np.testing.assert_allclose(drawn[0][0], [0, 0], atol=1e-9)
     ends = run.shape[0, CELLS, 1] * 1e3
     np.testing.assert_allclose(drawn[CELLS][1], ends[[0, 2]])
+
+
+def test_motion_of_a_scissor_array_lies_in_x_and_y(tmp_path: Path, figures: list[Figure]) -> None:
+    run = strip_run(31)
+    run.layout = replace(run.layout, case_text="[scissor]\nunits = 2\n")
+    plot_motion(run, tmp_path / "motion.png")
+    assert set(labels(figures[0])) == {"x (mm)", "y (mm)"}
+
+
+def test_film_of_a_scissor_array_lies_in_x_and_y(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn: list[Figure] = []
+
+    def kept(**options: Any) -> Figure:
+        drawn.append(Figure(**options))
+        return drawn[-1]
+
+    monkeypatch.setattr("fsm.plots.animation.Figure", kept)
+    run = strip_run(3)
+    run.layout = replace(run.layout, case_text="[scissor]\nunits = 2\n")
+    animate(run, tmp_path / "motion.gif")
+    assert labels(drawn[0]) == ["x (mm)", "y (mm)"]
+
+
+def test_squares_of_a_lattice_are_seen_as_squares(tmp_path: Path, figures: list[Figure]) -> None:
+    """Hinges join their corners: facing corners of neighbours are a hinge apart."""
+    case = """
+        [lattice]
+        columns = 2
+        rows = 2
+        spacing = 0.015
+        hinge_length = 0.002
+        angle = 0.3
+        axial = 1e5
+        shear = 1e3
+        rotational = 1e-3
+        depth = 0.01
+        density = 1000
+        """
+    lattice = Case.model_validate(tomllib.loads(case))
+    system = compile_scene(build_scene(lattice))
+    run = undriven(strip_run(1))
+    run.layout = replace(run.layout, case_text=case)
+    run.shape = system.shape(0.0, system.initial()[0])[None]
+    plot_motion(run, tmp_path / "motion.png")
+    ax = figures[0].axes[0]
+    first, second, *_ = (path.vertices[:4] for path in ax.collections[0].get_paths())
+    side = np.sqrt(2.0) * (15.0 - 2.0) / (2.0 * np.cos(0.3))
+    for square in (first, second):
+        np.testing.assert_allclose(np.linalg.norm(square - np.roll(square, 1, axis=0), axis=1), side)
+    apart = np.linalg.norm(first[:, None] - second[None], axis=-1)
+    assert apart.min() == pytest.approx(2.0)
+    assert ax.get_xlim()[0] < first[:, 0].min()  # they are in the picture as a whole
 
 
 def test_motion_out_of_the_plane_is_drawn_in_space(tmp_path: Path, figures: list[Figure]) -> None:
@@ -240,6 +327,21 @@ def test_obstacles_in_the_plane(tmp_path: Path, figures: list[Figure]) -> None:
     assert len({ax.get_xlim() + ax.get_ylim() for ax in figures[0].axes}) == 1
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        OBSTACLES.replace('shape = "plane"', 'shape = "heap"'),
+        OBSTACLES.replace("radius = 0.01", 'radius = "wide"'),
+        OBSTACLES.replace("[0.0, 0.0, 0.1]", "[0.0, 0.1]"),
+        "obstacle = [1, 2]",
+    ],
+)
+def test_obstacles_of_a_damaged_result_are_refused_in_words(tmp_path: Path, text: str) -> None:
+    run = with_obstacles(strip_run())
+    with pytest.raises(CaseError, match="damaged: its obstacles cannot be drawn"):
+        plot_motion(replace(run, layout=replace(run.layout, case_text=text)), tmp_path / "motion.png")
+
+
 def test_obstacles_in_space(tmp_path: Path, figures: list[Figure]) -> None:
     run = strip_run(31, out=0.02)
     plot_motion(run, tmp_path / "without.png")
@@ -283,6 +385,17 @@ def test_energy(tmp_path: Path, figures: list[Figure]) -> None:
     top = max(path.vertices[:, 1].max() for c in figures[0].axes[0].collections for path in c.get_paths())
     work = figures[0].axes[0].lines[0].get_ydata()
     assert top == pytest.approx(work.max(), rel=1e-9)  # stack and dashed line end together
+
+
+def test_every_energy_that_is_stored_is_stacked(tmp_path: Path, figures: list[Figure]) -> None:
+    assert STACK.keys() == ENERGIES.keys() - {"work", "error"}
+    run = strip_run()
+    run.energy |= {"bars": run.energy["panels"], "hinges": run.energy["creases"]}
+    run.energy |= {"panels": np.zeros(len(run)), "creases": np.zeros(len(run))}
+    plot_energy(run, tmp_path / "energy.png")
+    assert {"bars", "hinges"} <= set(words(figures[0]).splitlines())
+    top = max(path.vertices[:, 1].max() for c in figures[0].axes[0].collections for path in c.get_paths())
+    assert top == pytest.approx(figures[0].axes[0].lines[0].get_ydata().max(), rel=1e-9)
 
 
 def test_scene_without_a_drive_is_drawn_over_time(tmp_path: Path, figures: list[Figure]) -> None:

@@ -9,11 +9,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
 from fsm import preview as module
+from fsm.cli import cli
 from fsm.crossing import _crossing
 from fsm.errors import CaseError
 from fsm.overlap import near_boxes
@@ -22,7 +24,25 @@ from fsm.scene.builders.scene import build_scene
 from fsm.scene.case import Case
 from fsm.scene.scene import Scene
 
+ROOT = Path(__file__).parents[2]
 CONTACT = {"stiffness": 1e5}
+STRIP = """
+gravity = [0, 0, -9.81]
+[strip]
+length = 0.48
+width = 0.04
+thickness = 3e-4
+panels = 6
+fold_angle = "80 deg"
+[material]
+young = 3e9
+density = 800
+[crease]
+law = "linear"
+stiffness = 9e-3
+[solve]
+end_time = 1.0
+"""
 
 
 def strip_case(angle: float = 80.0, contact: dict[str, Any] | None = CONTACT, **changes: Any) -> Case:
@@ -282,8 +302,43 @@ def test_a_drive_across_the_plane_is_refused(tmp_path: Path) -> None:
         preview(strip_case(drive={"direction": [0, 1, 0]}), tmp_path / "preview.gif")
 
 
+@pytest.mark.parametrize("name", ["membrane_impact", "scissor_array", "rotating_squares"])
+def test_what_has_no_panels_on_creases_is_refused_in_a_line(tmp_path: Path, name: str) -> None:
+    case = ROOT / "folding_cases" / name / "case.toml"
+    result = CliRunner().invoke(cli, ["preview", str(case), "--out", str(tmp_path / "film.gif")])
+    assert result.exit_code == 2, result.output
+    (line,) = result.stderr.splitlines()
+    assert line.startswith(f"{case}: ") and "not shown by the preview" in line and line.endswith("run the case instead")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["x.mp4", "p8", "folder", "folder.gif"])
+def test_only_a_gif_is_written(tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """And that is said before any work."""
+    monkeypatch.setattr(module, "_run", lambda *_: pytest.fail("it has begun"))
+    for folder in ("folder", "folder.gif"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "case.toml").write_text(STRIP, encoding="utf-8")
+    before = sorted(tmp_path.rglob("*"))
+    out = tmp_path / name
+    result = CliRunner().invoke(cli, ["preview", str(tmp_path / "case.toml"), "--out", str(out)])
+    assert result.exit_code == 2, result.output
+    (line,) = result.stderr.splitlines()
+    assert line.startswith(f"{out}: ") and "FILE.gif" in line
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_the_terminal_says_what_stands_still(tmp_path: Path) -> None:
+    (tmp_path / "case.toml").write_text(STRIP, encoding="utf-8")
+    result = CliRunner().invoke(cli, ["preview", str(tmp_path / "case.toml"), "--out", str(tmp_path / "film.GIF")])
+    assert result.exit_code == 0, result.output
+    assert "leaves out loads and gravity" in result.stderr
+    assert result.stdout == f"{tmp_path / 'film.GIF'}\n"
+
+
 def test_scene_without_a_drive_stands_still(tmp_path: Path) -> None:
     case = strip_case().model_copy(update={"drive": ()})
-    preview(case, tmp_path / "preview.gif")
+    (note,) = preview(case, tmp_path / "preview.gif")
+    assert "no drive" in note and "loads and gravity" in note
     pictures = frames(tmp_path / "preview.gif")
     assert np.abs(pictures[0].astype(int) - pictures[-1]).max() < 40

@@ -258,6 +258,15 @@ def test_a_file_with_a_missing_part_is_refused(tmp_path: Path) -> None:
         read_solution(path)
 
 
+def test_a_file_whose_case_is_no_toml_is_refused(tmp_path: Path) -> None:
+    path = write(tmp_path / "result.h5")
+    with h5py.File(path, "r+") as file:
+        del file["case"]
+        file["case"] = b"[[[ strip"
+    with pytest.raises(CaseError, match="damaged"):
+        read_solution(path)
+
+
 def test_a_file_of_the_first_version_has_force_and_gap_of_its_pairs(tmp_path: Path) -> None:
     path = write(tmp_path / "result.h5")
     later = [name for name in PAIRS if name not in ("pair_force", "pair_gap")]
@@ -317,6 +326,13 @@ def test_checkpoint_that_fails_leaves_the_old_one(tmp_path: Path) -> None:
     assert read_checkpoint(path)[1] == {"time": 1.0}
     with pytest.raises(CaseError, match="not an fsm checkpoint"):
         read_checkpoint(write(tmp_path / "result.h5"))
+
+
+def test_an_energy_without_a_name_is_not_lost() -> None:
+    one = record(0)
+    one.energy["springs"] = 1.0
+    with pytest.raises(ValueError, match="no result has a place for: springs"):
+        Solution.from_records([one], LAYOUT)
 
 
 def test_force_csv(tmp_path: Path) -> None:
