@@ -240,7 +240,9 @@ def preview(case: str, out: str, overrides: tuple[str, ...]) -> None:
         from fsm.preview import preview as animate
 
     with naming(case):
-        animate(loaded.case, Path(out))
+        notes = animate(loaded.case, Path(out))
+    for note in notes:
+        click.echo(note, err=True)
     click.echo(out)
 
 
@@ -252,8 +254,8 @@ def plot(result: str, out: str | None) -> None:
     """Draw the figures of a result again."""
     from fsm.results.store import read_solution
 
+    folder = Path(result).parent if out is None else _out_folder(out)
     solution = read_solution(Path(result))
-    folder = _out_folder(out) if out else Path(result).parent
     folder.mkdir(parents=True, exist_ok=True)
 
     with importing():
@@ -349,6 +351,8 @@ def _solve_overrides(spatial: bool, method: str | None) -> list[str]:
 
 def _out_folder(out: str) -> Path:
     """The folder for results; not made yet."""
+    if not out.strip():
+        raise click.BadParameter(f'"{out}" names no folder; give one, . for the present one', param_hint="--out")
     folder = Path(out)
     if folder.exists() and not folder.is_dir():
         raise click.BadParameter(f"{out} is a file; give a folder", param_hint="--out")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -21,7 +22,7 @@ from fsm.recorder import RecordedSolve
 from fsm.results.export import write_contact_csv, write_force_csv, write_history_csv, write_points_csv
 from fsm.results.quantities import touching_pairs
 from fsm.results.solution import Solution
-from fsm.results.store import part_path, read_solution
+from fsm.results.store import part_path, read_checkpoint, read_solution
 from fsm.scene.load_case import LoadedCase
 from fsm.summary import check_expectations, joined, missed_expectations
 from fsm.whole_file import clear_parts, whole_file
@@ -34,9 +35,9 @@ def run_case(
 ) -> dict[str, Any]:
     """Run a case and write result.h5, summary.json, curves as CSV and plots into `out`.
 
-    Which curves and plots depends on what there is: force.csv, force.png, motion.png, energy.png of a deployment,
-    contact.csv and contact.png with a contact that carries force in a record; history.csv, history.png, spectrum.png,
-    modes.png, tension.png and energy.png of a film.
+    Which curves and plots depends on what there is: motion.png, energy.png of a deployment, force.csv and force.png
+    with a drive, contact.csv and contact.png with a contact that carries force in a record; history.csv, history.png,
+    spectrum.png, modes.png, tension.png and energy.png of a film.
 
     Parameters
     ----------
@@ -48,7 +49,7 @@ def run_case(
     resume : bool
         Go on from the last checkpoint in `out` if there is one of this very case: to the bit as if it had never stopped,
         but that times in the summary are those of the last part. Of a case that is solved, only curves and plots are
-        written.
+        written. What is there of another case is begun anew, and said with the progress bar.
 
     Returns
     -------
@@ -96,6 +97,8 @@ def _run_analysis(
         clear_parts(out)
         _write(solution, out)
         return solution
+    if resume and progress is True and (other := _of_another_case(loaded, out)) is not None:
+        print(f"{other} is of another case: begun anew", file=sys.stderr, flush=True)
     with saying_what_compiles(progress, _title(loaded), jit):
         analysis.make_ready(warnings)
     out.mkdir(parents=True, exist_ok=True)
@@ -145,10 +148,25 @@ def _solved(loaded: LoadedCase, folder: Path) -> Solution | None:
     return solution if same else None
 
 
+def _of_another_case(loaded: LoadedCase, folder: Path) -> Path | None:
+    """What was left in this folder by a run of another case, finished or cut off: nothing to go on with."""
+    result, checkpoint = folder / "result.h5", folder / "checkpoint.h5"
+    try:
+        if part_path(result).is_file() and checkpoint.is_file():
+            left, text = checkpoint, read_checkpoint(checkpoint)[1].get("case")
+        elif result.is_file():
+            left, text = result, read_solution(result).layout.case_text
+        else:
+            return None
+    except CaseError:  # damaged: whoever goes on from it will tell
+        return None
+    return left if text != loaded.text else None
+
+
 def _write(solution: Solution, out: Path) -> None:
     """Curves, plots, and summary.json last and whole, so that its presence means the case is done."""
     tables = {
-        "force.csv": write_force_csv if solution.layout.film is None else None,
+        "force.csv": write_force_csv if solution.travel.shape[1] else None,
         "contact.csv": write_contact_csv if touching_pairs(solution.pair_force) else None,
         "history.csv": write_history_csv if len(solution.samples.time) else None,
         "points.csv": write_points_csv if solution.array is not None else None,

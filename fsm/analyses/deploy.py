@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from fsm.analyses.beyond_data import beyond_data
 from fsm.crossing import first_crossings
 from fsm.errors import FsmError
 from fsm.prepare import path_settings, prepare
@@ -129,7 +130,7 @@ class Deployment:
         return summary
 
     def warnings(self, solution: Solution, summary: dict[str, Any]) -> list[str]:
-        """Snaps, deep contacts, panels that cross, a pull that is not slow, a peak at the end."""
+        """Snaps, deep contacts, panels that cross, creases beyond their data, a pull that is not slow, a peak at the end."""
         found = []
         if summary["unstable_equilibria"]:
             first = float(solution.travel[np.argmax(solution.negative_pivots > 0), 0]) if solution.travel.size else 0.0
@@ -149,7 +150,7 @@ class Deployment:
                 f"panels {first_panel} and {second_panel} pass through each other from {1e3 * travel:.4g} mm of travel on: "
                 "they are not a contact pair, and the result beyond is not physical"
             )
-        return found + _of_the_pull(solution, summary)
+        return found + beyond_data(solution, self.scene, self.system) + _of_the_pull(solution, summary)
 
 
 def _fine_curve(solution: Solution, statistics: Statistics) -> Curve:

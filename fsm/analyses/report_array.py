@@ -123,10 +123,20 @@ def _solve(case: Case) -> Iterator[str]:
     method: str = case.solve.method
     if method == "auto":
         method = "Radau-blocks (rigid bars on stiff hinges)" if case.scissor.rigid else "generalized-alpha"
-    step = "" if case.solve.step is None else f", steps of {1e3 * case.solve.step:g} ms"
-    yield f"{method}{step}, until {case.solve.end_time:g} s"
+    yield f"{method}{_steps(case)}, until {case.solve.end_time:g} s"
     if not case.scissor.rigid and case.stop is None and (case.hinge is None or case.hinge.friction_moment == 0.0):
         yield "the same with rigid bars is run along with it, for comparison"
+
+
+def _steps(case: Case) -> str:
+    """What becomes of `solve.step`: only the stepwise methods take it."""
+    solve, scissor = case.solve, case.scissor
+    assert scissor is not None
+    if solve.step is None:
+        return ""
+    if solve.method in ("generalized-alpha", "newmark") or (solve.method == "auto" and not scissor.rigid):
+        return f", steps of {1e3 * solve.step:g} ms"
+    return ", steps by its own error control: solve.step is not used"
 
 
 def _approximations(case: Case) -> Iterator[str]:

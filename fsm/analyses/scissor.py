@@ -76,10 +76,10 @@ class ScissorArray:
         """See `Analysis`."""
         solve = self.case.solve
         assert solve.end_time is not None
-        alpha = method == "generalized-alpha"
+        stepwise = method in ("generalized-alpha", "newmark")
         return Settings(
             method, solve.rtol, solve.end_time, solve.max_step or math.inf, solve.max_steps, solve.energy_abort,
-            rho_inf=RHO_INF if solve.rho_inf is None else solve.rho_inf, step=solve.step if alpha else None,
+            rho_inf=RHO_INF if solve.rho_inf is None else solve.rho_inf, step=solve.step if stepwise else None,
         )  # fmt: skip
 
     def record_times(self, end: float) -> list[float]:

@@ -23,7 +23,7 @@ from fsm.errors import CaseError, Fault
 from fsm.results.array import ArrayMotion
 from fsm.results.film import Film
 from fsm.results.solution import Layout, Solution
-from fsm.results.vibration import summarise_vibration
+from fsm.results.vibration import doubts, summarise_vibration
 from fsm.scene.case import Case
 from fsm.scene.membrane import HalfSine as HalfSinePulse
 from fsm.scene.membrane import Impact, Measured, Vibration
@@ -209,8 +209,8 @@ class VibrationAnalysis:
         }
 
     def warnings(self, solution: Solution, summary: dict[str, Any]) -> list[str]:
-        """See `Analysis`."""
-        return []
+        """Frequency and decay out of a history that does not tell them."""
+        return doubts(solution.samples.time, summary)
 
     # inside -----------------------------------------------------------------------------------------------------------
 

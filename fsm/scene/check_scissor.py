@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from fsm.errors import Fault
 from fsm.scene.builders.scissor import build_array
 from fsm.scene.scissor import PointForce, PointSupport, Scissor
-from fsm.scene.sections import Sections, method_faults
+from fsm.scene.sections import Sections, keys_of_paths, method_faults
 from fsm.scene.units import nearest
 
 __all__ = ["check_scissor", "default_holds"]
@@ -114,8 +114,8 @@ def _solve(sections: Sections) -> Iterable[Fault]:
             yield Fault("solve.method", 'an array that unfolds is dynamic; give "generalized-alpha" or leave it "auto"')
         if solve.end_time is None:
             yield Fault("solve.end_time", "missing: nothing says when to stop")
-        if solve.increment is not None:
-            yield Fault("solve.increment", 'not used with analysis = "scissor": it is of drives; take it out')
+        for key in keys_of_paths(solve):
+            yield Fault(f"solve.{key}", 'not used with analysis = "scissor": it is of drives; take it out')
         if solve.method != "auto":
             yield from method_faults(solve)
     if save is not None and save.every is not None:

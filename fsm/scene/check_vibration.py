@@ -8,7 +8,7 @@ from fsm.errors import Fault
 from fsm.scene.builders.membrane import check_film
 from fsm.scene.materials import Material
 from fsm.scene.membrane import CornerCable, Membrane
-from fsm.scene.sections import Sections, method_faults
+from fsm.scene.sections import Sections, keys_of_paths, method_faults
 
 __all__ = ["check_vibration"]
 
@@ -112,10 +112,10 @@ def _vibration_solve(sections: Sections) -> Iterable[Fault]:
     if solve is not None:
         if solve.method == "static":
             yield Fault("solve.method", 'a vibration is dynamic; give "generalized-alpha" or leave it "auto"')
-        for key in ("end_time", "increment"):
-            if getattr(solve, key) is not None:
-                hint = "`vibration.duration` says when it ends" if key == "end_time" else "it is of drives"
-                yield Fault(f"solve.{key}", f"not used with analysis = \"vibrate\": {hint}; take it out")
+        of_drives = dict.fromkeys(keys_of_paths(solve), "it is of drives")
+        ends = {} if solve.end_time is None else {"end_time": "`vibration.duration` says when it ends"}
+        for key, hint in (ends | of_drives).items():
+            yield Fault(f"solve.{key}", f'not used with analysis = "vibrate": {hint}; take it out')
         if solve.method != "auto":  # which is generalized-alpha here
             yield from method_faults(solve)
     if save is not None and save.every is not None:

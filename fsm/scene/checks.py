@@ -9,7 +9,7 @@ from fsm.scene.case import Analysis, Strip
 from fsm.scene.check_scissor import check_scissor
 from fsm.scene.check_vibration import check_vibration
 from fsm.scene.loads import Drive
-from fsm.scene.sections import Sections, method_faults
+from fsm.scene.sections import Sections, method_faults, path_faults
 
 __all__ = ["check_sections"]
 
@@ -59,6 +59,7 @@ def _check_deployment(sections: Sections) -> list[Fault]:
     return [
         *_missing_sections(sections),
         *_held_panels(sections.strip),
+        *_contact_pairs(sections),
         *_strip_drives(sections),
         *_lattice_drives(sections),
         *_scene_drives(sections),
@@ -67,6 +68,7 @@ def _check_deployment(sections: Sections) -> list[Fault]:
         *_obstacles(sections),
         *_end(sections),
         *method_faults(sections.solve),
+        *path_faults(sections.solve),
     ]
 
 
@@ -106,6 +108,19 @@ def _held_panels(strip: Strip | None) -> Iterable[Fault]:
         yield Fault(
             "strip.held", f"all {strip.panels} panels are held{said} and nothing can move; leave some out"
         )
+
+
+def _contact_pairs(sections: Sections) -> Iterable[Fault]:
+    """Pairs of panels that are not there, or of one panel."""
+    strip, contact = sections.strip, sections.contact
+    if strip is None or contact is None:
+        return
+    for index, pair in enumerate(contact.pairs or ()):
+        if pair[0] == pair[1] or not all(1 <= panel <= strip.panels for panel in pair):
+            yield Fault(
+                f"contact.pairs.{index}",
+                f"must be two different panel numbers from 1 to {strip.panels}; it is [{pair[0]}, {pair[1]}]",
+            )
 
 
 def _strip_drives(sections: Sections) -> Iterable[Fault]:

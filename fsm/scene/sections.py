@@ -15,7 +15,7 @@ from fsm.scene.membrane import Cable, Impact, Membrane, Patch, Support, Tension,
 from fsm.scene.scene import Scene
 from fsm.scene.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
 
-__all__ = ["Sections", "method_faults"]
+__all__ = ["Sections", "keys_of_paths", "method_faults", "path_faults"]
 
 
 @dataclass(frozen=True)
@@ -69,3 +69,16 @@ def method_faults(solve: Solve | None) -> Iterable[Fault]:
         yield Fault("solve.rho_inf", f'{only}, not "{solve.method}"; take it out')
     if solve.step is not None and solve.method != "newmark":
         yield Fault("solve.step", f'{only} (and "newmark"), not "{solve.method}"; take it out')
+
+
+def path_faults(solve: Solve | None) -> Iterable[Fault]:
+    """Keys that only the following of equilibria has; "auto" may come to that."""
+    if solve is None or solve.method in ("auto", "static"):
+        return
+    for key in keys_of_paths(solve):
+        yield Fault(f"solve.{key}", f'only method = "static" has it (and "auto"), not "{solve.method}"; take it out')
+
+
+def keys_of_paths(solve: Solve) -> list[str]:
+    """Keys that say something and are of the following of equilibria as drives move; resolved cases say every default."""
+    return [key for key in ("increment", "imperfection") if getattr(solve, key)]

@@ -148,6 +148,22 @@ ONE_MISTAKE = {
         ("[[drive]]", "[[drive]]\ncrease = 3\nspeed = 1\ntravel = 0.1\n[[drive]]"),
         "drive.1: crease 3 is driven by drive.0 already; leave one of them",
     ),
+    "contact pair out of range": (
+        ("[[drive]]", "[contact]\nstiffness = 1e9\npairs = [[1, 2], [1, 9]]\n[[drive]]"),
+        "contact.pairs.1: must be two different panel numbers from 1 to 6; it is [1, 9]",
+    ),
+    "contact of a panel with itself": (
+        ("[[drive]]", "[contact]\nstiffness = 1e9\npairs = [[3, 3]]\n[[drive]]"),
+        "contact.pairs.0: must be two different panel numbers from 1 to 6; it is [3, 3]",
+    ),
+    "increment of a method that integrates": (
+        ("[[drive]]", '[solve]\nmethod = "Radau-blocks"\nincrement = "1 mm"\n[[drive]]'),
+        'solve.increment: only method = "static" has it (and "auto"), not "Radau-blocks"; take it out',
+    ),
+    "imperfection of a method that integrates": (
+        ("[[drive]]", '[solve]\nmethod = "generalized-alpha"\nimperfection = -1\n[[drive]]'),
+        'solve.imperfection: only method = "static" has it (and "auto"), not "generalized-alpha"; take it out',
+    ),
     "drive of nothing": (
         ("crease = 3\n", ""),
         "drive.0: give either `crease` (its number), `body` (its name), `bodies`, or `edge` (of a lattice)",
@@ -373,6 +389,31 @@ def test_bad_usage(tmp_path):
     assert (tmp_path / "file").read_text() == "mine"
     assert CliRunner().invoke(cli, ["run"]).exit_code == 2
     assert CliRunner().invoke(cli, ["rnu"]).exit_code == 2
+
+
+@pytest.mark.parametrize("out", ["", " "])
+@pytest.mark.parametrize("command", ["run", "table", "calibrate", "plot"])
+def test_an_empty_folder_is_refused(tmp_path, monkeypatch, command, out):
+    """It would be the present one, which nobody named."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "case.toml").write_text(CASE, encoding="utf-8")
+    (tmp_path / "table.csv").write_text("case, strip.thickness\none, 3e-4\n", encoding="utf-8")
+    before = sorted(tmp_path.iterdir())
+    what = {"run": ["case.toml"], "table": ["table.csv"], "calibrate": ["crease", "table.csv"], "plot": ["result.h5"]}
+    result = CliRunner().invoke(cli, [command, *what[command], "--out", out])
+    assert result.exit_code == 2
+    assert "names no folder; give one, . for the present one" in result.stderr
+    assert sorted(tmp_path.iterdir()) == before, "something was written"
+
+
+def test_what_only_statics_has_is_taken_where_statics_may_come(tmp_path):
+    case = tmp_path / "case.toml"
+    for method in ("auto", "static"):
+        keys = [f"solve.method={method}", "solve.increment=1 mm", "solve.imperfection=0.5"]
+        case.write_text(CASE, encoding="utf-8")
+        assert load_case(case, keys).case.solve.increment == 1e-3
+    resolved = ["solve.method=Radau", "solve.imperfection=0"]  # which say every default
+    assert load_case(case, resolved).case.solve.method == "Radau"
 
 
 def test_internal_errors_and_interrupts_are_told_apart(tmp_path, monkeypatch):

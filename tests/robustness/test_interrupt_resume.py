@@ -312,6 +312,25 @@ def test_another_case_starts_afresh(case: Path, whole: tuple[Solution, dict[str,
     assert np.array_equal(plain.q, whole[0].q), "not from the start"
 
 
+def test_a_run_of_another_case_is_said_to_begin_anew(case: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """In one line, where there is progress to be seen; a run of the same case that goes on says nothing."""
+    told = "is of another case: begun anew"
+    short = ["drive.0.travel=2 mm"]
+    interrupt(case, tmp_path, 0.5)
+    assert (tmp_path / "checkpoint.h5").is_file()
+    run_case(load_case(case, short), tmp_path, progress=True, resume=True)
+    assert [line for line in capsys.readouterr().err.splitlines() if told in line] == [
+        f"{tmp_path / 'checkpoint.h5'} {told}"
+    ]
+    run_case(load_case(case, short), tmp_path, progress=True, resume=True)
+    assert told not in capsys.readouterr().err
+    shorter = ["drive.0.travel=1 mm"]
+    run_case(load_case(case, shorter), tmp_path, progress=True, resume=True)
+    assert f"{tmp_path / 'result.h5'} {told}" in capsys.readouterr().err
+    run_case(load_case(case, short), tmp_path, progress=False, resume=True)
+    assert capsys.readouterr().err == ""
+
+
 def test_interrupted_within_a_kernel(case: Path, tmp_path: Path) -> None:
     """Python tells of Ctrl-C in a compiled kernel as a SystemError."""
 

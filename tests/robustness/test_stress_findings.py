@@ -160,14 +160,14 @@ def test_a_reduced_model_of_too_few_modes_tells_its_error(number: int) -> None:
 def test_overdamped_modes_creep_back() -> None:
     """Film 3793 has air of 128 1/s and slow modes: they went back at the rate of critical damping, a hundred times too far.
 
-    With nearly all of its modes it is the full model, and says nothing.
+    With nearly all of its modes it is the full model, and says nothing of it. (Its 49 ms hold half a period: that is said.)
     """
     tables = copy.deepcopy(draw(5, 3793).tables)
     tables["vibration"]["modes"] = 150
     summary = solved(tables).summary
     assert summary["reduced_error"] < 0.02
     assert summary["reduced_error_struck"] < 0.02
-    assert summary["warnings"] == []
+    assert not any("reduced model" in line for line in summary["warnings"])
 
 
 def test_modes_are_the_film_s_own() -> None:

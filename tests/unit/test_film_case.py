@@ -59,6 +59,8 @@ def load_case_text(text: str) -> Any:
         (["tension.pull=none", "tension.strain=-1e-3"], "tension.strain", "the film is slack"),
         (["tension.pull=none", "tension.strain=0.5"], "tension.strain", "no small strain"),
         (["impact.point=[0.2, 0]"], "impact.point", "beside the film"),
+        (["solve.increment=1 mm"], "solve.increment", "of drives"),
+        (["solve.imperfection=0.5"], "solve.imperfection", "of drives"),
         (["vibration.probes={ far = [0, 1] }"], "vibration.probes.far", "beside the film"),
         (["material.damping=2 ms"], "material.damping", "`damping.material`"),
         (["solve.method=static"], "solve.method", "a vibration is dynamic"),

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fsm import recorder
+from fsm.analyses.choose import analysis_of
 from fsm.analyses.report_array import describe_array
 from fsm.errors import CaseError
 from fsm.results.store import read_solution
@@ -65,6 +66,7 @@ def test_a_whole_run(case_file, tmp_path):
     assert motion.stress.shape == (11, 4)
     for name in ("points.csv", "points.png", "rigid.png", "synchronism.png", "stress.png", "motion.gif", "energy.png"):
         assert (out / name).stat().st_size > 1000
+    assert not (out / "force.csv").exists() and not (out / "force.png").exists()  # nothing is driven
     header = (out / "points.csv").read_text().splitlines()[0].split(",")
     assert header[:4] == ["time (s)", "a1 x (m)", "a1 y (m)", "a1 vx (m/s)"]
 
@@ -77,6 +79,20 @@ def test_rigid_bars_are_the_comparison(case_file, tmp_path):
     assert summary["max_difference_rigid"] == {}
     flexible, rigid = (read_solution(tmp_path / name / "result.h5").array for name in ("flexible", "rigid"))
     assert rigid.points.displacement == pytest.approx(flexible.rigid.displacement, abs=1e-6)
+
+
+def test_the_plan_says_whose_steps_are_taken(case_file):
+    """solve.step is of the stepwise methods; rigid bars are solved by Radau's method in its own steps."""
+
+    def solver(*overrides):
+        return next(line for line in describe_array(load_case(case_file, overrides).case) if line.startswith("solve"))
+
+    assert "generalized-alpha, steps of 1 ms" in solver()
+    assert "steps of 1 ms" in solver("scissor.rigid=true", "solve.method=generalized-alpha")
+    assert "newmark, steps of 1 ms" in solver("solve.method=newmark")
+    rigid = solver("scissor.rigid=true")
+    assert "Radau-blocks" in rigid and "1 ms" not in rigid and "solve.step is not used" in rigid
+    assert "solve.step" not in solver("scissor.rigid=true", "solve.step=none")
 
 
 LATCH = ["stop.angle=73 deg", "stop.stiffness=2000", "stop.damping=1", "solve.end_time=0.4", "stop.latch=true"]
@@ -134,6 +150,8 @@ def test_a_latch_that_is_not_reached(case_file, tmp_path):
         (["force.0.radial=3", "force.0.force=none"], "force.0.radial", "no centre"),
         (["solve.end_time=none"], "solve.end_time", "when to stop"),
         (["solve.method=static", "solve.step=none"], "solve.method", "dynamic"),
+        (["solve.increment=1 mm"], "solve.increment", "of drives"),
+        (["solve.imperfection=0.5"], "solve.imperfection", "of drives"),
         (["bar=none"], "bar", "missing"),
         (["scissor.rigid=true", "stop.angle=20 deg", "stop.stiffness=10"], "stop", "rigid"),
         (["scissor.rigid=true", "stop.angle=20 deg", "stop.stiffness=10", "stop.latch=true"], "stop", "nor a latch"),
@@ -149,3 +167,9 @@ def test_mistakes(case_file, overrides, path, words):
         load_case(case_file, overrides)
     told = [fault for fault in error.value.faults if fault.path == path]
     assert told and words in told[0].message, told
+
+
+@pytest.mark.parametrize(("method", "step"), [("generalized-alpha", 1e-3), ("newmark", 1e-3), ("Radau", None)])
+def test_whose_steps_are_taken(case_file, method, step):
+    settings = analysis_of(load_case(case_file).case).settings(method)
+    assert settings.step == step

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fsm.results.spectrum import amplitude, fit_damped_sinusoid, spectrum
+from fsm.results.vibration import doubts
 
 
 def signal(t: np.ndarray, f: float, decay: float = 0.0, size: float = 1.0, phase: float = 0.3) -> np.ndarray:
@@ -86,3 +87,40 @@ def test_histories_that_are_none() -> None:
 def test_amplitude() -> None:
     assert amplitude([0.1, -0.4, 0.3]) == 0.4
     assert amplitude([0.1, -0.4, 0.3], rest=0.1) == 0.5
+
+
+def said_of(t: np.ndarray, y: np.ndarray, pulse_end: float = 1e-3) -> list[str]:
+    """Doubts of a history whose times count from the end of the pulse."""
+    lines, fit = spectrum(t, y), fit_damped_sinusoid(t, y)
+    return doubts(t + pulse_end, {
+        "free_from": pulse_end, "frequency_hz": fit.frequency, "decay_rate": fit.decay, "frequency_fft_hz": lines.peak,
+        "frequency_resolution_hz": lines.resolution,
+    })  # fmt: skip
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    f=st.floats(8.0, 100.0), periods=st.floats(3.2, 60.0), decay=st.floats(0.0, 0.5), phase=st.floats(-3.1, 3.1),
+)  # fmt: skip
+def test_a_damped_sinusoid_of_some_periods_raises_no_doubt(f: float, periods: float, decay: float, phase: float) -> None:
+    """However strongly it is damped, which makes its line in the spectrum broad."""
+    t = np.arange(int(20 * periods)) / (20 * f)
+    assert said_of(t, signal(t, f, decay * f, 1.0, phase)) == []
+
+
+def test_doubts_say_what_is_wrong_and_what_to_do() -> None:
+    t = np.arange(36) * 5e-4
+    (short,) = said_of(t, signal(t, 20.0))
+    assert "the free motion of 18 ms holds 0.36 periods of 20 Hz" in short
+    assert short.endswith("give a longer vibration.duration")
+    t = np.arange(500) * 2e-3
+    (growing,) = said_of(t, signal(t, 20.0, decay=-0.5))
+    assert "the motion fitted grows, by 0.5 1/s" in growing and "periods" not in growing
+    told = {"free_from": 0.1, "frequency_hz": 23.0, "decay_rate": 0.1, "frequency_fft_hz": 20.0}
+    told["frequency_resolution_hz"] = 1.0
+    (apart,) = doubts(t, told)
+    assert "fit and FFT are 3 Hz apart, lines 1 Hz" in apart and "grows" not in apart
+    assert doubts(t, told | {"decay_rate": 20.0}) == []
+    (none,) = doubts(t, told | {"free_from": 0.99})
+    assert none == "no frequency: 5 samples after the pulse, 8 are wanted; give a longer vibration.duration"
+    assert doubts(t, told | {"free_from": 0.0}) == []

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+import math
+import re
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
 import pytest
 
+from fsm.results.solution import Solution
+from fsm.results.store import read_solution
+from fsm.run import run_case
+from fsm.scene.load_case import load_case
 from fsm.solve.handed_over import Statistics
 from fsm.solve.ledger import Ledger
 from fsm.solve.settings import Settings
@@ -43,3 +50,80 @@ def test_a_balance_that_is_off_is_told_with_what_helps(
     assert "energy balance off by 0.02" in line
     assert helps in line and useless not in line
     assert warned(method, 1e-4) == []
+
+
+STRIP = """
+[strip]
+length = 0.48
+width = 0.04
+thickness = 3e-4
+panels = 6
+fold_angle = "80 deg"
+segments_per_panel = 2
+[material]
+young = 3e9
+density = 800
+[crease]
+law = "spline"
+angle = ["-3 deg", "0 deg", "5 deg"]
+moment = [-4e-4, 0, 7e-4]
+interpolation = "pchip"
+[[drive]]
+crease = 3
+direction = [0, 0, 1]
+speed = "2 mm/s"
+travel = "10 mm"
+[solve]
+rtol = 1e-4
+[save]
+every = "1 mm"
+"""
+
+
+def extrapolated(folder: Path, *overrides: str) -> tuple[list[str], Solution]:
+    """Warnings of creases beyond their data in a run of the strip, and what it left."""
+    (folder / "case.toml").write_text(STRIP, encoding="utf-8")
+    summary = run_case(load_case(folder / "case.toml", overrides), folder / "out", progress=False)
+    found = [line for line in summary["warnings"] if "measured angles" in line]
+    return found, read_solution(folder / "out" / "result.h5")
+
+
+def openings(solution: Solution, crease: int) -> np.ndarray:
+    """How far a crease is opened from folded, deg, by the directions of the segments beside it in the saved states."""
+    along = solution.shape[:, :, 1] - solution.shape[:, :, 0]
+    angle = np.degrees(np.arctan2(along[..., 2], along[..., 0]))
+    panel = solution.layout.panel
+    before, after = np.flatnonzero(panel == crease)[-1], np.flatnonzero(panel == crease + 1)[0]
+    return np.asarray(160.0 - np.abs(angle[:, before] - angle[:, after]))
+
+
+def degrees(line: str) -> float:
+    found = re.search(r"by ([0-9.]+) deg", line)
+    assert found is not None, line
+    return float(found[1])
+
+
+def test_creases_beyond_their_data_are_told_with_how_far(tmp_path: Path) -> None:
+    """What the pictures show, without half segments in series: opened past the end, and closed before the beginning."""
+    (opened, closed), solution = extrapolated(tmp_path, "strip.half_cell=false")
+    assert opened.startswith("crease 1, crease 5 opened beyond the measured angles, which end at 5 deg, crease ")
+    assert degrees(opened) == pytest.approx(openings(solution, 1).max() - 5.0, rel=0.01)
+    assert closed.startswith("crease 3 closed beyond the measured angles, which begin at -3 deg, by ")
+    assert degrees(closed) == pytest.approx(-3.0 - openings(solution, 3).min(), rel=0.01)
+    assert "extrapolated straight there; measure it farther" in opened
+
+
+def test_half_segments_have_their_share_of_how_far(tmp_path: Path) -> None:
+    """o + M(o) f is what the segments show; M goes on straight from the last angle measured."""
+    (_, closed), solution = extrapolated(tmp_path)
+    flexibility = 0.04 / (3e9 * 0.04 * 3e-4**3 / 12.0)
+    moment = 4e-4 / math.radians(3.0)  # the slope of PCHIP at the ends is near the chords'
+    by_itself = (-openings(solution, 3).min() - 3.0 - math.degrees(4e-4 * flexibility)) / (1.0 + moment * flexibility)
+    assert degrees(closed) == pytest.approx(by_itself, rel=0.05)
+
+
+def test_creases_within_their_data_raise_no_warning(tmp_path: Path) -> None:
+    wide = ["crease.angle=['-170 deg', '0 deg', '170 deg']", "crease.moment=[-8e-3, 0, 8e-3]"]
+    assert extrapolated(tmp_path, *wide)[0] == []
+    linear = ["crease={law='linear', stiffness=9e-3}"]
+    assert extrapolated(tmp_path, *linear)[0] == []

@@ -70,7 +70,9 @@ def solve_section(dice: Dice, dof: int, static: bool, end_time: float | None = N
         if end_time is not None and dice.chance(0.3):
             solve["step"] = end_time * dice.decades(1e-3, 0.1)
     if static and dice.chance(0.2):
-        solve["imperfection"] = dice.one_of((-1.0, 1.0, 0.3))
+        side = dice.one_of((-1.0, 1.0, 0.3))  # drawn for every method, so that all that is drawn later stays the same
+        if solve["method"] in ("auto", "static"):
+            solve["imperfection"] = side
     return solve
 
 

@@ -72,6 +72,7 @@ def _otherwise(tables: dict[str, Any], method: str) -> tuple[dict[str, Any], str
     if other.get("analysis") == "vibrate":
         other["vibration"]["model"] = "full"
         return other, "full model"
+    solve.pop("imperfection", None)  # of statics, which this is not
     solve["method"] = "generalized-alpha" if method != "generalized-alpha" else "Radau-blocks"
     if _plates_touch(other):
         if solve["method"] == "Radau-blocks":

@@ -1,0 +1,85 @@
+"""Creases that went beyond the angles of their tabulated curves, where the moment is extrapolated."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.results.solution import Solution
+from fsm.scene.materials import SplineCrease
+from fsm.scene.scene import ForceElement, Scene
+from fsm.segments.elements import CreaseGroup
+from fsm.segments.system import SegmentSystem
+
+__all__ = ["beyond_data"]
+
+_MARGIN = 0.01
+"""Part of the range of angles by which a crease may be beyond it: half a degree of a curve over fifty says nothing new."""
+_NAMED = 4
+"""Creases that a line names, at most."""
+
+
+def beyond_data(solution: Solution, scene: Scene, system: SegmentSystem) -> list[str]:
+    """A line for the creases that were opened, and one for those that were closed, beyond their curves in a saved state.
+
+    Parameters
+    ----------
+    solution : states as they were saved
+    scene : Scene
+    system : what the scene was compiled to
+    """
+    group = next((group for group in system.groups if isinstance(group, CreaseGroup)), None)
+    if group is None or not len(solution):
+        return []
+    creases = [element for element in scene.elements if element.crease is not None]
+    opening = _openings(solution, system, group)
+    closed = _past(creases, group, opening.min(axis=0), 0)
+    opened = _past(creases, group, opening.max(axis=0), -1)
+    return [*_told(creases, opened, -1, "opened"), *_told(creases, closed, 0, "closed")]
+
+
+def _openings(solution: Solution, system: SegmentSystem, group: CreaseGroup) -> np.ndarray:
+    """Openings in all saved states, (n, m), rad, half segments in series included."""
+    measured = []
+    for t, q in zip(solution.time, solution.q, strict=True):
+        poses, rates = system.place(float(t), q, None)
+        measured.append(group.measure(poses, rates, group.bodies, *group.geometry)[0].copy())
+    return np.asarray(group.rest - group.side * np.array(measured))
+
+
+def _past(creases: list[ForceElement], group: CreaseGroup, opening: np.ndarray, end: int) -> np.ndarray:
+    """How far beyond the first (`end` 0) or last (-1) angle of its curve each crease is by itself, (m,), rad.
+
+    The half segments in series have their share of an opening: beyond a curve, where its slope k is constant, the crease
+    has the part 1 - k f of it.
+    """
+    table, number = group.table, group.curve
+    knot = table.bounds[number] if end == 0 else table.bounds[number + 1] - 1
+    part = 1.0 - table.coefficients[knot, 2] * np.array([element.crease_flexibility for element in creases])
+    beyond = opening - table.knots[knot]
+    return np.asarray(part * (-beyond if end == 0 else beyond))
+
+
+def _told(creases: list[ForceElement], past: np.ndarray, end: int, moved: str) -> list[str]:
+    """Which creases, how far, and what that means."""
+    far = [i for i, element in enumerate(creases) if past[i] > _margin(element)]
+    if not far:
+        return []
+    most = max(far, key=lambda i: float(past[i]))
+    crease = creases[most].crease
+    assert isinstance(crease, SplineCrease) and crease.angle is not None
+    names = ", ".join(creases[i].name for i in far[:_NAMED])
+    more = f" and {len(far) - _NAMED} more" if len(far) > _NAMED else ""
+    by = f"{creases[most].name} the farthest, by" if len(far) > 1 else "by"
+    limit = f"{'begin' if end == 0 else 'end'} at {np.degrees(crease.angle[end]):.4g} deg"
+    return [
+        f"{names}{more} {moved} beyond the measured angles, which {limit}, {by} {np.degrees(past[most]):.3g} deg: the "
+        "moment is extrapolated straight there; measure it farther"
+    ]
+
+
+def _margin(element: ForceElement) -> float:
+    """How far a crease may be beyond its curve, rad; a linear law has no end."""
+    crease = element.crease
+    if not isinstance(crease, SplineCrease) or crease.angle is None:
+        return np.inf
+    return _MARGIN * (crease.angle[-1] - crease.angle[0])
