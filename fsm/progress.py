@@ -6,11 +6,12 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 from tqdm import tqdm
 
-__all__ = ["Progress", "saying_what_compiles"]
+__all__ = ["Progress", "say_anew", "saying_what_compiles"]
 
 _LINE_EVERY = 10.0
 """Seconds between plain lines."""
@@ -72,6 +73,12 @@ class Progress:
                 print(f"{self._title}: {text}", file=sys.stderr, flush=True)
         else:
             self._bar.set_postfix_str(text)
+
+
+def say_anew(wanted: bool | Callable[[float], None], left: Path) -> None:
+    """Say that a run does not go on with what another case left, where progress is shown; results keep silent."""
+    if wanted is True:
+        print(f"{left} is of another case: begun anew", file=sys.stderr, flush=True)
 
 
 @contextmanager

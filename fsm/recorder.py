@@ -16,7 +16,7 @@ import numpy as np
 from fsm.analyses.analysis import Analysis
 from fsm.errors import is_interrupt
 from fsm.kernels import jit
-from fsm.progress import Progress
+from fsm.progress import Progress, say_anew
 from fsm.provenance import made_by, provenance
 from fsm.results.solution import Record, Solution
 from fsm.results.store import ResultWriter, part_path, read_checkpoint, read_solution, write_checkpoint
@@ -72,6 +72,7 @@ class RecordedSolve:
         self.checkpoint = out / "checkpoint.h5"
         self.last_checkpoint = time.perf_counter()
         self.seen: list[tuple[DriveState, np.ndarray]] = []
+        self.of_another_case = False
         self.resumed = self._read_checkpoint() if resume else None
         (out / "summary.json").unlink(missing_ok=True)  # it says that the case in this folder is done
         if self.resumed is None:
@@ -81,6 +82,8 @@ class RecordedSolve:
 
     def run(self, progress: bool | Callable[[float], None], begun: float, compiled: float) -> Solution:
         """Solve, write the results file and read it back; `begun` and `compiled` are clocks at the start of the run."""
+        if self.of_another_case:
+            say_anew(progress, self.checkpoint)
         method, reason = self.analysis.method()
         settings = self.analysis.settings(method)
         end = settings.end_time
@@ -223,7 +226,10 @@ class RecordedSolve:
         if not self.checkpoint.is_file() or not part_path(self.target).is_file():
             return None
         arrays, attributes = read_checkpoint(self.checkpoint)
-        if attributes.get("case") != self.loaded.text or "steps" not in attributes:
+        if attributes.get("case") != self.loaded.text:
+            self.of_another_case = True
+            return None
+        if "steps" not in attributes:
             return None
         if attributes.get("made_by") != json.dumps(made_by()):
             self.warnings.append(f"{self.checkpoint} was written by another version of fsm or its libraries: begun anew")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -17,12 +16,12 @@ from fsm.analyses.vibrate import VibrationAnalysis
 from fsm.errors import CaseError, ExpectationFailed
 from fsm.kernels import jit
 from fsm.plots.figures import draw
-from fsm.progress import saying_what_compiles
+from fsm.progress import say_anew, saying_what_compiles
 from fsm.recorder import RecordedSolve
 from fsm.results.export import write_contact_csv, write_force_csv, write_history_csv, write_points_csv
 from fsm.results.quantities import touching_pairs
 from fsm.results.solution import Solution
-from fsm.results.store import part_path, read_checkpoint, read_solution
+from fsm.results.store import part_path, read_solution
 from fsm.scene.load_case import LoadedCase
 from fsm.summary import check_expectations, joined, missed_expectations
 from fsm.whole_file import clear_parts, whole_file
@@ -92,13 +91,11 @@ def _run_analysis(
     begun: tuple[float, float],
 ) -> Solution:
     """Solve one analysis and write all that there is of it into its folder; with `resume` not again what is solved."""
-    solution = _solved(loaded, out) if resume else None
+    solution = _solved(loaded, out, progress) if resume else None
     if solution is not None:
         clear_parts(out)
         _write(solution, out)
         return solution
-    if resume and progress is True and (other := _of_another_case(loaded, out)) is not None:
-        print(f"{other} is of another case: begun anew", file=sys.stderr, flush=True)
     with saying_what_compiles(progress, _title(loaded), jit):
         analysis.make_ready(warnings)
     out.mkdir(parents=True, exist_ok=True)
@@ -135,7 +132,7 @@ def _title(loaded: LoadedCase) -> str:
     return loaded.case.title or str(loaded.path)
 
 
-def _solved(loaded: LoadedCase, folder: Path) -> Solution | None:
+def _solved(loaded: LoadedCase, folder: Path, progress: bool | Callable[[float], None]) -> Solution | None:
     """The results of this very case, by this version, if they are there and nothing newer was begun."""
     result = folder / "result.h5"
     if not result.is_file() or part_path(result).is_file():
@@ -144,23 +141,10 @@ def _solved(loaded: LoadedCase, folder: Path) -> Solution | None:
         solution = read_solution(result)
     except CaseError:  # damaged: solved again
         return None
-    same = solution.layout.case_text == loaded.text and solution.layout.provenance.get("fsm") == __version__
-    return solution if same else None
-
-
-def _of_another_case(loaded: LoadedCase, folder: Path) -> Path | None:
-    """What was left in this folder by a run of another case, finished or cut off: nothing to go on with."""
-    result, checkpoint = folder / "result.h5", folder / "checkpoint.h5"
-    try:
-        if part_path(result).is_file() and checkpoint.is_file():
-            left, text = checkpoint, read_checkpoint(checkpoint)[1].get("case")
-        elif result.is_file():
-            left, text = result, read_solution(result).layout.case_text
-        else:
-            return None
-    except CaseError:  # damaged: whoever goes on from it will tell
+    if solution.layout.case_text != loaded.text:
+        say_anew(progress, result)
         return None
-    return left if text != loaded.text else None
+    return solution if solution.layout.provenance.get("fsm") == __version__ else None
 
 
 def _write(solution: Solution, out: Path) -> None:

@@ -28,9 +28,9 @@ def beyond_data(solution: Solution, scene: Scene, system: SegmentSystem) -> list
     system : what the scene was compiled to
     """
     group = next((group for group in system.groups if isinstance(group, CreaseGroup)), None)
-    if group is None or not len(solution):
-        return []
     creases = [element for element in scene.elements if element.crease is not None]
+    if group is None or not len(solution) or all(_margin(crease) == np.inf for crease in creases):
+        return []
     opening = _openings(solution, system, group)
     closed = _past(creases, group, opening.min(axis=0), 0)
     opened = _past(creases, group, opening.max(axis=0), -1)

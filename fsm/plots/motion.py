@@ -106,7 +106,7 @@ def _extent(solution: Solution) -> Floats:
     """Points (n, 3), m, that have to be in all pictures: plates of all records, obstacles of the first if they end."""
     outlines = obstacle_outlines(solution, 0, *_view(solution)) if len(solution) else []
     bounded = [face for outline in outlines if outline.bounded for face in outline.faces]
-    squares = lattice_squares(solution)
+    squares = lattice_squares(solution, solution.shape)
     seen = solution.shape if squares is None else squares
     return np.concatenate([seen.reshape(-1, 3), *bounded])
 
@@ -130,9 +130,9 @@ def _plates_in_plane(solution: Solution, record: int) -> LineCollection | PolyCo
     """Plates as lines through their middles, those of a lattice as the squares that they stand for."""
     quads = solution.shape[record] * 1e3
     colours = _colours(solution.layout.panel, len(quads))
-    squares = lattice_squares(solution)
+    squares = lattice_squares(solution, quads)
     if squares is not None:
-        return PolyCollection(list(squares[record][..., [0, 2]] * 1e3), facecolors=colours)
+        return PolyCollection(list(squares[..., [0, 2]]), facecolors=colours)
     ends = np.stack([quads[:, [0, 3]].mean(axis=1), quads[:, [1, 2]].mean(axis=1)], axis=1)[..., [0, 2]]
     return LineCollection(list(ends), colors=colours, linewidths=1.8, capstyle="round")
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
 from typing import Any
 
@@ -55,7 +54,7 @@ def obstacle_outlines(solution: Solution, record: int, centre: Floats, reach: fl
 
 
 def _outlines(solution: Solution, record: int, centre: Floats, reach: float) -> list[Outline]:
-    case = tomllib.loads(solution.layout.case_text)
+    case = solution.layout.case
     scene = case.get("scene")
     written = case.get("obstacle", []) or (scene.get("obstacles", []) if isinstance(scene, dict) else [])
     outlines = []

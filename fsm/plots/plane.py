@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
-
 import numpy as np
 
 from fsm.results.solution import Floats, Solution
@@ -13,20 +11,26 @@ __all__ = ["lattice_squares", "upright"]
 
 def upright(solution: Solution) -> str:
     """Name of the upright axis, as the case has it: y of a scissor array, z of all else."""
-    return "y" if "scissor" in tomllib.loads(solution.layout.case_text) else "z"
+    return "y" if "scissor" in solution.layout.case else "z"
 
 
-def lattice_squares(solution: Solution) -> Floats | None:
+def lattice_squares(solution: Solution, shape: Floats) -> Floats | None:
     """The squares of a lattice, whose middle planes are all that a result keeps of them; None of anything else.
+
+    Parameters
+    ----------
+    solution : what was solved
+    shape : (..., squares, 4, 3) array, m
+        Of some of its records.
 
     Returns
     -------
-    (n, squares, 4, 3) array, m
+    (..., squares, 4, 3) array, m
         Their corners in turn, seen along y.
     """
-    if "lattice" not in tomllib.loads(solution.layout.case_text):
+    if "lattice" not in solution.layout.case:
         return None
-    start, end = solution.shape[:, :, [0, 3]].mean(axis=2), solution.shape[:, :, [1, 2]].mean(axis=2)
+    start, end = shape[..., [0, 3], :].mean(axis=-2), shape[..., [1, 2], :].mean(axis=-2)
     half = 0.5 * (end - start)
     across = np.stack([-half[..., 2], half[..., 1], half[..., 0]], axis=-1)
-    return np.stack([start - across, end - across, end + across, start + across], axis=2)
+    return np.stack([start - across, end - across, end + across, start + across], axis=-2)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
 
+from fsm.errors import CaseError
 from fsm.results.array import ArrayMotion
 from fsm.results.film import Film, Floats, Integers, Samples
 
@@ -112,6 +115,20 @@ class Layout:
     drive_names: tuple[str, ...] = ()
     thickness: float = 0.0
     film: Film | None = None
+
+    @cached_property
+    def case(self) -> dict[str, Any]:
+        """The case as it was solved, as TOML has it.
+
+        Raises
+        ------
+        CaseError
+            It is damaged.
+        """
+        try:
+            return tomllib.loads(self.case_text)
+        except tomllib.TOMLDecodeError as error:
+            raise CaseError(f"the case in this result is damaged: {error}") from None
 
 
 @dataclass

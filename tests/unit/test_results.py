@@ -258,13 +258,13 @@ def test_a_file_with_a_missing_part_is_refused(tmp_path: Path) -> None:
         read_solution(path)
 
 
-def test_a_file_whose_case_is_no_toml_is_refused(tmp_path: Path) -> None:
+def test_a_case_that_is_no_toml_is_told_to_whoever_asks_for_it(tmp_path: Path) -> None:
     path = write(tmp_path / "result.h5")
     with h5py.File(path, "r+") as file:
         del file["case"]
         file["case"] = b"[[[ strip"
-    with pytest.raises(CaseError, match="damaged"):
-        read_solution(path)
+    with pytest.raises(CaseError, match="the case in this result is damaged"):
+        _ = read_solution(path).layout.case
 
 
 def test_a_file_of_the_first_version_has_force_and_gap_of_its_pairs(tmp_path: Path) -> None:
