@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
-__all__ = ["BlockMatrix", "BlockPattern"]
+__all__ = ["BlockMatrix", "BlockPattern", "Elimination"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,3 +91,24 @@ class BlockMatrix:
     def bsr(self) -> sparse.bsr_matrix:
         """The same as SciPy's block matrix, which shares the data."""
         return sparse.bsr_matrix((self.data, self.pattern.indices, self.pattern.indptr), shape=(self.order, self.order))
+
+
+@dataclass(frozen=True, eq=False)
+class Elimination:
+    """What an LU factorisation knows of a pattern before it has seen a number; see `fsm.kernels.block_lu.fill_in`.
+
+    Attributes
+    ----------
+    order : (n,) int array
+        Row that is eliminated as number i.
+    indptr, indices, diagonal : int arrays
+        Rows of L + U in that order, and the place of each diagonal block in them.
+    place : (n_blocks,) int array
+        Place of each block of the pattern in L + U.
+    """
+
+    order: np.ndarray
+    indptr: np.ndarray
+    indices: np.ndarray
+    diagonal: np.ndarray
+    place: np.ndarray

@@ -7,16 +7,17 @@ one of unit norm a body), u velocities (inertial axes) and body rates; increment
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, Protocol, TypeAlias, runtime_checkable
+from functools import cached_property
+from typing import Any, NamedTuple, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 from scipy import sparse
 
-from fsm.blocks import BlockMatrix, BlockPattern
+from fsm.blocks import BlockMatrix, BlockPattern, Elimination
 
 __all__ = [
-    "Before", "Depths", "DriveState", "Energy", "Linearised", "MixedSystem", "Objection", "Observation", "PairState",
-    "Scales", "System",
+    "Before", "Depths", "DriveState", "Energy", "Linearised", "MixedSystem", "NewtonRules", "Objection",
+    "Observation", "PairState", "Scales", "Settled", "System",
 ]  # fmt: skip
 
 
@@ -97,6 +98,16 @@ class Scales:
     increment: np.ndarray
     span: np.ndarray
     resolution: np.ndarray
+
+    @cached_property
+    def of_forces(self) -> np.ndarray:
+        """What forces (nu,) are divided by to be compared in N: moments count as forces at the end of an element."""
+        return self.increment / self.length
+
+    @cached_property
+    def widest(self) -> float:
+        """Largest of `span`."""
+        return float(self.span.max(initial=0.0))
 
 
 @dataclass(frozen=True)
@@ -364,6 +375,62 @@ Depths: TypeAlias = Any
 """Depths that contacts are linearised at; nobody but the system looks into them."""
 
 
+class NewtonRules(NamedTuple):
+    """When Newton's method for one quasi-static step has found an equilibrium, and when it should be watched.
+
+    Attributes
+    ----------
+    tolerance : -
+        Forces left over at an equilibrium, over the largest reaction.
+    round_off : -
+        Forces are known to this part of stiffness times size.
+    nearly : -
+        After a step smaller than this, over the structure's span or radians, the forces alone are looked at first.
+    reach : -
+        Largest step, over the same.
+    overshoot : -
+        A step whose work turns to more than minus so many times what it was has gone much too far.
+    far, hardly, late : -, -, iterations
+        After so many iterations forces left over that are `far` times the largest reaction and `hardly` smaller than the
+        first ones are given up.
+    most : iterations
+    """
+
+    tolerance: float
+    round_off: float
+    nearly: float
+    reach: float
+    overshoot: float
+    far: float
+    hardly: float
+    late: int
+    most: int
+
+
+class Settled(NamedTuple):
+    """What Newton's method has found: see `fsm.solve.equilibrium_step.Equilibrium`.
+
+    Attributes
+    ----------
+    q : configuration
+    residual : (nu,) array, N and N m
+    matrix : BlockMatrix
+        K + D/dt that the last factors are of.
+    symmetric : bool
+        Whether it is.
+    iterations : int
+    round_off : N
+        Forces smaller than this are nothing.
+    """
+
+    q: np.ndarray
+    residual: np.ndarray
+    matrix: BlockMatrix
+    symmetric: bool
+    iterations: int
+    round_off: float
+
+
 @runtime_checkable
 class MixedSystem(Protocol):
     """A system of stiff springs that lets Newton's method for statics take their efforts as unknowns beside q.
@@ -401,4 +468,26 @@ class MixedSystem(Protocol):
         self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None, dx: np.ndarray, depths: Depths
     ) -> Depths:
         """As they are after an increment, the forces to first order; other arguments those of `linearise_mixed`."""
+        ...
+
+    @property
+    def settles(self) -> BlockPattern | None:
+        """The pattern of its matrices, if it can run Newton's method in one call; see `settle`."""
+        ...
+
+    def settle(
+        self,
+        t: float,
+        q: np.ndarray,
+        before: Before,
+        efforts: np.ndarray,
+        largest_reaction: float,
+        rules: NewtonRules,
+        elimination: Elimination,
+        factors: np.ndarray,
+    ) -> Settled | None:
+        """The equilibrium at time t, by the iterations of `EquilibriumStep` in one call; None where that takes more care.
+
+        `factors` gets those of the last matrix.
+        """
         ...

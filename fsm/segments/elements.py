@@ -147,6 +147,12 @@ class BushingGroup:
             self._own if efforts is None else efforts, self._kept.slots(self, pattern), force, stiffness, damping,
         )  # fmt: skip
 
+    def elements(
+        self, rates: np.ndarray, past: Past | None, pattern: BodyPattern
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, float, np.ndarray]:
+        """Bodies, constants, deformations in the past, one over the time since, and slots: as the kernels take them."""
+        return self.bodies, self._constants, *self._before(rates, past), self._kept.slots(self, pattern)
+
     def efforts(self, poses: np.ndarray, change: np.ndarray, past: Past | None = None) -> np.ndarray:
         """Efforts (m, 3 or 6) after a change (n_bodies, 3 or 6) of the poses, to first order."""
         before = self._before(change, past)

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
-from fsm.blocks import BlockMatrix, BlockPattern
+from fsm.blocks import BlockMatrix, BlockPattern, Elimination
 from fsm.kernels.block_sum import turn_blocks
 from fsm.kernels.newton_euler import (
     add_gyroscopic,
@@ -33,7 +33,18 @@ from fsm.segments.hysteresis import HysteresisGroup
 from fsm.segments.loads import LoadGroup
 from fsm.segments.pattern import BodyPattern, body_pattern
 from fsm.segments.pressed import Pressed
-from fsm.system import Before, DriveState, Energy, Linearised, Objection, Observation, Scales
+from fsm.segments.springs_alone import settle_springs
+from fsm.system import (
+    Before,
+    DriveState,
+    Energy,
+    Linearised,
+    NewtonRules,
+    Objection,
+    Observation,
+    Scales,
+    Settled,
+)
 
 __all__ = ["SegmentSystem"]
 
@@ -280,6 +291,37 @@ class SegmentSystem(Configuration):
         past = self._past(t, before)
         parts = [group.efforts(poses, change, past) for group in self._springs]
         return parts[0].ravel() if len(parts) == 1 else np.concatenate([np.zeros(0), *(part.ravel() for part in parts)])
+
+    @cached_property
+    def settles(self) -> BodyPattern | None:
+        """See `MixedSystem`: where nothing but springs and dampers acts."""
+        alone = len(self.groups) == 1 and self.groups == self._springs and self.nu > 0
+        return self._current_pattern(self.bodies.pose) if alone else None
+
+    def settle(
+        self,
+        t: float,
+        q: np.ndarray,
+        before: Before,
+        efforts: np.ndarray,
+        largest_reaction: float,
+        rules: NewtonRules,
+        elimination: Elimination,
+        factors: np.ndarray,
+    ) -> Settled | None:
+        """See `MixedSystem`."""
+        pattern, (springs,), scales = self.settles, self._springs, self._scales
+        assert pattern is not None
+        since = before if self.rate_dependent and t > before[0] else None
+        poses, rates = self.place(t, q, None if since is None else np.zeros(self.nu), since)
+        settled, q, residual, data, symmetric, iterations, round_off = settle_springs(
+            q, efforts.reshape(springs.rest.shape), before[1], 0.0 if since is None else t - since[0],
+            poses.copy(), rates.copy(), self.bodies.free, self._dof, self.bodies.inertia,
+            *springs.elements(rates, self._past(t, since), pattern), pattern.indptr, pattern.indices, pattern.transposed,
+            elimination.order, elimination.indptr, elimination.indices, elimination.diagonal, elimination.place, factors,
+            scales.span, scales.of_forces, scales.widest, largest_reaction, *rules,
+        )  # fmt: skip
+        return Settled(q, residual, BlockMatrix(pattern, data), symmetric, iterations, round_off) if settled else None
 
     def _linearised(
         self,

@@ -21,7 +21,7 @@ from fsm.errors import NotConverged
 from fsm.kernels.block_sum import with_rates
 from fsm.kernels.vector import largest_ratio
 from fsm.solve.linear import LinearSolver
-from fsm.system import Before, Depths, Linearised, MixedSystem, System
+from fsm.system import Before, Depths, Linearised, MixedSystem, NewtonRules, System
 
 __all__ = ["Ending", "Equilibrium", "EquilibriumStep"]
 
@@ -112,8 +112,9 @@ class EquilibriumStep:
         self.iterations = self.evaluations = 0
         self.largest_reaction = 0.0
         self.round_off = 0.0
-        self._span = float(self.scales.span.max(initial=0.0))
-        self._to_force = self.scales.increment / self.scales.length  # moments count as forces at the end of a segment
+        self._rules = NewtonRules(
+            tolerance, _ROUND_OFF, _NEARLY, reach, _OVERSHOOT, _LOST, _HARDLY, _LATE, max_iterations
+        )
 
     def efforts(
         self, t: float, q: np.ndarray, before: Before | None = None, dx: np.ndarray | None = None
@@ -134,6 +135,9 @@ class EquilibriumStep:
         rates = self._rates(t, before)
         if efforts is None:
             efforts = self.efforts(t, guess, before)
+        settled = self._settle(t, guess, before, efforts)
+        if settled is not None:
+            return settled
         depths = depths_before = None if self.mixed is None else self.mixed.depths(self.largest_reaction)
         q, q_before, step, work = guess, guess, np.zeros(system.nu), 0.0
         size = last_size = lost = math.inf
@@ -169,7 +173,7 @@ class EquilibriumStep:
                 break
             matrix = self._matrix(linear, dx, t - before[0])
             if iteration == 0:
-                self.round_off = _ROUND_OFF * self._span * float(np.abs(matrix.data).max(initial=0.0))
+                self.round_off = _ROUND_OFF * self.scales.widest * float(np.abs(matrix.data).max(initial=0.0))
             try:
                 self.solver.factorise(matrix)
             except NotConverged:
@@ -187,6 +191,22 @@ class EquilibriumStep:
                 depths_before, depths = depths, self.mixed.advance_depths(t, q, u, rates, step, depths)
             q_before, q = q, system.retract(q, step)
         return self._ended(Ending.ITERATIONS, q, self.max_iterations, residual)
+
+    def _settle(self, t: float, guess: np.ndarray, before: Before, efforts: np.ndarray | None) -> Equilibrium | None:
+        """The same in one call, where the system can and all goes well."""
+        if self.mixed is None or efforts is None or self.mixed.settles is None:
+            return None
+        ready = self.solver.ready(self.mixed.settles)
+        settled = self.mixed.settle(t, guess, before, efforts, self.largest_reaction, self._rules, *ready)
+        if settled is None:
+            return None
+        count = settled.iterations
+        self.iterations += count
+        self.evaluations += count + 1
+        self.round_off = settled.round_off
+        # found at once, the matrix of the state itself was factorised for its stability
+        self.solver.adopt(settled.matrix, settled.symmetric, max(count, 2))
+        return self._found(t, settled.q, before, count, settled.residual, settled.matrix)
 
     def _rates(self, t: float, before: Before | None) -> Before | None:
         """The last state, if rates matter."""
@@ -245,7 +265,7 @@ class EquilibriumStep:
 
     def _left_over(self, residual: np.ndarray) -> float:
         """Largest force left over, N."""
-        return float(largest_ratio(residual, self._to_force))
+        return float(largest_ratio(residual, self.scales.of_forces))
 
     def _balanced(self, residual: np.ndarray) -> bool:
         """Forces left over are nothing against the reactions, or round-off."""

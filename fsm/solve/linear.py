@@ -7,7 +7,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, ClassVar, Literal
 from weakref import WeakKeyDictionary
 
@@ -15,32 +14,24 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from fsm.blocks import BlockMatrix, BlockPattern
+from fsm.blocks import BlockMatrix, BlockPattern, Elimination
 from fsm.errors import FsmError, NotConverged
-from fsm.kernels.block_lu import count_negative, factorise, fill_in, is_symmetric, solve_refined
+from fsm.kernels.block_lu import (
+    GOOD,
+    POOR,
+    SYMMETRIC,
+    count_negative,
+    factorise,
+    fill_in,
+    is_symmetric,
+    solve_refined,
+)
 
 __all__ = ["Backend", "LinearSolver"]
 
 Backend = Literal["block", "splu", "pardiso"]
 
-_GOOD = 1e-10
-"""Backward error above which a solution is refined."""
-_SYMMETRIC = 1e-13
-"""Round-off, over the largest entry of a block, up to which a matrix counts as symmetric."""
-_POOR = 1e-8
-"""Backward error after refinement above which SuperLU takes over."""
-
-
-@dataclass(frozen=True)
-class _Symbolic:
-    """What is known of a pattern: order of elimination, filled rows, places of the blocks in them."""
-
-    order: np.ndarray
-    indptr: np.ndarray
-    indices: np.ndarray
-    diagonal: np.ndarray
-    place: np.ndarray
-
+_REAL = np.dtype(np.float64)
 
 def _minimum_degree(pattern: BlockPattern) -> np.ndarray:
     """Order of the rows by SuperLU's multiple minimum degree on the graph of the blocks."""
@@ -73,7 +64,7 @@ class LinearSolver:
         PARDISO is asked for and not installed.
     """
 
-    _known: ClassVar[WeakKeyDictionary[BlockPattern, _Symbolic]] = WeakKeyDictionary()
+    _known: ClassVar[WeakKeyDictionary[BlockPattern, Elimination]] = WeakKeyDictionary()
     """What all solvers have worked out, as long as the patterns live."""
 
     def __init__(self, backend: Backend = "block") -> None:
@@ -81,7 +72,7 @@ class LinearSolver:
         self.analyses = self.factorisations = self.fallbacks = 0
         self._pardiso = _pardiso_solver() if backend == "pardiso" else None
         self._pattern: BlockPattern | None = None
-        self._symbolic: _Symbolic | None = None
+        self._elimination: Elimination | None = None
         self._matrix: BlockMatrix | None = None
         self._factors = np.zeros((0, 0, 0))
         self._other: Any = None
@@ -100,17 +91,27 @@ class LinearSolver:
         if self.backend != "block":
             self._other = self._library_factors(matrix)
             return
-        known = self._analyse(matrix.pattern)
-        shape = (len(known.indices), matrix.pattern.size, matrix.pattern.size)
-        if self._factors.shape != shape or self._factors.dtype != matrix.data.dtype:
-            self._factors = np.empty(shape, dtype=matrix.data.dtype)
-        self._symmetric = bool(is_symmetric(matrix.data, matrix.pattern.transposed, _SYMMETRIC))
+        known, _ = self.ready(matrix.pattern, matrix.data.dtype)
+        self._symmetric = bool(is_symmetric(matrix.data, matrix.pattern.transposed, SYMMETRIC))
         failed = factorise(
             matrix.data, known.place, known.indptr, known.indices, known.diagonal, self._symmetric, self._factors
         )
         if failed >= 0:
             self.fallbacks += 1
             self._other = self._library_factors(matrix)
+
+    def ready(self, pattern: BlockPattern, dtype: np.dtype = _REAL) -> tuple[Elimination, np.ndarray]:
+        """What is known of a pattern, and the block data (n_filled, size, size) that its factors go into."""
+        known = self._analyse(pattern)
+        shape = (len(known.indices), pattern.size, pattern.size)
+        if self._factors.shape != shape or self._factors.dtype != dtype:
+            self._factors = np.empty(shape, dtype=dtype)
+        return known, self._factors
+
+    def adopt(self, matrix: BlockMatrix, symmetric: bool, times: int) -> None:
+        """Take over the factors of a matrix that somebody else has put where `ready` said, the last of so many times."""
+        self.factorisations += times
+        self._matrix, self._other, self._trusted, self._symmetric = matrix, None, False, symmetric
 
     def solve(self, right: np.ndarray) -> np.ndarray:
         """Solution (n,) of A x = b, refined once where its backward error asks for it.
@@ -125,13 +126,13 @@ class LinearSolver:
         pattern = matrix.pattern
         if pattern.order == 0:
             return np.zeros(0)
-        known = self._symbolic
+        known = self._elimination
         assert known is not None
         x, error, refined = solve_refined(
             known.order, known.indptr, known.indices, known.diagonal, self._factors,
-            pattern.indptr, pattern.indices, matrix.data, right, _GOOD, self._symmetric, self._trusted,
+            pattern.indptr, pattern.indices, matrix.data, right, GOOD, self._symmetric, self._trusted,
         )  # fmt: skip
-        if not error <= _POOR:
+        if not error <= POOR:
             self.fallbacks += 1
             self._other = self._library_factors(matrix)
             return np.asarray(self._other(right))
@@ -141,22 +142,22 @@ class LinearSolver:
     def negative_pivots(self) -> int:
         """Negative eigenvalues of the matrix, which must be symmetric; dense where the blocks' pivots failed."""
         assert self._matrix is not None
-        if self._other is None and self._symbolic is not None:
-            return int(count_negative(self._symbolic.diagonal, self._factors))
+        if self._other is None and self._elimination is not None:
+            return int(count_negative(self._elimination.diagonal, self._factors))
         values = np.linalg.eigvalsh(self._matrix.bsr().toarray())
         return int(np.sum(values < -1e-12 * np.abs(values).max(initial=0.0)))
 
     # inside ---------------------------------------------------------------------------------------------------------
 
-    def _analyse(self, pattern: BlockPattern) -> _Symbolic:
-        if self._symbolic is None or self._pattern is not pattern:
-            self._pattern, self._symbolic = pattern, self._known.get(pattern)
-            if self._symbolic is None:
+    def _analyse(self, pattern: BlockPattern) -> Elimination:
+        if self._elimination is None or self._pattern is not pattern:
+            self._pattern, self._elimination = pattern, self._known.get(pattern)
+            if self._elimination is None:
                 order = _minimum_degree(pattern)
-                self._symbolic = _Symbolic(order, *fill_in(pattern.indptr, pattern.indices, order))
-                self._known[pattern] = self._symbolic
+                self._elimination = Elimination(order, *fill_in(pattern.indptr, pattern.indices, order))
+                self._known[pattern] = self._elimination
                 self.analyses += 1
-        return self._symbolic
+        return self._elimination
 
     def _library_factors(self, matrix: BlockMatrix) -> Any:
         """A function that solves with the matrix, by PARDISO where chosen and else by SuperLU."""
