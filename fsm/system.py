@@ -403,7 +403,7 @@ class NewtonRules(NamedTuple):
     overshoot: float
     far: float
     hardly: float
-    late: int
+    late: float
     most: int
 
 
@@ -412,7 +412,7 @@ class Settled(NamedTuple):
 
     Attributes
     ----------
-    q : configuration
+    q, efforts : configuration, and the efforts of the springs there
     residual : (nu,) array, N and N m
     matrix : BlockMatrix
         K + D/dt that the last factors are of.
@@ -424,6 +424,7 @@ class Settled(NamedTuple):
     """
 
     q: np.ndarray
+    efforts: np.ndarray
     residual: np.ndarray
     matrix: BlockMatrix
     symmetric: bool

@@ -25,6 +25,9 @@ from fsm.system import Before
 
 __all__ = ["Bodies", "Configuration"]
 
+_TIMES = 8
+"""Times whose travels are kept."""
+
 
 @dataclass(frozen=True)
 class Bodies:
@@ -79,6 +82,7 @@ class Configuration:
         self._directions = np.array([motion.direction for motion in motions]).reshape(len(motions), 3 if self.spatial else 2)
         self._drives = self.driven, self._motion, self._directions
         self._standing = np.zeros(len(motions))
+        self._travelled: dict[float, np.ndarray] = {}
         nowhere = (np.nan, np.zeros(0), bodies.pose)
         self._placed = self._placed_before = nowhere
         self._moving: tuple[float, np.ndarray, float | None, np.ndarray] = (np.nan, np.zeros(0), None, self.at_rest)
@@ -160,8 +164,13 @@ class Configuration:
         return poses
 
     def _travels(self, t: float) -> np.ndarray:
-        """Travel of every motion at a time, m."""
-        return np.array([motion.at(t)[0] for motion in self.motions])
+        """Travel of every motion at a time, m; shared, not to be changed. The last few times are asked for again."""
+        travels = self._travelled.get(t)
+        if travels is None:
+            if len(self._travelled) >= _TIMES:
+                self._travelled.clear()
+            travels = self._travelled[t] = np.array([motion.at(t)[0] for motion in self.motions])
+        return travels
 
     def change(self, dx: np.ndarray) -> np.ndarray:
         """Increments (n_bodies, 3 or 6) of all bodies; those that are held or driven stay."""

@@ -130,9 +130,9 @@ def settle_springs(
     overshoot: float,
     far: float,
     hardly: float,
-    late: int,
+    late: float,
     most: int,
-) -> tuple[bool, np.ndarray, np.ndarray, np.ndarray, bool, int, float]:
+) -> tuple[bool, np.ndarray, np.ndarray, np.ndarray, np.ndarray, bool, int, float]:
     """Equilibrium with u the mean velocity since the last state.
 
     Parameters
@@ -140,7 +140,7 @@ def settle_springs(
     q, efforts : configuration (nq,), and efforts (m, 3 or 6) of the springs, to begin with
     q_before, duration : configuration of the last state and the time since, s; a time of zero: rates do not matter
     poses, rates : (n_bodies, 3 or 7) and (n_bodies, 3 or 6) arrays, the rows of the free ones changed in place
-        Those of held and driven bodies.
+        Those of held and driven bodies; left as they are at the end.
     free, dof, inertia : see `fsm.segments.configuration.Bodies` and `fsm.segments.pattern.BodyPattern`
     bodies, constants, before, per_second, slots : as `linearise_pose_planar` takes them
     rows, columns, transposed : the pattern
@@ -157,7 +157,7 @@ def settle_springs(
     -------
     settled : bool
         False if it gave up; nothing else means anything then.
-    q : (nq,) array
+    q, efforts : configuration, and the efforts there
     residual : (nu,) array, N and N m
     matrix : (n_blocks, 3 or 6, 3 or 6) array
         K + D/dt of the last iteration.
@@ -173,7 +173,7 @@ def settle_springs(
     stiffness, damping = np.empty(blocks), np.empty(blocks)
     turned, own = np.empty((0, rates.shape[1], rates.shape[1])), np.empty((0, rates.shape[1]))
     matrix, symmetric, balanced = stiffness, False, 0.0
-    gave_up = (False, q, q, matrix, False, 0, 0.0)
+    gave_up = (False, q, efforts, q, matrix, False, 0, 0.0)
     step, work, lost = np.zeros(span.shape[0]), 0.0, 0.0
     size = last_size = np.inf
     for iteration in range(most + 1):
@@ -189,7 +189,9 @@ def settle_springs(
             residual = take_free(free, force)
             found = largest_ratio(residual, to_force) <= max(tolerance * largest_reaction, balanced)
             if found and iteration > 1:
-                return True, q, residual, matrix, symmetric, iteration, balanced
+                change[:] = 0.0
+                efforts = _advance(poses, change, bodies, constants, before, per_second)
+                return True, q, efforts, residual, matrix, symmetric, iteration, balanced
         # of a state found at once the efforts were but predicted: its matrix has those at the state itself
         given = own if found else efforts
         _linearise(
@@ -214,7 +216,9 @@ def settle_springs(
         if not solved:
             return gave_up
         if found:
-            return True, q, residual, matrix, symmetric, iteration, balanced
+            change[:] = 0.0
+            efforts = _advance(poses, change, bodies, constants, before, per_second)
+            return True, q, efforts, residual, matrix, symmetric, iteration, balanced
         work = np.sum(step * residual)
         last_size, size = size, largest_ratio(step, span)
         if not np.isfinite(size):

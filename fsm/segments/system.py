@@ -81,6 +81,8 @@ class SegmentSystem(Configuration):
         self._springs = tuple(group for group in groups if isinstance(group, BushingGroup))
         self._others = tuple(group for group in groups if not isinstance(group, BushingGroup | ContactGroup))
         self._sliding = tuple(group for group in groups if isinstance(group, HysteresisGroup))
+        # springs without dampers know where they are and no more
+        self._looks_back = self.rate_dependent or self.groups != self._springs
         self._last_before: Before | None = None
         self._last_poses = bodies.pose
         self._pattern: BodyPattern | None = None
@@ -313,15 +315,18 @@ class SegmentSystem(Configuration):
         pattern, (springs,), scales = self.settles, self._springs, self._scales
         assert pattern is not None
         since = before if self.rate_dependent and t > before[0] else None
-        poses, rates = self.place(t, q, None if since is None else np.zeros(self.nu), since)
-        settled, q, residual, data, symmetric, iterations, round_off = settle_springs(
+        poses, rates = (array.copy() for array in self.place(t, q, None if since is None else np.zeros(self.nu), since))
+        settled, q, efforts, residual, data, symmetric, iterations, round_off = settle_springs(
             q, efforts.reshape(springs.rest.shape), before[1], 0.0 if since is None else t - since[0],
-            poses.copy(), rates.copy(), self.bodies.free, self._dof, self.bodies.inertia,
+            poses, rates, self.bodies.free, self._dof, self.bodies.inertia,
             *springs.elements(rates, self._past(t, since), pattern), pattern.indptr, pattern.indices, pattern.transposed,
             elimination.order, elimination.indptr, elimination.indices, elimination.diagonal, elimination.place, factors,
-            scales.span, scales.of_forces, scales.widest, largest_reaction, *rules,
+            scales.span, scales.of_forces, scales.widest, largest_reaction, *rules[:-1], rules.most,
         )  # fmt: skip
-        return Settled(q, residual, BlockMatrix(pattern, data), symmetric, iterations, round_off) if settled else None
+        if not settled:
+            return None
+        self._placed_before, self._placed = self._placed, (t, q.copy(), poses)
+        return Settled(q, efforts.ravel(), residual, BlockMatrix(pattern, data), symmetric, iterations, round_off)
 
     def _linearised(
         self,
@@ -457,8 +462,8 @@ class SegmentSystem(Configuration):
         return None if before is None or u is None else self.increment_map(self.difference(before[1], q))
 
     def _past(self, t: float, before: Before | None) -> Past | None:
-        """The last state as poses, found once."""
-        if before is None:
+        """The last state as poses, found once; none where nothing looks at it."""
+        if before is None or not self._looks_back:
             return None
         last = self._last_before
         if last is None or last[0] != before[0] or last[1] is not before[1]:
@@ -487,8 +492,7 @@ class SegmentSystem(Configuration):
                     shift_body(reactions, body, self.bodies.inertia[body, :n] * motion.direction, acceleration)
 
     def _drive_state(self, t: float, reactions: np.ndarray) -> DriveState:
-        travel = np.array([motion.at(t)[0] for motion in self.motions])
-        return DriveState(travel, np.asarray(along(reactions, self.driven, self._motion, self._directions)))
+        return DriveState(self._travels(t).copy(), np.asarray(along(reactions, self.driven, self._motion, self._directions)))
 
     def _energy(
         self, t: float, poses: np.ndarray, rates: np.ndarray, reactions: np.ndarray, past: Past | None = None

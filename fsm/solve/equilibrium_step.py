@@ -13,6 +13,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import Enum
+from functools import cache
+from typing import cast
 
 import numpy as np
 
@@ -41,6 +43,12 @@ _LOST, _HARDLY = 200.0, 1e-2
 """If they are so many times the largest reaction still, and that part of the first ones, a shorter step is cheaper."""
 
 
+@cache
+def _is_mixed(kind: type) -> bool:
+    """Whether systems of this class are `MixedSystem`; to ask one takes longer than a step of a small one."""
+    return all(hasattr(kind, name) for name in ("efforts", "linearise_mixed", "depths", "advance_depths", "settle"))
+
+
 class Ending(Enum):
     """How Newton's method ended."""
 
@@ -60,6 +68,7 @@ class Equilibrium:
     q : configuration
     u : (nu,) array
         Mean velocity since the last state.
+    efforts : of the springs at q, if they can be unknowns
     ending : Ending
     iterations : int
     residual : (nu,) array, N and N m
@@ -70,6 +79,7 @@ class Equilibrium:
 
     q: np.ndarray
     u: np.ndarray
+    efforts: np.ndarray | None
     ending: Ending
     iterations: int
     residual: np.ndarray
@@ -105,7 +115,7 @@ class EquilibriumStep:
         self, system: System, tolerance: float = 1e-8, max_iterations: int = 15, reach: float = 0.2
     ) -> None:
         self.system = system
-        self.mixed = system if isinstance(system, MixedSystem) else None
+        self.mixed = cast(MixedSystem, system) if _is_mixed(type(system)) else None
         self.tolerance, self.max_iterations, self.reach = tolerance, max_iterations, reach
         self.solver = LinearSolver()
         self.scales = system.scales()
@@ -153,7 +163,7 @@ class EquilibriumStep:
                     if iteration == 1 and self.mixed is not None:  # its efforts were but predicted
                         matrix = self._matrix(system.linearise(t, q, u, rates), dx, t - before[0])
                         self.solver.factorise(matrix)
-                    return self._found(t, q, before, iteration, residual, matrix)
+                    return self._found(t, q, before, iteration, residual, matrix, self.efforts(t, q, before))
             linear = self._linearised(t, q, u, rates, efforts, depths)
             residual = linear.force
             left_over = self._left_over(residual)
@@ -206,7 +216,7 @@ class EquilibriumStep:
         self.round_off = settled.round_off
         # found at once, the matrix of the state itself was factorised for its stability
         self.solver.adopt(settled.matrix, settled.symmetric, max(count, 2))
-        return self._found(t, settled.q, before, count, settled.residual, settled.matrix)
+        return self._found(t, settled.q, before, count, settled.residual, settled.matrix, settled.efforts)
 
     def _rates(self, t: float, before: Before | None) -> Before | None:
         """The last state, if rates matter."""
@@ -272,7 +282,7 @@ class EquilibriumStep:
         return self._left_over(residual) <= max(self.tolerance * self.largest_reaction, self.round_off)
 
     def _ended(self, ending: Ending, q: np.ndarray, iterations: int, residual: np.ndarray) -> Equilibrium:
-        return Equilibrium(q, np.zeros(self.system.nu), ending, iterations, residual)
+        return Equilibrium(q, np.zeros(self.system.nu), None, ending, iterations, residual)
 
     def _found(
         self,
@@ -282,6 +292,7 @@ class EquilibriumStep:
         iterations: int,
         residual: np.ndarray,
         matrix: BlockMatrix,
+        efforts: np.ndarray | None,
     ) -> Equilibrium:
         """An equilibrium, with its stability by the matrix of the last iteration, a hair's breadth away."""
         duration = t - before[0]
@@ -290,4 +301,4 @@ class EquilibriumStep:
             self.solver.factorise(matrix.symmetric())
         negative = self.solver.negative_pivots()
         ending = Ending.UNSTABLE if negative else Ending.CONVERGED
-        return Equilibrium(q, u, ending, iterations, residual, negative)
+        return Equilibrium(q, u, efforts, ending, iterations, residual, negative)

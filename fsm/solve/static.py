@@ -34,7 +34,7 @@ from fsm.solve.newton import negative_pivots, tangent_prediction
 from fsm.solve.renewal import State, steps_between
 from fsm.solve.status import Event, Outcome, StepFailed
 from fsm.solve.takeover import Calm, move_until_calm, slide
-from fsm.system import Before, DriveState, Observation, System
+from fsm.system import DriveState, Observation, System
 
 __all__ = ["PathSettings", "follow"]
 
@@ -157,7 +157,7 @@ class _Follower:
             system.forget(np.zeros(0))
             if start is None:
                 system.restore(np.zeros(0))
-            self._remember(t, q)
+            self.history.add(t, q, self.newton.efforts(t, q))
         self.books = Books(system, self.statistics, wanted, beginning, t, q, u)
         self.breaks = [at for at in system.break_times() if t < at < settings.end_time]
         # one state gives a tangent only, and of a solve that does not begin at rest the drive does not begin slowly
@@ -169,7 +169,7 @@ class _Follower:
         self.coarse = _NONE_COARSE
         # energy of everything moving at the speed that the drive may bring about by itself
         speed = self.newton.scales.velocity
-        self.slow = 0.5 * float(speed @ (system.mass(q) @ speed))
+        self.slow = 0.5 * float(speed @ (system.mass(q) @ speed)) if system.rate_dependent else 0.0
         self.joint = system.widest_joint(t, q)[1]
         if after is not None:
             self._renew(after)
@@ -254,7 +254,7 @@ class _Follower:
         self._adapt(duration, correction if extrapolated else None, found.iterations)
         books.quasi_static(t, found.q, found.u, seen, turned_over)
         self.objection = ""
-        self._remember(t, found.q, before)
+        self.history.add(t, found.q, found.efforts)
         renews = may_renew and self.statistics.steps - self.renewed >= self.every and t < self.settings.end_time
         end = books.tell(self._state() if renews else None)
         if renews:
@@ -330,14 +330,10 @@ class _Follower:
     def _size(self, increment: np.ndarray) -> float:
         return float(largest_ratio(increment, self.newton.scales.span))
 
-    def _remember(self, t: float, q: np.ndarray, before: Before | None = None) -> None:
-        """Take a state into the history, with the efforts of its springs."""
-        self.history.add(t, q, self.newton.efforts(t, q, before))
-
     def _forget(self) -> None:
         """Begin the history anew at the present state."""
         self.history = History(self.system)
-        self._remember(self.books.time, self.books.q)
+        self.history.add(self.books.time, self.books.q, self.newton.efforts(self.books.time, self.books.q))
 
     def _adapt(self, duration: float, correction: float | None, iterations: int) -> None:
         """Next step: the prediction is of third order, so its error grows as the cube of the step.
