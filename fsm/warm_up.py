@@ -17,6 +17,7 @@ from fsm.scene.builders.warm_up import (
     warm_up_membrane,
     warm_up_plates,
     warm_up_scissor,
+    warm_up_springs,
     warm_up_strip,
 )
 from fsm.solve.equilibrium_step import EquilibriumStep
@@ -52,6 +53,13 @@ def _segments(make: Callable[[], WarmUp], methods: tuple[str, ...] = _INTEGRATOR
         simulate(system, Settings(method, 1e-3, end), [0.0, end], lambda saved: None)
 
 
+def _springs(spatial: bool) -> None:
+    """The first instants of the path of a small strip without contact."""
+    _, system = prepare(warm_up_springs(spatial))
+    end = 1e-3 * (system.end_time() or 1.0)
+    follow(system, PathSettings(end, end / 2.0), [0.0, end], lambda saved: None)
+
+
 def _film(law: str) -> None:
     """The first instants of a small film with a patch and cables."""
     analysis = analysis_of(warm_up_membrane(law))
@@ -73,6 +81,8 @@ KINDS: dict[str, tuple[Callable[[], None], ...]] = {
     "bars": tuple(partial(_bars, element) for element in ("section", "green", "cable")),
     "rigid bars": (partial(_bars, "rigid"),),
     "plates": tuple(partial(_segments, partial(warm_up_plates, spatial)) for spatial in (False, True)),
+    "springs alone, planar": (partial(_springs, False),),
+    "springs alone, spatial": (partial(_springs, True),),
     "structured Radau, planar": (partial(_segments, partial(warm_up_strip, False), ("Radau-blocks",)),),
     "structured Radau, spatial": (partial(_segments, partial(warm_up_strip, True), ("Radau-blocks",)),),
 }

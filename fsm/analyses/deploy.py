@@ -50,8 +50,11 @@ class Deployment:
     @property
     def kernels(self) -> tuple[str, ...]:
         """See `Analysis`."""
-        space = "spatial" if self.system.spatial else "planar"
-        return (space, f"structured Radau, {space}") if self.method()[0] == "Radau-blocks" else (space,)
+        space, method = "spatial" if self.system.spatial else "planar", self.method()[0]
+        if method == "Radau-blocks":
+            return space, f"structured Radau, {space}"
+        alone = method == "static" and self.system.settles is not None
+        return (space, f"springs alone, {space}") if alone else (space,)
 
     def make_ready(self, warnings: list[str]) -> None:
         """See `Analysis`; the scene has been checked whole."""

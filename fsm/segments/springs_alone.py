@@ -26,7 +26,7 @@ def _forces(
     moving: bool,
     poses: np.ndarray,
     rates: np.ndarray,
-    inertia: np.ndarray,
+    inertia: np.ndarray | None,
     bodies: np.ndarray,
     constants: np.ndarray,
     before: np.ndarray,
@@ -35,12 +35,12 @@ def _forces(
 ) -> None:
     """Forces on all bodies, into `force`."""
     force[:] = 0.0
-    if poses.shape[1] == 3:
+    if inertia is None:
         force_pose_planar(poses, rates, bodies, constants, before, per_second, force)
-        return
-    force_pose_spatial(poses, rates, bodies, constants, before, per_second, force)
-    if moving:
-        add_gyroscopic(rates, inertia, force)
+    else:
+        force_pose_spatial(poses, rates, bodies, constants, before, per_second, force)
+        if moving:
+            add_gyroscopic(rates, inertia, force)
 
 
 @kernel
@@ -48,8 +48,8 @@ def _linearise(
     moving: bool,
     poses: np.ndarray,
     rates: np.ndarray,
-    inertia: np.ndarray,
-    turned: np.ndarray,
+    inertia: np.ndarray | None,
+    since: np.ndarray,
     dof: np.ndarray,
     rows: np.ndarray,
     columns: np.ndarray,
@@ -63,35 +63,57 @@ def _linearise(
     stiffness: np.ndarray,
     damping: np.ndarray,
 ) -> None:
-    """Forces on all bodies, K and D, into the last three; `turned`: see `fsm.segments.system.SegmentSystem.linearise`."""
+    """Forces on all bodies, K and D, into the last three; `since`: increments from the last state, where they matter."""
     force[:] = 0.0
     stiffness[:] = 0.0
     damping[:] = 0.0
-    if poses.shape[1] == 3:
+    if inertia is None:
         linearise_pose_planar(
             poses, rates, bodies, constants, before, per_second, efforts, slots, force, stiffness, damping
         )
-        return
-    if moving:
-        add_gyroscopic(rates, inertia, force)
-        gyroscopic_damping(rates, inertia, dof, rows, columns, damping)
-        turn_blocks(damping, turned, columns)
-    linearise_pose_spatial(poses, rates, bodies, constants, before, per_second, efforts, slots, force, stiffness, damping)
+    else:
+        if moving:
+            add_gyroscopic(rates, inertia, force)
+            gyroscopic_damping(rates, inertia, dof, rows, columns, damping)
+            turn_blocks(damping, increment_blocks(since), columns)
+        linearise_pose_spatial(
+            poses, rates, bodies, constants, before, per_second, efforts, slots, force, stiffness, damping
+        )
+
+
+@kernel
+def _difference(start: np.ndarray, end: np.ndarray, inertia: np.ndarray | None) -> np.ndarray:
+    """Increments from one configuration to another."""
+    if inertia is None:
+        return end - start
+    else:
+        return pose_difference(start, end)
+
+
+@kernel
+def _retract(q: np.ndarray, dx: np.ndarray, inertia: np.ndarray | None) -> np.ndarray:
+    """A configuration moved by increments."""
+    if inertia is None:
+        return q + dx
+    else:
+        return retract_poses(q, dx)
 
 
 @kernel
 def _advance(
     poses: np.ndarray,
     change: np.ndarray,
+    inertia: np.ndarray | None,
     bodies: np.ndarray,
     constants: np.ndarray,
     before: np.ndarray,
     per_second: float,
 ) -> np.ndarray:
     """Efforts after a change of the poses, to first order."""
-    if poses.shape[1] == 3:
+    if inertia is None:
         return advance_efforts_planar(poses, change, bodies, constants, before, per_second)
-    return advance_efforts_spatial(poses, change, bodies, constants, before, per_second)
+    else:
+        return advance_efforts_spatial(poses, change, bodies, constants, before, per_second)
 
 
 @kernel
@@ -104,7 +126,7 @@ def settle_springs(
     rates: np.ndarray,
     free: np.ndarray,
     dof: np.ndarray,
-    inertia: np.ndarray,
+    inertia: np.ndarray | None,
     bodies: np.ndarray,
     constants: np.ndarray,
     before: np.ndarray,
@@ -142,6 +164,8 @@ def settle_springs(
     poses, rates : (n_bodies, 3 or 7) and (n_bodies, 3 or 6) arrays, the rows of the free ones changed in place
         Those of held and driven bodies; left as they are at the end.
     free, dof, inertia : see `fsm.segments.configuration.Bodies` and `fsm.segments.pattern.BodyPattern`
+        No inertia in the plane, where nothing is gyroscopic: by that the compiler knows which kernels to leave out. For that
+        branches have to be written as if and else.
     bodies, constants, before, per_second, slots : as `linearise_pose_planar` takes them
     rows, columns, transposed : the pattern
     order, indptr, indices, diagonal, place : its `Elimination`
@@ -167,22 +191,21 @@ def settle_springs(
     balanced : N
         Forces smaller than this are round-off.
     """
-    spatial, moving = poses.shape[1] == 7, duration > 0.0
+    spatial, moving = inertia is not None, duration > 0.0
     change, force = np.zeros(rates.shape), np.empty(rates.shape)
     blocks = (columns.shape[0], rates.shape[1], rates.shape[1])
     stiffness, damping = np.empty(blocks), np.empty(blocks)
-    turned, own = np.empty((0, rates.shape[1], rates.shape[1])), np.empty((0, rates.shape[1]))
+    own = np.empty((0, rates.shape[1]))
     matrix, symmetric, balanced = stiffness, False, 0.0
     gave_up = (False, q, efforts, q, matrix, False, 0, 0.0)
-    step, work, lost = np.zeros(span.shape[0]), 0.0, 0.0
+    step = since = np.zeros(span.shape[0])
+    work = lost = 0.0
     size = last_size = np.inf
     for iteration in range(most + 1):
         place_free(free, q, spatial, poses)
         if moving:
-            since = pose_difference(q_before, q) if spatial else q - q_before
+            since = _difference(q_before, q, inertia)
             place_free(free, since / duration, False, rates)
-            if spatial:
-                turned = increment_blocks(since)
         found = False
         if size < nearly and iteration > 0:
             _forces(moving, poses, rates, inertia, bodies, constants, before, per_second, force)
@@ -190,12 +213,12 @@ def settle_springs(
             found = largest_ratio(residual, to_force) <= max(tolerance * largest_reaction, balanced)
             if found and iteration > 1:
                 change[:] = 0.0
-                efforts = _advance(poses, change, bodies, constants, before, per_second)
+                efforts = _advance(poses, change, inertia, bodies, constants, before, per_second)
                 return True, q, efforts, residual, matrix, symmetric, iteration, balanced
         # of a state found at once the efforts were but predicted: its matrix has those at the state itself
         given = own if found else efforts
         _linearise(
-            moving, poses, rates, inertia, turned, dof, rows, columns, bodies, constants, before, per_second, given, slots,
+            moving, poses, rates, inertia, since, dof, rows, columns, bodies, constants, before, per_second, given, slots,
             force, stiffness, damping,
         )  # fmt: skip
         if not found:
@@ -217,7 +240,7 @@ def settle_springs(
             return gave_up
         if found:
             change[:] = 0.0
-            efforts = _advance(poses, change, bodies, constants, before, per_second)
+            efforts = _advance(poses, change, inertia, bodies, constants, before, per_second)
             return True, q, efforts, residual, matrix, symmetric, iteration, balanced
         work = np.sum(step * residual)
         last_size, size = size, largest_ratio(step, span)
@@ -226,6 +249,6 @@ def settle_springs(
         if size > reach:
             step = step * (reach / size)
         place_free(free, step, False, change)
-        efforts = _advance(poses, change, bodies, constants, before, per_second)
-        q = retract_poses(q, step) if spatial else q + step
+        efforts = _advance(poses, change, inertia, bodies, constants, before, per_second)
+        q = _retract(q, step, inertia)
     return gave_up

@@ -318,7 +318,7 @@ class SegmentSystem(Configuration):
         poses, rates = (array.copy() for array in self.place(t, q, None if since is None else np.zeros(self.nu), since))
         settled, q, efforts, residual, data, symmetric, iterations, round_off = settle_springs(
             q, efforts.reshape(springs.rest.shape), before[1], 0.0 if since is None else t - since[0],
-            poses, rates, self.bodies.free, self._dof, self.bodies.inertia,
+            poses, rates, self.bodies.free, self._dof, self.bodies.inertia if self.spatial else None,
             *springs.elements(rates, self._past(t, since), pattern), pattern.indptr, pattern.indices, pattern.transposed,
             elimination.order, elimination.indptr, elimination.indices, elimination.diagonal, elimination.place, factors,
             scales.span, scales.of_forces, scales.widest, largest_reaction, *rules[:-1], rules.most,

@@ -6,7 +6,10 @@ from typing import Any, NamedTuple
 
 from fsm.scene.case import Case
 
-__all__ = ["WarmUp", "warm_up_lattice", "warm_up_membrane", "warm_up_plates", "warm_up_scissor", "warm_up_strip"]
+__all__ = [
+    "WarmUp", "warm_up_lattice", "warm_up_membrane", "warm_up_plates", "warm_up_scissor", "warm_up_springs",
+    "warm_up_strip",
+]  # fmt: skip
 
 
 class WarmUp(NamedTuple):
@@ -34,6 +37,20 @@ def warm_up_strip(spatial: bool) -> WarmUp:
         "solve": {"spatial": spatial},
     }  # fmt: skip
     return WarmUp(Case.model_validate(strip), "panel 3", (0.024, -0.03))
+
+
+def warm_up_springs(spatial: bool) -> Case:
+    """A strip with linear creases whose panels pass through one another: springs and nothing else."""
+    strip: dict[str, Any] = {
+        "strip": {
+            "length": 0.24, "width": 0.04, "thickness": 1e-4, "panels": 4, "fold_angle": 1.4, "segments_per_panel": 2,
+        },
+        "material": {"young": 3e9, "density": 800.0},
+        "crease": {"law": "linear", "stiffness": 0.01},
+        "drive": [{"crease": 2, "speed": 0.02, "travel": 0.01}],
+        "solve": {"spatial": spatial},
+    }  # fmt: skip
+    return Case.model_validate(strip)
 
 
 def warm_up_plates(spatial: bool) -> WarmUp:
