@@ -25,8 +25,8 @@ from fsm.kernels.small_blocks import (
 )
 
 __all__ = [
-    "GOOD", "POOR", "SYMMETRIC", "backward_error", "count_negative", "factorise", "factorise_and_solve", "fill_in",
-    "is_symmetric", "multiply_blocks", "solve_refined",
+    "GOOD", "POOR", "SYMMETRIC", "backward_error", "count_negative", "factorise", "fill_in", "is_symmetric",
+    "multiply_blocks", "solve_refined",
 ]  # fmt: skip
 
 GOOD = 1e-10
@@ -402,43 +402,3 @@ def solve_refined(
             x += _solve_factorised(order, indptr, indices, diagonal, factors, residual)
         error = backward_error(rows, columns, data, x, right, residual)
     return x, error, refined
-
-
-@kernel
-def factorise_and_solve(
-    data: np.ndarray,
-    rows: np.ndarray,
-    columns: np.ndarray,
-    transposed: np.ndarray,
-    order: np.ndarray,
-    indptr: np.ndarray,
-    indices: np.ndarray,
-    diagonal: np.ndarray,
-    place: np.ndarray,
-    right: np.ndarray,
-    factors: np.ndarray,
-) -> tuple[np.ndarray, bool, bool]:
-    """Solve A x = b with a matrix met for the first time: `is_symmetric`, `factorise` and `solve_refined`.
-
-    Parameters
-    ----------
-    data, rows, columns, transposed : A
-    order, indptr, indices, diagonal, place : of `fill_in`
-    right : (n d,) array
-    factors : (n_filled, d, d) array, changed in place
-
-    Returns
-    -------
-    x : (n d,) array
-    good : bool
-        Whether it is a solution: false where a pivot block is singular or the backward error stays above `POOR`.
-    symmetric : bool
-        Whether A is.
-    """
-    symmetric = is_symmetric(data, transposed, SYMMETRIC)
-    if factorise(data, place, indptr, indices, diagonal, symmetric, factors) >= 0:
-        return right, False, symmetric
-    x, error, _ = solve_refined(
-        order, indptr, indices, diagonal, factors, rows, columns, data, right, GOOD, symmetric, False
-    )
-    return x, error <= POOR, symmetric
