@@ -113,6 +113,8 @@ def _held_panels(strip: Strip | None) -> Iterable[Fault]:
 def _contact_pairs(sections: Sections) -> Iterable[Fault]:
     """Pairs of panels that are not there, or of one panel."""
     strip, contact = sections.strip, sections.contact
+    if contact is not None and contact.pairs is not None and "scene" in sections.written:
+        yield Fault("contact.pairs", "panels are numbered in a [strip] only; give the pairs of a [scene] as `scene.pairs`")
     if strip is None or contact is None:
         return
     for index, pair in enumerate(contact.pairs or ()):

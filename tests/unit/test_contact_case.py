@@ -211,3 +211,13 @@ def test_the_same_is_refused_in_python() -> None:
 def test_no_compiler_is_needed_to_read_laws() -> None:
     program = "import sys, fsm.scene.load_case; sys.exit(any(name in sys.modules for name in ('numba', 'fsm.laws')))"
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0
+
+
+def test_pairs_of_panels_are_not_read_beside_a_scene() -> None:
+    """They were left out in silence."""
+    data = tomllib.loads((Path(__file__).parents[2] / "folding_cases" / "dropped_plates" / "case.toml").read_text())
+    assert read_case(data, Path())[1] == []
+    data["contact"]["pairs"] = [[1, 2]]
+    assert [str(fault) for fault in read_case(data, Path())[1]] == [
+        "contact.pairs: panels are numbered in a [strip] only; give the pairs of a [scene] as `scene.pairs`"
+    ]
