@@ -471,7 +471,6 @@ class MixedSystem(Protocol):
         """As they are after an increment, the forces to first order; other arguments those of `linearise_mixed`."""
         ...
 
-    @property
     def settles(self) -> BlockPattern | None:
         """The pattern of its matrices, if it can run Newton's method in one call; see `settle`."""
         ...

@@ -53,7 +53,7 @@ class Deployment:
         space, method = "spatial" if self.system.spatial else "planar", self.method()[0]
         if method == "Radau-blocks":
             return space, f"structured Radau, {space}"
-        alone = method == "static" and self.system.settles is not None
+        alone = method == "static" and self.system.settles() is not None
         return (space, f"springs alone, {space}") if alone else (space,)
 
     def make_ready(self, warnings: list[str]) -> None:

@@ -294,9 +294,8 @@ class SegmentSystem(Configuration):
         parts = [group.efforts(poses, change, past) for group in self._springs]
         return parts[0].ravel() if len(parts) == 1 else np.concatenate([np.zeros(0), *(part.ravel() for part in parts)])
 
-    @cached_property
     def settles(self) -> BodyPattern | None:
-        """See `MixedSystem`: where nothing but springs and dampers acts."""
+        """See `MixedSystem`: where nothing but springs and dampers acts. `settle` knows those, and asks no other method."""
         alone = len(self.groups) == 1 and self.groups == self._springs and self.nu > 0
         return self._current_pattern(self.bodies.pose) if alone else None
 
@@ -312,7 +311,7 @@ class SegmentSystem(Configuration):
         factors: np.ndarray,
     ) -> Settled | None:
         """See `MixedSystem`."""
-        pattern, (springs,), scales = self.settles, self._springs, self._scales
+        pattern, (springs,), scales = self.settles(), self._springs, self._scales
         assert pattern is not None
         since = before if self.rate_dependent and t > before[0] else None
         poses, rates = (array.copy() for array in self.place(t, q, None if since is None else np.zeros(self.nu), since))
@@ -321,7 +320,8 @@ class SegmentSystem(Configuration):
             poses, rates, self.bodies.free, self._dof, self.bodies.inertia if self.spatial else None,
             *springs.elements(rates, self._past(t, since), pattern), pattern.indptr, pattern.indices, pattern.transposed,
             elimination.order, elimination.indptr, elimination.indices, elimination.diagonal, elimination.place, factors,
-            scales.span, scales.of_forces, scales.widest, largest_reaction, *rules[:-1], rules.most,
+            scales.span, scales.of_forces, scales.widest, largest_reaction,
+            *rules[:-1], rules.most,  # apart: a type checker takes what a tuple is spread into for all of one type
         )  # fmt: skip
         if not settled:
             return None

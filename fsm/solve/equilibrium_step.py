@@ -45,8 +45,8 @@ _LOST, _HARDLY = 200.0, 1e-2
 
 @cache
 def _is_mixed(kind: type) -> bool:
-    """Whether systems of this class are `MixedSystem`; to ask one takes longer than a step of a small one."""
-    return all(hasattr(kind, name) for name in ("efforts", "linearise_mixed", "depths", "advance_depths", "settle"))
+    """Whether systems of this class are `MixedSystem`; to ask every time takes longer than a step of a small one."""
+    return issubclass(kind, MixedSystem)
 
 
 class Ending(Enum):
@@ -68,7 +68,7 @@ class Equilibrium:
     q : configuration
     u : (nu,) array
         Mean velocity since the last state.
-    efforts : of the springs at q, if they can be unknowns
+    efforts : of the springs at q, if they can be unknowns; none where no equilibrium was found
     ending : Ending
     iterations : int
     residual : (nu,) array, N and N m
@@ -204,9 +204,10 @@ class EquilibriumStep:
 
     def _settle(self, t: float, guess: np.ndarray, before: Before, efforts: np.ndarray | None) -> Equilibrium | None:
         """The same in one call, where the system can and all goes well."""
-        if self.mixed is None or efforts is None or self.mixed.settles is None:
+        pattern = None if self.mixed is None else self.mixed.settles()
+        if self.mixed is None or efforts is None or pattern is None:
             return None
-        ready = self.solver.ready(self.mixed.settles)
+        ready = self.solver.ready(pattern)
         settled = self.mixed.settle(t, guess, before, efforts, self.largest_reaction, self._rules, *ready)
         if settled is None:
             return None

@@ -33,6 +33,7 @@ Backend = Literal["block", "splu", "pardiso"]
 
 _REAL = np.dtype(np.float64)
 
+
 def _minimum_degree(pattern: BlockPattern) -> np.ndarray:
     """Order of the rows by SuperLU's multiple minimum degree on the graph of the blocks."""
     count = pattern.order
