@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -35,6 +36,10 @@ class Material(Model):
     damping: Annotated[Time, Field(ge=0)] = 1e-3
 
 
+FoldAngle = Annotated[Angle, Field(ge=0, le=math.pi)]
+"""Angle of a crease from the flat sheet: 0 flat, pi closed, rad."""
+
+
 class LinearCrease(Model):
     """M = k (psi - rest): `stiffness` over the whole width of the strip, N m/rad.
 
@@ -44,7 +49,7 @@ class LinearCrease(Model):
 
     law: Literal["linear"] = "linear"
     stiffness: Annotated[AngularStiffness, Field(ge=0)]
-    rest_angle: Angle | None = None
+    rest_angle: FoldAngle | None = None
 
 
 def _angle_unit(text: str) -> str:
@@ -91,7 +96,7 @@ class SplineCrease(Model):
     angle: tuple[Angle, ...] | None = None
     moment: tuple[Moment, ...] | None = None
     interpolation: Literal["cubic", "pchip"] = "cubic"
-    rest_angle: Angle | None = None
+    rest_angle: FoldAngle | None = None
     scale: Annotated[Number, Field(gt=0)] = 1.0
     unloading: tuple[Moment, ...] | None = None
     reversal: Annotated[Angle, Field(gt=0)] | None = None
@@ -141,7 +146,7 @@ class FamilyCrease(Model):
     hysteresis: bool = False
     since_release: Annotated[Time, Field(ge=0)] | None = None
     reversal: Annotated[Angle, Field(gt=0)] | None = None
-    rest_angle: Angle | None = None
+    rest_angle: FoldAngle | None = None
     scale: Annotated[Number, Field(gt=0)] = 1.0
 
     @model_validator(mode="after")

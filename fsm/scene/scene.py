@@ -91,9 +91,11 @@ class ForceElement(Model):
     translation, translation_damping : N/m, N s/m along e1, e2, e3
     rotation, rotation_damping : N m/rad, N m s/rad for s1, psi, s3
     rest_angle : rad
-        Twist at which the linear twist spring or the crease law is free of moment.
+        Twist at which the linear spring or the crease law is free of moment. Absent: the `rest_angle` of the crease law
+        on the side to which the scene is folded, or 0.
     initial_angle : rad
-        Twist of the scene as given; says on which turn it starts (flat 0, a strip folded at 80 degrees +-160 degrees).
+        Twist of the scene as given (flat 0, a strip folded at 80 degrees +-160 degrees). It must agree with the placed
+        bodies; absent, it is taken from them.
     frame : str
         "outer": Z in the joint axes of the outer body. "chord" (in the plane): a ligament from P- to P+, which lie apart;
         its first translation is the change of its length from that of the scene as given, its third that length times
@@ -115,8 +117,8 @@ class ForceElement(Model):
     rotation: tuple[AngularStiffness, AngularStiffness, AngularStiffness] = (0.0, 0.0, 0.0)
     translation_damping: tuple[Damping, Damping, Damping] = (0.0, 0.0, 0.0)
     rotation_damping: tuple[AngularDamping, AngularDamping, AngularDamping] = (0.0, 0.0, 0.0)
-    rest_angle: Angle = 0.0
-    initial_angle: Angle = 0.0
+    rest_angle: Angle | None = None
+    initial_angle: Angle | None = None
     frame: Literal["outer", "chord"] = "outer"
     crease: Crease | None = None
     crease_flexibility: Annotated[Number, Field(ge=0)] = 0.0

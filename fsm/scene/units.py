@@ -116,6 +116,8 @@ def to_si(value: float | str, unit: str, system: str = "SI") -> float:
     number, text = _split(value, wanted)
     if text:
         scale, given = _given_unit(value, text, wanted)
+        if "%" in text and dimension != _NONE:
+            raise ValueError(f'"{value}" is a percentage; {wanted}')
         _check_dimension(given, dimension, f'"{value}" has the wrong unit; {wanted}')
         if dimension[3] != 0 and re.search(r"\bHz\b", text):
             raise ValueError(f'"{value}" may mean turns or radians; write rev/s or rad/s')

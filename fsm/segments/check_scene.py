@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from fsm.errors import Fault
 from fsm.scene.scene import GROUND, Scene
 from fsm.segments.check_contacts import contact_faults, nearest
+from fsm.segments.element_angles import angle_faults
 
 __all__ = ["check_scene"]
 
@@ -18,6 +19,7 @@ def check_scene(scene: Scene) -> list[Fault]:
     return [
         *_bodies(scene),
         *_references(scene),
+        *angle_faults(scene),
         *contact_faults(scene),
         *_drives(scene),
     ]
@@ -58,6 +60,9 @@ def _references(scene: Scene) -> Iterator[Fault]:
             yield Fault(f"scene.elements.{i}", f"joins {element.inner!r} to itself")
         if element.frame == "chord" and element.crease is not None:
             yield Fault(f"scene.elements.{i}.crease", 'a ligament (frame = "chord") has a linear law only; remove it')
+        if element.crease is not None and element.rotation[1]:
+            what = f"{element.rotation[1]:g} N m/rad is not used beside `crease`, which gives the twist; write 0"
+            yield Fault(f"scene.elements.{i}.rotation.1", what)
     for i, load in enumerate(scene.loads):
         if load.body not in names:
             yield Fault(f"load.{i}.body", f"no body is called {load.body!r}{nearest(load.body, list(names))}")

@@ -21,6 +21,7 @@ from fsm.segments.compile_contacts import compile_contacts
 from fsm.segments.configuration import Bodies
 from fsm.segments.crease_curves import Hysteresis, curve_of, hysteresis_of
 from fsm.segments.drive import PrescribedMotion
+from fsm.segments.element_angles import initial_twists, rest_twists, side_of
 from fsm.segments.elements import BushingGroup, CreaseGroup
 from fsm.segments.group import Group
 from fsm.segments.hysteresis import HysteresisGroup
@@ -155,7 +156,7 @@ class _Compiler:
         if not elements:
             return None
         rest = np.zeros((len(elements), 6))
-        rest[:, 4] = [e.rest_angle for e in elements]
+        rest[:, 4] = rest_twists(elements, initial_twists(elements, self.scene.bodies))
         stiffness = np.array([[*e.translation, *e.rotation] for e in elements])
         damping = np.array([[*e.translation_damping, *e.rotation_damping] for e in elements])
         # a tabulated crease has its own moment and damping about e2
@@ -210,13 +211,15 @@ class _Compiler:
             which.append(numbers[key])
         axes = self._joint_axes(elements)
         geometry = axes if self.spatial else axes[1:]
-        side = np.array([math.copysign(1.0, e.initial_angle or e.rest_angle) for e in elements])
+        initial = initial_twists(elements, self.scene.bodies)
+        rest = rest_twists(elements, initial)
+        side = np.array([side_of(start, free) for start, free in zip(initial, rest, strict=True)])
         return CreaseGroup(
             hinge_spatial.measure_hinge_spatial if self.spatial else hinge_planar.measure_hinge_planar,
             hinge_spatial.tangent_hinge_spatial if self.spatial else hinge_planar.tangent_hinge_planar,
             self._ends(elements),
             geometry,
-            side * np.array([e.rest_angle for e in elements]),
+            side * np.array(rest),
             side,
             np.array([e.rotation_damping[1] for e in elements]),
             np.array(which, dtype=np.int64),
@@ -238,7 +241,7 @@ class _Compiler:
         keys = [(e.crease, e.crease_flexibility) for e in elements]
         chosen = [i for i, key in enumerate(keys) if key in numbers]
         which = [numbers[keys[i]] for i in chosen]
-        start = creases.rest - creases.side * np.array([e.initial_angle for e in elements])
+        start = creases.rest - creases.side * np.array(initial_twists(elements, self.scene.bodies))
         return HysteresisGroup(
             creases.measure,
             creases.tangent,
@@ -257,16 +260,17 @@ class _Compiler:
 
     def _joint_axes(self, elements: list[ForceElement]) -> tuple[np.ndarray, ...]:
         """Planar: angle of the outer axes, and psi_0. Spatial: axes matrices, psi_0 and the quaternions' sign."""
+        initial = initial_twists(elements, self.scene.bodies)
         if not self.spatial:
             angles = np.array([[2 * math.atan2(q[2], q[0]) for q in (e.axes_inner, e.axes_outer)] for e in elements])
             ends = self._ends(elements)
             raw = self.pose[ends[:, 0], 2] + angles[:, 0] - self.pose[ends[:, 1], 2] - angles[:, 1]
-            wanted = np.array([e.initial_angle for e in elements])
+            wanted = np.array(initial)
             turns = 2 * np.pi * np.round((wanted - raw) / (2 * np.pi))
             return angles[:, 1], angles[:, 0] - angles[:, 1] + turns
         inner, outer, offset = [], [], []
-        for element in elements:
-            half = 0.5 * element.initial_angle
+        for element, start in zip(elements, initial, strict=True):
+            half = 0.5 * start
             anchored = multiply(np.array(element.axes_inner), np.array([math.cos(half), 0.0, -math.sin(half), 0.0]))
             outer_axes = np.array(element.axes_outer, dtype=float)
             relative = multiply(
@@ -275,7 +279,7 @@ class _Compiler:
             )
             inner.append(anchored if relative[0] >= 0 else -anchored)
             outer.append(outer_axes)
-            offset.append(element.initial_angle)
+            offset.append(start)
         return np.array(inner), np.array(outer), np.array(offset)
 
 

@@ -105,6 +105,18 @@ ONE_MISTAKE = {
         ('fold_angle = "80 deg"', 'fold_angle = "95 deg"'),
         'strip.fold_angle: must be less than 1.5708 rad; it is "95 deg"',
     ),
+    "percentage for an angle": (
+        ('fold_angle = "80 deg"', 'fold_angle = "50 %"'),
+        'strip.fold_angle: "50 %" is a percentage; a value in rad is wanted',
+    ),
+    "rest angle beyond closed": (
+        ("stiffness = 9.0e-3", 'stiffness = 9.0e-3\nrest_angle = "400 deg"'),
+        'crease.rest_angle: must be at most 3.14159 rad; it is "400 deg"',
+    ),
+    "rest angle in degrees as a number": (
+        ("stiffness = 9.0e-3", "stiffness = 9.0e-3\nrest_angle = 160"),
+        'crease.rest_angle: must be at most 3.14159 rad; it is 160 rad; write degrees as text, "160 deg"',
+    ),
     "zero segments": (
         ("panels = 6", "panels = 6\nsegments_per_panel = 0"),
         "strip.segments_per_panel: must be at least 1; it is 0",
