@@ -2,19 +2,21 @@
 
 numba keeps a compiled function on disk under a stamp of the file that *holds the function*. What the
 function calls from another file is compiled into it but is not part of the stamp: edit the callee, or
-install a new version of the package, and the old machine code runs in silence. Here the folder of the cache
-is named by a hash of all files that can hold a kernel, of the versions below them and of the options they
-are compiled with, so that one changed byte means another folder.
+install a new version of the package, and the old machine code runs in silence. Here each module has a
+cache folder named by a hash of its source, of every module of the package that it imports, directly or
+not, of the versions below them, and of the options they are compiled with. One changed byte means another
+folder for the modules that depend on it, and for no others. Copies of the package with the same sources
+share their compiled kernels.
 
 What this module adds to ``numba.njit(cache=True)``:
 
-* the folder, set only while a kernel is decorated, so that other users of numba in the process keep their
-  own;
+* the folder; other users of numba in the process keep their own;
 * a process whose sources were edited under it no longer writes to the cache (it would store new code under
   an old name);
 * a damaged or foreign entry is compiled again. Two processes that compile two signatures of one kernel at
   the same time can leave numba's index pointing at the other's machine code; numba calls it all the same,
   here it is refused;
+* a folder that another user owns or can write to is refused, because machine code in it would be run;
 * a full disk is no error;
 * a count and a clock of compilations, and a hook for saying that one starts.
 
@@ -30,13 +32,14 @@ import logging
 import os
 import re
 import shutil
+import stat
 import sys
 import tempfile
 import threading
 import time
 import uuid
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any, Final, TypeVar, overload
@@ -46,12 +49,10 @@ import llvmlite.binding
 import numba
 import numpy as np
 from numba.core import event, sigutils
-from numba.core.caching import FunctionCache
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, UserProvidedCacheLocator
+from numba.core.types import containers
 
 __all__ = ["cache_folder", "cache_misses", "compile_time", "kernel", "kernel_names", "on_compile"]
-
-KERNEL_FOLDERS: Final = ("kernels", "laws", "interactions", "segments", "ancf", "solve")
-"""Folders of the package that may hold kernels. Any edit in them is a new cache."""
 
 OPTIONS: Final[dict[str, Any]] = {"error_model": "numpy", "fastmath": False}
 """Options of every kernel. NumPy's error model: a division by zero is inf or nan, and loops vectorise."""
@@ -75,7 +76,16 @@ _NUMBA_SETTINGS: Final = (
 _PACKAGE: Final = Path(os.path.abspath(__file__)).parent.parent
 _DAY: Final = 86400.0
 _STAMP: Final = ".last_used"
+_PRIVATE: Final = 0o700
 _FOLDER_NAME: Final = re.compile(r"[0-9a-f]{20}(\.old-[0-9a-f]{32})?")
+
+_IMPORT: Final = re.compile(
+    rb"^[ \t]*(?:from[ \t]+(PACKAGE[\w.]*)[ \t]+import[ \t]+(\([^)]*\)|[^\n]*)|import[ \t]+(PACKAGE[\w.]*))".replace(
+        b"PACKAGE", _PACKAGE.name.encode()
+    ),
+    re.MULTILINE,
+)
+_RELATIVE_IMPORT: Final = re.compile(rb"^[ \t]*from[ \t]+\.", re.MULTILINE)
 
 _log = logging.getLogger(__name__)
 _lock = threading.RLock()
@@ -104,9 +114,8 @@ def kernel(function: F | None = None, *, inline: bool = False) -> F | Callable[[
     Parameters
     ----------
     function : function
-        Defined at the top of a module in one of `KERNEL_FOLDERS`. A function defined anywhere else outside
-        the package (a test, a user's own law) is compiled as well but not cached, because the hash does not
-        cover its source.
+        Defined at the top of a module of the package. A function defined elsewhere (a test, a user's own
+        law) is compiled as well but not cached, because the hash does not cover its source.
     inline : bool
         Have LLVM inline it into every caller, whatever its size. LLVM does so of its own accord where it
         sees a gain, so this is for measured cases.
@@ -118,8 +127,8 @@ def kernel(function: F | None = None, *, inline: bool = False) -> F | Callable[[
     Raises
     ------
     RuntimeError
-        The function is in the package, but in a folder that the hash does not cover or inside another
-        function.
+        The function is in the package, but inside another function, or its module imports by relative
+        names, which the hash does not follow.
     """
     if function is None:
         return lambda f: _compile_lazily(f, inline)
@@ -132,9 +141,8 @@ def _compile_lazily(function: F, inline: bool) -> F:
         return function
     options = OPTIONS | ({"forceinline": True} if inline else {})
     dispatcher: Any = numba.njit(**options)(function)
-    folder = cache_folder() if _is_covered(function) else None
-    if folder is not None:
-        with _numba_cache_in(folder), suppress(RuntimeError, OSError):  # folder lost since: stays uncached
+    if _is_covered(function) and cache_folder() is not None:
+        with suppress(RuntimeError, OSError):  # folder lost since: stays uncached
             dispatcher._cache = _KernelCache(function)
     _kernels[id(dispatcher)] = dispatcher
     return dispatcher
@@ -142,36 +150,70 @@ def _compile_lazily(function: F, inline: bool) -> F:
 
 def _is_covered(function: Callable[..., Any]) -> bool:
     """Whether the source of `function`, and of all that it can call, is part of the hash."""
-    try:
-        place = Path(os.path.abspath(function.__code__.co_filename)).relative_to(_PACKAGE)
-    except ValueError:
+    path = _source(function)
+    if not path.is_relative_to(_PACKAGE):
         return False
-    name = f"kernel {function.__qualname__} in {_PACKAGE.name}/{place.as_posix()}"
-    if place.parts[0] not in KERNEL_FOLDERS:
-        folders = ", ".join(KERNEL_FOLDERS)
-        raise RuntimeError(f"{name} is not hashed by the kernel cache: move it to one of {folders}")
+    name = f"kernel {function.__qualname__} in {path.relative_to(_PACKAGE.parent).as_posix()}"
     if function.__closure__ is not None or "<locals>" in function.__qualname__:
         raise RuntimeError(f"{name} is made inside another function: define it at the top of the module")
+    if _RELATIVE_IMPORT.search(path.read_bytes()):
+        raise RuntimeError(f"{name}: the kernel cache does not follow relative imports, import by full names")
     return True
 
 
-@contextmanager
-def _numba_cache_in(folder: Path) -> Iterator[None]:
-    """Let numba look for its cache in `folder` and nowhere else, then give it its settings back."""
-    ours = {"CACHE_DIR": str(folder), "CACHE_LOCATOR_CLASSES": "UserProvidedCacheLocator"}
-    with _lock:
-        theirs = {name: getattr(numba.config, name) for name in ours if hasattr(numba.config, name)}
-        try:
-            for name in theirs:
-                setattr(numba.config, name, ours[name])
-            yield
-        finally:
-            for name, value in theirs.items():
-                setattr(numba.config, name, value)
+def _source(function: Callable[..., Any]) -> Path:
+    """Path of the file that defines `function`."""
+    return Path(os.path.abspath(function.__code__.co_filename))
+
+
+class _Locator(UserProvidedCacheLocator):  # type: ignore[misc, unused-ignore]
+    """Place of the cache entries of one function, in a folder that is named by a hash of its sources."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self._py_file = str(_source(function))
+        self._lineno = function.__code__.co_firstlineno
+        parent = cache_folder()
+        if parent is None:
+            raise FileNotFoundError(errno.ENOENT, "no cache folder")
+        self._cache_path = str(parent / _key(_source(function)))
+
+    def get_source_stamp(self) -> str:
+        """Return a constant: the name of the folder stands for the sources."""
+        return ""
+
+    def ensure_cache_path(self) -> None:
+        """Make the folder for this user alone."""
+        folder = Path(self._cache_path)
+        with suppress(FileExistsError):
+            folder.mkdir(_PRIVATE)
+            (folder / _STAMP).touch()
+
+
+class _CacheImpl(CompileResultCacheImpl):  # type: ignore[misc, unused-ignore]
+    """Serialisation as in numba; the place is that of `_Locator`, whatever numba's settings are."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self._lineno = function.__code__.co_firstlineno
+        self._locator = _Locator(function)
+        full_name = f"{_source(function).stem}.{function.__qualname__}"
+        self._filename_base = self.get_filename_base(full_name, getattr(sys, "abiflags", ""))
 
 
 class _KernelCache(FunctionCache):
     """numba's cache of one function; an entry that cannot be trusted or kept is compiled, never an error."""
+
+    _impl_class = _CacheImpl
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function)
+        self._folder = Path(self._cache_path)
+        self._file = _source(function)
+        if self._folder.exists():
+            if (fault := _fault_of(self._folder)) is not None:
+                _log.warning("compiled kernels are not used: %s", fault)
+                self.disable()
+            else:
+                _mark_as_used(self._folder)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the stored machine code for the signature `sig`, or None."""
@@ -189,8 +231,7 @@ class _KernelCache(FunctionCache):
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Store the machine code for the signature `sig` unless the sources have changed since import."""
-        folder = cache_folder()
-        if folder is None or folder.name != _key():
+        if self._folder.name != _key_now(self._file):
             return
         try:
             super().save_overload(sig, data)
@@ -198,37 +239,96 @@ class _KernelCache(FunctionCache):
             self.disable()
             _log.debug("cannot keep %s: %s", self._name, fault)
 
+    def _index_key(self, sig: Any, codegen: Any) -> Any:
+        """Return numba's key of a signature, and the field names of the NamedTuples among the arguments.
+
+        Machine code reads fields by their order, and a NamedTuple may be defined in a module that the
+        kernel's own does not import.
+        """
+        return (*super()._index_key(sig, codegen), _field_names(sig))
+
 
 # ----------------------------------------------------------------------------------------------- cache folder
 
 
+def _field_names(argument_types: Any) -> tuple[Any, ...]:
+    """Field names of all NamedTuples among numba types, those inside tuples included."""
+    names: list[Any] = []
+    for kind in argument_types:
+        if isinstance(kind, containers.BaseNamedTuple):
+            names.append(tuple(kind.fields))
+        if isinstance(kind, containers.BaseTuple):
+            names.append(_field_names(kind))
+    return tuple(names)
+
+
 @cache
 def cache_folder() -> Path | None:
-    """Give the folder in which compiled kernels are kept, made on the first call.
+    """Give the folder that holds the folders of compiled kernels, made on the first call.
 
-    ``<base>/fsm/kernels/<hash>``, with ``NUMBA_CACHE_DIR`` as the base where set, and else the user's cache
-    folder (``XDG_CACHE_HOME`` or ``~/.cache``; ``~/Library/Caches`` on macOS; ``%LOCALAPPDATA%`` on
-    Windows).
+    ``<base>/fsm/kernels``, with ``NUMBA_CACHE_DIR`` as the base where set, and else the user's cache folder
+    (``XDG_CACHE_HOME`` or ``~/.cache``; ``~/Library/Caches`` on macOS; ``%LOCALAPPDATA%`` on Windows). In
+    it, each module that defines kernels has a folder for each version of its sources.
 
     Returns
     -------
     Path or None
-        None when there is nothing to keep (``NUMBA_DISABLE_JIT``) or nowhere to keep it; the latter is
-        logged, once, as a warning.
+        None when there is nothing to keep (``NUMBA_DISABLE_JIT``), nowhere to keep it, or when others can
+        write there; the last two are logged, once, as a warning.
     """
     if numba.config.DISABLE_JIT:
         return None
     try:
-        if not any(_sources()):
+        if not (_PACKAGE / "__init__.py").is_file():
             raise FileNotFoundError(errno.ENOENT, "no Python sources", str(_PACKAGE))
-        folder = _base_folder() / _PACKAGE.name / "kernels" / _key()
-        folder.mkdir(parents=True, exist_ok=True)
+        folder = _base_folder() / _PACKAGE.name / "kernels"
+        if not folder.is_dir():
+            missing = [place for place in (folder, *folder.parents) if not place.exists()]
+            for place in reversed(missing):
+                place.mkdir(_PRIVATE, exist_ok=True)
+        if (fault := _fault_of(folder)) is not None:
+            raise PermissionError(errno.EPERM, fault)
         tempfile.TemporaryFile(dir=folder).close()
-        _mark_as_used(folder)
+        _remove_unused(folder)
     except OSError as fault:
-        _log.warning("compiled kernels cannot be kept (%s); set NUMBA_CACHE_DIR to a writable folder", fault)
+        reason = fault.strerror if fault.errno == errno.EPERM and fault.filename is None else fault
+        _log.warning("compiled kernels cannot be kept (%s); set NUMBA_CACHE_DIR to a writable folder of your own", reason)
         return None
     return folder
+
+
+def _fault_of(folder: Path) -> str | None:
+    """Say why machine code in `folder` could be another user's, or None.
+
+    The folder has to be the user's own, with no write permission for others. The folders above it have to
+    be the user's or root's; where others can write there, the sticky bit has to keep them from renaming
+    what is not theirs. Above the folder itself, the user's private group (named as the user) may write.
+    """
+    if sys.platform == "win32":
+        return None
+    user, private_group = os.geteuid(), _private_group()
+    for place in (folder, *folder.resolve().parents):
+        status = place.stat()
+        mine = {user} if place == folder else {user, 0}
+        if status.st_uid not in mine:
+            return f"{place} belongs to user {status.st_uid}, who could put other code there"
+        alone = place != folder and status.st_gid == private_group
+        others = stat.S_IWOTH if alone else stat.S_IWOTH | stat.S_IWGRP
+        if status.st_mode & others and (place == folder or not status.st_mode & stat.S_ISVTX):
+            return f"other users can write to {place}: chmod go-w {place}"
+    return None
+
+
+def _private_group() -> int | None:
+    """Number of the user's primary group where it has the user's name, else None."""
+    import grp
+    import pwd
+
+    with suppress(KeyError):
+        user = pwd.getpwuid(os.geteuid())
+        if grp.getgrgid(user.pw_gid).gr_name == user.pw_name:
+            return user.pw_gid
+    return None
 
 
 def _base_folder() -> Path:
@@ -250,49 +350,89 @@ def _base_folder() -> Path:
         raise FileNotFoundError(errno.ENOENT, "the user has no home folder") from fault
 
 
-def _sources() -> Iterator[Path]:
-    """Give the files that can hold a kernel, in a fixed order, without what editors leave (`.#a.py`)."""
-    for folder in KERNEL_FOLDERS:
-        yield from sorted(path for path in (_PACKAGE / folder).rglob("*.py") if path.stem.isidentifier())
+def _text(path: str) -> bytes | None:
+    """Content of a file, None where there is none."""
+    try:
+        with open(path, "rb") as file:
+            return file.read()
+    except (FileNotFoundError, NotADirectoryError):
+        return None
 
 
-def _key() -> str:
-    """Hash all that the machine code of any kernel depends on, as it is on disk now."""
+_text_at_import: Final = cache(_text)
+
+
+@cache
+def _key(path: Path) -> str:
+    """Hash all that the machine code of kernels in `path` depends on, as it was when first asked for."""
+    return _key_now(path, _text_at_import)
+
+
+def _key_now(path: Path, read: Callable[[str], bytes | None] = _text) -> str:
+    """Hash all that the machine code of kernels in `path` depends on, as it is on disk now."""
     digest = hashlib.sha256()
     settings = {name: getattr(numba.config, name, None) for name in _NUMBA_SETTINGS}
-    machine = (llvmlite.binding.get_host_cpu_name(), llvmlite.binding.get_host_cpu_features().flatten())
     versions = (sys.version, numba.__version__, llvmlite.__version__, np.__version__)
-    digest.update(repr((versions, machine, sorted(OPTIONS.items()), sorted(settings.items()))).encode())
-    for path in _sources():
-        with suppress(FileNotFoundError):
-            content = path.read_bytes()
-            digest.update(f"\n{path.relative_to(_PACKAGE).as_posix()} {len(content)}\n".encode())
-            digest.update(content)
+    digest.update(repr((versions, _machine(), sorted(OPTIONS.items()), sorted(settings.items()))).encode())
+    for source, content in sorted(_imported(str(path), read).items()):
+        digest.update(f"\n{Path(source).relative_to(_PACKAGE).as_posix()} {len(content)}\n".encode())
+        digest.update(content)
     return digest.hexdigest()[:20]
 
 
+@cache
+def _machine() -> tuple[str, str]:
+    """Name and features of the processor."""
+    return llvmlite.binding.get_host_cpu_name(), llvmlite.binding.get_host_cpu_features().flatten()
+
+
+def _imported(path: str, read: Callable[[str], bytes | None]) -> dict[str, bytes]:
+    """Files, with their contents, that the module at `path` imports from the package, and `path` itself."""
+    contents: dict[str, bytes] = {}
+    waiting = [path]
+    while waiting:
+        source = waiting.pop()
+        if source not in contents and (text := read(source)) is not None:
+            contents[source] = text
+            waiting.extend(_candidates(text))
+    return contents
+
+
+@cache
+def _candidates(text: bytes) -> tuple[str, ...]:
+    """Files of the package that the import statements in `text` may name; not all of them exist."""
+    stems: set[str] = set()
+    for statement in _IMPORT.finditer(text):
+        stem = os.path.join(_PACKAGE.parent, *(statement[1] or statement[3]).decode().split("."))
+        names = re.findall(r"\w+", (statement[2] or b"").decode())
+        stems |= {stem, *(os.path.join(stem, name) for name in names)}
+    return tuple(file for stem in stems for file in (f"{stem}.py", os.path.join(stem, "__init__.py")))
+
+
 def _mark_as_used(folder: Path) -> None:
-    """Date `folder`, at most once a day, and on that occasion remove its neighbours that are out of use."""
+    """Date `folder`, at most once a day."""
     stamp = folder / _STAMP
-    with suppress(FileNotFoundError):
-        if time.time() - stamp.stat().st_mtime < _DAY:
-            return
-    stamp.touch()
-    _remove_unused(folder.parent, keep=folder)
+    with suppress(OSError):
+        if not stamp.exists() or time.time() - stamp.stat().st_mtime > _DAY:
+            stamp.touch()
 
 
-def _remove_unused(parent: Path, keep: Path) -> None:
-    """Remove the cache folders in `parent` that are out of use for `KEEP_DAYS`; what resists stays.
+def _remove_unused(parent: Path) -> None:
+    """Remove, at most once a day, the folders in `parent` that are out of use for `KEEP_DAYS`.
 
     A folder is first renamed, so that a process that comes back to it at that moment finds all of it or
-    nothing.
+    nothing. What cannot be removed stays.
     """
+    stamp = parent / _STAMP
+    if stamp.exists() and time.time() - stamp.stat().st_mtime < _DAY:
+        return
+    stamp.touch()
     for folder in parent.iterdir():
-        if folder == keep or folder.is_symlink() or not _FOLDER_NAME.fullmatch(folder.name):
+        if folder.is_symlink() or not _FOLDER_NAME.fullmatch(folder.name):
             continue
         with suppress(OSError):
-            stamp = folder / _STAMP
-            last_used = (stamp if stamp.exists() else folder).stat().st_mtime
+            used = folder / _STAMP
+            last_used = (used if used.exists() else folder).stat().st_mtime
             if time.time() - last_used > KEEP_DAYS * _DAY:
                 trash = folder.with_name(f"{folder.name[:20]}.old-{uuid.uuid4().hex}")
                 shutil.rmtree(folder.rename(trash), ignore_errors=True)

@@ -176,10 +176,58 @@ def test_edit_of_a_callee_is_seen(toy: Toy) -> None:
 
     assert (first["value"], second["value"], third["value"]) == (30.0, 42.0, 30.0)
     assert second["misses"] == 2
-    assert second["folder"] != first["folder"]
+    assert len([path for path in toy.entries("caller.effort*.nbc") if path.is_relative_to(toy.cache / "toy")]) == 2
     assert third["misses"] == 0  # back to the first sources: their machine code is still there
     # What numba does by itself, and why all this is needed. Should it fail one day, numba has learned it.
     assert (first["plain"], second["plain"]) == (5.0, 5.0)
+
+
+def test_edit_of_what_a_kernel_does_not_import_compiles_nothing(toy: Toy) -> None:
+    toy.run()
+    toy.write("laws/other.py", "from toy.kernels.jit import kernel\n")
+    toy.write("plain/caller.py", PLAIN_CALLER + "\n    # edited\n")
+    assert toy.run()["misses"] == 0
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "from toy.settings import FACTOR",
+        "from toy.settings import (\n        OTHER,\n        FACTOR,\n    )",
+        "import toy.settings\n    FACTOR = toy.settings.FACTOR",
+        "from toy import settings\n    FACTOR = settings.FACTOR",
+    ],
+)
+def test_edit_of_a_constant_anywhere_in_the_package_is_seen(toy: Toy, statement: str) -> None:
+    toy.write("kernels/callee.py", f"    {statement}\n" + CALLEE)
+    values = []
+    for factor in (5.0, 7.0, 5.0):
+        toy.write("settings.py", f"FACTOR = {factor}\nOTHER = 1.0\n")
+        report = toy.run()
+        values.append((report["value"], report["misses"] > 0))
+    assert values == [(30.0, True), (42.0, True), (30.0, False)]
+
+
+def test_order_of_the_fields_of_arguments_is_part_of_the_key(toy: Toy) -> None:
+    """The class of an argument may be defined where the kernel's module does not look."""
+    kernel = """
+        from toy.kernels.jit import kernel
+
+        @kernel
+        def first(pair):
+            return pair.first
+    """
+    toy.write("laws/first.py", kernel)
+    call = "from toy.pair import Pair; from toy.laws.first import first; extra['first'] = first(Pair(first=1, second=2))"
+    for fields in ("first: int\n    second: int", "second: int\n    first: int"):
+        toy.write("pair.py", f"from typing import NamedTuple\nclass Pair(NamedTuple):\n    {fields}\n")
+        assert toy.run(call)["first"] == 1
+
+
+def test_copies_of_the_package_share_their_kernels(toy: Toy, tmp_path_factory: pytest.TempPathFactory) -> None:
+    toy.run()
+    copy = Toy(tmp_path_factory.mktemp("copy"))
+    assert copy.run(NUMBA_CACHE_DIR=str(toy.cache))["misses"] == 0
 
 
 def test_edit_during_the_run_is_not_stored_under_the_old_name(toy: Toy) -> None:
@@ -281,14 +329,17 @@ def test_folders_out_of_use_are_removed(toy: Toy) -> None:
     (parent / ("d" * 20)).symlink_to(toy.root / "elsewhere")
     os.utime(toy.root / "elsewhere", (now - 86400 * 400,) * 2)
 
-    report = toy.run()
+    toy.run()
+    ours = {path.parent.name for path in toy.entries()}
     left = {path.name for path in parent.iterdir()}
-    assert left == {"b" * 20, "not-ours", "d" * 20, Path(report["folder"]).name}
+    assert left == {"b" * 20, "not-ours", "d" * 20, ".last_used"} | ours
+    assert len(ours) == 2  # caller and callee
     assert (toy.root / "elsewhere").exists()
 
 
 def test_folder_in_use_is_dated_once_a_day(toy: Toy) -> None:
-    stamp = Path(toy.run()["folder"]) / ".last_used"
+    toy.run()
+    stamp = toy.entries()[0].parent / ".last_used"
     for hours, redated in ((23, False), (25, True)):
         then = time.time() - 3600 * hours
         os.utime(stamp, (then, then))
@@ -304,7 +355,39 @@ def test_folder_in_use_is_dated_once_a_day(toy: Toy) -> None:
 def test_user_cache_folder(toy: Toy, variable: str, value: str, expected: str) -> None:
     root = str(toy.root)
     report = toy.run(NUMBA_CACHE_DIR="", HOME=root + "/home", **{variable: value.replace("ROOT", root)})
-    assert Path(report["folder"]).parent == Path(expected.replace("ROOT", root)) / "toy" / "kernels"
+    assert Path(report["folder"]) == Path(expected.replace("ROOT", root)) / "toy" / "kernels"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="permissions of POSIX")
+@pytest.mark.parametrize("place", [".", "..", "../..", "HASH"])
+def test_folder_that_others_can_write_to_is_refused(toy: Toy, place: str) -> None:
+    kernels = Path(toy.run()["folder"])
+    open_to_all = toy.entries("caller*.nbc")[0].parent if place == "HASH" else (kernels / place).resolve()
+    open_to_all.chmod(0o777)
+    report = toy.run()
+    assert (report["value"], report["misses"]) == (30.0, 1 if place == "HASH" else 2)
+    assert str(open_to_all) in toy.stderr
+    assert "chmod go-w" in toy.stderr
+    open_to_all.chmod(0o755)
+    assert toy.run()["misses"] == 0
+
+
+@pytest.mark.skipif(sys.platform == "win32" or os.geteuid() != 0, reason="only root can give folders away")
+def test_folder_of_another_user_is_refused(toy: Toy) -> None:
+    kernels = Path(toy.run()["folder"])
+    os.chown(kernels, 65534, 65534)
+    assert toy.run()["misses"] == 2
+    assert "belongs to user 65534" in toy.stderr
+
+
+def test_folders_are_the_users_own(toy: Toy) -> None:
+    before = os.umask(0)
+    try:
+        kernels = Path(toy.run()["folder"])
+    finally:
+        os.umask(before)
+    for folder in (kernels, *(path for path in kernels.iterdir() if path.is_dir())):
+        assert folder.stat().st_mode & 0o777 == 0o700
 
 
 def test_kernel_outside_of_the_package_is_not_cached(toy: Toy) -> None:
@@ -319,8 +402,8 @@ def test_kernel_outside_of_the_package_is_not_cached(toy: Toy) -> None:
     assert not toy.entries("mine.*")
 
 
-UNCOVERED = """
-    from toy.kernels.jit import kernel
+RELATIVE = """
+    from ..kernels.jit import kernel
 
     @kernel
     def identity(x):
@@ -341,11 +424,9 @@ INNER = """
 
 @pytest.mark.parametrize(
     ("module", "text", "complaint"),
-    [("plots.late", UNCOVERED, "move it to one of"), ("laws.inner", INNER, "top of the module")],
+    [("laws.near", RELATIVE, "import by full names"), ("laws.inner", INNER, "top of the module")],
 )
-def test_kernel_that_the_hash_cannot_cover_is_refused(
-    toy: Toy, module: str, text: str, complaint: str
-) -> None:
+def test_kernel_that_the_hash_cannot_cover_is_refused(toy: Toy, module: str, text: str, complaint: str) -> None:
     name = module.replace(".", "/") + ".py"
     toy.write(name, text)
     attempt = f"""

@@ -120,9 +120,9 @@ def _main() -> None:
 
 
 def _compiled() -> list[str]:
-    """Modules that may hold kernels: what is compiled must not be touched."""
+    """Modules that define kernels: what is compiled must not be instrumented."""
     package = Path(jit.__file__).parents[1]
-    files = [file for folder in jit.KERNEL_FOLDERS for file in (package / folder).rglob("*.py")]
+    files = [file for file in package.rglob("*.py") if "@kernel" in file.read_text(encoding="utf-8")]
     return [".".join((package.name, *file.relative_to(package).with_suffix("").parts)) for file in files]
 
 
