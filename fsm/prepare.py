@@ -14,6 +14,7 @@ from fsm.scene.party import parties
 from fsm.scene.planar import out_of_plane
 from fsm.scene.scene import Scene
 from fsm.segments.compile import compile_scene
+from fsm.segments.crease_checks import crease_faults, crease_warnings
 from fsm.segments.separate import overlaps, separate, shallowest
 from fsm.segments.system import SegmentSystem
 from fsm.solve.static import PathSettings
@@ -43,6 +44,11 @@ def prepare(case: Case, source: str = "", warnings: list[str] | None = None) -> 
         All faults of the scene, nothing that can move by itself, and what overlaps at the start.
     """
     scene = build_scene(case)
+    too_steep = list(crease_faults(scene, case.strip is not None))
+    if too_steep:
+        raise CaseError(too_steep, source)
+    if warnings is not None:
+        warnings += crease_warnings(scene, case.strip is not None)
     try:
         system = compile_scene(scene, case.solve.spatial)
     except CaseError as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -234,7 +235,8 @@ def _read_curve(
 ) -> tuple[SplineCrease | FamilyCrease, list[Fault]]:
     try:
         if isinstance(crease, FamilyCrease):
-            return _from_family(crease, folder, path), []
+            found = _from_family(crease, folder, path)
+            return found, _beyond_fold(found, path)
         if crease.data is not None:
             curve = read_crease_data(folder / crease.data, crease, system, f"{path}.data")
         else:
@@ -252,7 +254,19 @@ def _read_curve(
     }
     if crease.unloading is not None and crease.angle is not None and crease.angle[-1] < crease.angle[0]:
         read["unloading"] = crease.unloading[::-1]
-    return crease.model_copy(update=read), []
+    found = crease.model_copy(update=read)
+    return found, _beyond_fold(found, path)
+
+
+def _beyond_fold(crease: SplineCrease, path: str) -> list[Fault]:
+    """A rest angle that puts all data at fold angles which a crease cannot have."""
+    if crease.rest_angle is None or crease.angle is None:
+        return []
+    low, high = (math.degrees(crease.rest_angle - end) for end in (crease.angle[-1], crease.angle[0]))
+    if low <= 180.0 and high >= 0.0:
+        return []
+    what = f"{math.degrees(crease.rest_angle):.4g} deg puts the data at fold angles of {low:.4g} to {high:.4g} deg"
+    return [Fault(f"{path}.rest_angle", f"{what}; a crease has 0 (flat) to 180 deg (closed): correct it or the data")]
 
 
 def _from_family(crease: FamilyCrease, folder: Path, path: str) -> SplineCrease:

@@ -38,6 +38,8 @@ class Material(Model):
 
 FoldAngle = Annotated[Angle, Field(ge=0, le=math.pi)]
 """Angle of a crease from the flat sheet: 0 flat, pi closed, rad."""
+DataZero = Annotated[Angle, Field(ge=-2 * math.pi, le=2 * math.pi)]
+"""Angle of a crease from the flat sheet at which the angle of measured data is zero, rad; it may lie outside the data."""
 
 
 class LinearCrease(Model):
@@ -96,7 +98,7 @@ class SplineCrease(Model):
     angle: tuple[Angle, ...] | None = None
     moment: tuple[Moment, ...] | None = None
     interpolation: Literal["cubic", "pchip"] = "cubic"
-    rest_angle: FoldAngle | None = None
+    rest_angle: DataZero | None = None
     scale: Annotated[Number, Field(gt=0)] = 1.0
     unloading: tuple[Moment, ...] | None = None
     reversal: Annotated[Angle, Field(gt=0)] | None = None
@@ -146,7 +148,7 @@ class FamilyCrease(Model):
     hysteresis: bool = False
     since_release: Annotated[Time, Field(ge=0)] | None = None
     reversal: Annotated[Angle, Field(gt=0)] | None = None
-    rest_angle: FoldAngle | None = None
+    rest_angle: DataZero | None = None
     scale: Annotated[Number, Field(gt=0)] = 1.0
 
     @model_validator(mode="after")

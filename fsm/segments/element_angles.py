@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 
 from fsm.errors import Fault
+from fsm.scene.materials import LinearCrease
 from fsm.scene.scene import GROUND, Body, ForceElement, Scene
 
 __all__ = ["angle_faults", "initial_twists", "rest_twists", "side_of"]
@@ -41,8 +42,9 @@ def angle_faults(scene: Scene) -> Iterator[Fault]:
             yield from _initial_faults(f"{path}.initial_angle", element.initial_angle, placed)
         if element.crease is None:
             continue
-        if element.rest_angle is not None and abs(element.rest_angle) > math.pi * (1 + 1e-9):
-            what = f"{_degrees(element.rest_angle)} of a crease; it must be between -180 and 180 deg"
+        limit = math.pi if isinstance(element.crease, LinearCrease) else 2 * math.pi  # data may begin far from their zero
+        if element.rest_angle is not None and abs(element.rest_angle) > limit * (1 + 1e-9):
+            what = f"{_degrees(element.rest_angle)} of a crease; it must be between {_degrees(-limit)} and {_degrees(limit)}"
             yield Fault(f"{path}.rest_angle", what)
         own = element.crease.rest_angle
         start = placed if element.initial_angle is None else element.initial_angle

@@ -15,6 +15,7 @@ from fsm.scene.materials import SplineCrease
 from fsm.scene.planar import out_of_plane
 from fsm.scene.scene import ForceElement, Scene
 from fsm.segments.check_scene import check_scene
+from fsm.segments.crease_checks import crease_faults, crease_warnings
 from fsm.segments.report_contact import (
     approximations_of_contact,
     approximations_of_friction,
@@ -44,7 +45,8 @@ def describe(case: Case, source: str = "") -> list[str]:
         All faults of the scene, and panels that overlap as folded.
     """
     scene = build_scene(case)
-    faults = check_scene(scene) or [*_overlaps(case, scene), *_endless(case, scene)]
+    steep = crease_faults(scene, case.strip is not None)
+    faults = check_scene(scene) or [*steep, *_overlaps(case, scene), *_endless(case, scene)]
     if faults:
         raise CaseError(faults, source)
     view = View(case, scene)
@@ -250,6 +252,10 @@ def _of_segments(view: View) -> Iterator[str]:
         yield f"{length}: error O(l) without the half cell; {trial} 4, 2.4, 1.3 % with 10, 20, 40 a panel"
 
 
+def _warnings(view: View) -> Iterator[str]:
+    yield from crease_warnings(view.scene, view.case.strip is not None)
+
+
 _SECTIONS: tuple[tuple[str, Callable[[View], Iterator[str]]], ...] = (
     ("case", _title),
     ("dimension", _dimension),
@@ -265,4 +271,5 @@ _SECTIONS: tuple[tuple[str, Callable[[View], Iterator[str]]], ...] = (
     ("saved", _saved),
     ("left out", _left_out),
     ("approximate", _approximations),
+    ("warning", _warnings),
 )

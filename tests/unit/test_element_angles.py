@@ -61,7 +61,7 @@ def test_a_closed_crease_may_say_its_side() -> None:
 
 def test_a_wound_spring_is_a_rest_angle() -> None:
     assert moment(0.0, rotation=(0.0, 1.0, 0.0), rest_angle=6 * math.pi) == pytest.approx(6 * math.pi)
-    with pytest.raises(CaseError, match="rest_angle: 1080 deg of a crease; it must be between -180 and 180 deg"):
+    with pytest.raises(CaseError, match="rest_angle: 1080 deg of a crease; it must be between -180 deg and 180 deg"):
         moment(0.0, crease=LINEAR, rest_angle=6 * math.pi)
 
 
