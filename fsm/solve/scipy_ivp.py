@@ -1,17 +1,22 @@
 """Radau, BDF and LSODA of SciPy over the System protocol: y = (q, u), with the exact Jacobian.
 
+The mass matrix M is constant. Where it couples velocities, as that of ANCF does, M^-1 K is full: Radau and BDF then solve
+with M, K and D, which are sparse, and LSODA, which takes a Jacobian only, has the full one.
+
 These are the references that users know, and what faster methods are measured against.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from scipy import sparse
 from scipy.integrate import BDF, LSODA, OdeSolver, Radau
 from scipy.sparse.csgraph import reverse_cuthill_mckee
+from scipy.sparse.linalg import splu
 
 from fsm.errors import NotConverged
 from fsm.solve.radau_structured import SecondOrderJacobian, StructuredRadau, second_order_jacobian
@@ -47,8 +52,15 @@ class FirstOrder:
         self.nq = system.nq
         self.force_calls = 0
         self.jacobian_calls = 0
-        q, _ = system.initial()
-        self._inverse_mass = sparse.diags_array(1.0 / system.mass(q).diagonal())
+        mass = sparse.csc_matrix(system.mass(system.initial()[0]))
+        mass.eliminate_zeros()
+        self.mass = mass
+        self.coupled = bool(mass.nnz > np.count_nonzero(mass.diagonal()))
+
+    @cached_property
+    def weight(self) -> sparse.csc_matrix:
+        """The weight of `weighted_jacobian`, diag(1, M) (nq + nu, nq + nu)."""
+        return sparse.csc_matrix(sparse.block_diag([sparse.eye_array(self.nq), self.mass]))
 
     def initial(self) -> np.ndarray:
         """y at time zero."""
@@ -65,16 +77,34 @@ class FirstOrder:
         return np.concatenate([self.system.kinematic_map(q, u), self.system.acceleration(t, q, u)])
 
     def jacobian(self, t: float, y: np.ndarray) -> sparse.csc_matrix:
-        """dy'/dy = [[dq'/dq, T], [-M^-1 K dx/dq, -M^-1 D]], without stored zeros."""
+        """dy'/dy = [[dq'/dq, T], [-M^-1 K dx/dq, -M^-1 D]], without stored zeros.
+
+        The lower half is full where M couples velocities; `weighted_jacobian` stays sparse.
+        """
+        matrix = self.weighted_jacobian(t, y)
+        upper, lower = matrix[: self.nq], self._over_mass(matrix[self.nq :])
+        jacobian = sparse.csc_matrix(sparse.vstack([upper, lower], format="csc"))
+        jacobian.eliminate_zeros()
+        return jacobian
+
+    def weighted_jacobian(self, t: float, y: np.ndarray) -> sparse.csc_matrix:
+        """diag(1, M) dy'/dy = [[dq'/dq, T], [-K dx/dq, -D]]."""
         self.jacobian_calls += 1
         q, u = self.split(y)
         stiffness, damping = self.system.tangent(t, q, u)
         by_q, by_u = self.system.kinematic_jacobian(q, u)
-        lower_left = -self._inverse_mass @ (stiffness.tocsr() @ self.system.tangent_map(q))
-        lower_right = -self._inverse_mass @ damping.tocsr()
-        jacobian = sparse.block_array([[by_q, by_u], [lower_left, lower_right]], format="csc")
-        jacobian.eliminate_zeros()
-        return sparse.csc_matrix(jacobian)
+        by_increment = -(stiffness.tocsr() @ self.system.tangent_map(q))
+        return sparse.csc_matrix(sparse.block_array([[by_q, by_u], [by_increment, -damping.tocsr()]], format="csc"))
+
+    def _over_mass(self, matrix: sparse.csc_matrix) -> sparse.csc_matrix:
+        """M^-1 times a matrix (nu, n)."""
+        if not self.coupled:
+            return sparse.csc_matrix(sparse.diags_array(1.0 / self.mass.diagonal()) @ matrix)
+        return sparse.csc_matrix(self._mass_factors.solve(matrix.toarray()))
+
+    @cached_property
+    def _mass_factors(self) -> Any:
+        return splu(self.mass, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
 
     def structured_jacobian(self, t: float, y: np.ndarray) -> SecondOrderJacobian:
         """The same in its parts, K, D and M, for "Radau-blocks"."""
@@ -109,7 +139,13 @@ def make_solver(
         jacobian = equations.structured_jacobian
         return StructuredRadau(equations.rate, t, y, end, system=equations.system, jac=jacobian, **options)
     kind: Callable[..., OdeSolver] = {"Radau": Radau, "BDF": BDF}[method]
-    return kind(equations.rate, t, y, end, jac=equations.jacobian, **options)
+    if not equations.coupled:
+        return kind(equations.rate, t, y, end, jac=equations.jacobian, **options)
+    # (gamma I - J) x = b as (gamma W - W J) x = W b with the weight W = diag(1, M): M^-1 K would be full
+    weight = equations.weight
+    solver = kind(equations.rate, t, y, end, jac=equations.weighted_jacobian, **options)
+    solver.I, solver.solve_lu = weight, lambda factors, right: factors.solve(weight @ right)
+    return solver
 
 
 def solver_state(solver: OdeSolver) -> State:
