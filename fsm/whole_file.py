@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 __all__ = ["clear_parts", "whole_file"]
@@ -22,11 +23,20 @@ def whole_file(path: str | Path) -> Iterator[Path]:
     """
     target = Path(path)
     part = target.with_name(f".{target.stem}.part{target.suffix}")
+    if target.is_dir():
+        raise IsADirectoryError(errno.EISDIR, "is a folder, where a file is to be written; remove or rename it", str(target))
     try:
         yield part
         _put_in_place(part, target)
+    except OSError as error:
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
+        if error.filename == str(part):
+            raise type(error)(error.errno, error.strerror, str(target)) from error
+        raise
     except BaseException:
-        part.unlink(missing_ok=True)
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
         raise
 
 

@@ -85,7 +85,8 @@ def _patches(case: Case) -> Iterator[str]:
 def _cables(case: Case) -> Iterator[str]:
     for cable in case.cable:
         kind = f"from each corner outwards, {_mm(cable.length)}" if isinstance(cable, CornerCable) else "along the edges"
-        yield f"{kind}, diameter {_mm(cable.diameter)}; positions are shared with the film, slopes are not"
+        made = f"diameter {_mm(cable.diameter)}, E {1e-9 * cable.young:.4g} GPa, {cable.density:g} kg/m^3"
+        yield f"{kind}, {made}; positions are shared with the film, slopes are not"
 
 
 def _support(case: Case) -> Iterator[str]:

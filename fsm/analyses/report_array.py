@@ -106,6 +106,8 @@ def _hinges(case: Case) -> Iterator[str]:
         f"{hinge.at}: spring {hinge.stiffness:g} N m/rad, damper {hinge.damping:g} N m s/rad, "
         f"dry friction {hinge.friction_moment:g} N m"
     )
+    if hinge.stiffness:
+        yield f"springs are at rest when the bars have turned by {_degrees(hinge.rest_turn)}"
 
 
 def _stop(case: Case) -> Iterator[str]:
@@ -113,7 +115,7 @@ def _stop(case: Case) -> Iterator[str]:
     if stop is None:
         yield "none: no [stop]"
         return
-    yield f"at {_degrees(stop.angle)} of the bars"
+    yield f"at {_degrees(stop.angle)} of the bars, {stop.stiffness:g} N m/rad^1.5, damping {1e3 * stop.damping:g} ms"
     if stop.latch:
         yield "with a latch: middle hinges that have reached it are held there from both sides, for good"
 

@@ -60,6 +60,15 @@ SYSTEMS: dict[str, tuple[float, float, float, float]] = {
 _QUANTITY = re.compile(r"^\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*$")
 _FACTOR = re.compile(r"^([A-Za-zµ°%]+|1)(?:(?:\^|\*\*)?([-+]?\d+(?:\.\d+)?))?$")
 _TYPED = str.maketrans({"\u03bc": "µ", "²": "^2", "³": "^3", "−": "-"})
+# words for units, and what to write
+_WORDS = {
+    **dict.fromkeys(("sec", "secs", "second", "seconds"), "s"), **dict.fromkeys(("degree", "degrees"), "deg"),
+    **dict.fromkeys(("meter", "metre", "meters", "metres"), "m"), **dict.fromkeys(("newton", "newtons"), "N"),
+    **dict.fromkeys(("micron", "microns", "micrometer"), "um"), **dict.fromkeys(("gram", "grams"), "g"),
+    **dict.fromkeys(("hour", "hours", "hr"), "h"), **dict.fromkeys(("minute", "minutes", "mins"), "min"),
+    **dict.fromkeys(("inch", "inches"), "in"), "days": "day", "pascal": "Pa", "radian": "rad", "radians": "rad",
+    "percent": "%", "msec": "ms", "usec": "us",
+}  # fmt: skip
 # the names of the base units of mm-N-s in place of those of SI
 _NAMES_MM = {"m": "mm", "kg": "t", "Pa": "MPa"}
 
@@ -83,7 +92,7 @@ def parse_unit(text: str) -> tuple[float, Dimension]:
         for index, factor in enumerate(factors):
             match = _FACTOR.match(factor)
             if match is None or match[1] not in UNITS:
-                raise ValueError(f"unknown unit {factor!r}{nearest(match[1] if match else factor, UNITS)}")
+                raise ValueError(f"unknown unit {factor!r}{_meant(factor, match[1] if match else factor)}")
             scale, dims = UNITS[match[1]]
             power = float(match[2]) if match[2] else 1.0
             if position > 0 and index == 0:
@@ -133,8 +142,13 @@ def _split(value: float | str, wanted: str) -> tuple[float, str]:
     """Number and unit text of an input value."""
     if isinstance(value, str):
         match = _QUANTITY.match(value)
+        comma = re.match(r"\s*[-+]?[\d.]*\d,\d[\d.,]*", value)
+        if comma is not None:
+            raise ValueError(f"{with_unit(value, None)} has a comma; {_without_comma(value)}; {wanted}")
         if match is None:
             raise ValueError(f"{with_unit(value, None)} is not a number; {wanted}")
+        if re.match(r"\d", match[2]) and not re.match(r"1(?!\d)", match[2]):
+            raise ValueError(f"{with_unit(value, None)} has a blank within the number; {wanted}")
         return float(match[1]), match[2]
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise ValueError(f"{with_unit(value, None)} is not a number; {wanted}")
@@ -144,11 +158,40 @@ def _split(value: float | str, wanted: str) -> tuple[float, str]:
         raise ValueError(f"a whole number of so many digits is too large; {wanted}") from None
 
 
+def _without_comma(value: str) -> str:
+    """How a number with a comma should have been written."""
+    if re.match(r"\s*[-+]?\d+,\d+(?![\d.,])", value) is None:
+        return "write a decimal point and no other separators"
+    thousands = re.match(r"\s*[-+]?[1-9]\d{0,2},\d{3}(?!\d)", value) is not None
+    point = f'"{value.replace(",", ".", 1)}"'
+    return f'write {point} with a decimal point' + (f', or "{value.replace(",", "", 1)}" for thousands' if thousands else "")
+
+
 def _given_unit(value: float | str, text: str, wanted: str) -> tuple[float, Dimension]:
     try:
         return parse_unit(text)
     except ValueError as error:
         raise ValueError(f'"{value}": {error}; {wanted}') from None
+
+
+def _meant(factor: str, name: str) -> str:
+    """``; did you mean `N m`?``, or nothing if no unit is near."""
+    if name.lower() in _WORDS:
+        return f"; did you mean `{_WORDS[name.lower()]}`?"
+    factors = [part for part in re.split(r"[-._]", name) if part]
+    product = factors if len(factors) > 1 and all(part in UNITS for part in factors) else _factors(name)
+    return f"; did you mean `{' '.join(product)}{factor.removeprefix(name)}`?" if product else nearest(name, UNITS)
+
+
+def _factors(name: str) -> list[str]:
+    """Units that were written without a blank between them (``Nmm``); none if there are none."""
+    for length in range(min(len(name) - 1, 3), 0, -1):
+        first, rest = name[:length], name[length:]
+        if first in UNITS and first != "1":
+            others = [rest] if rest in UNITS else _factors(rest)
+            if others:
+                return [first, *others]
+    return []
 
 
 def _check_dimension(given: Dimension, wanted: Dimension, message: str) -> None:

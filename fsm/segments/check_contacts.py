@@ -14,6 +14,10 @@ from fsm.scene.scene import GROUND, Body, ContactPair, Scene
 __all__ = ["contact_faults", "nearest"]
 
 
+_NAMED = 8
+"""Names that a message lists, at most."""
+
+
 def contact_faults(scene: Scene) -> Iterator[Fault]:
     """All faults of what can touch."""
     yield from _surfaces(scene)
@@ -103,6 +107,10 @@ def _pair(pair: ContactPair, known: dict[str, Party], bodies: set[str], path: st
 
 
 def nearest(name: str, names: list[str]) -> str:
-    """'; did you mean ...?' or nothing."""
+    """'; did you mean ...?', or the names that there are."""
     close = difflib.get_close_matches(name, names, n=1)
-    return f"; did you mean {close[0]!r}?" if close else ""
+    if close:
+        return f"; did you mean {close[0]!r}?"
+    shown = ", ".join(repr(known) for known in names[:_NAMED])
+    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+    return f"; there are {shown}{more}" if names else "; there are none"

@@ -22,6 +22,14 @@ from fsm.segments.report_contact import (
     contact_lines,
     friction_lines,
 )
+from fsm.segments.report_numbers import (
+    body_lines,
+    crease_lines,
+    element_lines,
+    lattice_lines,
+    material_lines,
+    strip_lines,
+)
 from fsm.segments.report_view import View, count, millimetres, triple
 from fsm.segments.save_times import save_times
 
@@ -259,8 +267,14 @@ def _warnings(view: View) -> Iterator[str]:
 _SECTIONS: tuple[tuple[str, Callable[[View], Iterator[str]]], ...] = (
     ("case", _title),
     ("dimension", _dimension),
+    ("strip", strip_lines),
+    ("lattice", lattice_lines),
+    ("material", material_lines),
+    ("creases", crease_lines),
     ("bodies", _bodies),
+    ("", body_lines),
     ("elements", _joints),
+    ("", element_lines),
     ("half cell", _half_cell),
     ("contact", contact_lines),
     ("friction", friction_lines),

@@ -351,7 +351,7 @@ class _Follower:
     def _judge_energy(self) -> None:
         judged = self.books.time >= JUDGED_FROM * self.settings.end_time
         if judged and self.books.ledger.relative_error > self.settings.energy_abort:
-            self._fail(Outcome.ENERGY)
+            self._fail(Outcome.ENERGY_OF_STATICS)
 
     # critical points ------------------------------------------------------------------------------------------------
 
@@ -448,12 +448,14 @@ class _Follower:
         statistics.wall_time = time.perf_counter() - begun
 
     def _fail(self, outcome: Outcome) -> None:
+        if outcome is Outcome.NO_EQUILIBRIUM and not self.system.rate_dependent:
+            outcome = Outcome.NO_EQUILIBRIUM_UNDAMPED
         self.statistics.outcome = outcome
         books = self.books
         books.save_last()
         travel = ", ".join(f"{1e3 * x:.4g} mm" for x in books.last.drive.travel)
         where = f"at t = {books.time:.6g} s" + (f" (travel {travel})" if travel else "")
-        if outcome is Outcome.ENERGY:
+        if outcome is Outcome.ENERGY_OF_STATICS:
             ledger = books.ledger
             raise EnergyAbort(
                 f"{where}: {outcome.value}. Energy error {ledger.worst:.3g} J of {ledger.turnover:.3g} J turned over"

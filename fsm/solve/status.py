@@ -23,6 +23,10 @@ class Outcome(Enum):
         "or a larger speed at which friction sets in (v_static, friction_speed)"
     )
     NO_EQUILIBRIUM = (
+        "no stable equilibrium was found to go on from: what damping there is did not bring the motion of a snap to rest; "
+        "give the material more, or solve it as dynamics: method = \"generalized-alpha\""
+    )
+    NO_EQUILIBRIUM_UNDAMPED = (
         "no stable equilibrium was found to go on from; give the material damping, so that the motion of a snap can die, "
         "or solve it as dynamics: method = \"generalized-alpha\""
     )
@@ -41,6 +45,10 @@ class Outcome(Enum):
     )
     NOT_FINITE = "the state is no longer finite; check masses and stiffnesses, or tighten rtol"
     ENERGY = "the energy balance is off by more than [solve] energy_abort; tighten rtol or set max_step"
+    ENERGY_OF_STATICS = (
+        "the energy balance is off by more than [solve] energy_abort; tighten solve.rtol, by which increments are chosen, "
+        "or solve it as dynamics: method = \"generalized-alpha\""
+    )
     ENERGY_OF_FIXED_STEPS = "the energy balance is off by more than [solve] energy_abort; take a shorter solve.step"
 
 

@@ -98,6 +98,32 @@ def test_a_plain_strip() -> None:
     not_said(text, "halve the speed", "watched", "friction creeps", "l alpha/8", "edges", "friction: no", "tapered")
 
 
+def test_the_numbers_of_a_strip_are_said_with_their_units() -> None:
+    text = text_of(material={"plate": True, "poisson": 0.3}, strip={"thickness": "0.3 mm"})
+    said(text, "480 mm x 40 mm x 0.3 mm, 4.608 g; 6 panels of 80 mm at 80 deg from the horizontal")
+    said(text, "E 3 GPa, Poisson's ratio 0.3, density 800 kg/m^3", "EI 296.7 N mm^2 (E w t^3/12/(1 - nu^2))")
+    said(text, "crease 9 N mm/rad, 2.43 EI per panel length; free of moment at 160 deg from flat (as folded)")
+    rested = text_of(crease=SPLINE | {"scale": 2.0, "rest_angle": "150 deg"})
+    said(rested, "crease 8 N mm/rad on average, 0 to 16 N mm (scale 2)", "at 150 deg from flat (folded at 160 deg)")
+
+
+def test_the_numbers_of_a_scene_are_said_with_their_units() -> None:
+    arm = Body(name="arm", mass=0.1, inertia=(1e-3, 1e-3, 1e-3), velocity=(0.5, 0.0, 0.0))
+    law = {"law": "linear", "stiffness": 0.05, "rest_angle": "60 deg"}
+    hinge = ForceElement(name="hinge", inner="ground", outer="arm", translation=(1e5, 1e5, 1e5), crease=law)
+    case = Case(scene=Scene(bodies=(arm,), elements=(hinge,)), solve={"end_time": 1.0})
+    text = "\n".join(describe(case))
+    said(text, "arm: 0.1 kg, (0.001, 0.001, 0.001) kg m^2 at (0, 0, 0) mm, velocity (0.5, 0, 0) m/s")
+    said(text, "hinge: (100000, 100000, 100000) N/m, crease 50 N mm/rad; twist 0 deg at the start, 60 deg without moment")
+
+
+def test_names_that_there_are_are_listed() -> None:
+    arm = Body(name="arm", mass=0.1, inertia=(1e-3, 1e-3, 1e-3))
+    case = Case(scene=Scene(bodies=(arm,)), load=[{"body": "tip"}], solve={"end_time": 1.0})
+    with pytest.raises(CaseError, match="no body is called 'tip'; there are 'ground', 'arm'"):
+        describe(case)
+
+
 def test_a_fast_strip() -> None:
     text = text_of(pull={"speed": "20 mm/s"})
     said(text, "generalized-alpha, chosen by auto: the drive is fast", "halve the speed")

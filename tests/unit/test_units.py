@@ -140,3 +140,33 @@ def test_true_is_no_count_and_missing_radians_are_allowed():
     with pytest.raises(ValidationError):
         TypeAdapter(Count).validate_python(True)
     assert TypeAdapter(AngularStiffness).validate_python("9 N mm") == pytest.approx(9e-3)
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "hint"),
+    [
+        ("9 Nm", "N m", "did you mean `N m`?"),
+        ("9 Nmm/rad", "N m/rad", "did you mean `N mm`?"),
+        ("9 mNm", "N m", "did you mean `mN m`?"),
+        ("9 N.m", "N m", "did you mean `N m`?"),
+        ("9 N-mm", "N m", "did you mean `N mm`?"),
+        ("9 kgm^2", "kg m^2", "did you mean `kg m^2`?"),
+        ("5 Ns/m", "N s/m", "did you mean `N s`?"),
+        ("5 sec", "s", "did you mean `s`?"),
+        ("5 gpa", "Pa", "did you mean `GPa`?"),
+        ("0,1 kg", "kg", '"0,1 kg" has a comma; write "0.1 kg" with a decimal point;'),
+        ("1,000 mm", "m", 'write "1.000 mm" with a decimal point, or "1000 mm" for thousands;'),
+        ("1,000.5 mm", "m", "write a decimal point and no other separators;"),
+        ("1 000 mm", "m", "has a blank within the number;"),
+        ("50 %", "rad", '"50 %" is a percentage; a value in rad is wanted'),
+        ("5 N %", "N", "is a percentage"),
+    ],
+)
+def test_what_was_probably_meant(text: str, unit: str, hint: str) -> None:
+    with pytest.raises(ValueError, match=re.escape(hint)):
+        to_si(text, unit)
+
+
+def test_a_blank_before_a_unit_that_begins_with_one_is_no_mistake() -> None:
+    assert to_si("5 1/s", "1/s") == 5.0
+    assert to_si("30 %", "") == pytest.approx(0.3)

@@ -74,3 +74,17 @@ def test_parts_are_what_is_cleared(tmp_path: Path) -> None:
         assert names(tmp_path) == []
         part.write_text("whole")
     assert names(tmp_path) == ["result.h5"]
+
+
+def test_a_folder_in_the_way_is_named(tmp_path: Path) -> None:
+    (tmp_path / "summary.csv").mkdir()
+    with pytest.raises(IsADirectoryError, match="is a folder") as caught, whole_file(tmp_path / "summary.csv") as part:
+        part.write_text("x")
+    assert caught.value.filename == str(tmp_path / "summary.csv")
+    assert [path.name for path in tmp_path.iterdir()] == ["summary.csv"]
+
+
+def test_an_error_names_the_file_and_not_its_part(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError) as caught, whole_file(tmp_path / "nowhere" / "summary.csv") as part:
+        part.write_text("x")
+    assert caught.value.filename == str(tmp_path / "nowhere" / "summary.csv")

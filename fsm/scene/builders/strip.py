@@ -20,7 +20,7 @@ from fsm.scene.loads import Drive
 from fsm.scene.materials import UNREAD, Crease, LinearCrease, Material, SplineCrease
 from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
 
-__all__ = ["build_strip", "segment_lengths"]
+__all__ = ["bending_stiffness", "build_strip", "segment_lengths"]
 
 
 def build_strip(case: Case) -> Scene:
@@ -47,6 +47,15 @@ def segment_lengths(strip: Strip) -> np.ndarray:
     return strip.length / strip.panels * density / density.sum()
 
 
+def bending_stiffness(strip: Strip, material: Material) -> float:
+    """E w t^3/12 of the plain sheet, N m^2; over 1 - nu^2 where it bends as a plate."""
+    try:
+        bending = material.young * strip.width * strip.thickness**3 / 12
+    except OverflowError:  # a power of Python raises where a product is infinite
+        return math.inf
+    return bending / (1 - material.poisson**2) if material.plate else bending
+
+
 @dataclass(frozen=True)
 class _Segment:
     """A segment while building: its body's name, length, panel (from 0), and whether it can bend."""
@@ -62,12 +71,7 @@ class _StripBuilder:
         self.case, self.strip, self.material, self.crease = case, strip, material, crease
         self.held = set(strip.held if strip.held is not None else (1, strip.panels))
         self.area = strip.width * strip.thickness
-        try:
-            self.bending = material.young * strip.width * strip.thickness**3 / 12
-        except OverflowError:  # a power of Python raises where a product is infinite
-            self.bending = math.inf
-        if material.plate:
-            self.bending /= 1 - material.poisson**2
+        self.bending = bending_stiffness(strip, material)
         if not 0.0 < self.bending < math.inf:
             text = f"bending stiffness E w t^3/12 is {self.bending:g} N m^2; check young, width and thickness"
             raise CaseError(Fault("strip.thickness", text))

@@ -1,0 +1,142 @@
+"""The numbers of a case that `fsm check` says with their units, so that a slip shows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from fsm.scene.builders.strip import bending_stiffness
+from fsm.scene.materials import Crease, LinearCrease, SplineCrease
+from fsm.scene.scene import Body, ForceElement
+from fsm.segments.element_angles import initial_twists, rest_twists
+from fsm.segments.report_view import View, millimetres, triple
+
+__all__ = ["body_lines", "crease_lines", "element_lines", "lattice_lines", "material_lines", "strip_lines"]
+
+_LISTED = 8
+"""Bodies and elements of a scene that are listed one by one, at most."""
+
+
+def strip_lines(view: View) -> Iterator[str]:
+    """Size, panels, fold angle and mass."""
+    strip, material = view.case.strip, view.case.material
+    if strip is None or material is None:
+        return
+    mass = 1e3 * material.density * strip.length * strip.width * strip.thickness
+    size = f"{millimetres(strip.length)} x {millimetres(strip.width)} x {millimetres(strip.thickness)}"
+    panels = f"{strip.panels} panels of {millimetres(strip.length / strip.panels)}"
+    yield f"{size}, {mass:.4g} g; {panels} at {_degrees(strip.fold_angle)} from the horizontal"
+
+
+def material_lines(view: View) -> Iterator[str]:
+    """Elastic constants, density, and the bending stiffness that follows."""
+    strip, material = view.case.strip, view.case.material
+    if strip is None or material is None:
+        return
+    bending = bending_stiffness(strip, material)
+    how = "E w t^3/12/(1 - nu^2)" if material.plate else "E w t^3/12"
+    yield f"E {_pascal(material.young)}, Poisson's ratio {material.poisson:g}, density {material.density:g} kg/m^3"
+    yield f"bending stiffness EI {1e6 * bending:.4g} N mm^2 ({how})"
+
+
+def crease_lines(view: View) -> Iterator[str]:
+    """Stiffness of a crease, also against that of a panel, and its rest angle."""
+    strip, material, crease = view.case.strip, view.case.material, view.case.crease
+    if strip is None or material is None or crease is None:
+        return
+    folded = 2.0 * strip.fold_angle
+    stiffness = _stiffness(crease)
+    ratio = stiffness * strip.length / strip.panels / bending_stiffness(strip, material)
+    rest = "as folded" if crease.rest_angle is None else f"folded at {_degrees(folded)}"
+    angle = _degrees(folded if crease.rest_angle is None else crease.rest_angle)
+    zero = "free of moment" if isinstance(crease, LinearCrease) else "zero of the data"
+    yield f"{_law(crease)}, {ratio:.3g} EI per panel length; {zero} at {angle} from flat ({rest})"
+
+
+def lattice_lines(view: View) -> Iterator[str]:
+    """Squares, hinges and density of a lattice."""
+    lattice = view.case.lattice
+    if lattice is None:
+        return
+    turned = f"turned by {_degrees(lattice.angle)}"
+    size = f"{lattice.columns} x {lattice.rows} squares, {millimetres(lattice.spacing)} apart"
+    yield f"{size}, {turned}, {millimetres(lattice.depth)} deep, {lattice.density:g} kg/m^3"
+    springs = f"axial {lattice.axial:.4g} N/m, shear {lattice.shear:.4g} N/m, rotational {lattice.rotational:.4g} N m/rad"
+    yield f"hinges of {millimetres(lattice.hinge_length)}: {springs}; damping {1e3 * lattice.damping:.4g} ms"
+
+
+def body_lines(view: View) -> Iterator[str]:
+    """Masses, sizes and speeds of the bodies of a scene that is written out."""
+    if view.case.scene is None:
+        return
+    free = view.free
+    if len(free) <= _LISTED:
+        yield from (_body(body) for body in free)
+    elif free:
+        masses = [body.mass for body in free]
+        yield f"{sum(masses):.4g} kg in all, {min(masses):.4g} to {max(masses):.4g} kg each"
+
+
+def element_lines(view: View) -> Iterator[str]:
+    """Stiffness and angles of the elements of a scene that is written out."""
+    if view.case.scene is None or len(view.elements) > _LISTED:
+        return
+    initial = initial_twists(view.elements, view.scene.bodies)
+    rest = rest_twists(view.elements, initial)
+    yield from (_element(*each) for each in zip(view.elements, initial, rest, strict=True))
+
+
+def _body(body: Body) -> str:
+    parts = [f"{body.name}: {body.mass:.4g} kg, {triple(body.inertia)} kg m^2 at {_place(body)}"]
+    if body.plate is not None:
+        plate = body.plate
+        parts.append(f"plate {' x '.join(millimetres(side) for side in (plate.length, plate.width, plate.thickness))}")
+    if any(body.velocity):
+        parts.append(f"velocity {triple(body.velocity)} m/s")
+    if any(body.angular_velocity):
+        parts.append(f"angular velocity {triple(body.angular_velocity)} rad/s")
+    return ", ".join(parts)
+
+
+def _place(body: Body) -> str:
+    return f"({', '.join(f'{1e3 * x:.4g}' for x in body.position)}) mm"
+
+
+def _element(element: ForceElement, start: float, rest: float) -> str:
+    parts = []
+    if any(element.translation):
+        parts.append(f"{triple(element.translation)} N/m")
+    if any(element.rotation):
+        parts.append(f"{triple(element.rotation)} N m/rad")
+    if element.crease is not None:
+        parts.append(_law(element.crease))
+    twists = element.frame == "outer" and (element.crease is not None or element.rotation[1])
+    angles = f"; twist {_degrees(start)} at the start, {_degrees(rest)} without moment" if twists else ""
+    return f"{element.name}: {', '.join(parts) or 'no stiffness'}{angles}"
+
+
+def _law(crease: Crease) -> str:
+    """Stiffness of a crease law in words; of a curve, that of the straight line through its ends."""
+    if isinstance(crease, LinearCrease):
+        return f"crease {1e3 * crease.stiffness:.4g} N mm/rad"
+    if not isinstance(crease, SplineCrease) or crease.angle is None or crease.moment is None:
+        return "crease of a file"
+    low, high = (1e3 * crease.scale * moment for moment in (min(crease.moment), max(crease.moment)))
+    scaled = "" if crease.scale == 1.0 else f" (scale {crease.scale:g})"
+    return f"crease {1e3 * _stiffness(crease):.4g} N mm/rad on average, {low:.4g} to {high:.4g} N mm{scaled}"
+
+
+def _stiffness(crease: Crease) -> float:
+    if isinstance(crease, LinearCrease):
+        return crease.stiffness
+    if not isinstance(crease, SplineCrease) or crease.angle is None or crease.moment is None:
+        return 0.0
+    return crease.scale * (crease.moment[-1] - crease.moment[0]) / (crease.angle[-1] - crease.angle[0])
+
+
+def _pascal(stress: float) -> str:
+    return f"{1e-9 * stress:.4g} GPa" if stress >= 1e9 else f"{1e-6 * stress:.4g} MPa"
+
+
+def _degrees(angle: float) -> str:
+    return f"{math.degrees(angle):.4g} deg"
