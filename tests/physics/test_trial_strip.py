@@ -1,0 +1,22 @@
+"""The trial strip against two elastic curves with rigid contact (`validation.strip_trial.half_model`)."""
+
+from __future__ import annotations
+
+import pytest
+
+from fsm.results.quantities import peak
+from validation.strip_trial.check import RIGID, Setting, pulled
+from validation.strip_trial.half_model import HalfModel
+
+
+def test_half_model_is_that_of_another_hand() -> None:
+    path = HalfModel(80.0).follow(0.0285, 0.5e-3)
+    assert path.peak[1] == pytest.approx(RIGID, rel=1e-3)
+    assert path.peak[1] == pytest.approx(2.00486, abs=2e-5)
+    assert path.bottoms_touch == pytest.approx(4.9683e-3, abs=1e-6)
+    assert path.panels_touch == pytest.approx(12.907e-3, abs=2e-6)
+
+
+def test_many_segments_and_a_stiff_contact_come_to_it() -> None:
+    travel, force = pulled(80.0, Setting(80, 1e12, 0.2, 2.0), 0.0285)
+    assert peak(travel, force)[0] == pytest.approx(2.00486, rel=1e-3)
