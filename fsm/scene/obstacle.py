@@ -42,6 +42,11 @@ class Obstacle(Model):
     orientation: tuple[Number, Number, Number, Number] = (1.0, 0.0, 0.0, 0.0)
     body: str | None = None
 
+    @property
+    def extent(self) -> float:
+        """Largest size, m; zero for a plane."""
+        return max([*(self.size or ()), 2.0 * (self.radius or 0.0), self.length or 0.0])
+
     @model_validator(mode="after")
     def _sized(self) -> Self:
         needed = _SIZES[self.shape]

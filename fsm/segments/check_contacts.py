@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import math
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from fsm.errors import Fault
 from fsm.scene.party import Party, parties
@@ -24,8 +24,9 @@ def contact_faults(scene: Scene) -> Iterator[Fault]:
     yield from _groups(scene)
     yield from _obstacles(scene)
     known, bodies = parties(scene), {body.name for body in scene.bodies}
+    shapes = {obstacle.name: obstacle.shape for obstacle in scene.obstacles}
     for i, pair in enumerate(scene.pairs):
-        yield from _pair(pair, known, bodies, f"scene.pairs.{i}")
+        yield from _pair(pair, known, bodies, shapes, f"scene.pairs.{i}")
     if scene.friction is not None and scene.contact is None:
         yield Fault("friction", "needs a [contact] section to act in")
 
@@ -81,7 +82,17 @@ def _obstacles(scene: Scene) -> Iterator[Fault]:
             yield Fault(f"{path}.orientation", f"length {length:g}; give a unit quaternion")
 
 
-def _pair(pair: ContactPair, known: dict[str, Party], bodies: set[str], path: str) -> Iterator[Fault]:
+def _solids(pair: ContactPair, shapes: Mapping[str, str], path: str) -> Iterator[Fault]:
+    """Two obstacles: one is a sphere, or one a plane and the other none."""
+    kinds = sorted((shapes[pair.first], shapes[pair.second]))
+    if "sphere" not in kinds and kinds.count("plane") != 1:
+        text = f"a {shapes[pair.first]} and a {shapes[pair.second]} do not touch each other"
+        yield Fault(path, f"obstacles {pair.first!r} and {pair.second!r}: {text}; give one of them a plate, or make it a sphere")
+
+
+def _pair(
+    pair: ContactPair, known: dict[str, Party], bodies: set[str], shapes: Mapping[str, str], path: str
+) -> Iterator[Fault]:
     found: list[Party] = []
     for end in ("first", "second"):
         name = getattr(pair, end)
@@ -96,11 +107,13 @@ def _pair(pair: ContactPair, known: dict[str, Party], bodies: set[str], path: st
         return
     kinds = [party.kind for party in found]
     if kinds == ["obstacle", "obstacle"]:
-        yield Fault(path, f"obstacles {pair.first!r} and {pair.second!r} do not touch each other; name a surface or a plate")
-        return
+        yield from _solids(pair, shapes, path)
     if pair.first == pair.second and kinds[0] == "group":
         return
     for name in sorted(set(found[0].bodies) & set(found[1].bodies)):
+        if name == GROUND:
+            yield Fault(path, f"{pair.first!r} and {pair.second!r} are both fixed to the ground: they cannot touch")
+            continue
         yield Fault(path, f"{pair.first!r} and {pair.second!r} are both part of body {name!r}: they cannot touch")
     if pair.shared != "none" and kinds != ["surface", "surface"]:
         yield Fault(f"{path}.shared", "only two surfaces share a crease or a chain; leave it out")

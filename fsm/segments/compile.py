@@ -127,6 +127,11 @@ class _Compiler:
             inertia=np.array(inertia),
             free=free,
             plates=tuple((i, body.plate, body.panel) for i, body in enumerate(self.all_bodies) if body.plate),
+            solids=tuple(
+                (self.index[obstacle.body], obstacle.extent)
+                for obstacle in self.scene.obstacles
+                if obstacle.body is not None and obstacle.extent > 0.0
+            ),
         )
 
     def _motion(self, drive: Drive) -> PrescribedMotion:

@@ -15,6 +15,7 @@ from fsm.segments.obstacle_contacts import ObstacleContacts
 from fsm.segments.plate_contacts import PlateContacts, Side
 from fsm.segments.shape_contacts import ShapeContacts
 from fsm.segments.shape_tables import Shape, as_rectangle
+from fsm.segments.solid_contacts import SolidContacts
 
 __all__ = ["compile_shapes"]
 
@@ -41,7 +42,7 @@ def compile_shapes(
     if scene.contact is None:
         return ()
     compiler = _ShapeCompiler(scene, bodies)
-    built = (compiler.plates(poses, spatial), compiler.obstacles(poses, spatial))
+    built = (compiler.plates(poses, spatial), compiler.obstacles(poses, spatial), compiler.solids(poses, spatial))
     return tuple(geometry for geometry in built if geometry is not None)
 
 
@@ -62,13 +63,16 @@ class _ShapeCompiler:
         # side and side, side and obstacle, each with the pair's number
         self.plate_pairs: list[tuple[int, int, int]] = []
         self.obstacle_pairs: list[tuple[int, int, int]] = []
+        self.solid_pairs: list[tuple[int, int, int]] = []
         known = parties(scene)
         place = {obstacle.name: i for i, obstacle in enumerate(scene.obstacles)}
         for row, pair in enumerate(scene.pairs):
             first, second = known[pair.first], known[pair.second]
             if first.kind == second.kind == "surface" or self._fixed(first, second):
                 continue
-            if second.kind == "obstacle":
+            if first.kind == second.kind == "obstacle":
+                self.solid_pairs.append((place[pair.first], place[pair.second], row))
+            elif second.kind == "obstacle":
                 self.obstacle_pairs.append((self._side(pair.first, first), place[pair.second], row))
             elif first.kind == "obstacle":
                 self.obstacle_pairs.append((self._side(pair.second, second), place[pair.first], row))
@@ -120,6 +124,18 @@ class _ShapeCompiler:
         return ObstacleContacts(
             self.rectangles, shapes, rows[:, :2], spatial, self._margin, self.points, self.sides, rows[:, 2],
             self.joined, poses,
+        )  # fmt: skip
+
+    def solids(self, poses: np.ndarray, spatial: bool) -> SolidContacts | None:
+        """Obstacles and obstacles; None if there are no such pairs."""
+        if not self.solid_pairs:
+            return None
+        rows = np.array(self.solid_pairs)
+        named = np.unique(rows[:, :2])
+        solids = [self._shape(self.obstacle_list[k]) for k in named]
+        margin = 0.25 * float(np.mean([2 * max(solid.size) for solid in solids if solid.kind != HALF_SPACE]))
+        return SolidContacts(
+            solids, np.searchsorted(named, rows[:, :2]), spatial, margin, rows[:, 2], self.joined, poses
         )  # fmt: skip
 
     def _shape(self, obstacle: Obstacle) -> Shape:

@@ -45,6 +45,7 @@ class Bodies:
     free : int array
         Bodies with degrees of freedom.
     plates : (body, plate, panel) of what is drawn
+    solids : (body, largest size in m) of boxes, cylinders and spheres
     """
 
     names: tuple[str, ...]
@@ -53,6 +54,7 @@ class Bodies:
     inertia: np.ndarray
     free: np.ndarray
     plates: tuple[tuple[int, Plate, int], ...]
+    solids: tuple[tuple[int, float], ...] = ()
 
 
 class Configuration:

@@ -1,9 +1,10 @@
 """Plates against rigid obstacles: half-spaces, boxes, cylinders and spheres, at rest or fixed to a body.
 
-The points of a plate's grid probe the obstacle. A curved or pointed obstacle can meet the plate between these, so it probes
-the plate's rectangle in turn, and each has half the weight then:
+A sphere touches at one point, wherever that is: it probes the plate's rectangle by its centre, rounded by its radius, which
+is exact, with the whole stiffness; so does a cylinder in the plane. All others are probed by the points of the plate's grid.
+A curved or pointed obstacle can meet the plate between these, so it probes the rectangle in turn, and each has half the
+weight then:
 
-* a sphere by its centre, rounded by its radius: exact;
 * a box by its corners, and in space its edges against those of the plate;
 * a cylinder by points along its axis, rounded by its radius and no nearer to the caps than that, and in space by points
   around its rims.
@@ -22,7 +23,7 @@ from fsm.segments.plate_contacts import EDGE_SHARE, Side, add_plates, whole_plat
 from fsm.segments.shape_contacts import ShapeContacts
 from fsm.segments.shape_tables import Shape, TableBuilder, shape_edges
 
-__all__ = ["ObstacleContacts"]
+__all__ = ["ObstacleContacts", "is_round", "probes_of"]
 
 RIM_POINTS = 8
 
@@ -60,7 +61,7 @@ class ObstacleContacts(ShapeContacts):
             number = builder.add_shape(obstacle)
             # as close together as the points of the smallest plate are, so that none of it fits between them
             spacing = 0.5 * min(min(plate.size[:2]) for plate in plates)
-            groups = _probes_of(obstacle, spacing, spatial)
+            groups = probes_of(obstacle, spacing, spatial)
             for places, radius in groups:
                 builder.add_points(number, places, radius, np.full(len(places), 1.0 / (len(places) * len(groups))))
             if spatial and obstacle.kind == BOX:
@@ -79,13 +80,20 @@ class ObstacleContacts(ShapeContacts):
     def _factors(self, members: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         part = self._part[members[:, 0]]
         shapes = self.listed.shape[members]
-        # a half-space has no points of its own
-        half = np.where(self.kit.shapes.kind[shapes[:, 1]] == HALF_SPACE, 1.0, 0.5)
-        share = np.column_stack([half * part, 0.5 * part])
+        kind = self.kit.shapes.kind[shapes[:, 1]]
+        # a half-space has no points of its own; what is round there touches at one point, which has all of the stiffness
+        round_ = is_round(kind, self.spatial)
+        plate = np.where(round_, 0.0, np.where(kind == HALF_SPACE, part, 0.5 * part))
+        share = np.column_stack([plate, np.where(round_, 1.0, 0.5 * part)])
         return share, np.column_stack([self._area[shapes[:, 0]], np.zeros(len(part))]), EDGE_SHARE * part
 
 
-def _probes_of(obstacle: Shape, spacing: float, spatial: bool) -> list[tuple[np.ndarray, float]]:
+def is_round(kind: np.ndarray, spatial: bool) -> np.ndarray:
+    """Which kinds of shapes are a point with a rounding; cylinders only where shapes are cut by y = 0."""
+    return np.asarray((kind == SPHERE) | ((kind == CYLINDER) & (not spatial)))
+
+
+def probes_of(obstacle: Shape, spacing: float, spatial: bool) -> list[tuple[np.ndarray, float]]:
     """Groups of points (n, 3) of an obstacle, so far apart at most (m), in its own axes with their rounding, m."""
     x, y, z = obstacle.size
     rounding = obstacle.radius

@@ -58,7 +58,11 @@ def _contact_points(view: View) -> int:
     moving = [body.plate.length for body in view.scene.bodies if body.plate is not None and not body.held]
     mean = float(np.mean(moving)) if moving else 0.0
     total = rigid = 0
+    balls = {obstacle.name for obstacle in view.scene.obstacles if obstacle.shape == "sphere"}
     for pair in view.pairs:
+        if balls & {pair.first, pair.second}:
+            rigid += 1  # the centre of the ball, for each plate
+            continue
         total -= 2 if pair.shared == "end-start" else 0  # none on the crease itself
         sides = [view.parties[pair.first], view.parties[pair.second]]
         if any(side.kind != "surface" for side in sides):

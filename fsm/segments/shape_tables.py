@@ -116,7 +116,7 @@ class Units(NamedTuple):
     shapes : (u, 2) int array
     share, area : (u, 2) arrays
         What the weights of the points of either shape are multiplied by for their share of a face, and for the area that
-        they stand for, m^2.
+        they stand for, m^2. A shape with no share does not probe the other.
     edge_share : (u,) array
         Share of a pair of edges.
     pair : (u,) int array
@@ -256,8 +256,9 @@ class Kit(NamedTuple):
     def tables(self, units: Units) -> Tables:
         """The slots of some units: points of the first shape, then of the second; each edge with each of the other's."""
         owner, other = units.shapes.ravel(), units.shapes[:, ::-1].ravel()
-        lengths = np.diff(self.point_start)[owner]
-        rows, side = ranges(self.point_start, owner), np.repeat(np.arange(len(owner)), lengths)
+        probes = units.share.ravel() > 0.0
+        lengths = np.where(probes, np.diff(self.point_start)[owner], 0)
+        rows, side = ranges(self.point_start, owner[probes]), np.repeat(np.arange(len(owner)), lengths)
         points = Points(
             self.shapes.body[owner][side], self.place[rows], self.radius[rows], np.ascontiguousarray(other[side])
         )

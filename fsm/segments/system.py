@@ -117,12 +117,14 @@ class SegmentSystem(Configuration):
     def _scales(self) -> Scales:
         """Typical sizes.
 
-        The length is that of the median segment (without plates, the distance between bodies). The speed is the fastest
+        The length is that of the median segment (without plates, of the solids; without any, the distance between bodies).
+        The speed is the fastest
         at the start or, with a drive, ten times the drive's: vibrations that no one asks for need not be followed to a
         millionth of its own (measured on the pulled strip: more steps below ten times, energy errors above).
         Increments are resolved where contacts hang on them more finely than on the length.
         """
         lengths = [plate.length for body, plate, _ in self.bodies.plates if self._dof[body] >= 0]
+        lengths = lengths or [size for body, size in self.bodies.solids if self._dof[body] >= 0]
         n = 3 if self.spatial else 2
         spread = float(np.ptp(self.bodies.pose[:, :n], axis=0).max())
         length = float(np.median(lengths)) if lengths else (spread or 1.0)

@@ -1,0 +1,67 @@
+"""Rigid solids against each other: spheres against all, boxes and cylinders against half-spaces.
+
+A sphere touches at one point, wherever that is: its centre, rounded by its radius, probes the other shape, which is exact,
+with the whole stiffness. A box and a cylinder probe a half-space with their points.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from fsm.interactions.box_pairs import ListedPairs
+from fsm.interactions.shape_distance import HALF_SPACE, SPHERE
+from fsm.segments.obstacle_contacts import probes_of
+from fsm.segments.shape_contacts import ShapeContacts
+from fsm.segments.shape_tables import Shape, TableBuilder
+
+__all__ = ["SolidContacts"]
+
+
+class SolidContacts(ShapeContacts):
+    """Contacts of pairs of solids.
+
+    Parameters
+    ----------
+    solids : shapes that are not rectangles
+    pairs : (m, 2) int array
+        Solids; one of each pair is a sphere, or the one a half-space and the other not.
+    spatial, margin : as in `PlateContacts`
+    numbers : (m,) int array
+        Contact pair of the scene that each is; by default its own row.
+    joined, reference : as in `PlateContacts`
+    """
+
+    def __init__(
+        self,
+        solids: Sequence[Shape],
+        pairs: np.ndarray,
+        spatial: bool,
+        margin: float,
+        numbers: np.ndarray | None = None,
+        joined: np.ndarray | None = None,
+        reference: np.ndarray | None = None,
+    ) -> None:
+        builder = TableBuilder(spatial)
+        for solid in solids:
+            number = builder.add_shape(solid)
+            groups = probes_of(solid, 0.25 * max(solid.size), spatial)
+            for places, radius in groups:
+                builder.add_points(number, places, radius, np.full(len(places), 1.0 / (len(places) * len(groups))))
+        ordered = np.array([_probing_first(solids, *pair) for pair in pairs], dtype=np.int64).reshape(-1, 2)
+        listed = ListedPairs([np.array([k]) for k in range(len(solids))], ordered, len(solids), numbers)
+        super().__init__(builder.kit(), listed, spatial, margin, 0.05 * 2.0 * max(max(solid.size) for solid in solids))
+        if joined is not None and reference is not None:
+            self.leave_out(reference, joined)
+
+    def _factors(self, members: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        count = len(members)
+        return np.tile([1.0, 0.0], (count, 1)), np.zeros((count, 2)), np.zeros(count)
+
+
+def _probing_first(solids: Sequence[Shape], one: int, two: int) -> tuple[int, int]:
+    """A sphere before what is none, a half-space last."""
+    kinds = solids[one].kind, solids[two].kind
+    turned = kinds[0] == HALF_SPACE or (kinds[1] == SPHERE and kinds[0] != SPHERE)
+    return (two, one) if turned else (one, two)
