@@ -1,5 +1,7 @@
 # make demo    the table of pulled strips: simulate, tabulate, plot, into out/strip_pull
 # make test    all tests but the slow ones
+# make test-machines  the tests as on other processors: other BLAS kernels, generic machine code (four times as long as make test;
+#              ONE="--one tests/physics": the physics tests, in the first setting that is not this machine's own)
 # make lint    ruff, mypy, import-linter
 # make validate  every check of validation/ and the gallery of them, with the pages, into out/docs/html (a quarter of an hour;
 #              FULL=--full: what takes long, too)
@@ -21,7 +23,7 @@ COV := $(VENV)/.fsm-coverage
 
 VERSION_CHECK := import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 14))
 
-.PHONY: help demo test test-all coverage lint check bench validate docs clean distclean
+.PHONY: help demo test test-all test-machines coverage lint check bench validate docs clean distclean
 .DELETE_ON_ERROR:
 
 help:
@@ -35,6 +37,10 @@ test: $(DEV)
 
 test-all: $(DEV)
 	$(BIN)/python -m pytest -n $(WORKERS)
+
+ONE ?=
+test-machines: $(DEV)
+	$(BIN)/python -m tests.machines -m "not slow" -n $(WORKERS) $(ONE)
 
 # compiled, for all that is no kernel; then the kernels, line by line, from tests that Python gets through (tests/pure_python.py)
 coverage: $(COV)

@@ -59,7 +59,7 @@ def flap(cycle: list[float], law: SplineCrease, flexibility: float = 0.0, period
     )
 
 
-def solve(scene: Scene, method: str, spatial: bool = False) -> tuple[SegmentSystem, list[Saved], Ledger]:
+def solve(scene: Scene, method: str, spatial: bool = False, rtol: float = 1e-4) -> tuple[SegmentSystem, list[Saved], Ledger]:
     system = compile_scene(scene, spatial)
     end = scene.loads[0].time.time[-1]
     saved: list[Saved] = []
@@ -68,7 +68,7 @@ def solve(scene: Scene, method: str, spatial: bool = False) -> tuple[SegmentSyst
         settings = PathSettings(end_time=end, first_step=end / 400, max_step=end / 400, rtol=1e-6)
         _, ledger = follow(system, settings, times, saved.append)
     else:
-        _, ledger = simulate(system, Settings(method, 1e-4, end), times, saved.append)
+        _, ledger = simulate(system, Settings(method, rtol, end), times, saved.append)
     return system, saved, ledger
 
 
@@ -83,15 +83,16 @@ CYCLE = [0.0, 2.5e-3, -4e-4, 3e-3, 0.0]
 
 @pytest.mark.parametrize(
     ("method", "spatial", "closes"),
-    [("static", False, 6e-5), ("static", True, 6e-5), ("generalized-alpha", False, 3e-5), ("Radau", False, 2e-5)],
+    [("static", False, 6e-5), ("static", True, 6e-5), ("generalized-alpha", False, 1e-5), ("Radau", False, 1e-5)],
 )
 def test_the_balance_closes_over_a_cycle(method: str, spatial: bool, closes: float) -> None:
     """Work = stored + dissipated.
 
-    2026-11: 4.2e-5 by the static path (5.2e-4 to 1.5e-5 with steps of a 50th to an 800th: the trapezoidal rule of the
-    work), 1.8e-5 by generalized-alpha and 1.0e-5 by Radau at rtol 1e-4, 1.2e-6 and 1.6e-6 at 1e-6.
+    Static path: 4.2e-5 (5.2e-4 to 1.5e-5 with steps of a 50th to an 800th: the trapezoidal rule of the work). Dynamics at
+    rtol 1e-6: .8e-6 to 3.2e-6 with the OpenBLAS kernels Prescott, Haswell, Zen and SkylakeX; the bound is ten times rtol.
+    2026-11-23: dynamics was held at rtol 1e-4, where round-off chooses the steps at a reversal and with them 7e-6 to 3.6e-5.
     """
-    _, saved, ledger = solve(flap(CYCLE, crease()), method, spatial)
+    _, saved, ledger = solve(flap(CYCLE, crease()), method, spatial, rtol=1e-6)
     assert saved[-1].time == pytest.approx(8.0)
     assert ledger.dissipated == pytest.approx(3.7e-4, rel=0.01)
     assert ledger.relative_error < closes
