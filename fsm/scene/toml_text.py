@@ -9,7 +9,7 @@ from typing import Any
 
 from fsm.scene.case import Case
 
-__all__ = ["case_text"]
+__all__ = ["case_text", "tables_text"]
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
@@ -21,7 +21,12 @@ def case_text(case: Case) -> str:
     """
     data = case.model_dump(mode="python", exclude_none=True)
     data["units"] = "SI"
-    return "\n".join(_table(data, "")).lstrip("\n") + "\n"
+    return tables_text(data)
+
+
+def tables_text(tables: Mapping[str, Any]) -> str:
+    """Nested tables as TOML text: numbers with all their digits, texts as they are."""
+    return "\n".join(_table(tables, "")).lstrip("\n") + "\n"
 
 
 def _table(table: Mapping[str, Any], path: str) -> list[str]:

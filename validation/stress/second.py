@@ -11,7 +11,7 @@ import numpy as np
 from fsm.results.solution import Solution
 from validation.stress.attempt import Attempt, attempt
 
-__all__ = ["Opinion", "second_opinion"]
+__all__ = ["Opinion", "difference_of", "second_opinion"]
 
 _SAME = 2e-2
 """Difference, part of the way that something has gone, up to which two solvers agree."""
@@ -43,19 +43,19 @@ def second_opinion(tables: dict[str, Any], first: Attempt, limit: float) -> Opin
     if first.solution is None or again.solution is None:
         return Opinion("none", 0.0, by)
     rtol = tables["solve"]["rtol"]
-    difference = _difference(first.solution, again.solution, rtol)
+    difference = difference_of(first.solution, again.solution, rtol)
     if difference <= _SAME:
         return Opinion("agrees", difference, by)
     fine, fine_other = attempt(_finer(tables), 2.0 * limit), attempt(_finer(other), 2.0 * limit)
     if fine.solution is None or fine_other.solution is None:
         return Opinion("none", difference, by)
-    left = _difference(fine.solution, fine_other.solution, _FINER * rtol)
+    left = difference_of(fine.solution, fine_other.solution, _FINER * rtol)
     if left <= _SAME:
         return Opinion("loose" if rtol > 1e-7 else "differs", difference, by)
     nudged = attempt(_nudged(_finer(tables)), 2.0 * limit)
     if nudged.solution is None:
         return Opinion("none", left, by)
-    moved = _difference(fine.solution, nudged.solution, _FINER * rtol)
+    moved = difference_of(fine.solution, nudged.solution, _FINER * rtol)
     return Opinion("sensitive" if moved > 0.1 * left else "differs", left, by)
 
 
@@ -134,7 +134,7 @@ def _nudged(tables: dict[str, Any]) -> dict[str, Any]:
     return nudged
 
 
-def _difference(one: Solution, two: Solution, rtol: float) -> float:
+def difference_of(one: Solution, two: Solution, rtol: float) -> float:
     """Largest distance of what both show at a time both have, of the way it has gone; motions within `rtol` count little."""
     common, a, b = np.intersect1d(one.time, two.time, return_indices=True)
     if len(common) < 2:

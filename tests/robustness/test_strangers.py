@@ -1,0 +1,118 @@
+"""The campaign of cases that an engineer would type: that it is deterministic, resumable, and judges what it sees."""
+
+from __future__ import annotations
+
+import os
+import signal
+from pathlib import Path
+
+import pytest
+
+from validation.strangers import campaign
+from validation.strangers.campaign import fsm_command, read_lines, row_key, run_campaign
+from validation.strangers.cases import KINDS, Row, draw, rows
+from validation.strangers.launch import Command, Course, Ended, side_by_side
+from validation.strangers.report import report, write_csv
+from validation.strangers.second import worst
+from validation.strangers.verdict import cause_of, first_words
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_case_is_the_same_every_time(kind: str) -> None:
+    drawn = [draw(kind, index, 1) for index in range(12)]
+    assert [draw(kind, index, 1) for index in reversed(range(12))] == drawn[::-1]
+    assert draw(kind, 3, 2) != drawn[3]
+    assert len({row_key(one) for one in drawn}) == 12
+
+
+def test_the_full_campaign_has_its_numbers() -> None:
+    found = rows(1500, tuple(KINDS), 1)
+    assert {kind: sum(row.kind == kind for row in found) for kind in KINDS} == {
+        "strips": 400, "released": 150, "lattices": 100, "films": 300, "deployed": 150, "arrays": 200, "scenes": 200,
+    }  # fmt: skip
+    assert 100 < sum(row.checked for row in found) < 200
+    few = rows(60, tuple(KINDS), 1)
+    assert set(few) < set(found)
+
+
+@pytest.mark.parametrize(
+    ("code", "said", "cause"),
+    [
+        (0, "results out", "solved"),
+        (2, "case.toml: strip.length: ...", "refused"),
+        (3, "no stable equilibrium was found", "equilibrium"),
+        (3, "more steps than max_steps", "steps"),
+        (3, "step size below the smallest", "not converged"),
+        (5, "the energy balance is off", "energy"),
+        (1, "internal error: KeyError", "internal"),
+        (-11, "", "crash"),
+        (None, "case.toml: 45 %, 300 steps", "time"),
+    ],
+)
+def test_a_verdict_is_that_of_exit_code_and_message(code: int | None, said: str, cause: str) -> None:
+    assert cause_of(Ended(code, said, 1.0, 1.0)) == cause
+
+
+def test_the_line_that_is_kept_is_the_message_and_not_the_progress() -> None:
+    said = "case.toml: compiling kernels, once\n\rcase.toml: 13 %, 146 steps\n/tmp/x/case.toml: film: no good\n"
+    assert first_words(Ended(3, said, 1.0, 1.0), "/tmp/x/") == "case.toml: film: no good"
+
+
+def test_commands_that_crash_or_hang_are_told_apart(tmp_path: Path) -> None:
+    def run(command: Command) -> int:
+        if command.arguments == ("crash",):
+            os.kill(os.getpid(), signal.SIGTERM)
+        while command.arguments == ("hang",):
+            pass
+        print("done")
+        return 7
+
+    def course(name: str) -> Course:
+        ended = yield Command((name,), tmp_path / name, 1.0)
+        return name, ended.code, ended.said
+
+    found = set(side_by_side((course(name) for name in ("crash", "hang", "end")), 2, run))
+    assert found == {("crash", -signal.SIGTERM, ""), ("hang", None, ""), ("end", 7, "done\n")}
+
+
+def test_a_campaign_goes_on_and_runs_again_only_what_changed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    ran: list[str] = []
+
+    def course(row: Row, seed: int, *_: object) -> Course:
+        ran.append(f"{row.kind}:{row.index}")
+        ended = yield Command((), tmp_path / "said", 5.0)
+        return {"kind": row.kind, "index": row.index, "key": row_key(draw(row.kind, row.index, seed)), "code": ended.code}
+
+    monkeypatch.setattr(campaign, "course_of", course)
+    monkeypatch.setattr(campaign, "fsm_command", lambda command: 0)
+    path, wanted = tmp_path / "rows.jsonl", [Row("films", index, False) for index in range(3)]
+    run_campaign(path, wanted[:2], 1)
+    assert ran == ["films:0", "films:1"]
+    path.write_text(path.read_text() + '{"kind": "films", "ind')  # cut off in the middle of a line
+    assert [line["index"] for line in run_campaign(path, wanted, 1)] == [0, 1, 2]
+    assert ran[2:] == ["films:2"]
+    monkeypatch.setattr(campaign, "made_by", lambda: {"source": "another"})
+    run_campaign(path, wanted, 1)
+    assert len(ran) == 6
+    assert len(read_lines(path)) == 6
+
+
+def test_a_few_cases_end_to_end(tmp_path: Path) -> None:
+    """Through the command itself, one of them with a second solver; and the tables that are made of it."""
+    wanted = [Row("scenes", 4, True), Row("lattices", 1, False)]
+    lines = run_campaign(tmp_path / "seed_1.jsonl", wanted, 1)
+    assert [line["cause"] for line in lines] == ["solved", "solved"]
+    assert lines[0]["second"] in ("agrees", "sensitive")
+    assert not (tmp_path / "seed_1_running").exists()
+    text = report(lines, 1)
+    assert "| scenes | 1 | 1 | 100.0 | - | 1 | 0 |" in text
+    write_csv(tmp_path / "rows.csv", lines)
+    assert len((tmp_path / "rows.csv").read_text().splitlines()) == 3
+
+
+def test_the_worst_number_is_that_beyond_its_own_bound() -> None:
+    assert worst([("peak", 0.01, 0.02), ("mode 1", 0.03, 0.5)]) == ("peak", 0.01, 0.02)
+
+
+def test_the_command_returns_its_exit_code(tmp_path: Path) -> None:
+    assert fsm_command(Command(("check", str(tmp_path / "none.toml")), tmp_path / "said", 1.0)) == 2

@@ -1,0 +1,155 @@
+"""The campaign: rows by kind and number, each run as a user would, judged and kept as a line of a file; resumable."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from fsm.provenance import made_by
+from validation.strangers.cases import Row, draw
+from validation.strangers.drawn import Drawn
+from validation.strangers.family import crease_family
+from validation.strangers.launch import Command, Course, side_by_side
+from validation.strangers.second import compared, otherwise, worst
+from validation.strangers.sheets import FAMILY_FILE
+from validation.strangers.verdict import cause_of, first_words, numbers_of
+
+__all__ = ["LIMIT", "Line", "course_of", "fsm_command", "read_lines", "row_key", "run_campaign"]
+
+Line = dict[str, Any]
+"""What is kept of a row."""
+
+LIMIT = 120.0
+"""Processor time of a case, s."""
+_SECOND = 5.0
+"""Times that for the second solver."""
+_NUDGE = 1e-6
+"""Part by which a case is changed to see whether it is one in which differences grow without bound."""
+
+
+def run_campaign(
+    path: Path, rows: Sequence[Row], seed: int, workers: int = 1, limit: float = LIMIT,
+    told: Callable[[Line], None] = lambda line: None,
+) -> list[Line]:  # fmt: skip
+    """Run the rows that the file does not have for these sources, append a line for each; the lines of all rows."""
+    keys = {row: row_key(draw(row.kind, row.index, seed)) for row in rows}
+    done = {(line["kind"], line["index"], line["key"]): line for line in read_lines(path)}
+    wanted = {row: (row.kind, row.index, key) for row, key in keys.items()}
+    missing = [row for row in rows if wanted[row] not in done or (row.checked and "second" not in done[wanted[row]])]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    scratch = path.parent / f"{path.stem}_running"
+    courses = (course_of(row, seed, scratch / f"{row.kind}_{row.index}", limit, path.parent) for row in missing)
+    with path.open("a", encoding="utf-8") as file:
+        for line in side_by_side(courses, workers, fsm_command):
+            done[(line["kind"], line["index"], line["key"])] = line
+            file.write(json.dumps(line) + "\n")
+            file.flush()
+            told(line)
+        os.fsync(file.fileno())
+    shutil.rmtree(scratch, ignore_errors=True)
+    return [done[wanted[row]] for row in rows]
+
+
+def read_lines(path: Path) -> list[Line]:
+    """What has been done; the last line may have been cut off and is done again."""
+    if not path.is_file():
+        return []
+    text = path.read_text(encoding="utf-8")
+    if text and not text.endswith("\n"):
+        text = text[: text.rfind("\n") + 1]
+        path.write_text(text, encoding="utf-8")
+    return [json.loads(line) for line in text.splitlines()]
+
+
+def row_key(drawn: Drawn) -> str:
+    """Digest of the sources and of the case as drawn: of the same key, the same comes out."""
+    content = json.dumps([made_by(), drawn.text, drawn.files], sort_keys=True)
+    return hashlib.sha256(content.encode()).hexdigest()[:16]
+
+
+def fsm_command(command: Command) -> int:
+    """The command line of fsm, in this process."""
+    from fsm.cli import cli
+
+    try:
+        cli.main(list(command.arguments), prog_name="fsm")
+    except SystemExit as end:
+        return end.code if isinstance(end.code, int) else int(end.code is not None)
+    return 0
+
+
+def course_of(row: Row, seed: int, folder: Path, limit: float, shared: Path, keep: bool = False) -> Course:
+    """Write the case as a user would, run it, and have a second solver look at it if the row is one of the sample."""
+    drawn = draw(row.kind, row.index, seed)
+    case = _written(drawn, folder, shared)
+    first = yield Command(("run", str(case), "--out", str(folder / "out")), folder / "said.txt", limit)
+    line: Line = {"kind": row.kind, "index": row.index, "key": row_key(drawn), "cause": cause_of(first), "code": first.code}
+    line |= {"said": "" if first.code == 0 else first_words(first, f"{folder}/"), "wall_s": round(first.wall, 2)}
+    line |= {"cpu_s": round(first.cpu, 2)} | numbers_of(folder / "out")
+    if row.checked:
+        line |= (yield from _checked(row, drawn, line, case, folder, limit)) if first.code == 0 else {"second": "none"}
+    if not keep:
+        shutil.rmtree(folder, ignore_errors=True)
+    return line
+
+
+def _checked(row: Row, drawn: Drawn, line: Line, case: Path, folder: Path, limit: float) -> Course:
+    """What a second solver says: "agrees", "differs", "sensitive" (a nudged case differs as much) or "failed"."""
+    other = otherwise(row.kind, drawn.tables, line["method"])
+    run = ("run", str(case), "--quiet", "--out")
+    settings = [word for text in other.settings for word in ("--set", text)]
+    ended = yield Command((*run, str(folder / "second"), *settings), folder / "said_second.txt", _SECOND * limit)
+    if ended.code != 0:
+        return {"second": "failed", "by": f"{other.by}: {first_words(ended, f'{folder}/')}"}
+    rtol = float(drawn.tables.get("solve", {}).get("rtol", 1e-6))
+    found = compared(row.kind, folder / "out", folder / "second", rtol)
+    if not found:
+        return {"second": "failed", "by": f"{other.by}: nothing to compare"}
+    name, off, allowed = worst(found)
+    verdict: Line = {
+        "second": "agrees" if off <= allowed else "differs",
+        "by": other.by,
+        "of": name,
+        "off": off,
+        "allowed": allowed,
+    }
+    nudge = _nudged(drawn)
+    if off <= allowed or not nudge:
+        return verdict
+    ended = yield Command((*run, str(folder / "nudged"), *settings, *nudge), folder / "said_nudged.txt", _SECOND * limit)
+    if ended.code == 0:
+        moved = {item[0]: item[1] for item in compared(row.kind, folder / "second", folder / "nudged", rtol)}
+        verdict["nudged"] = moved.get(name, 0.0)
+        if verdict["nudged"] > 0.2 * off:
+            verdict["second"] = "sensitive"
+    return verdict
+
+
+def _nudged(drawn: Drawn) -> list[str]:
+    """A setting that changes a case by a millionth."""
+    for section, key in (("strip", "length"), ("scissor", "bar_length"), ("material", "young")):
+        if key in drawn.tables.get(section, {}):
+            number, unit = str(drawn.tables[section][key]).split(maxsplit=1)
+            return ["--set", f"{section}.{key}={float(number) * (1.0 + _NUDGE):.12g} {unit}"]
+    if drawn.tables.get("gravity"):
+        number, unit = str(drawn.tables["gravity"][2]).split(maxsplit=1)
+        return ["--set", f"gravity.2={float(number) * (1.0 + _NUDGE):.12g} {unit}"]
+    return []
+
+
+def _written(drawn: Drawn, folder: Path, shared: Path) -> Path:
+    """The case file and all beside it."""
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    case = folder / "case.toml"
+    case.write_text(drawn.text, encoding="utf-8")
+    for name, text in drawn.files.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    if drawn.tables.get("crease", {}).get("file") == FAMILY_FILE:
+        shutil.copy(crease_family(shared / "family"), folder / FAMILY_FILE)
+    return case

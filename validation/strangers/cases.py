@@ -1,0 +1,68 @@
+"""The kinds of cases, how many there are of each, and the case of a number."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from validation.strangers.arrays import draw_array
+from validation.strangers.drawn import Drawn
+from validation.strangers.films import draw_film
+from validation.strangers.lattices import draw_lattice
+from validation.strangers.scenes import draw_scene
+from validation.strangers.strips import draw_deployed, draw_released, draw_strip
+from validation.stress.dice import Dice
+
+__all__ = ["CHECKED", "KINDS", "Kind", "Row", "draw", "rows"]
+
+CHECKED = 0.1
+"""Part of the cases that is checked by a second solver, or a finer mesh."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of case: how it is drawn, and how many there are at full size."""
+
+    draw: Callable[[Dice], Drawn]
+    cases: int
+
+
+KINDS: dict[str, Kind] = {
+    "strips": Kind(draw_strip, 400),
+    "released": Kind(draw_released, 150),
+    "lattices": Kind(draw_lattice, 100),
+    "films": Kind(draw_film, 300),
+    "deployed": Kind(draw_deployed, 150),
+    "arrays": Kind(draw_array, 200),
+    "scenes": Kind(draw_scene, 200),
+}
+FULL = sum(kind.cases for kind in KINDS.values())
+
+
+@dataclass(frozen=True)
+class Row:
+    """A case by its kind and number, and whether it is one of the sample that is checked."""
+
+    kind: str
+    index: int
+    checked: bool
+
+
+def rows(cases: int, kinds: tuple[str, ...], seed: int) -> list[Row]:
+    """All rows of a campaign: `cases` scales every kind alike, a smaller campaign is the beginning of a larger one."""
+    found = []
+    for name in kinds:
+        count = max(1, round(KINDS[name].cases * cases / FULL))
+        found += [Row(name, index, _dice(name, index, seed, 1).chance(CHECKED)) for index in range(count)]
+    return found
+
+
+def draw(kind: str, index: int, seed: int) -> Drawn:
+    """The case of a number: the same for the same kind, number and seed, whatever else is drawn."""
+    drawn = KINDS[kind].draw(_dice(kind, index, seed, 0))
+    return Drawn(json.loads(json.dumps(drawn.tables)), drawn.files)
+
+
+def _dice(kind: str, index: int, seed: int, purpose: int) -> Dice:
+    return Dice(seed, (2 * list(KINDS).index(kind) + purpose) * 1_000_000 + index)

@@ -1,0 +1,98 @@
+"""A second opinion on a case: another method, a finer mesh or a full model, and whether the key numbers agree."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fsm.results.store import read_solution
+from validation.stress.dice import Tables
+from validation.stress.second import difference_of
+
+__all__ = ["Other", "compared", "otherwise", "worst"]
+
+UNSTATED = 0.02
+"""Error of a peak, a frequency, a stress or a motion, part of it, where the program states none."""
+_STATED = ("reduced_error", "reduced_error_struck", "reduced_force_error")
+"""Errors that the summary of a film states, of its reduced model against the full one."""
+_TIGHT = "1e-7"
+
+
+@dataclass(frozen=True)
+class Other:
+    """What is set otherwise, as for `--set`, and its name."""
+
+    settings: tuple[str, ...]
+    by: str
+
+
+def otherwise(kind: str, tables: Tables, method: str) -> Other:
+    """The same case for another solver, or on a finer mesh; `method` took it on at first."""
+    if kind in ("strips", "lattices") and method == "static":
+        drive = tables["drive"][0]
+        if kind == "strips" and "body" not in drive:
+            segments = 2 * tables["strip"]["segments_per_panel"]
+            return Other((f"strip.segments_per_panel={segments}",), f"{segments} segments a panel")
+        increment = float(drive["travel"].split()[0]) / 1000.0
+        return Other((f"solve.increment={increment:.12g} mm", "solve.rtol=1e-8"), "increments of a thousandth at rtol 1e-8")
+    if kind == "films":
+        if method == "modal":
+            return Other(("vibration.model=full", "solve.rtol=1e-5"), "full model")
+        along, across = (round(1.5 * count) for count in tables["membrane"]["mesh"])
+        return Other((f"membrane.mesh=[{along}, {across}]",), f"mesh of {along} x {across}")
+    if kind == "deployed":
+        along, across = (
+            tables.get("deployed", {}).get("elements_per_panel", 6),
+            tables.get("deployed", {}).get("elements_across", 3),
+        )
+        finer = (f"deployed.elements_per_panel={round(1.5 * along)}", f"deployed.elements_across={round(1.5 * across)}")
+        return Other(finer, f"{round(1.5 * along)} x {round(1.5 * across)} elements a panel")
+    if kind == "arrays":
+        return Other(("scissor.elements_per_bar=8", "solve.rtol=1e-7"), "8 elements a bar at rtol 1e-7")
+    return Other(("solve.method=Radau-blocks", f"solve.rtol={_TIGHT}"), f"Radau-blocks at rtol {_TIGHT}")
+
+
+def compared(kind: str, first: Path, second: Path, rtol: float) -> list[tuple[str, float, float]]:
+    """Key numbers of two runs: name, difference as a part of the first, and what it may be."""
+    one, two = (json.loads((folder / "summary.json").read_text(encoding="utf-8")) for folder in (first, second))
+    return list(_numbers(kind, one, two)) + list(_motions(kind, first, second, rtol))
+
+
+def worst(found: list[tuple[str, float, float]]) -> tuple[str, float, float]:
+    """The number that is off most, of what it may be."""
+    return max(found, key=lambda item: item[1] / item[2])
+
+
+def _numbers(kind: str, one: Mapping[str, Any], two: Mapping[str, Any]) -> Iterator[tuple[str, float, float]]:
+    peak = abs(one.get("peak_force") or 0.0)
+    if peak:
+        yield "peak_force", abs(one["peak_force"] - two["peak_force"]) / peak, UNSTATED
+    if kind in ("strips", "lattices") and peak and one.get("final_force") is not None:
+        yield "final_force", abs(one["final_force"] - two["final_force"]) / max(peak, abs(one["final_force"])), UNSTATED
+    for i, (a, b) in enumerate(zip((one.get("modes_hz") or ())[:3], two.get("modes_hz") or (), strict=False)):
+        yield f"mode {i + 1}", abs(a - b) / abs(a), UNSTATED
+    stated = UNSTATED + max((one.get(name) or 0.0) for name in _STATED)
+    for name in ("frequency_hz", "amplitude_center"):
+        if one.get(name) and two.get(name):
+            yield name, abs(one[name] - two[name]) / abs(one[name]), stated
+    if one.get("max_stress") and two.get("max_stress"):
+        yield "max_stress", abs(one["max_stress"] - two["max_stress"]) / one["max_stress"], UNSTATED
+
+
+def _motions(kind: str, first: Path, second: Path, rtol: float) -> Iterator[tuple[str, float, float]]:
+    """Where everything goes, of the largest way."""
+    if kind not in ("released", "scenes", "arrays"):
+        return
+    one, two = (read_solution(folder / "result.h5") for folder in (first, second))
+    if one.array is None or two.array is None:
+        yield "motion", difference_of(one, two, rtol), UNSTATED
+        return
+    _, a, b = np.intersect1d(one.time, two.time, return_indices=True)
+    places, others = one.array.points.displacement[a], two.array.points.displacement[b]
+    way = float(np.abs(places).max())
+    yield "motion", float(np.abs(places - others).max()) / way if way else 0.0, UNSTATED

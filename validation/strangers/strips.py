@@ -1,0 +1,164 @@
+"""Folded strips: pulled, released from stowed, and drawn taut to vibrate."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from validation.strangers.drawn import Drawn
+from validation.strangers.sheets import Sheet, contact_tables, crease_tables, gravity, reach, sheet, strip_tables
+from validation.strangers.typed import deg, digits, mm, newton, nice
+from validation.stress.dice import Dice, Tables
+
+__all__ = ["draw_deployed", "draw_released", "draw_strip"]
+
+UP, DOWN, OUT = np.array([0.0, 1.0]), np.array([0.0, -1.0]), np.array([1.0, 0.0])
+OBLIQUE = np.array([1.0, 1.0]) / math.sqrt(2.0)
+TYPED = {(0.0, 1.0): [0, 0, 1], (0.0, -1.0): [0, 0, -1], (1.0, 0.0): [1, 0, 0]}
+
+
+def draw_strip(dice: Dice) -> Drawn:
+    """A strip of 2 to 12 panels, pulled at a crease line or its tip by a motion, or by a force.
+
+    It has an answer: the panels are 150 to 2000 times as long as thick, so that they buckle before they yield; every
+    motion ends before any panel is taut (95 % of the length in between, 88 % at a clamped tip), and where one panel
+    alone holds the crease line, that panel is shortened all the way and never stretched. A load is at most three times
+    what opens a crease.
+    """
+    of = sheet(dice, (2, 12), (60.0, 88.0), (150.0, 2000.0))
+    ratio = dice.decades(0.1, 10.0)
+    crease, files, stiffness = crease_tables(dice, of, ratio, ("linear", "linear", "spline", "family"))
+    damping = dice.one_of((None, "1 ms", "2 ms", "5 ms", "10 ms"))
+    extra: Tables = {"crease": crease}
+    if dice.chance(0.5):
+        extra |= contact_tables(dice)
+    if dice.chance(0.5):
+        extra |= gravity(dice)
+    if dice.chance(0.1):
+        extra["crease"] |= (
+            {"rest_angle": deg(2.0 * of.angle * dice.between(0.5, 1.0), 3)} if crease.get("law") == "linear" else {}
+        )
+    if dice.chance(0.2) or of.panels == 2:
+        held, pull = _loaded(dice, of, stiffness)
+    else:
+        held, pull = _driven(dice, of)
+    return Drawn(strip_tables(of, held, damping) | extra | pull, files)
+
+
+def _driven(dice: Dice, of: Sheet) -> tuple[list[int] | None, Tables]:
+    """Held panels (None: as the program does) and [[drive]]."""
+    while True:
+        way = dice.one_of((UP, UP, UP, DOWN, OUT, OBLIQUE))
+        both = of.panels >= 4 and dice.chance(0.6)
+        tip = not both and of.panels >= 4 and dice.chance(0.4)
+        drive: Tables = {"direction": TYPED.get((float(way[0]), float(way[1])), [1, 0, 1])}
+        if tip:
+            part = (of.segments - 0.5) / of.segments
+            last, end = of.crease_at(of.panels - 1), of.crease_at(of.panels)
+            start = last + part * (end - last)
+            anchors = [(of.crease_at(1), 0.88 / 0.95 * (of.panels - 2 + part) * of.panel)]
+            drive["body"] = f"panel {of.panels} segment {of.segments}"
+        else:
+            creases = range(2, of.panels - 1 if both else of.panels)
+            if not creases:
+                continue
+            crease = dice.one_of(creases)
+            start = of.crease_at(crease)
+            anchors = [(of.crease_at(1), (crease - 1) * of.panel)]
+            if both:
+                anchors.append((of.crease_at(of.panels - 1), (of.panels - 1 - crease) * of.panel))
+            drive["crease"] = crease
+            if dice.chance(0.12):
+                drive["guide"] = False
+        most = reach(of, start, way, anchors)
+        if most < 0.1 * of.panel:
+            continue
+        travel = 1e-3 * max(1.0, round(1e3 * most * dice.between(0.25, 0.97), 1))
+        speed = dice.one_of((0.5e-3, 1e-3, 2e-3, 2e-3, 2e-3, 5e-3, 10e-3))
+        drive |= {"speed": mm(speed), "travel": mm(min(travel, 0.99 * most))}
+        drive["speed"] += "/s"
+        return (None if both else [1]), {"drive": [drive]}
+
+
+def _loaded(dice: Dice, of: Sheet, stiffness: float) -> tuple[list[int] | None, Tables]:
+    """Held panels and a [[load]] that comes in slowly and stays for a while."""
+    both = of.panels >= 4 and dice.chance(0.5)
+    panel = dice.count(2, of.panels - 1 if both else of.panels)
+    lever = of.panel * (1.0 if both else max(1.0, panel - 1.0))
+    force = digits(stiffness / lever * dice.decades(0.1, 3.0))
+    way = dice.one_of((UP, UP, DOWN, OUT))
+    ramp = nice(min(2.0, max(0.1, 10.0 * of.period)))
+    load: Tables = {
+        "body": f"panel {panel} segment {max(1, of.segments // 2)}",
+        "force": [newton(force * float(way[0])) if way[0] else 0, 0, newton(force * float(way[1])) if way[1] else 0],
+        "time": {"kind": "ramp", "end": f"{ramp:g} s"},
+    }
+    return (None if both else [1]), {"load": [load], "solve": {"end_time": f"{nice(ramp * dice.between(1.1, 2.0)):g} s"}}
+
+
+def draw_released(dice: Dice) -> Drawn:
+    """A stowed strip that deploys by its creases: they are at rest when it is opened farther.
+
+    It has an answer: it starts at rest as folded and moves under bounded moments (strain of the panels below 2 % at the
+    start), with damping, for two to ten times what it takes to deploy; nothing is prescribed but the time.
+    """
+    of = sheet(dice, (2, 12), (60.0, 88.0), (150.0, 1500.0))
+    rest = math.radians(round(2.0 * math.degrees(of.angle) * dice.between(0.0, 0.95)))
+    turn = max(2.0 * of.angle - rest, 0.1)
+    ratio = min(dice.decades(0.1, 4.0), 4.0 / turn)
+    stiffness = digits(ratio * of.bending / of.panel)
+    crease: Tables = {"law": "linear", "stiffness": f"{1e3 * stiffness:.3g} N mm/rad", "rest_angle": deg(rest)}
+    mass = of.density * of.width * of.thickness * of.panels * of.panel
+    length = of.panels * of.panel
+    deploys = math.sqrt(mass * length**2 / (stiffness * turn) / of.panels)
+    end = nice(min(5.0, max(0.02, deploys * dice.between(2.0, 10.0) / 3.0)))
+    tables = strip_tables(of, [1], dice.one_of((None, "1 ms", "2 ms", "5 ms", "10 ms"))) | {"crease": crease}
+    if dice.chance(0.5):
+        tables |= contact_tables(dice)
+    if dice.chance(0.3):
+        tables |= gravity(dice)
+    return Drawn(tables | {"solve": {"end_time": f"{end:g} s"}}, {})
+
+
+def draw_deployed(dice: Dice) -> Drawn:
+    """A strip that is drawn taut along its length and then struck.
+
+    It has an answer: the drive ends where the panels between the held one and the driven crease are straight, and
+    stretched by 10 to 300 millionths at 20 MPa at most; the blow moves the taut strip by 2 % of its length at most.
+    """
+    of = sheet(dice, (4, 8), (50.0, 80.0), (150.0, 1500.0))
+    crease = dice.one_of((of.panels - 1, of.panels - 1, of.panels - 2))
+    ratio = dice.decades(0.1, 2.0)
+    of_crease, files, _ = crease_tables(dice, of, ratio, ("linear", "linear", "spline"))
+    span = (crease - 1) * of.panel
+    strain = min(dice.decades(2e-5, 3e-4), 20e6 / of.young)
+    travel = span * (1.0 - math.cos(of.angle)) + span * strain
+    tables = strip_tables(of, [1], dice.one_of((None, "5 ms", "10 ms"))) | {"crease": of_crease}
+    tables["stages"] = ["deploy", "vibrate"]
+    tables["drive"] = [
+        {"crease": crease, "direction": [1, 0, 0], "speed": dice.one_of(("2 mm/s", "5 mm/s")), "travel": mm(travel)}
+    ]
+    pull = of.young * strain * of.width * of.thickness
+    force = digits(pull * dice.decades(0.002, 0.05), 2)
+    wave = math.sqrt(of.young * strain / of.density)
+    frequency = max(wave / (2.0 * span), 0.1)
+    middle = 0.5 * of.panels * of.panel
+    struck = of.panel * dice.one_of((1.5, 2.0, 2.5)) - middle
+    probe = mm(struck)
+    tables |= {
+        "damping": {"air": dice.one_of(("2 1/s", "4 1/s", "8 1/s"))},
+        "impact": {
+            "pulse": "half-sine", "force": newton(force), "point": [probe, 0],
+            "duration": f"{nice(1e3 * min(0.05, dice.between(0.1, 0.6) / frequency)):g} ms",
+        },
+        "vibration": {
+            "duration": f"{nice(min(2.0, max(0.05, dice.between(5.0, 20.0) / frequency))):g} s",
+            "modes": dice.one_of((10, 20, 20, 30)), "probes": {"struck": [probe, 0]},
+        },
+    }  # fmt: skip
+    if dice.chance(0.4):
+        tables["deployed"] = {"elements_per_panel": dice.one_of((4, 6, 8)), "elements_across": dice.one_of((2, 3, 4))}
+    if dice.chance(0.2):
+        tables["air"] = {"density": "1.2 kg/m^3", "length": mm(min(span, 5.0 * of.width))}
+    return Drawn(tables, files)
