@@ -55,7 +55,7 @@ __all__ = [
     "widest_pose_spatial",
 ]
 
-_OFFSET, _REST, _STIFFNESS, _DAMPING = 14, 15, 21, 27
+_OFFSET, _REST, _STIFFNESS, _DAMPING, _HALF_WAY = 14, 15, 21, 27, 33
 
 
 def pose_constants_spatial(
@@ -64,17 +64,18 @@ def pose_constants_spatial(
     axes_inner: np.ndarray,
     axes_outer: np.ndarray,
     angle_offset: np.ndarray,
+    half_way: np.ndarray,
     rest: np.ndarray,
     stiffness: np.ndarray,
     damping: np.ndarray,
 ) -> np.ndarray:
-    """What the kernels need of each element, in one row of an (m, 33) array; arguments as in `measure_pose_spatial`.
+    """What the kernels need of each element, in one row of an (m, 34) array; arguments as in `measure_pose_spatial`.
 
     Columns: inner point (3), outer point in the joint axes (3), axes in the inner (4) and outer (4) body, initial angle,
-    and x0, k, c of (Z1, Z2, Z3, s1, psi, s3).
+    x0, k, c of (Z1, Z2, Z3, s1, psi, s3), and 1 where the swing is measured half-way between the bodies, else 0.
     """
     outer = rotate_by(axes_outer * np.array([1.0, -1.0, -1.0, -1.0]), point_outer)
-    return np.column_stack([point_inner, outer, axes_inner, axes_outer, angle_offset, rest, stiffness, damping])
+    return np.column_stack([point_inner, outer, axes_inner, axes_outer, angle_offset, rest, stiffness, damping, half_way])
 
 
 @kernel(inline=True)
@@ -184,7 +185,7 @@ def force_pose_spatial(
         Quaternions of unit length.
     bodies : (m, 2) int array
         Inner and outer body.
-    constants : (m, 33) array of `pose_constants_spatial`
+    constants : (m, 34) array of `pose_constants_spatial`
     before : (m, 6) array
         Deformations at a past state; not read if `per_second` is zero.
     per_second : float, 1/s
@@ -204,7 +205,7 @@ def force_pose_spatial(
             m = _moment(4, psi + row[_OFFSET], g, wa, wb, row, past, per_second)
             gx, gy, gz = m * g[0], m * g[1], m * g[2]
         if _acts(row, 3) or _acts(row, 5):
-            s1, s3, slopes_1, slopes_3 = swing_slopes(q)
+            s1, s3, slopes_1, slopes_3 = swing_slopes(q, row[_HALF_WAY] != 0.0)
             g1, g3 = turn_gradient(slopes_1, q), turn_gradient(slopes_3, q)
             m1 = _moment(3, s1, g1, wa, wb, row, past, per_second)
             m3 = _moment(5, s3, g3, wa, wb, row, past, per_second)
@@ -302,7 +303,7 @@ def linearise_pose_spatial(
                 4, psi + row[_OFFSET], slopes, q, wa, wb, row, past, per_second, given, g, bent, curvature, turn, turn_damped
             )
         if _acts(row, 3) or _acts(row, 5):
-            s1, s3, slopes_1, slopes_3 = swing_slopes(q)
+            s1, s3, slopes_1, slopes_3 = swing_slopes(q, row[_HALF_WAY] != 0.0)
             g, bent, curvature, turn, turn_damped = _add_turn(
                 3, s1, slopes_1, q, wa, wb, row, past, per_second, given, g, bent, curvature, turn, turn_damped
             )
@@ -385,7 +386,7 @@ def _measure_all(
         g = turn_gradient(slopes, q)
         value[4], change[4] = psi + row[_OFFSET], g[0] * w[0] + g[1] * w[1] + g[2] * w[2]
     if _acts(row, 3) or _acts(row, 5):
-        value[3], value[5], slopes_1, slopes_3 = swing_slopes(q)
+        value[3], value[5], slopes_1, slopes_3 = swing_slopes(q, row[_HALF_WAY] != 0.0)
         g1, g3 = turn_gradient(slopes_1, q), turn_gradient(slopes_3, q)
         change[3] = g1[0] * w[0] + g1[1] * w[1] + g1[2] * w[2]
         change[5] = g3[0] * w[0] + g3[1] * w[1] + g3[2] * w[2]

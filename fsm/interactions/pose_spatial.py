@@ -2,6 +2,8 @@
 
     Z_k = e_k . (A_b^T (r_a + A_a c_a - r_b) - c_b)                  seed 003, eqs. (5) to (9); docs/theory.md
 
+The swing (s1, s3) is measured in the same axes, or in those half-way between both bodies (`fsm.interactions.swing_twist`).
+
 The force of Z acts at ONE point, P+ of the inner body, on both: the outer body's arm is A_b^T (p_a - r_b), not c_b.
 Coordinates of an element: (dr, dtheta) of the inner body a, then of the outer body b; dtheta in body axes.
 """
@@ -69,6 +71,7 @@ def measure_pose_spatial(
     axes_inner: np.ndarray,
     axes_outer: np.ndarray,
     angle_offset: np.ndarray,
+    half_way: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Deformations of all force elements, their rates and gradients.
 
@@ -82,6 +85,8 @@ def measure_pose_spatial(
         Quaternions of the joint axes in the bodies, the inner ones turned back by the initial angle.
     angle_offset : (m,) array, rad
         The initial angle.
+    half_way : (m,) bool array
+        Whether the swing is measured in the axes half-way between both bodies.
 
     Returns
     -------
@@ -110,7 +115,7 @@ def measure_pose_spatial(
             _translation_gradient(axis, point_inner[i], rot_a, rot_b, place, world, in_a, gradient[i, k])
         relative_quaternion(poses[a], poses[b], axes_inner[i], axes_outer[i], work, q)
         value[i, 4] = angle_offset[i] + twist_measure(q, first[1], second[1])
-        swing_measures(q, swing, swing_first, swing_second)
+        swing_measures(q, half_way[i], swing, swing_first, swing_second)
         value[i, 3], value[i, 5] = swing[0], swing[1]
         first[0], first[2] = swing_first[0], swing_first[1]
         increments(q, steps)
@@ -198,6 +203,7 @@ def tangent_pose_spatial(
     axes_inner: np.ndarray,
     axes_outer: np.ndarray,
     angle_offset: np.ndarray,
+    half_way: np.ndarray,
     gradient: np.ndarray,
     effort: np.ndarray,
     stiffness: np.ndarray,
@@ -230,7 +236,7 @@ def tangent_pose_spatial(
         fill_rotation(axes_outer[i], frames[1])
         relative_quaternion(poses[a], poses[b], axes_inner[i], axes_outer[i], work, q)
         twist_measure(q, first[1], second[1])
-        swing_measures(q, swing, swing_first, swing_second)
+        swing_measures(q, half_way[i], swing, swing_first, swing_second)
         for m in range(4):
             first[0, m], first[2, m] = swing_first[0, m], swing_first[1, m]
             for n in range(4):

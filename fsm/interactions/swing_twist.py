@@ -2,6 +2,13 @@
 
 q = swing(s1, 0, s3) twist(psi about e2):   psi = 2 atan2(q2, q0),   (s1, s3) = the swing's rotation vector.
 
+With the same psi, the swing can be measured in the axes half-way between both bodies instead of those of the outer one:
+
+    q = twist(psi/2) swing(s1, 0, s3) twist(psi/2):   (s1, s3) = f(n) (q1, q3),   n = sqrt(q0^2 + q2^2)
+
+All three change their sign where the bodies change places (q becomes its conjugate), so none holds a product of two others.
+In the axes of the outer body, s1 holds half the product of psi and s3, and s3 that of psi and s1.
+
 The relative quaternion of two joint frames is q = conj(q_b) q_a. For body-axis increments d_a, d_b (in joint axes)
 
     dq = 1/2 q d_a - 1/2 d_b q ,    d(dq_a,i)/dd_a,j = 1/4 q e_j e_i ,   d(dq_a,i)/dd_b,j = -1/4 e_j q e_i , ...
@@ -147,14 +154,22 @@ def _stretch(n: float) -> tuple[float, float, float]:
 
 
 @kernel(inline=True)
-def swing_slopes(q: Quaternion) -> tuple[float, float, Slopes, Slopes]:
-    """s1 and s3 and their derivatives by q.
+def swing_slopes(q: Quaternion, half_way: bool) -> tuple[float, float, Slopes, Slopes]:
+    """s1 and s3, in the axes of the outer body or in those half-way between both, and their derivatives by q.
 
-    n = sqrt(q0^2 + q2^2),  s1 = f(n) (q1 q0 + q3 q2)/n,  s3 = f(n) (q3 q0 - q1 q2)/n.
-    Written as s = f(n)/n * B(q) with a bilinear form B; h(n) = f/n.
+    n = sqrt(q0^2 + q2^2),  s1 = f(n) (q1 q0 + q3 q2)/n,  s3 = f(n) (q3 q0 - q1 q2)/n  in those of the outer body.
+    Written as s = f(n)/n * B(q) with a bilinear form B; h(n) = f/n. Half-way, B is linear and h = f.
     """
     n = np.sqrt(q[0] * q[0] + q[2] * q[2])
     f, f1, f2 = _stretch(min(n, 1.0))
+    if half_way:
+        n0, n2 = q[0] / n, q[2] / n
+        return (
+            f * q[1],
+            f * q[3],
+            _swing_slopes(q[1], 0.0, 1.0, 0.0, 0.0, f, f1, f2, n, n0, n2, 0.0, 0.0),
+            _swing_slopes(q[3], 0.0, 0.0, 0.0, 1.0, f, f1, f2, n, n0, n2, 0.0, 0.0),
+        )
     h = f / n
     h1 = (f1 - h) / n
     h2 = (f2 - 2.0 * h1) / n
@@ -193,9 +208,11 @@ def _swing_slopes(
 
 
 @kernel
-def swing_measures(q: np.ndarray, values: np.ndarray, first: np.ndarray, second: np.ndarray) -> None:
+def swing_measures(
+    q: np.ndarray, half_way: bool, values: np.ndarray, first: np.ndarray, second: np.ndarray
+) -> None:
     """s1 and s3 into `values` (2,), gradients `first` (2, 4) and Hessians `second` (2, 4, 4) by q."""
-    values[0], values[1], slopes_1, slopes_3 = swing_slopes((q[0], q[1], q[2], q[3]))
+    values[0], values[1], slopes_1, slopes_3 = swing_slopes((q[0], q[1], q[2], q[3]), half_way)
     _fill(slopes_1, first[0], second[0])
     _fill(slopes_3, first[1], second[1])
 

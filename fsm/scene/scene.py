@@ -100,6 +100,11 @@ class ForceElement(Model):
         "outer": Z in the joint axes of the outer body. "chord" (in the plane): a ligament from P- to P+, which lie apart;
         its first translation is the change of its length from that of the scene as given, its third that length times
         the turn of the chord against the mean turn of both bodies. It looks the same from either body.
+    swing_axes : str or None
+        Axes in which the swing (s1, s3) is measured. "outer": those of the outer body; of a hinge or a universal joint.
+        "half-way": those half-way between both bodies, turned by psi/2 about e2; of an elastic joint that is bent about
+        several axes at once. None: "half-way" where all three rotations have a stiffness and the joint starts within 45
+        degrees of unfolded, without a crease; else "outer". In a plane both are the same.
     crease : law of the twist, instead of rotation[1]
     crease_flexibility : rad/(N m)
         Half-cell flexibility in series with the crease law.
@@ -120,6 +125,7 @@ class ForceElement(Model):
     rest_angle: Angle | None = None
     initial_angle: Angle | None = None
     frame: Literal["outer", "chord"] = "outer"
+    swing_axes: Literal["outer", "half-way"] | None = None
     crease: Crease | None = None
     crease_flexibility: Annotated[Number, Field(ge=0)] = 0.0
     kind: Literal["joint", "crease", "panel", "drive"] = "joint"

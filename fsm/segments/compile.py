@@ -21,7 +21,7 @@ from fsm.segments.compile_contacts import compile_contacts
 from fsm.segments.configuration import Bodies
 from fsm.segments.crease_curves import Hysteresis, curve_of, hysteresis_of
 from fsm.segments.drive import PrescribedMotion
-from fsm.segments.element_angles import initial_twists, rest_twists, side_of
+from fsm.segments.element_angles import half_way_swings, initial_twists, rest_twists, side_of
 from fsm.segments.elements import BushingGroup, CreaseGroup
 from fsm.segments.group import Group
 from fsm.segments.hysteresis import HysteresisGroup
@@ -161,7 +161,8 @@ class _Compiler:
         if not elements:
             return None
         rest = np.zeros((len(elements), 6))
-        rest[:, 4] = rest_twists(elements, initial_twists(elements, self.scene.bodies))
+        initial = initial_twists(elements, self.scene.bodies)
+        rest[:, 4] = rest_twists(elements, initial)
         stiffness = np.array([[*e.translation, *e.rotation] for e in elements])
         damping = np.array([[*e.translation_damping, *e.rotation_damping] for e in elements])
         # a tabulated crease has its own moment and damping about e2
@@ -177,7 +178,7 @@ class _Compiler:
             pose_spatial.measure_pose_spatial if self.spatial else pose_planar.measure_pose_planar,
             pose_spatial.tangent_pose_spatial if self.spatial else pose_planar.tangent_pose_planar,
             self._ends(elements),
-            (*points, *self._joint_axes(elements)),
+            (*points, *self._joint_axes(elements), *([half_way_swings(elements, initial)] if self.spatial else [])),
             np.ascontiguousarray(rest[:, keep]),
             np.ascontiguousarray(stiffness[:, keep]),
             np.ascontiguousarray(damping[:, keep]),

@@ -5,16 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 
+import numpy as np
+
 from fsm.errors import Fault
 from fsm.scene.materials import LinearCrease
 from fsm.scene.scene import GROUND, Body, ForceElement, Scene
 
-__all__ = ["angle_faults", "initial_twists", "rest_twists", "side_of"]
+__all__ = ["angle_faults", "half_way_swings", "initial_twists", "rest_twists", "side_of"]
 
 _AGREED = 1e-3
 """Difference between `initial_angle` and the placed bodies that is taken for rounding, rad."""
 _FLAT = 1e-9
 """Twist below which a crease starts flat: round-off of quaternions, rad."""
+
+_FOLDED = 0.25 * math.pi
+"""Twist at the start from which on a joint is a fold, rad."""
 
 _Quaternion = tuple[float, float, float, float]
 _GROUNDED: _Quaternion = (1.0, 0.0, 0.0, 0.0)
@@ -29,6 +34,18 @@ def initial_twists(elements: Sequence[ForceElement], bodies: Sequence[Body]) -> 
 def rest_twists(elements: Sequence[ForceElement], initial: Sequence[float]) -> list[float]:
     """Twist of each element without moment, rad: `rest_angle`, or that of its crease on the side of the start, or 0."""
     return [_rest(element, start) for element, start in zip(elements, initial, strict=True)]
+
+
+def half_way_swings(elements: Sequence[ForceElement], initial: Sequence[float]) -> np.ndarray:
+    """Whether the swing of each element is measured in the axes half-way between its bodies, (m,); see `ForceElement`."""
+    return np.array([_is_half_way(element, start) for element, start in zip(elements, initial, strict=True)], dtype=bool)
+
+
+def _is_half_way(element: ForceElement, start: float) -> bool:
+    if element.swing_axes is not None:
+        return element.swing_axes == "half-way"
+    hinge = element.crease is not None or element.kind in ("crease", "drive") or abs(start) >= _FOLDED
+    return not hinge and all(element.rotation)
 
 
 def angle_faults(scene: Scene) -> Iterator[Fault]:

@@ -43,7 +43,7 @@ def random_group(spatial: bool, missing: str, rng: np.random.Generator, size: fl
     if spatial:
         points = rng.normal(size=(2, m, 3))
         axes = [quaternions(size * rng.normal(size=(m, 3))) for _ in range(2)]
-        geometry = (points[0], points[1], *axes, rng.normal(size=m))
+        geometry = (points[0], points[1], *axes, rng.normal(size=m), np.arange(m) % 3 != 0)
     else:
         geometry = (*rng.normal(size=(2, m, 2)), *rng.normal(size=(2, m)))
     rest, stiffness, damping = rng.normal(size=(m, n)), *rng.uniform(1, 5, (2, m, n))

@@ -58,7 +58,8 @@ def chain(spatial: bool, seed: int) -> Chain:
         turns = rng.normal(size=(n, 3)) * 0.7
         poses = np.column_stack([rng.normal(size=(n, 3)), quaternions(Rotation.from_rotvec(turns))])
         axes = [quaternions(Rotation.random(m, random_state=seed + k)) for k in range(2)]
-        geometry = (rng.normal(size=(m, 3)), rng.normal(size=(m, 3)), *axes, rng.normal(size=m))
+        half_way = (np.arange(m) + seed) % 2 == 0
+        geometry = (rng.normal(size=(m, 3)), rng.normal(size=(m, 3)), *axes, rng.normal(size=m), half_way)
         size = 6
     else:
         poses = rng.normal(size=(n, 3))
@@ -224,7 +225,8 @@ def test_planar_is_the_spatial_case_in_a_plane(seed: int) -> None:
     # psi = phi_a + alpha_a - phi_b - alpha_b with alpha_a = offset + alpha_b
     inner, outer = about_y(axes_angle + offset), about_y(axes_angle)
     spatial = measure_pose_spatial(
-        poses, rates, BODIES, insert_y(points_a), insert_y(points_b), inner, outer, np.zeros(len(BODIES))
+        poses, rates, BODIES, insert_y(points_a), insert_y(points_b), inner, outer, np.zeros(len(BODIES)),
+        np.array([True, False, True]),
     )
     planar = c.measure(c.poses, c.rates)
     np.testing.assert_allclose(spatial[0][:, [0, 2]], planar[0][:, :2], atol=1e-13)
@@ -238,7 +240,7 @@ def test_planar_is_the_spatial_case_in_a_plane(seed: int) -> None:
 @SEEDS
 def test_hinge_is_the_twist_of_the_pose(seed: int) -> None:
     c = chain(True, seed)
-    hinge = measure_hinge_spatial(c.poses, c.rates, BODIES, *c.geometry[2:])
+    hinge = measure_hinge_spatial(c.poses, c.rates, BODIES, *c.geometry[2:5])
     pose = c.measure(c.poses, c.rates)
     for mine, other in zip(hinge, (pose[0][:, 4], pose[1][:, 4], pose[2][:, 4:5]), strict=True):
         np.testing.assert_allclose(mine, other, atol=1e-14)

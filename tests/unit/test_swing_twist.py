@@ -23,25 +23,26 @@ from fsm.interactions.swing_twist import (
 from fsm.kernels.rotation import exponential, multiply
 
 ANGLE = st.floats(-3.0, 3.0)
+HALF_WAY = pytest.mark.parametrize("half_way", [False, True], ids=["outer", "half-way"])
 
 
 def scalar_first(rotation: Rotation) -> np.ndarray:
     return np.roll(rotation.as_quat(), 1)
 
 
-def measures(q: np.ndarray) -> np.ndarray:
+def measures(q: np.ndarray, half_way: bool = False) -> np.ndarray:
     """(s1, psi, s3)."""
     values, first, second = np.empty(2), np.empty((2, 4)), np.empty((2, 4, 4))
-    swing_measures(q, values, first, second)
+    swing_measures(q, half_way, values, first, second)
     return np.array([values[0], twist_measure(q, np.empty(4), np.empty((4, 4))), values[1]])
 
 
-def derivatives(q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def derivatives(q: np.ndarray, half_way: bool = False) -> tuple[np.ndarray, np.ndarray]:
     """Gradients (3, 4) and Hessians (3, 4, 4) of (s1, psi, s3)."""
     first, second = np.empty((3, 4)), np.empty((3, 4, 4))
     twist_measure(q, first[1], second[1])
     swing_first, swing_second = np.empty((2, 4)), np.empty((2, 4, 4))
-    swing_measures(q, np.empty(2), swing_first, swing_second)
+    swing_measures(q, half_way, np.empty(2), swing_first, swing_second)
     first[[0, 2]], second[[0, 2]] = swing_first, swing_second
     return first, second
 
@@ -55,13 +56,23 @@ def differences(function: Callable[[np.ndarray], np.ndarray], at: np.ndarray, h:
     return np.stack(columns, axis=-1)
 
 
+@HALF_WAY
 @given(psi=st.floats(-3.1, 3.1), s1=st.floats(-1.5, 1.5), s3=st.floats(-1.5, 1.5))
-def test_measures_are_what_scipy_composes(psi: float, s1: float, s3: float) -> None:
-    composed = Rotation.from_rotvec([s1, 0, s3]) * Rotation.from_rotvec([0, psi, 0])
-    q = scalar_first(composed)
+def test_measures_are_what_scipy_composes(half_way: bool, psi: float, s1: float, s3: float) -> None:
+    """The outer body's axes are those before the twist, the half-way ones those after half of it."""
+    swing, twist = Rotation.from_rotvec([s1, 0, s3]), Rotation.from_rotvec([0, psi, 0])
+    half = Rotation.from_rotvec([0, psi / 2, 0])
+    q = scalar_first(half * swing * half if half_way else swing * twist)
     if q @ [np.cos(psi / 2), 0, np.sin(psi / 2), 0] < 0:  # the two quaternions of one rotation are a turn apart
         q = -q
-    np.testing.assert_allclose(measures(q), [s1, psi, s3], atol=1e-12)
+    np.testing.assert_allclose(measures(q, half_way), [s1, psi, s3], atol=1e-12)
+
+
+@given(psi=st.floats(-3.1, 3.1), s1=st.floats(-1.5, 1.5), s3=st.floats(-1.5, 1.5))
+def test_half_way_measures_change_sign_where_the_bodies_change_places(psi: float, s1: float, s3: float) -> None:
+    swing, half = Rotation.from_rotvec([s1, 0, s3]), Rotation.from_rotvec([0, psi / 2, 0])
+    q = scalar_first(half * swing * half)
+    np.testing.assert_allclose(measures(q * [1, -1, -1, -1], True), -measures(q, True), atol=1e-13)
 
 
 def test_twist_goes_on_past_half_a_turn() -> None:
@@ -91,18 +102,20 @@ def test_hinge_angle_past_180_degrees(start: float) -> None:
         np.testing.assert_allclose(gradient[0, 0], [0, 0, 0, 0, 1, 0, 0, 0, 0, 0, -1, 0], atol=1e-12)
 
 
+@HALF_WAY
 @pytest.mark.parametrize("seed", range(20))
-def test_gradients_and_hessians(seed: int) -> None:
+def test_gradients_and_hessians(seed: int, half_way: bool) -> None:
     rng = np.random.default_rng(seed)
     swing = rng.uniform(0.4, 2.0) * np.array([np.cos(seed), 0.0, np.sin(seed)])
     q = scalar_first(Rotation.from_rotvec(swing) * Rotation.from_rotvec([0, rng.uniform(-3, 3), 0]))
-    first, second = derivatives(q)
-    np.testing.assert_allclose(first, differences(measures, q), rtol=1e-8, atol=1e-8)
-    np.testing.assert_allclose(second, differences(lambda p: derivatives(p)[0], q), rtol=1e-8, atol=1e-8)
+    first, second = derivatives(q, half_way)
+    np.testing.assert_allclose(first, differences(lambda p: measures(p, half_way), q), rtol=1e-8, atol=1e-8)
+    np.testing.assert_allclose(second, differences(lambda p: derivatives(p, half_way)[0], q), rtol=1e-8, atol=1e-8)
 
 
+@HALF_WAY
 @pytest.mark.parametrize("size", [0.0, 1e-9, 1e-4, 0.05, 0.28, 0.29])
-def test_derivatives_near_zero_swing(size: float) -> None:
+def test_derivatives_near_zero_swing(size: float, half_way: bool) -> None:
     """Along rotations, which is how they are used; swings from none to past the switch of the series (0.283 rad)."""
     q = scalar_first(Rotation.from_rotvec([0.6 * size, 0, 0.8 * size]) * Rotation.from_rotvec([0, 2.0, 0]))
 
@@ -111,15 +124,15 @@ def test_derivatives_near_zero_swing(size: float) -> None:
 
     along = np.empty((6, 4))
     increments(q, along)
-    first, second = derivatives(q)
+    first, second = derivatives(q, half_way)
     np.testing.assert_allclose(
-        first @ along[:3].T, differences(lambda step: measures(moved(step)), np.zeros(3)), atol=1e-9
+        first @ along[:3].T, differences(lambda step: measures(moved(step), half_way), np.zeros(3)), atol=1e-9
     )
 
     def rates(step: np.ndarray) -> np.ndarray:
         table = np.empty((6, 4))
         increments(moved(step), table)
-        return derivatives(moved(step))[0] @ table[:3].T
+        return derivatives(moved(step), half_way)[0] @ table[:3].T
 
     exact = np.einsum("kmn,im,jn->kij", second, along[:3], along[:3])
     change = np.empty(4)

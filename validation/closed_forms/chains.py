@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import brentq
 
 from fsm.scene.loads import Drive, Load, Ramp
 from fsm.scene.scene import GROUND, Body, ForceElement, Scene
@@ -15,7 +16,7 @@ from fsm.solve.handed_over import Saved, Statistics
 from fsm.solve.newton import equilibrium
 from fsm.solve.static import PathSettings, follow
 
-__all__ = ["Section", "buckled", "cantilever", "column", "space_tip", "tip"]
+__all__ = ["Section", "buckled", "cantilever", "column", "lateral_buckling", "space_cantilever", "space_tip", "tip"]
 
 STIFF = 1e8
 FULL = Ramp(kind="ramp", end=1.0)
@@ -129,12 +130,26 @@ def space_tip(
     steps: int = 10,
     alternate: bool = False,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Tip (x, y, z) and quaternion of the last segment of a cantilever under a dead force at its tip.
+    """Tip (x, y, z) and quaternion of the last segment of a `space_cantilever` under its whole load."""
+    system = space_cantilever(count, length, arc, section, force, alternate)
+    q = equilibrium(system, system.initial()[0], np.linspace(0.0, 1.0, steps + 1)).reshape(count, 7)[-1]
+    piece, turn = length / count, arc / count
+    chord = piece if arc == 0.0 else 2.0 * length / arc * math.sin(turn / 2)
+    return q[:3] + 0.5 * chord * _first_axis(q[3:]), q[3:]
+
+
+def space_cantilever(
+    count: int,
+    length: float,
+    arc: float,
+    section: Section,
+    force: tuple[float, float, float],
+    alternate: bool = False,
+) -> SegmentSystem:
+    """Cantilever in space under a dead force at its tip that grows in 1 s.
 
     It starts at the origin along x and bends towards y by the angle `arc` in all: segments are chords of a true circle,
-    joints are at its points, with half a cell at the clamp. `alternate` swaps inner and outer body of every other joint:
-    the rotation of a joint is split into a swing and a twist in the axes of the outer body, and what that order leaves
-    cancels.
+    joints are at its points, with half a cell at the clamp. `alternate` swaps inner and outer body of every other joint.
     """
     piece, turn = length / count, arc / count
     chord = piece if arc == 0.0 else 2.0 * length / arc * math.sin(turn / 2)
@@ -166,9 +181,33 @@ def space_tip(
             )
         )  # fmt: skip
     load = Load(body=f"{count - 1}", point=(chord / 2, 0.0, 0.0), force=force, time=FULL)
-    system = compile_scene(Scene(bodies=tuple(bodies), elements=tuple(elements), loads=(load,)), True)
-    q = equilibrium(system, system.initial()[0], np.linspace(0.0, 1.0, steps + 1)).reshape(count, 7)[-1]
-    return q[:3] + 0.5 * chord * _first_axis(q[3:]), q[3:]
+    return compile_scene(Scene(bodies=tuple(bodies), elements=tuple(elements), loads=(load,)), True)
+
+
+_ON_EDGE = Section(stretch=1e7, shear=1e7, torsion=0.6, about_y=1e6, about_z=1.0)
+"""A strip whose bending about y is as good as rigid, so that nothing but buckling lets the tip move sideways."""
+
+
+def _sideways(count: int, load: float, alternate: bool) -> tuple[float, float]:
+    """Determinant (sign, logarithm) of the stiffness of a loaded straight strip against moving out of its plane."""
+    system = space_cantilever(count, 1.0, 0.0, _ON_EDGE, (0.0, 0.0, load), alternate)
+    q = equilibrium(system, system.initial()[0], np.array([1.0]))
+    matrix = system.linearise(1.0, q, None).stiffness.symmetric().bsr().toarray()
+    out_of_plane = np.concatenate([6 * i + np.array([1, 3, 5]) for i in range(count)])
+    sign, size = np.linalg.slogdet(matrix[np.ix_(out_of_plane, out_of_plane)])
+    return float(sign), float(size)
+
+
+def lateral_buckling(count: int, alternate: bool = False) -> float:
+    """Load P L^2/sqrt(EI GJ) at the tip of a straight strip, along its width, at which it gives way sideways."""
+    scale = math.sqrt(_ON_EDGE.about_z * _ON_EDGE.torsion)
+    at_three = _sideways(count, 3.0 * scale, alternate)[1]
+
+    def determinant(load: float) -> float:
+        sign, size = _sideways(count, load * scale, alternate)
+        return sign * math.exp(size - at_three)
+
+    return float(brentq(determinant, 3.5, 5.0, xtol=1e-9))
 
 
 def _first_axis(p: np.ndarray) -> np.ndarray:

@@ -20,6 +20,7 @@ PARTS: dict[str, Part] = {
     "elastica": beams.elastica,
     "rolled": beams.rolled,
     "buckling": beams.buckling,
+    "lateral": beams.lateral,
     "arc": beams.arc,
     "princeton": beams.princeton,
     "heavy_top": rigid.heavy,
