@@ -275,17 +275,20 @@ class _Compiler:
             turns = 2 * np.pi * np.round((wanted - raw) / (2 * np.pi))
             return angles[:, 1], angles[:, 0] - angles[:, 1] + turns
         inner, outer, offset = [], [], []
-        for element, start in zip(elements, initial, strict=True):
-            half = 0.5 * start
+        # axes half-way between both bodies are those of the whole twist, which is then counted from zero
+        anchors = np.where(half_way_swings(elements, initial), 0.0, initial)
+        for element, start, anchor in zip(elements, initial, anchors.tolist(), strict=True):
+            half, left = 0.5 * anchor, 0.5 * (start - anchor)
             anchored = multiply(np.array(element.axes_inner), np.array([math.cos(half), 0.0, -math.sin(half), 0.0]))
             outer_axes = np.array(element.axes_outer, dtype=float)
             relative = multiply(
                 _conjugate(multiply(self.pose[self.index[element.outer], 3:], outer_axes)),
                 multiply(self.pose[self.index[element.inner], 3:], anchored),
             )
-            inner.append(anchored if relative[0] >= 0 else -anchored)
+            same_turn = math.cos(left) * relative[0] + math.sin(left) * relative[2] >= 0
+            inner.append(anchored if same_turn else -anchored)
             outer.append(outer_axes)
-            offset.append(start)
+            offset.append(anchor)
         return np.array(inner), np.array(outer), np.array(offset)
 
 
