@@ -86,8 +86,8 @@ def _solids(pair: ContactPair, shapes: Mapping[str, str], path: str) -> Iterator
     """Two obstacles: one is a sphere, or one a plane and the other none."""
     kinds = sorted((shapes[pair.first], shapes[pair.second]))
     if "sphere" not in kinds and kinds.count("plane") != 1:
-        text = f"a {shapes[pair.first]} and a {shapes[pair.second]} do not touch each other"
-        yield Fault(path, f"obstacles {pair.first!r} and {pair.second!r}: {text}; give one of them a plate, or make it a sphere")
+        text = f"a {shapes[pair.first]} and a {shapes[pair.second]} do not touch each other; give one of them a plate"
+        yield Fault(path, f"obstacles {pair.first!r} and {pair.second!r}: {text}, or make it a sphere")
 
 
 def _pair(
