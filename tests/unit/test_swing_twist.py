@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -57,6 +57,7 @@ def differences(function: Callable[[np.ndarray], np.ndarray], at: np.ndarray, h:
 
 
 @HALF_WAY
+@settings(deadline=None)  # the first call compiles
 @given(psi=st.floats(-3.1, 3.1), s1=st.floats(-1.5, 1.5), s3=st.floats(-1.5, 1.5))
 def test_measures_are_what_scipy_composes(half_way: bool, psi: float, s1: float, s3: float) -> None:
     """The outer body's axes are those before the twist, the half-way ones those after half of it."""
@@ -68,6 +69,7 @@ def test_measures_are_what_scipy_composes(half_way: bool, psi: float, s1: float,
     np.testing.assert_allclose(measures(q, half_way), [s1, psi, s3], atol=1e-12)
 
 
+@settings(deadline=None)
 @given(psi=st.floats(-3.1, 3.1), s1=st.floats(-1.5, 1.5), s3=st.floats(-1.5, 1.5))
 def test_half_way_measures_change_sign_where_the_bodies_change_places(psi: float, s1: float, s3: float) -> None:
     swing, half = Rotation.from_rotvec([s1, 0, s3]), Rotation.from_rotvec([0, psi / 2, 0])
