@@ -16,9 +16,16 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["SIGNATURE", "fixed_text", "is_guarded", "let_go", "names_in", "numbers_in", "plain", "written"]
+__all__ = [
+    "DAMAGES", "SIGNATURE", "attribute", "check_contents", "fixed_text", "is_guarded", "let_go", "names_in", "numbers_in",
+    "plain", "text_in", "written",
+]  # fmt: skip
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
+DAMAGES = (OSError, LookupError, RuntimeError, ValueError, TypeError, AttributeError, ArithmeticError, MemoryError)
+"""Errors by which damage of a file shows as it is read."""
+_MOST_OBJECTS = 100_000
+_MOST_ATTRIBUTE = 64 * 2**20
 _LARGEST = 1e150
 """Of numbers that have to be finite: sums of their squares are, too."""
 
@@ -52,6 +59,78 @@ def let_go(file: Any) -> None:
         os.close(nowhere)
     with suppress(OSError, RuntimeError, ValueError):
         file.close()
+
+
+def check_contents(file: Any) -> None:
+    """Refuse an HDF5 file that reaches out of itself, or whose texts and attributes say nothing of their size.
+
+    Raises
+    ------
+    OSError
+        A link that is not to an object of the file, external or virtual storage, or more than 100 000 objects.
+    """
+    import h5py
+
+    waiting, seen = [file["/"]], set[int]()
+    while waiting:
+        group = waiting.pop()
+        for name in group:
+            path = f"{group.name.rstrip('/')}/{name[:60]}"
+            if group.id.links.get_info(name.encode()).type != h5py.h5l.TYPE_HARD:
+                raise OSError(f"{path} is a link to another place")
+            item = group[name]
+            address = h5py.h5o.get_info(item.id).addr
+            if address in seen:
+                continue
+            seen.add(address)
+            if len(seen) > _MOST_OBJECTS:
+                raise OSError(f"it holds more than {_MOST_OBJECTS} objects")
+            if isinstance(item, h5py.Group):
+                waiting.append(item)
+            elif isinstance(item, h5py.Dataset) and (item.is_virtual or item.id.get_create_plist().get_external_count()):
+                raise OSError(f"{path} keeps its numbers in another file")
+
+
+def attribute(item: Any, name: str) -> Any:
+    """An attribute of a group or dataset as Python has it.
+
+    Raises
+    ------
+    OSError
+        It is of variable length, which has no checksum and may be of any size, or larger than 64 MB.
+    """
+    import h5py
+
+    if name not in item.attrs:
+        raise KeyError(f"{item.name} has no attribute {name[:60]}")
+    found = h5py.h5a.open(item.id, name.encode())
+    if found.get_type().detect_class(h5py.h5t.VLEN) or _is_variable(found.get_type()):
+        raise OSError(f"the attribute {name[:60]} of {item.name} is of variable length")
+    if found.get_storage_size() > _MOST_ATTRIBUTE:
+        raise OSError(f"the attribute {name[:60]} of {item.name} is larger than {_MOST_ATTRIBUTE // 2**20} MB")
+    return plain(item.attrs[name])
+
+
+def text_in(file: Any, path: str) -> str:
+    """A text of a fixed length that is a dataset.
+
+    Raises
+    ------
+    OSError
+        It is not such a dataset, or says that it is larger than what is on disk.
+    """
+    data = file[path]
+    if getattr(data, "shape", None) != () or data.dtype.kind != "S" or _is_variable(data.id.get_type()):
+        raise OSError(f"/{path} does not hold a text of a fixed length")
+    if data.id.get_storage_size() < data.dtype.itemsize:
+        raise OSError(f"/{path} says that it is {data.dtype.itemsize} bytes long, which is more than there is")
+    return str(data.asstr()[()])
+
+
+def _is_variable(kind: Any) -> bool:
+    import h5py
+
+    return isinstance(kind, h5py.h5t.TypeStringID) and bool(kind.is_variable_str())
 
 
 def fixed_text(text: str | Sequence[str]) -> np.ndarray:
@@ -108,7 +187,7 @@ def numbers_in(file: Any, path: str, shape: tuple[int | None, ...], finite: bool
 def names_in(file: Any, path: str) -> tuple[str, ...]:
     """Names of a dataset of texts."""
     data = file[path]
-    names = json.loads(plain(data.attrs["names_json"])) if "names_json" in data.attrs else data.asstr()[()].tolist()
+    names = json.loads(attribute(data, "names_json"))
     if not isinstance(names, list):
         raise OSError(f"/{path} does not hold names")
     return tuple(str(name) for name in names)

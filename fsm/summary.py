@@ -9,23 +9,14 @@ import numpy as np
 
 from fsm.analyses.analysis import Analysis
 from fsm.analyses.reduced import MODAL
-from fsm.errors import CaseError, Fault
 from fsm.results.solution import Solution
 from fsm.scene.case import Case
-from fsm.scene.load_case import LoadedCase
 from fsm.solve.handed_over import Statistics
 from fsm.solve.ledger import Ledger
 from fsm.solve.settings import Settings
 from fsm.solve.status import Event
 
-__all__ = ["check_expectations", "joined", "missed_expectations", "summary_of"]
-
-_SCALARS = (
-    "peak_force", "peak_travel", "final_travel", "final_force", "contact_travel", "contact_force", "bending_travel",
-    "bending_force", "dof", "steps", "newton_iterations", "energy_error", "unstable_equilibria", "wall_time_s",
-    "frequency_hz", "frequency_fft_hz", "frequency_resolution_hz", "decay_rate", "damping_ratio", "amplitude_center",
-    "amplitude_patch",
-)  # fmt: skip
+__all__ = ["joined", "missed_expectations", "summary_of"]
 
 _OF_PULL: dict[str, Any] = {"peak_force": 0.0, "peak_travel": 0.0, "stages": [], "contact": [], "contact_stats": {}}
 """What every summary has of a pull, and what that is where there is none."""
@@ -89,17 +80,6 @@ def _told(event: Event) -> str:
     until = f"{1e3 * event.end_travel:.4g} mm" if event.end_travel else f"{event.end_time:.4g} s"
     forces = f"force {event.force:.4g} N before, {event.end_force:.4g} N after"
     return f"snap {where}: solved with inertia until {until}; {forces}"
-
-
-def check_expectations(loaded: LoadedCase) -> None:
-    """Refuse names in [expect] that no summary has."""
-    faults = [
-        Fault(f"expect.{name}", f"is not a number of the summary; there are {', '.join(_SCALARS)}")
-        for name in loaded.case.expect
-        if name not in _SCALARS
-    ]
-    if faults:
-        raise CaseError(faults, str(loaded.path))
 
 
 def missed_expectations(case: Case, summary: dict[str, Any]) -> list[str]:

@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import math
 import re
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -27,6 +26,7 @@ import numpy as np
 from fsm.errors import CaseError, Fault
 from fsm.scene.csv_columns import cells_of, heading, headings_of, number_in, separator_of, shorten, text_rows
 from fsm.scene.faults import unknown_key
+from fsm.scene.load_case import read_toml
 from fsm.scene.units import nearest, to_si, with_unit
 
 __all__ = ["BRANCHES", "Table", "read_table"]
@@ -137,12 +137,9 @@ def read_table(path: str | Path, quantities: Mapping[str, str], required: Sequen
 
 
 def _read_beside(file: Path, quantities: Mapping[str, str]) -> _Beside:
-    if not file.is_file():
+    if not file.exists():
         return _Beside()
-    try:
-        data = tomllib.loads(file.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise CaseError(Fault("", f"is not valid TOML: {error}"), str(file)) from None
+    data = read_toml(file)
     faults = [
         Fault(key, f"{unknown_key(key, _SIDE_KEYS)}; a file of this name says how to read the CSV beside it")
         for key in data

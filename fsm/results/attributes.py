@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from fsm.guarded import fixed_text, plain
+from fsm.guarded import attribute, fixed_text
 
 __all__ = ["read_attributes", "write_attributes"]
 
@@ -28,11 +28,12 @@ def write_attributes(group: Any, values: dict[str, Any]) -> None:
 def read_attributes(group: Any) -> dict[str, Any]:
     """All attributes of an HDF5 group as plain Python values, in the order of their names."""
     values: dict[str, Any] = {}
-    for name, value in group.attrs.items():
+    for name in group.attrs:
+        value = attribute(group, name)
         if name.endswith(SUFFIX):
-            values[name.removesuffix(SUFFIX)] = json.loads(plain(value))
+            values[name.removesuffix(SUFFIX)] = json.loads(value)
         else:
-            values[name] = plain(value)
+            values[name] = value
     return values
 
 

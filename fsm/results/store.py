@@ -44,7 +44,18 @@ import h5py
 import numpy as np
 
 from fsm.errors import CannotWrite, CaseError, FsmError
-from fsm.guarded import fixed_text, is_guarded, let_go, names_in, numbers_in, plain, written
+from fsm.guarded import (
+    DAMAGES,
+    attribute,
+    check_contents,
+    fixed_text,
+    is_guarded,
+    let_go,
+    names_in,
+    numbers_in,
+    text_in,
+    written,
+)
 from fsm.results.array import ArrayMotion
 from fsm.results.array_datasets import read_array, write_array
 from fsm.results.attributes import read_attributes, write_attributes
@@ -360,8 +371,8 @@ def read_solution(path: str | Path) -> Solution:
     """
     path = Path(path)
     with _opened(path, FORMAT) as file:
-        if int(file.attrs["version"]) > VERSION:
-            raise CaseError(f"was written by a newer version (layout {file.attrs['version']})", str(path))
+        if int(attribute(file, "version")) > VERSION:
+            raise CaseError(f"was written by a newer version (layout {attribute(file, 'version')})", str(path))
         times = numbers_in(file, "time", (None,), finite=False)
         bad = ~np.isfinite(times)
         n = int(np.argmax(bad)) if bad.any() else len(times)
@@ -382,7 +393,7 @@ def _read_rows(file: Any, name: str, n: int) -> Any:
     path, dims, _, _, since = VARIABLES[name]
     if path not in file:
         tail = tuple(len(file[dim]) for dim in dims)
-        if 0 not in tail and int(file.attrs["version"]) >= since:
+        if 0 not in tail and int(attribute(file, "version")) >= since:
             raise KeyError(f"/{path} is missing")
         return np.full((n, *tail), np.nan)
     sizes = tuple(file[dim].shape[0] for dim in dims)
@@ -392,14 +403,14 @@ def _read_rows(file: Any, name: str, n: int) -> Any:
 def _read_layout(file: Any) -> Layout:
     names = {key: names_in(file, key) for key in ("body", "pair", "drive_name")}
     return Layout(
-        case_text=file["case"].asstr()[()],
+        case_text=text_in(file, "case"),
         provenance=read_attributes(file["provenance"]),
-        dimension=str(plain(file.attrs["dimension"])),  # type: ignore[arg-type]
+        dimension=str(attribute(file, "dimension")),  # type: ignore[arg-type]
         body_names=names["body"],
         pair_names=names["pair"],
         drive_names=names["drive_name"],
         panel=numbers_in(file, "panel", file["quad"].shape),
-        thickness=float(file.attrs["thickness"]),
+        thickness=float(attribute(file, "thickness")),
         film=read_film(file),
     )
 
@@ -415,11 +426,12 @@ def _opened(path: Path, wanted: str) -> Iterator[Any]:
         if not is_guarded(path):
             raise CaseError(f"is not an {wanted} file (not HDF5), or its beginning is damaged", str(path))
         with h5py.File(unmarked(path) if is_marked_open(path) else path, "r", locking="best-effort") as file:
-            if plain(file.attrs.get("format")) != wanted:
+            check_contents(file)
+            if "format" not in file.attrs or attribute(file, "format") != wanted:
                 raise CaseError(f"is an HDF5 file, but not an {wanted} file", str(path))
             yield file
-    except (OSError, LookupError, RuntimeError, ValueError, TypeError, AttributeError, MemoryError) as error:
-        raise CaseError(f"is damaged or cannot be read ({error})", str(path)) from error
+    except DAMAGES as error:
+        raise CaseError(f"is damaged or cannot be read ({' '.join(str(error).split())[:200]})", str(path)) from error
 
 
 def _stacked(samples: list[tuple[float, Floats]]) -> Samples:

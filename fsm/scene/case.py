@@ -158,7 +158,7 @@ class Case(Model):
     `stages`, one analysis after the other: the strip as it is deployed is the film that vibrates.
     """
 
-    title: str = ""
+    title: Annotated[str, Field(max_length=500)] = ""
     units: Literal["SI", "mm-N-s"] = "SI"
     analysis: Analysis = "deploy"
     stages: tuple[Literal["deploy"], Literal["vibrate"]] | None = None

@@ -26,6 +26,7 @@ from fsm.scene.units import nearest, to_si, unit_in
 
 __all__ = ["CreaseData", "check_curve", "read_crease_data"]
 
+MOST_ROWS = 20_000
 FEWEST_ROWS = {"cubic": 4, "pchip": 2}
 _SI = {"angle": "rad", "moment": "N m", "force": "N", "lever_arm": "m"}
 _CHOICES = ({"angle", "moment"}, {"angle", "force", "lever_arm"})
@@ -133,6 +134,9 @@ def check_curve(
         raise CaseError(
             Fault(path, f"has {len(angle)} rows; {interpolation} interpolation needs at least {fewest}{hint}")
         )
+    if len(angle) > MOST_ROWS:
+        what = f"has {len(angle):,} rows; at most {MOST_ROWS:,}: gather them by `fsm calibrate crease`"
+        raise CaseError(Fault(path, what))
     faults = _order_faults(angle, places, unit) or _size_faults(angle, places, unit)
     if faults:
         raise CaseError(shorten(faults, path))

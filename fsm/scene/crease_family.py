@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from fsm.errors import CaseError, Fault
-from fsm.guarded import fixed_text, is_guarded, numbers_in, plain, written
+from fsm.guarded import DAMAGES, attribute, check_contents, fixed_text, is_guarded, numbers_in, written
 
 __all__ = [
     "CreaseFamily", "FamilyCurve", "Relaxation", "family_curve", "read_family", "rest_angle", "time_text", "write_family",
@@ -164,20 +164,21 @@ def read_family(file: Path, path: str = "crease.file") -> CreaseFamily:
         if not is_guarded(file):
             raise ValueError("not HDF5, or of an old layout")
         with h5py.File(file, "r") as source:
-            if plain(source.attrs.get("format")) != FORMAT or int(source.attrs["version"]) != VERSION:
+            check_contents(source)
+            if attribute(source, "format") != FORMAT or int(attribute(source, "version")) != VERSION:
                 raise ValueError("another format or version")
             groups = [source["curves"][name] for name in sorted(source["curves"].keys())]
             if not all(isinstance(group, h5py.Group) for group in groups):
                 raise ValueError("a curve is no group")
             curves = tuple(_read_curve(group) for group in groups)
-            law = [float(number) for number in source.attrs["relaxation"]]
+            law = [float(number) for number in attribute(source, "relaxation")]
             family = CreaseFamily(
                 curves,
-                str(plain(source.attrs["interpolation"])),
-                _or_none(source.attrs["width"]),
+                str(attribute(source, "interpolation")),
+                _or_none(attribute(source, "width")),
                 None if math.isnan(law[0]) else Relaxation(*law),
             )
-    except (OSError, LookupError, ValueError, RuntimeError, TypeError, AttributeError, MemoryError) as error:
+    except DAMAGES as error:
         text = " ".join(str(error).split())[:80]
         what = f"{file} is not a crease family of version {VERSION} ({text}); make it with `fsm calibrate crease`"
         raise CaseError(Fault(path, what)) from None
@@ -248,9 +249,9 @@ def _read_curve(group: Any) -> FamilyCurve:
     columns = {name: numbers_in(group, name, (count,)) for name in _COLUMNS if name in group}
     return FamilyCurve(
         angle=numbers_in(group, "angle", (count,)),
-        press_time=_or_none(group.attrs["press_time"]),
-        opening=_or_none(group.attrs["opening"]),
-        repeats=int(group.attrs["repeats"]),
+        press_time=_or_none(attribute(group, "press_time")),
+        opening=_or_none(attribute(group, "opening")),
+        repeats=int(attribute(group, "repeats")),
         loading=columns.pop("loading"),
         loading_error=columns.pop("loading_error"),
         **columns,

@@ -10,6 +10,7 @@ import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from fsm.bounded import read_bounded, reason_of
 from fsm.errors import CaseError, Fault
 from fsm.scene.units import parse_unit
 
@@ -32,9 +33,9 @@ def text_rows(file: Path, path: str, wanted: str) -> list[tuple[int, str]]:
         What an empty file should have held.
     """
     try:
-        raw = file.read_bytes()
-    except OSError as error:
-        raise CaseError(Fault(path, f"cannot read {file}: {(error.strerror or 'error').lower()}")) from None
+        raw = read_bounded(file)
+    except (OSError, ValueError) as error:
+        raise CaseError(Fault(path, f"cannot read {file}: {reason_of(error)}")) from None
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError:

@@ -13,7 +13,12 @@ from fsm.errors import Fault
 from fsm.scene.schema import Place, locate, tags
 from fsm.scene.units import SYSTEMS, nearest, parse_unit, unit_in, with_unit
 
-__all__ = ["dotted", "faults_of", "unknown_key"]
+__all__ = ["MOST_UNKNOWN", "dotted", "faults_of", "unknown_key"]
+
+MOST_UNKNOWN = 20
+"""Unknown keys that are told, at most."""
+_MOST_FAULTS = 40
+"""Mistakes of a section that are told, at most."""
 
 Details = Mapping[str, Any]
 
@@ -37,7 +42,8 @@ def faults_of(
     system : unit system of plain numbers
     """
     faults, renamed = [], set()
-    for detail in error.errors():
+    details = error.errors(include_url=False)
+    for detail in details[:_MOST_FAULTS]:
         place, path = locate(data, [*prefix, *detail["loc"]])
         if detail["type"] == "extra_forbidden":
             fault, meant = _extra(data, [*prefix, *detail["loc"][:-1]], path)
@@ -45,6 +51,8 @@ def faults_of(
             renamed.add((*path[:-1], meant))
         else:
             faults.append((detail["type"], _translate(detail, place, path, system)))
+    if len(details) > _MOST_FAULTS:
+        faults.append(("", Fault(dotted(prefix), f"and {len(details) - _MOST_FAULTS:,} more mistakes")))
     # a misspelt key is one mistake, not an unknown key and a missing one
     hidden = {dotted(path) for path in renamed}
     return [fault for kind, fault in faults if not (kind == "missing" and fault.path in hidden)]
@@ -150,8 +158,10 @@ _WANTED: dict[str, _Words] = {
     "dict_type": _section,
     "tuple_type": _list,
     "too_long": lambda context, place: (
-        f"must have {context['max_length']} values, not {context['actual_length']}"
+        f"must have {context['max_length']} values"
+        + (" at most" if context["actual_length"] is None else f", not {context['actual_length']}")
     ),
+    "string_too_long": lambda context, place: f"must have {context['max_length']} letters at most",
     "finite_number": lambda context, place: "must be a finite number",
     "string_type": lambda context, place: "must be text in quotes",
     "path_type": lambda context, place: "must be a file name in quotes",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -13,11 +13,13 @@ from typing import Any, get_args
 
 from pydantic import TypeAdapter, ValidationError
 
+from fsm.bounded import read_bounded, reason_of
 from fsm.errors import CaseError, Fault
 from fsm.scene.case import Analysis, Case, Save, Solve
 from fsm.scene.checks import check_sections
 from fsm.scene.crease_data import check_curve, read_crease_data
-from fsm.scene.faults import faults_of, unknown_key
+from fsm.scene.expectations import expectation_faults
+from fsm.scene.faults import MOST_UNKNOWN, faults_of, unknown_key
 from fsm.scene.materials import FamilyCrease, SplineCrease
 from fsm.scene.membrane import Vibration
 from fsm.scene.overrides import apply_overrides, split_override
@@ -26,7 +28,21 @@ from fsm.scene.sections import Sections
 from fsm.scene.toml_text import case_text
 from fsm.scene.units import SYSTEMS
 
-__all__ = ["LoadedCase", "load_case", "read_case", "read_text", "read_toml"]
+__all__ = ["LoadedCase", "few", "load_case", "read_case", "read_text", "read_toml"]
+
+
+DEEPEST = 40
+"""Lists and sections within each other, at most; cases have fewer than ten."""
+_TOO_DEEP = f"lists or sections are nested more than {DEEPEST} deep; no key of a case is"
+_MOST_TEXT = 16 * 2**20
+"""Size of a case file, bytes: 50,000 bodies written out."""
+_MOST_ITEMS = 20
+"""Items of a list of sections that are faulty until the others are no longer looked at."""
+_MOST_FAULTS = 50
+"""Mistakes that are told, at most."""
+_WORD = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
+_LONG_KEY = re.compile(rf"(?<![\w-])(?:{_WORD}[ \t]*+\.[ \t]*+){{{DEEPEST}}}")
+"""A dotted key that is nested too deep: the parser takes the square of its length."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +86,7 @@ def load_case(path: str | Path, overrides: Sequence[str] = ()) -> LoadedCase:
     case, found = read_case(data, Path(path).parent)
     faults += unknown + found
     if faults or case is None:
-        raise CaseError(faults, str(path))
+        raise CaseError(few(faults), str(path))
     return LoadedCase(case, case_text(case), Path(path))
 
 
@@ -83,10 +99,38 @@ def read_toml(path: str | Path) -> dict[str, Any]:
         No such file, or not TOML; the message names the line.
     """
     text = read_text(path)
+    if _LONG_KEY.search(text):
+        raise CaseError(_TOO_DEEP, str(path))
     try:
-        return tomllib.loads(text.replace("\r\n", "\n"))
-    except (ValueError, RecursionError) as error:  # numbers of thousands of digits, thousands of brackets
+        data = tomllib.loads(text.replace("\r\n", "\n"))
+    except RecursionError:
+        raise CaseError(_TOO_DEEP, str(path)) from None
+    except ValueError as error:  # numbers of thousands of digits are such, too
         raise CaseError(_syntax_fault(str(error), text), str(path)) from None
+    if _depth_exceeds(data, DEEPEST):
+        raise CaseError(_TOO_DEEP, str(path))
+    return data
+
+
+def few(faults: Sequence[Fault]) -> list[Fault]:
+    """The first faults; hundreds help nobody."""
+    more = len(faults) - _MOST_FAULTS
+    return list(faults) if more <= 0 else [*faults[:_MOST_FAULTS], Fault("", f"and {more:,} more mistakes")]
+
+
+def _depth_exceeds(data: object, most: int) -> bool:
+    """Whether lists and sections are nested deeper than so many levels."""
+    level: list[object] = [data]
+    for _ in range(most):
+        level = [item for each in level for item in _below(each)]
+        if not level:
+            return False
+    return True
+
+
+def _below(item: object) -> Iterable[object]:
+    inner = item.values() if isinstance(item, dict) else item if isinstance(item, list) else ()
+    return [each for each in inner if isinstance(each, dict | list)]
 
 
 def read_text(path: str | Path) -> str:
@@ -98,13 +142,11 @@ def read_text(path: str | Path) -> str:
         It cannot be read, or is not text.
     """
     try:
-        return Path(path).read_bytes().decode("utf-8-sig")
-    except OSError as error:
-        raise CaseError(
-            f"cannot read the file: {(error.strerror or str(error)).lower()}", str(path)
-        ) from None
-    except UnicodeDecodeError as error:
-        raise CaseError(f"is not UTF-8 text (byte {error.start}); save it as UTF-8", str(path)) from None
+        return read_bounded(path, _MOST_TEXT).decode("utf-8-sig")
+    except (OSError, ValueError) as error:
+        if isinstance(error, UnicodeDecodeError):
+            raise CaseError(f"is not UTF-8 text (byte {error.start}); save it as UTF-8", str(path)) from None
+        raise CaseError(f"cannot read the file: {reason_of(error)}", str(path)) from None
 
 
 def read_case(data: Mapping[str, Any], folder: Path) -> tuple[Case | None, list[Fault]]:
@@ -126,7 +168,10 @@ def read_case(data: Mapping[str, Any], folder: Path) -> tuple[Case | None, list[
     units = data.get("units", "SI")
     system = units if isinstance(units, str) and units in SYSTEMS else "SI"
     known = list(Case.model_fields)
-    faults = [Fault(key, unknown_key(key, known)) for key in data if key not in known]
+    unknown = [key for key in data if key not in known]
+    faults = [Fault(key, unknown_key(key, known)) for key in unknown[:MOST_UNKNOWN]]
+    if len(unknown) > MOST_UNKNOWN:
+        faults.append(Fault("", f"and {len(unknown) - MOST_UNKNOWN:,} more unknown keys"))
     valid: dict[str, Any] = {}
     for name in known:
         if name in data:
@@ -135,6 +180,7 @@ def read_case(data: Mapping[str, Any], folder: Path) -> tuple[Case | None, list[
     valid, found = _read_curves(valid, folder, system)
     faults += found
     faults += check_sections(_sections(data, valid))
+    faults += expectation_faults(valid.get("expect") or ())
     if faults:
         return None, faults
     values = {name: value for name, value in valid.items() if name != "units"}
@@ -160,9 +206,14 @@ def _read_section(name: str, data: Mapping[str, Any], system: str) -> tuple[Any,
         return _validate(_adapter(name, False), raw, data, (name,), system)
     items: dict[int, Any] = {}
     faults: list[Fault] = []
+    wrong = 0
     for index, entry in enumerate(raw):
         item, found = _validate(_adapter(name, True), entry, data, (name, index), system)
         faults += found
+        wrong += bool(found)
+        if wrong == _MOST_ITEMS and index + 1 < len(raw):
+            faults.append(Fault(name, f"{wrong} items are wrong; the {len(raw) - index - 1:,} after them were not checked"))
+            break
         if item is not None:
             items[index] = item
     return items, faults

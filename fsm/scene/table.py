@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from fsm.errors import CaseError, Fault
-from fsm.scene.load_case import LoadedCase, read_case, read_text, read_toml
+from fsm.scene.load_case import LoadedCase, few, read_case, read_text, read_toml
 from fsm.scene.overrides import apply_overrides, check_path, split_override
 from fsm.scene.toml_text import case_text
 
@@ -84,7 +84,7 @@ def load_table(path: str | Path, overrides: Sequence[str] = ()) -> list[TableCas
     data, unknown = _base(file, [item for item in split if not isinstance(item, Fault)], str(path))
     cases, faults = _read_rows(rows, data, [item for item in split if not isinstance(item, Fault)], file)
     if unknown or faults:
-        raise CaseError([*unknown, *faults], str(path))
+        raise CaseError(few([*unknown, *faults]), str(path))
     return cases
 
 

@@ -262,7 +262,7 @@ def test_a_case_that_is_no_toml_is_told_to_whoever_asks_for_it(tmp_path: Path) -
     path = write(tmp_path / "result.h5")
     with h5py.File(path, "r+") as file:
         del file["case"]
-        file["case"] = b"[[[ strip"
+        file["case"] = np.bytes_(b"[[[ strip")
     with pytest.raises(CaseError, match="the case in this result is damaged"):
         _ = read_solution(path).layout.case
 

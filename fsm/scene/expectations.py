@@ -1,0 +1,28 @@
+"""Names of the numbers that a summary may hold, which `[expect]` can name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from fsm.errors import Fault
+from fsm.scene.units import nearest
+
+__all__ = ["SUMMARY_NUMBERS", "expectation_faults"]
+
+SUMMARY_NUMBERS = (
+    "peak_force", "peak_travel", "final_travel", "final_force", "contact_travel", "contact_force", "bending_travel",
+    "bending_force", "dof", "steps", "newton_iterations", "energy_error", "unstable_equilibria", "wall_time_s",
+    "frequency_hz", "frequency_fft_hz", "frequency_resolution_hz", "decay_rate", "damping_ratio", "amplitude_center",
+    "amplitude_patch",
+)  # fmt: skip
+_MOST_FAULTS = 10
+
+
+def expectation_faults(names: Iterable[str]) -> list[Fault]:
+    """Names in `[expect]` that no summary has."""
+    unknown = [name for name in names if name not in SUMMARY_NUMBERS]
+    there = f"; there are {', '.join(SUMMARY_NUMBERS)}"
+    return [
+        Fault(f"expect.{name[:60]}", f"is not a number of the summary{nearest(name[:60], SUMMARY_NUMBERS) or there}")
+        for name in unknown[:_MOST_FAULTS]
+    ]
