@@ -6,6 +6,7 @@ import os
 import signal
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from validation.strangers import campaign
@@ -23,6 +24,31 @@ def test_a_case_is_the_same_every_time(kind: str) -> None:
     assert [draw(kind, index, 1) for index in reversed(range(12))] == drawn[::-1]
     assert draw(kind, 3, 2) != drawn[3]
     assert len({row_key(one) for one in drawn}) == 12
+
+
+def test_strips_are_not_drawn_taut() -> None:
+    """The chord over the panels on each side of a driven crease is never longer than they are."""
+    driven = 0
+    for index in range(120):
+        tables = draw("strips", index, 1).tables
+        drive = tables.get("drive", [{}])[0]
+        if "crease" not in drive:
+            continue
+        strip, crease = tables["strip"], drive["crease"]
+        panel, angle = number(strip["length"]) / strip["panels"], np.radians(number(strip["fold_angle"]))
+        lines = [panel * np.array([i * np.cos(angle), (i % 2) * np.sin(angle)]) for i in range(strip["panels"] + 1)]
+        way = np.array(drive["direction"], dtype=float)[[0, 2]]
+        for travel in np.linspace(0.0, number(drive["travel"]), 9)[1:]:
+            at = lines[crease] + travel * way / np.linalg.norm(way)
+            assert np.linalg.norm(at - lines[1]) <= (crease - 1) * panel * (1.0 + 1e-6)
+            if "held" not in strip:
+                assert np.linalg.norm(at - lines[-2]) <= (strip["panels"] - 1 - crease) * panel * (1.0 + 1e-6)
+        driven += 1
+    assert driven > 40
+
+
+def number(text: str) -> float:
+    return float(text.split()[0])
 
 
 def test_the_full_campaign_has_its_numbers() -> None:

@@ -18,12 +18,12 @@ import pytest
 from fsm.results.solution import Solution
 from fsm.scene.case import Case
 from fsm.scene.load_case import LoadedCase
-from validation.stress.attempt import attempt
+from validation.stress.attempt import Attempt, attempt
 from validation.stress.campaign import examine, read_lines, run_campaign
 from validation.stress.judge import judge
 from validation.stress.scenes import KINDS, draw
 from validation.stress.second import second_opinion
-from validation.stress.summary import summarised
+from validation.stress.summary import failed_of_feasible, summarised
 
 SEED = 8
 LIMIT = 3.0
@@ -42,6 +42,54 @@ def test_scenes_are_the_same_every_time() -> None:
     assert [draw(SEED, number) for number in reversed(range(60))] == drawn[::-1]
     assert {scene.kind for scene in drawn} == set(KINDS)
     assert draw(SEED + 1, 5).tables != drawn[5].tables
+
+
+def test_nothing_that_is_drawn_is_stretched() -> None:
+    """The chord over the panels on each side of a driven crease is never longer than they are."""
+    turned = 0
+    for number in range(150):
+        tables = draw(SEED, number, ("strip",)).tables
+        strip, drive = tables["strip"], tables["drive"][0]
+        panels, angle, crease = strip["panels"], strip["fold_angle"], drive["crease"]
+        panel = strip["length"] / panels
+        lines = [panel * np.array([i * np.cos(angle), (i % 2) * np.sin(angle)]) for i in range(panels + 1)]
+        way = np.array(drive["direction"], dtype=float)[[0, 2]]
+        turned += bool(way[0] < 0.0)
+        for travel in np.linspace(0.0, drive["travel"], 9)[1:]:
+            at = lines[crease] + travel * way / np.linalg.norm(way)
+            assert np.linalg.norm(at - lines[1]) <= (crease - 1) * panel * (1.0 + 1e-6)
+            if panels in strip["held"]:
+                assert np.linalg.norm(at - lines[panels - 1]) <= (panels - 1 - crease) * panel * (1.0 + 1e-6)
+        if tables["solve"]["method"] in ("auto", "static"):
+            assert tables["material"]["damping"] > 0.0
+    assert turned
+
+
+def test_no_scene_limits_its_steps() -> None:
+    """Whether a scene is solved is a matter of time, not of a number of steps that the campaign chose."""
+    assert not [number for number in range(200) if "max_steps" in draw(SEED, number).tables["solve"]]
+
+
+def test_what_its_settings_could_not_do_is_not_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Failed at the fixed step or the loose tolerance that was asked for, solved at the program's own: "asked"."""
+
+    def fails_if_asked(tables: dict[str, Any], limit: float, **_: Any) -> Attempt:
+        solve = tables["solve"]
+        fails = {"step", "imperfection"} & set(solve) or solve["rtol"] > 1e-6
+        return Attempt("failed", "no") if fails else Attempt("finished")
+
+    monkeypatch.setattr("validation.stress.campaign.attempt", fails_if_asked)
+    drawn = draw(SEED, 0, ("chain",))
+    classes = []
+    for setting in ({"step": 1.0}, {"rtol": 1e-3}, {"imperfection": 1.0}, {"imperfection": 1.0, "step": 1.0}):
+        tables = {**drawn.tables, "solve": {"rtol": 1e-6, "method": "auto", **setting}}
+        classes.append(examine(dataclasses.replace(drawn, tables=tables), LIMIT)["class"])
+    assert classes == ["asked", "asked", "failed", "failed"]
+
+
+def test_failures_are_counted_of_feasible_scenes() -> None:
+    lines = [{"class": name} for name in ["right"] * 18 + ["failed", "told", "refused", "asked", "cut off"]]
+    assert failed_of_feasible(lines) == (1 / 20, 20)
 
 
 def test_a_second_opinion_on_plates_that_touch_is_in_their_dimension() -> None:

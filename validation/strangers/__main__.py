@@ -56,6 +56,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         chosen.limit,
         _tell,
     )
+    lines.sort(key=lambda line: (list(KINDS).index(line["kind"]), line["index"]))
     text = report(lines, chosen.seed)
     (chosen.out / f"{name}.md").write_text(text + "\n", encoding="utf-8")
     write_csv(chosen.out / f"{name}.csv", lines)

@@ -50,12 +50,15 @@ class Row:
 
 
 def rows(cases: int, kinds: tuple[str, ...], seed: int) -> list[Row]:
-    """All rows of a campaign: `cases` scales every kind alike, a smaller campaign is the beginning of a larger one."""
+    """All rows of a campaign, the kinds in turn, so that an unfinished one has some of each.
+
+    `cases` scales every kind alike; a smaller campaign is the beginning of a larger one.
+    """
     found = []
     for name in kinds:
         count = max(1, round(KINDS[name].cases * cases / FULL))
-        found += [Row(name, index, _dice(name, index, seed, 1).chance(CHECKED)) for index in range(count)]
-    return found
+        found += [(index / count, Row(name, index, _dice(name, index, seed, 1).chance(CHECKED))) for index in range(count)]
+    return [row for _, row in sorted(found, key=lambda item: item[0])]
 
 
 def draw(kind: str, index: int, seed: int) -> Drawn:

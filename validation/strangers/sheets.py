@@ -9,8 +9,9 @@ import numpy as np
 
 from validation.strangers.typed import deg, digits, gpa, mm, nice, stiffness_text
 from validation.stress.dice import Dice, Tables
+from validation.stress.reach import crease_at
 
-__all__ = ["FAMILY_FILE", "Sheet", "contact_tables", "crease_tables", "gravity", "reach", "sheet", "strip_tables"]
+__all__ = ["FAMILY_FILE", "Sheet", "contact_tables", "crease_tables", "gravity", "sheet", "strip_tables"]
 
 MATERIALS: tuple[tuple[float, float, float, float, float, float], ...] = (
     (0.5e9, 1.5e9, 0.4, 950.0, 5e-5, 1e-3),  # polyethylene, polypropylene
@@ -55,7 +56,7 @@ class Sheet:
 
     def crease_at(self, number: int) -> np.ndarray:
         """Place of a crease line, (x, z), m."""
-        return np.array([number * self.panel * math.cos(self.angle), (number % 2) * self.panel * math.sin(self.angle)])
+        return crease_at(number, self.panel, self.angle)
 
 
 def sheet(dice: Dice, panels: tuple[int, int], angles: tuple[float, float], slender: tuple[float, float]) -> Sheet:
@@ -140,28 +141,5 @@ def gravity(dice: Dice) -> Tables:
     """Gravity along an axis or any direction in the plane; of the earth, seldom of the moon."""
     size = 9.81 if dice.chance(0.85) else 1.62
     turn = dice.one_of((0.0, 90.0, 180.0, 270.0, float(round(dice.between(0.0, 360.0)))))
-    x, z = size * math.cos(math.radians(turn)), size * math.sin(math.radians(turn))
-    return {"gravity": [f"{x:.4g} m/s^2", 0, f"{z:.4g} m/s^2"]}
-
-
-def reach(of: Sheet, start: np.ndarray, direction: np.ndarray, anchors: list[tuple[np.ndarray, float]]) -> float:
-    """Travel, m, up to which a point can be drawn with nothing taut, crushed or, if it is one panel, stretched.
-
-    Parameters
-    ----------
-    start, direction : (x, z) of the point, and a unit vector
-    anchors : of every side that holds it, the place it hangs on and the length of panels in between, m
-    """
-    step = of.panel / 200.0
-    first = [float(np.linalg.norm(start - place)) for place, _ in anchors]
-    travel = 0.0
-    while travel < 2.0 * of.panels * of.panel:
-        at = start + (travel + step) * direction
-        for (place, length), before in zip(anchors, first, strict=True):
-            distance = float(np.linalg.norm(at - place))
-            single = length < 1.01 * of.panel
-            longest, shortest = (length, 0.55 * length) if single else (0.95 * length, 0.4 * before)
-            if distance > longest * (1.0 + 1e-9) or distance < shortest:
-                return travel
-        travel += step
-    return travel
+    x, z = (round(size * part, 3) for part in (math.cos(math.radians(turn)), math.sin(math.radians(turn))))
+    return {"gravity": [f"{value:.4g} m/s^2" if value else 0 for value in (x, 0, z)]}

@@ -7,9 +7,10 @@ import math
 import numpy as np
 
 from validation.strangers.drawn import Drawn
-from validation.strangers.sheets import Sheet, contact_tables, crease_tables, gravity, reach, sheet, strip_tables
+from validation.strangers.sheets import Sheet, contact_tables, crease_tables, gravity, sheet, strip_tables
 from validation.strangers.typed import deg, digits, mm, newton, nice
 from validation.stress.dice import Dice, Tables
+from validation.stress.reach import reach
 
 __all__ = ["draw_deployed", "draw_released", "draw_strip"]
 
@@ -71,7 +72,7 @@ def _driven(dice: Dice, of: Sheet) -> tuple[list[int] | None, Tables]:
             drive["crease"] = crease
             if dice.chance(0.12):
                 drive["guide"] = False
-        most = reach(of, start, way, anchors)
+        most = reach(of.panel, 2.0 * of.panels * of.panel, start, way, anchors)
         if most < 0.1 * of.panel:
             continue
         travel = 1e-3 * max(1.0, round(1e3 * most * dice.between(0.25, 0.97), 1))

@@ -33,7 +33,7 @@ def draw_chain(dice: Dice) -> Tables:
         if dice.chance(0.4):
             force = stiffness * size * dice.decades(1e-4, 1.0)
             tables["load"] = [_load(dice, bodies[-1]["name"], force, size, end_time, planar)]
-    tables["solve"] = solve_section(dice, (3 if planar else 6) * count, static=False, end_time=end_time)
+    tables["solve"] = solve_section(dice, static=False, end_time=end_time)
     if planar and dice.chance(0.1) and not any("frame" in joint for joint in tables["scene"]["elements"]):
         tables["solve"]["spatial"] = True
     return tables
@@ -127,7 +127,7 @@ def draw_stack(dice: Dice) -> Tables:
     hit = max(speed, 0.0 if floating else math.sqrt(9.81 * size))
     depth = thickness * dice.decades(1e-4, 0.1)  # how deep a plate goes in at that speed
     tables |= laws_of_contact(dice, 1.25 * mass * hit**2 / depth**2.5, depth, hit)
-    tables["solve"] = solve_section(dice, (3 if planar else 6) * count * 10, static=False, end_time=end_time)
+    tables["solve"] = solve_section(dice, static=False, end_time=end_time)
     return tables
 
 

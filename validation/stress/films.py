@@ -52,7 +52,7 @@ def draw_film(dice: Dice) -> Tables:
             "pulse": pulse, "force": force, "duration": period * dice.decades(1e-3, 1.0),
             "point": [length * dice.between(-0.5, 0.5), width * dice.between(-0.5, 0.5)],
         }  # fmt: skip
-    tables["solve"] = {"rtol": dice.decades(1e-8, 1e-2), "max_steps": 400}
+    tables["solve"] = {"rtol": dice.decades(1e-8, 1e-2)}
     return tables
 
 
@@ -118,7 +118,7 @@ def draw_scissor(dice: Dice) -> Tables:
         tables["hinge"] = _hinge(dice, push * length, period)
     if dice.chance(0.3):
         tables["stop"] = {"angle": start * dice.between(0.3, 0.99), "stiffness": push * length * dice.decades(1.0, 1e4)}
-    solve: Tables = {"rtol": dice.decades(1e-8, 1e-2), "max_steps": 500, "end_time": end_time}
+    solve: Tables = {"rtol": dice.decades(1e-8, 1e-2), "end_time": end_time}
     solve["method"] = dice.one_of(METHODS, (8, 4, 1, 1, 1, 0))
     if solve["method"] == "generalized-alpha" and dice.chance(0.4):
         solve["step"] = end_time * dice.decades(2e-3, 2e-2)

@@ -79,7 +79,6 @@ def _otherwise(tables: dict[str, Any], method: str) -> tuple[dict[str, Any], str
             # it does not cut a step in which something passed through a face, nor one in which an impact begins
             solve["rtol"] = max(1e-10, _FINER * solve["rtol"])
             solve["max_step"] = _no_leap(other["scene"]["bodies"], other.get("gravity", [0.0]), solve["end_time"])
-            solve["max_steps"] += int(2.0 * solve["end_time"] / solve["max_step"])
         return other, solve["method"]
     if _flat(other):
         solve["spatial"] = True
@@ -115,7 +114,6 @@ def _finer(tables: dict[str, Any]) -> dict[str, Any]:
     fine = copy.deepcopy(tables)
     solve = fine["solve"]
     solve["rtol"] = max(1e-10, _FINER * solve["rtol"])
-    solve["max_steps"] = 20 * solve["max_steps"]
     for key in ("step", "increment"):
         if key in solve:
             solve[key] *= 0.2

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import math
+from functools import partial
+
+import numpy as np
 
 from validation.stress.dice import Dice, Tables, laws_of_contact, solve_section
+from validation.stress.reach import crease_at, reach
 
 __all__ = ["draw_lattice", "draw_strip"]
 
@@ -48,9 +52,38 @@ def draw_strip(dice: Dice) -> Tables:
     if dice.chance(0.5):
         press = bending / panel**2  # what bends a panel right round
         tables |= laws_of_contact(dice, press / thickness**1.5 * dice.decades(1e-2, 1e8), thickness, speed)
-    dof = 3 * segments * panels
-    tables["solve"] = solve_section(dice, dof, static=True) | ({"spatial": True} if dice.chance(0.15) else {})
+    tables["solve"] = solve_section(dice, static=True) | ({"spatial": True} if dice.chance(0.15) else {})
+    _damped(tables["material"], tables["solve"], period)
+    _within_reach(tables, panel)
     return tables
+
+
+def _damped(section: Tables, solve: Tables, period: float) -> None:
+    """Damping for what may be solved by statics: without it the motion of a snap never dies, and no equilibrium follows."""
+    if solve["method"] in ("auto", "static"):
+        section["damping"] = max(section["damping"], 0.01 * period)
+
+
+def _within_reach(tables: Tables, panel: float) -> None:
+    """Turn a drive that would stretch a panel at once (round, up or down), and end it before anything is taut."""
+    strip, drive = tables["strip"], tables["drive"][0]
+    panels, crease, held = strip["panels"], drive["crease"], strip["held"]
+    place = partial(crease_at, panel=panel, angle=strip["fold_angle"])
+    anchors = [(place(1), (crease - 1) * panel)] if crease > 1 else []
+    if panels in held and crease < panels - 1:
+        anchors.append((place(panels - 1), (panels - 1 - crease) * panel))
+    ends = []
+    ways = [drive["direction"], [-x for x in drive["direction"]], [0, 0, 1], [0, 0, -1]]
+    for direction in ways:
+        way = np.array(direction[::2]) / np.linalg.norm(direction)
+        ends.append(reach(panel, drive["travel"], place(crease), way, anchors))
+        if ends[-1] >= min(0.1 * panel, drive["travel"]):
+            break
+    best = int(np.argmax(ends))
+    drive["direction"] = ways[best]
+    if ends[best] < drive["travel"]:
+        drive["travel"] = ends[best]
+        tables["save"]["every"] = drive["travel"] / 20.0
 
 
 def _crease(dice: Dice, stiffness: float) -> Tables:
@@ -83,7 +116,7 @@ def draw_lattice(dice: Dice) -> Tables:
     speed, travel = spacing / period * dice.decades(1e-6, 1e2), spacing * rows * dice.decades(1e-4, 0.3)
     if dice.chance(0.6):
         travel = min(travel, speed * period * dice.decades(0.01, 10.0))
-    return {
+    tables: Tables = {
         "lattice": {
             "columns": columns, "rows": rows, "spacing": spacing, "hinge_length": spacing * dice.decades(1e-3, 0.3),
             "angle": math.radians(dice.between(0.0, 44.0)), "axial": axial, "shear": axial * dice.decades(1e-4, 1.0),
@@ -97,5 +130,7 @@ def draw_lattice(dice: Dice) -> Tables:
             }
         ],
         "save": {"every": travel / dice.count(5, 40)},
-        "solve": solve_section(dice, 3 * columns * rows, static=True),
+        "solve": solve_section(dice, static=True),
     }  # fmt: skip
+    _damped(tables["lattice"], tables["solve"], period)
+    return tables

@@ -12,7 +12,7 @@ from validation.stress.campaign import CLASSES
 from validation.stress.judge import TOLD
 from validation.stress.scenes import KINDS
 
-__all__ = ["summarised"]
+__all__ = ["failed_of_feasible", "summarised"]
 
 
 def summarised(lines: Sequence[Mapping[str, Any]]) -> str:
@@ -23,10 +23,19 @@ def summarised(lines: Sequence[Mapping[str, Any]]) -> str:
         counts = Counter(line["class"] for line in own)
         cells = [kind, len(own), *(counts[name] for name in CLASSES), f"{sum(line['cpu_s'] for line in own):.0f}"]
         text.append("| " + " | ".join(map(str, cells)) + " |")
+    part, feasible = failed_of_feasible(lines)
+    text += ["", f"failed: {100.0 * part:.1f} % of {feasible} feasible scenes that were not cut off"]
     right = [line for line in lines if line["class"] == "right"]
     text += ["", *_errors(right), "", *_opinions(lines), "", *_said(lines), "", "Wrong:"]
     text += [f"  {line['scene']} {line['kind']}: {line['what']}" for line in lines if line["class"] == "wrong"] or ["  none"]
     return "\n".join(text)
+
+
+def failed_of_feasible(lines: Sequence[Mapping[str, Any]]) -> tuple[float, int]:
+    """Part of the scenes with an answer that failed, and how many there are: refused ones and those cut off are left out."""
+    counts = Counter(line["class"] for line in lines)
+    feasible = sum(counts[name] for name in ("right", "told", "failed", "wrong"))
+    return counts["failed"] / max(1, feasible), feasible
 
 
 def _errors(right: Sequence[Mapping[str, Any]]) -> list[str]:
