@@ -14,12 +14,13 @@ from typing import Any
 import numpy as np
 
 from fsm.analyses.analysis import Analysis
-from fsm.errors import is_interrupt
+from fsm.errors import EnergyAbort, NotConverged, is_interrupt
 from fsm.kernels import jit
 from fsm.progress import Progress, say_anew
 from fsm.provenance import made_by, provenance
 from fsm.results.solution import Record, Solution
 from fsm.results.store import ResultWriter, part_path, read_checkpoint, read_solution, write_checkpoint
+from fsm.round_off import RoundOff, round_off_of, rounded_places
 from fsm.scene.load_case import LoadedCase
 from fsm.solve.handed_over import Saved, Statistics, StepEnd
 from fsm.solve.ledger import Ledger
@@ -113,10 +114,19 @@ class RecordedSolve:
                 if self.last is not None:
                     self._write_checkpoint(self.last)
                 raise KeyboardInterrupt from None
+            except (NotConverged, EnergyAbort) as error:  # the cause may be that no force could be resolved
+                writer.flush()
+                refusal = self._round_off().refusal() if self.records else ""
+                if refusal:
+                    raise NotConverged(refusal) from error
+                raise
             writer.flush()
+            round_off = self._round_off()
+            if round_off.refusal():
+                raise NotConverged(round_off.refusal())
             solution = read_solution(part_path(self.target))
             solution.array = array = self.analysis.array_motion(solution, self.warnings)
-            summary = summary_of(self.analysis, solution, statistics, ledger, self.warnings) | {
+            summary = summary_of(self.analysis, solution, statistics, ledger, self.warnings, round_off) | {
                 "compile_time_s": jit.compile_time() - compiled,
                 "wall_time_s": time.perf_counter() - begun,
             }
@@ -139,12 +149,18 @@ class RecordedSolve:
         after = None if self.resumed is None else self.resumed.end
         return solve(self.system, settings, times, on_save, on_step, start, ledger, self.seen, after)[0]
 
+    def _round_off(self) -> RoundOff:
+        """Of what has been recorded so far."""
+        return round_off_of(self.system, read_solution(part_path(self.target)))
+
     def _start(self) -> tuple[tuple[float, np.ndarray, np.ndarray] | None, Ledger]:
         """State to start from, None for that of the checkpoint, and the ledger that is kept from there on."""
         if self.resumed is not None:
             return None, self.resumed.ledger
         start = self.analysis.start(self.warnings)
-        return start, Ledger.opened(self.system.energy(*start))
+        ledger = Ledger.opened(self.system.energy(*start))
+        ledger.trifle = max(ledger.trifle, rounded_places(self.system, start))
+        return start, ledger
 
     def _save(self, writer: ResultWriter, saved: Saved) -> None:
         """Keep what is wanted at this time: the whole state, the probes, or both."""

@@ -10,6 +10,7 @@ import numpy as np
 from fsm.analyses.analysis import Analysis
 from fsm.analyses.reduced import MODAL
 from fsm.results.solution import Solution
+from fsm.round_off import RoundOff
 from fsm.scene.case import Case
 from fsm.solve.handed_over import Statistics
 from fsm.solve.ledger import Ledger
@@ -23,7 +24,12 @@ _OF_PULL: dict[str, Any] = {"peak_force": 0.0, "peak_travel": 0.0, "stages": [],
 
 
 def summary_of(
-    analysis: Analysis, solution: Solution, statistics: Statistics, ledger: Ledger, warnings: list[str]
+    analysis: Analysis,
+    solution: Solution,
+    statistics: Statistics,
+    ledger: Ledger,
+    warnings: list[str],
+    round_off: RoundOff,
 ) -> dict[str, Any]:
     """What summary.json holds, but for run times: what the analysis says, counters, energy error, warnings.
 
@@ -33,13 +39,14 @@ def summary_of(
     solution : all records
     statistics, ledger : of the solve
     warnings : what was noticed before and during it
+    round_off : forces that are round-off; their part counts as an energy error too
     """
     summary: dict[str, Any] = {**_OF_PULL}
     summary |= analysis.summarise(solution, statistics)
     summary |= {
         "steps": statistics.steps,
         "newton_iterations": statistics.newton_iterations,
-        "energy_error": ledger.relative_error,
+        "energy_error": max(ledger.relative_error, round_off.part),
         "unstable_equilibria": int(np.sum(solution.negative_pivots > 0)),
         "events": [asdict(event) for event in statistics.events],
         "solve_time_s": statistics.wall_time,
@@ -48,8 +55,10 @@ def summary_of(
         "dimension": solution.layout.dimension,
     }
     found = []
-    if summary["energy_error"] > 1e-3:
-        off = f"energy balance off by {summary['energy_error']:.2g} of the energy turned over"
+    if round_off.warning():
+        found.append(round_off.warning())
+    if ledger.relative_error > max(1e-3, round_off.part):
+        off = f"energy balance off by {ledger.relative_error:.2g} of the energy turned over"
         found.append(f"{off}; {_remedy(analysis, statistics.method)}")
     found += [_told(event) for event in statistics.events]
     summary["warnings"] = [*warnings, *found, *analysis.warnings(solution, summary)]

@@ -13,6 +13,7 @@ import pytest
 
 from fsm.results.solution import Solution
 from fsm.results.store import read_solution
+from fsm.round_off import RoundOff
 from fsm.run import run_case
 from fsm.scene.load_case import load_case
 from fsm.solve.handed_over import Statistics
@@ -31,7 +32,8 @@ def warned(method: str, off: float, step: float | None = None) -> list[str]:
     )
     solution = SimpleNamespace(negative_pivots=np.zeros(1), layout=SimpleNamespace(dimension="spatial"))
     ledger = SimpleNamespace(relative_error=off)
-    summary = summary_of(cast(Any, analysis), cast(Any, solution), Statistics(method), cast(Ledger, ledger), [])
+    exact = RoundOff(1e6, 1e-10, 1.0)
+    summary = summary_of(cast(Any, analysis), cast(Any, solution), Statistics(method), cast(Ledger, ledger), [], exact)
     return list(summary["warnings"])
 
 
