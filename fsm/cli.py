@@ -13,6 +13,7 @@ import click
 
 from fsm.errors import CaseError, ExpectationFailed, FsmError, is_interrupt
 from fsm.garbage import ending_without_a_search, importing
+from fsm.interrupts import counting_interrupts_once
 
 __all__ = ["cli", "main"]
 
@@ -395,7 +396,7 @@ def summary_lines(summary: Mapping[str, Any], folder: Path) -> list[str]:
 def main() -> None:
     """Entry point of the command ``fsm``."""
     try:
-        with ending_without_a_search():
+        with counting_interrupts_once(), ending_without_a_search():
             cli(prog_name="fsm")
     except KeyboardInterrupt:  # before or after the command itself
         sys.exit(130)

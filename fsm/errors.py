@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -9,6 +10,10 @@ __all__ = [
     "CannotWrite", "CaseError", "EnergyAbort", "ExpectationFailed", "Fault", "FsmError", "NotConverged", "is_interrupt",
     "raised_by_signal",
 ]  # fmt: skip
+
+
+_LONGEST = 1000
+"""Letters of a line of a message, at most."""
 
 
 class FsmError(Exception):
@@ -60,7 +65,13 @@ class CaseError(FsmError):
     def lines(self) -> list[str]:
         """One line a fault, ``source: path: message``."""
         head = f"{self.source}: " if self.source else ""
-        return [f"{head}{fault}" for fault in self.faults]
+        return [_one_line(f"{head}{fault}") for fault in self.faults]
+
+
+def _one_line(text: str) -> str:
+    """A message without control characters, which keys, names and values of a user may hold, and of bounded length."""
+    plain = re.sub(r"[\x00-\x1f\x7f-\x9f]+", " ", text)
+    return plain if len(plain) <= _LONGEST else f"{plain[:_LONGEST - 3]}..."
 
 
 class CannotWrite(FsmError):

@@ -7,14 +7,15 @@ import math
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from fsm.analyses.analysis import Analysis
-from fsm.errors import EnergyAbort, NotConverged, is_interrupt
+from fsm.errors import CaseError, EnergyAbort, NotConverged, is_interrupt
+from fsm.guarded import DAMAGES
 from fsm.kernels import jit
 from fsm.progress import Progress, say_anew
 from fsm.provenance import made_by, provenance
@@ -242,6 +243,28 @@ class RecordedSolve:
         if not self.checkpoint.is_file() or not part_path(self.target).is_file():
             return None
         arrays, attributes = read_checkpoint(self.checkpoint)
+        try:
+            return self._point(arrays, attributes)
+        except DAMAGES as error:
+            reason = " ".join(f"{type(error).__name__}: {error}".split())[:100]
+            what = f"is damaged ({reason}); run without --resume, or remove it to begin anew"
+            raise CaseError(what, str(self.checkpoint)) from error
+
+    def _check(self, arrays: dict[str, np.ndarray], attributes: dict[str, Any]) -> None:
+        """Raise a ValueError where a checkpoint of this case and version cannot hold this."""
+        q, u = self.system.initial()
+        pairs = self.system.energy(0.0, q, u).pair_power
+        shapes = {"time": (1,), "q": q.shape, "u": u.shape, "pair_energy": pairs.shape, "ledger": (len(fields(Ledger)) - 1,)}
+        for name, shape in shapes.items():
+            if arrays[name].shape != shape or not np.all(np.isfinite(arrays[name])):
+                raise ValueError(f"{name} is not finite, or not of the shape {shape}")
+        if min(int(attributes[name]) for name in ("steps", "records", "samples")) < 0:
+            raise ValueError("steps, records or samples are negative")
+        if not all(isinstance(text, str) for text in attributes["warnings"]):
+            raise ValueError("the warnings are no texts")
+
+    def _point(self, arrays: dict[str, np.ndarray], attributes: dict[str, Any]) -> _Point | None:
+        """What a checkpoint holds; None if it cannot be gone on from."""
         if attributes.get("case") != self.loaded.text:
             self.of_another_case = True
             return None
@@ -250,6 +273,7 @@ class RecordedSolve:
         if attributes.get("made_by") != json.dumps(made_by()):
             self.warnings.append(f"{self.checkpoint} was written by another version of fsm or its libraries: begun anew")
             return None
+        self._check(arrays, attributes)
         self.warnings = list(attributes["warnings"])
         self.seen = [(DriveState(travel, force), pairs) for travel, force, pairs in _rows(arrays)]
         state = {name.removeprefix(_STATE): values for name, values in arrays.items() if name.startswith(_STATE)}

@@ -257,7 +257,7 @@ def _run_rows(
 def _row(case: TableCase, folder: Path, outcome: Outcome | None = None) -> dict[str, Any]:
     """Row of the summary: name, cells, numbers; and what went wrong."""
     row: dict[str, Any] = {"case": case.name, **case.overrides}
-    with suppress(OSError, ValueError):
+    with suppress(OSError, ValueError, TypeError, LookupError, AttributeError):  # a summary that is none says nothing
         row |= _scalars(json.loads((folder / SUMMARY).read_text(encoding="utf-8")))
     if outcome is not None and outcome.error:
         row |= {"error": "\n".join(outcome.error), "exit_code": outcome.exit_code}

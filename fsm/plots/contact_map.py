@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from fsm.plots.marks import EVENTS, shade_stages, summary_with_stages
-from fsm.plots.style import COLOURS, GREY, WIDE, abscissa, figure, rounded
+from fsm.plots.style import COLOURS, GREY, WIDE, abscissa, figure, rounded, shortened
 from fsm.results.quantities import CONTACT_THRESHOLD, touching_pairs
 from fsm.results.solution import Floats, Solution
 
@@ -61,7 +61,7 @@ def _name_rows(ax: Axes, names: Sequence[str]) -> None:
     """The first pair on top; of very many every second, third ... is named."""
     every = max(1, -(-len(names) // NAMED))
     rows = range(0, len(names), every)
-    ax.set_yticks(list(rows), [names[row] for row in rows])
+    ax.set_yticks(list(rows), [shortened(names[row]) for row in rows])
     ax.set_ylim(max(len(names), 1) - 0.5, -0.5)
     ax.tick_params(axis="y", length=0)
     for row in range(len(names)):
@@ -97,7 +97,7 @@ def _mark_events(ax: Axes, events: Sequence[dict[str, Any]]) -> list[Line2D]:
     """Snaps and bifurcations as lines across all rows, markers on top; gives back what names them."""
     handles: dict[str, Line2D] = {}
     for event in events:
-        marker, label = EVENTS[event["kind"]]
+        marker, label = EVENTS.get(event["kind"], ("o", event["kind"]))
         style: dict[str, Any] = {"color": COLOURS[3], "marker": marker, "markersize": 5, "linestyle": "none"}
         at = 1e3 * event["travel"]
         ax.axvline(at, color=COLOURS[3], linestyle=":", linewidth=1.0, zorder=3)

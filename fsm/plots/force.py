@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 
 from fsm.plots.legend import add_legend
 from fsm.plots.marks import EVENTS, shade_stages, summary_with_stages
-from fsm.plots.style import COLOURS, GREY, SINGLE, WIDE, abscissa, figure, rounded
+from fsm.plots.style import COLOURS, GREY, SINGLE, WIDE, abscissa, figure, rounded, shortened
 from fsm.results.quantities import peak
 from fsm.results.solution import Solution
 
@@ -37,7 +37,7 @@ def plot_force(solution: Solution, path: str | Path) -> None:
         for k in range(solution.force.shape[1]):
             name = names[k] if k < len(names) else f"drive {k + 1}"
             colour = COLOURS[k % len(COLOURS)]
-            ax.plot(solution.travel[:, k] * 1e3, solution.force[:, k], color=colour, label=name)
+            ax.plot(solution.travel[:, k] * 1e3, solution.force[:, k], color=colour, label=shortened(name))
         ax.set_ylabel("force (N)")
         ax.margins(x=0)
         if solution.force.shape[1] > 1:
@@ -79,7 +79,7 @@ def _draw_pairs(ax: Axes, solution: Solution) -> None:
     for k, name in enumerate(solution.layout.pair_names):
         if solution.pair_force[:, k].any():
             colour, dashes = COLOURS[k % len(COLOURS)], DASHES[k // len(COLOURS) % len(DASHES)]
-            ax.plot(solution.time, solution.pair_force[:, k], dashes, color=colour, label=name)
+            ax.plot(solution.time, solution.pair_force[:, k], dashes, color=colour, label=shortened(name))
     if ax.lines:
         ax.legend(loc="best")
     else:

@@ -13,7 +13,7 @@ from fsm.results.solution import Solution
 
 __all__ = ["plot_points", "plot_rigid", "plot_stress", "plot_synchronism"]
 
-_MOTIONS = (("displacement", "m"), ("velocity", "m/s"), ("acceleration", "m/s$^2$"))
+_MOTIONS = (("displacement", "m"), ("velocity", "m/s"), ("acceleration", "m/s²"))
 
 
 def plot_points(solution: Solution, path: str | Path) -> None:

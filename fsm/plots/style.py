@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -26,6 +27,7 @@ __all__ = [
     "energy_unit",
     "figure",
     "rounded",
+    "shortened",
 ]
 
 # Okabe and Ito's palette, told apart by all common kinds of colour blindness
@@ -41,6 +43,7 @@ STYLE: dict[str, Any] = {
     "font.family": "sans-serif",
     "font.sans-serif": ["DejaVu Sans"],
     "font.size": 9.0,
+    "text.parse_math": False,  # names of users may hold a $
     "axes.labelsize": 9.0,
     "axes.titlesize": 9.0,
     "xtick.labelsize": 8.0,
@@ -74,7 +77,8 @@ def figure(path: str | Path, size: tuple[float, float] = SINGLE) -> Iterator[Fig
         FigureCanvasAgg(fig)
         yield fig
         path.parent.mkdir(parents=True, exist_ok=True)
-        with whole_file(path) as part:
+        with whole_file(path) as part, warnings.catch_warnings():
+            warnings.filterwarnings("ignore", r"Glyph \d+ .* missing", UserWarning)  # a name in another script: boxes
             fig.savefig(part)
 
 
@@ -83,6 +87,11 @@ def abscissa(solution: Solution) -> tuple[Floats, str]:
     if solution.travel.shape[1]:
         return solution.travel[:, 0] * 1e3, "travel (mm)"
     return solution.time, "time (s)"
+
+
+def shortened(name: str) -> str:
+    """A name of a user with 40 letters at most, so that it leaves room for the curves."""
+    return name if len(name) <= 40 else f"{name[:25]}...{name[-12:]}"
 
 
 def rounded(value: float) -> str:

@@ -62,6 +62,7 @@ from fsm.results.attributes import read_attributes, write_attributes
 from fsm.results.datasets import add_scale, append_samples, described, read_film, read_samples, write_film
 from fsm.results.film import Samples
 from fsm.results.solution import ENERGIES, PAIRS, Floats, Layout, Record, Solution, stack, stack_energies
+from fsm.results.sound_summary import sound_summary
 from fsm.results.unfinished import is_marked_open, unmarked
 from fsm.whole_file import whole_file
 
@@ -383,7 +384,7 @@ def read_solution(path: str | Path) -> Solution:
             samples=read_samples(file),
             layout=_read_layout(file),
             stats=read_attributes(file["stats"]),
-            summary=read_attributes(file["summary"]),
+            summary=sound_summary(read_attributes(file["summary"])),
             array=read_array(file, n),
             **values,
         )

@@ -158,7 +158,7 @@ class Case(Model):
     `stages`, one analysis after the other: the strip as it is deployed is the film that vibrates.
     """
 
-    title: Annotated[str, Field(max_length=500)] = ""
+    title: Annotated[str, Field(max_length=500, pattern=r"^[^\x00-\x1f\x7f]*$")] = ""
     units: Literal["SI", "mm-N-s"] = "SI"
     analysis: Analysis = "deploy"
     stages: tuple[Literal["deploy"], Literal["vibrate"]] | None = None

@@ -161,6 +161,8 @@ _WANTED: dict[str, _Words] = {
         f"must have {context['max_length']} values"
         + (" at most" if context["actual_length"] is None else f", not {context['actual_length']}")
     ),
+    "string_too_short": lambda context, place: "must not be empty",
+    "string_pattern_mismatch": lambda context, place: "must be text without line breaks and control characters",
     "string_too_long": lambda context, place: f"must have {context['max_length']} letters at most",
     "finite_number": lambda context, place: "must be a finite number",
     "string_type": lambda context, place: "must be text in quotes",

@@ -9,7 +9,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from fsm.scene.model import Model
+from fsm.scene.model import Model, Name
 from fsm.scene.units import Count, Density, Force, Length, Number, Stress, Time, Unit
 
 __all__ = [
@@ -276,7 +276,7 @@ class Vibration(Model):
 
     duration: Annotated[Time, Field(gt=0)] = 1.0
     modes: Annotated[Count, Field(ge=1, le=500)] = 20
-    probes: Annotated[dict[str, Place], Field(max_length=1000)] = Field(default_factory=dict)
+    probes: Annotated[dict[Name, Place], Field(max_length=1000)] = Field(default_factory=dict)
     sampling: Annotated[Time, Field(gt=0)] | None = None
     model: Literal["auto", "full", "reduced"] = "auto"
     stretch: bool = False

@@ -6,7 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from fsm.scene.model import Model
+from fsm.scene.model import Model, Name
 from fsm.scene.units import Length, Number
 
 __all__ = ["Obstacle"]
@@ -33,7 +33,7 @@ class Obstacle(Model):
     body : name of that body; absent means the ground
     """
 
-    name: str
+    name: Name
     shape: Literal["plane", "box", "cylinder", "sphere"]
     size: tuple[_Extent, _Extent, _Extent] | None = None
     radius: _Extent | None = None

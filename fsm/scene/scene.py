@@ -13,7 +13,7 @@ from pydantic import Field
 from fsm.scene.contact import Contact, Friction
 from fsm.scene.loads import Drive, Load
 from fsm.scene.materials import Crease
-from fsm.scene.model import Model
+from fsm.scene.model import Model, Name
 from fsm.scene.obstacle import Obstacle
 from fsm.scene.units import (
     Acceleration,
@@ -65,7 +65,7 @@ class Body(Model):
         Number of the panel the body is cut from, from 1; 0 for none.
     """
 
-    name: str
+    name: Name
     mass: Annotated[Mass, Field(ge=0)]
     inertia: tuple[Inertia, Inertia, Inertia]
     position: Position = (0.0, 0.0, 0.0)
@@ -111,7 +111,7 @@ class ForceElement(Model):
     kind : what the element stands for
     """
 
-    name: str
+    name: Name
     inner: str
     outer: str
     point_inner: Position = (0.0, 0.0, 0.0)
@@ -134,14 +134,14 @@ class ForceElement(Model):
 class Surface(Model):
     """A face that can touch: a row of plates, each joined to the next, in order along their x axes."""
 
-    name: str
+    name: Name
     bodies: tuple[str, ...]
 
 
 class Group(Model):
     """Bodies with plates that contact pairs name together: a pile, say."""
 
-    name: str
+    name: Name
     bodies: tuple[str, ...]
 
 

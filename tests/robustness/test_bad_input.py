@@ -117,6 +117,10 @@ ONE_MISTAKE = {
         ("stiffness = 9.0e-3", "stiffness = 9.0e-3\nrest_angle = 160"),
         'crease.rest_angle: must be at most 3.14159 rad; it is 160 rad; write degrees as text, "160 deg"',
     ),
+    "line break in the title": (
+        ("[strip]", 'title = "a\\nb"\n[strip]'),
+        'title: must be text without line breaks and control characters; it is "a b"',
+    ),
     "zero segments": (
         ("panels = 6", "panels = 6\nsegments_per_panel = 0"),
         "strip.segments_per_panel: must be at least 1; it is 0",

@@ -16,8 +16,9 @@ import numpy as np
 import pytest
 
 import fsm.recorder
+from fsm.errors import CaseError, FsmError
 from fsm.results.solution import Solution
-from fsm.results.store import part_path, read_checkpoint, read_solution
+from fsm.results.store import part_path, read_checkpoint, read_solution, write_checkpoint
 from fsm.run import run_case
 from fsm.scene.load_case import load_case
 
@@ -341,3 +342,48 @@ def test_interrupted_within_a_kernel(case: Path, tmp_path: Path) -> None:
     with pytest.raises(KeyboardInterrupt):
         run_case(load_case(case), tmp_path, progress=tell)
     check_unfinished(tmp_path)
+
+
+def _spoilt(arrays: dict[str, np.ndarray], attributes: dict[str, Any], number: int) -> bool:
+    """Damage one thing of a checkpoint; False if there are no more."""
+    names = [name for name in (*arrays, *attributes) if not name.startswith("state")]  # those are the solver's
+    name = names[number // 4] if number // 4 < len(names) else ""
+    how = number % 4
+    if name in arrays:
+        values = arrays[name]
+        if how == 0:
+            del arrays[name]
+        else:
+            flat = values.ravel()
+            arrays[name] = (flat[:-1], np.append(flat, 1.0), np.full_like(values, np.nan, float))[how - 1]
+    elif name:
+        if how == 0:
+            del attributes[name]
+        else:
+            attributes[name] = ("odd", [[1], {"a": None}], -3)[how - 1]
+    return bool(name)
+
+
+def test_a_damaged_checkpoint_is_no_internal_error(case: Path, tmp_path: Path) -> None:
+    """Whatever it lacks or has instead: the run goes on, or ends with a line."""
+    overrides = ("solve.method=generalized-alpha", "drive.0.travel=2 mm", "solve.max_steps=400")
+    interrupt(case, tmp_path / "out", 0.3, False, *overrides)
+    good = {path.name: path.read_bytes() for path in (tmp_path / "out").iterdir()}
+    number, refused = 0, 0
+    while True:
+        arrays, attributes = read_checkpoint(tmp_path / "out" / "checkpoint.h5")
+        if not _spoilt(arrays, attributes, number):
+            break
+        write_checkpoint(tmp_path / "out" / "checkpoint.h5", arrays, attributes)
+        try:
+            run_case(load_case(case, overrides), tmp_path / "out", progress=stopper(0.0), resume=True)
+        except CaseError:
+            refused += 1
+        except (FsmError, KeyboardInterrupt):
+            pass
+        for path in (tmp_path / "out").iterdir():
+            path.unlink()
+        for name, content in good.items():
+            (tmp_path / "out" / name).write_bytes(content)
+        number += 1
+    assert refused > 20

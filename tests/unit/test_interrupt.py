@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import subprocess
 import sys
 import time
 
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 from fsm.errors import is_interrupt
+from fsm.interrupts import counting_interrupts_once
 from fsm.kernels.jit import kernel
 
 DUE = 1e-3
@@ -63,3 +65,39 @@ def test_between_calls_of_kernels() -> None:
         signal.signal(signal.SIGALRM, before)
     assert len(found) == 200
     assert [error for error in found if not is_interrupt(error)] == []
+
+
+IMPATIENT = """
+import sys, time
+from fsm.interrupts import counting_interrupts_once
+with counting_interrupts_once():
+    try:
+        print("ready", flush=True)
+        time.sleep(60)
+    except KeyboardInterrupt:
+        time.sleep(0.6)  # a checkpoint
+        print("written", flush=True)
+        sys.exit(130)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals")
+def test_several_interrupts_are_one() -> None:
+    """They come within half a second, while a checkpoint is written and as the program ends."""
+    process = subprocess.Popen([sys.executable, "-c", IMPATIENT], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout is not None and process.stdout.readline() == "ready\n"
+    for _ in range(20):
+        process.send_signal(signal.SIGINT)
+        time.sleep(0.04)
+    out, err = process.communicate(timeout=60)
+    assert (process.returncode, out, err) == (130, "written\n", "")
+
+
+def test_interrupts_are_left_alone_where_somebody_handles_them() -> None:
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        with counting_interrupts_once():
+            assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+        assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGINT, before)

@@ -19,9 +19,10 @@ from fsm.errors import CaseError
 from fsm.plots.animation import animate
 from fsm.plots.contact_map import HALF, plot_contact_map
 from fsm.plots.energy import STACK, plot_energy
+from fsm.plots.figures import draw
 from fsm.plots.force import plot_force, plot_overlay
 from fsm.plots.motion import leaves_plane, pick_records, plot_motion
-from fsm.plots.style import STYLE, WIDE, energy_unit
+from fsm.plots.style import STYLE, WIDE, energy_unit, shortened
 from fsm.results.quantities import Curve, summarise
 from fsm.results.solution import ENERGIES, PAIRS, Layout, Record, Solution
 from fsm.scene.builders.scene import build_scene
@@ -175,6 +176,14 @@ def test_overlay_of_many_curves_tells_them_apart(tmp_path: Path, figures: list[F
     plot_overlay([(f"run {k}", run) for k in range(24)], tmp_path / "overlay.png")
     curves = [line for line in figures[0].axes[0].lines if len(np.atleast_1d(line.get_xdata())) > 1]
     assert len({(line.get_color(), line.get_linestyle()) for line in curves}) == 24
+
+
+@pytest.mark.parametrize("name", ["$", "a$b$c", "$\\frac{", "x_$^", "%s {}", "\N{CJK UNIFIED IDEOGRAPH-65E5}", "y" * 100])
+def test_names_are_drawn_as_they_are(tmp_path: Path, figures: list[Figure], name: str) -> None:
+    run = strip_run(31, drives=2)
+    layout = replace(run.layout, drive_names=(name, "other"), pair_names=(name, f"{name} 2"))
+    draw(replace(run, layout=layout), tmp_path)
+    assert any(shortened(name) in words(fig) for fig in figures)
 
 
 LONG = "fold_angle-{} deg_travel-25 mm_friction-none"

@@ -404,3 +404,25 @@ def test_copy_without_marks_is_a_plain_hdf5_file(tmp_path: Path) -> None:
     with h5py.File(tmp_path / "plain.h5") as file:
         assert file["time"][0] == 0.0
     assert len(read_solution(tmp_path / "plain.h5")) >= 10
+
+
+ODD_SUMMARIES = {
+    "stages that are a word": {"stages": "contact"},
+    "stages of numbers": {"stages": [1, 2]},
+    "a stage without a travel": {"stages": [{"name": "contact", "force": 1.0}]},
+    "a stage at a word": {"stages": [{"name": "contact", "travel": "here", "force": 1.0}]},
+    "a stage at infinity": {"stages": [{"name": "contact", "travel": np.inf, "force": 1.0}]},
+    "a stage without a name": {"stages": [{"name": None, "travel": 0.0, "force": 1.0}]},
+    "events that are none": {"events": [{"kind": "snap"}]},
+    "warnings of numbers": {"warnings": [1]},
+    "a peak that is a list": {"peak_force": [1.0]},
+}
+
+
+@pytest.mark.parametrize("name", ODD_SUMMARIES)
+def test_a_summary_that_is_none_is_damage(name: str, tmp_path: Path) -> None:
+    with ResultWriter(tmp_path / "result.h5", LAYOUT) as writer:
+        writer.append(record(0))
+        writer.finish(STATS, SUMMARY | ODD_SUMMARIES[name])
+    with pytest.raises(CaseError, match="in the summary"):
+        read_solution(tmp_path / "result.h5")

@@ -1,0 +1,43 @@
+"""Whether the summary in a results file is one: figures and tables take its stages, events and numbers as they are."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+__all__ = ["sound_summary"]
+
+_ITEMS = {"stages": ("name", ("travel", "force")), "events": ("kind", ("travel", "end_travel", "force", "end_force"))}
+"""Lists in a summary: what names an item, and its numbers."""
+_NUMBERS = (
+    "peak_force", "peak_travel", "frequency_hz", "frequency_fft_hz", "frequency_resolution_hz", "decay_rate", "free_from",
+)  # fmt: skip
+"""Numbers that figures show, if they are there."""
+
+
+def sound_summary(summary: dict[str, Any]) -> dict[str, Any]:
+    """The summary as it was given.
+
+    Raises
+    ------
+    ValueError
+        Its stages or events are not lists of such, its warnings are no texts, or a number is none.
+    """
+    for key, (name, numbers) in _ITEMS.items():
+        items = summary.get(key, [])
+        if not isinstance(items, list) or not all(_is_item(item, name, numbers) for item in items):
+            raise ValueError(f"{key} in the summary are no {key}")
+    warnings = summary.get("warnings", [])
+    if not isinstance(warnings, list) or not all(isinstance(text, str) for text in warnings):
+        raise ValueError("warnings in the summary are no texts")
+    for key in _NUMBERS:
+        if not isinstance(summary.get(key), int | float | None):
+            raise ValueError(f"{key} in the summary is no number")
+    return summary
+
+
+def _is_item(item: Any, name: str, numbers: tuple[str, ...]) -> bool:
+    if not isinstance(item, dict) or not isinstance(item.get(name), str):
+        return False
+    values = [item.get(key, math.nan) for key in numbers]
+    return all(value is None or (isinstance(value, int | float) and math.isfinite(value)) for value in values)
