@@ -11,6 +11,7 @@ from typing import Any
 from fsm import __version__
 from fsm.analyses.analysis import Analysis
 from fsm.analyses.choose import analysis_of
+from fsm.analyses.deploy import Deployment
 from fsm.analyses.deployed import film_of_deployment
 from fsm.analyses.vibrate import VibrationAnalysis
 from fsm.errors import CaseError, ExpectationFailed
@@ -115,7 +116,8 @@ def _run_stages(
         deployment = analysis_of(case, source, warnings)
     first = _run_analysis(loaded, deployment, out / "deploy", progress, resume, warnings, begun)
     begun = _clocks()
-    vibration = VibrationAnalysis(case, source, film_of_deployment(case, first))
+    assert isinstance(deployment, Deployment)
+    vibration = VibrationAnalysis(case, source, film_of_deployment(case, first, deployment.system))
     second = _run_analysis(loaded, vibration, out / "vibrate", progress, resume, [], begun)
     summary = joined(first.summary, second.summary)
     _write_summary(summary, out)

@@ -27,6 +27,10 @@ from fsm.solve.static import PathSettings
 __all__ = ["Deployment"]
 
 
+_HOLD = 0.01
+"""Part of the time of the pull for which its drives hold what is to vibrate: forces of dampers die away."""
+
+
 class Deployment:
     """A strip or a scene, compiled; see `Analysis`.
 
@@ -62,13 +66,15 @@ class Deployment:
     def method(self) -> tuple[str, str]:
         """See `Analysis`."""
         chosen = self.case.solve.method
-        return automatic_method(self.scene) if chosen == "auto" else (chosen, "asked for")
+        return automatic_method(self.scene, bool(self.case.stages)) if chosen == "auto" else (chosen, "asked for")
 
     def settings(self, method: str) -> Settings | PathSettings:
         """See `Analysis`."""
         solve = self.case.solve
         end = self.system.end_time() if solve.end_time is None else solve.end_time
         assert end is not None
+        if self.case.stages and solve.end_time is None:
+            end *= 1.0 + _HOLD
         max_step = solve.max_step or math.inf
         if method != "static":
             settings = Settings(method, solve.rtol, end, max_step, solve.max_steps, solve.energy_abort, step=solve.step)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import re
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.interpolate import CubicSpline, PchipInterpolator
@@ -12,92 +13,90 @@ from fsm.ancf.air import air_mass
 from fsm.ancf.build import FilmGrid
 from fsm.ancf.film import FilmMaterial
 from fsm.ancf.from_deployed import CreaseLine, DeployedStrip, deployed_mesh
-from fsm.ancf.mesh import Mesh
+from fsm.errors import NotConverged
 from fsm.results.solution import Floats, Solution
 from fsm.scene.builders.membrane import MeshLines
+from fsm.scene.builders.strip import crease_point, segment_lengths
 from fsm.scene.case import Case, Strip
 from fsm.scene.materials import Crease, LinearCrease, SplineCrease
 from fsm.scene.membrane import Deployed
+from fsm.segments.system import SegmentSystem
+from fsm.solve.relax import relaxed
 
 __all__ = ["DeployedFilm", "film_of_deployment"]
 
-_CREASE_COLUMNS = 8
-"""Elements over the width of a crease."""
-_SHARES = (0.0, 0.1, 0.25, 0.45, 0.7, 1.0)
-"""Parts of the creases' moments that are put on one after the other."""
+_SAME_PLACE = 1e-6
+"""Part of a panel within which two mesh lines are one."""
 
 
 @dataclass(frozen=True, eq=False)
 class DeployedFilm:
-    """A film, and what held and drew the strip.
+    """A film, and the coordinates that are held: what held and drew the strip.
 
     Attributes
     ----------
     film : FilmMesh
-    before : tuple of Mesh
-        The same film with less and less of its creases' moments taken off: its equilibria lead to that of the film.
     held : int array
-        Coordinates that are held.
-    drawn : int array
-        Those of them that drives draw at; they find their places under the forces that the deployment ended with, since a
-        crease of some width takes up more of the strip than a line does, which would cost a taut strip its tension.
-    forces : (nq,) array, N
     """
 
     film: FilmMesh
-    before: tuple[Mesh, ...]
     held: np.ndarray
-    drawn: np.ndarray
-    forces: np.ndarray
 
 
-def film_of_deployment(case: Case, solution: Solution) -> DeployedFilm:
-    """The film that a deployed strip is, in the shape of the last record.
+def film_of_deployment(case: Case, solution: Solution, system: SegmentSystem) -> DeployedFilm:
+    """The film that a deployed strip is: the strip at rest where its drives have stopped.
 
     Parameters
     ----------
     case : Case
         With both stages.
     solution : of the first one
+    system : SegmentSystem
+        Of the first one.
+
+    Raises
+    ------
+    NotConverged
+        The strip finds no equilibrium where the drives have stopped.
     """
     strip, material, crease = case.strip, case.material, case.crease
     assert strip is not None and material is not None and crease is not None
     options = case.deployed or Deployed()
     panel_length = strip.length / strip.panels
-    width = options.crease_width or 0.1 * panel_length
-    place, position, across, panel = _middle_line(solution, panel_length)
-    lines = _lines(strip, options, panel_length, width)
+    place, position, across, panel = _middle_line(_shape_at_rest(solution, system), solution.layout.panel, panel_length)
+    for end, where in _known_places(case, strip, solution).items():
+        position[int(np.argmin(np.abs(place - end * panel_length)))] = where
+    clamped = _clamped(case, strip, panel_length)
+    lines = _lines(strip, options, panel_length, clamped)
     sheet = FilmMaterial(material.young, material.poisson, material.density, strip.thickness)
     turns = _turns(position, across, panel)
-    creases = [
+    creases = tuple(
         _crease_line(number * panel_length, turns[number - 1], number, strip, crease) for number in range(1, strip.panels)
-    ]
+    )
     air = air_mass(case.air.length or strip.length, case.air.density) if case.air else 0.0
     viscosity = case.damping.material if case.damping else 0.0
-    meshes = []
-    for share in _SHARES:
-        bent = tuple(
-            replace(crease, free_angle=turn + share * (crease.free_angle - turn))
-            for crease, turn in zip(creases, turns.tolist(), strict=True)
-        )
-        deployed = DeployedStrip(place, panel, position, across, strip.width, sheet, bent)
-        mesh, grid = deployed_mesh(deployed, np.array(lines.x), np.array(lines.y), width, air, viscosity)
-        meshes.append(mesh)
+    deployed = DeployedStrip(place, panel, position, across, strip.width, sheet, creases)
+    mesh, grid = deployed_mesh(deployed, np.array(lines.x), np.array(lines.y), air, viscosity)
+    held = _held(case, grid, panel_length, clamped)
     # material places count from the middle of the strip, as those of any film do from their centre
-    x = grid.x - float(np.interp(0.5 * strip.length, lines.x, grid.x))
-    grid = FilmGrid(x, grid.y, grid.position)
-    cells = np.zeros((len(x) - 1, len(grid.y) - 1), dtype=np.int64)
+    grid = FilmGrid(grid.x - 0.5 * strip.length, grid.y, grid.position, grid.behind)
+    cells = np.zeros((len(grid.x) - 1, len(grid.y) - 1), dtype=np.int64)
     corners = np.array([grid.position[i, j] for i, j in ((0, 0), (-1, 0), (-1, -1), (0, -1))])
-    film = FilmMesh(mesh, grid, MeshLines(tuple(x), lines.y), (), cells, corners, np.zeros((4, 3)))
-    flat = np.array(lines.x)
-    held = _held(case, strip, film, flat, panel_length, width)
-    drawn, forces = _pull(case, film, solution.force[-1], _driven(case, film, flat, panel_length))
-    return DeployedFilm(film, tuple(meshes[:-1]), held, drawn, forces)
+    film = FilmMesh(mesh, grid, MeshLines(tuple(grid.x), lines.y), (), cells, corners, np.zeros((4, 3)))
+    return DeployedFilm(film, held)
 
 
-def _middle_line(solution: Solution, panel_length: float) -> tuple[Floats, Floats, Floats, np.ndarray]:
+def _shape_at_rest(solution: Solution, system: SegmentSystem) -> Floats:
+    """Corners of the segments in equilibrium, the drives at rest where they ended: dampers carry no force any more."""
+    t, q = float(solution.time[-1]), solution.q[-1]
+    try:
+        return system.shape(t, relaxed(system, t, q).q)
+    except NotConverged as error:
+        raise NotConverged(f"the strip at rest where its drives have stopped: {error}") from None
+
+
+def _middle_line(quads: Floats, panel: np.ndarray, panel_length: float) -> tuple[Floats, Floats, Floats, np.ndarray]:
     """Material places and positions of the segments' ends, the direction across, and the panel of each segment."""
-    quads, panel = solution.shape[-1], solution.layout.panel
     order = np.flatnonzero(panel > 0)
     quads, panel = quads[order], panel[order]
     start, end = quads[:, [0, 3]].mean(axis=1), quads[:, [1, 2]].mean(axis=1)
@@ -108,6 +107,24 @@ def _middle_line(solution: Solution, panel_length: float) -> tuple[Floats, Float
     position = np.vstack([start[:1], 0.5 * (end[:-1] + start[1:]), end[-1:]])
     across = (quads[:, 3] - quads[:, 0]).mean(axis=0)
     return place, position, across / np.linalg.norm(across), panel
+
+
+def _known_places(case: Case, strip: Strip, solution: Solution) -> dict[int, Floats]:
+    """Where ends of panels are exactly, by number of the crease: of held panels, and driven lines.
+
+    Elsewhere the ends of two segments have come apart by the stretch of the spring between them, and the middle counts.
+    """
+    known = {}
+    for drive in case.drive:
+        if drive.crease is not None and drive.guide:
+            x, z = crease_point(strip, drive.crease)
+            direction = np.array(drive.direction) / np.linalg.norm(drive.direction)
+            known[drive.crease] = np.array([x, 0.0, z]) + float(solution.travel[-1, case.drive.index(drive)]) * direction
+    for number in (1, strip.panels) if strip.held is None else strip.held:
+        for end in (number - 1, number):
+            x, z = crease_point(strip, end)
+            known[end] = np.array([x, 0.0, z])
+    return known
 
 
 def _turns(position: Floats, across: Floats, panel: np.ndarray) -> Floats:
@@ -134,51 +151,58 @@ def _crease_line(place: float, turn: float, number: int, strip: Strip, crease: C
     return CreaseLine(place, stiffness, side * (psi + moment / stiffness))
 
 
-def _lines(strip: Strip, options: Deployed, panel_length: float, width: float) -> MeshLines:
-    """Mesh lines along the flat strip, on both sides of every crease, in it, and evenly between; and across."""
+def _lines(
+    strip: Strip, options: Deployed, panel_length: float, clamped: list[tuple[float, float]]
+) -> MeshLines:
+    """Mesh lines along the flat strip: on creases, a little beside them, evenly between, and where clamps end; across."""
+    beside = 0.5 * (options.crease_width or 0.1 * panel_length)
     lines: list[float] = []
     for number in range(strip.panels):
-        begin = number * panel_length + (0.5 * width if number else 0.0)
-        end = (number + 1) * panel_length - (0.5 * width if number < strip.panels - 1 else 0.0)
-        count = options.elements_per_panel
-        lines += [float(x) for x in np.linspace(begin, end, count + 1)]
-        if number < strip.panels - 1:
-            lines += [end + width * k / _CREASE_COLUMNS for k in range(1, _CREASE_COLUMNS)]
+        begin, end = number * panel_length, (number + 1) * panel_length
+        first = begin + beside if number else begin
+        last = end - beside if number < strip.panels - 1 else end
+        lines += [begin, *np.linspace(first, last, options.elements_per_panel + 1).tolist(), end]
+    lines += [place for ends in clamped for place in ends]
+    lines.sort()
+    distinct = [lines[0]]
+    for place in lines[1:]:
+        if place - distinct[-1] > _SAME_PLACE * panel_length:
+            distinct.append(place)
     across = np.linspace(-0.5 * strip.width, 0.5 * strip.width, options.elements_across + 1)
-    return MeshLines(tuple(lines), tuple(float(y) for y in across))
+    return MeshLines(tuple(distinct), tuple(float(y) for y in across))
 
 
-def _held(case: Case, strip: Strip, film: FilmMesh, x: Floats, panel_length: float, width: float) -> np.ndarray:
-    """All coordinates on held panels, and the positions of driven crease lines; x as if the strip were flat."""
-    held = []
+def _clamped(case: Case, strip: Strip, panel_length: float) -> list[tuple[float, float]]:
+    """Ends, along the flat strip, of what neither moves nor turns: held panels and segments that drives move."""
+    parts = []
     for number in (1, strip.panels) if strip.held is None else strip.held:
-        begin, end = (number - 1) * panel_length, number * panel_length
-        low = begin + (0.5 * width if number > 1 else 0.0)
-        high = end - (0.5 * width if number < strip.panels else 0.0)
-        here = film.grid.position[(x >= low - 1e-12) & (x <= high + 1e-12)].ravel()
-        held.append((here[:, None] + np.arange(9)).ravel())
-    held += [(nodes[:, None] + np.arange(3)).ravel() for _, nodes in _driven(case, film, x, panel_length)]
-    return np.unique(np.concatenate(held)) if held else np.zeros(0, dtype=np.int64)
+        parts.append(((number - 1) * panel_length, number * panel_length))
+    ends = np.concatenate([[0.0], np.cumsum(segment_lengths(strip))])
+    for drive in case.drive:
+        for body in drive.moved:
+            found = re.fullmatch(r"panel (\d+)(?: segment (\d+))?", body)
+            if found is not None:
+                begin = (int(found[1]) - 1) * panel_length
+                first, last = (ends[0], ends[-1]) if found[2] is None else ends[int(found[2]) - 1 : int(found[2]) + 1]
+                parts.append((begin + float(first), begin + float(last)))
+    return parts
 
 
-def _driven(case: Case, film: FilmMesh, x: Floats, panel_length: float) -> list[tuple[int, np.ndarray]]:
-    """Number of each drive of a crease, and the first coordinates of the positions on its line."""
-    lines = [(k, drive.crease) for k, drive in enumerate(case.drive) if drive.crease is not None]
-    return [(k, film.grid.position[int(np.argmin(np.abs(x - crease * panel_length)))]) for k, crease in lines]
-
-
-def _pull(
-    case: Case, film: FilmMesh, force: Floats, driven: list[tuple[int, np.ndarray]]
-) -> tuple[np.ndarray, np.ndarray]:
-    """Coordinates along which drives pull, where that is along an axis, and the forces (nq,) that they end with."""
-    free: list[np.ndarray] = []
-    forces = np.zeros(len(film.mesh.coordinates))
-    share = np.full(len(film.grid.y), 1.0)
-    share[[0, -1]] = 0.5
-    for number, nodes in driven:
-        direction = np.array(case.drive[number].direction, dtype=float)
-        (axes,) = np.nonzero(direction)
-        if len(axes) == 1:
-            free.append(nodes + axes[0])
-            forces[nodes + axes[0]] += np.sign(direction[axes[0]]) * force[number] * share / share.sum()
-    return (np.concatenate(free) if free else np.zeros(0, dtype=np.int64)), forces
+def _held(case: Case, grid: FilmGrid, panel_length: float, clamped: list[tuple[float, float]]) -> np.ndarray:
+    """All coordinates of what is clamped, and those of driven crease lines; x as if the strip were flat."""
+    held = []
+    for begin, end in clamped:
+        first, last = (int(np.argmin(np.abs(grid.x - place))) for place in (begin, end))
+        nodes = grid.position[first : last + 1]
+        held += [nodes, nodes + 6, grid.position[first + 1 : last + 1] + 3, grid.behind[first:last]]
+    vectors = [(first.ravel()[:, None] + np.arange(3)).ravel() for first in held]
+    for drive in case.drive:
+        if drive.crease is None:
+            continue
+        line = grid.position[int(np.argmin(np.abs(grid.x - drive.crease * panel_length)))]
+        (axes,) = np.nonzero(np.array(drive.direction))
+        if drive.guide or len(axes) > 1:  # the line stays straight, too
+            vectors += [(line[:, None] + [0, 1, 2, 6, 7, 8]).ravel()]
+        else:
+            vectors += [line + axes[0]]
+    return np.unique(np.concatenate(vectors)) if vectors else np.zeros(0, dtype=np.int64)

@@ -95,8 +95,7 @@ class FilmMesh:
         b, c = grid.x[i + 1] - grid.x[i], grid.y[j + 1] - grid.y[j]
         at = (x - grid.x[i]) / b, (y - grid.y[j]) / c
         weights, along, across = (membrane_shape(*at, b, c, derivative=d) for d in ((0, 0), (1, 0), (0, 1)))
-        corners = grid.position[[i, i + 1, i + 1, i], [j, j, j + 1, j + 1]]
-        return FilmPoint((corners[:, None] + np.array([0, 3, 6])).ravel(), weights, along, across)
+        return FilmPoint(grid.vectors(i, j), weights, along, across)
 
     def held_by(self, support: Support) -> np.ndarray:
         """Coordinates that a support holds: edges with the slopes along them, which keep them straight between nodes."""

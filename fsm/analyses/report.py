@@ -174,7 +174,7 @@ def _approximations(case: Case) -> Iterator[str]:
 
 
 def _from_deployed(case: Case) -> Iterator[str]:
-    yield "the strip as it is at the end of the travel: its shape, its thickness, creases as lines of less bending stiffness"
+    yield "the strip as it is at the end of the travel: its shape, its thickness, creases as lines with a spring"
     yield "what held and drew the strip holds the film"
 
 

@@ -18,7 +18,6 @@ from fsm.errors import NotConverged
 from fsm.pretension import tensioned
 from fsm.scene.case import Case
 from fsm.scene.membrane import CornerCable, Support
-from fsm.solve.relax import relaxed
 
 __all__ = ["as_deployed", "stretched", "supports"]
 
@@ -43,16 +42,11 @@ def as_deployed(case: Case, deployed: DeployedFilm, loading: Loading) -> AncfSys
     ------
     NotConverged
     """
-    held = np.setdiff1d(deployed.held, deployed.drawn)
-    pull = Loading((Forcing(deployed.forces, Constant()),), gravity=case.gravity)
-    q = deployed.film.mesh.coordinates
+    held = AncfSystem(deployed.film.mesh.holding(deployed.held), Loading(gravity=case.gravity))
     try:
-        for mesh in deployed.before:
-            q = relaxed(AncfSystem(mesh.holding(held), pull, q), 0.0, q).q
-        return tensioned(AncfSystem(deployed.film.mesh.holding(held), pull, q), deployed.held, loading, settle=True)
+        return tensioned(held, deployed.held, loading, settle=True)
     except NotConverged as error:
-        hint = "another deployed.crease_width or elements_across may do"
-        raise NotConverged(f"the deployed strip as a film: {error}; {hint}") from None
+        raise NotConverged(f"the deployed strip as a film: {error}; give more elements_per_panel") from None
 
 
 def stretched(case: Case, film: FilmMesh, loading: Loading) -> AncfSystem:

@@ -137,8 +137,9 @@ class VibrationAnalysis:
         end = self.vibration.duration if self.case.impact is not None else 0.0
         step = self._step() if method in ("generalized-alpha", "newmark") else None
         settings = Settings(
-            method, solve.rtol, end, solve.max_step or math.inf, solve.max_steps, solve.energy_abort, step=step
-        )
+            method, solve.rtol, end, solve.max_step or math.inf, solve.max_steps, solve.energy_abort, step=step,
+            judge_losses=method != "generalized-alpha",
+        )  # fmt: skip
         return settings if solve.rho_inf is None else replace(settings, rho_inf=solve.rho_inf)
 
     def record_times(self, end: float) -> list[float]:

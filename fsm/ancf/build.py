@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from fsm.ancf.air import added_mass
 from fsm.ancf.cable import CableGroup
+from fsm.ancf.crease_line import CreaseLineGroup
 from fsm.ancf.film import FilmMaterial, MembraneGroup
 from fsm.ancf.group import ElementGroup, MassPart
 from fsm.ancf.mesh import Mesh, node_pattern
@@ -50,11 +52,22 @@ class FilmGrid:
         Mesh lines.
     position : (nx + 1, ny + 1) int array
         First coordinate of the position of each node; slopes along x and y follow at + 3 and + 6.
+    behind : (nx + 1, ny + 1) int array
+        First coordinate of the slope along x of the elements behind each node, of larger x: another one on folds.
     """
 
     x: np.ndarray
     y: np.ndarray
     position: np.ndarray
+    behind: np.ndarray
+
+    def vectors(self, i: np.ndarray | int, j: np.ndarray | int) -> np.ndarray:
+        """First coordinates of the vectors of the elements in columns i and rows j, (..., 12)."""
+        position, behind = self.position, self.behind
+        corners = [position[i, j], position[i + 1, j], position[i + 1, j + 1], position[i, j + 1]]
+        along = [behind[i, j], corners[1] + 3, corners[2] + 3, behind[i, j + 1]]
+        triples = [np.stack([at, slope, at + 6], axis=-1) for at, slope in zip(corners, along, strict=True)]
+        return np.concatenate(triples, axis=-1)
 
     def nearest(self, x: float, y: float) -> int:
         """First coordinate of the position of the node nearest to a material point (m)."""
@@ -107,9 +120,9 @@ class MeshBuilder:
         cells: np.ndarray | None = None,
         tension_field: bool = False,
         viscosity: float = 0.0,
-        bending_factor: np.ndarray | None = None,
         air: float = 0.0,
         names: tuple[str, ...] = ("film", "patch"),
+        folds: Sequence[int] = (),
     ) -> FilmGrid:
         """A rectangle of film in the plane z = 0, on mesh lines.
 
@@ -123,11 +136,10 @@ class MeshBuilder:
         tension_field : whether the film, not the patches, carries no compression
         viscosity : s
             Kelvin-Voigt.
-        bending_factor : (nx, ny) array
-            On the bending stiffness of each cell.
         air : kg/m^2
             Mass of air that moves with the normal motion; see `fsm.ancf.air`.
         names : of the energies of each material; those after the last are called like it
+        folds : numbers of the lines of x on which the slope along x may jump
         """
         x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
         nx, ny = len(x) - 1, len(y) - 1
@@ -136,24 +148,30 @@ class MeshBuilder:
             for j in range(ny + 1):
                 self._node([x[i], y[j], 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0], 3, f"film node ({i}, {j})")
         node = self.size * (first + np.arange((nx + 1) * (ny + 1)).reshape(nx + 1, ny + 1))
+        behind = node + 3
+        for i in folds:
+            for j in range(ny + 1):  # a node of its own for the slope; its position is not used
+                at = self._node([x[i], y[j], 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0], 2, f"film node ({i}, {j}), behind")
+                self._used[-1][:3], behind[i, j] = False, at + 3
         corners = np.stack([node[:-1, :-1], node[1:, :-1], node[1:, 1:], node[:-1, 1:]], axis=-1).reshape(-1, 4)
-        vectors = (corners[:, :, None] + np.array([0, 3, 6])).reshape(-1, 12)
+        grid = FilmGrid(x, y, node, behind)
+        columns, rows = np.meshgrid(np.arange(nx), np.arange(ny), indexing="ij")
+        vectors = grid.vectors(columns.ravel(), rows.ravel())
         sides = np.stack(np.meshgrid(np.diff(x), np.diff(y), indexing="ij"), axis=-1).reshape(-1, 2)
         kind = np.zeros(nx * ny, dtype=np.int64) if cells is None else np.asarray(cells, dtype=np.int64).ravel()
-        factor = None if bending_factor is None else np.asarray(bending_factor, dtype=float).ravel()
         for k, material in enumerate(materials):
             here = kind == k
             if np.any(here):
                 self._groups.append(
                     MembraneGroup(
                         vectors[here], sides[here], material, tension_field and k == 0, viscosity,
-                        None if factor is None else factor[here], name=names[min(k, len(names) - 1)],
+                        name=names[min(k, len(names) - 1)],
                     )
                 )  # fmt: skip
         if air > 0.0:
             self._masses.append(added_mass(vectors, sides, air, np.array([0.0, 0.0, 1.0])))
         self._quads.append(corners)
-        return FilmGrid(x, y, node)
+        return grid
 
     def cable(
         self,
@@ -200,6 +218,10 @@ class MeshBuilder:
             )
         )  # fmt: skip
         return vectors
+
+    def crease_lines(self, lines: CreaseLineGroup) -> None:
+        """Torsional springs between the slopes before and behind a fold."""
+        self._groups.append(lines)
 
     def point_mass(self, position: int, mass: float) -> None:
         """A mass (kg) at the position that begins at this coordinate."""

@@ -104,8 +104,6 @@ class MembraneGroup:
     tension_field : whether the film carries no compression
     viscosity : s
         Kelvin-Voigt.
-    bending_factor : (m,) array or None
-        On the bending stiffness of each element: creases are lines of less.
     rest : (n,) array or None
         All coordinates in the unstressed shape; flat if absent.
     name : of its energy
@@ -117,7 +115,6 @@ class MembraneGroup:
     material: FilmMaterial
     tension_field: bool = False
     viscosity: float = 0.0
-    bending_factor: np.ndarray | None = None
     rest: np.ndarray | None = None
     name: str = "film"
     points: tuple[int, int] = POINTS
@@ -226,10 +223,9 @@ class MembraneGroup:
             + [membrane_shape(*bend_points, derivative=d) for d in _BEND]
         )
         scale = np.tile(np.column_stack([np.ones(count), self.sides]), 4)
-        factor = np.ones(count) if self.bending_factor is None else self.bending_factor
         material = self.material
         stiffness = np.column_stack(
-            [np.full(count, material.stretch), np.full(count, material.poisson), material.bending * factor]
+            [np.full(count, material.stretch), np.full(count, material.poisson), np.full(count, material.bending)]
         )
         return MembraneArrays(
             np.ascontiguousarray(self.vectors), np.ascontiguousarray(scale), np.ascontiguousarray(self.sides),

@@ -1,13 +1,9 @@
-"""A deployed strip of rigid segments as a film: its shape, its tension, its creases as lines of less bending stiffness.
+"""A deployed strip of rigid segments as a film: its shape, its tension, its creases as lines where its slope jumps.
 
 The film's material lines are the strip's: X along it as if it were flat, Y across. Where a segment's joints have been drawn
-apart, the film is stretched as much, which is the strip's tension. A crease with the moment M and the stiffness
-k = dM/dpsi at its present angle psi becomes a line of width w whose bending stiffness over the strip's width b is
-
-    D_crease b/w = k,    with the angle psi - M/k without moment,
-
-so that moment and stiffness are those of the crease. Panels are flat without load. A crease that is still folded is rounded
-off over its line, whose material is as long as the round is, so that the way from panel to panel stays the same.
+apart, the film is stretched as much, which is the strip's tension. Panels are flat without load. A crease is a line on which
+the slope along X jumps, with a torsional spring (`fsm.ancf.crease_line`): with the moment M and the stiffness k = dM/dpsi
+at its present turn psi, the spring has the stiffness k and is free of moment at psi - M/k.
 """
 
 from __future__ import annotations
@@ -17,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fsm.ancf.build import FilmGrid, MeshBuilder
+from fsm.ancf.crease_line import CreaseLineGroup
 from fsm.ancf.film import FilmMaterial, MembraneGroup, film_mass
 from fsm.ancf.group import MassPart
 from fsm.ancf.mesh import Mesh
@@ -35,7 +32,7 @@ class CreaseLine:
     stiffness : N m/rad
         Over the width of the strip, at its present angle.
     free_angle : rad
-        Turn of the film from before to behind the crease, about its width, at which it would have no moment; positive up.
+        Turn of the film from before to behind the crease, about its width, at which it has no moment; positive up.
     """
 
     place: float
@@ -71,18 +68,8 @@ class DeployedStrip:
     creases: tuple[CreaseLine, ...]
 
 
-@dataclass(frozen=True, eq=False)
-class _Line:
-    """The middle line at the mesh lines: material places of the film (m), positions, slopes (n, 3), turn without load."""
-
-    x: np.ndarray
-    position: np.ndarray
-    slope: np.ndarray
-    turn: np.ndarray
-
-
 def deployed_mesh(
-    strip: DeployedStrip, place: np.ndarray, y: np.ndarray, crease_width: float, air: float = 0.0, viscosity: float = 0.0
+    strip: DeployedStrip, place: np.ndarray, y: np.ndarray, air: float = 0.0, viscosity: float = 0.0
 ) -> tuple[Mesh, FilmGrid]:
     """The strip as a film; its coordinates are those of the deployed shape.
 
@@ -90,105 +77,72 @@ def deployed_mesh(
     ----------
     strip : DeployedStrip
     place, y : m
-        Mesh lines: along the strip as if it were flat, with lines at crease_width/2 on both sides of every crease; across,
-        from -width/2 to width/2.
-    crease_width : m
+        Mesh lines: along the strip as if it were flat, with one on every crease; across, from -width/2 to width/2.
     air : kg/m^2
         Mass of air on the motion normal to the deployed shape.
     viscosity : s
+        Kelvin-Voigt time of film and creases.
 
     Returns
     -------
     Mesh, FilmGrid
-        The grid's x are material places of the film, from 0 where the strip begins.
+        The grid's x count from where the strip begins.
     """
     place, y = np.asarray(place, dtype=float), np.asarray(y, dtype=float)
-    line = _line(strip, place, crease_width)
-    middle = 0.5 * (place[1:] + place[:-1])
-    factor = np.ones((len(place) - 1, len(y) - 1))
-    for crease in strip.creases:
-        here = np.abs(middle - crease.place) < 0.5 * crease_width
-        width = float(np.sum(np.diff(line.x)[here]))
-        factor[here] = crease.stiffness * width / (strip.material.bending * strip.width)
+    folds = [int(np.argmin(np.abs(place - crease.place))) for crease in strip.creases]
     builder = MeshBuilder()
-    grid = builder.film(line.x, y, (strip.material,), viscosity=viscosity, bending_factor=factor)
+    grid = builder.film(place, y, (strip.material,), viscosity=viscosity, folds=folds)
+    before, behind = _slopes(strip, place, folds)
+    if folds:
+        builder.crease_lines(_crease_lines(strip, grid, folds, before, behind, viscosity))
     mesh = builder.build()
-    shape = _placed(mesh, grid, strip, line.position, line.slope)
-    rest = _placed(mesh, grid, strip, *_unloaded(strip, line))
-    groups = tuple(replace(group, rest=rest) if isinstance(group, MembraneGroup) else group for group in mesh.groups)
-    masses = (*mesh.masses, *(_air(group, shape, air) for group in groups if isinstance(group, MembraneGroup) and air))
-    return replace(mesh, coordinates=shape, groups=groups, masses=masses), grid
+    shape = mesh.coordinates.copy()
+    middle = np.column_stack([np.interp(place, strip.place, strip.position[:, axis]) for axis in range(3)])
+    position = middle[:, None] + y[:, None] * strip.across
+    owners = np.where(grid.behind == grid.position + 3, grid.position, grid.behind - 3)  # nodes that own the slopes
+    for nodes, slope in ((owners, behind), (grid.position, before)):
+        shape[nodes[:, :, None] + np.arange(3)] = position
+        shape[nodes[:, :, None] + np.arange(3, 6)] = slope[:, None]
+    shape[grid.position[:, :, None] + np.arange(6, 9)] = strip.across
+    groups = [group for group in mesh.groups if isinstance(group, MembraneGroup)]
+    masses = (*mesh.masses, *(_air(group, shape, air) for group in groups if air))
+    return replace(mesh, coordinates=shape, masses=masses), grid
 
 
-def _line(strip: DeployedStrip, place: np.ndarray, crease_width: float) -> _Line:
-    """The middle line: along the segments on panels, round in creases."""
+def _slopes(strip: DeployedStrip, place: np.ndarray, folds: list[int]) -> tuple[np.ndarray, np.ndarray]:
+    """Slopes along X before and behind every mesh line, (n, 3); they differ on folds only."""
     steps = np.diff(strip.place)
-    slopes = np.diff(strip.position, axis=0) / steps[:, None]
-    middle = strip.place[:-1] + 0.5 * steps
-    position = np.column_stack([np.interp(place, strip.place, strip.position[:, axis]) for axis in range(3)])
-    slope = np.empty_like(position)
-    ends = [crease.place for crease in strip.creases]
-    of = np.searchsorted(ends, place, side="right")
-    for number, panel in enumerate(dict.fromkeys(strip.panel.tolist())):
-        here, own = of == number, strip.panel == panel
-        slope[here] = np.column_stack([np.interp(place[here], middle[own], slopes[own, axis]) for axis in range(3)])
-    gaps, turn = np.diff(place), np.zeros(len(place))
-    for crease in strip.creases:
-        inside = np.flatnonzero(np.abs(place - crease.place) <= 0.5 * crease_width * (1.0 + 1e-9))
-        first, last = int(inside[0]), int(inside[-1])
-        part = (place[first : last + 1] - place[first]) / (place[last] - place[first])
-        chord = position[last] - position[first]
-        angle = _angle(slope[first], slope[last], strip.across)
-        arc = float(np.linalg.norm(chord)) / float(np.sinc(angle / (2.0 * np.pi)))
-        sizes = np.interp(part, [0.0, 1.0], [np.linalg.norm(slope[k]) for k in (first, last)])
-        start = slope[first] / np.linalg.norm(slope[first])
-        way = arc * _way(start, strip.across, angle, part)
-        position[first : last + 1] = position[first] + way + part[:, None] * (chord - way[-1])
-        slope[first : last + 1] = _around(start, strip.across, angle, part) * sizes[:, None]
-        gaps[first:last] = arc / sizes.mean() * np.diff(part)
-        turn += crease.free_angle * np.clip((place - place[first]) / (place[last] - place[first]), 0.0, 1.0)
-    return _Line(np.concatenate([[0.0], np.cumsum(gaps)]), position, slope, turn)
+    slopes, middle = np.diff(strip.position, axis=0) / steps[:, None], strip.place[:-1] + 0.5 * steps
+    before, behind = np.empty((len(place), 3)), np.empty((len(place), 3))
+    ends = [0, *folds, len(place) - 1]
+    for panel, first, last in zip(dict.fromkeys(strip.panel.tolist()), ends, ends[1:], strict=False):
+        own, here = strip.panel == panel, place[first : last + 1]
+        along = np.column_stack([np.interp(here, middle[own], slopes[own, axis]) for axis in range(3)])
+        before[first + 1 : last + 1], behind[first:last] = along[1:], along[:-1]
+    before[0], behind[-1] = behind[0], before[-1]
+    return before, behind
 
 
-def _angle(first: np.ndarray, last: np.ndarray, across: np.ndarray) -> float:
+def _crease_lines(
+    strip: DeployedStrip, grid: FilmGrid, folds: list[int], before: np.ndarray, behind: np.ndarray, viscosity: float
+) -> CreaseLineGroup:
+    """The springs of all creases, shared among the nodes of their lines."""
+    gaps = np.diff(grid.y) / (grid.y[-1] - grid.y[0])
+    share = 0.5 * (np.append(gaps, 0.0) + np.insert(gaps, 0, 0.0))
+    at = grid.position[folds]
+    vectors = np.stack([at + 3, grid.behind[folds], at + 6], axis=-1).reshape(-1, 3)
+    free = np.array([crease.free_angle for crease in strip.creases])
+    turn = np.array([_turn(before[i], behind[i], strip.across) for i in folds])
+    stiffness = np.array([crease.stiffness for crease in strip.creases])
+    count = len(share)
+    return CreaseLineGroup(
+        vectors, np.outer(stiffness, share).ravel(), np.repeat(free, count), np.repeat(turn, count), viscosity
+    )
+
+
+def _turn(first: np.ndarray, last: np.ndarray, across: np.ndarray) -> float:
     """Turn from one direction to another about `across`; positive up, from x towards z for a width along y."""
     return float(np.arctan2(np.cross(last, first) @ across, first @ last))
-
-
-def _around(first: np.ndarray, across: np.ndarray, angle: float, part: np.ndarray) -> np.ndarray:
-    """The direction turned by parts of an angle, (n, 3)."""
-    up = np.cross(first, across)
-    return np.cos(angle * part)[:, None] * first + np.sin(angle * part)[:, None] * up
-
-
-def _way(first: np.ndarray, across: np.ndarray, angle: float, part: np.ndarray) -> np.ndarray:
-    """Way along an even bend of length 1 after parts of it, (n, 3)."""
-    half = 0.5 * angle * part
-    chord = part * np.sinc(half / np.pi)
-    return chord[:, None] * _around(first, across, 1.0, half)
-
-
-def _unloaded(strip: DeployedStrip, line: _Line) -> tuple[np.ndarray, np.ndarray]:
-    """Positions and slopes of the strip without load: straight panels, creases bent evenly to their free angles."""
-    along = line.slope[0] - strip.across * (line.slope[0] @ strip.across)
-    along /= np.linalg.norm(along)
-    position = [line.position[0]]
-    for k, step in enumerate(np.diff(line.x)):
-        start = _around(along, strip.across, 1.0, line.turn[k : k + 1])[0]
-        position.append(position[-1] + step * _way(start, strip.across, line.turn[k + 1] - line.turn[k], np.ones(1))[0])
-    return np.array(position), _around(along, strip.across, 1.0, line.turn)
-
-
-def _placed(mesh: Mesh, grid: FilmGrid, strip: DeployedStrip, position: np.ndarray, slope: np.ndarray) -> np.ndarray:
-    """Coordinates of the mesh with the middle line along these points, straight across."""
-    q = mesh.coordinates.copy()
-    for i in range(len(grid.x)):
-        for j, y in enumerate(grid.y):
-            at = int(grid.position[i, j])
-            q[at : at + 3] = position[i] + y * strip.across
-            q[at + 3 : at + 6] = slope[i]
-            q[at + 6 : at + 9] = strip.across
-    return q
 
 
 def _air(group: MembraneGroup, shape: np.ndarray, air: float) -> MassPart:

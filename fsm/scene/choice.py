@@ -18,12 +18,14 @@ SLOW = 1e-5
 """Pace up to which inertia is dropped."""
 
 
-def automatic_method(scene: Scene) -> tuple[str, str]:
+def automatic_method(scene: Scene, comes_to_rest: bool = False) -> tuple[str, str]:
     """Method for `method = "auto"`.
 
     Parameters
     ----------
     scene : Scene
+    comes_to_rest : bool
+        What comes after begins at rest, so that inertia on the way there does not matter.
 
     Returns
     -------
@@ -36,6 +38,8 @@ def automatic_method(scene: Scene) -> tuple[str, str]:
         return dynamics, "bodies move at the start"
     if not all(isinstance(load.time, Constant) for load in scene.loads):
         return dynamics, "loads change with time"
+    if comes_to_rest:
+        return "static", "the strip comes to rest before it vibrates: inertia on the way there does not matter"
     number = pace(scene)
     if number > SLOW:
         return dynamics, f"the drive is fast: kinetic over elastic energy is {number:.1g}, above {SLOW:g}"

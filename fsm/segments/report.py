@@ -188,7 +188,7 @@ def _loads(view: View) -> Iterator[str]:
 
 def _method(view: View) -> Iterator[str]:
     solve = view.case.solve
-    name, reason = automatic_method(view.scene)
+    name, reason = automatic_method(view.scene, bool(view.case.stages))
     if solve.method == "auto":
         yield f"{name}, chosen by auto: {reason}"
     else:

@@ -86,7 +86,7 @@ class View:
     def method(self) -> str:
         """What solves it."""
         chosen = self.case.solve.method
-        return automatic_method(self.scene)[0] if chosen == "auto" else chosen
+        return automatic_method(self.scene, bool(self.case.stages))[0] if chosen == "auto" else chosen
 
     @cached_property
     def motions(self) -> list[PrescribedMotion]:

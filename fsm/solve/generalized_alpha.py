@@ -63,6 +63,8 @@ _CUT = 0.25
 """Factor on a step whose equations were not solved."""
 _FIRST = 1e-4
 """First step over the time to go, at most."""
+_FINEST = 64
+"""Parts, at most, of a fixed step whose equations were not solved."""
 _SAME = 1e-9
 """Steps that differ by less, relatively, are the same."""
 _SMALLEST = 16.0 * np.finfo(float).eps
@@ -138,7 +140,7 @@ class GeneralizedAlpha:
         Spectral radius at infinity; None: Newmark's method.
     fixed_step : s
         Steps of this size, or the next smaller that divides the way to the next time that is to be hit, whatever the
-        error. None: the error is controlled.
+        error; down to a 64th where equations are not solved. None: the error is controlled.
     max_step : s
 
     Attributes
@@ -196,6 +198,7 @@ class GeneralizedAlpha:
         self._slope = np.zeros_like(u)
         self._before = self._present = 0.0
         self._longest = math.inf
+        self._division = 1
 
     def step(self, until: float) -> None:
         """One step, that ends at `until` or before.
@@ -215,9 +218,14 @@ class GeneralizedAlpha:
                 raise self._failure(Outcome.STEP_TOO_SMALL)
             trial = self._solve(end, h)
             if self.fixed_step is not None:
-                if trial is None:
+                if trial is not None:
+                    self._division = max(1, self._division // 2)
+                    break
+                self.failed += 1
+                self._division *= 2
+                if self._division > _FINEST:
                     raise self._failure(Outcome.NO_SOLUTION)
-                break
+                continue
             objection = None
             if trial is None:
                 self.failed += 1
@@ -241,7 +249,9 @@ class GeneralizedAlpha:
 
     def state(self) -> State:
         """What another object goes on with from the present time, q and u."""
-        sizes = self.step_size, self.max_step, self._present, self._before, self._last_error, self._longest
+        sizes = (
+            self.step_size, self.max_step, self._present, self._before, self._last_error, self._longest, self._division,
+        )  # fmt: skip
         counts = (
             self.steps, self.rejected, self.failed, self.iterations, self.force_evaluations, self.linearisations,
             self.linear.factorisations,
@@ -257,9 +267,10 @@ class GeneralizedAlpha:
     def go_on(self, state: State) -> None:
         """Go on with what `state` gave, and a tangent at the present state."""
         self.rate, self.a, self._slope = state["rate"], state["a"], state["slope"]
-        self.step_size, self.max_step, self._present, self._before, self._last_error, self._longest = (
+        self.step_size, self.max_step, self._present, self._before, self._last_error, self._longest, division = (
             state["sizes"].tolist()
         )
+        self._division = int(division)
         counts = [int(count) for count in state["counts"]]
         self.steps, self.rejected, self.failed, self.iterations, self.force_evaluations, self.linearisations = counts[:6]
         self.linear.factorisations = counts[6]
@@ -307,7 +318,9 @@ class GeneralizedAlpha:
     def _next_size(self, target: float) -> tuple[float, float]:
         """Size and end of the next step; `target` is hit exactly, without a tiny step before it."""
         left = target - self.t
-        h = min(self.step_size, self.max_step, self._longest) if self.fixed_step is None else self.fixed_step
+        h = min(self.step_size, self.max_step, self._longest)
+        if self.fixed_step is not None:
+            h = self.fixed_step / self._division
         count = math.ceil(left / h * (1.0 - 1e-9))
         if count <= 1:
             return self._same(left), target

@@ -20,8 +20,9 @@ JUDGED_FROM = 0.1
 class Ledger:
     """Energy bookkeeping, J.
 
-    `error` is the present imbalance, `worst` the largest so far, `turnover` the largest energy stored, dissipated or put
-    in so far, which errors are measured against; up to `trifle` it is round-off, of the stored energy or of what forces do,
+    `error` is the present imbalance, `worst` the largest so far, `gained` the largest gain, `turnover` the largest energy
+    stored, dissipated or put in so far, which errors are measured against; up to `trifle` it is round-off, of the stored
+    energy or of what forces do,
     and tells nothing (a structure that stays at rest, a mechanism that nothing resists). `pair_energy` (2, n_pairs) is what
     friction and damping of every contact pair have dissipated.
     """
@@ -31,6 +32,7 @@ class Ledger:
     work: float = 0.0
     error: float = 0.0
     worst: float = 0.0
+    gained: float = 0.0
     turnover: float = 0.0
     kinetic_worst: float = 0.0
     trifle: float = 0.0
@@ -51,7 +53,7 @@ class Ledger:
     def balance(self, stored: float, kinetic: float) -> None:
         """Compare with the energy stored now."""
         self.error = stored - self.start + self.dissipated - self.work
-        self.worst = max(self.worst, abs(self.error))
+        self.worst, self.gained = max(self.worst, abs(self.error)), max(self.gained, self.error)
         self.kinetic_worst = max(self.kinetic_worst, kinetic)
         self.turnover = max(
             self.turnover, abs(stored - self.start), abs(self.dissipated), abs(self.work), self.kinetic_worst
@@ -61,3 +63,8 @@ class Ledger:
     def relative_error(self) -> float:
         """Worst imbalance over the energy turned over; 0 when nothing happened."""
         return self.worst / self.turnover if self.turnover > self.trifle else 0.0
+
+    @property
+    def relative_gain(self) -> float:
+        """Worst energy that nothing gave over the energy turned over; 0 when nothing happened."""
+        return self.gained / self.turnover if self.turnover > self.trifle else 0.0

@@ -82,7 +82,8 @@ class Run(ABC):
         """
         self.time, self.q, self.u = t, q, u
         judged = t >= JUDGED_FROM * self.settings.end_time
-        if judged and self.ledger.relative_error > self.settings.energy_abort:
+        off = self.ledger.relative_error if self.settings.judge_losses else self.ledger.relative_gain
+        if judged and off > self.settings.energy_abort:
             self._fail(Outcome.ENERGY if self.settings.step is None else Outcome.ENERGY_OF_FIXED_STEPS)
         if self.statistics.steps >= self.settings.max_steps and t < self.settings.end_time:
             self._fail(Outcome.TOO_MANY_STEPS)

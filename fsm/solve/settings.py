@@ -21,6 +21,8 @@ class Settings:
     end_time, max_step : s
     max_steps : int
     energy_abort : -
+    judge_losses : bool
+        Whether lost energy counts for that, too: numerical damping takes that of motion too fast for the steps.
     rho_inf, step : -, s
         Of generalized-alpha only: spectral radius at infinity. Of both stepwise methods: fixed step, None for error control.
     """
@@ -33,3 +35,4 @@ class Settings:
     energy_abort: float = math.inf
     rho_inf: float = RHO_INF
     step: float | None = None
+    judge_losses: bool = True

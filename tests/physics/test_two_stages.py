@@ -31,7 +31,7 @@ density = {DENSITY}
 damping = "10 ms"
 [crease]
 law = "linear"
-stiffness = "2 N mm/rad"
+stiffness = "0.05 N mm/rad"   # soft: a stiffer one keeps the strip kinked, which stiffens it as sag does a cable
 [[drive]]                # crease 3, two panels away from the held one: 2 x 80 mm x (1 - cos 60 deg), and 0.025 mm more
 crease = 3
 direction = [1, 0, 0]
@@ -75,16 +75,15 @@ def test_one_run_leaves_both_stages(results: Path) -> None:
 
 
 def test_the_film_begins_where_the_strip_ended(results: Path) -> None:
-    """All of it, but for the rounds of the creases: what is drawn comes out further by about their width."""
+    """Creases are sharp in both; only what bends panels a little differs."""
     strip, film = (read_solution(results / stage / "result.h5") for stage in ("deploy", "vibrate"))
     there, here = strip.shape[-1].reshape(-1, 3), film.shape[0].reshape(-1, 3)
-    assert here.min(axis=0) == pytest.approx(there.min(axis=0), abs=1.2 * CREASE)
-    assert here.max(axis=0) == pytest.approx(there.max(axis=0), abs=1.2 * CREASE)
-    assert here.max(axis=0)[0] > there.max(axis=0)[0]
+    assert here.min(axis=0) == pytest.approx(there.min(axis=0), abs=2e-4)
+    assert here.max(axis=0) == pytest.approx(there.max(axis=0), abs=2e-4)
 
 
 def test_the_taut_strip_is_a_string(results: Path) -> None:
-    """Two panels under the force that the pull ended with; sqrt(F/m)/(2 l), and the spectrum's line is there."""
+    """Two panels under the force that holds them at the end; sqrt(F/m)/(2 l), and the spectrum's line is there."""
     summary = json.loads((results / "summary.json").read_text(encoding="utf-8"))
     pull = summary["deploy"]["final_force"]
     string = math.sqrt(pull / (DENSITY * WIDTH * THICKNESS)) / (4.0 * PANEL)

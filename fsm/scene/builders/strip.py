@@ -56,6 +56,12 @@ def bending_stiffness(strip: Strip, material: Material) -> float:
     return bending / (1 - material.poisson**2) if material.plate else bending
 
 
+def crease_point(strip: Strip, number: int) -> tuple[float, float]:
+    """(x, z) of crease `number` of the folded strip, m; 0 and `panels` are its ends."""
+    panel = strip.length / strip.panels
+    return number * panel * math.cos(strip.fold_angle), (number % 2) * panel * math.sin(strip.fold_angle)
+
+
 @dataclass(frozen=True)
 class _Segment:
     """A segment while building: its body's name, length, panel (from 0), and whether it can bend."""
@@ -139,11 +145,6 @@ class _StripBuilder:
             ContactPair(first=f"panel {panel}", second=obstacle.name) for obstacle in self.case.obstacle for panel in moving
         )
 
-    def crease_point(self, number: int) -> tuple[float, float]:
-        """(x, z) of crease `number`; 0 and `panels` are the strip's ends."""
-        run = number * self.panel_length * math.cos(self.strip.fold_angle)
-        return run, (number % 2) * self.panel_length * math.sin(self.strip.fold_angle)
-
     def _segments(self, panel: int) -> list[_Segment]:
         if panel + 1 in self.held:
             return [_Segment(f"panel {panel + 1}", self.panel_length, panel, True)]
@@ -154,7 +155,7 @@ class _StripBuilder:
 
     def _bodies(self, panel: int, segments: list[_Segment]) -> list[Body]:
         turn = self._turn(panel)
-        x, z = self.crease_point(panel)
+        x, z = crease_point(self.strip, panel)
         axis = math.cos(turn), -math.sin(turn)
         bodies, at = [], 0.0
         alike: dict[float, Body] = {}  # of one length: checked once, copied for the others
@@ -270,7 +271,7 @@ class _StripBuilder:
         return 0.0 if segment.held else segment.length
 
     def _line(self, number: int) -> Body:
-        x, z = self.crease_point(number)
+        x, z = crease_point(self.strip, number)
         return Body(name=f"crease {number}", mass=0.0, inertia=(0.0, 0.0, 0.0), position=(x, 0.0, z))
 
     def _half_joints(self, number: int, inner: _Segment, outer: _Segment, drive: Drive) -> list[ForceElement]:
