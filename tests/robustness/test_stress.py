@@ -20,6 +20,7 @@ from fsm.scene.case import Case
 from fsm.scene.load_case import LoadedCase
 from validation.stress.attempt import Attempt, attempt
 from validation.stress.campaign import examine, read_lines, run_campaign
+from validation.stress.feasible import largest_turn, turned_right_over
 from validation.stress.judge import judge
 from validation.stress.scenes import KINDS, draw
 from validation.stress.second import second_opinion
@@ -75,16 +76,34 @@ def test_what_its_settings_could_not_do_is_not_a_failure(monkeypatch: pytest.Mon
 
     def fails_if_asked(tables: dict[str, Any], limit: float, **_: Any) -> Attempt:
         solve = tables["solve"]
-        fails = {"step", "imperfection"} & set(solve) or solve["rtol"] > 1e-6
+        fails = "step" in solve or solve["rtol"] > 1e-6 or solve.get("spatial")
         return Attempt("failed", "no") if fails else Attempt("finished")
 
     monkeypatch.setattr("validation.stress.campaign.attempt", fails_if_asked)
+    monkeypatch.setattr("validation.stress.feasible.attempt", fails_if_asked)
     drawn = draw(SEED, 0, ("chain",))
     classes = []
-    for setting in ({"step": 1.0}, {"rtol": 1e-3}, {"imperfection": 1.0}, {"imperfection": 1.0, "step": 1.0}):
+    for setting in ({"step": 1.0}, {"rtol": 1e-3}, {"spatial": True}, {"spatial": True, "step": 1.0}):
         tables = {**drawn.tables, "solve": {"rtol": 1e-6, "method": "auto", **setting}}
         classes.append(examine(dataclasses.replace(drawn, tables=tables), LIMIT)["class"])
     assert classes == ["asked", "asked", "failed", "failed"]
+
+
+@pytest.mark.parametrize("number", [28, 60])
+def test_joints_that_turn_right_over_are_seen(number: int) -> None:
+    """Of seed 1: a swing of 180 deg in space; a body in the plane that turned by two turns and a half."""
+    drawn = draw(1, number)
+    first = attempt(drawn.tables, LIMIT)
+    assert "energy balance" in first.what
+    assert turned_right_over(drawn.tables, first, LIMIT)
+
+
+def test_joints_that_stay_in_range_are_no_excuse() -> None:
+    tables = draw(1, 28).tables
+    tables["solve"]["end_time"] *= 0.2  # the swing is below 160 deg there
+    found = attempt(tables, LIMIT)
+    assert found.solution is not None
+    assert 0.1 < largest_turn(tables, found.solution) < 1.0
 
 
 def test_failures_are_counted_of_feasible_scenes() -> None:

@@ -14,14 +14,14 @@ from typing import Any
 from fsm.pool import run_jobs
 from fsm.results.solution import Solution
 from validation.stress.attempt import Attempt, attempt
-from validation.stress.dice import Tables
+from validation.stress.feasible import better_asked, turned_right_over
 from validation.stress.judge import free_of_ground, judge, momentum_error
 from validation.stress.scenes import KINDS, Drawn, draw
 from validation.stress.second import second_opinion
 
 __all__ = ["CLASSES", "Job", "examine", "read_lines", "run_campaign"]
 
-CLASSES = ("right", "told", "refused", "asked", "failed", "cut off", "wrong")
+CLASSES = ("right", "told", "refused", "asked", "singular", "failed", "cut off", "wrong")
 """What becomes of a scene; README.md says what each means."""
 
 Line = dict[str, Any]
@@ -29,10 +29,6 @@ Line = dict[str, Any]
 
 _OWNED_UP = 0.3
 """Part of what a second solver finds that a run must have told of itself, to be "told" and not "wrong"."""
-_OWN_RTOL = 1e-6
-"""Relative tolerance of a case that gives none."""
-_PATIENCE = 4.0
-"""Times its time that a scene has when it is tried again with settings that take longer."""
 _WHOLE = 40
 """Every so manyth scene is run with curves and plots."""
 
@@ -95,8 +91,10 @@ def examine(drawn: Drawn, limit: float) -> Line:
     line: Line = {"scene": drawn.number, "kind": drawn.kind}
     line["class"], line["what"] = _classified(first)
     line |= {"method": first.method, "cpu_s": round(first.cpu, 3)}
-    if line["class"] == "failed" and _better_asked(drawn.tables, limit):
+    if line["class"] == "failed" and better_asked(drawn.tables, limit):
         line["class"] = "asked"
+    if line["class"] == "failed" and turned_right_over(drawn.tables, first, limit):
+        line["class"] = "singular"
     if first.warned:
         line["warned"] = first.warned[0][:200]
     if first.solution is None or first.loaded is None:
@@ -119,16 +117,6 @@ def examine(drawn: Drawn, limit: float) -> Line:
     if against:
         line["class"], line["what"] = "wrong", "; ".join(against)
     return line
-
-
-def _better_asked(tables: Tables, limit: float) -> bool:
-    """Whether a scene that failed with a fixed step, or a loose tolerance, is solved with the program's own.
-
-    Then what was asked for could not be done with those steps: the run said so, and what it advised helps.
-    """
-    solve = {key: value for key, value in tables["solve"].items() if key != "step"}
-    solve["rtol"] = min(solve["rtol"], _OWN_RTOL)
-    return solve != tables["solve"] and attempt({**tables, "solve": solve}, _PATIENCE * limit).end == "finished"
 
 
 def told_error(solution: Solution) -> float:
