@@ -17,7 +17,7 @@ from fsm.ancf.loading import Forcing, Loading
 from fsm.ancf.mesh import Mesh, node_pattern
 from fsm.scene.builders.scissor import Array, array_at
 from fsm.scene.loads import Ramp, TimeFunction
-from fsm.scene.materials import Material
+from fsm.scene.materials import DAMPING, Material
 from fsm.scene.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
 from fsm.segments.time_function import breaks, factor, slope
 
@@ -55,8 +55,9 @@ def compile_array(
 ) -> ArraySystem:
     """The system of an array with flexible bars; names and numbers have been checked (`fsm.scene.check_scissor`)."""
     array = array_at(scissor, scissor.initial_angle)
+    damping = DAMPING if material.damping is None else material.damping
     bar_material = BarMaterial(
-        material.young, material.poisson, material.density, section.width, section.height, material.damping
+        material.young, material.poisson, material.density, section.width, section.height, damping
     )
     mesh, points = _bars(scissor, array, bar_material)
     units = _units(mesh)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Final, Literal, NoReturn, Self
 
@@ -22,7 +23,7 @@ from fsm.scene.law_keys import LawKeys, check_key, mark_missing, without_unused
 from fsm.scene.model import Model
 from fsm.scene.units import Count, Damping, Length, Number, Speed, Stress, Unit
 
-__all__ = ["FRICTION_KEYS", "NORMAL_KEYS", "Contact", "Friction", "hertz_stiffness"]
+__all__ = ["FRICTION_KEYS", "NORMAL_KEYS", "Contact", "Friction", "hertz_stiffness", "with_stiffness"]
 
 _MATERIAL = ("young", "poisson", "radius")
 _RESTITUTION = LawKeys(("restitution",), ("exponent", "speed_floor", *_MATERIAL))
@@ -62,6 +63,17 @@ def hertz_stiffness(young: Sequence[float], poisson: Sequence[float], radius: Se
     compliance = sum((1.0 - poisson[i % len(poisson)] ** 2) / young[i % len(young)] for i in range(2))
     curvature = sum(1.0 / r for r in radius)
     return 4.0 / 3.0 / compliance / curvature**0.5
+
+
+def with_stiffness(written: Mapping[str, Any], force: float, depth: float) -> Mapping[str, Any]:
+    """The section with the stiffness K that turns a depth (m) into a force (N), K = F/d^e, if it has none of its own."""
+    if "stiffness" in written or any(written.get(key) is not None for key in _MATERIAL):
+        return written
+    exponent = written.get("exponent", 1.0 if written.get("law") == "linear" else 1.5)
+    if isinstance(exponent, bool) or not isinstance(exponent, int | float) or not 1.0 <= exponent <= 3.0:
+        return {**written, "stiffness": 1.0}  # what is wrong is said at the exponent
+    stiffness = force / depth**exponent if depth > 0.0 else math.inf
+    return {**written, "stiffness": f"{stiffness:.3g} N/m^{exponent!r}"}
 
 
 def _refuse(text: str) -> NoReturn:
@@ -106,7 +118,8 @@ class Contact(Model):
         Instead of `stiffness`, by Hertz' formula (`hertz_stiffness`). One value of both bodies, or two; a single radius
         is that of a sphere on a flat face.
     stiffness : N/m^e
-        A plain number, or text such as "1e9 N/m^1.5" whose power must be the exponent. Of one whole face
+        Of a strip, absent: from its material, as good as rigid (`fsm.scene.case.contact_scale`). A plain number, or
+        text such as "1e9 N/m^1.5" whose power must be the exponent. Of one whole face
         pressed evenly; shared among its contact points by length, so it does not depend on the mesh.
     damping : N s/m
         C at full ramp, of a whole face.

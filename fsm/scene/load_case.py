@@ -15,7 +15,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from fsm.bounded import read_bounded, reason_of
 from fsm.errors import CaseError, Fault
-from fsm.scene.case import Analysis, Case, Save, Solve
+from fsm.scene.case import Analysis, Case, Save, Solve, contact_of_strip
 from fsm.scene.checks import check_sections
 from fsm.scene.crease_data import check_curve, read_crease_data
 from fsm.scene.expectations import expectation_faults
@@ -174,6 +174,8 @@ def read_case(data: Mapping[str, Any], folder: Path) -> tuple[Case | None, list[
         faults.append(Fault("", f"and {len(unknown) - MOST_UNKNOWN:,} more unknown keys"))
     valid: dict[str, Any] = {}
     for name in known:
+        if name == "contact" and name in data and "strip" in data:
+            data = {**data, name: contact_of_strip(data[name], valid.get("strip"), valid.get("material"))}
         if name in data:
             valid[name], found = _read_section(name, data, system)
             faults += found

@@ -15,6 +15,10 @@ from fsm.scene.units import Angle, AngularStiffness, Density, Moment, Number, St
 __all__ = ["UNREAD", "Crease", "FamilyCrease", "LinearCrease", "Material", "SplineCrease"]
 
 
+DAMPING = 1e-3
+"""Kelvin-Voigt time of a material that gives none, s."""
+
+
 class Material(Model):
     """Isotropic sheet material.
 
@@ -26,14 +30,23 @@ class Material(Model):
     plate : bool
         Cylindrical bending of a wide strip: E -> E/(1 - nu^2) in bending about the crease direction.
     damping : s
-        Kelvin-Voigt time beta: every joint has the damping c = beta k.
+        Kelvin-Voigt time beta: every joint has the damping c = beta k. Absent: `DAMPING`, and less in a strip that is pulled
+        slowly, see `fsm.scene.builders.strip`.
     """
 
     young: Annotated[Stress, Field(gt=0)]
     poisson: Annotated[Number, Field(gt=-1, lt=0.5)] = 0.3
     density: Annotated[Density, Field(gt=0)]
     plate: bool = False
-    damping: Annotated[Time, Field(ge=0)] = 1e-3
+    damping: Annotated[Time, Field(ge=0)] | None = None
+
+    def bending(self, width: float, thickness: float) -> float:
+        """E w t^3/12 of a plain sheet, N m^2; over 1 - nu^2 where it bends as a plate."""
+        try:
+            bending = self.young * width * thickness**3 / 12
+        except OverflowError:  # a power of Python raises where a product is infinite
+            return math.inf
+        return bending / (1 - self.poisson**2) if self.plate else bending
 
 
 FoldAngle = Annotated[Angle, Field(ge=0, le=math.pi)]

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from fsm.results.quantities import peak
-from validation.strip_trial.check import RIGID, Setting, pulled
+from validation.strip_trial.check import RIGID, Setting, by_default, pulled
 from validation.strip_trial.half_model import HalfModel
 
 
@@ -20,3 +21,15 @@ def test_half_model_is_that_of_another_hand() -> None:
 def test_many_segments_and_a_stiff_contact_come_to_it() -> None:
     travel, force = pulled(80.0, Setting(80, 1e12, 0.2, 2.0), 0.0285)
     assert peak(travel, force)[0] == pytest.approx(2.00486, rel=1e-3)
+
+
+@pytest.mark.parametrize("angle", [80.0, 83.0])
+def test_a_case_that_gives_nothing_is_within_half_a_percent(angle: float) -> None:
+    """Defaults: the peak within 0.5 %, and the curve at first touch within 1 % of it."""
+    end = 0.0285 if angle == 80.0 else 0.021
+    exact = HalfModel(angle).follow(end, 0.5e-3)
+    travel, force = by_default(angle, end)
+    top = exact.peak[1]
+    assert peak(travel, force)[0] == pytest.approx(top, rel=5e-3)
+    near = np.linspace(exact.bottoms_touch - 1e-3, exact.bottoms_touch + 1e-3, 200)
+    assert np.abs(np.interp(near, travel, force) - exact.force_at(near)).max() < 0.01 * top

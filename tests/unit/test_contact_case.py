@@ -106,7 +106,6 @@ def test_what_is_written_reads_the_same(contact: dict[str, Any], friction: dict[
 
 
 ONE_FAULT: list[tuple[dict[str, Any], dict[str, Any] | None, str]] = [
-    ({}, None, "contact.stiffness: missing; a value in N/m^1.5 is wanted"),
     ({"stifness": 1}, None, "contact.stifness: unknown key; did you mean `stiffness`?"),
     ({"law": "impact", "damping": 3, **K}, None, "contact.ramp: missing; a value in m is wanted"),
     ({"law": "impact", "dampng": 3, "ramp": 1, **K}, None, "contact.dampng: unknown key; did you mean `damping`?"),

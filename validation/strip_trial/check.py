@@ -20,6 +20,7 @@ from fsm.prepare import path_settings, prepare
 from fsm.results.quantities import peak
 from fsm.run import run_case
 from fsm.scene.builders.scene import build_scene
+from fsm.scene.case import Case
 from fsm.scene.load_case import load_case
 from fsm.segments.compile import compile_scene
 from fsm.solve.newton import equilibrium, negative_pivots
@@ -162,8 +163,19 @@ def peaks(place: Place) -> Iterator[Check]:
 def pulled(angle: float, setting: Setting, travel: float) -> tuple[np.ndarray, np.ndarray]:
     """Travel (m) and force (N) of every state on the path, in order."""
     changes = ["expect=none", f'strip.fold_angle="{angle:g} deg"', f"drive.0.travel={travel}", *setting.overrides]
-    case = load_case(CASE, changes).case
-    system = prepare(case)[1]
+    return followed(load_case(CASE, changes).case)
+
+
+def by_default(angle: float, travel: float) -> tuple[np.ndarray, np.ndarray]:
+    """The same of a case that gives neither segments, nor contact stiffness, damper or tolerances."""
+    silent = ["strip.segments_per_panel", "contact.stiffness", "material.damping", "solve", "expect"]
+    changes = [f'strip.fold_angle="{angle:g} deg"', f"drive.0.travel={travel}", *(f"{key}=none" for key in silent)]
+    return followed(load_case(CASE, changes).case)
+
+
+def followed(case: Case) -> tuple[np.ndarray, np.ndarray]:
+    """Travel (m) and force (N) of every state on a case's path, in order."""
+    system, travel = prepare(case)[1], case.drive[0].travel
     motion = system.motions[0]
     seen: list[tuple[DriveState, np.ndarray]] = []
     times = [motion.time_of(x) for x in np.arange(EVERY, travel, EVERY)]
@@ -203,6 +215,12 @@ def split(place: Place) -> Iterator[Check]:
                 yield below(f"curve at first touch over the peak: {name}", "within 1 mm", off, 0.01, ELASTIC, picture)
             if part in ("all converged", "as in the case"):
                 curves[f"{part}: {setting}"] = (1e3 * travel, force)
+        travel, force = by_default(angle, end)
+        off = float(np.abs(np.interp(near, travel, force) - exact.force_at(near)).max()) / top
+        what = "neither segments, contact stiffness, damper nor tolerances given"
+        name = f"by default, {angle:g} degrees"
+        yield against(f"peak: {name}", what, peak(travel, force)[0], top, ELASTIC, picture, rtol=0.005, unit="N")
+        yield below(f"curve at first touch over the peak: {name}", "within 1 mm", off, 0.01, ELASTIC, picture)
         known = {"two elastic curves": (1e3 * exact.travel[::4], exact.force[::4])}
         beside(picture, curves, known, "travel (mm)", "pull force (N)")
 

@@ -16,11 +16,15 @@ import numpy as np
 
 from fsm.errors import CaseError, Fault
 from fsm.scene.case import Case, Strip
+from fsm.scene.choice import automatic_method
 from fsm.scene.loads import Drive
-from fsm.scene.materials import UNREAD, Crease, LinearCrease, Material, SplineCrease
+from fsm.scene.materials import DAMPING, UNREAD, Crease, LinearCrease, Material, SplineCrease
 from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
 
-__all__ = ["bending_stiffness", "build_strip", "segment_lengths"]
+__all__ = ["bending_stiffness", "build_strip", "segment_lengths", "strip_damping"]
+
+_OF_DRIVE = 5e-5
+"""Kelvin-Voigt time over the time of the drive, where none is given."""
 
 
 def build_strip(case: Case) -> Scene:
@@ -32,7 +36,27 @@ def build_strip(case: Case) -> Scene:
         With `strip`, `material` and `crease`.
     """
     assert case.strip is not None and case.material is not None and case.crease is not None
-    return _StripBuilder(case, case.strip, case.material, case.crease).scene()
+    given = case.material.damping
+    scene = _StripBuilder(case, case.strip, case.material, case.crease, DAMPING if given is None else given).scene()
+    damping = strip_damping(case, scene)
+    if given is None and damping != DAMPING:
+        scene = _StripBuilder(case, case.strip, case.material, case.crease, damping).scene()
+    return scene
+
+
+def strip_damping(case: Case, scene: Scene) -> float:
+    """Kelvin-Voigt time of a case's strip, s: as given, or short against the time of the drives where the pull is slow.
+
+    Dampers delay the force by beta. Where it rises steeply, as when panels touch, that is what they cost. Free and fast
+    motions die by them, and keep `DAMPING`.
+    """
+    assert case.material is not None
+    if case.material.damping is not None:
+        return case.material.damping
+    method = case.solve.method if case.solve.method != "auto" else automatic_method(scene)[0]
+    if method != "static" or not scene.drives:
+        return DAMPING
+    return min(DAMPING, _OF_DRIVE * min(drive.travel / drive.speed for drive in scene.drives))
 
 
 def segment_lengths(strip: Strip) -> np.ndarray:
@@ -48,12 +72,8 @@ def segment_lengths(strip: Strip) -> np.ndarray:
 
 
 def bending_stiffness(strip: Strip, material: Material) -> float:
-    """E w t^3/12 of the plain sheet, N m^2; over 1 - nu^2 where it bends as a plate."""
-    try:
-        bending = material.young * strip.width * strip.thickness**3 / 12
-    except OverflowError:  # a power of Python raises where a product is infinite
-        return math.inf
-    return bending / (1 - material.poisson**2) if material.plate else bending
+    """Of the sheet, N m^2."""
+    return material.bending(strip.width, strip.thickness)
 
 
 def crease_point(strip: Strip, number: int) -> tuple[float, float]:
@@ -73,8 +93,8 @@ class _Segment:
 
 
 class _StripBuilder:
-    def __init__(self, case: Case, strip: Strip, material: Material, crease: Crease) -> None:
-        self.case, self.strip, self.material, self.crease = case, strip, material, crease
+    def __init__(self, case: Case, strip: Strip, material: Material, crease: Crease, damping: float) -> None:
+        self.case, self.strip, self.material, self.crease, self.damping = case, strip, material, crease, damping
         self.held = set(strip.held if strip.held is not None else (1, strip.panels))
         self.area = strip.width * strip.thickness
         self.bending = bending_stiffness(strip, material)
@@ -198,7 +218,7 @@ class _StripBuilder:
         )
 
     def _damped(self, stiffness: tuple[float, float, float]) -> tuple[float, float, float]:
-        beta = self.material.damping
+        beta = self.damping
         return beta * stiffness[0], beta * stiffness[1], beta * stiffness[2]
 
     def _joints(self, segments: list[_Segment]) -> Iterator[ForceElement]:
