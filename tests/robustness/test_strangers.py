@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from validation.strangers import campaign
-from validation.strangers.campaign import fsm_command, read_lines, row_key, run_campaign
+from validation.strangers.campaign import fsm_command, nudge_of, read_lines, row_key, run_campaign
 from validation.strangers.cases import KINDS, Row, draw, rows
+from validation.strangers.drawn import Drawn
 from validation.strangers.launch import Command, Course, Ended, side_by_side
 from validation.strangers.report import report, write_csv
 from validation.strangers.second import worst
@@ -138,6 +139,18 @@ def test_a_few_cases_end_to_end(tmp_path: Path) -> None:
 
 def test_the_worst_number_is_that_beyond_its_own_bound() -> None:
     assert worst([("peak", 0.01, 0.02), ("mode 1", 0.03, 0.5)]) == ("peak", 0.01, 0.02)
+
+
+@pytest.mark.parametrize(
+    ("tables", "setting"),
+    [
+        ({"strip": {"length": "480 mm"}}, "strip.length=480.00048 mm"),
+        ({"scene": {"bodies": [{"mass": "2 g"}]}}, "scene.bodies.0.mass=2.000002 g"),
+        ({"scene": {"bodies": [{"mass": 0.5}]}}, "scene.bodies.0.mass=0.5000005"),
+    ],
+)
+def test_a_case_is_nudged_by_a_millionth(tables: dict[str, object], setting: str) -> None:
+    assert nudge_of(Drawn(tables)) == ["--set", setting]
 
 
 def test_the_command_returns_its_exit_code(tmp_path: Path) -> None:

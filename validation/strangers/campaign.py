@@ -19,7 +19,7 @@ from validation.strangers.second import compared, otherwise, worst
 from validation.strangers.sheets import FAMILY_FILE
 from validation.strangers.verdict import cause_of, first_words, numbers_of
 
-__all__ = ["LIMIT", "Line", "course_of", "fsm_command", "read_lines", "row_key", "run_campaign"]
+__all__ = ["LIMIT", "Line", "course_of", "fsm_command", "nudge_of", "read_lines", "row_key", "run_campaign"]
 
 Line = dict[str, Any]
 """What is kept of a row."""
@@ -118,7 +118,7 @@ def _checked(row: Row, drawn: Drawn, line: Line, case: Path, folder: Path, limit
         "off": off,
         "allowed": allowed,
     }
-    nudge = _nudged(drawn)
+    nudge = nudge_of(drawn)
     if off <= allowed or not nudge:
         return verdict
     ended = yield Command((*run, str(folder / "nudged"), *settings, *nudge), folder / "said_nudged.txt", _SECOND * limit)
@@ -130,15 +130,18 @@ def _checked(row: Row, drawn: Drawn, line: Line, case: Path, folder: Path, limit
     return verdict
 
 
-def _nudged(drawn: Drawn) -> list[str]:
+def nudge_of(drawn: Drawn) -> list[str]:
     """A setting that changes a case by a millionth."""
-    for section, key in (("strip", "length"), ("scissor", "bar_length"), ("material", "young")):
-        if key in drawn.tables.get(section, {}):
-            number, unit = str(drawn.tables[section][key]).split(maxsplit=1)
-            return ["--set", f"{section}.{key}={float(number) * (1.0 + _NUDGE):.12g} {unit}"]
-    if drawn.tables.get("gravity"):
-        number, unit = str(drawn.tables["gravity"][2]).split(maxsplit=1)
-        return ["--set", f"gravity.2={float(number) * (1.0 + _NUDGE):.12g} {unit}"]
+    tables = drawn.tables
+    places: list[tuple[str, object]] = [
+        (f"{section}.{key}", tables.get(section, {}).get(key))
+        for section, key in (("strip", "length"), ("scissor", "bar_length"), ("material", "young"))
+    ]
+    places += [(f"scene.bodies.{i}.mass", body["mass"]) for i, body in enumerate(tables.get("scene", {}).get("bodies", ()))]
+    for path, value in places:
+        if value is not None:
+            number, _, unit = str(value).partition(" ")
+            return ["--set", f"{path}={float(number) * (1.0 + _NUDGE):.12g} {unit}".rstrip()]
     return []
 
 
