@@ -148,7 +148,7 @@ class Deployment:
                 "mm: the strip snaps there, and its path depends on inertia and damping"
             )
         thickness = solution.layout.thickness
-        if solution.pair_gap.size and -solution.pair_gap.min() > 0.2 * thickness:
+        if solution.pair_gap.size and -solution.pair_gap.min() > 0.2 * thickness > 0.0:
             pair = solution.layout.pair_names[int(np.argmin(solution.pair_gap.min(axis=0)))]
             found.append(
                 f"faces of {pair} penetrate by {-1e3 * solution.pair_gap.min():.3g} mm, more than a fifth of the thickness; "

@@ -135,7 +135,7 @@ class _ShapeCompiler:
         solids = [self._shape(self.obstacle_list[k]) for k in named]
         margin = 0.25 * float(np.mean([2 * max(solid.size) for solid in solids if solid.kind != HALF_SPACE]))
         return SolidContacts(
-            solids, np.searchsorted(named, rows[:, :2]), spatial, margin, rows[:, 2], self.joined, poses
+            solids, np.searchsorted(named, rows[:, :2]), spatial, margin, self.points, rows[:, 2], self.joined, poses
         )  # fmt: skip
 
     def _shape(self, obstacle: Obstacle) -> Shape:

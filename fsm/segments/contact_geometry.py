@@ -160,8 +160,11 @@ class ContactGeometry(Protocol):
         """Add -dh/dx and -dh/du to the block data."""
         ...
 
-    def commit(self, poses: np.ndarray) -> None:
-        """A step was accepted: remember what has to be, such as the side that a point is on."""
+    def commit(self, poses: np.ndarray, young: np.ndarray | None = None) -> None:
+        """A step was accepted: remember what has to be, such as the side that a point is on.
+
+        `young` are the slots of contacts that may be impacts that go on; absent: all that touch.
+        """
         ...
 
     def memory(self) -> np.ndarray:

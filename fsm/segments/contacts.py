@@ -385,7 +385,10 @@ class ContactGroup:
             kept = Remembered(found.kept.key, np.maximum(before.onset, closing), began, found.depth, deflection).ordered()
         self._kept = kept
         self._time, self._poses, self._rates = t, poses, rates
-        self.geometry.commit(poses)
+        young = np.zeros(0, dtype=np.int64)
+        if found is not None:
+            young = found.touching.slot[self.impacts.young(t - began, found.measured, np.maximum(before.onset, closing))]
+        self.geometry.commit(poses, young)
         self._last = None
         self._known.clear()  # the geometry may see sides otherwise now
 

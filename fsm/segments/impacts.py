@@ -24,6 +24,8 @@ _HEAVY = 0.1
 """Energy of an impact of a loose body that is resolved with any law, over all kinetic energy."""
 _LASTING = 10.0
 """Time after which a contact rests, over the length of its impact without damping."""
+_LEAST = 0.02
+"""Share of a face that a corner has, about."""
 _IMPACT = 3.0
 """Closing speed from which on a contact is an impact, over the floor of speeds of its law."""
 
@@ -112,6 +114,11 @@ class Impacts:
         steps = _STEPS if self.normal.law.restitution else _FEWER_STEPS
         return float(np.where(rests, np.inf, np.where(begun, lasts / steps, before)).min())
 
+    def young(self, age: np.ndarray, measured: Measured, onset: np.ndarray) -> np.ndarray:
+        """Which contacts (count,) may still be impacts, by their age, s, and the closing speed they began with, m/s."""
+        lasts = self._last(self._mass(measured), onset, np.full(len(age), _LEAST))
+        return np.asarray(age <= _LASTING * lasts)
+
     def _count(self, bodies: np.ndarray, mass: np.ndarray, speed: np.ndarray, rates: np.ndarray) -> np.ndarray:
         """Which contacts are impacts that steps have to resolve.
 
@@ -130,7 +137,9 @@ class Impacts:
 
     def _last(self, mass: np.ndarray, speed: np.ndarray, share: np.ndarray) -> np.ndarray:
         """How long impacts last without their damping, s: 2.94 (Hertz) or 3.14 (linear) depths over the speed, about."""
-        one = self.normal.law.energy(np.ones_like(speed), share, self.normal.params)
+        # of the points of a face two touch together at least, but for a corner
+        shared = np.minimum(1.0, 2.0 * share)
+        one = self.normal.law.energy(np.ones_like(speed), shared, self.normal.params)
         deepest = (0.5 * mass * speed**2 / one) ** (1.0 / (1.0 + self.normal.exponent))
         return np.asarray(3.0 * deepest / speed)
 

@@ -5,9 +5,10 @@ is exact, with the whole stiffness; so does a cylinder in the plane. All others 
 A curved or pointed obstacle can meet the plate between these, so it probes the rectangle in turn, and each has half the
 weight then:
 
-* a box by its corners, and in space its edges against those of the plate;
-* a cylinder by points along its axis, rounded by its radius and no nearer to the caps than that, and in space by points
-  around its rims.
+* a box by the points of a grid over its faces, and in space its edges against those of the plate;
+* a cylinder by points along its axis, rounded by its radius and no nearer to the caps than that, and by points of its caps.
+
+Where faces lie on each other, they share the load as they overlap (`fsm.interactions.face_overlap`).
 """
 
 from __future__ import annotations
@@ -19,11 +20,11 @@ import numpy as np
 from fsm.interactions.box_pairs import ListedPairs
 from fsm.interactions.quadrature import gauss_lobatto
 from fsm.interactions.shape_distance import BOX, CYLINDER, HALF_SPACE, SPHERE
-from fsm.segments.plate_contacts import EDGE_SHARE, Side, add_plates, whole_plates
+from fsm.segments.plate_contacts import EDGE_SHARE, Side, add_plates, plate_grid, whole_plates
 from fsm.segments.shape_contacts import ShapeContacts
 from fsm.segments.shape_tables import Shape, TableBuilder, shape_edges
 
-__all__ = ["ObstacleContacts", "is_round", "probes_of"]
+__all__ = ["ObstacleContacts", "add_probes", "is_round"]
 
 RIM_POINTS = 8
 
@@ -61,9 +62,7 @@ class ObstacleContacts(ShapeContacts):
             number = builder.add_shape(obstacle)
             # as close together as the points of the smallest plate are, so that none of it fits between them
             spacing = 0.5 * min(min(plate.size[:2]) for plate in plates)
-            groups = probes_of(obstacle, spacing, spatial)
-            for places, radius in groups:
-                builder.add_points(number, places, radius, np.full(len(places), 1.0 / (len(places) * len(groups))))
+            add_probes(builder, number, obstacle, spacing, points)
             if spatial and obstacle.kind == BOX:
                 builder.add_edges(number, shape_edges(obstacle))
         alone = [np.array([len(plates) + number]) for number in range(len(obstacles))]
@@ -84,8 +83,10 @@ class ObstacleContacts(ShapeContacts):
         # a half-space has no points of its own; what is round there touches at one point, which has all of the stiffness
         round_ = is_round(kind, self.spatial)
         plate = np.where(round_, 0.0, np.where(kind == HALF_SPACE, part, 0.5 * part))
-        share = np.column_stack([plate, np.where(round_, 1.0, 0.5 * part)])
-        return share, np.column_stack([self._area[shapes[:, 0]], np.zeros(len(part))]), EDGE_SHARE * part
+        other = np.where(round_, 1.0, 0.5 * part)
+        area = self._area[shapes[:, 0]]
+        share = np.column_stack([plate, plate, other, other, EDGE_SHARE * part])
+        return share, np.column_stack([area / part, np.ones(len(part))]), np.column_stack([area, np.zeros(len(part))])
 
 
 def is_round(kind: np.ndarray, spatial: bool) -> np.ndarray:
@@ -93,25 +94,55 @@ def is_round(kind: np.ndarray, spatial: bool) -> np.ndarray:
     return np.asarray((kind == SPHERE) | ((kind == CYLINDER) & (not spatial)))
 
 
-def probes_of(obstacle: Shape, spacing: float, spatial: bool) -> list[tuple[np.ndarray, float]]:
-    """Groups of points (n, 3) of an obstacle, so far apart at most (m), in its own axes with their rounding, m."""
-    x, y, z = obstacle.size
-    rounding = obstacle.radius
-    if obstacle.kind == SPHERE:
-        return [(np.zeros((1, 3)), x + rounding)]
-    if obstacle.kind == BOX:
-        across = (-y, y) if spatial else (0.0,)
-        return [(np.array([(i * x, j, k * z) for i in (-1, 1) for j in across for k in (-1, 1)]), rounding)]
-    if obstacle.kind != CYLINDER:
-        return []
-    if not spatial:
-        return [(np.zeros((1, 3)), x + rounding)]
-    angle = 2 * np.pi * np.arange(RIM_POINTS) / RIM_POINTS
-    rim = np.column_stack([x * np.cos(angle), np.zeros(RIM_POINTS), x * np.sin(angle)])
-    groups = [(np.concatenate([rim + [0.0, side * y, 0.0] for side in (-1, 1)]), rounding)]
-    if y >= x:
-        count = int(np.clip(np.ceil(2 * (y - x) / spacing) + 1, 2, 50))
-        axis = np.zeros((count, 3))
-        axis[:, 1] = (y - x) * gauss_lobatto(count)[0]
-        groups.append((axis, x + rounding))
-    return groups
+def add_probes(builder: TableBuilder, number: int, obstacle: Shape, spacing: float, points: int) -> None:
+    """Points with which an obstacle meets others: of every face, and of a cylinder's line, the weights add to one.
+
+    Parameters
+    ----------
+    builder, number, obstacle : where to, and the obstacle with its number there
+    spacing : how far points along an axis are apart at most, m
+    points : as in `plate_grid`
+    """
+    x, y, _ = obstacle.size
+    spatial, rounding = builder.spatial, obstacle.radius
+    if obstacle.kind == SPHERE or (obstacle.kind == CYLINDER and not spatial):
+        builder.add_points(number, np.zeros((1, 3)), x + rounding, np.ones(1))
+    elif obstacle.kind == BOX:
+        places, weights = _box_points(obstacle, points, spatial)
+        builder.add_points(number, places, rounding, weights)
+    elif obstacle.kind == CYLINDER:
+        angle = 2 * np.pi * np.arange(RIM_POINTS) / RIM_POINTS
+        # one third on the rim and two half way: mean r and r^2 are those of the cap
+        caps = [
+            (np.column_stack([part * x * np.cos(angle), np.full(RIM_POINTS, side * y), part * x * np.sin(angle)]), weight)
+            for side in (-1, 1)
+            for part, weight in ((1.0, 1 / 3), (0.5, 2 / 3))
+        ]
+        weights = np.repeat([weight / RIM_POINTS for _, weight in caps], RIM_POINTS)
+        builder.add_points(number, np.concatenate([places for places, _ in caps]), rounding, weights)
+        if y >= x:
+            count = int(np.clip(np.ceil(2 * (y - x) / spacing) + 1, 2, 50))
+            axis = np.zeros((count, 3))
+            nodes, weights = gauss_lobatto(count)
+            axis[:, 1] = (y - x) * nodes
+            builder.add_points(number, axis, x + rounding, weights / 2, on_axis=True)
+
+
+def _box_points(box: Shape, points: int, spatial: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Points of all faces of a box, each once, and their weights in a face."""
+    size = np.array(box.size)
+    found: dict[tuple[float, ...], float] = {}
+    for k in range(3):
+        if k == 1 and not spatial:
+            continue
+        i, j = [c for c in range(3) if c != k]
+        if not spatial and i == 1:
+            i, j = j, i
+        face = Shape(0, BOX, (size[i], size[j], 0.0))
+        places, weights = plate_grid(face, points, spatial)
+        for side in (-1.0, 1.0):
+            for place, weight in zip(places, weights, strict=True):
+                at = np.zeros(3)
+                at[i], at[j], at[k] = place[0], place[1], side * size[k]
+                found[tuple(at.tolist())] = float(weight)
+    return np.array(list(found)), np.array(list(found.values()))

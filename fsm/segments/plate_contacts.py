@@ -3,9 +3,9 @@
 A plate is a rectangle rounded by half its thickness. Two of them touch where a point of one meets the other's rectangle or
 where two edges cross, so
 
-* each plate probes the other with the points of a Gauss-Lobatto grid over its face, corners and edges among them, and half
-  the weight: faces that lie on each other share the load as their areas do, and a small plate in the middle of a large
-  one is found by its own points;
+* each plate probes the other with the points of a grid over its face, corners and edges among them: a small plate in the
+  middle of a large one is found by its own points. Faces that lie on each other share the load as they overlap
+  (`fsm.interactions.face_overlap`), else each has half the weight;
 * in space every edge of one is watched against every edge of the other (`fsm.interactions.edge_edge`).
 
 The distance is that of the middle surfaces and has no sign: plates must not go deeper than both half thicknesses. When they
@@ -20,14 +20,13 @@ from typing import NamedTuple
 import numpy as np
 
 from fsm.interactions.box_pairs import ListedPairs
-from fsm.interactions.quadrature import gauss_lobatto
 from fsm.segments.shape_contacts import ShapeContacts
 from fsm.segments.shape_tables import Shape, TableBuilder, shape_edges
 
 __all__ = ["EDGE_SHARE", "PlateContacts", "Side", "add_plates", "plate_grid", "whole_plates"]
 
 EDGE_SHARE = 0.25
-"""Part of a face that a pair of edges stands for: the four edges of a face have it between them."""
+"""Part of a face that a pair of edges of tilted plates stands for: the four edges of a face have it between them."""
 
 
 def plate_grid(shape: Shape, points: int, spatial: bool) -> tuple[np.ndarray, np.ndarray]:
@@ -37,13 +36,26 @@ def plate_grid(shape: Shape, points: int, spatial: bool) -> tuple[np.ndarray, np
     ----------
     shape : rectangle
     points : int
-        Intervals between the points of a line, at least 1.
+        Cells along each side, at least 1.
     """
-    nodes, weights = gauss_lobatto(points + 1)
-    across, share = (nodes, weights / 2) if spatial else (np.zeros(1), np.ones(1))
-    x, y = np.meshgrid(nodes * shape.size[0], across * shape.size[1], indexing="ij")
-    places = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
-    return places, np.outer(weights / 2, share).ravel()
+    steps, corner, middle = np.linspace(-1.0, 1.0, points + 1), np.ones(points + 1), np.ones(points)
+    corner[1:-1] = 2.0
+    between = 0.5 * (steps[1:] + steps[:-1])
+    if spatial:
+        # of every cell: its corners and its middle, 1/12 and 2/3 of it, exact for polynomials of degree 3
+        corners, middles = np.outer(corner, corner).ravel() / 12.0, np.outer(middle, middle).ravel() / 1.5
+        x, y = (np.concatenate(both) for both in zip(_grid(steps), _grid(between), strict=True))
+        weights = np.concatenate([corners, middles]) / points**2
+    else:
+        # what is left of it in the plane: Simpson's rule
+        x, weights = np.concatenate([steps, between]), np.concatenate([corner / 6.0, middle / 1.5]) / points
+        y = np.zeros(len(x))
+    return np.column_stack([x * shape.size[0], y * shape.size[1], np.zeros(len(x))]), weights
+
+
+def _grid(steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    x, y = np.meshgrid(steps, steps, indexing="ij")
+    return x.ravel(), y.ravel()
 
 
 class Side(NamedTuple):
@@ -86,7 +98,7 @@ class PlateContacts(ShapeContacts):
     margin : float, m
         How near plates are before they are watched.
     points : int
-        Intervals between the points of a line of a plate's grid.
+        Cells of a plate's grid along each side.
     sides : sequence of Side
         By default every plate is one, in their order.
     numbers : (m,) int array
@@ -125,6 +137,7 @@ class PlateContacts(ShapeContacts):
 
     def _factors(self, members: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         area, part = self._area[members], self._part[members]
-        # the stiffness is that of the smaller face
-        smaller = (area / part).min(axis=1, keepdims=True)
-        return 0.5 * area / smaller, 0.5 * area, EDGE_SHARE * part.min(axis=1)
+        whole = area / part
+        points = 0.5 * area / whole.min(axis=1, keepdims=True)  # the stiffness is that of the smaller face
+        edges = EDGE_SHARE * part.min(axis=1, keepdims=True)
+        return np.concatenate([np.repeat(points, 2, axis=1), edges], axis=1), whole, 0.5 * area

@@ -66,10 +66,11 @@ def _contact_points(view: View) -> int:
         total -= 2 if pair.shared == "end-start" else 0  # none on the crease itself
         sides = [view.parties[pair.first], view.parties[pair.second]]
         if any(side.kind != "surface" for side in sides):
-            # rigid plates: a grid of points each in space
+            # rigid plates: corners and middles of the cells of a grid
             own = sides[:1] if pair.first == pair.second else sides  # a group with itself
             plates = sum(len(side.bodies) for side in own if side.kind != "obstacle")
-            rigid += plates * per_segment ** (2 if view.spatial else 1)
+            dimensions = 2 if view.spatial else 1
+            rigid += plates * (per_segment**dimensions + (per_segment - 1) ** dimensions)
             continue
         for name in (*sides[0].bodies, *sides[1].bodies):
             body = view.bodies[name]

@@ -9,11 +9,13 @@ import numpy as np
 
 from fsm.interactions import edge_edge, point_shape_planar, point_shape_spatial
 from fsm.interactions.box_pairs import ListedPairs
+from fsm.interactions.face_overlap import COLUMNS
 from fsm.interactions.motion import moved_beyond
 from fsm.interactions.shape_boxes import shape_boxes_planar, shape_boxes_spatial
 from fsm.interactions.shape_distance import HALF_SPACE
 from fsm.interactions.swept import edges_pass, local_edges, path_poses, points_pass, turn_between
 from fsm.segments.contact_geometry import ContactForces, Measured, Touching
+from fsm.segments.overlaps import Overlaps
 from fsm.segments.pattern import BodyPattern
 from fsm.segments.shape_tables import Kit, Tables, Units, ranges
 
@@ -92,6 +94,7 @@ class ShapeContacts:
         self._committed: np.ndarray | None = None
         self._closed = np.zeros(0, dtype=np.int64)
         self._version = 0
+        self._overlaps = Overlaps.nothing()
         none = np.zeros((0, 2), dtype=np.int64)
         self._lay_out(self._units_of(none, np.zeros(0, dtype=np.int64)))
         self._near, self._bodies = np.zeros(0, dtype=np.int64), none
@@ -119,8 +122,8 @@ class ShapeContacts:
     # broad phase ----------------------------------------------------------------------------------------------------
 
     def _factors(self, members: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Of units, by the members (u, 2) that they are of: `share`, `area` and `edge_share` of `Units`."""
-        return np.ones(members.shape), np.zeros(members.shape), np.ones(len(members))
+        """Of units, by the members (u, 2) that they are of: `share`, `whole` and `area` of `Units`."""
+        return np.ones((len(members), COLUMNS)), np.ones(members.shape), np.zeros(members.shape)
 
     def _units_of(self, members: np.ndarray, numbers: np.ndarray) -> Units:
         """Units from what the list of pairs has found."""
@@ -137,7 +140,9 @@ class ShapeContacts:
 
     def _lay_out(self, units: Units) -> None:
         """Watch these units."""
+        self._overlaps = self._overlaps.of(units)
         self._units, self.tables = units, self.kit.tables(units)
+        self._share_out()
         self._count = len(self.tables.points.body)
         self._open = ~np.isin(self.tables.key, self._closed)
         self._slots = self._slots_of(np.arange(len(units.key)))
@@ -180,10 +185,22 @@ class ShapeContacts:
             & ~self._high_above(poses, units.shapes)
         )
         if same and np.array_equal(near, self._near):
+            self._weigh(poses)
             return
         self._near, self._near_slots = near, self._slots_of(near)
+        self._weigh(poses)
         self._bodies = np.unique(self.tables.shapes.body[units.shapes[near]], axis=0)
         self._version += 1
+
+    def _weigh(self, poses: np.ndarray) -> None:
+        """Share out what is new, by the faces of the last accepted state; before there is one, by these."""
+        at, new = poses if self._committed is None else self._committed, self._near[~self._overlaps.known[self._near]]
+        if len(new) and self._overlaps.look(at, self.kit, self._units, new):
+            self._share_out()
+
+    def _share_out(self) -> None:
+        tables = self.tables
+        tables.share[:] = tables.weight * self._overlaps.shares[tables.unit, tables.column]
 
     def _high_above(self, poses: np.ndarray, pairs: np.ndarray) -> np.ndarray:
         """Whether the second of two shapes is a half-space of the ground, and the first higher over it than the margin.
@@ -282,17 +299,32 @@ class ShapeContacts:
 
     # what stays in mind ---------------------------------------------------------------------------------------------
 
-    def commit(self, poses: np.ndarray) -> None:
-        """A step was accepted: what passes through something from here on is found by `crossed`."""
+    def commit(self, poses: np.ndarray, young: np.ndarray | None = None) -> None:
+        """A step was accepted: what passes through something from here on is found by `crossed`.
+
+        Faces that have moved on each other share out anew, but for those of impacts that go on: these keep their energy.
+        """
         self._committed = poses.copy()
+        slots = self.find(poses, 0.0).slot if young is None else young
+        free = self._near[~np.isin(self._near, self.tables.unit[slots])]
+        if self._overlaps.look(poses, self.kit, self._units, free):
+            self._share_out()
 
     def memory(self) -> np.ndarray:
-        """The committed poses, flat; empty before the first commit."""
-        return np.zeros(0) if self._committed is None else self._committed.ravel()
+        """The committed poses with how many numbers these are, and how faces overlap; empty before the first commit."""
+        if self._committed is None:
+            return np.zeros(0)
+        return np.concatenate([[float(self._committed.size)], self._committed.ravel(), self._overlaps.flat()])
 
     def restore(self, memory: np.ndarray) -> None:
         """Go back to what `memory` gave."""
-        self._committed = memory.reshape(-1, 7 if self.spatial else 3).copy() if len(memory) else None
+        if not len(memory):
+            self._committed, self._overlaps = None, Overlaps.nothing().of(self._units)
+        else:
+            end = 1 + int(memory[0])
+            self._committed = memory[1:end].reshape(-1, 7 if self.spatial else 3).copy()
+            self._overlaps = Overlaps.from_flat(memory[end:]).of(self._units)
+        self._share_out()
 
     def forget(self) -> None:
         """See `ContactGeometry`."""

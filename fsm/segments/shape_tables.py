@@ -114,11 +114,14 @@ class Units(NamedTuple):
     Attributes
     ----------
     shapes : (u, 2) int array
-    share, area : (u, 2) arrays
-        What the weights of the points of either shape are multiplied by for their share of a face, and for the area that
-        they stand for, m^2. A shape with no share does not probe the other.
-    edge_share : (u,) array
-        Share of a pair of edges.
+    share : (u, 5) array
+        What weights are multiplied by for their share of a face, where faces are tilted: of the points of the first shape,
+        of those on its axis, of both of the second; and the share of a pair of edges. A shape with no share does not probe
+        the other.
+    whole : (u, 2) array, m^2
+        The faces of which the shapes are parts, if they are plates.
+    area : (u, 2) array
+        What weights of either shape are multiplied by for the area that points stand for, m^2.
     pair : (u,) int array
         Contact pair of the scene.
     key : (u,) int array
@@ -127,8 +130,8 @@ class Units(NamedTuple):
 
     shapes: np.ndarray
     share: np.ndarray
+    whole: np.ndarray
     area: np.ndarray
-    edge_share: np.ndarray
     pair: np.ndarray
     key: np.ndarray
 
@@ -144,6 +147,8 @@ class Tables(NamedTuple):
         Shapes.
     point_start, pair_start : (u + 1,) int arrays
         First point and first pair of edges of every unit.
+    unit, column, weight : (n_slots,) arrays
+        Row of the unit, column of its shares, and what that is multiplied by for the share.
     share, area, pair, key : (n_slots,) arrays
         Fraction of a face, area that it stands for (m^2), number of the contact pair, and a name that outlives all
         renewals.
@@ -156,6 +161,9 @@ class Tables(NamedTuple):
     units: np.ndarray
     point_start: np.ndarray
     pair_start: np.ndarray
+    unit: np.ndarray
+    column: np.ndarray
+    weight: np.ndarray
     share: np.ndarray
     area: np.ndarray
     pair: np.ndarray
@@ -172,7 +180,7 @@ class TableBuilder:
         self.spatial = spatial
         self.shapes: list[Shape] = []
         self._edges: list[tuple[int, int, np.ndarray, np.ndarray, float, float]] = []
-        self._points: list[tuple[int, np.ndarray, float, np.ndarray]] = []
+        self._points: list[tuple[int, np.ndarray, float, np.ndarray, bool]] = []
 
     def add_shape(self, shape: Shape) -> int:
         """Number of the new shape."""
@@ -187,24 +195,33 @@ class TableBuilder:
             length = float(np.linalg.norm(along))
             self._edges.append((number, shape.body, (start + end) / 2, along / length, length / 2, shape.radius))
 
-    def add_points(self, number: int, local: np.ndarray, radius: float, weight: np.ndarray) -> None:
-        """Points (n, 3) of a shape in its axes, with their rounding, m, and weights (n,)."""
-        self._points.append((number, self.shapes[number].in_body(local), radius, weight))
+    def add_points(
+        self, number: int, local: np.ndarray, radius: float, weight: np.ndarray, on_axis: bool = False
+    ) -> None:
+        """Points (n, 3) of a shape in its axes, with rounding, m, and weights (n,); those of a cylinder may be on its axis."""
+        self._points.append((number, local, radius, weight, on_axis))
 
     def kit(self) -> Kit:
         """All of it."""
         points = sorted(self._points, key=lambda row: row[0])
         edges = sorted(self._edges, key=lambda row: row[0])
-        lengths = [len(places) for _, places, _, _ in points]
-        places = np.concatenate([np.zeros((0, 3)), *(places for _, places, _, _ in points)])
+        lengths = [len(local) for _, local, *_ in points]
+        places = np.concatenate([np.zeros((0, 3)), *(self.shapes[number].in_body(local) for number, local, *_ in points)])
         numbers = np.arange(len(self.shapes) + 1)
         owner = np.repeat(np.array([number for number, *_ in points], dtype=np.int64), lengths)
         return Kit(
             self._shape_table(),
             np.searchsorted(owner, numbers),
             places if self.spatial else np.ascontiguousarray(places[:, [0, 2]]),
-            np.repeat(np.array([radius for _, _, radius, _ in points]), lengths),
-            np.concatenate([np.zeros(0), *(weight for *_, weight in points)]),
+            np.repeat(np.array([radius for _, _, radius, *_ in points]), lengths),
+            np.concatenate([np.zeros(0), *(weight for *_, weight, _ in points)]),
+            np.concatenate([np.zeros((0, 3)), *(local for _, local, *_ in points)]),
+            np.repeat(np.array([on_axis for *_, on_axis in points], dtype=np.bool_), lengths),
+            Solids(
+                np.array([shape.size for shape in self.shapes]).reshape(-1, 3),
+                np.array([shape.offset for shape in self.shapes]).reshape(-1, 3),
+                np.array([rotation_matrix(np.array(shape.orientation)) for shape in self.shapes]).reshape(-1, 3, 3),
+            ),
             np.searchsorted(np.array([row[0] for row in edges], dtype=np.int64), numbers),
             Edges(
                 np.array([row[1] for row in edges], dtype=np.int64),
@@ -234,6 +251,14 @@ class TableBuilder:
         )
 
 
+class Solids(NamedTuple):
+    """Shapes in space, also where the motion is plane: half sizes, places and axes in their bodies."""
+
+    size: np.ndarray
+    offset: np.ndarray
+    axes: np.ndarray
+
+
 class Kit(NamedTuple):
     """Shapes with the points and edges that each meets others with, from which tables of units are laid out.
 
@@ -243,6 +268,9 @@ class Kit(NamedTuple):
         First point and first edge of every shape.
     place, radius, weight : (p, 2 or 3), (p,), (p,) arrays
         Of the points: place in body axes, m, rounding, m, and weight.
+    local, on_axis : (p, 3), (p,) arrays
+        Their places in the axes of their shapes, m, and whether they are of the axis of a cylinder.
+    solids : the shapes as they are in space
     """
 
     shapes: Shapes
@@ -250,13 +278,16 @@ class Kit(NamedTuple):
     place: np.ndarray
     radius: np.ndarray
     weight: np.ndarray
+    local: np.ndarray
+    on_axis: np.ndarray
+    solids: Solids
     edge_start: np.ndarray
     edges: Edges
 
     def tables(self, units: Units) -> Tables:
         """The slots of some units: points of the first shape, then of the second; each edge with each of the other's."""
         owner, other = units.shapes.ravel(), units.shapes[:, ::-1].ravel()
-        probes = units.share.ravel() > 0.0
+        probes = (units.share[:, [0, 2]] > 0.0).ravel()
         lengths = np.where(probes, np.diff(self.point_start)[owner], 0)
         rows, side = ranges(self.point_start, owner[probes]), np.repeat(np.arange(len(owner)), lengths)
         points = Points(
@@ -265,7 +296,7 @@ class Kit(NamedTuple):
         point_start = np.concatenate([[0], np.cumsum(lengths.reshape(-1, 2).sum(axis=1))])
         weight, of_point = self.weight[rows], side // 2
         edge_pairs, pair_start, of_pair = self._edge_pairs(units.shapes)
-        share = np.concatenate([weight * units.share.ravel()[side], units.edge_share[of_pair]])
+        column = np.concatenate([2 * (side % 2) + self.on_axis[rows], np.full(len(of_pair), 4)])
         area = np.concatenate([weight * units.area.ravel()[side], np.zeros(len(of_pair))])
         unit = np.concatenate([of_point, of_pair])
         place = np.concatenate(
@@ -275,9 +306,10 @@ class Kit(NamedTuple):
             ]
         )
         key = units.key[unit] * self._most_slots + place
+        weight = np.concatenate([weight, np.ones(len(of_pair))])
         return Tables(
-            self.shapes, points, self.edges, edge_pairs, units.shapes, point_start, pair_start, share, area,
-            units.pair[unit], key,
+            self.shapes, points, self.edges, edge_pairs, units.shapes, point_start, pair_start, unit, column, weight,
+            weight * units.share[unit, column], area, units.pair[unit], key,
         )  # fmt: skip
 
     @property

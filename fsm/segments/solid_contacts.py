@@ -12,7 +12,7 @@ import numpy as np
 
 from fsm.interactions.box_pairs import ListedPairs
 from fsm.interactions.shape_distance import HALF_SPACE, SPHERE
-from fsm.segments.obstacle_contacts import probes_of
+from fsm.segments.obstacle_contacts import add_probes
 from fsm.segments.shape_contacts import ShapeContacts
 from fsm.segments.shape_tables import Shape, TableBuilder
 
@@ -27,7 +27,7 @@ class SolidContacts(ShapeContacts):
     solids : shapes that are not rectangles
     pairs : (m, 2) int array
         Solids; one of each pair is a sphere, or the one a half-space and the other not.
-    spatial, margin : as in `PlateContacts`
+    spatial, margin, points : as in `PlateContacts`
     numbers : (m,) int array
         Contact pair of the scene that each is; by default its own row.
     joined, reference : as in `PlateContacts`
@@ -39,6 +39,7 @@ class SolidContacts(ShapeContacts):
         pairs: np.ndarray,
         spatial: bool,
         margin: float,
+        points: int = 2,
         numbers: np.ndarray | None = None,
         joined: np.ndarray | None = None,
         reference: np.ndarray | None = None,
@@ -46,9 +47,7 @@ class SolidContacts(ShapeContacts):
         builder = TableBuilder(spatial)
         for solid in solids:
             number = builder.add_shape(solid)
-            groups = probes_of(solid, 0.25 * max(solid.size), spatial)
-            for places, radius in groups:
-                builder.add_points(number, places, radius, np.full(len(places), 1.0 / (len(places) * len(groups))))
+            add_probes(builder, number, solid, 0.25 * max(solid.size), points)
         ordered = np.array([_probing_first(solids, *pair) for pair in pairs], dtype=np.int64).reshape(-1, 2)
         listed = ListedPairs([np.array([k]) for k in range(len(solids))], ordered, len(solids), numbers)
         super().__init__(builder.kit(), listed, spatial, margin, 0.05 * 2.0 * max(max(solid.size) for solid in solids))
@@ -57,7 +56,7 @@ class SolidContacts(ShapeContacts):
 
     def _factors(self, members: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         count = len(members)
-        return np.tile([1.0, 0.0], (count, 1)), np.zeros((count, 2)), np.zeros(count)
+        return np.tile([1.0, 1.0, 0.0, 0.0, 0.0], (count, 1)), np.ones((count, 2)), np.zeros((count, 2))
 
 
 def _probing_first(solids: Sequence[Shape], one: int, two: int) -> tuple[int, int]:

@@ -143,7 +143,8 @@ def test_work_along_the_path_is_the_change_of_energy(path: Callable[[float], np.
     """Forces of points and edges together, through all changes of what is closest to what: of second order in the steps."""
     contacts = plates()
     coarse, energy = work_and_energy(contacts, path, 500)
-    fine, _ = work_and_energy(contacts, path, 2000)
+    # 2026-11-23: 4000 steps instead of 2000, for there are more points that come over edges on the way
+    fine, _ = work_and_energy(contacts, path, 4000)
     assert fine < 0.1 * coarse
     assert fine < 2e-4 * energy
 

@@ -163,7 +163,7 @@ def test_pairs_become_geometries(spatial: bool) -> None:
     # a and c lie in one another at their hinge and do not touch there
     points = touching.slot < len(plates.tables.points.body)
     assert set(plates.pair[touching.slot]) == {1}
-    assert plates.share[touching.slot[points]].sum() == pytest.approx(1.0)
+    assert plates.share[touching.slot].sum() == pytest.approx(1.0)
     np.testing.assert_allclose(touching.gap[points], -1e-4, atol=1e-15)
     floor = obstacles.find(poses, 0.0)
     assert set(obstacles.pair[floor.slot]) == {2}

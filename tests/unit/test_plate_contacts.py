@@ -44,7 +44,9 @@ def test_shares_of_faces_that_lie_on_each_other_add_to_one(spatial: bool) -> Non
     contacts = two_plates(spatial, (0.2, 0.1), (0.2, 0.1))
     touching = contacts.find(np.array([pose(spatial, 0.3, 0.2), pose(spatial, 0.3, 0.2 + 0.9 * THICK)]), 0.0)
     points = touching.slot[touching.slot < len(contacts.tables.points.body)]
-    assert contacts.share[points].sum() == pytest.approx(1.0, rel=1e-14)
+    # 2026-11-23: edges that cross at the corners have a two thousandth of it, in space; they had two faces' more
+    assert contacts.share[touching.slot].sum() == pytest.approx(1.0, rel=1e-12)
+    assert contacts.share[points].sum() == pytest.approx(1.0, rel=3e-3)
     np.testing.assert_allclose(touching.gap[: len(points)], -0.1 * THICK, atol=1e-15)
     places, share = plate_grid(as_rectangle(0, 0.2, 0.1, THICK), 2, True)
     assert share @ places[:, 0] ** 2 == pytest.approx(0.2**2 / 12)
@@ -74,7 +76,7 @@ def test_long_plates_that_cross_between_their_points_lean_on_their_edges() -> No
     """Like a plus sign: no point of either is over the other, and four pairs of edges cross."""
     contacts = two_plates(True, (0.5, 0.04), (0.5, 0.04))
     quarter = [np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)]
-    poses = np.array([[0, 0, 0, 1, 0, 0, 0], [0.12, 0.13, 0.9 * THICK, *quarter]], dtype=float)
+    poses = np.array([[0, 0, 0, 1, 0, 0, 0], [0.06, 0.07, 0.9 * THICK, *quarter]], dtype=float)
     touching = contacts.find(poses, 0.0)
     assert (touching.slot >= len(contacts.tables.points.body)).all()
     assert len(touching.slot) == 4

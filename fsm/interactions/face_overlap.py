@@ -1,0 +1,405 @@
+"""How much of a face lies on another: what the points and edges of two shapes stand for where their faces meet flat.
+
+Two faces that lie on each other push as much as their overlap is of the smaller one, T = O/A. The points of each that are
+over the other, and the edges that cross, have that between them in proportion to their weights: those of the face of which
+more is covered have most of it. Faces that are tilted by more than their roundings over their size do not meet as faces;
+their corners and edges have shares of their own then, and between both the shares change smoothly.
+
+All this is seen with the faces as they were when a step was accepted, and not changed while an impact goes on. So what the
+points stand for is constant in a step: force, energy and tangent belong together.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.interactions.shape_distance import BOX, CYLINDER, HALF_SPACE, RECTANGLE
+from fsm.kernels.jit import kernel
+from fsm.kernels.rotation import fill_rotation
+
+__all__ = ["COLUMNS", "weigh_units"]
+
+COLUMNS = 5
+"""What is weighed in a pair of shapes: face points and axis points of the first, the same of the second, pairs of edges."""
+
+_FIRST, _FIRST_AXIS, _SECOND, _SECOND_AXIS, _EDGES = 0, 1, 2, 3, 4
+_SLIDE = 1e-4
+"""Way on a face, over half the smallest size, after which the overlap is looked at again."""
+_TURN = 1e-4
+"""Turn after which it is, rad."""
+_ASIDE = 0.02
+"""A point so far outside a face, over the roundings, still touches it."""
+_NONE = 1e-9
+"""Share of what does not push; not zero, so that nothing is divided by it."""
+_SHARPER = 16
+"""Power of the covered part of a face by which it has more of the load than the other."""
+_SIDES = 32
+"""Sides of the polygon of a disc's area that stands for it."""
+_CROSSING, _CROSSING_INSIDE = 0.2, 1e-3
+"""Shares of edges that cross, over those of tilted faces: where faces overlap in part, and where one covers the other."""
+
+
+@kernel
+def _corners(x: float, y: float, out: np.ndarray) -> int:
+    """Corners of a rectangle of half sizes x, y, in turn."""
+    out[0, 0], out[0, 1] = -x, -y
+    out[1, 0], out[1, 1] = x, -y
+    out[2, 0], out[2, 1] = x, y
+    out[3, 0], out[3, 1] = -x, y
+    return 4
+
+
+@kernel
+def _clipped_area(points: np.ndarray, count: int, x: float, y: float, other: np.ndarray) -> float:
+    """Area of a convex polygon within a rectangle of half sizes x, y; both tables of points are changed."""
+    for side in range(4):
+        axis, sign, limit = side // 2, 1.0 - 2.0 * (side % 2), x if side < 2 else y
+        kept = 0
+        for i in range(count):
+            j = (i + 1) % count
+            here, there = limit - sign * points[i, axis], limit - sign * points[j, axis]
+            if here >= 0.0:
+                other[kept] = points[i]
+                kept += 1
+            if (here >= 0.0) != (there >= 0.0):
+                part = here / (here - there)
+                other[kept] = points[i] + part * (points[j] - points[i])
+                kept += 1
+        for i in range(kept):
+            points[i] = other[i]
+        count = kept
+    area = 0.0
+    for i in range(count):
+        j = (i + 1) % count
+        area += points[i, 0] * points[j, 1] - points[j, 0] * points[i, 1]
+    return 0.5 * abs(area)
+
+
+@kernel
+def _crossings(corners: np.ndarray, x: float, y: float, aside: float, parallel: float) -> int:
+    """How many edges of a rectangle, given by its corners, cross edges of one of half sizes x, y; but for parallel ones."""
+    found = 0
+    for i in range(4):
+        start, along = corners[i], corners[(i + 1) % 4] - corners[i]
+        length = np.sqrt(along[0] ** 2 + along[1] ** 2)
+        for side in range(4):
+            axis, sign, limit = side // 2, 1.0 - 2.0 * (side % 2), x if side < 2 else y
+            reach = y if side < 2 else x
+            # the other edge is where coordinate `axis` is sign * limit
+            if (along[axis] / length) ** 2 <= parallel:
+                continue
+            part = (sign * limit - start[axis]) / along[axis]
+            at = start[1 - axis] + part * along[1 - axis]
+            if -aside <= part * length <= length + aside and abs(at) <= reach + aside:
+                found += 1
+    return found
+
+
+@kernel
+def _relative(
+    poses: np.ndarray,
+    one: int,
+    two: int,
+    body: np.ndarray,
+    offset: np.ndarray,
+    axes: np.ndarray,
+    frames: np.ndarray,
+    turn: np.ndarray,
+    shift: np.ndarray,
+) -> None:
+    """Axes of a shape in those of another (3, 3), and its centre there (3,)."""
+    arms = np.zeros((2, 3))
+    for k in range(2):
+        shape = one if k == 0 else two
+        pose = poses[body[shape]]
+        if pose.shape[0] == 3:
+            c, s = np.cos(pose[2]), np.sin(pose[2])
+            frames[k] = 0.0
+            frames[k, 0, 0] = frames[k, 2, 2] = c
+            frames[k, 0, 2], frames[k, 2, 0], frames[k, 1, 1] = s, -s, 1.0
+            arms[k, 0], arms[k, 2] = pose[0], pose[1]
+        else:
+            fill_rotation(pose[3:], frames[k])
+            arms[k] = pose[:3]
+        for c_ in range(3):
+            for j in range(3):
+                arms[k, c_] += frames[k, c_, j] * offset[shape, j]
+        frames[k] = frames[k] @ axes[shape]
+    for i in range(3):
+        shift[i] = 0.0
+        for c_ in range(3):
+            shift[i] += frames[1, c_, i] * (arms[0, c_] - arms[1, c_])
+        for j in range(3):
+            turn[i, j] = frames[1, 0, i] * frames[0, 0, j] + frames[1, 1, i] * frames[0, 1, j]
+            turn[i, j] += frames[1, 2, i] * frames[0, 2, j]
+
+
+@kernel(inline=True)
+def _flat(sine: float, limit: float) -> float:
+    """1 for parallel faces, 0 from the limit on."""
+    part = (sine / limit) ** 2
+    return (1.0 - part) ** 2 if part < 1.0 else 0.0
+
+
+@kernel
+def _touches(out_u: float, out_v: float, height: float, rounding: float) -> float:
+    """Force of a point so far outside a face, over that of a point on it; it is rounded there."""
+    outside = np.sqrt(max(0.0, out_u) ** 2 + max(0.0, out_v) ** 2)
+    if outside == 0.0:
+        return 1.0
+    depth = rounding - height
+    if depth <= 0.0:
+        return 1.0 if outside <= _ASIDE * rounding else 0.0
+    own = rounding - np.sqrt(outside**2 + height**2)
+    return (own / depth) ** 1.5 if own > 0.0 else 0.0
+
+
+@kernel
+def _weigh(
+    kinds: tuple[int, int],
+    size_a: np.ndarray,
+    size_b: np.ndarray,
+    rounding: float,
+    turn: np.ndarray,
+    shift: np.ndarray,
+    places_a: np.ndarray,
+    weights_a: np.ndarray,
+    places_b: np.ndarray,
+    weights_b: np.ndarray,
+    axis_b: np.ndarray,
+    whole_a: float,
+    whole_b: float,
+    spatial: bool,
+    base: np.ndarray,
+    out: np.ndarray,
+    polygon: np.ndarray,
+    other: np.ndarray,
+) -> None:
+    """Shares (5,) by which weights of points, and shares of edges, are multiplied; see `weigh_units`."""
+    for c in range(COLUMNS):
+        out[c] = base[c]
+    kind_a, kind_b = kinds
+    if kind_b == HALF_SPACE:
+        if kind_a == CYLINDER and size_a[1] >= size_a[0] and spatial:
+            # lying on its side, or standing on a cap
+            lies, stands = _flat(abs(turn[2, 1]), 1e-3), _flat(np.sqrt(max(0.0, 1.0 - turn[2, 1] ** 2)), 1e-3)
+            out[_FIRST] += lies * (_NONE - base[_FIRST])
+            out[_FIRST_AXIS] += stands * (_NONE - base[_FIRST_AXIS])
+        return
+    if kind_a != RECTANGLE:
+        return
+    # the face of the second that looks at the first: its normal k, its axes i and j
+    k, i, j = 2, 0, 1
+    if kind_b == BOX:
+        for c in range(2):
+            if abs(turn[c, 2]) > abs(turn[k, 2]):
+                k = c
+        i, j = (1, 2) if k == 0 else ((0, 2) if k == 1 else (0, 1))
+    elif kind_b == CYLINDER:
+        k, i, j = 1, 0, 2
+    elif kind_b != RECTANGLE:
+        return
+    if not spatial and k == 1:
+        return
+    half_i, half_j = size_b[i], size_b[j]
+    if kind_b == BOX and not spatial:  # it goes on across the plane
+        if i == 1:
+            half_i = size_a[1]
+        else:
+            half_j = size_a[1] if j == 1 else half_j
+    if spatial:
+        smallest = min(min(size_a[0], size_a[1]), min(half_i, half_j))
+    else:
+        smallest = min(size_a[0], half_i if i != 1 else half_j)
+    limit = min(0.2, max(1e-3, rounding / smallest))
+    aside = _ASIDE * rounding
+    upper = 1.0 if shift[k] < 0.0 else -1.0  # where the second is from the first, along its normal
+    if kind_b == CYLINDER and spatial and size_b[1] >= size_b[0]:
+        flat = _flat(abs(turn[1, 2]), limit)
+        if flat > 0.0:
+            _weigh_line(size_a, size_b, turn, shift, places_b, weights_b, axis_b, aside, flat, out, polygon)
+            return
+    sine = np.sqrt(max(0.0, 1.0 - turn[k, 2] ** 2))
+    flat = _flat(sine, limit)
+    if flat == 0.0:
+        return
+    own_a = 4.0 * size_a[0] * size_a[1]
+    corners = polygon[40:44]
+    if kind_b == CYLINDER:
+        own_b = np.pi * half_i**2
+        fit = half_i * np.sqrt(2.0 * np.pi / (_SIDES * np.sin(2.0 * np.pi / _SIDES)))
+        for n in range(_SIDES):
+            u, v = fit * np.cos(2.0 * np.pi * n / _SIDES), fit * np.sin(2.0 * np.pi * n / _SIDES)
+            for c in range(2):
+                polygon[n, c] = turn[i, c] * (u - shift[i]) + turn[j, c] * (v - shift[j])
+                polygon[n, c] += turn[k, c] * (-upper * size_b[1] - shift[k])
+        overlap, crossing = _clipped_area(polygon, _SIDES, size_a[0], size_a[1], other), 0
+    else:
+        own_b = 4.0 * half_i * half_j
+        _corners(size_a[0], size_a[1], corners)
+        for n in range(4):
+            x, y = corners[n, 0], corners[n, 1]
+            corners[n, 0] = turn[i, 0] * x + turn[i, 1] * y + shift[i]
+            corners[n, 1] = turn[j, 0] * x + turn[j, 1] * y + shift[j]
+            polygon[n] = corners[n]
+        parallel = limit**2
+        crossing = _crossings(corners, half_i, half_j, aside, parallel) if spatial else 0
+        overlap = _clipped_area(polygon, 4, half_i, half_j, other)
+    if overlap <= 1e-6 * min(own_a, own_b):
+        return
+    smaller = min(whole_a, whole_b if kind_b == RECTANGLE else own_b)
+    covered_a, covered_b = min(1.0, overlap / own_a) ** _SHARPER, min(1.0, overlap / own_b) ** _SHARPER
+    first = covered_a / (covered_a + covered_b)
+    seen_a = seen_b = 0.0
+    height = abs(shift[k]) - (0.0 if kind_b == RECTANGLE else size_b[k])
+    for n in range(places_a.shape[0]):
+        x, y = places_a[n, 0], places_a[n, 1]
+        u, v = turn[i, 0] * x + turn[i, 1] * y + shift[i], turn[j, 0] * x + turn[j, 1] * y + shift[j]
+        if kind_b == CYLINDER:
+            out_u, out_v = np.sqrt(u * u + v * v) - half_i, 0.0
+        else:
+            out_u, out_v = abs(u) - half_i, abs(v) - half_j
+        seen_a += weights_a[n] * _touches(out_u, out_v, height, rounding)
+    for n in range(places_b.shape[0]):
+        if axis_b[n] or (kind_b != RECTANGLE and places_b[n, k] * -upper < 0.999 * size_b[k]):
+            continue
+        x = y = 0.0
+        for c in range(3):
+            x += turn[c, 0] * (places_b[n, c] - shift[c])
+            y += turn[c, 1] * (places_b[n, c] - shift[c])
+        seen_b += weights_b[n] * _touches(abs(x) - size_a[0], abs(y) - size_a[1], height, rounding)
+    of_a, of_b = first * own_a / smaller, (1.0 - first) * own_b / smaller
+    part = (1.0 - covered_a) * (1.0 - covered_b)
+    edges = (_CROSSING_INSIDE + _CROSSING * part) * base[_EDGES]
+    seen = of_a * seen_a + of_b * seen_b + edges * crossing
+    if seen <= 0.0:
+        return
+    whole = overlap / smaller / seen
+    out[_FIRST] += flat * (max(_NONE, whole * of_a) - base[_FIRST])
+    out[_SECOND] += flat * (max(_NONE, whole * of_b) - base[_SECOND])
+    out[_SECOND_AXIS] += flat * (_NONE - base[_SECOND_AXIS])
+    out[_EDGES] += flat * (max(_NONE, whole * edges) - base[_EDGES])
+
+
+@kernel
+def _weigh_line(
+    size_a: np.ndarray,
+    size_b: np.ndarray,
+    turn: np.ndarray,
+    shift: np.ndarray,
+    places_b: np.ndarray,
+    weights_b: np.ndarray,
+    axis_b: np.ndarray,
+    aside: float,
+    flat: float,
+    out: np.ndarray,
+    scratch: np.ndarray,
+) -> None:
+    """A cylinder that lies on a rectangle: its line pushes by its part on it, over the shorter of line and rectangle."""
+    low, high, chord = -size_b[1], size_b[1], np.inf
+    for c in range(2):
+        # the axis in the rectangle's axes: middle + s * along
+        along, middle = turn[1, c], 0.0
+        for n in range(3):
+            middle -= turn[n, c] * shift[n]
+        if abs(along) > 1e-12:
+            ends = (-size_a[c] - middle) / along, (size_a[c] - middle) / along
+            low, high = max(low, min(ends)), min(high, max(ends))
+            chord = min(chord, 2.0 * size_a[c] / abs(along))
+        elif abs(middle) > size_a[c]:
+            return
+    if high <= low:
+        return
+    seen = 0.0
+    for n in range(places_b.shape[0]):
+        if axis_b[n] and low - aside <= places_b[n, 1] <= high + aside:
+            seen += weights_b[n]
+    if seen == 0.0:
+        return
+    whole = min(1.0, (high - low) / min(2.0 * size_b[1], chord)) / seen
+    for column in range(COLUMNS):
+        target = whole if column == _SECOND_AXIS else _NONE
+        out[column] += flat * (target - out[column])
+
+
+@kernel
+def weigh_units(
+    poses: np.ndarray,
+    units: np.ndarray,
+    shapes: np.ndarray,
+    body: np.ndarray,
+    kind: np.ndarray,
+    size: np.ndarray,
+    radius: np.ndarray,
+    offset: np.ndarray,
+    axes: np.ndarray,
+    start: np.ndarray,
+    place: np.ndarray,
+    weight: np.ndarray,
+    on_axis: np.ndarray,
+    whole: np.ndarray,
+    base: np.ndarray,
+    known: np.ndarray,
+    turns: np.ndarray,
+    shifts: np.ndarray,
+    shares: np.ndarray,
+) -> int:
+    """Shares of units (pairs of shapes) whose faces have moved on each other, or of which none are known.
+
+    Parameters
+    ----------
+    poses : (n_bodies, 3 or 7) array
+    units : (m,) int array
+        Rows of the units to look at.
+    shapes : (u, 2) int array
+    body, kind, size, radius, offset, axes : tables of shapes
+        (s,), (s,), (s, 3), (s,), (s, 3), (s, 3, 3), in space also where the motion is plane.
+    start, place, weight, on_axis : (s + 1,), (p, 3), (p,), (p,) arrays
+        Points of shapes in their axes, m, and whether they are of the axis of a cylinder.
+    whole : (u, 2) array, m^2
+        Faces that plates are parts of.
+    base : (u, 5) array
+        Shares where faces are tilted.
+    known, turns, shifts, shares : (u,) bool, (u, 3, 3), (u, 3), (u, 5) arrays, changed in place
+        What is known, how the shapes lay then, and the shares.
+
+    Returns
+    -------
+    int : how many have changed
+    """
+    changed, spatial = 0, poses.shape[1] == 7
+    frames, turn, shift = np.empty((2, 3, 3)), np.empty((3, 3)), np.empty(3)
+    polygon, other = np.empty((48, 2)), np.empty((48, 2))
+    for unit in units:
+        one, two = shapes[unit]
+        if kind[two] == HALF_SPACE and kind[one] != CYLINDER:
+            if not known[unit]:
+                shares[unit] = base[unit]
+                known[unit] = True
+                changed += 1
+            continue
+        _relative(poses, one, two, body, offset, axes, frames, turn, shift)
+        if known[unit]:
+            smallest, away, turned, lift = np.inf, 0.0, 0.0, 0.0
+            for c in range(3):
+                for k in range(2):
+                    if size[shapes[unit, k], c] > 0.0:
+                        smallest = min(smallest, size[shapes[unit, k], c])
+                lift += turn[c, 2] * (shift[c] - shifts[unit, c])
+                for j in range(3):
+                    turned = max(turned, abs(turn[c, j] - turns[unit, c, j]))
+            for c in range(3):
+                away = max(away, abs(shift[c] - shifts[unit, c] - lift * turn[c, 2]))
+            if away <= _SLIDE * smallest and turned <= _TURN:
+                continue
+        _weigh(
+            (kind[one], kind[two]), size[one], size[two], radius[one] + radius[two], turn, shift,
+            place[start[one] : start[one + 1]], weight[start[one] : start[one + 1]],
+            place[start[two] : start[two + 1]], weight[start[two] : start[two + 1]],
+            on_axis[start[two] : start[two + 1]], whole[unit, 0], whole[unit, 1], spatial, base[unit], shares[unit],
+            polygon, other,
+        )  # fmt: skip
+        known[unit] = True
+        turns[unit], shifts[unit] = turn, shift
+        changed += 1
+    return changed

@@ -1,0 +1,79 @@
+"""How the faces of pairs of shapes lay on each other when their shares were found, and these shares."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fsm.interactions.face_overlap import COLUMNS, weigh_units
+from fsm.kernels.keys import places_among
+from fsm.segments.shape_tables import Kit, Units
+
+__all__ = ["Overlaps"]
+
+_ROW = 1 + 9 + 3 + COLUMNS
+
+
+class Overlaps(NamedTuple):
+    """Of units, see `fsm.interactions.face_overlap.weigh_units`.
+
+    Attributes
+    ----------
+    key : (u,) int array, ascending
+    known : (u,) bool array
+        Whether the next three are of their faces; else the shares are those of tilted ones.
+    turns, shifts, shares : (u, 3, 3), (u, 3), (u, 5) arrays
+    """
+
+    key: np.ndarray
+    known: np.ndarray
+    turns: np.ndarray
+    shifts: np.ndarray
+    shares: np.ndarray
+
+    @classmethod
+    def nothing(cls) -> Overlaps:
+        """Of no unit."""
+        none = np.zeros(0, dtype=np.int64)
+        return cls(none, np.zeros(0, dtype=np.bool_), np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros((0, COLUMNS)))
+
+    def of(self, units: Units) -> Overlaps:
+        """Of other units; what is not known of them is to be found."""
+        place = places_among(self.key, units.key)
+        kept = np.flatnonzero(place >= 0)
+        place, count = place[kept], len(units.key)
+        new = Overlaps(
+            units.key, np.zeros(count, dtype=np.bool_), np.zeros((count, 3, 3)), np.zeros((count, 3)), units.share.copy()
+        )
+        for own, of_all in zip(new[1:], self[1:], strict=True):
+            own[kept] = of_all[place]
+        new.shares[~new.known] = units.share[~new.known]
+        return new
+
+    def look(self, poses: np.ndarray, kit: Kit, units: Units, near: np.ndarray) -> bool:
+        """Look at some of the units again, where they have moved; whether anything has changed."""
+        shapes, solids = kit.shapes, kit.solids
+        return bool(
+            weigh_units(
+                poses, near, units.shapes, shapes.body, shapes.kind, solids.size, shapes.radius, solids.offset, solids.axes,
+                kit.point_start, kit.local, kit.weight, kit.on_axis, units.whole, units.share, *self[1:],
+            )
+        )  # fmt: skip
+
+    def flat(self) -> np.ndarray:
+        """As one array."""
+        rows = np.flatnonzero(self.known)
+        count = len(rows)
+        columns = (self.key[rows, None], self.turns[rows].reshape(count, 9), self.shifts[rows], self.shares[rows])
+        return np.concatenate(columns, axis=1).ravel()
+
+    @classmethod
+    def from_flat(cls, flat: np.ndarray) -> Overlaps:
+        """From what `flat` gave."""
+        rows = flat.reshape(-1, _ROW)
+        count = len(rows)
+        return cls(
+            rows[:, 0].astype(np.int64), np.ones(count, dtype=np.bool_), rows[:, 1:10].reshape(count, 3, 3).copy(),
+            rows[:, 10:13].copy(), rows[:, 13:].copy(),
+        )  # fmt: skip
