@@ -116,8 +116,9 @@ class Impacts:
 
     def young(self, age: np.ndarray, measured: Measured, onset: np.ndarray) -> np.ndarray:
         """Which contacts (count,) may still be impacts, by their age, s, and the closing speed they began with, m/s."""
-        lasts = self._last(self._mass(measured), onset, np.full(len(age), _LEAST))
-        return np.asarray(age <= _LASTING * lasts)
+        moves = self.mobility[measured.bodies].reshape(len(age), -1).any(axis=1)
+        lasts = self._last(np.where(moves, self._mass(measured), 0.0), onset, np.full(len(age), _LEAST))
+        return np.asarray((onset > _IMPACT * self.normal.speed_floor) & (age <= _LASTING * lasts))
 
     def _count(self, bodies: np.ndarray, mass: np.ndarray, speed: np.ndarray, rates: np.ndarray) -> np.ndarray:
         """Which contacts are impacts that steps have to resolve.

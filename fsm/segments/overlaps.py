@@ -12,7 +12,7 @@ from fsm.segments.shape_tables import Kit, Units
 
 __all__ = ["Overlaps"]
 
-_ROW = 1 + 9 + 3 + COLUMNS
+_ROW = 1 + 9 + 3 + 2 * COLUMNS
 
 
 class Overlaps(NamedTuple):
@@ -24,6 +24,8 @@ class Overlaps(NamedTuple):
     known : (u,) bool array
         Whether the next three are of their faces; else the shares are those of tilted ones.
     turns, shifts, shares : (u, 3, 3), (u, 3), (u, 5) arrays
+    in_force : (u, 5) array
+        Shares that hold until anything moves.
     """
 
     key: np.ndarray
@@ -31,12 +33,14 @@ class Overlaps(NamedTuple):
     turns: np.ndarray
     shifts: np.ndarray
     shares: np.ndarray
+    in_force: np.ndarray
 
     @classmethod
     def nothing(cls) -> Overlaps:
         """Of no unit."""
         none = np.zeros(0, dtype=np.int64)
-        return cls(none, np.zeros(0, dtype=np.bool_), np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros((0, COLUMNS)))
+        shares = np.zeros((2, 0, COLUMNS))
+        return cls(none, np.zeros(0, dtype=np.bool_), np.zeros((0, 3, 3)), np.zeros((0, 3)), *shares)
 
     def of(self, units: Units) -> Overlaps:
         """Of other units; what is not known of them is to be found."""
@@ -44,11 +48,13 @@ class Overlaps(NamedTuple):
         kept = np.flatnonzero(place >= 0)
         place, count = place[kept], len(units.key)
         new = Overlaps(
-            units.key, np.zeros(count, dtype=np.bool_), np.zeros((count, 3, 3)), np.zeros((count, 3)), units.share.copy()
-        )
+            units.key, np.zeros(count, dtype=np.bool_), np.zeros((count, 3, 3)), np.zeros((count, 3)), units.share.copy(),
+            units.share.copy(),
+        )  # fmt: skip
         for own, of_all in zip(new[1:], self[1:], strict=True):
             own[kept] = of_all[place]
-        new.shares[~new.known] = units.share[~new.known]
+        for shares in (new.shares, new.in_force):
+            shares[~new.known] = units.share[~new.known]
         return new
 
     def look(self, poses: np.ndarray, kit: Kit, units: Units, near: np.ndarray) -> bool:
@@ -57,7 +63,7 @@ class Overlaps(NamedTuple):
         return bool(
             weigh_units(
                 poses, near, units.shapes, shapes.body, shapes.kind, solids.size, shapes.radius, solids.offset, solids.axes,
-                kit.point_start, kit.local, kit.weight, kit.on_axis, units.whole, units.share, *self[1:],
+                kit.point_start, kit.local, kit.weight, kit.on_axis, units.whole, units.share, *self[1:5],
             )
         )  # fmt: skip
 
@@ -65,7 +71,8 @@ class Overlaps(NamedTuple):
         """As one array."""
         rows = np.flatnonzero(self.known)
         count = len(rows)
-        columns = (self.key[rows, None], self.turns[rows].reshape(count, 9), self.shifts[rows], self.shares[rows])
+        turns = self.turns[rows].reshape(count, 9)
+        columns = (self.key[rows, None], turns, self.shifts[rows], self.shares[rows], self.in_force[rows])
         return np.concatenate(columns, axis=1).ravel()
 
     @classmethod
@@ -75,5 +82,5 @@ class Overlaps(NamedTuple):
         count = len(rows)
         return cls(
             rows[:, 0].astype(np.int64), np.ones(count, dtype=np.bool_), rows[:, 1:10].reshape(count, 3, 3).copy(),
-            rows[:, 10:13].copy(), rows[:, 13:].copy(),
+            rows[:, 10:13].copy(), rows[:, 13 : 13 + COLUMNS].copy(), rows[:, 13 + COLUMNS :].copy(),
         )  # fmt: skip

@@ -94,7 +94,7 @@ class ShapeContacts:
         self._committed: np.ndarray | None = None
         self._closed = np.zeros(0, dtype=np.int64)
         self._version = 0
-        self._overlaps = Overlaps.nothing()
+        self._overlaps, self._changes = Overlaps.nothing(), False
         none = np.zeros((0, 2), dtype=np.int64)
         self._lay_out(self._units_of(none, np.zeros(0, dtype=np.int64)))
         self._near, self._bodies = np.zeros(0, dtype=np.int64), none
@@ -196,11 +196,19 @@ class ShapeContacts:
         """Share out what is new, by the faces of the last accepted state; before there is one, by these."""
         at, new = poses if self._committed is None else self._committed, self._near[~self._overlaps.known[self._near]]
         if len(new) and self._overlaps.look(at, self.kit, self._units, new):
+            self._overlaps.in_force[new] = self._overlaps.shares[new]
             self._share_out()
 
     def _share_out(self) -> None:
         tables = self.tables
-        tables.share[:] = tables.weight * self._overlaps.shares[tables.unit, tables.column]
+        tables.share[:] = tables.weight * self._overlaps.in_force[tables.unit, tables.column]
+
+    def _move_on(self, poses: np.ndarray) -> None:
+        """Put shares in force that the last accepted state gave, if this is another one: that one had the ones before."""
+        if self._changes and self._committed is not None and not np.array_equal(poses, self._committed):
+            self._overlaps.in_force[:] = self._overlaps.shares
+            self._share_out()
+            self._changes = False
 
     def _high_above(self, poses: np.ndarray, pairs: np.ndarray) -> np.ndarray:
         """Whether the second of two shapes is a half-space of the ground, and the first higher over it than the margin.
@@ -231,6 +239,7 @@ class ShapeContacts:
 
     def find(self, poses: np.ndarray, below: float) -> Touching:
         """Slots with a gap below a bound, m: 0 for contacts, larger (up to the margin) to see how near others are."""
+        self._move_on(poses)
         self._refresh(poses)
         near = below <= (1.0 - 2.0 * _RENEWAL) * self.margin
         return self._find(poses, *(self._near_slots if near else self._slots), below)
@@ -307,8 +316,7 @@ class ShapeContacts:
         self._committed = poses.copy()
         slots = self.find(poses, 0.0).slot if young is None else young
         free = self._near[~np.isin(self._near, self.tables.unit[slots])]
-        if self._overlaps.look(poses, self.kit, self._units, free):
-            self._share_out()
+        self._changes = self._overlaps.look(poses, self.kit, self._units, free) or self._changes
 
     def memory(self) -> np.ndarray:
         """The committed poses with how many numbers these are, and how faces overlap; empty before the first commit."""
@@ -324,6 +332,7 @@ class ShapeContacts:
             end = 1 + int(memory[0])
             self._committed = memory[1:end].reshape(-1, 7 if self.spatial else 3).copy()
             self._overlaps = Overlaps.from_flat(memory[end:]).of(self._units)
+        self._changes = bool((self._overlaps.in_force != self._overlaps.shares).any())
         self._share_out()
 
     def forget(self) -> None:

@@ -198,7 +198,7 @@ class TableBuilder:
     def add_points(
         self, number: int, local: np.ndarray, radius: float, weight: np.ndarray, on_axis: bool = False
     ) -> None:
-        """Points (n, 3) of a shape in its axes, with rounding, m, and weights (n,); those of a cylinder may be on its axis."""
+        """Points (n, 3) of a shape in its axes, with rounding, m, and weights (n,); a cylinder's may be on its axis."""
         self._points.append((number, local, radius, weight, on_axis))
 
     def kit(self) -> Kit:
