@@ -7,12 +7,15 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
+from fsm.plots.legend import add_legend
 from fsm.plots.style import COLOURS, GREY, WIDE, figure
 from fsm.results.array import ArrayMotion, Floats, asynchronism
 from fsm.results.solution import Solution
 
 __all__ = ["plot_points", "plot_rigid", "plot_stress", "plot_synchronism"]
 
+_DASHES = ("-", "--", ":", "-.")
+"""Styles of lines of one colour."""
 _MOTIONS = (("displacement", "m"), ("velocity", "m/s"), ("acceleration", "m/s²"))
 
 
@@ -52,7 +55,7 @@ def plot_rigid(solution: Solution, path: str | Path) -> None:
 
 
 def plot_synchronism(solution: Solution, path: str | Path) -> None:
-    """How far neighbours are apart in height that rigid bars would keep together."""
+    """How far neighbours are apart that rigid bars would keep together, each across its own unit."""
     motion = _motion(solution)
     with figure(path) as fig:
         ax = fig.subplots()
@@ -60,7 +63,7 @@ def plot_synchronism(solution: Solution, path: str | Path) -> None:
             ax.plot(solution.time, 1e3 * apart, label=name.replace("-", " \N{MINUS SIGN} "), lw=1.0)
         ax.axhline(0.0, color=GREY, lw=0.5)
         ax.set_xlabel("time (s)")
-        ax.set_ylabel("difference of height (mm)")
+        ax.set_ylabel("difference across the units (mm)")
         if ax.lines[:-1]:
             ax.legend()
 
@@ -71,11 +74,12 @@ def plot_stress(solution: Solution, path: str | Path) -> None:
     with figure(path) as fig:
         ax = fig.subplots()
         for k, name in enumerate(motion.bar_names):
-            ax.plot(solution.time, 1e-6 * motion.stress[:, k], label=name, lw=0.8, color=COLOURS[k % len(COLOURS)])
+            style = _DASHES[k // len(COLOURS) % len(_DASHES)]
+            ax.plot(solution.time, 1e-6 * motion.stress[:, k], style, label=name, lw=0.8, color=COLOURS[k % len(COLOURS)])
         ax.set_xlabel("time (s)")
         ax.set_ylabel("largest normal stress (MPa)")
-        if len(motion.bar_names) <= 8:
-            ax.legend(ncols=2)
+        if motion.bar_names:
+            add_legend(fig, ax)
 
 
 def _motion(solution: Solution) -> ArrayMotion:

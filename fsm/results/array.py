@@ -11,6 +11,9 @@ __all__ = ["ArrayMotion", "PointMotion", "asynchronism", "largest_differences"]
 
 Floats = NDArray[np.float64]
 
+_PARALLEL = 1e-6
+"""Difference of two unit vectors below which they are one."""
+
 
 @dataclass(frozen=True)
 class PointMotion:
@@ -74,15 +77,29 @@ def largest_differences(motion: ArrayMotion) -> dict[str, float]:
 
 
 def asynchronism(motion: ArrayMotion) -> dict[str, Floats]:
-    """How far neighbours among a2, a3, ... are apart in height as bars deform, over time: name a2-a3 and (n,), m.
+    """How far neighbours among a2, a3, ... are apart in their deployment as bars deform, over time: name a2-a3 and (n,), m.
 
-    The difference of their displacements along y, less that of the array with rigid bars where there is one (in a straight
-    array that is zero).
+    The difference of what they have moved across the array, less that of the array with rigid bars where there is one. In a
+    straight array that is their displacement along the common direction from b to a. In an arched array or a ring every unit
+    has its own: the change of the distance from b to a, which is the same for all units that deploy together.
     """
     found: dict[str, Floats] = {}
-    heights = motion.points.displacement[..., 1]
-    expected = np.zeros_like(heights) if motion.rigid is None else motion.rigid.displacement[..., 1]
+    moved = _across(motion, motion.points)
+    expected = np.zeros_like(moved) if motion.rigid is None else _across(motion, motion.rigid)
+    apart = dict(zip(motion.upper, (moved - expected).T, strict=True))
     for first, second in zip(motion.upper[1:-1], motion.upper[2:], strict=False):
-        i, j = motion.of(first), motion.of(second)
-        found[f"{first}-{second}"] = (heights[:, i] - expected[:, i]) - (heights[:, j] - expected[:, j])
+        found[f"{first}-{second}"] = apart[first] - apart[second]
     return found
+
+
+def _across(motion: ArrayMotion, points: PointMotion) -> Floats:
+    """What a1, a2, ... have moved across the array, (n, n_upper), m."""
+    upper = [motion.of(name) for name in motion.upper]
+    lower = [motion.of("b" + name[1:]) for name in motion.upper]
+    start = motion.start[upper] - motion.start[lower]
+    length = np.linalg.norm(start, axis=1)
+    direction = start / length[:, None]
+    if np.all(np.abs(direction - direction[0]) < _PARALLEL):
+        return np.asarray(points.displacement[:, upper] @ direction[0])
+    now = start + points.displacement[:, upper] - points.displacement[:, lower]
+    return np.asarray(np.linalg.norm(now, axis=2) - length)

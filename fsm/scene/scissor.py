@@ -23,6 +23,8 @@ from fsm.scene.units import (
     Length,
     Moment,
     Number,
+    StopStiffness,
+    TimePerAngle,
 )
 
 __all__ = ["BarSection", "HingeJoint", "PointForce", "PointSupport", "Scissor", "Stop"]
@@ -123,15 +125,15 @@ class Stop(Model):
     ----------
     angle : rad
     stiffness : N m/rad^1.5
-    damping : s
+    damping : s/rad
         Factor on the rate: K turn^1.5 (1 + damping rate), never pulling.
     latch : bool
         A hinge that has reached the stop is held there from both sides, for good, by the stop's spring and damping.
     """
 
     angle: Annotated[Angle, Field(gt=0, lt=RIGHT_ANGLE)]
-    stiffness: Annotated[Number, Field(gt=0)]
-    damping: Annotated[Number, Field(ge=0)] = 0.0
+    stiffness: Annotated[StopStiffness, Field(gt=0)]
+    damping: Annotated[TimePerAngle, Field(ge=0)] = 0.0
     latch: bool = False
 
 

@@ -284,6 +284,8 @@ Stiffness = Annotated[float, Unit("N/m")]
 AngularStiffness = Annotated[float, Unit("N m/rad")]
 Damping = Annotated[float, Unit("N s/m")]
 AngularDamping = Annotated[float, Unit("N m s/rad")]
+StopStiffness = Annotated[float, Unit("N m/rad^1.5")]
+TimePerAngle = Annotated[float, Unit("s/rad")]
 Number = Annotated[float, Unit("")]
 
 

@@ -1,0 +1,78 @@
+"""What is told of a scissor array: how far units part across themselves, the names in its picture of stresses."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from fsm.plots import scissor
+from fsm.plots.style import figure
+from fsm.results.array import ArrayMotion, PointMotion, asynchronism
+from fsm.scene.scissor import Stop
+
+UNITS = 8
+
+
+def array(angles: np.ndarray, base: np.ndarray, heights: np.ndarray) -> ArrayMotion:
+    """Points a and b at the ends of lines across the array: directions (k,), feet (k, 2), heights over time (n, k)."""
+    count = len(angles)
+    names = tuple(f"{side}{k + 1}" for side in "ab" for k in range(count))
+    along = np.column_stack([np.cos(angles), np.sin(angles)])
+    upper = base + heights[..., None] * along
+    place = np.concatenate([upper, np.broadcast_to(base, upper.shape)], axis=1)
+    still = np.zeros_like(place)
+    points = PointMotion(place - place[0], still, still)
+    bars = tuple(f"bar {k}" for k in range(2 * UNITS))
+    return ArrayMotion(names, place[0], points, None, bars, np.ones((len(heights), 2 * UNITS)) * np.arange(2 * UNITS))
+
+
+def test_a_ring_that_deploys_evenly_is_synchronous() -> None:
+    """Every unit shortens by the same along its own radius; one that lags shows by how much."""
+    angles = 2.0 * np.pi * np.arange(UNITS) / UNITS
+    base = np.column_stack([np.cos(angles), np.sin(angles)])
+    heights = np.repeat(np.linspace(0.5, 0.2, 5)[:, None], UNITS, axis=1)
+    assert max(np.abs(apart).max() for apart in asynchronism(array(angles, base, heights)).values()) < 1e-12
+    heights[:, 3] += np.linspace(0.0, 0.01, 5)
+    apart = asynchronism(array(angles, base, heights))
+    assert apart["a3-a4"][-1] == pytest.approx(-0.01) and apart["a4-a5"][-1] == pytest.approx(0.01)
+
+
+def test_a_straight_array_is_compared_along_its_own_direction() -> None:
+    angles = np.full(4, 0.3)
+    base = np.arange(4)[:, None] * np.array([-np.sin(0.3), np.cos(0.3)])
+    heights = np.array([[0.5, 0.5, 0.5, 0.5], [0.4, 0.4, 0.37, 0.4]])
+    assert asynchronism(array(angles, base, heights))["a2-a3"] == pytest.approx([0.0, 0.03])
+
+
+def test_units_of_a_stop() -> None:
+    stop = Stop.model_validate({"angle": "30 deg", "stiffness": "2000 N m/rad^1.5", "damping": "0.5 s/rad"})
+    assert (stop.stiffness, stop.damping) == (2000.0, 0.5)
+    plain = Stop.model_validate({"angle": 0.5, "stiffness": 2e6}, context={"units": "mm-N-s"})
+    assert plain.stiffness == pytest.approx(2000.0)  # N mm/rad^1.5
+
+
+def test_every_bar_has_a_name_and_a_line_of_its_own(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    figures: list[Figure] = []
+
+    @contextmanager
+    def kept(*arguments: Any) -> Iterator[Figure]:
+        with figure(*arguments) as fig:
+            figures.append(fig)
+            yield fig
+
+    monkeypatch.setattr(scissor, "figure", kept)
+    motion = array(np.zeros(2), np.zeros((2, 2)), np.ones((3, 2)))
+    solution: Any = SimpleNamespace(array=motion, time=np.arange(3.0))
+    scissor.plot_stress(solution, tmp_path / "stress.png")
+    (fig,) = figures
+    legends = [*fig.legends, *filter(None, (ax.get_legend() for ax in fig.axes))]
+    assert [text.get_text() for legend in legends for text in legend.get_texts()] == list(motion.bar_names)
+    lines = {(line.get_color(), line.get_linestyle()) for line in fig.axes[0].lines}
+    assert len(lines) == len(motion.bar_names)
