@@ -102,6 +102,10 @@ def _rigid(sections: Sections) -> Iterable[Fault]:
 def _force(sections: Sections) -> Iterable[Fault]:
     """Nothing that moves the array."""
     hinge = sections.hinge
+    if len(sections.gravity) == 3 and sections.gravity[2]:
+        yield Fault("gravity.2", f"{sections.gravity[2]:g} m/s^2 is across the plane x, y of the array; give it along y")
+    if sections.material is not None and sections.material.plate:
+        yield Fault("material.plate", "is of wide strips; bars bend as beams; take it out")
     sprung = hinge is not None and hinge.stiffness > 0.0 and hinge.rest_turn != 0.0
     if not ({"force", "gravity"} & sections.written) and not sprung:
         yield Fault("force", 'nothing moves the array; give [[force]] with a point ("a1" for example), gravity, or springs')
@@ -116,6 +120,8 @@ def _solve(sections: Sections) -> Iterable[Fault]:
             yield Fault("solve.end_time", "missing: nothing says when to stop")
         for key in keys_of_paths(solve):
             yield Fault(f"solve.{key}", 'not used with analysis = "scissor": it is of drives; take it out')
+        if solve.spatial:
+            yield Fault("solve.spatial", "an array moves in its plane only; take it out")
         if solve.method != "auto":
             yield from method_faults(solve)
     if save is not None and save.every is not None:

@@ -112,6 +112,8 @@ def _vibration_solve(sections: Sections) -> Iterable[Fault]:
     if solve is not None:
         if solve.method == "static":
             yield Fault("solve.method", 'a vibration is dynamic; give "generalized-alpha" or leave it "auto"')
+        if solve.spatial:
+            yield Fault("solve.spatial", "a film is in space always; take it out")
         of_drives = dict.fromkeys(keys_of_paths(solve), "it is of drives")
         ends = {} if solve.end_time is None else {"end_time": "`vibration.duration` says when it ends"}
         for key, hint in (ends | of_drives).items():

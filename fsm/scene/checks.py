@@ -9,7 +9,7 @@ from fsm.scene.case import Analysis, Strip
 from fsm.scene.check_scissor import check_scissor
 from fsm.scene.check_vibration import check_vibration
 from fsm.scene.loads import Drive
-from fsm.scene.sections import Sections, method_faults, path_faults
+from fsm.scene.sections import Sections, keys_of_paths, method_faults, path_faults
 
 __all__ = ["check_sections"]
 
@@ -60,6 +60,7 @@ def _check_deployment(sections: Sections) -> list[Fault]:
         *_missing_sections(sections),
         *_held_panels(sections.strip),
         *_contact_pairs(sections),
+        *_beside_scene(sections),
         *_strip_drives(sections),
         *_lattice_drives(sections),
         *_scene_drives(sections),
@@ -85,6 +86,30 @@ def _missing_sections(sections: Sections) -> Iterable[Fault]:
         for name in ("material", "crease"):
             if name not in sections.written:
                 yield Fault(name, f"section [{name}] is missing; a strip needs it")
+
+
+_ALSO_IN_SCENE = {
+    "contact": "contact", "friction": "friction", "drive": "drives", "load": "loads", "obstacle": "obstacles",
+}  # fmt: skip
+"""Sections of a case and the keys of a [scene] that say the same."""
+
+
+def _beside_scene(sections: Sections) -> Iterable[Fault]:
+    """Sections that a [scene] takes nothing from, and what is said twice."""
+    scene = sections.scene
+    if "scene" not in sections.written:
+        return
+    for name in sorted({"material", "crease"} & sections.written):
+        yield Fault(name, f"a [scene] takes nothing from [{name}]: its bodies and elements have their own; remove it")
+    if scene is None:
+        return
+    for name, key in _ALSO_IN_SCENE.items():
+        if name in sections.written and getattr(scene, key):
+            yield Fault(name, f"is given here and as scene.{key}; leave one of them")
+    if any(sections.gravity) and any(scene.gravity):
+        yield Fault("gravity", "is given here and as scene.gravity; leave one of them")
+    if scene.contact is not None and scene.contact.pairs is not None:
+        yield Fault("scene.contact.pairs", "panels are numbered in a [strip] only; give the pairs as `scene.pairs`")
 
 
 def _held(strip: Strip) -> frozenset[int]:
@@ -222,6 +247,9 @@ def _end(sections: Sections) -> Iterable[Fault]:
     driven = "drive" in sections.written or bool(sections.scene and sections.scene.drives)
     if driven or scene_unknown:
         return
+    if sections.solve is not None:
+        for key in keys_of_paths(sections.solve):
+            yield Fault(f"solve.{key}", "is of equilibria as a drive moves, but there is no [[drive]]; take it out")
     if sections.solve is not None and sections.solve.end_time is None:
         yield Fault(
             "solve.end_time",

@@ -244,6 +244,7 @@ def _sections(data: Mapping[str, Any], valid: Mapping[str, Any]) -> Sections:
         written=frozenset(name for name in data if data[name] != []),
         stages=_stages(data, valid),
         analysis=valid.get("analysis", "deploy"),
+        gravity=valid.get("gravity") or (),
         solve=valid.get("solve") if "solve" in data else Solve(),
         save=valid.get("save") if "save" in data else Save(),
         vibration=valid.get("vibration") if "vibration" in data else Vibration(),

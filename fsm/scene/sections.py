@@ -49,6 +49,7 @@ class Sections:
     material: Material | None = None
     crease: Crease | None = None
     contact: Contact | None = None
+    gravity: tuple[float, ...] = ()
     friction: Friction | None = None
     solve: Solve | None = None
     save: Save | None = None

@@ -56,6 +56,13 @@ def _references(scene: Scene) -> Iterator[Fault]:
             name = getattr(element, end)
             if name not in names:
                 yield Fault(f"scene.elements.{i}.{end}", f"no body is called {name!r}{nearest(name, list(names))}")
+        for axes in ("axes_inner", "axes_outer"):
+            length = math.hypot(*getattr(element, axes))
+            if abs(length - 1.0) > 1e-6:
+                yield Fault(f"scene.elements.{i}.{axes}", f"length {length:g}; give a unit quaternion")
+        if element.crease_flexibility and element.crease is None:
+            text = f"{element.crease_flexibility:g} rad/(N m) is in series with a `crease`, but there is none; take it out"
+            yield Fault(f"scene.elements.{i}.crease_flexibility", text)
         if element.inner == element.outer:
             yield Fault(f"scene.elements.{i}", f"joins {element.inner!r} to itself")
         if element.frame == "chord" and element.crease is not None:

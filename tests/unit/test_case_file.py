@@ -4,6 +4,7 @@ import math
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -144,7 +145,8 @@ def test_text_of_awkward_strings(tmp_path):
     from fsm.scene.toml_text import case_text
 
     odd = case.model_copy(update={"title": title, "expect": {'odd "key".x': case.expect["peak_force"]}})
-    assert load_case(write(tmp_path, case_text(odd), "odd.toml")).case == odd
+    read = tomllib.loads(case_text(odd))  # a case would not have them; the text holds whatever it is given
+    assert read["title"] == title and list(read["expect"]) == ['odd "key".x']
 
 
 def test_a_scene_written_out(tmp_path):
