@@ -22,6 +22,7 @@ from fsm.segments.report_contact import (
     approximations_of_friction,
     contact_lines,
     friction_lines,
+    soft_contact,
 )
 from fsm.segments.report_numbers import (
     body_lines,
@@ -273,6 +274,7 @@ def _of_segments(view: View) -> Iterator[str]:
 
 
 def _warnings(view: View) -> Iterator[str]:
+    yield from soft_contact(view)
     yield from crease_warnings(view.scene, view.case.strip is not None)
 
 

@@ -7,13 +7,24 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from fsm.scene.case import contact_scale
 from fsm.scene.contact import Contact
 from fsm.segments.report_view import View, count, millimetres
 
-__all__ = ["SURFACE_TIP", "approximations_of_contact", "approximations_of_friction", "contact_lines", "friction_lines"]
+__all__ = [
+    "SURFACE_TIP",
+    "approximations_of_contact",
+    "approximations_of_friction",
+    "contact_lines",
+    "friction_lines",
+    "soft_contact",
+]
 
 SURFACE_TIP = 0.025
 """`fsm.interactions.surface.TIP`, which comes with the compiler; a test holds the two together."""
+
+_SOFT = 0.005
+"""Part of its peak that soft contact may cost a strip without a warning."""
 
 _LAWS = {
     "hertz": "Hertz law",
@@ -147,3 +158,17 @@ def approximations_of_friction(view: View) -> str:
     )
 
 
+def soft_contact(view: View) -> Iterator[str]:
+    """Of a strip whose contact gives way where its panels buckle."""
+    contact, strip, material = view.scene.contact, view.case.strip, view.case.material
+    if contact is None or strip is None or material is None or not view.pairs:
+        return
+    force, _ = contact_scale(strip, material)
+    depth = (force / contact.stiffness) ** (1.0 / contact.exponent)
+    part = 10.0 * depth * strip.panels / strip.length
+    if part > _SOFT:
+        given = f"{contact.stiffness:.3g} N/m^{contact.exponent:g}"
+        yield (
+            f"contact.stiffness = {given} is soft for this strip: faces sink in by about {millimetres(depth)}, "
+            f"which lowers a peak by about {100 * part:.2g} %; leave it out, and it follows from the material"
+        )

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from fsm.results.quantities import peak
-from validation.strip_trial.check import RIGID, Setting, by_default, pulled
+from fsm.scene.load_case import load_case
+from validation.strip_trial.check import CASE, RIGID, Setting, by_default, followed, pulled
 from validation.strip_trial.half_model import HalfModel
 
 
@@ -33,3 +34,18 @@ def test_a_case_that_gives_nothing_is_within_half_a_percent(angle: float) -> Non
     assert peak(travel, force)[0] == pytest.approx(top, rel=5e-3)
     near = np.linspace(exact.bottoms_touch - 1e-3, exact.bottoms_touch + 1e-3, 200)
     assert np.abs(np.interp(near, travel, force) - exact.force_at(near)).max() < 0.01 * top
+
+
+@pytest.mark.parametrize("segments", [5, 40])
+def test_a_thick_strip_runs_through(segments: int) -> None:
+    """Twice as thick, at 84 degrees: bottoms press on each other with 25 N.
+
+    Soft contact (1e9 N/m^1.5) let them in by half a thickness, and through corners; that of the material does not.
+    """
+    changes = [
+        'strip.fold_angle="84 deg"', 'strip.thickness="0.6 mm"', "crease.stiffness=0.072", 'drive.0.travel="45 mm"',
+        f"strip.segments_per_panel={segments}", "contact.stiffness=none", "material.damping=none", "expect=none",
+    ]  # fmt: skip
+    travel, force = followed(load_case(CASE, changes).case)
+    assert travel[-1] == pytest.approx(0.045, rel=1e-9)
+    assert 27.0 < force.max() < 36.0

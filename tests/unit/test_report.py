@@ -173,6 +173,14 @@ def test_contact_in_space_without_thickness_or_friction() -> None:
     not_said(text, "tapered", "motion out of the plane", "friction creeps")
 
 
+@pytest.mark.parametrize(("stiffness", "soft"), [(1e12, False), (1e9, True)])
+def test_contact_that_is_soft_for_the_strip(stiffness: float, soft: bool) -> None:
+    """A strip of twice the thickness presses eight times as much."""
+    text = text_of(contact={"stiffness": stiffness}, strip={"thickness": 6e-4})
+    line = "contact.stiffness = 1e+09 N/m^1.5 is soft for this strip: faces sink in by about 0.1221 mm, which lowers"
+    assert (line in text) == soft
+
+
 def test_no_pair_that_can_meet() -> None:
     text = text_of(contact=CONTACT | {"pairs": []})
     said(text, "no two sides of its pairs can meet")
