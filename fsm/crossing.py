@@ -8,10 +8,68 @@ from fsm.overlap import near_boxes
 from fsm.results.solution import Solution
 from fsm.scene.scene import Scene
 
-__all__ = ["TIP", "first_crossings"]
+__all__ = ["TIP", "first_crossings", "squares_meeting"]
 
 TIP = 0.05
 """Fraction of its length next to the end of a panel where a crossing does not count."""
+
+_DEEP = 0.01
+"""Depth over the side of a square above which squares of a lattice lie in each other."""
+_SQUEEZED = 0.05
+"""Length of a hinge, over that without force, below which the corners it joins meet."""
+
+
+def squares_meeting(solution: Solution, scene: Scene) -> str:
+    """From when on squares of a lattice meet, which nothing keeps from lying in each other; nothing if they never do."""
+    hinges = [element for element in scene.elements if element.frame == "chord"]
+    if not hinges:
+        return ""
+    names = [body.name for body in scene.bodies if body.plate]
+    number = {name: k for k, name in enumerate(names)}
+    ends = np.array([[number[e.inner], number[e.outer]] for e in hinges])
+    points = np.array([[e.point_inner, e.point_outer] for e in hinges])[..., ::2]
+    free = None
+    for record, shape in enumerate(solution.shape[:, :, :2, ::2]):
+        middle, half = shape.mean(axis=1), 0.5 * (shape[:, 1] - shape[:, 0])
+        reach = np.linalg.norm(half, axis=1)
+        axis = (half / reach[:, None])[ends]
+        corner = middle[ends] + points[..., :1] * axis + points[..., 1:] * (axis @ _QUARTER)
+        length = np.linalg.norm(corner[:, 0] - corner[:, 1], axis=1)
+        free = length if free is None else free
+        i, j = near_boxes(middle - 1.5 * reach[:, None], middle + 1.5 * reach[:, None])
+        deep = _depth(half[i], half[j], middle[j] - middle[i]) > 2.0 * _DEEP * reach[i]
+        pairs = [*ends[length < _SQUEEZED * free], *np.column_stack([i[deep], j[deep]])]
+        if pairs:
+            one, other = (names[k] for k in sorted(pairs[0]))
+            drawn = bool(solution.travel.shape[1])
+            at = f"{1e3 * solution.travel[record, 0]:.4g} mm of travel" if drawn else f"{solution.time[record]:.4g} s"
+            return (
+                f"squares {one} and {other} meet at {at}: their contact is not in the model, and the result beyond is not "
+                "physical; take less travel"
+            )
+    return ""
+
+
+def _depth(one: np.ndarray, other: np.ndarray, apart: np.ndarray) -> np.ndarray:
+    """Depth (m,) of squares in each other by the axes of their sides, negative where one separates them.
+
+    Parameters
+    ----------
+    one, other : (m, 2) arrays, m
+        From the middle of a square to that of a side.
+    apart : (m, 2) array, m
+        From the middle of the first to that of the second.
+    """
+    depth = np.full(len(apart), np.inf)
+    for half in (one, other, one @ _QUARTER, other @ _QUARTER):
+        size = np.linalg.norm(half, axis=1)
+        axis = half / size[:, None]
+        extent = sum(np.abs(np.sum(side * axis, axis=1)) for side in (one, one @ _QUARTER, other, other @ _QUARTER))
+        depth = np.minimum(depth, extent - np.abs(np.sum(apart * axis, axis=1)))
+    return depth
+
+
+_QUARTER = np.array([[0.0, 1.0], [-1.0, 0.0]])
 
 
 def first_crossings(solution: Solution, scene: Scene) -> list[tuple[int, int, float]]:

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from fsm.analyses.analysis import Analysis
+from fsm.crossing import squares_meeting
 from fsm.errors import CaseError, EnergyAbort, NotConverged, is_interrupt
 from fsm.guarded import DAMAGES
 from fsm.kernels import jit
@@ -23,6 +24,7 @@ from fsm.results.solution import Record, Solution
 from fsm.results.store import ResultWriter, part_path, read_checkpoint, read_solution, write_checkpoint
 from fsm.round_off import RoundOff, round_off_of, rounded_places
 from fsm.scene.load_case import LoadedCase
+from fsm.scene.scene import Scene
 from fsm.solve.handed_over import Saved, Statistics, StepEnd
 from fsm.solve.ledger import Ledger
 from fsm.solve.settings import Settings
@@ -117,9 +119,11 @@ class RecordedSolve:
                 raise KeyboardInterrupt from None
             except (NotConverged, EnergyAbort) as error:  # the cause may be that no force could be resolved
                 writer.flush()
-                refusal = self._round_off().refusal() if self.records else ""
+                refusal, beyond = self._causes() if self.records else ("", "")
                 if refusal:
                     raise NotConverged(refusal) from error
+                if beyond:
+                    raise type(error)(f"{error}. {beyond[0].upper()}{beyond[1:]}") from error
                 raise
             writer.flush()
             round_off = self._round_off()
@@ -149,6 +153,12 @@ class RecordedSolve:
             return own(settings.end_time, times, on_save, on_step, ledger)
         after = None if self.resumed is None else self.resumed.end
         return solve(self.system, settings, times, on_save, on_step, start, ledger, self.seen, after)[0]
+
+    def _causes(self) -> tuple[str, str]:
+        """Why a solve may have failed: forces that cannot be resolved, squares of a lattice that meet."""
+        solution, scene = read_solution(part_path(self.target)), getattr(self.analysis, "scene", None)
+        meeting = squares_meeting(solution, scene) if isinstance(scene, Scene) else ""
+        return round_off_of(self.system, solution).refusal(), meeting
 
     def _round_off(self) -> RoundOff:
         """Of what has been recorded so far."""

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from fsm.analyses.beyond_data import beyond_data
-from fsm.crossing import first_crossings
+from fsm.crossing import first_crossings, squares_meeting
 from fsm.errors import FsmError
 from fsm.prepare import path_settings, prepare
 from fsm.results.array import ArrayMotion
@@ -159,6 +159,9 @@ class Deployment:
                 f"panels {first_panel} and {second_panel} pass through each other from {1e3 * travel:.4g} mm of travel on: "
                 "they are not a contact pair, and the result beyond is not physical"
             )
+        meeting = squares_meeting(solution, self.scene)
+        if meeting:
+            found.append(meeting)
         return found + beyond_data(solution, self.scene, self.system) + _of_the_pull(solution, summary)
 
 

@@ -1,0 +1,52 @@
+"""Squares of a lattice that are pressed against each other: the run says so, whether it ends well or not."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fsm.errors import EnergyAbort, NotConverged
+from fsm.run import run_case
+from fsm.scene.load_case import load_case
+
+LATTICE = """
+[lattice]
+columns = {columns}
+rows = 4
+spacing = {spacing}
+hinge_length = {hinge}
+angle = "10 deg"
+axial = 120000
+shear = {shear}
+rotational = {rotational}
+depth = 0.005
+density = 7850
+damping = "1 ms"
+[[drive]]
+edge = "top"
+direction = [0, 0, -1]
+speed = "1 mm/s"
+travel = {travel}
+"""
+
+
+def solved(folder: Path, **values: Any) -> dict[str, Any]:
+    path = folder / "case.toml"
+    path.write_text(LATTICE.format(**{"columns": 2, "spacing": 0.01, "hinge": 0.0005} | values))
+    return run_case(load_case(path), folder / "out", progress=False)
+
+
+def test_a_lattice_pressed_too_far_says_so_where_it_fails(tmp_path: Path) -> None:
+    """Stiff hinges hardly let the squares turn: their ligaments are squeezed to nothing at 1.53 mm."""
+    with pytest.raises((EnergyAbort, NotConverged), match=r"Squares block \d.\d and block \d.\d meet at 1\.\d+ mm"):
+        solved(tmp_path, shear=60000, rotational=0.6, travel=0.008)
+
+
+def test_squares_that_meet_are_warned_of(tmp_path: Path) -> None:
+    """Just before the end above; one that is pressed less is not warned of."""
+    stiff = {"shear": 60000, "rotational": 0.6}
+    late, early = (solved(tmp_path, **stiff, travel=travel)["warnings"] for travel in (0.00152, 0.0005))
+    assert any("meet at 1." in line and "take less travel" in line for line in late)
+    assert not any("meet at" in line for line in early)
