@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from fsm.ancf.loading import Loading
 from fsm.ancf.system import AncfSystem
+from fsm.ancf.tension_field import REMAINDER, SETTLING
 from fsm.solve.newton import equilibrium
-from fsm.solve.relax import relaxed
+from fsm.solve.relax import Relaxed, relaxed
 
-__all__ = ["tensioned"]
+__all__ = ["settled", "tensioned"]
+
+_PASSES = ((SETTLING, 1e-2), (REMAINDER, 1e-3), (REMAINDER, 0.0))
+"""Remainder of a tension field, and the size of the last step, over that of an element, to which it is settled."""
 
 
 def tensioned(
@@ -41,7 +47,27 @@ def tensioned(
     q, _ = pulled.initial()
     if settle:
         for t in np.linspace(0.0, end_time, steps + 1)[1:]:
-            q = relaxed(pulled, float(t), q).q
+            q = settled(pulled, float(t), q).q
     else:
         q = equilibrium(pulled, q, np.linspace(0.0, end_time, steps + 1))
     return pulled.held(pulled.place(end_time, q, None)[0], ends, loading)
+
+
+def settled(
+    system: AncfSystem, t: float, q: np.ndarray, tolerance: float = 1e-9, max_iterations: int = 300
+) -> Relaxed:
+    """A stable equilibrium as by `relaxed`, in which films and cables that carry no compression do not.
+
+    The equilibrium of a reference is the next reference; the last one leaves of compression about eps^2 of the stress.
+    """
+    if not system.tension_field:
+        return relaxed(system, t, q, tolerance, max_iterations)
+    iterations = 0
+    for remainder, near in _PASSES:
+        system.release(t, q, remainder)
+        found = relaxed(
+            system, t, q, max(near, tolerance), max_iterations,
+            renew=partial(system.release, t, remainder=remainder),
+        )  # fmt: skip
+        q, iterations = found.q, iterations + found.iterations
+    return Relaxed(q, iterations, found.last_step)

@@ -16,7 +16,7 @@ from fsm.scene.builders.membrane import MeshLines, PlacedPatch, mesh_lines, plac
 from fsm.scene.case import Case
 from fsm.scene.membrane import CornerCable, EdgeCable, Membrane, Support
 
-__all__ = ["CORNERS", "FilmMesh", "FilmPoint", "build_film"]
+__all__ = ["CORNERS", "FilmMesh", "FilmPoint", "build_film", "mean_strain"]
 
 CORNERS = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
 """Signs of x and y at the corners, in turn."""
@@ -141,13 +141,36 @@ def build_film(case: Case) -> FilmMesh:
     viscosity = case.damping.material if case.damping else 0.0
     builder = MeshBuilder()
     grid = builder.film(
-        np.array(lines.x), np.array(lines.y), (film, *patches), cells, tension.film == "tension-field", viscosity,
+        np.array(lines.x), np.array(lines.y), (film, *patches), cells, _tension_fields(case, film, patches), viscosity,
         air=air_mass(case.air.length or membrane.length, case.air.density) if case.air else 0.0,
     )  # fmt: skip
     outwards = _outwards(membrane)
     corners = np.array([grid.position[0 if x < 0 else -1, 0 if y < 0 else -1] for x, y in CORNERS])
     ends = _cables(builder, case, membrane, grid, corners, outwards, viscosity)
     return FilmMesh(builder.build(), grid, lines, tuple(placed), cells, ends, outwards)
+
+
+def _tension_fields(case: Case, film: FilmMaterial, patches: list[FilmMaterial]) -> tuple[bool, ...]:
+    """Whether the film and each kind of patch carry no compression: patches that buckle under less than the film's tension.
+
+    A square plate of side a on simple supports buckles under a compression of 4 pi^2 D/a^2 (N/m).
+    """
+    if case.tension is None or case.tension.film != "tension-field":
+        return (False,) * (1 + len(patches))
+    tension = mean_strain(case) * film.stretch * (1.0 + film.poisson)
+    buckles = [4.0 * math.pi**2 * made.bending / patch.size**2 for made, patch in zip(patches, case.patch, strict=True)]
+    return (True, *(load < tension for load in buckles))
+
+
+def mean_strain(case: Case) -> float:
+    """About the strain that the tension gives the film along length and width."""
+    tension, membrane, material = case.tension, case.membrane, case.material
+    assert tension is not None and membrane is not None and material is not None
+    if tension.pull is None:
+        assert tension.strain is not None
+        return max(tension.strain) if isinstance(tension.strain, tuple) else tension.strain
+    resultant = tension.pull * math.sqrt(2.0) / math.sqrt(membrane.length * membrane.width)
+    return resultant * (1.0 - material.poisson) / (material.young * membrane.thickness)
 
 
 def _outwards(membrane: Membrane) -> np.ndarray:
@@ -166,6 +189,7 @@ def _cables(
 ) -> np.ndarray:
     """Add the cables; the first coordinates of the positions that the corners are drawn at."""
     ends = corners
+    limp = case.tension is not None and case.tension.film == "tension-field"
     half = np.array([0.5 * membrane.length, 0.5 * membrane.width, 0.0])
     for cable in case.cable:
         material = CableMaterial(cable.young, cable.density, cable.diameter)
@@ -174,23 +198,11 @@ def _cables(
             for corner, signs, outward in zip(corners, CORNERS, outwards, strict=True):
                 start = half * np.array([*signs, 0.0])
                 nodes = builder.cable(
-                    start, start + cable.length * outward, material, cable.elements, int(corner), viscosity=viscosity
-                )
+                    start, start + cable.length * outward, material, cable.elements, int(corner), viscosity=viscosity,
+                    limp=limp,
+                )  # fmt: skip
                 tips.append(nodes[-1, 0])
             ends = np.array(tips)
         elif isinstance(cable, EdgeCable):
-            _edge_cables(builder, grid, material, viscosity)
+            builder.edge_cables(grid, material, viscosity, limp)
     return ends
-
-
-def _edge_cables(builder: MeshBuilder, grid: FilmGrid, material: CableMaterial, viscosity: float) -> None:
-    """A cable element along every side of an element at the edge, from position to position."""
-    x, y, at = grid.x, grid.y, grid.position
-    for j in (0, -1):
-        for i in range(len(x) - 1):
-            ends = np.array([x[i], y[j], 0.0]), np.array([x[i + 1], y[j], 0.0])
-            builder.cable(*ends, material, 1, int(at[i, j]), int(at[i + 1, j]), viscosity)
-    for i in (0, -1):
-        for j in range(len(y) - 1):
-            ends = np.array([x[i], y[j], 0.0]), np.array([x[i], y[j + 1], 0.0])
-            builder.cable(*ends, material, 1, int(at[i, j]), int(at[i, j + 1]), viscosity)

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from fsm.analyses.deployed import DeployedFilm
-from fsm.analyses.film import CORNERS, FilmMesh
+from fsm.analyses.film import CORNERS, FilmMesh, mean_strain
 from fsm.ancf.film import FilmMaterial
 from fsm.ancf.loading import Forcing, Loading
 from fsm.ancf.pulse import Constant
@@ -23,6 +23,11 @@ __all__ = ["as_deployed", "stretched", "supports"]
 
 _IMPERFECTION = 0.1
 """Height of waves that a film starts from where no closed form says it, over the thickness."""
+_REMEDY = {
+    "plain": 'tension.film = "tension-field", which carries no compression',
+    "wrinkles": 'tension.film = "tension-field", or a finer membrane.mesh',
+    "tension-field": "to hold more of the film by [[support]]",
+}
 
 
 def supports(case: Case) -> tuple[Support, ...]:
@@ -72,7 +77,7 @@ def stretched(case: Case, film: FilmMesh, loading: Loading) -> AncfSystem:
     try:
         return tensioned(system, held, loading, settle=tension.film != "plain")
     except NotConverged as error:
-        raise NotConverged(f"tension of the film: {error}") from None
+        raise NotConverged(f"tension of the film: {error}. Try {_REMEDY[tension.film]}") from None
 
 
 def _waves(case: Case) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
@@ -100,10 +105,7 @@ def _pulled(case: Case, film: FilmMesh, held: np.ndarray, pull: float) -> AncfSy
     drawn = np.concatenate([ends, ends + 1, ends + 2])
     others = np.setdiff1d(held, drawn)
     anchor = ends[0] + np.arange(3)  # its reaction is its own pull, by equilibrium
-    material, membrane = case.material, case.membrane
-    assert material is not None and membrane is not None
-    resultant = pull * math.sqrt(2.0) / math.sqrt(membrane.length * membrane.width)
-    strain = resultant * (1.0 - material.poisson) / (material.young * membrane.thickness)
+    strain = mean_strain(case)
     forces = np.zeros(len(film.mesh.coordinates))
     for end, outward in zip(ends[1:], film.outwards[1:], strict=True):
         forces[end : end + 3] = pull * outward

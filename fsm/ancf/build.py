@@ -118,7 +118,7 @@ class MeshBuilder:
         y: np.ndarray,
         materials: tuple[FilmMaterial, ...],
         cells: np.ndarray | None = None,
-        tension_field: bool = False,
+        tension_field: bool | tuple[bool, ...] = False,
         viscosity: float = 0.0,
         air: float = 0.0,
         names: tuple[str, ...] = ("film", "patch"),
@@ -133,7 +133,7 @@ class MeshBuilder:
         materials : of the film, then of patches
         cells : (nx, ny) int array
             Number of the material of each cell; that of the film if absent.
-        tension_field : whether the film, not the patches, carries no compression
+        tension_field : whether the film, not the patches, carries no compression; or one value for each material
         viscosity : s
             Kelvin-Voigt.
         air : kg/m^2
@@ -159,13 +159,13 @@ class MeshBuilder:
         vectors = grid.vectors(columns.ravel(), rows.ravel())
         sides = np.stack(np.meshgrid(np.diff(x), np.diff(y), indexing="ij"), axis=-1).reshape(-1, 2)
         kind = np.zeros(nx * ny, dtype=np.int64) if cells is None else np.asarray(cells, dtype=np.int64).ravel()
+        limp = tension_field if isinstance(tension_field, tuple) else (tension_field, *(False,) * (len(materials) - 1))
         for k, material in enumerate(materials):
             here = kind == k
             if np.any(here):
                 self._groups.append(
                     MembraneGroup(
-                        vectors[here], sides[here], material, tension_field and k == 0, viscosity,
-                        name=names[min(k, len(names) - 1)],
+                        vectors[here], sides[here], material, limp[k], viscosity, name=names[min(k, len(names) - 1)],
                     )
                 )  # fmt: skip
         if air > 0.0:
@@ -183,6 +183,7 @@ class MeshBuilder:
         end_position: int | None = None,
         viscosity: float = 0.0,
         name: str = "cable",
+        limp: bool = False,
     ) -> np.ndarray:
         """A straight cable between two points (3,), m.
 
@@ -190,6 +191,7 @@ class MeshBuilder:
         ----------
         start_position, end_position : first coordinates of the positions that its ends share, of film corners
         viscosity : s
+        limp : whether it carries no compression
 
         Returns
         -------
@@ -209,15 +211,30 @@ class MeshBuilder:
             vectors[i] = at if borrowed is None else borrowed, at + 3
             if borrowed is not None:
                 self._used[-1][:3] = False
+        self._add_cable(vectors, np.full(elements, length / elements), material, viscosity, limp)
+        return vectors
+
+    def edge_cables(
+        self, grid: FilmGrid, material: CableMaterial, viscosity: float = 0.0, limp: bool = False
+    ) -> None:
+        """A cable along each edge of a film, which shares the film's positions and slopes there."""
+        at = grid.position
+        for side in (0, -1):
+            self._add_cable(np.stack([at[:, side], at[:, side] + 3], axis=1), np.diff(grid.x), material, viscosity, limp)
+            self._add_cable(np.stack([at[side], at[side] + 6], axis=1), np.diff(grid.y), material, viscosity, limp)
+
+    def _add_cable(
+        self, vectors: np.ndarray, lengths: np.ndarray, material: CableMaterial, viscosity: float, limp: bool
+    ) -> None:
+        """Elements of lengths (m,), m, between nodes whose position and slope begin at `vectors` (m + 1, 2)."""
         ends = np.concatenate([vectors[:-1], vectors[1:]], axis=1)
-        ones = np.ones(elements)
+        ones = np.ones(len(lengths))
         self._groups.append(
             CableGroup(
-                ends, length / elements * ones, material.young * material.area * ones,
-                material.young * material.second_moment * ones, material.density * material.area * ones, viscosity,
+                ends, lengths, material.young * material.area * ones, material.young * material.second_moment * ones,
+                material.density * material.area * ones, viscosity, limp=limp,
             )
         )  # fmt: skip
-        return vectors
 
     def crease_lines(self, lines: CreaseLineGroup) -> None:
         """Torsional springs between the slopes before and behind a fold."""

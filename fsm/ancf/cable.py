@@ -5,6 +5,9 @@
 The curvature is the material one, dtheta/dX: the printed |r'|^3 is the geometric one and couples bending with stretch.
 With A = r'.r', B = r''.r'', C = r'.r'' it is kappa^2 = B/A - C^2/A^2: smooth where the cable is straight.
 
+A limp cable carries no compression: with eps <= 0 a small part of EA is left, from a force of its own as in
+`fsm.ancf.tension_field`; it keeps its bending stiffness.
+
 A material that is linear in the engineering strain has eps = |r'| - 1 instead (`engineering`); the two differ by
 eps^2/2.
 
@@ -24,6 +27,7 @@ import numpy as np
 from fsm.ancf.assembly import add_point, gather, scatter_force, scatter_matrix
 from fsm.ancf.group import MassPart
 from fsm.ancf.shape import cable_shape, gauss
+from fsm.ancf.tension_field import REMAINDER
 from fsm.kernels.jit import kernel
 
 __all__ = ["POINTS", "CableGroup"]
@@ -44,6 +48,10 @@ class CableArrays(NamedTuple):
     vectors, scale, length : (m, 4) int, (m, 4), (m,) arrays
     stiffness : (m, 2) array
         EA (N) and EI (N m^2).
+    remainder : (1,) array
+        Part of EA under compression: 1, less of limp cables.
+    release : (m, s) array, N
+        P of limp cables; zeros of others.
     stretch_rows, bend_rows : (s, 1, 4), (p, 2, 4) arrays
         Derivatives of the shape functions of a unit element: the first; the first and second.
     stretch_weights, bend_weights : (s,), (p,) arrays
@@ -53,6 +61,8 @@ class CableArrays(NamedTuple):
     scale: np.ndarray
     length: np.ndarray
     stiffness: np.ndarray
+    remainder: np.ndarray
+    release: np.ndarray
     stretch_rows: np.ndarray
     bend_rows: np.ndarray
     stretch_weights: np.ndarray
@@ -77,6 +87,7 @@ class CableGroup:
     viscosity : s
         Kelvin-Voigt, of stretch: EA (eps + viscosity eps'). What thin cables dissipate in bending is left out.
     engineering : whether the axial force is linear in |r'| - 1, not in the Green strain
+    limp : whether they carry no compression
     name : of its energy
     """
 
@@ -87,6 +98,7 @@ class CableGroup:
     line_density: np.ndarray
     viscosity: float = 0.0
     engineering: bool = False
+    limp: bool = False
     name: str = "cable"
 
     @property
@@ -129,12 +141,24 @@ class CableGroup:
             return stored, 0.0
         return stored, float(dissipation(self._arrays, q, u, self.viscosity))
 
+    @property
+    def tension_field(self) -> bool:
+        """Whether `release` changes anything."""
+        return self.limp
+
+    def release(self, q: np.ndarray, remainder: float) -> None:
+        """Let limp cables stand without compression in a configuration; `remainder` is their part of EA from then on."""
+        if self.limp:
+            release_at(self._arrays, self.engineering, q)
+            self._arrays.remainder[0] = remainder
+
     def tension(self, q: np.ndarray) -> np.ndarray:
         """Axial force at the middle of each cable, (m,), N."""
         coordinates = q[self.vectors[:, :, None] + np.arange(3)] * self._arrays.scale[:, :, None]
         slope = np.einsum("i,eia->ea", cable_shape(0.5, derivative=1), coordinates) / self.length[:, None]
         size = np.linalg.norm(slope, axis=1)
-        return np.asarray(self.axial * (size - 1.0 if self.engineering else 0.5 * (size**2 - 1.0) * size))
+        force = self.axial * (size - 1.0 if self.engineering else 0.5 * (size**2 - 1.0) * size)
+        return np.asarray(np.maximum(force, 0.0) if self.limp else force)
 
     @cached_property
     def _scale(self) -> np.ndarray:
@@ -148,6 +172,7 @@ class CableGroup:
         derivatives = np.stack([cable_shape(bend, derivative=d) for d in (1, 2)], axis=1)
         return CableArrays(
             np.ascontiguousarray(self.vectors), self._scale, np.ascontiguousarray(self.length), stiffness,
+            np.array([REMAINDER if self.limp else 1.0]), np.zeros((len(self.length), len(stretch_weights))),
             np.ascontiguousarray(cable_shape(stretch, derivative=1)[:, None]), np.ascontiguousarray(derivatives),
             stretch_weights, bend_weights,
         )  # fmt: skip
@@ -185,6 +210,25 @@ def _stretch(g: np.ndarray, engineering: bool) -> tuple[float, float, float]:
     return size - 1.0, 1.0 / size, -1.0 / (size * squared)
 
 
+@kernel(inline=True)
+def _force(axial: float, strain: float, remainder: float) -> tuple[float, float]:
+    """Force (N) of a strain without that of P, and its derivative; `remainder` is the part of EA under compression."""
+    part = axial if strain > 0.0 else remainder * axial
+    return part * strain, part
+
+
+@kernel
+def release_at(cable: CableArrays, engineering: bool, q: np.ndarray) -> None:
+    """P of all cables, with which they carry no compression in this configuration."""
+    e, g = np.empty((3, 4)), np.empty(3)
+    for k in range(cable.vectors.shape[0]):
+        gather(cable.vectors[k], cable.scale[k], q, e)
+        for point in range(cable.stretch_weights.shape[0]):
+            _derivatives(e, cable.stretch_rows[point], cable.length[k], g)
+            strain, _, _ = _stretch(g, engineering)
+            cable.release[k, point] = -cable.stiffness[k, 0] * min(strain, 0.0)
+
+
 @kernel
 def stored_energy(cable: CableArrays, engineering: bool, q: np.ndarray) -> float:
     """Energy of all cables, J."""
@@ -197,7 +241,9 @@ def stored_energy(cable: CableArrays, engineering: bool, q: np.ndarray) -> float
         for point in range(cable.stretch_weights.shape[0]):
             _derivatives(e, cable.stretch_rows[point], length, g)
             strain, _, _ = _stretch(g, engineering)
-            total += 0.5 * cable.stretch_weights[point] * length * axial * strain * strain
+            own, _ = _force(axial, strain, cable.remainder[0])
+            density = 0.5 * own * strain + cable.remainder[0] * cable.release[k, point] * strain
+            total += cable.stretch_weights[point] * length * density
         for point in range(cable.bend_weights.shape[0]):
             _derivatives(e, cable.bend_rows[point], length, g)
             aa, bb, ab = _products(g)
@@ -229,6 +275,7 @@ def add_force(
     """Add the forces of all cables; `u` matters where the viscosity is not zero."""
     e, rates, element = np.empty((3, 4)), np.empty((3, 4)), np.empty((3, 4))
     g, v = np.empty(6), np.empty(3)
+    remainder = cable.remainder[0]
     for k in range(cable.vectors.shape[0]):
         gather(cable.vectors[k], cable.scale[k], q, e)
         if viscosity > 0.0:
@@ -240,7 +287,8 @@ def add_force(
             rows = cable.stretch_rows[point]
             _derivatives(e, rows, length, g)
             strain, slope, _ = _stretch(g, engineering)
-            tension = axial * strain * slope
+            own, _ = _force(axial, strain, remainder)
+            tension = (own + remainder * cable.release[k, point]) * slope
             if viscosity > 0.0:
                 _derivatives(rates, rows, length, v)
                 tension += viscosity * axial * (g[0] * v[0] + g[1] * v[1] + g[2] * v[2])
@@ -295,6 +343,7 @@ def add_tangent(
     g, v, work = np.empty(6), np.zeros(3), np.empty(4)
     stretch, viscous, bend = np.empty((3, 3)), np.empty((3, 3)), np.empty((6, 6))
     element, damped = np.empty((3, 3, 4, 4)), np.empty((3, 3, 4, 4))
+    remainder = cable.remainder[0]
     for k in range(cable.vectors.shape[0]):
         gather(cable.vectors[k], cable.scale[k], q, e)
         if moving > 0.0:
@@ -310,13 +359,16 @@ def add_tangent(
                 _derivatives(rates, rows, length, v)
             strain, slope, bow = _stretch(g, engineering)
             rate = g[0] * v[0] + g[1] * v[1] + g[2] * v[2]
-            factor = cable.stretch_weights[point] * axial / length
+            own, along = _force(axial, strain, remainder)
+            own += remainder * cable.release[k, point]
+            factor = cable.stretch_weights[point] / length
             for a in range(3):
                 for b in range(3):
                     outer = g[a] * g[b]
-                    stretch[a, b] = factor * (outer * (slope * slope + strain * bow) + moving * g[a] * v[b])
-                    viscous[a, b] = factor * viscosity * outer
-                stretch[a, a] += factor * (strain * slope + moving * rate)
+                    elastic = outer * (along * slope * slope + own * bow)
+                    stretch[a, b] = factor * (elastic + axial * moving * g[a] * v[b])
+                    viscous[a, b] = factor * axial * viscosity * outer
+                stretch[a, a] += factor * (own * slope + axial * moving * rate)
             add_point(rows, stretch, 1, 4, work, element)
             if viscosity > 0.0:
                 add_point(rows, viscous, 1, 4, work, damped)

@@ -18,7 +18,7 @@ from fsm.ancf.membrane import (
     strains_at,
 )
 from fsm.ancf.shape import gauss, membrane_shape
-from fsm.ancf.tension_field import film_resultants, film_states
+from fsm.ancf.tension_field import REMAINDER, film_releases, film_resultants, film_states
 
 __all__ = ["FilmMaterial", "FilmStress", "MembraneGroup", "POINTS", "film_mass"]
 
@@ -132,7 +132,7 @@ class MembraneGroup:
     def add_force(self, q: np.ndarray, u: np.ndarray | None, force: np.ndarray) -> None:
         """See `ElementGroup`."""
         viscosity = self.viscosity if u is not None else 0.0
-        add_force(self._arrays, self.tension_field, q, q if u is None else u, viscosity, force)
+        add_force(self._arrays, q, q if u is None else u, viscosity, force)
 
     def add_linearised(
         self,
@@ -147,7 +147,7 @@ class MembraneGroup:
         self.add_force(q, u, force)
         moving = self.viscosity if u is not None else 0.0
         add_tangent(
-            self._arrays, self.tension_field, q, q if u is None else u, moving, self.viscosity, slots,
+            self._arrays, q, q if u is None else u, moving, self.viscosity, slots,
             stiffness.shape[1], stiffness.reshape(-1), damping.reshape(-1),
         )  # fmt: skip
 
@@ -158,7 +158,7 @@ class MembraneGroup:
 
     def energies(self, q: np.ndarray) -> tuple[float, float]:
         """Energy of stretch and of bending, J."""
-        stretch, bend = stored_energy(self._arrays, self.tension_field, q)
+        stretch, bend = stored_energy(self._arrays, q)
         return float(stretch), float(bend)
 
     def strains(self, q: np.ndarray) -> np.ndarray:
@@ -196,7 +196,22 @@ class MembraneGroup:
 
     def _resultants(self, strain: np.ndarray) -> np.ndarray:
         """Second Piola-Kirchhoff resultants xx, yy, xy, N/m."""
-        return np.asarray(film_resultants(strain, self.material.stretch, self.material.poisson, self.tension_field))
+        material, arrays = self.material, self._arrays
+        return np.asarray(
+            film_resultants(strain, material.stretch, material.poisson, float(arrays.remainder[0]), arrays.release)
+        )
+
+    def release(self, q: np.ndarray, remainder: float) -> None:
+        """Let a tension field stand without compression in a configuration; see `fsm.ancf.tension_field`.
+
+        Parameters
+        ----------
+        remainder : -
+            eps, from then on.
+        """
+        if self.tension_field:
+            film_releases(self.strains(q), self.material.stretch, self.material.poisson, self._arrays.release)
+            self._arrays.remainder[0] = remainder
 
     @property
     def _scale(self) -> np.ndarray:
@@ -229,7 +244,8 @@ class MembraneGroup:
         )
         return MembraneArrays(
             np.ascontiguousarray(self.vectors), np.ascontiguousarray(scale), np.ascontiguousarray(self.sides),
-            np.ascontiguousarray(stiffness), np.zeros((count, len(stretch_weights), 3)),
+            np.ascontiguousarray(stiffness), np.array([REMAINDER if self.tension_field else 1.0]),
+            np.zeros((count, len(stretch_weights), 3)), np.zeros((count, len(stretch_weights), 3)),
             np.zeros((count, len(bend_weights), 3)), np.ascontiguousarray(rows.T), np.ascontiguousarray(rows),
             stretch_weights, bend_weights,
         )  # fmt: skip

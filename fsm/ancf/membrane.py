@@ -43,6 +43,10 @@ class MembraneArrays(NamedTuple):
         b, c.
     stiffness : (m, 3) array
         C (N/m), Poisson's ratio, D (N m).
+    remainder : (1,) array
+        eps of a tension field, 1 of a plain film; see `fsm.ancf.tension_field`.
+    release : (m, s, 3) array, N/m
+        P of a tension field, as xx, yy, xy; zeros of a plain film.
     rest_strain, rest_curvature : (m, s, 3), (m, p, 3) arrays
         Of the unstressed shape as xx, yy, xy: (R_i.R_j - delta_ij)/2 and kappa0.
     columns : (12, 2 s + 5 p) array
@@ -55,6 +59,8 @@ class MembraneArrays(NamedTuple):
     scale: np.ndarray
     sides: np.ndarray
     stiffness: np.ndarray
+    remainder: np.ndarray
+    release: np.ndarray
     rest_strain: np.ndarray
     rest_curvature: np.ndarray
     columns: np.ndarray
@@ -124,8 +130,9 @@ def _moments(kappa: np.ndarray, bending: float, poisson: float, m: np.ndarray) -
 
 
 @kernel
-def stored_energy(film: MembraneArrays, tension_field: bool, q: np.ndarray) -> tuple[float, float]:
+def stored_energy(film: MembraneArrays, q: np.ndarray) -> tuple[float, float]:
     """Energy of stretch and of bending, J."""
+    remainder = film.remainder[0]
     count, points = film.stretch_weights.shape[0], film.bend_weights.shape[0]
     derivatives = _derivatives(film, q)
     g, n, kappa, m = np.empty(15), np.empty(3), np.empty(3), np.empty(3)
@@ -137,7 +144,9 @@ def stored_energy(film: MembraneArrays, tension_field: bool, q: np.ndarray) -> t
         plain, poisson, bending = film.stiffness[k]
         for point in range(count):
             exx, eyy, exy = _strain(r, point, count, per_b, per_c, film.rest_strain[k, point])
-            density = film_energy(exx, eyy, exy, plain, poisson, tension_field)
+            density = film_energy(exx, eyy, exy, plain, poisson, remainder)
+            free = film.release[k, point]
+            density += remainder * (free[0] * exx + free[1] * eyy + 2.0 * free[2] * exy)
             stretch += b * c * film.stretch_weights[point] * density
         for point in range(points):
             _bend_point(r, 2 * count + point, points, per_b, per_c, g)
@@ -165,9 +174,10 @@ def _stretch_effort(
 
 @kernel
 def add_force(
-    film: MembraneArrays, tension_field: bool, q: np.ndarray, u: np.ndarray, viscosity: float, force: np.ndarray
+    film: MembraneArrays, q: np.ndarray, u: np.ndarray, viscosity: float, force: np.ndarray
 ) -> None:
     """Add the forces of all elements; `u` matters where the viscosity (s) is not zero."""
+    remainder = film.remainder[0]
     count, points = film.stretch_weights.shape[0], film.bend_weights.shape[0]
     width = film.columns.shape[1]
     elements = film.vectors.shape[0]
@@ -183,10 +193,13 @@ def add_force(
         plain, poisson, bending = film.stiffness[k]
         for point in range(count):
             exx, eyy, exy = _strain(r, point, count, per_b, per_c, film.rest_strain[k, point])
-            nxx, nyy, nxy = film_stress(exx, eyy, exy, plain, poisson, tension_field)
+            nxx, nyy, nxy = film_stress(exx, eyy, exy, plain, poisson, remainder)
+            nxx += remainder * film.release[k, point, 0]
+            nyy += remainder * film.release[k, point, 1]
+            nxy += remainder * film.release[k, point, 2]
             if viscosity > 0.0:
                 dxx, dyy, dxy = _products(r, v, point, count + point, per_b, per_c)
-                vxx, vyy, vxy = film_stress(dxx, dyy, dxy, viscosity * plain, poisson, False)
+                vxx, vyy, vxy = film_stress(dxx, dyy, dxy, viscosity * plain, poisson, 1.0)
                 nxx, nyy, nxy = nxx + vxx, nyy + vyy, nxy + vxy
             weight = b * c * film.stretch_weights[point]
             _stretch_effort(r, point, count + point, per_b, per_c, weight, nxx, nyy, nxy, p)
@@ -270,10 +283,11 @@ def _stretch_moduli(
 
 @kernel
 def add_tangent(
-    film: MembraneArrays, tension_field: bool, q: np.ndarray, u: np.ndarray, moving: float, viscosity: float,
+    film: MembraneArrays, q: np.ndarray, u: np.ndarray, moving: float, viscosity: float,
     slots: np.ndarray, size: int, into_stiffness: np.ndarray, into_damping: np.ndarray,
 ) -> None:  # fmt: skip
     """Add -dh/dq and -dh/du to the flat block data; `moving` is the viscosity, or 0 at rest (u is not looked at)."""
+    remainder = film.remainder[0]
     count, points = film.stretch_weights.shape[0], film.bend_weights.shape[0]
     width = film.columns.shape[1]
     derivatives = _derivatives(film, q)
@@ -294,18 +308,21 @@ def add_tangent(
         b, c = film.sides[k]
         per_b, per_c = 1.0 / b, 1.0 / c
         plain, poisson, bending = film.stiffness[k]
-        plain_moduli = film_tangent(0.0, 0.0, 0.0, plain, poisson, False)
+        plain_moduli = film_tangent(0.0, 0.0, 0.0, plain, poisson, 1.0)
         for point in range(count):
             weight = b * c * film.stretch_weights[point]
             exx, eyy, exy = _strain(r, point, count, per_b, per_c, film.rest_strain[k, point])
-            nxx, nyy, nxy = film_stress(exx, eyy, exy, plain, poisson, tension_field)
+            nxx, nyy, nxy = film_stress(exx, eyy, exy, plain, poisson, remainder)
+            nxx += remainder * film.release[k, point, 0]
+            nyy += remainder * film.release[k, point, 1]
+            nxy += remainder * film.release[k, point, 2]
             for a in range(3):
                 x[a], y[a] = r[a, point] * per_b, r[a, count + point] * per_c
             stretch[:] = 0.0
-            _stretch_moduli(x, y, x, y, film_tangent(exx, eyy, exy, plain, poisson, tension_field), weight, stretch)
+            _stretch_moduli(x, y, x, y, film_tangent(exx, eyy, exy, plain, poisson, remainder), weight, stretch)
             if moving > 0.0:
                 dxx, dyy, dxy = _products(r, v, point, count + point, per_b, per_c)
-                sxx, syy, sxy = film_stress(dxx, dyy, dxy, moving * plain, poisson, False)
+                sxx, syy, sxy = film_stress(dxx, dyy, dxy, moving * plain, poisson, 1.0)
                 nxx, nyy, nxy = nxx + sxx, nyy + syy, nxy + sxy
                 for a in range(3):
                     vx[a], vy[a] = v[a, point] * per_b, v[a, count + point] * per_c
@@ -381,7 +398,7 @@ def dissipation(film: MembraneArrays, q: np.ndarray, u: np.ndarray, viscosity: f
         plain, poisson, bending = film.stiffness[k]
         for point in range(count):
             dxx, dyy, dxy = _products(r, v, point, count + point, per_b, per_c)
-            density = film_energy(dxx, dyy, dxy, plain, poisson, False)
+            density = film_energy(dxx, dyy, dxy, plain, poisson, 1.0)
             power += 2.0 * viscosity * b * c * film.stretch_weights[point] * density
         for point in range(points):
             _bend_point(r, 2 * count + point, points, per_b, per_c, g)

@@ -20,6 +20,8 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from fsm.ancf.assembly import slots_of
+from fsm.ancf.cable import CableGroup
+from fsm.ancf.film import MembraneGroup
 from fsm.ancf.loading import Loading
 from fsm.ancf.matrices import clear_held, mass_data
 from fsm.ancf.mesh import Mesh
@@ -276,6 +278,21 @@ class AncfSystem:
     def held(self, q: np.ndarray, coordinates: np.ndarray, loading: Loading | None = None) -> AncfSystem:
         """The system that starts at rest in q with more coordinates held where they are, under another loading."""
         return AncfSystem(self.mesh.holding(coordinates), loading, q)
+
+    @property
+    def tension_field(self) -> bool:
+        """Whether there are films or cables that carry no compression."""
+        return any(group.tension_field for group in self._tension_only)
+
+    def release(self, t: float, q: np.ndarray, remainder: float) -> None:
+        """Let films and cables that carry no compression stand without it in q; also of other systems on this mesh."""
+        q, _ = self.place(t, q, None)
+        for group in self._tension_only:
+            group.release(q, remainder)
+
+    @property
+    def _tension_only(self) -> list[MembraneGroup | CableGroup]:
+        return [group for group in self.mesh.groups if isinstance(group, MembraneGroup | CableGroup)]
 
     def energies(self, t: float, q: np.ndarray) -> dict[str, float]:
         """Potential energy by what stores it, J."""

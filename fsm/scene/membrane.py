@@ -123,7 +123,7 @@ class CornerCable(_Cable):
 
 
 class EdgeCable(_Cable):
-    """Along the edges of the film; shares its positions, not its slopes."""
+    """Along the edges of the film, whose positions and slopes it shares."""
 
     place: Literal["edges"]
 

@@ -14,6 +14,8 @@ bifurcation after bifurcation: a shape a little beside the unstable one is enoug
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,7 +23,7 @@ import numpy as np
 from fsm.blocks import BlockMatrix
 from fsm.errors import NotConverged
 from fsm.solve.linear import LinearSolver
-from fsm.system import System
+from fsm.system import Linearised, System
 
 __all__ = ["Relaxed", "relaxed"]
 
@@ -37,6 +39,10 @@ _LARGEST = 0.5
 _CORRECTIONS = 3
 """Iterations that a step which gains too little is given before it is taken back."""
 _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
+_ROUND_OFF = 4.0 * float(np.finfo(float).eps)
+"""Of a force over the sum of what it is made of."""
+_STALLED = 0.5
+"""A step of Newton's method over the one before, above which it comes no nearer."""
 
 
 @dataclass(frozen=True)
@@ -49,9 +55,17 @@ class Relaxed:
 
 
 def relaxed(
-    system: System, t: float, q: np.ndarray, tolerance: float = 1e-9, max_iterations: int = 300
+    system: System,
+    t: float,
+    q: np.ndarray,
+    tolerance: float = 1e-9,
+    max_iterations: int = 300,
+    renew: Callable[[np.ndarray], None] | None = None,
 ) -> Relaxed:
     """A stable equilibrium near a configuration, at time t and at rest.
+
+    It is reached where the last step of Newton's method is small, or where steps no longer become smaller and the forces are
+    the round-off of those at work: what hardly anything holds (a slack corner of a thin film) has steps without meaning.
 
     Parameters
     ----------
@@ -62,11 +76,13 @@ def relaxed(
     tolerance : -
         Largest last step of Newton's method, over the size of an element or a radian.
     max_iterations : int
+    renew : called with a configuration whose stiffness is not positive definite, before anything else is tried
+        May change the forces there a little, so that it is; called once at a configuration.
 
     Raises
     ------
     NotConverged
-        None is found, with the worst node.
+        None is found: with the negative pivots, the force left over and the worst node.
     """
     size = system.scales().increment
     solver = LinearSolver()
@@ -75,16 +91,27 @@ def relaxed(
     inertia = system.inertia(q, pattern)
     smallest = _SMALLEST * _fastest(linear.stiffness, inertia)
     mass = BlockMatrix(pattern, inertia)
-    mu = 0.0
+    mu, negative, last, renewed = 0.0, 0, math.inf, False
     for iteration in range(1, max_iterations + 1):
         solver.factorise(BlockMatrix(pattern, linear.stiffness.symmetric().data + mu * inertia))
-        if solver.negative_pivots():
+        count = solver.negative_pivots()
+        if mu == 0.0:
+            negative = count
+        if count and renew is not None and not renewed:
+            renew(q)
+            linear, renewed = system.linearise(t, q, None), True
+            continue
+        if count:
             mu = max(_RAISED * mu, smallest)
             continue
         step = solver.solve(linear.force)
         length = float(np.abs(step / size).max(initial=0.0))
-        if length <= tolerance and mu == 0.0:
+        if mu == 0.0 and length <= tolerance:
             return Relaxed(system.retract(q, step), iteration, length)
+        if mu == 0.0:
+            if length > _STALLED * last and _is_round_off(linear, q):
+                return Relaxed(q, iteration, length)
+            last = length
         part = min(1.0, _LARGEST / length) if length else 1.0
         work = float(step @ linear.force)
         held_back = mu * float(step @ mass.times(step))
@@ -103,10 +130,13 @@ def relaxed(
             smallest = min(smallest, mu or smallest)
             mu = _LOWERED * mu if held_back > _LITTLE * work else 0.0
         q = trial
-        linear = system.linearise(t, q, None)
+        linear, renewed = system.linearise(t, q, None), False
+    left = float(np.abs(linear.force).max())
+    state = "converged" if _is_round_off(linear, q) else "not converged"
+    pivots = f"the stiffness has {negative} negative pivot{'' if negative == 1 else 's'}"
     raise NotConverged(
-        f"no stable equilibrium found at t = {t:.6g} s in {max_iterations} iterations; the largest force left over, "
-        f"{np.abs(linear.force).max():.3g}, is at {system.blame(linear.force)}"
+        f"no stable equilibrium at t = {t:.6g} s after {max_iterations} iterations: {pivots}; residual {left:.3g} N "
+        f"({state}), largest at {system.blame(linear.force)}"
     )
 
 
@@ -137,6 +167,13 @@ def _corrected(
         for part, weight in zip(0.5 + 0.5 * _PLACES, 0.5 * _WEIGHTS, strict=True)
     )
     return trial if gained > 0.0 else None
+
+
+def _is_round_off(linear: Linearised, q: np.ndarray) -> bool:
+    """Whether what is left of the forces is round-off of the stiffnesses times coordinates that it is the sum of."""
+    stiffness = linear.stiffness
+    at_work = BlockMatrix(stiffness.pattern, np.abs(stiffness.data)).times(np.abs(q))
+    return bool(np.all(np.abs(linear.force) <= _ROUND_OFF * at_work))
 
 
 def _fastest(stiffness: BlockMatrix, inertia: np.ndarray) -> float:

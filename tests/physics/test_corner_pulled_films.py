@@ -1,0 +1,94 @@
+"""Films pulled at their corners as tension fields: thin and thick, with cables and patches, all at a stable equilibrium."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fsm.analyses.choose import analysis_of
+from fsm.analyses.vibrate import VibrationAnalysis
+from fsm.ancf.cable import CableGroup
+from fsm.ancf.film import MembraneGroup
+from fsm.errors import NotConverged
+from fsm.pretension import settled
+from fsm.scene.load_case import load_case
+
+SAIL = """
+analysis = "vibrate"
+[membrane]
+length = "1 m"
+width = "0.8 m"
+thickness = "12.5 um"
+mesh = [8, 7]
+[material]
+young = "2.5 GPa"
+poisson = 0.34
+density = "1420 kg/m^3"
+[[cable]]
+place = "corners"
+length = "150 mm"
+diameter = "0.5 mm"
+young = "100 GPa"
+density = "1450 kg/m^3"
+[tension]
+pull = "5 N"
+film = "tension-field"
+[vibration]
+modes = 10
+"""
+EDGES = '{ place = "edges", diameter = "0.15 mm", young = "230 GPa", density = 1800 }'
+PATCH = (
+    'patch=[{ place = "position", position = [0, -0.15], size = 0.2, thickness = "60 um", young = "70 GPa", '
+    "density = 2330 }]"
+)
+
+
+def analysis(tmp_path: Path, *overrides: str) -> VibrationAnalysis:
+    case = tmp_path / "case.toml"
+    case.write_text(SAIL, encoding="utf-8")
+    made = analysis_of(load_case(case, overrides).case, str(case), [])
+    assert isinstance(made, VibrationAnalysis)
+    return made
+
+
+@pytest.mark.parametrize(
+    "overrides",
+    [
+        (), ("tension.pull=0.1 N",), ("tension.pull=40 N",), ("membrane.thickness=2 um",), ("membrane.width=0.3 m",),
+        ("cable=none",), (f"cable.1={EDGES}",), ("membrane.mesh=[9, 8]", PATCH),
+        ("membrane.length=10 m", "membrane.width=8 m", "membrane.thickness=5 um"),
+    ],
+)  # fmt: skip
+def test_any_film_is_stable(tmp_path: Path, overrides: tuple[str, ...]) -> None:
+    """Nothing carries compression, so no mode grows; slack corners and edges included."""
+    made = analysis(tmp_path, *overrides)
+    made.make_ready([])
+    assert np.all(made.modes.frequencies > 0.0)
+    assert made.state.smallest > -1e-3 * made.state.largest
+    q, _ = made._system.initial()
+    for group in made._system.mesh.groups:
+        if isinstance(group, CableGroup):
+            assert np.all(group.tension(q) >= 0.0)
+    left = np.abs(made._system.force(0.0, q, None)).max()
+    assert left < 1e-6 * made.case.tension.pull  # type: ignore[union-attr]
+
+
+def test_thin_patches_are_tension_fields_too(tmp_path: Path) -> None:
+    """A stiff one carries compression; one that buckles under less than the film's tension does not."""
+    for thickness, limp in (("60 um", True), ("2 mm", False)):
+        made = analysis(tmp_path, "membrane.mesh=[9, 8]", PATCH.replace("60 um", thickness))
+        groups = {group.name: group for group in made.film.mesh.groups if isinstance(group, MembraneGroup)}
+        assert groups["film"].tension_field and groups["patch"].tension_field == limp
+
+
+def test_an_unstable_film_says_what_it_lacks(tmp_path: Path) -> None:
+    """A flat film under compression is at an equilibrium, which is unstable: the message says both."""
+    made = analysis(tmp_path, "cable=none", "tension.film=plain", "tension.pull=none", "tension.strain=1e-3")
+    made.make_ready([])
+    system = made._system
+    q = system.start.copy()
+    system.start[:] = q * np.tile([0.99, 0.99, 1.0], len(q) // 3)
+    with pytest.raises(NotConverged, match=r"stiffness has \d+ negative pivots; residual .* N \((not )?converged\)"):
+        settled(system, 0.0, system.start, max_iterations=30)
