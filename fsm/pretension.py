@@ -14,8 +14,12 @@ from fsm.solve.relax import Relaxed, relaxed
 
 __all__ = ["settled", "tensioned"]
 
-_PASSES = ((SETTLING, 1e-2), (REMAINDER, 1e-3), (REMAINDER, 0.0))
-"""Remainder of a tension field, and the size of the last step, over that of an element, to which it is settled."""
+_PASSES = (*((part, 1e-2) for part in SETTLING), *((REMAINDER, near) for near in (1e-2, 1e-3, 1e-3, 1e-3, 0.0)))
+"""Remainder of a tension field, and the size of the last step, over that of an element, to which it is settled.
+
+Corner-pulled film of 8 x 8: 1e-3 at the end leaves compression at the edges, and the second frequency is 1 to 3 % low;
+of the sail of 12 x 10 one pass with 1e-4 leaves it 3 % low. A pass more takes some four iterations.
+"""
 
 
 def tensioned(
