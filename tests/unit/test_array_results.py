@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,6 +16,8 @@ from matplotlib.figure import Figure
 from fsm.plots import scissor
 from fsm.plots.style import figure
 from fsm.results.array import ArrayMotion, PointMotion, asynchronism
+from fsm.scene.builders.scissor_bodies import build_bodies
+from fsm.scene.case import Case
 from fsm.scene.scissor import Stop
 
 UNITS = 8
@@ -76,3 +79,27 @@ def test_every_bar_has_a_name_and_a_line_of_its_own(monkeypatch: pytest.MonkeyPa
     assert [text.get_text() for legend in legends for text in legend.get_texts()] == list(motion.bar_names)
     lines = {(line.get_color(), line.get_linestyle()) for line in fig.axes[0].lines}
     assert len(lines) == len(motion.bar_names)
+
+
+@pytest.mark.parametrize("units", [3, 4, 6, 9])
+def test_hinges_of_a_ring_are_alike(units: int) -> None:
+    """Rigid bars: every middle hinge has the same angle within half a turn, and its spring winds the same way."""
+    case = Case.model_validate(
+        {
+            "analysis": "scissor",
+            "scissor": {
+                "shape": "ring", "units": units, "bar_length": 0.5, "initial_angle": math.pi / units + 0.2, "rigid": True,
+            },
+            "bar": {"width": 0.02, "height": 0.02},
+            "hinge": {"stiffness": 1.0, "rest_turn": 0.3, "at": "middle"},
+            "material": {"young": 2e10, "density": 1200},
+            "force": [{"point": "a1", "radial": 1.0}],
+            "solve": {"end_time": 0.1},
+        }
+    )  # fmt: skip
+    assert case.scissor is not None and case.bar is not None and case.material is not None
+    scene = build_bodies(case.scissor, case.bar, case.material, (), case.force, case.hinge, (0.0, 0.0))
+    hinges = [element for element in scene.elements if element.name.startswith("hinge h")]
+    angles, rests = (np.array([getattr(hinge, name) for hinge in hinges]) for name in ("initial_angle", "rest_angle"))
+    assert len(hinges) == units and np.all(np.abs(angles) <= math.pi)
+    assert np.ptp(angles) < 1e-9 and np.ptp(rests) < 1e-9

@@ -93,10 +93,12 @@ def _hinge(
 ) -> ForceElement:
     a, b = bodies[inner], bodies[outer]
     initial = 2.0 * (math.atan2(a.orientation[2], a.orientation[0]) - math.atan2(b.orientation[2], b.orientation[0]))
+    initial = math.remainder(initial, 2.0 * math.pi)  # of a ring some pairs of bars are either side of half a turn
+    sense = 1.0 if initial < 0.0 else -1.0  # about y, in which the first bar turns against the second as the array deploys
     resists = hinge is not None and (hinge.at == "all" or (hinge.at == "middle") == name.startswith("h"))
     stiffness = hinge.stiffness if hinge is not None and resists else 0.0
     damping = hinge.damping if hinge is not None and resists else 0.0
-    rest = initial + (_sense(a, b, name) * hinge.rest_turn if hinge is not None and resists else 0.0)
+    rest = initial + (sense * hinge.rest_turn if hinge is not None and resists else 0.0)
     point = array.points[name]
     return ForceElement(
         name=f"hinge {name}",
@@ -110,12 +112,6 @@ def _hinge(
         rest_angle=rest,
         initial_angle=initial,
     )
-
-
-def _sense(a: Body, b: Body, name: str) -> float:
-    """Sense, about y, in which the first bar turns against the second as the array deploys: what rises more goes down."""
-    rise_a, rise_b = (-2.0 * math.atan2(body.orientation[2], body.orientation[0]) for body in (a, b))
-    return 1.0 if rise_a > rise_b else -1.0
 
 
 def _support(support: PointSupport, array: Array, bodies: dict[str, Body], bar: str) -> ForceElement:
