@@ -41,6 +41,8 @@ QUANTITIES = {
     "width": "length",
     "time": "time",
 }
+_NO_MOMENT = 1e-100
+"""Moments below this are none: their squares are not numbers, N m."""
 _KINDS = {"smooth": "cubic", "interpolate": "cubic", "monotone": "pchip"}
 
 
@@ -142,6 +144,8 @@ def _sweeps(table: Table) -> list[Sweep]:
             columns["moment"] = columns["force"] * columns["lever_arm"]
     elif "force" in columns:
         faults.append(Fault("", "has both moment and force; leave one out, they may disagree"))
+    if "moment" in columns and len(table) and np.max(np.abs(columns["moment"])) < _NO_MOMENT:
+        faults.append(Fault("", "the moment is 0 in all rows; check the column and its unit"))
     if faults:
         raise CaseError(faults, table.source)
     units = {"moment": "N mm", **table.units}

@@ -56,6 +56,8 @@ def contact_lines(view: View) -> Iterator[str]:
         slow = f"{millimetres(contact.speed_floor)}/s"
         yield f"impacts take about 90 steps at least; below {slow} a contact is a press, not an impact"
     yield f"{count(_contact_points(view), 'contact point')}, both faces of a pair watching each other"
+    if view.scene.obstacles:
+        yield "whether anything overlaps an obstacle at the start is found out by the run"
     if contact.thickness_in_gap:
         yield "faces touch at half the sum of their thicknesses"
     else:

@@ -54,6 +54,7 @@ BAD = {
         "angle [deg], force [N], lever_arm [mm]\n" + rows([(a, m, -35) for a, m in UP]),
         "row 2: lever_arm is -35 mm; it must be greater than 0; give the sign to the force (and 18 more rows like this)",
     ),
+    "no moment": ("crease", CREASE + "".join(f"{a}, 0\n" for a in range(20)), "the moment is 0 in all rows"),
     "no lever arm": ("crease", "angle [deg], force [N]\n" + rows(UP), "no column moment, and no lever_arm either"),
     "moment and force": (
         "crease",
