@@ -167,6 +167,6 @@ def test_unknown_expectation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     result, out = run(tmp_path, "expect.peak_farce={value=1,rtol=0.1}", "expect.dof={value=30,atol=0}")
     assert result.exit_code == 2
     (line,) = result.stderr.splitlines()
-    assert line.startswith(f"{tmp_path / 'case.toml'}: expect.peak_farce: is not a number of the summary; there are ")
+    assert line.startswith(f"{tmp_path / 'case.toml'}: expect.peak_farce: is not a number of the summary; did you mean")
     assert "peak_force" in line
     assert not out.exists()
