@@ -112,3 +112,36 @@ def test_a_linkage_at_rest_ends_well(tmp_path: Path) -> None:
     summary = solved(tmp_path, LINKAGE.format(stiffness=1e7, spring=0.0, gap="1e-8"))
     assert summary["energy_error"] < 1e-3
     assert json.loads((tmp_path / "out" / "summary.json").read_text())["warnings"] == []
+
+
+PENDULUM = """
+gravity = [0, 0, "-9.81 m/s^2"]
+[[scene.bodies]]
+name = "rod"
+mass = "100 g"
+inertia = [2e-6, "3.33e-4 kg m^2", "3.33e-4 kg m^2"]
+position = ["100 mm", 0, 0]
+[[scene.elements]]
+name = "hinge"
+inner = "ground"
+outer = "rod"
+point_outer = ["-100 mm", 0, 0]
+translation = [{stiffness}, {stiffness}, {stiffness}]
+translation_damping = [{damping}, {damping}, {damping}]
+rotation = [10, 0, 10]
+[solve]
+end_time = "0.1 s"
+"""
+
+
+@pytest.mark.parametrize(("stiffness", "warned"), [(1e5, False), (1e9, False), (1e14, True)])
+def test_stiff_hinges_of_a_falling_rod(tmp_path: Path, stiffness: float, warned: bool) -> None:
+    """The same in motion, without a drive: 1 N of weight against 1e14 N/m times 2e-16 m."""
+    summary = solved(tmp_path, PENDULUM.format(stiffness=stiffness, damping=1e-3 * stiffness))
+    assert any("forces are known to about 2" in line for line in summary["warnings"]) == warned
+    assert (summary["energy_error"] > 1e-2) == warned
+
+
+def test_a_falling_rod_on_a_hinge_beyond_all_digits_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(NotConverged, match=r"forces cannot be resolved: the stiffest springs, 1e\+16 N/m"):
+        solved(tmp_path, PENDULUM.format(stiffness=1e16, damping=1e13))
