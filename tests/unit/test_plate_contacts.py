@@ -177,6 +177,38 @@ def test_memory_comes_back(spatial: bool) -> None:
 
 
 @SPATIAL
+def test_shares_come_back_from_memory_and_change_when_a_step_is_over(spatial: bool) -> None:
+    """Those of a plate that slides off another: the state in which a step ends has the shares that it was solved with."""
+    contacts = two_plates(spatial, (0.2, 0.1), (0.2, 0.1))
+    no_impact = np.zeros(0, dtype=np.int64)
+
+    def slid(x: float) -> np.ndarray:
+        return np.array([pose(spatial, 0.0, 0.0), pose(spatial, x, 0.99 * THICK)])
+
+    def whole(at: np.ndarray, of: PlateContacts) -> float:
+        return float(of.share[of.find(at, 0.0).slot].sum())
+
+    contacts.commit(slid(0.0), no_impact)
+    for x in (0.05, 0.1):
+        contacts.find(slid(x), 0.0)
+        contacts.commit(slid(x), no_impact)
+    # solved with the overlap of the state before, 0.15 m of 0.2
+    points = len(contacts.find(slid(0.1), 0.0).slot)
+    before = contacts.share.copy()
+    assert whole(slid(0.1 + 1e-9), contacts) == pytest.approx(0.5, rel=1e-3)
+    assert np.abs(contacts.share - before).max() > 1e-3
+    other = two_plates(spatial, (0.2, 0.1), (0.2, 0.1))
+    other.restore(contacts.memory())
+    assert len(other.find(slid(0.1), 0.0).slot) == points
+    np.testing.assert_array_equal(other.share, contacts.share)
+    # an impact that goes on keeps what it began with
+    kept = contacts.share.copy()
+    contacts.commit(slid(0.12), contacts.find(slid(0.12), 0.0).slot)
+    contacts.find(slid(0.13), 0.0)
+    np.testing.assert_array_equal(contacts.share, kept)
+
+
+@SPATIAL
 def test_joined_plates_do_not_touch_where_they_are_joined(spatial: bool) -> None:
     """Hinged along an edge and folded from flat until they lie on each other: silent until then, no alarm on the way."""
     half = 0.1
