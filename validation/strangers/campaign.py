@@ -135,7 +135,7 @@ def nudge_of(drawn: Drawn) -> list[str]:
     tables = drawn.tables
     places: list[tuple[str, object]] = [
         (f"{section}.{key}", tables.get(section, {}).get(key))
-        for section, key in (("strip", "length"), ("scissor", "bar_length"), ("material", "young"))
+        for section, key in (("strip", "length"), ("scissor", "bar_length"), ("material", "young"), ("lattice", "axial"))
     ]
     places += [(f"scene.bodies.{i}.mass", body["mass"]) for i, body in enumerate(tables.get("scene", {}).get("bodies", ()))]
     for path, value in places:
