@@ -163,9 +163,9 @@ def run(
             summary = run_case(loaded, folder, progress=not quiet, resume=resume)
     except ExpectationFailed:  # the run itself is done and written
         if not quiet:
-            import json
+            from fsm.results.summary_file import SUMMARY, read_summary
 
-            _say(summary_lines(json.loads((folder / "summary.json").read_text(encoding="utf-8")), folder))
+            _say(summary_lines(read_summary(folder / SUMMARY), folder))
         raise
     if not quiet:
         _say(summary_lines(summary, folder))

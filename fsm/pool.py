@@ -7,6 +7,8 @@ import multiprocessing
 import os
 import pickle
 import signal
+import threading
+import time
 import traceback
 from collections import deque
 from collections.abc import Callable, Generator, Iterator, Sequence
@@ -175,6 +177,7 @@ def _serve(channel: Connection) -> None:
     # a group of its own: Ctrl-C reaches it once, from the parent, and not from the terminal as well
     if hasattr(os, "setpgrp"):
         os.setpgrp()
+    threading.Thread(target=_end_with_parent, name="watch of the parent", daemon=True).start()
     try:
         with ending_without_a_search():
             while True:
@@ -184,6 +187,17 @@ def _serve(channel: Connection) -> None:
                 channel.send(_do(message))
     except (KeyboardInterrupt, EOFError, OSError):
         return
+
+
+def _end_with_parent() -> None:
+    """Interrupt this worker when its parent has died, so that it writes its checkpoint; end it after `GRACE` seconds."""
+    parent = multiprocessing.parent_process()
+    if parent is None:
+        return
+    parent.join()
+    os.kill(os.getpid(), signal.SIGINT)
+    time.sleep(GRACE)
+    os._exit(1)
 
 
 def _do(message: bytes) -> Outcome:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -15,6 +14,7 @@ from fsm.analyses.deploy import Deployment
 from fsm.analyses.deployed import film_of_deployment
 from fsm.analyses.vibrate import VibrationAnalysis
 from fsm.errors import CaseError, ExpectationFailed
+from fsm.folder_lock import locked_folder
 from fsm.kernels import jit
 from fsm.plots.figures import draw
 from fsm.progress import say_anew, saying_what_compiles
@@ -23,11 +23,15 @@ from fsm.results.export import write_contact_csv, write_force_csv, write_history
 from fsm.results.quantities import touching_pairs
 from fsm.results.solution import Solution
 from fsm.results.store import part_path, read_solution
+from fsm.results.summary_file import SUMMARY, write_summary
 from fsm.scene.load_case import LoadedCase
 from fsm.summary import joined, missed_expectations
-from fsm.whole_file import clear_parts, whole_file
+from fsm.whole_file import clear_parts
 
-__all__ = ["run_case"]
+__all__ = ["ENDING", "run_case", "run_in_locked_folder"]
+
+ENDING = 30.0
+"""Seconds that a run which goes on waits for the end of the one that was interrupted; that one writes its checkpoint."""
 
 
 def run_case(
@@ -60,6 +64,8 @@ def run_case(
     ------
     CaseError
         Nothing has been written.
+    CannotWrite
+        Another run writes into `out`, or a file cannot be written.
     NotConverged, EnergyAbort
         What was solved until then is in result.part.h5.
     ExpectationFailed
@@ -67,7 +73,14 @@ def run_case(
     KeyboardInterrupt
         A checkpoint has been written.
     """
-    out = Path(out)
+    with locked_folder(out, wait=ENDING if resume else 0.0):
+        return run_in_locked_folder(loaded, Path(out), progress=progress, resume=resume)
+
+
+def run_in_locked_folder(
+    loaded: LoadedCase, out: Path, *, progress: bool | Callable[[float], None] = True, resume: bool = False
+) -> dict[str, Any]:
+    """Do what `run_case` does, where the caller holds the lock on `out`."""
     if loaded.case.stages:
         summary = _run_stages(loaded, out, progress, resume)
     else:
@@ -110,7 +123,7 @@ def _run_stages(
 ) -> dict[str, Any]:
     """Deploy, and let what is deployed vibrate, each in a folder of its own; both summaries together."""
     case, source = loaded.case, str(loaded.path)
-    (out / "summary.json").unlink(missing_ok=True)
+    (out / SUMMARY).unlink(missing_ok=True)
     begun, warnings = _clocks(), list[str]()
     with saying_what_compiles(progress, _title(loaded), jit):
         deployment = analysis_of(case, source, warnings)
@@ -120,7 +133,7 @@ def _run_stages(
     vibration = VibrationAnalysis(case, source, film_of_deployment(case, first, deployment.system))
     second = _run_analysis(loaded, vibration, out / "vibrate", progress, resume, [], begun)
     summary = joined(first.summary, second.summary)
-    _write_summary(summary, out)
+    write_summary(summary, out / SUMMARY)
     return summary
 
 
@@ -162,9 +175,4 @@ def _write(solution: Solution, out: Path) -> None:
         else:  # that of another run in this folder
             (out / name).unlink(missing_ok=True)
     draw(solution, out)
-    _write_summary(solution.summary, out)
-
-
-def _write_summary(summary: dict[str, Any], out: Path) -> None:
-    with whole_file(out / "summary.json") as part:
-        part.write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
+    write_summary(solution.summary, out / SUMMARY)

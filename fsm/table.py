@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import itertools
-import json
 import os
 import re
 import sys
@@ -14,11 +13,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fsm.errors import CaseError, Fault
+from fsm.errors import CannotWrite, CaseError, Fault
+from fsm.folder_lock import locked_folder
 from fsm.garbage import importing
 from fsm.pool import Outcome, run_jobs
+from fsm.results.summary_file import SUMMARY, read_summary
 from fsm.scene.load_case import LoadedCase
-from fsm.scene.table import TableCase, load_reference, load_table
+from fsm.scene.table import COLLECTED, OVERLAY, STUDY, TableCase, load_reference, load_table
 from fsm.whole_file import clear_parts, whole_file
 
 __all__ = ["RESOLVED", "failures", "format_comparison", "format_table", "run_table"]
@@ -26,7 +27,6 @@ __all__ = ["RESOLVED", "failures", "format_comparison", "format_table", "run_tab
 RESOLVED = "case.resolved.toml"
 """The case of a row as it was run, beside its results."""
 
-SUMMARY = "summary.json"
 RESULT = "result.h5"
 FAILURE = "error.txt"
 """Why a row failed; not there for one that is finished or was cut off."""
@@ -86,30 +86,51 @@ def run_table(
     KeyboardInterrupt
         Interrupted; what had been finished by then is in ``summary.csv``.
     """
-    folder = Path(out)
     cases = load_table(path, [*overrides, *([f"solve.method={method}"] if method else [])])
     reference = load_reference(path)
     kernels = _check_scenes(cases, str(path))
+    with locked_folder(out):
+        return _run_cases(cases, Path(out), kernels, reference, workers, resume, progress)
+
+
+def _run_cases(
+    cases: Sequence[TableCase],
+    folder: Path,
+    kernels: set[str],
+    reference: Mapping[str, Mapping[str, float]],
+    workers: int | None,
+    resume: bool,
+    progress: bool,
+) -> list[dict[str, Any]]:
+    """Run the rows that are not solved yet, and write what is of all of them."""
     rows: dict[int, dict[str, Any]] = {}
     jobs: dict[int, Job] = {}
     for index, case in enumerate(cases):
         where = folder / case.name
         same = resume and _same_case(where, case.loaded) and not (where / FAILURE).exists()
-        if same and (where / SUMMARY).is_file():
+        if same and _is_solved(where):
             rows[index] = _row(case, where)
         else:
             jobs[index] = Job(case.loaded, where, same)
-    folder.mkdir(parents=True, exist_ok=True)
     clear_parts(folder)
     try:
         _run_rows(cases, jobs, rows, kernels, workers, progress)
     finally:
         done = [rows[index] for index in sorted(rows)]
         paths = dict.fromkeys(path for case in cases for path in case.overrides)
-        _write_csv(folder / "summary.csv", done, ["case", *paths])
+        _write_csv(folder / COLLECTED, done, ["case", *paths])
     _plot_overlay(folder, done)
     _plot_study(folder, done, list(paths), reference)
     return done
+
+
+def _is_solved(folder: Path) -> bool:
+    """Whether the folder holds an undamaged summary."""
+    try:
+        read_summary(folder / SUMMARY)
+    except CaseError:
+        return False
+    return True
 
 
 def failures(rows: Sequence[Mapping[str, Any]]) -> int:
@@ -187,14 +208,19 @@ def _stage_name(key: str) -> str:
 def run_row(job: Job) -> dict[str, Any]:
     """Run one row in a worker; the folder says what was run as soon as it holds anything of it."""
     with importing():
-        from fsm.run import run_case
+        from fsm.run import ENDING, run_in_locked_folder
 
-    job.out.mkdir(parents=True, exist_ok=True)
-    for name in (SUMMARY, FAILURE):
-        (job.out / name).unlink(missing_ok=True)
-    with whole_file(job.out / RESOLVED) as part:
-        part.write_text(job.loaded.text, encoding="utf-8")
-    return run_case(job.loaded, job.out, progress=False, resume=job.resume)
+    try:
+        job.out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        why = f"cannot be made ({error.strerror}); remove what has its name, or rename the row"
+        raise CannotWrite(f"{job.out}: {why}") from None
+    with locked_folder(job.out, wait=ENDING if job.resume else 0.0):
+        for name in (SUMMARY, FAILURE):
+            (job.out / name).unlink(missing_ok=True)
+        with whole_file(job.out / RESOLVED) as part:
+            part.write_text(job.loaded.text, encoding="utf-8")
+        return run_in_locked_folder(job.loaded, job.out, progress=False, resume=job.resume)
 
 
 def _same_case(folder: Path, loaded: LoadedCase) -> bool:
@@ -257,12 +283,15 @@ def _run_rows(
 def _row(case: TableCase, folder: Path, outcome: Outcome | None = None) -> dict[str, Any]:
     """Row of the summary: name, cells, numbers; and what went wrong."""
     row: dict[str, Any] = {"case": case.name, **case.overrides}
-    with suppress(OSError, ValueError, TypeError, LookupError, AttributeError):  # a summary that is none says nothing
-        row |= _scalars(json.loads((folder / SUMMARY).read_text(encoding="utf-8")))
+    with suppress(CaseError):
+        row |= _scalars(read_summary(folder / SUMMARY))
     if outcome is not None and outcome.error:
         row |= {"error": "\n".join(outcome.error), "exit_code": outcome.exit_code}
-        with whole_file(folder / FAILURE) as part:
-            part.write_text(f"{row['error']}\n{outcome.trace}", encoding="utf-8")
+        try:
+            with whole_file(folder / FAILURE) as part:
+                part.write_text(f"{row['error']}\n{outcome.trace}", encoding="utf-8")
+        except OSError:  # the error may be just that nothing can be written there
+            return row
         if outcome.trace:
             row["error"] += f" (more in {folder / FAILURE})"
     return row
@@ -304,7 +333,7 @@ def _plot_overlay(folder: Path, rows: Sequence[Mapping[str, Any]]) -> None:
     from fsm.plots.force import plot_overlay
     from fsm.results.store import read_solution
 
-    plot_overlay([(name, read_solution(folder / name / RESULT)) for name in names], folder / "overlay.png")
+    plot_overlay([(name, read_solution(folder / name / RESULT)) for name in names], folder / OVERLAY)
 
 
 def _plot_study(
@@ -318,7 +347,7 @@ def _plot_study(
     if films:
         from fsm.plots.study import plot_study
 
-        plot_study(films, columns, reference, folder / "study.png")
+        plot_study(films, columns, reference, folder / STUDY)
 
 
 @contextmanager

@@ -31,6 +31,8 @@ Version 2 has of contact pairs more than force and gap; read from a file of vers
 
 from __future__ import annotations
 
+import hashlib
+import json
 import re
 import threading
 import time
@@ -342,7 +344,7 @@ def _create_variables(file: Any, rows: dict[str, Any]) -> None:
         row_bytes = 8 * int(np.prod(tail, dtype=int))
         chunk = (max(1, min(256, CHUNK_BYTES // row_bytes)), *tail)
         kind = np.int64 if name == "negative_pivots" else np.float64
-        data = file.create_dataset(variable.path, (0, *tail), kind, maxshape=(None, *tail), chunks=chunk)
+        data = file.create_dataset(variable.path, (0, *tail), kind, maxshape=(None, *tail), chunks=chunk, fletcher32=True)
         described(data, variable.units, variable.text)
         for axis, dim in enumerate(("time", *variable.dims)):
             data.dims[axis].attach_scale(file[dim])
@@ -444,9 +446,11 @@ def write_checkpoint(path: str | Path, arrays: dict[str, np.ndarray], attributes
     path = Path(path)
     with whole_file(path) as part, written(part) as file:
         file.attrs["format"] = fixed_text(CHECKPOINT_FORMAT)
+        group = file.create_group("arrays")
         for name, values in arrays.items():
-            file.create_dataset(f"arrays/{name}", data=values)
+            group.create_dataset(name, data=values)
         write_attributes(file.create_group("attributes"), attributes)
+        file.attrs["checksum"] = fixed_text(_checksum(file))
 
 
 def read_checkpoint(path: str | Path) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
@@ -459,4 +463,16 @@ def read_checkpoint(path: str | Path) -> tuple[dict[str, np.ndarray], dict[str, 
     """
     with _opened(Path(path), CHECKPOINT_FORMAT) as file:
         arrays = {name: numbers_in(file, f"arrays/{name}", data.shape, False) for name, data in file["arrays"].items()}
+        if attribute(file, "checksum") != _checksum(file):
+            raise CaseError("is damaged: its checksum differs; run again without --resume", str(path))
         return arrays, read_attributes(file["attributes"])
+
+
+def _checksum(file: Any) -> str:
+    """SHA-256 of all attributes and arrays of a checkpoint."""
+    digest = hashlib.sha256(json.dumps(read_attributes(file["attributes"]), sort_keys=True).encode())
+    for name in sorted(file["arrays"]):
+        values = file[f"arrays/{name}"][()]
+        digest.update(f"\n{name} {values.shape} {values.dtype.str}\n".encode())
+        digest.update(np.ascontiguousarray(values).tobytes())
+    return digest.hexdigest()

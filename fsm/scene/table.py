@@ -28,10 +28,16 @@ from fsm.scene.load_case import LoadedCase, few, read_case, read_text, read_toml
 from fsm.scene.overrides import apply_overrides, check_path, split_override
 from fsm.scene.toml_text import case_text
 
-__all__ = ["TableCase", "load_reference", "load_table"]
+__all__ = ["COLLECTED", "OVERLAY", "STUDY", "TableCase", "load_reference", "load_table"]
 
 NAME = "case"
 BASE = "case.toml"
+
+COLLECTED, OVERLAY, STUDY = "summary.csv", "overlay.png", "study.png"
+"""Files that a table writes beside the folders of its rows."""
+
+_LONGEST = 200
+"""Bytes of a row's name; file systems allow 255, and files that are being written have longer names."""
 
 
 @dataclass(frozen=True)
@@ -189,15 +195,17 @@ def _name(values: Mapping[str, str]) -> str:
             f"{path.split('.')[-1]}-{value}" for path, value in values.items() if value and path != NAME
         )
     safe = re.sub(r"[^\w.+ -]+", "_", " ".join(name.split())).strip("._ ")
-    return safe[:100] or "base"
+    return safe.encode()[:_LONGEST].decode(errors="ignore").rstrip("._ ") or "base"
 
 
 def _name_faults(rows: Sequence[_Row], named: bool) -> list[Fault]:
-    """Rows whose name another row has already; folders may not tell small from capital letters."""
+    """Rows whose name is taken by another row or by a file of the table; case does not distinguish folders everywhere."""
     faults: list[Fault] = []
     first: dict[str, int] = {}
     for row in rows:
         key = row.name.casefold()
+        if key in (COLLECTED, OVERLAY, STUDY):
+            faults.append(Fault(f"row {row.number}", f'the name "{row.name}" is that of a file of the table; give another'))
         if key in first:
             why = f'the name "{row.name}" is' if named else "the same values are"
             hint = (

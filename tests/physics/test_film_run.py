@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ import pytest
 from fsm.errors import CaseError
 from fsm.plots.figures import draw
 from fsm.results.store import read_solution
+from fsm.results.summary_file import read_summary
 from fsm.run import run_case
 from fsm.scene.load_case import load_case
 
@@ -151,7 +151,7 @@ def test_what_is_written(tmp_path: Path) -> None:
     assert film.mode_shape.shape == (8, 36, 4, 3)
     assert np.abs(film.mode_shape).reshape(8, -1).max(axis=1) == pytest.approx(np.ones(8))
     assert film.frequency == pytest.approx(summary["modes_hz"])
-    assert json.loads((out / "summary.json").read_text()) == summary
+    assert read_summary(out / "summary.json") == summary
     assert solution.samples.displacement[0] == pytest.approx(np.zeros((2, 3)))
     assert np.abs(solution.samples.displacement[:, 0, 2]).max() == pytest.approx(summary["amplitude_center"])
     assert len(solution) <= 202 and solution.time[-1] == pytest.approx(0.25)

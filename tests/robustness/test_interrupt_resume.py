@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import os
 import random
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -16,9 +18,11 @@ import numpy as np
 import pytest
 
 import fsm.recorder
-from fsm.errors import CaseError, FsmError
+from fsm.errors import CannotWrite, CaseError, FsmError
+from fsm.folder_lock import LOCK, locked_folder
 from fsm.results.solution import Solution
 from fsm.results.store import part_path, read_checkpoint, read_solution, write_checkpoint
+from fsm.results.summary_file import read_summary
 from fsm.run import run_case
 from fsm.scene.load_case import load_case
 
@@ -154,7 +158,7 @@ def check_same(out: Path, expected: Solution, summary: dict[str, Any]) -> None:
     assert again.keys() == once.keys()
     assert [name for name in once if not np.array_equal(again[name], once[name], equal_nan=True)] == []
     assert untimed(found.stats) == untimed(expected.stats)
-    assert untimed(json.loads((out / "summary.json").read_text(encoding="utf-8"))) == untimed(summary)
+    assert untimed(read_summary(out / "summary.json")) == untimed(summary)
 
 
 def check_finished(out: Path, whole: tuple[Solution, dict[str, Any]]) -> None:
@@ -246,6 +250,79 @@ def test_interrupted_again_and_again(case: Path, whole: tuple[Solution, dict[str
         check_unfinished(tmp_path)
     run_case(load_case(case), tmp_path, progress=False, resume=True)
     check_finished(tmp_path, whole)
+
+
+def test_a_second_run_into_the_same_folder_is_refused(
+    case: Path, whole: tuple[Solution, dict[str, Any]], tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    with locked_folder(out):
+        process = start(case, out, "--quiet")
+        output, errors = process.communicate(timeout=PATIENCE)
+        assert (process.returncode, output) == (2, "")
+        assert errors.count("\n") == 1
+        assert f"process {os.getpid()} of" in errors
+        assert [path.name for path in out.iterdir()] == [LOCK]
+    assert not out.exists()
+    run_case(load_case(case), out, progress=False)
+    check_finished(out, whole)
+
+
+def test_a_run_that_goes_on_waits_for_the_one_that_ends(tmp_path: Path) -> None:
+    held, order = threading.Event(), list[str]()
+
+    def hold() -> None:
+        with locked_folder(tmp_path):
+            held.set()
+            time.sleep(0.5)
+            order.append("first")
+
+    thread = threading.Thread(target=hold)
+    thread.start()
+    held.wait()
+    with pytest.raises(CannotWrite, match="writes its results there"), locked_folder(tmp_path):
+        pass
+    with locked_folder(tmp_path, wait=60.0):
+        order.append("second")
+    thread.join()
+    assert order == ["first", "second"]
+
+
+def test_a_lock_ends_with_its_owner_however_it_ends(case: Path, tmp_path: Path) -> None:
+    process = start(case, tmp_path)
+    assert wait_for(process, (tmp_path / "checkpoint.h5").exists)
+    process.kill()
+    process.communicate()
+    assert (tmp_path / LOCK).exists()
+    run_case(load_case(case), tmp_path, progress=False)
+    assert not (tmp_path / LOCK).exists()
+
+
+def test_a_flipped_bit_of_a_checkpoint_is_refused(case: Path, tmp_path: Path) -> None:
+    """Each bit that is flipped, one at a time, in the arrays and elsewhere."""
+    interrupt(case, tmp_path, 0.62)
+    checkpoint = tmp_path / "checkpoint.h5"
+    content = checkpoint.read_bytes()
+    expected = read_checkpoint(checkpoint)
+    chance, refused = random.Random(3), 0
+    start_of_q = content.index(expected[0]["q"].tobytes())
+    for place in [start_of_q + 5, *(chance.randrange(len(content)) for _ in range(60))]:
+        flipped = bytearray(content)
+        flipped[place] ^= 1 << chance.randrange(8)
+        checkpoint.write_bytes(flipped)
+        try:
+            arrays, attributes = read_checkpoint(checkpoint)
+        except CaseError:
+            refused += 1
+        else:  # a byte that holds nothing
+            assert attributes == expected[1]
+            assert all(np.array_equal(arrays[name], values) for name, values in expected[0].items())
+    assert refused > 10
+    flipped = bytearray(content)
+    flipped[start_of_q] ^= 1
+    checkpoint.write_bytes(flipped)
+    with pytest.raises(CaseError, match="checksum"):
+        run_case(load_case(case), tmp_path, progress=False, resume=True)
 
 
 def test_a_checkpoint_of_other_code_is_not_resumed(

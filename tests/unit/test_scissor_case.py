@@ -1,6 +1,5 @@
 """Cases of scissor arrays: a whole run, and mistakes that are told early."""
 
-import json
 
 import numpy as np
 import pytest
@@ -10,6 +9,7 @@ from fsm.analyses.choose import analysis_of
 from fsm.analyses.report_array import describe_array
 from fsm.errors import CaseError
 from fsm.results.store import read_solution
+from fsm.results.summary_file import read_summary
 from fsm.run import run_case
 from fsm.scene.load_case import load_case
 
@@ -52,7 +52,7 @@ def test_a_whole_run(case_file, tmp_path):
     """Summary with its own keys, points beside rigid ones in the results, curves and pictures."""
     out = tmp_path / "out"
     summary = run_case(load_case(case_file), out, progress=False)
-    assert summary == json.loads((out / "summary.json").read_text())
+    assert summary == read_summary(out / "summary.json")
     assert summary["units"] == 2 and summary["elements_per_bar"] == 2
     assert set(summary["max_difference_rigid"]) == {"displacement_x", "displacement_y", "velocity", "acceleration"}
     assert list(summary["max_asynchronism"]) == ["a2-a3"]

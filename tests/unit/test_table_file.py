@@ -1,7 +1,6 @@
 """Tables of cases: which rows are read, how they are run, what comes out."""
 
 import csv
-import json
 import math
 import os
 import signal
@@ -15,8 +14,10 @@ import pytest
 from click.testing import CliRunner
 
 from fsm.cli import cli
-from fsm.errors import CaseError, NotConverged
+from fsm.errors import CaseError, FsmError, NotConverged
+from fsm.folder_lock import locked_folder
 from fsm.pool import Outcome, run_jobs
+from fsm.results.summary_file import write_summary
 from fsm.scene.table import load_table
 from fsm.table import RESOLVED, failures, format_table, run_table
 
@@ -141,7 +142,7 @@ def fake_run(monkeypatch):
     """Stand-in for the solver, and for the processes: the calls it got."""
     calls: list[tuple[str, bool]] = []
 
-    def run_case(loaded, out, *, progress, resume):
+    def run_in_locked_folder(loaded, out, *, progress, resume):
         calls.append((out.name, resume))
         if out.name == "83 low":
             raise NotConverged("panel 2 segment 1: no equilibrium at 27 mm\ntry more segments")
@@ -157,18 +158,19 @@ def fake_run(monkeypatch):
             "wall_time_s": 3.5,
             "touches": [{"pair": "a"}],
         }
-        (out / "summary.json").write_text(json.dumps(summary))
+        write_summary(summary, out / "summary.json")
         return summary
 
     def run_here(work, jobs, workers):
         for index, job in enumerate(jobs):
             try:
                 yield Outcome(index, value=work(job))
-            except NotConverged as error:
-                yield Outcome(index, error=tuple(str(error).splitlines()), exit_code=3)
+            except FsmError as error:
+                yield Outcome(index, error=tuple(str(error).splitlines()), exit_code=error.exit_code)
 
     module = types.ModuleType("fsm.run")
-    module.run_case = run_case  # type: ignore[attr-defined]
+    module.run_in_locked_folder = run_in_locked_folder  # type: ignore[attr-defined]
+    module.ENDING = 0.0  # type: ignore[attr-defined]
     ahead = types.ModuleType("fsm.warm_up")
     ahead.compile_ahead = lambda kinds, *_: calls.append(("compile ahead", *kinds))  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, "fsm.warm_up", ahead)
@@ -234,6 +236,45 @@ def test_stale_results_of_a_row_that_fails_are_not_shown(tmp_path, fake_run):
     (folder / "summary.json").write_text('{"peak_force": 99}')
     rows = run_table(path, tmp_path / "out", progress=False)
     assert "peak_force" not in rows[2]
+
+
+def test_a_row_whose_folder_cannot_be_made_fails_alone(tmp_path, fake_run):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "80 low").write_text("a file")
+    rows = run_table(write(tmp_path), tmp_path / "out", progress=False)
+    assert [bool(row.get("error")) for row in rows] == [True, False, True, False]
+    assert "80 low: cannot be made" in rows[0]["error"]
+    assert (tmp_path / "out" / "summary.csv").is_file()
+
+
+@pytest.mark.parametrize("name", ["summary.csv", "Overlay.png", "study.png"])
+def test_names_of_the_files_of_a_table_are_no_names_of_rows(tmp_path, name):
+    with pytest.raises(CaseError, match="is that of a file of the table"):
+        load_table(write(tmp_path, TABLE.replace("80 low", name)))
+
+
+def test_long_names_fit_a_folder(tmp_path):
+    row = load_table(write(tmp_path, TABLE.replace("80 low", "\u6298" * 150)))[0]
+    assert row.name == "\u6298" * 66  # 198 bytes
+
+
+def test_a_summary_that_was_changed_is_not_taken_for_a_result(tmp_path, fake_run):
+    path = write(tmp_path)
+    run_table(path, tmp_path / "out", progress=False)
+    fake_run.clear()
+    summary = tmp_path / "out" / "80 low" / "summary.json"
+    summary.write_text(summary.read_text().replace("1.992", "1.993"))
+    rows = run_table(path, tmp_path / "out", resume=True, progress=False)
+    assert ("80 low", True) in fake_run
+    assert rows[0]["peak_force"] == 1.992
+
+
+def test_a_second_table_into_the_same_folder_is_refused(tmp_path, fake_run):
+    with locked_folder(tmp_path / "out"):
+        result = CliRunner().invoke(cli, ["table", str(write(tmp_path)), "--out", str(tmp_path / "out")])
+    assert result.exit_code == 2
+    assert f"process {os.getpid()} of" in result.stderr
+    assert not fake_run
 
 
 def test_the_command_reports_failures_at_the_end(tmp_path, fake_run):
@@ -324,6 +365,39 @@ def test_workers_start_with_interrupts_held_back():
 def test_the_interrupt_of_a_terminal_does_not_reach_workers_twice():
     (outcome,) = run_jobs(eval, ["__import__('os').getpgrp()"], 1)
     assert outcome.value != os.getpgrp()
+
+
+@pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="needs POSIX signals")
+def test_workers_end_with_a_parent_that_is_killed(tmp_path):
+    """They are interrupted, so that they write their checkpoints."""
+    job = (
+        "import os, time, pathlib\n"
+        "pathlib.Path({0!r} + '.' + str(os.getpid())).touch()\n"
+        "try:\n    time.sleep(60)\n"
+        "except KeyboardInterrupt:\n    pathlib.Path({0!r} + '.saved').touch(); raise\n"
+    )
+    jobs = [job.format(str(tmp_path / name)) for name in "ab"]
+    code = f"from fsm.pool import run_jobs\nfor outcome in run_jobs(exec, {jobs!r}, 2): print(outcome)"
+    process = subprocess.Popen([sys.executable, "-c", code], env={"PYTHONPATH": ":".join(sys.path)}, start_new_session=True)
+    deadline = time.monotonic() + 60
+    while len(list(tmp_path.iterdir())) < 2 and time.monotonic() < deadline:
+        time.sleep(0.02)
+    workers = [int(path.suffix[1:]) for path in tmp_path.iterdir()]
+    process.kill()
+    process.wait()
+    while any(is_running(worker) for worker in workers) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    assert len(workers) == 2 and not any(is_running(worker) for worker in workers)
+    assert len(list(tmp_path.glob("*.saved"))) == 2
+
+
+def is_running(process: int) -> bool:
+    """Whether there is such a process, and not only its exit status that nobody has asked for."""
+    try:
+        status = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0]
+    except OSError:
+        return False
+    return status != "Z"
 
 
 @pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="needs POSIX signals")

@@ -1,0 +1,47 @@
+"""summary.json: written whole, with a checksum."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from fsm.errors import CaseError
+from fsm.whole_file import whole_file
+
+__all__ = ["SUMMARY", "read_summary", "write_summary"]
+
+SUMMARY = "summary.json"
+"""Its presence in a folder means that the case there is solved."""
+
+_KEY = "checksum"
+
+
+def write_summary(summary: Mapping[str, Any], path: str | Path) -> None:
+    """Write a summary and the SHA-256 of its other keys, as JSON with sorted keys."""
+    with whole_file(path) as part:
+        part.write_text(json.dumps({**summary, _KEY: _checksum(summary)}, indent=2) + "\n", encoding="utf-8")
+
+
+def read_summary(path: str | Path) -> dict[str, Any]:
+    """Read a summary, without its checksum.
+
+    Raises
+    ------
+    CaseError
+        There is no such file, it is no summary, or it was changed after it was written.
+    """
+    try:
+        summary = json.loads(Path(path).read_text(encoding="utf-8"))
+        stored = summary.pop(_KEY)
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
+        raise CaseError(f"is no summary of a run ({error}); run the case again", str(path)) from None
+    if stored != _checksum(summary):
+        raise CaseError("is damaged or was edited: its checksum differs; run the case again", str(path))
+    return dict(summary)
+
+
+def _checksum(summary: Mapping[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(summary, sort_keys=True).encode()).hexdigest()
