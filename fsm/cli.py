@@ -14,6 +14,7 @@ import click
 from fsm.errors import CaseError, ExpectationFailed, FsmError, is_interrupt
 from fsm.garbage import ending_without_a_search, importing
 from fsm.interrupts import counting_interrupts_once
+from fsm.threads import one_thread
 
 __all__ = ["cli", "main"]
 
@@ -396,7 +397,7 @@ def summary_lines(summary: Mapping[str, Any], folder: Path) -> list[str]:
 def main() -> None:
     """Entry point of the command ``fsm``."""
     try:
-        with counting_interrupts_once(), ending_without_a_search():
+        with counting_interrupts_once(), ending_without_a_search(), one_thread():
             cli(prog_name="fsm")
     except KeyboardInterrupt:  # before or after the command itself
         sys.exit(130)

@@ -20,11 +20,9 @@ from typing import Any
 
 from fsm.errors import FsmError, is_interrupt
 from fsm.garbage import ending_without_a_search
+from fsm.threads import one_thread
 
 __all__ = ["Outcome", "run_jobs"]
-
-THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
-"""One thread each: as many processes as cores, and none that takes the cores of its neighbours."""
 
 GRACE = 20.0
 """Seconds that interrupted workers get to write their checkpoints."""
@@ -100,14 +98,8 @@ def run_jobs(work: Callable[[Any], Any], jobs: Sequence[Any], workers: int) -> G
 def _start(context: SpawnContext) -> _Worker:
     here, there = context.Pipe()
     process = context.Process(target=_serve, args=(there,), name="fsm worker", daemon=True)
-    before = {name: os.environ.get(name) for name in THREAD_VARIABLES}
-    os.environ.update(dict.fromkeys(THREAD_VARIABLES, "1"))
-    try:
-        with _no_interrupt():
-            process.start()
-    finally:
-        for name, value in before.items():
-            os.environ.pop(name) if value is None else os.environ.update({name: value})
+    with one_thread(), _no_interrupt():
+        process.start()
     there.close()
     return _Worker(process, here)
 

@@ -111,6 +111,11 @@ class VibrationAnalysis:
         impact = self.case.impact
         if impact is None or self.case.solve.method != "auto" or wanted == "full":
             return
+        if np.any(self.modes.squared <= 0.0):  # to round-off: a slack part that nothing holds
+            self.reason = "a mode has no stiffness, and no reduced model"
+            if wanted == "reduced":
+                warnings.append(f'reduced model: {self.reason}; solved with vibration.model = "full"')
+            return
         model = reduced_model(self._system, self.modes, self.vibration.stretch)
         point = self.film.point(*impact.point)
         rest = point.position(self._system.initial()[0])

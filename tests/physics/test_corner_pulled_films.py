@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from fsm.analyses.choose import analysis_of
+from fsm.analyses.natural import natural_modes
 from fsm.analyses.vibrate import VibrationAnalysis
 from fsm.ancf.cable import CableGroup
 from fsm.ancf.film import MembraneGroup
 from fsm.errors import NotConverged
 from fsm.pretension import settled
 from fsm.scene.load_case import load_case
+from fsm.solve.modal import Modes
 
 SAIL = """
 analysis = "vibrate"
@@ -92,3 +96,22 @@ def test_an_unstable_film_says_what_it_lacks(tmp_path: Path) -> None:
     system.start[:] = q * np.tile([0.99, 0.99, 1.0], len(q) // 3)
     with pytest.raises(NotConverged, match=r"stiffness has \d+ negative pivots; residual .* N \((not )?converged\)"):
         settled(system, 0.0, system.start, max_iterations=30)
+
+
+@pytest.mark.parametrize("model", ["auto", "reduced"])
+def test_a_mode_without_stiffness_needs_the_full_model(
+    tmp_path: Path, model: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Negative by round-off, as of a slack part that nothing holds: it ended in an internal error."""
+
+    def loose(*arguments: Any) -> Modes:
+        found = natural_modes(*arguments)
+        return replace(found, squared=np.concatenate([[-1e-9], found.squared[1:]]))
+
+    monkeypatch.setattr("fsm.analyses.vibrate.natural_modes", loose)
+    pulse = 'impact={ pulse = "half-sine", force = "1 mN", duration = "5 ms" }'
+    made = analysis(tmp_path, "membrane.mesh=[3, 3]", pulse, f"vibration.model={model}")
+    warnings: list[str] = []
+    made.make_ready(warnings)
+    assert made.model is None and made.method()[0] == "generalized-alpha"
+    assert ("full" in "".join(warnings)) == (model == "reduced")

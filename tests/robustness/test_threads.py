@@ -1,0 +1,71 @@
+"""A run and a row of a table give the same bits, whatever the number of threads that the shell asks for."""
+
+from __future__ import annotations
+
+import csv
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from fsm.threads import one_thread
+
+CASE = """
+analysis = "vibrate"
+[membrane]
+length = 0.3
+width = 0.3
+thickness = 25e-6
+mesh = [10, 10]
+[material]
+young = 3e9
+poisson = 0.31
+density = 1420
+[tension]
+strain = 1e-3
+[impact]
+pulse = "half-sine"
+force = "1 mN"
+duration = "8 ms"
+point = [0.03, 0.07]
+[vibration]
+duration = "20 ms"
+modes = 20
+model = "reduced"
+"""
+
+
+def arrays(path: Path) -> dict[str, np.ndarray]:
+    found: dict[str, np.ndarray] = {}
+    with h5py.File(path) as file:
+        file.visititems(
+            lambda name, item: found.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None
+        )
+    return {name: value for name, value in found.items() if isinstance(value, np.ndarray) and value.dtype.kind == "f"}
+
+
+def test_run_and_table_agree_to_the_last_bit(tmp_path: Path) -> None:
+    (tmp_path / "case.toml").write_text(CASE, encoding="utf-8")
+    with open(tmp_path / "table.csv", "w", newline="", encoding="utf-8") as file:
+        csv.writer(file).writerows([["case", "impact.force"], ["one", "1 mN"]])
+    shell = os.environ | {"OPENBLAS_NUM_THREADS": "4", "OMP_NUM_THREADS": "4"}
+    for command in (["run", "case.toml", "--out", "run"], ["table", "table.csv", "--out", "table", "--workers", "1"]):
+        subprocess.run(
+            [sys.executable, "-m", "fsm", *command, "--quiet"], cwd=tmp_path, env=shell, check=True, capture_output=True
+        )
+    one, two = arrays(tmp_path / "run" / "result.h5"), arrays(tmp_path / "table" / "one" / "result.h5")
+    assert one.keys() == two.keys() and any(name.endswith("frequency") for name in one)
+    for name in one:
+        np.testing.assert_array_equal(one[name], two[name], err_msg=name)
+
+
+def test_threads_are_those_of_before_afterwards(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("OMP_NUM_THREADS", "3")
+    monkeypatch.delenv("MKL_NUM_THREADS", raising=False)
+    with one_thread():
+        assert os.environ["OMP_NUM_THREADS"] == os.environ["MKL_NUM_THREADS"] == "1"
+    assert os.environ["OMP_NUM_THREADS"] == "3" and "MKL_NUM_THREADS" not in os.environ
