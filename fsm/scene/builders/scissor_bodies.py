@@ -107,6 +107,7 @@ def _hinge(
         point_inner=_local(a, point),
         point_outer=_local(b, point),
         translation=(HINGE_STIFFNESS, 0.0, HINGE_STIFFNESS),
+        translation_damping=(_damping(a.mass + b.mass), 0.0, _damping(a.mass + b.mass)),
         rotation=(0.0, stiffness, 0.0),
         rotation_damping=(0.0, damping, 0.0),
         rest_angle=rest,
@@ -114,11 +115,17 @@ def _hinge(
     )
 
 
+def _damping(mass: float) -> float:
+    """Damping of a hinge's stiff springs, N s/m: sudden forces would make bars of this mass (kg) ring on them."""
+    return math.sqrt(HINGE_STIFFNESS * mass)
+
+
 def _support(support: PointSupport, array: Array, bodies: dict[str, Body], bar: str) -> ForceElement:
     held = support.direction is None, support.direction is None
     if support.direction is not None:
         held = support.direction[0] == 0.0, support.direction[1] == 0.0
     x, z = array.points[support.point]
+    damping = _damping(bodies[bar].mass)
     return ForceElement(
         name=f"support {support.point}",
         inner=bar,
@@ -126,6 +133,7 @@ def _support(support: PointSupport, array: Array, bodies: dict[str, Body], bar: 
         point_inner=_local(bodies[bar], (x, z)),
         point_outer=(x, 0.0, z),
         translation=(HINGE_STIFFNESS if held[0] else 0.0, 0.0, HINGE_STIFFNESS if held[1] else 0.0),
+        translation_damping=(damping if held[0] else 0.0, 0.0, damping if held[1] else 0.0),
     )
 
 
