@@ -20,12 +20,13 @@ from fsm.guarded import DAMAGES
 from fsm.kernels import jit
 from fsm.progress import Progress, say_anew
 from fsm.provenance import made_by, provenance
+from fsm.results.curve import Curve
 from fsm.results.solution import Record, Solution
 from fsm.results.store import ResultWriter, part_path, read_checkpoint, read_solution, write_checkpoint
 from fsm.round_off import RoundOff, round_off_of, rounded_places
 from fsm.scene.load_case import LoadedCase
 from fsm.scene.scene import Scene
-from fsm.solve.handed_over import Saved, Statistics, StepEnd
+from fsm.solve.handed_over import CurvePoint, Saved, Statistics, StepEnd
 from fsm.solve.ledger import Ledger
 from fsm.solve.settings import Settings
 from fsm.solve.solver import solve
@@ -75,7 +76,7 @@ class RecordedSolve:
         self.target = out / "result.h5"
         self.checkpoint = out / "checkpoint.h5"
         self.last_checkpoint = time.perf_counter()
-        self.seen: list[tuple[DriveState, np.ndarray]] = []
+        self.seen: list[CurvePoint] = []
         self.of_another_case = False
         self.resumed = self._read_checkpoint() if resume else None
         (out / "summary.json").unlink(missing_ok=True)  # it says that the case in this folder is done
@@ -101,6 +102,8 @@ class RecordedSolve:
         bar = Progress(progress, end, self.loaded.case.title or str(self.loaded.path), jit)
         resume_at = self.records if self.resumed else None
         with ResultWriter(self.target, layout, resume_at, samples_at=self.samples) as writer, bar:
+            if start is not None:
+                self._hold(writer, start, record_times)
             try:
                 statistics = self._solve(
                     settings,
@@ -135,7 +138,9 @@ class RecordedSolve:
                 "compile_time_s": jit.compile_time() - compiled,
                 "wall_time_s": time.perf_counter() - begun,
             }
-            writer.finish(_plain(statistics), summary, array)
+            driven = bool(self.seen) and len(self.seen[0].drive.travel) > 0
+            curve = Curve.through(self.seen).thinned() if driven else None
+            writer.finish(_plain(statistics), summary, array, curve)
         self.checkpoint.unlink(missing_ok=True)
         return read_solution(self.target)
 
@@ -172,6 +177,15 @@ class RecordedSolve:
         ledger = Ledger.opened(self.system.energy(*start))
         ledger.trifle = max(ledger.trifle, rounded_places(self.system, start))
         return start, ledger
+
+    def _hold(self, writer: ResultWriter, start: tuple[float, np.ndarray, np.ndarray], times: list[float]) -> None:
+        """Record the start at all times before the solve begins, while everything is held."""
+        begin, q, u = start
+        held = [t for t in times if t < begin * (1.0 - _SAME)]
+        if held:
+            seen = self.system.observe(begin, q, u)
+            for t in held:
+                self._save(writer, Saved(t, q, u, seen, 0.0, 0.0, 0.0, np.zeros_like(seen.energy.pair_power)))
 
     def _save(self, writer: ResultWriter, saved: Saved) -> None:
         """Keep what is wanted at this time: the whole state, the probes, or both."""
@@ -229,9 +243,10 @@ class RecordedSolve:
                 "u": point.end.u,
                 "ledger": np.array(list(ledger.values())),
                 "pair_energy": pair_energy,
-                "travel": np.array([drive.travel for drive, _ in self.seen[: point.seen]]),
-                "force": np.array([drive.force for drive, _ in self.seen[: point.seen]]),
-                "pair_force": np.array([pairs for _, pairs in self.seen[: point.seen]]),
+                "travel": np.array([seen.drive.travel for seen in self.seen[: point.seen]]),
+                "force": np.array([seen.drive.force for seen in self.seen[: point.seen]]),
+                "pair_force": np.array([seen.pair_force for seen in self.seen[: point.seen]]),
+                "point": np.array([seen[2:] for seen in self.seen[: point.seen]]),
             },
             {
                 "case": self.loaded.text,
@@ -285,7 +300,7 @@ class RecordedSolve:
             return None
         self._check(arrays, attributes)
         self.warnings = list(attributes["warnings"])
-        self.seen = [(DriveState(travel, force), pairs) for travel, force, pairs in _rows(arrays)]
+        self.seen = list(_points(arrays))
         state = {name.removeprefix(_STATE): values for name, values in arrays.items() if name.startswith(_STATE)}
         events = tuple(Event(**event) for event in json.loads(attributes["events"]))
         end = StepEnd(float(arrays["time"][0]), arrays["q"], arrays["u"], int(attributes["steps"]), events, state)
@@ -311,8 +326,11 @@ def _due(times: deque[float], now: float) -> bool:
     return came
 
 
-def _rows(arrays: dict[str, np.ndarray]) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    return zip(arrays["travel"], arrays["force"], arrays["pair_force"], strict=True)
+def _points(arrays: dict[str, np.ndarray]) -> Iterator[CurvePoint]:
+    """The points of the curve that a checkpoint holds."""
+    columns = arrays["travel"], arrays["force"], arrays["pair_force"], arrays["point"].tolist()
+    for travel, force, pairs, (at, path, panels, creases) in zip(*columns, strict=True):
+        yield CurvePoint(DriveState(travel, force), pairs, at, int(path), panels, creases)
 
 
 def _plain(statistics: Statistics) -> dict[str, Any]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from fsm.kernels import jit
 from fsm.plots.figures import draw
 from fsm.progress import say_anew, saying_what_compiles
 from fsm.recorder import RecordedSolve
+from fsm.results.curve import Curve
 from fsm.results.export import write_contact_csv, write_force_csv, write_history_csv, write_points_csv
 from fsm.results.quantities import touching_pairs
 from fsm.results.solution import Solution
@@ -39,9 +41,9 @@ def run_case(
 ) -> dict[str, Any]:
     """Run a case and write result.h5, summary.json, curves as CSV and plots into `out`.
 
-    Which curves and plots depends on what there is: motion.png, energy.png of a deployment, force.csv and force.png
-    with a drive, contact.csv and contact.png with a contact that carries force in a record; history.csv, history.png,
-    spectrum.png, modes.png, tension.png and energy.png of a film.
+    Which curves and plots depends on what there is: motion.png, energy.png of a deployment; force.csv and force.png
+    with a drive, dynamic_force.csv if some of it is a motion; contact.csv and contact.png with a contact that carries
+    force in a record; history.csv, history.png, spectrum.png, modes.png, tension.png and energy.png of a film.
 
     Parameters
     ----------
@@ -163,8 +165,12 @@ def _solved(loaded: LoadedCase, folder: Path, progress: bool | Callable[[float],
 
 def _write(solution: Solution, out: Path) -> None:
     """Curves, plots, and summary.json last and whole, so that its presence means the case is done."""
-    tables = {
+    curve = Curve.of(solution)
+    tables: dict[str, Callable[[Solution, Path], None] | None] = {
         "force.csv": write_force_csv if solution.travel.shape[1] else None,
+        "dynamic_force.csv": (
+            partial(write_force_csv, dynamic=True) if curve.has_quasi_static and curve.dynamic.any() else None
+        ),
         "contact.csv": write_contact_csv if touching_pairs(solution.pair_force) else None,
         "history.csv": write_history_csv if len(solution.samples.time) else None,
         "points.csv": write_points_csv if solution.array is not None else None,

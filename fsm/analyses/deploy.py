@@ -8,23 +8,28 @@ from typing import Any
 
 import numpy as np
 
+from fsm.analyses.at_start import equilibrium_at_start
 from fsm.analyses.beyond_data import beyond_data
 from fsm.crossing import first_crossings, squares_meeting
-from fsm.errors import FsmError
 from fsm.prepare import path_settings, prepare
 from fsm.results.array import ArrayMotion
-from fsm.results.quantities import Curve, summarise, summarise_contacts
+from fsm.results.curve import Curve
+from fsm.results.quantities import summarise, summarise_contacts
 from fsm.results.solution import Layout, Solution
 from fsm.scene.case import Case
 from fsm.scene.choice import automatic_method
+from fsm.scene.start import start_of
 from fsm.segments.save_times import save_times
 from fsm.solve.handed_over import Statistics
 from fsm.solve.linear import LinearSolver
-from fsm.solve.newton import equilibrium, negative_pivots
+from fsm.solve.newton import negative_pivots
 from fsm.solve.settings import Settings
 from fsm.solve.static import PathSettings
 
 __all__ = ["Deployment"]
+
+_NAMED = 3
+"""Pairs of panels that a warning names."""
 
 
 _HOLD = 0.01
@@ -90,15 +95,18 @@ class Deployment:
         return []
 
     def start(self, warnings: list[str]) -> tuple[float, np.ndarray, np.ndarray]:
-        """A strip whose creases are not at rest as folded starts from its equilibrium; other scenes start as given."""
+        """The scene as given or its equilibrium at time zero, see `fsm.scene.start`; at the end of the hold if there is one.
+
+        Raises
+        ------
+        NotConverged
+            No stable equilibrium is found.
+        """
         q, u = self.system.initial()
-        residual = float(np.abs(self.system.force(0.0, q, u)).max(initial=0.0))
-        if self.case.strip is not None and residual >= 1e-9:
-            try:
-                q = equilibrium(self.system, q, np.array([0.0]))
-            except FsmError as error:
-                warnings.append(f"not in equilibrium at the start, and none was found: {error}")
-        return 0.0, q, u
+        if start_of(self.case, self.scene)[0] == "equilibrium":
+            q = equilibrium_at_start(self.system, q)
+        release = self.case.release
+        return 0.0 if release is None else release.hold_time, q, u
 
     def layout(self) -> Layout:
         """See `Analysis`."""
@@ -130,23 +138,17 @@ class Deployment:
 
     def summarise(self, solution: Solution, statistics: Statistics) -> dict[str, Any]:
         """Peak, stages and contacts."""
-        summary: dict[str, Any] = {}
+        summary: dict[str, Any] = {"start": start_of(self.case, self.scene)[0]}
         if solution.travel.shape[1]:
-            summary |= summarise(_fine_curve(solution, statistics), solution.layout.pair_names)
-        looked_at = np.array([forces for _, forces in statistics.seen])
+            summary |= summarise(Curve.through(statistics.seen), solution.layout.pair_names)
+        looked_at = np.array([point.pair_force for point in statistics.seen])
         summary["contact"] = summarise_contacts(solution, looked_at, summary.get("touches", ()))
         summary["contact_stats"] = self.system.contacts.stats()
         return summary
 
     def warnings(self, solution: Solution, summary: dict[str, Any]) -> list[str]:
-        """Snaps, deep contacts, panels that cross, creases beyond their data, a pull that is not slow, a peak at the end."""
+        """Deep contacts, panels that cross, creases beyond their data, a pull that is not slow, a peak at the end."""
         found = []
-        if summary["unstable_equilibria"]:
-            first = float(solution.travel[np.argmax(solution.negative_pivots > 0), 0]) if solution.travel.size else 0.0
-            found.append(
-                f"{summary['unstable_equilibria']} saved states have an unstable tangent, the first at {1e3 * first:.4g} "
-                "mm: the strip snaps there, and its path depends on inertia and damping"
-            )
         thickness = solution.layout.thickness
         if solution.pair_gap.size and -solution.pair_gap.min() > 0.2 * thickness > 0.0:
             pair = solution.layout.pair_names[int(np.argmin(solution.pair_gap.min(axis=0)))]
@@ -154,25 +156,23 @@ class Deployment:
                 f"faces of {pair} penetrate by {-1e3 * solution.pair_gap.min():.3g} mm, more than a fifth of the thickness; "
                 "raise contact.stiffness"
             )
-        for first_panel, second_panel, travel in first_crossings(solution, self.scene):
-            found.append(
-                f"panels {first_panel} and {second_panel} pass through each other from {1e3 * travel:.4g} mm of travel on: "
-                "they are not a contact pair, and the result beyond is not physical"
-            )
+        found += _crossed(first_crossings(solution, self.scene), driven=solution.travel.shape[1] > 0)
         meeting = squares_meeting(solution, self.scene)
         if meeting:
             found.append(meeting)
         return found + beyond_data(solution, self.scene, self.system) + _of_the_pull(solution, summary)
 
 
-def _fine_curve(solution: Solution, statistics: Statistics) -> Curve:
-    """Records and every point looked at on the way, so that peak and stages do not depend on what is saved."""
-    looked_at = Curve(
-        np.array([drive.travel[0] for drive, _ in statistics.seen]),
-        np.array([drive.force[0] for drive, _ in statistics.seen]),
-        np.array([pairs for _, pairs in statistics.seen]).reshape(len(statistics.seen), solution.pair_force.shape[1]),
+def _crossed(crossings: list[tuple[int, int, float]], driven: bool) -> list[str]:
+    """A line for the panels that pass through each other, the first ones named with the travel, or the time."""
+    if not crossings:
+        return []
+    first = sorted(crossings, key=lambda crossing: crossing[2])
+    named = ", ".join(
+        f"{a} and {b} from {f'{1e3 * at:.4g} mm of travel' if driven else f'{at:.4g} s'} on" for a, b, at in first[:_NAMED]
     )
-    return Curve.of(solution).merged(looked_at)
+    more = f", and {len(first) - _NAMED} more pairs later" if len(first) > _NAMED else ""
+    return [f"panels {named}{more} pass through each other: they are no contact pair, and the result beyond is not physical"]
 
 
 def _of_the_pull(solution: Solution, summary: dict[str, Any]) -> list[str]:
@@ -186,6 +186,8 @@ def _of_the_pull(solution: Solution, summary: dict[str, Any]) -> list[str]:
     if moving.any():
         at = float(solution.travel[np.argmax(moving), 0])
         found.append(f"not quasi-static at {1e3 * at:.4g} mm: the kinetic energy is over 1 % of the elastic; pull slower")
+    if summary["peak_kind"] == "dynamic":
+        found.append("no part of the pull is quasi-static: peak_force is the largest dynamic force; pull slower")
     if summary["peak_travel"] > 0.999 * solution.travel[-1, 0]:
         found.append("the force is still rising at the end of the travel; the peak may lie beyond it")
     return found

@@ -1,4 +1,4 @@
-"""Pull force against travel: one run with its stages and its peak, or all curves of a table."""
+"""Pull force against travel: one run with its stages and its peaks, or all curves of a table."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
@@ -13,18 +14,21 @@ from matplotlib.lines import Line2D
 from fsm.plots.legend import add_legend
 from fsm.plots.marks import EVENTS, shade_stages, summary_with_stages
 from fsm.plots.style import COLOURS, GREY, SINGLE, WIDE, abscissa, figure, rounded, shortened
-from fsm.results.quantities import peak
-from fsm.results.solution import Solution
+from fsm.results.curve import Curve
+from fsm.results.solution import Floats, Solution
 
 __all__ = ["plot_force", "plot_overlay"]
 
 DASHES = ("-", "--", "-.", ":")
+_TALLEST = 1.5
+"""Dynamic forces farther out than so many times the quasi-static ones are cut off; their values are written."""
 
 
 def plot_force(solution: Solution, path: str | Path) -> None:
-    """Force against travel in mm, the stages shaded and named, the peak marked with its value.
+    """Force against travel in mm, the stages shaded and named, the quasi-static peak marked with its value.
 
-    Without a drive: the normal forces of the contact pairs against time.
+    Forces in snaps and other motions are thin and grey, their peak is marked apart. Without a drive: the normal forces
+    of the contact pairs against time.
     """
     with figure(path, SINGLE) as fig:
         ax = fig.add_subplot()
@@ -34,10 +38,10 @@ def plot_force(solution: Solution, path: str | Path) -> None:
             _draw_pairs(ax, solution)
             return
         names = solution.layout.drive_names
+        curve = Curve.of(solution)
         for k in range(solution.force.shape[1]):
             name = names[k] if k < len(names) else f"drive {k + 1}"
-            colour = COLOURS[k % len(COLOURS)]
-            ax.plot(solution.travel[:, k] * 1e3, solution.force[:, k], color=colour, label=shortened(name))
+            _draw_curve(ax, curve, k, color=COLOURS[k % len(COLOURS)], label=shortened(name))
         ax.set_ylabel("force (N)")
         ax.margins(x=0)
         if solution.force.shape[1] > 1:
@@ -45,8 +49,9 @@ def plot_force(solution: Solution, path: str | Path) -> None:
         summary = summary_with_stages(solution)
         stages: list[Artist] = [*shade_stages(ax, summary["stages"], float(x[-1]))]
         stages += _mark_events(ax, summary.get("events", []))
+        _limit(ax, curve)
+        stages += _mark_peaks(ax, summary, float(x[-1]))
         fig.legend(handles=stages, loc="outside upper center", ncols=3, columnspacing=1.2, handlelength=1.4)
-        _mark_peak(ax, solution)
 
 
 def plot_overlay(curves: Sequence[tuple[str, Solution]], path: str | Path) -> None:
@@ -59,9 +64,12 @@ def plot_overlay(curves: Sequence[tuple[str, Solution]], path: str | Path) -> No
         drawn = [(name, run) for name, run in curves if run.travel.shape[1]]
         for k, (name, run) in enumerate(drawn):
             colour, dashes = COLOURS[k % len(COLOURS)], DASHES[k // len(COLOURS) % len(DASHES)]
-            force, travel = peak(run.travel[:, 0], run.force[:, 0])
+            summary = summary_with_stages(run)
+            force, travel = summary["peak_force"], summary["peak_travel"]
             label = f"{name}: {rounded(force)} N at {rounded(travel * 1e3)} mm"
-            ax.plot(run.travel[:, 0] * 1e3, run.force[:, 0], color=colour, linestyle=dashes, label=label)
+            curve = Curve.of(run)
+            s, f = _quasi_static(curve, 0) if curve.has_quasi_static else (1e3 * curve.travel[:, 0], curve.force[:, 0])
+            ax.plot(s, f, color=colour, linestyle=dashes, label=label)
             ax.plot(travel * 1e3, force, "o", color=colour, markersize=4.5, markeredgecolor="white", zorder=4)
         ax.set_xlabel("travel (mm)")
         ax.set_ylabel("force (N)")
@@ -70,6 +78,35 @@ def plot_overlay(curves: Sequence[tuple[str, Solution]], path: str | Path) -> No
             _say(ax, "no curve: none of the runs has a drive")
         else:
             add_legend(fig, ax)
+
+
+def _quasi_static(curve: Curve, drive: int) -> tuple[Floats, Floats]:
+    """Travel (mm) and quasi-static force (N) of a drive, NaN in between paths, so that no line joins them."""
+    return 1e3 * curve.travel[:, drive], np.where(curve.dynamic, np.nan, curve.force[:, drive])
+
+
+def _draw_curve(ax: Axes, curve: Curve, drive: int, **style: Any) -> None:
+    """One drive: its quasi-static force, and thin and grey what lies between the paths."""
+    travel, force = _quasi_static(curve, drive)
+    if not curve.has_quasi_static:
+        ax.plot(travel, curve.force[:, drive], **style)
+        return
+    ax.plot(travel, force, **style)
+    if curve.dynamic.any():
+        edges = np.flatnonzero(np.diff(curve.dynamic.astype(int)))
+        beside = curve.dynamic.copy()
+        beside[edges], beside[edges + 1] = True, True  # the ends of paths, so that both lines meet
+        ax.plot(travel, np.where(beside, curve.force[:, drive], np.nan), color=GREY, linewidth=0.6, zorder=1.9)
+
+
+def _limit(ax: Axes, curve: Curve) -> None:
+    """Set the force axis by the quasi-static forces, with room for dynamic ones up to `_TALLEST` times them."""
+    force = curve.force[~curve.dynamic] if curve.has_quasi_static else curve.force
+    low, high = float(np.nanmin(force)), float(np.nanmax(force))
+    room = (_TALLEST - 1.0) * max(high - low, 1e-300)
+    low, high = max(float(np.nanmin(curve.force)), low - room), min(float(np.nanmax(curve.force)), high + room)
+    margin = 0.05 * ((high - low) or 1.0)
+    ax.set_ylim(low - margin, high + margin)
 
 
 def _draw_pairs(ax: Axes, solution: Solution) -> None:
@@ -93,8 +130,8 @@ def _say(ax: Axes, text: str) -> None:
 def _mark_events(ax: Axes, events: Sequence[dict[str, Any]]) -> list[Line2D]:
     """Snaps and bifurcations on the curve; gives back what names them."""
     handles: list[Line2D] = []
-    for kind, (marker, label) in EVENTS.items():
-        at = [event for event in events if event["kind"] == kind]
+    for marker, label in dict.fromkeys(EVENTS.values()):
+        at = [event for event in events if EVENTS[event["kind"]] == (marker, label)]
         if not at:
             continue
         travel, force = [1e3 * event["travel"] for event in at], [event["force"] for event in at]
@@ -103,19 +140,26 @@ def _mark_events(ax: Axes, events: Sequence[dict[str, Any]]) -> list[Line2D]:
         for event in at:
             ends = [1e3 * event["travel"], 1e3 * event["end_travel"]], [event["force"], event["end_force"]]
             ax.plot(*ends, ":", color=COLOURS[3], linewidth=1.0)
-        if label not in [handle.get_label() for handle in handles]:
-            handles.append(Line2D([], [], label=label, **style))
+        handles.append(Line2D([], [], label=label, **style))
     return handles
 
 
-def _mark_peak(ax: Axes, solution: Solution) -> None:
-    travel = solution.travel[:, 0] * 1e3
-    force, at = peak(travel, solution.force[:, 0])
+def _mark_peaks(ax: Axes, summary: dict[str, Any], last: float) -> list[Line2D]:
+    """The peaks of the summary: the quasi-static one with its value; the dynamic one in the legend, which it returns."""
+    force, at = summary["peak_force"], 1e3 * summary["peak_travel"]
     ax.plot(at, force, "o", color=COLOURS[1], markersize=5, zorder=4, clip_on=False)
     bottom, top = ax.get_ylim()
-    ax.set_ylim(bottom, top + 0.08 * (top - bottom))
-    right = at > travel[0] + 0.6 * (travel[-1] - travel[0])
+    ax.set_ylim(bottom, max(top, force) + 0.08 * (top - bottom))
+    right = at > 0.6 * last
     ax.annotate(
         f"peak {rounded(force)} N at {rounded(at)} mm", (at, force), xytext=(-8 if right else 8, 3),
         textcoords="offset points", ha="right" if right else "left", va="bottom",
     )  # fmt: skip
+    if summary.get("dynamic_peak_force") is None or summary.get("peak_kind") == "dynamic":
+        return []
+    dynamic, where = summary["dynamic_peak_force"], 1e3 * summary["dynamic_peak_travel"]
+    style: dict[str, Any] = {"color": GREY, "marker": "o", "markersize": 4, "linestyle": "none", "fillstyle": "none"}
+    bottom, top = ax.get_ylim()
+    if bottom <= dynamic <= top:
+        ax.plot(where, dynamic, zorder=4, **style)
+    return [Line2D([], [], label=f"dynamic {rounded(dynamic)} N at {rounded(where)} mm", **style)]

@@ -9,12 +9,17 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
 from fsm.plots.style import STAGE_COLOURS, rounded
-from fsm.results.quantities import STAGES, Curve, summarise
+from fsm.results.curve import Curve
+from fsm.results.quantities import STAGES, summarise
 from fsm.results.solution import Solution
 
-__all__ = ["EVENTS", "shade_stages", "summary_with_stages"]
+__all__ = ["EVENTS", "shade_stages", "stage_colour", "stage_name", "summary_with_stages"]
 
-EVENTS = {"snap": ("v", "snap"), "motion": ("v", "snap"), "bifurcation": ("D", "bifurcation")}
+EVENTS = {
+    **dict.fromkeys(("snap", "damped snap", "motion", "unstable"), ("v", "snap")),
+    "release": ("s", "release"),
+    "bifurcation": ("D", "bifurcation"),
+}
 """Marker and name of every kind of event."""
 
 
@@ -25,13 +30,23 @@ def summary_with_stages(solution: Solution) -> dict[str, Any]:
     return summarise(Curve.of(solution), solution.layout.pair_names)
 
 
+def stage_name(stage: dict[str, Any], first: bool = False) -> str:
+    """Name of a stage with the travel that it begins at; `first`: without."""
+    return str(stage["name"]) if first else f"{stage['name']} from {rounded(1e3 * stage['travel'])} mm"
+
+
+def stage_colour(stage: dict[str, Any]) -> str:
+    """Colour of a stage."""
+    return STAGE_COLOURS[STAGES.index(stage["name"]) if stage["name"] in STAGES else 0]
+
+
 def shade_stages(ax: Axes, stages: Sequence[dict[str, Any]], last: float) -> list[Patch]:
     """Bands over the travels of the stages, up to `last` (mm), behind all else; gives back what names them."""
     begins = [1e3 * stage["travel"] for stage in stages]
     patches: list[Patch] = []
     for stage, begin, end in zip(stages, begins, [*begins[1:], last], strict=True):
-        colour = STAGE_COLOURS[STAGES.index(stage["name"]) if stage["name"] in STAGES else 0]
+        colour = stage_colour(stage)
         ax.axvspan(begin, max(begin, end), color=colour, alpha=0.2, linewidth=0)
-        name = stage["name"] if not patches else f"{stage['name']} from {rounded(begin)} mm"
+        name = stage_name(stage, first=not patches)
         patches.append(Patch(facecolor=colour, alpha=0.35, label=name))
     return patches

@@ -10,9 +10,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
+from fsm.plots.marks import stage_colour, stage_name, summary_with_stages
 from fsm.plots.obstacles import Outline, obstacle_outlines
 from fsm.plots.plane import lattice_squares, upright
 from fsm.plots.style import COLOURS, GREY, WIDE, abscissa, figure, rounded
@@ -24,11 +26,15 @@ __all__ = ["leaves_plane", "pick_records", "plot_motion"]
 def plot_motion(solution: Solution, path: str | Path, views: int = 6) -> None:
     """The shape at `views` travels evenly spread from start to end, the nearest one moved onto the peak.
 
+    Of a pull, the colour of a title's background says which stage the picture is in, and two of the pictures in between
+    are those of first touch and of the onset of bending, as far as these are reached.
+
     Motion in the x-z plane (x-y of a scissor array) is drawn in that plane, a line for each plate (its middle; the
     thickness could not be seen) in the colour of its panel, a square for each of a lattice; anything else in space.
     Obstacles are grey. All pictures have the same scale.
     """
     chosen = pick_records(solution, views)
+    stages = _stages(solution)
     columns = 3 if len(chosen) > 2 else max(len(chosen), 1)
     rows = max(1, -(-len(chosen) // columns))
     space = leaves_plane(solution.shape)
@@ -43,6 +49,11 @@ def plot_motion(solution: Solution, path: str | Path, views: int = 6) -> None:
                 ax.set_xlabel("x (mm)" if k + columns >= len(chosen) else "")
                 ax.set_ylabel(f"{upright(solution)} (mm)" if k % columns == 0 else "")
                 ax.tick_params(labelbottom=k + columns >= len(chosen), labelleft=k % columns == 0)
+            if stages:
+                _frame(fig.axes[-1], _stage_at(stages, float(solution.travel[record, 0])))
+        if stages:
+            handles = [_handle(stage, first=k == 0) for k, stage in enumerate(stages)]
+            fig.legend(handles=handles, loc="outside lower center", ncols=3)
 
 
 def pick_records(solution: Solution, views: int = 6) -> list[int]:
@@ -54,11 +65,36 @@ def pick_records(solution: Solution, views: int = 6) -> list[int]:
     chosen = [int(np.argmin(np.abs(x - value))) for value in wanted]
     chosen[0], chosen[-1] = 0, len(x) - 1
     if solution.force.shape[1] and views > 2:
-        top = int(np.argmax(solution.force[:, 0]))
-        if top not in chosen:
-            nearest = 1 + int(np.argmin([abs(x[record] - x[top]) for record in chosen[1:-1]]))
-            chosen[nearest] = top
+        summary = summary_with_stages(solution)
+        marked = [summary["peak_travel"], *(stage["travel"] for stage in summary["stages"][1:])]
+        free = list(range(1, len(chosen) - 1))
+        for travel in marked[: len(free)]:
+            record = int(np.argmin(np.abs(x - 1e3 * travel)))
+            if record in chosen:
+                free = [place for place in free if chosen[place] != record]
+            elif free:
+                nearest = min(free, key=lambda place: abs(x[chosen[place]] - x[record]))
+                chosen[nearest] = record
+                free.remove(nearest)
     return sorted(set(chosen))
+
+
+def _stages(solution: Solution) -> list[dict[str, Any]]:
+    """Stages of a pull; none without a drive."""
+    return list(summary_with_stages(solution)["stages"]) if solution.travel.shape[1] else []
+
+
+def _stage_at(stages: list[dict[str, Any]], travel: float) -> dict[str, Any]:
+    """The last stage that is reached at a travel."""
+    return [stage for stage in stages if stage["travel"] <= travel * (1.0 + 1e-9) + 1e-12][-1]
+
+
+def _frame(ax: Any, stage: dict[str, Any]) -> None:
+    ax.title.set_bbox({"facecolor": stage_colour(stage), "alpha": 0.35, "linewidth": 0, "pad": 1.5})
+
+
+def _handle(stage: dict[str, Any], first: bool) -> Patch:
+    return Patch(facecolor=stage_colour(stage), alpha=0.35, label=stage_name(stage, first))
 
 
 def leaves_plane(shape: Floats) -> bool:

@@ -9,9 +9,12 @@ import numpy as np
 
 from fsm.guarded import names_in, numbers_in
 from fsm.results.attributes import write_attributes
+from fsm.results.curve import Curve
 from fsm.results.film import STATES, Film, Samples
 
-__all__ = ["add_scale", "append_samples", "described", "read_film", "read_samples", "write_film"]
+__all__ = [
+    "add_scale", "append_samples", "described", "read_curve", "read_film", "read_samples", "write_curve", "write_film",
+]  # fmt: skip
 
 
 def add_scale(file: Any, name: str, values: Any, text: str) -> None:
@@ -99,3 +102,35 @@ def read_samples(file: Any) -> Samples:
     count = int(np.argmax(bad)) if bad.any() else len(times)
     shape = (None, *file["probes/rest"].shape)
     return Samples(times[:count], numbers_in(file, "probes/displacement", shape, first=count))
+
+
+_CURVE = {
+    "travel": (("curve_time", "drive_name"), "m", "travel of the drive"),
+    "force": (("curve_time", "drive_name"), "N", "force of the drive, a pull is positive"),
+    "path": (("curve_time",), "1", "even: number of a quasi-static path, times two; odd: motion between two of them"),
+    "panels": (("curve_time",), "J", "elastic energy of the plain panels"),
+    "creases": (("curve_time",), "J", "elastic energy of the creases"),
+}
+
+
+def write_curve(file: Any, curve: Curve) -> None:
+    """The force curve between the records."""
+    times = file.create_dataset("curve/time", data=curve.time)
+    described(times, "s", "time of the point of the curve")
+    times.make_scale("curve_time")
+    for name, (dims, units, text) in _CURVE.items():
+        data = file.create_dataset(f"curve/{name}", data=getattr(curve, name))
+        described(data, units, text)
+        for axis, dim in enumerate(dims):
+            data.dims[axis].attach_scale(times if dim == "curve_time" else file[dim])
+
+
+def read_curve(file: Any) -> Curve | None:
+    """The force curve of a results file; None of one that has none."""
+    if "curve" not in file:
+        return None
+    time = numbers_in(file, "curve/time", (None,))
+    sizes = {"curve_time": len(time), "drive_name": file["drive_name"].shape[0]}
+    found = {name: numbers_in(file, f"curve/{name}", tuple(sizes[d] for d in dims)) for name, (dims, *_) in _CURVE.items()}
+    found["path"] = found["path"].astype(np.int64)
+    return Curve(time=time, pair_force=np.zeros((len(time), 0)), **found)

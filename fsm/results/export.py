@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import csv
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from fsm.results.curve import Curve
 from fsm.results.quantities import sliding_distance, touching_pairs
 from fsm.results.solution import ENERGIES, Floats, Solution
 from fsm.whole_file import whole_file
@@ -14,27 +16,31 @@ from fsm.whole_file import whole_file
 __all__ = ["force_columns", "write_contact_csv", "write_force_csv", "write_history_csv", "write_points_csv"]
 
 
-def force_columns(solution: Solution, energies: bool = False) -> dict[str, Floats]:
+def force_columns(solution: Solution, energies: bool = False, dynamic: bool = False) -> dict[str, Floats]:
     """The columns of the force curve by their headings, units in brackets.
 
     One drive: ``travel (m)``, ``force (N)``, ``time (s)``. Several: travel and force of each, by name. No
-    drive: the time alone. `energies` adds all energies.
+    drive: the time alone. The points are those of the curve that are quasi-static, or with `dynamic` those that are
+    not; all, where none is quasi-static. `energies` adds all energies, which only records have.
     """
     names = solution.layout.drive_names
+    curve = Curve.of(replace(solution, curve=None) if energies or not solution.travel.shape[1] else solution)
+    if curve.has_quasi_static:
+        curve = curve.at(curve.dynamic == dynamic)
     columns: dict[str, Floats] = {}
-    for k in range(solution.travel.shape[1]):
-        of = f" of {names[k] if k < len(names) else f'drive {k + 1}'}" if solution.travel.shape[1] > 1 else ""
-        columns[f"travel{of} (m)"] = solution.travel[:, k]
-        columns[f"force{of} (N)"] = solution.force[:, k]
-    columns["time (s)"] = solution.time
+    for k in range(curve.travel.shape[1]):
+        of = f" of {names[k] if k < len(names) else f'drive {k + 1}'}" if curve.travel.shape[1] > 1 else ""
+        columns[f"travel{of} (m)"] = curve.travel[:, k]
+        columns[f"force{of} (N)"] = curve.force[:, k]
+    columns["time (s)"] = curve.time
     if energies:
         columns |= {f"energy {name} (J)": solution.energy[name] for name in ENERGIES}
     return columns
 
 
-def write_force_csv(solution: Solution, path: str | Path, energies: bool = False) -> None:
-    """Write the force curve, one record a row, 12 significant digits; see `force_columns` for the columns."""
-    columns = force_columns(solution, energies)
+def write_force_csv(solution: Solution, path: str | Path, energies: bool = False, dynamic: bool = False) -> None:
+    """Write the force curve, one point a row, 12 significant digits; see `force_columns` for the columns."""
+    columns = force_columns(solution, energies, dynamic)
     rows = np.column_stack(list(columns.values()))
     with whole_file(path) as part, part.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")

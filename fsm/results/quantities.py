@@ -1,24 +1,28 @@
-"""Numbers drawn from curves: the peak, the three stages of a pulled strip, the summary of a run."""
+"""Numbers drawn from force curves: peaks, stages of a pulled strip, the summary of a run; the one home of each."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from fsm.results.curve import Curve
 from fsm.results.solution import Floats, Solution
 
 __all__ = [
     "CONTACT_THRESHOLD",
     "STAGES",
     "Curve",
+    "Peak",
+    "Peaks",
     "Stage",
+    "bending_onset",
     "find_stages",
     "first_touch",
     "peak",
+    "peaks",
     "sliding_distance",
     "summarise",
     "summarise_contacts",
@@ -28,10 +32,12 @@ __all__ = [
 STAGES = ("initial deformation", "contact", "bending")
 CONTACT_THRESHOLD = 1e-4
 """Share of the largest pair force of the run from which on a pair counts as touching."""
-KNEE = 0.5
-"""Fraction of the steepest slope since contact below which the rise of the force is over."""
-RESAMPLED = 200
-"""Even intervals of travel that slopes are taken over."""
+BENT = 2.0 / 3.0
+"""Share of the panels in the elastic energy of panels and creases from which on panels bend: twice that of the creases."""
+_NEGLIGIBLE = 1e-4
+"""Elastic energy since the start, over its largest, below which its shares mean nothing."""
+START_UP = 0.02
+"""Share of the travel within which a dynamic force is the jerk of the start, and no peak."""
 
 
 class Stage(NamedTuple):
@@ -40,6 +46,56 @@ class Stage(NamedTuple):
     name: str
     travel: float
     force: float
+
+
+class Peak(NamedTuple):
+    """Force (N) and the travel (m) at which it acts."""
+
+    force: float
+    travel: float
+
+
+class Peaks(NamedTuple):
+    """Peaks of the first drive of a run.
+
+    Attributes
+    ----------
+    largest : the largest quasi-static force; of a run that has none, the largest dynamic force
+    dynamic : the largest force in motions after the start-up; None without any
+    magnitude : the largest magnitude of a quasi-static force, where some of them is negative; else None
+    """
+
+    largest: Peak
+    dynamic: Peak | None
+    magnitude: Peak | None
+
+
+def peaks(curve: Curve) -> Peaks:
+    """Peaks of a force curve, quasi-static and dynamic ones apart.
+
+    A force is quasi-static on an equilibrium path, and in a motion whose inertial forces are small against it
+    (`fsm.solve.handed_over.inertia_counts`). A dynamic force within `START_UP` of the travel is the jerk of the start.
+    """
+    travel, force = curve.travel[:, 0], curve.force[:, 0]
+    still, moving = ~curve.dynamic, curve.dynamic & (travel >= START_UP * travel[-1])
+    dynamic = _highest(travel, force, curve.path, moving) if moving.any() else None
+    if not curve.has_quasi_static:
+        every = np.ones(len(curve), dtype=bool)
+        return Peaks(dynamic or _highest(travel, force, curve.path, every), dynamic, None)
+    magnitude = None
+    if (force[still] < -1e-9 * np.abs(force[still]).max()).any():
+        magnitude = _highest(travel, np.abs(force), curve.path, still)
+    return Peaks(_highest(travel, force, curve.path, still), dynamic, magnitude)
+
+
+def _highest(travel: Floats, force: Floats, path: np.ndarray, chosen: np.ndarray) -> Peak:
+    """`peak` of the points that are chosen, with neighbours on the same path only."""
+    numbers = np.flatnonzero(chosen & np.isfinite(force))
+    if len(numbers) == 0:
+        raise ValueError("no record with a finite force")
+    top = int(numbers[np.argmax(force[numbers])])
+    alike = numbers[path[numbers] == path[top]]
+    return Peak(*peak(travel[alike], force[alike]))
 
 
 def peak(travel: ArrayLike, force: ArrayLike) -> tuple[float, float]:
@@ -85,64 +141,55 @@ def peak(travel: ArrayLike, force: ArrayLike) -> tuple[float, float]:
     return float(f[top] + b * x + c * x * x), float(s[top] + x)
 
 
-@dataclass(frozen=True)
-class Curve:
-    """Pull force and contact forces against travel, as finely as they are known.
-
-    Attributes
-    ----------
-    travel, force : (n,) arrays, m, N        of the first drive
-    pair_force : (n, n_pairs) array, N       normal force of every contact pair
-    """
-
-    travel: Floats
-    force: Floats
-    pair_force: Floats
-
-    @classmethod
-    def of(cls, solution: Solution) -> Curve:
-        """The curve through the records of a solution, which must have a drive."""
-        return cls(solution.travel[:, 0], solution.force[:, 0], solution.pair_force)
-
-    def merged(self, other: Curve) -> Curve:
-        """Both curves' points in the order of travel."""
-        travel = np.concatenate([self.travel, other.travel])
-        order = np.argsort(travel, kind="stable")
-        return Curve(
-            travel[order],
-            np.concatenate([self.force, other.force])[order],
-            np.concatenate([self.pair_force, other.pair_force])[order],
-        )
-
-
 def find_stages(curve: Curve) -> list[Stage]:
-    """Where the stages of a pulled strip begin (seed 003, figure 20): initial deformation, contact, bending.
+    """Where the stages of a pulled strip begin, in the order in which they are reached.
 
-    * "initial deformation" begins with the first record: the creases turn and the panels bend little.
-    * "contact" begins at the travel at which the first of the pairs is touched (`first_touch`): the creases have
-      swung inwards, the force rises steeply, since the panels that led them in are now pressed along their length.
-    * "bending" begins where that rise is over: the slope dF/ds has fallen below `KNEE` times its largest value
-      since contact, because the pressed panels have buckled. Slopes are differences of the curve resampled at
-      `RESAMPLED` even travels from contact to the end, and must stay low over two of them.
+    * "initial deformation" begins with the first point, where neither of the others does.
+    * "contact" begins at the first touch of any pair (`first_touch`).
+    * "bending" begins where the panels bend more than the creases turn, by energy (`bending_onset`). With creases
+      stiffer than the panels that is from the start.
 
     A stage that is not reached is absent. Points at which the drive stands still or goes back are left out.
+    """
+    if len(curve) == 0:
+        return []
+    keep = _advancing(curve.travel[:, 0])
+    s, f = curve.travel[keep, 0], curve.force[keep, 0]
+    touches = [x for x in first_touch(s, curve.pair_force[keep]) if x is not None]
+    begins = {STAGES[0]: float(s[0]), STAGES[1]: min(touches, default=None), STAGES[2]: bending_onset(curve)}
+    reached = sorted((x, name) for name, x in begins.items() if x is not None)
+    if len(reached) > 1 and reached[1][0] <= s[0]:
+        reached = [(x, name) for x, name in reached if name != STAGES[0]]
+    return [Stage(name, x, float(np.interp(x, s, f))) for x, name in reached]
+
+
+def bending_onset(curve: Curve) -> float | None:
+    """Travel from which on the panels bend: they have taken up `BENT` of the elastic energy of panels and creases.
+
+    Both energies are changes since the start, by magnitude. A folded strip with soft creases and no contact moves by
+    its creases alone, and its panels store next to nothing; panels that are pressed along their length buckle and
+    store most. Found on quasi-static paths, between the last point below the bound and the first of two above it.
 
     Returns
     -------
-    list of Stage, in the order in which they are reached
+    float or None, m
+        None where the panels never do.
     """
-    if len(curve.travel) == 0:
-        return []
-    keep = _advancing(curve.travel)
-    s, f = curve.travel[keep], curve.force[keep]
-    begins = [float(s[0])]
-    touches = [x for x in first_touch(s, curve.pair_force[keep]) if x is not None]
-    if touches:
-        begins.append(min(touches))
-        bending = _end_of_rise(s, f, begins[1])
-        if bending is not None:
-            begins.append(bending)
-    return [Stage(name, x, float(np.interp(x, s, f))) for name, x in zip(STAGES, begins, strict=False)]
+    still = ~curve.dynamic if curve.has_quasi_static else np.ones(len(curve), dtype=bool)
+    keep = np.flatnonzero(still)[_advancing(curve.travel[still, 0])]
+    s = curve.travel[keep, 0]
+    panels, creases = (np.abs(energy[keep] - energy[0]) for energy in (curve.panels, curve.creases))
+    total = panels + creases
+    known = total > _NEGLIGIBLE * total.max(initial=0.0)
+    share = np.where(known, panels / np.where(known, total, 1.0), 0.0)
+    bent = share >= BENT
+    sustained = np.flatnonzero(bent & np.append(bent[1:], True))
+    if len(sustained) == 0:
+        return None
+    first = int(sustained[0])
+    if not known[:first].any():
+        return float(s[0])
+    return float(np.interp(BENT, share[first - 1 : first + 1], s[first - 1 : first + 1]))
 
 
 def first_touch(travel: ArrayLike, pair_force: ArrayLike) -> list[float | None]:
@@ -176,18 +223,6 @@ def _onset(s: Floats, f: Floats, touching: np.ndarray) -> float:
     return float(np.clip(s[k] - f[k] * (s[k + 1] - s[k]) / rise, s[k - 1], s[k]))
 
 
-def _end_of_rise(s: Floats, f: Floats, contact: float) -> float | None:
-    """Travel after contact at which the slope of the force has fallen below `KNEE` of its largest; None if never."""
-    if s[-1] <= contact:
-        return None
-    grid = np.linspace(contact, s[-1], RESAMPLED + 1)
-    slope = np.diff(np.interp(grid, s, f)) / np.diff(grid)
-    largest = np.maximum.accumulate(slope)
-    low = (slope < KNEE * largest) & (largest > 0.0)
-    sustained = np.flatnonzero(low[:-1] & low[1:])
-    return float(grid[sustained[0]]) if len(sustained) else None
-
-
 def _advancing(s: Floats) -> np.ndarray:
     """Numbers of the records at which the travel is greater than ever before."""
     before = np.concatenate([[-np.inf], np.maximum.accumulate(s)[:-1]])
@@ -197,29 +232,38 @@ def _advancing(s: Floats) -> np.ndarray:
 def summarise(curve: Curve, pair_names: Sequence[str]) -> dict[str, Any]:
     """Named results of a pull, SI, ready to be stored and compared with an expectation.
 
-    * `peak_force`, `peak_travel`: see `peak`; `final_travel`, `final_force`: of the last point
+    * `peak_force`, `peak_travel`: largest quasi-static force, see `peaks`; `peak_kind`: "quasi-static", or "dynamic" of a
+      run that is dynamic throughout
+    * `dynamic_peak_force`, `dynamic_peak_travel`: largest force in motions after the start-up, None without any
+    * `largest_magnitude`, `largest_magnitude_travel`: of the quasi-static force, None if none of it is negative
+    * `final_travel`, `final_force`: of the last point
     * `stages`: list of {name, travel, force}, see `find_stages`
     * `contact_travel`, `contact_force`, `bending_travel`, `bending_force`: the same as numbers, if reached
     * `touches`: list of {pair, travel, force}: first touch of every pair that touches, in the order of travel
     """
-    peak_force, peak_travel = peak(curve.travel, curve.force)
+    found = peaks(curve)
     stages = find_stages(curve)
     summary: dict[str, Any] = {
-        "peak_force": peak_force,
-        "peak_travel": peak_travel,
-        "final_travel": float(curve.travel[-1]),
-        "final_force": float(curve.force[-1]),
+        "peak_force": found.largest.force,
+        "peak_travel": found.largest.travel,
+        "peak_kind": "quasi-static" if curve.has_quasi_static else "dynamic",
+        "final_travel": float(curve.travel[-1, 0]),
+        "final_force": float(curve.force[-1, 0]),
         "stages": [stage._asdict() for stage in stages],
         "touches": _touches(curve, pair_names),
     }
-    for stage in stages[1:]:
-        summary |= {f"{stage.name}_travel": stage.travel, f"{stage.name}_force": stage.force}
+    for name, one in (("dynamic_peak", found.dynamic), ("largest_magnitude", found.magnitude)):
+        key = f"{name}_force" if name == "dynamic_peak" else name
+        summary |= {key: one.force if one else None, f"{name}_travel": one.travel if one else None}
+    for stage in stages:
+        if stage.name != STAGES[0]:
+            summary |= {f"{stage.name}_travel": stage.travel, f"{stage.name}_force": stage.force}
     return summary
 
 
 def _touches(curve: Curve, pair_names: Sequence[str]) -> list[dict[str, Any]]:
-    keep = _advancing(curve.travel)
-    travel, force = curve.travel[keep], curve.force[keep]
+    keep = _advancing(curve.travel[:, 0])
+    travel, force = curve.travel[keep, 0], curve.force[keep, 0]
     found = [
         {"pair": name, "travel": x, "force": float(np.interp(x, travel, force))}
         for name, x in zip(pair_names, first_touch(travel, curve.pair_force[keep]), strict=True)

@@ -12,6 +12,7 @@ import numpy as np
 
 from fsm.errors import CaseError
 from fsm.results.array import ArrayMotion
+from fsm.results.curve import Curve
 from fsm.results.film import Film, Floats, Integers, Samples
 
 __all__ = ["ENERGIES", "PAIRS", "Floats", "Integers", "Layout", "Record", "Solution"]
@@ -150,6 +151,8 @@ class Solution:
         Named results: peak_force, peak_travel, stages, ...
     array : ArrayMotion
         Points and bars of a scissor array at the records; None of anything else, or in a run that did not finish.
+    curve : Curve
+        Force curve between the records, thinned; None without a drive, or in a run that did not finish.
     """
 
     time: Floats
@@ -174,6 +177,7 @@ class Solution:
     stats: dict[str, Any] = field(default_factory=dict)
     summary: dict[str, Any] = field(default_factory=dict)
     array: ArrayMotion | None = None
+    curve: Curve | None = None
 
     def __len__(self) -> int:
         return len(self.time)

@@ -8,6 +8,7 @@ Layout (`n` records; groups and datasets of things a scene does not have are lef
     /state/q, u          (time, coordinate), (time, rate)
     /energy/kinetic ...  (time)                 all of `fsm.results.solution.ENERGIES`
     /drive/travel, force (time, drive_name)
+    /curve/travel, force (curve_time, drive_name), path, panels, creases (curve_time)  at the steps of the solver, thinned
     /contact/pair_force, pair_gap ...   (time, pair)   all of `fsm.results.solution.PAIRS`
     /shape               (time, quad, corner, axis)
     /probes/displacement (probe_time, probe, axis)  of a film, more often than /time; rest (probe, axis)
@@ -61,7 +62,17 @@ from fsm.guarded import (
 from fsm.results.array import ArrayMotion
 from fsm.results.array_datasets import read_array, write_array
 from fsm.results.attributes import read_attributes, write_attributes
-from fsm.results.datasets import add_scale, append_samples, described, read_film, read_samples, write_film
+from fsm.results.curve import Curve
+from fsm.results.datasets import (
+    add_scale,
+    append_samples,
+    described,
+    read_curve,
+    read_film,
+    read_samples,
+    write_curve,
+    write_film,
+)  # fmt: skip
 from fsm.results.film import Samples
 from fsm.results.solution import ENERGIES, PAIRS, Floats, Layout, Record, Solution, stack, stack_energies
 from fsm.results.sound_summary import sound_summary
@@ -211,8 +222,14 @@ class ResultWriter:
                 self._file.close()
             self._file, self._held = None, []
 
-    def finish(self, stats: dict[str, Any], summary: dict[str, Any], array: ArrayMotion | None = None) -> None:
-        """Close, add `stats`, `summary` and the motion of an array, and give the file its final name."""
+    def finish(
+        self,
+        stats: dict[str, Any],
+        summary: dict[str, Any],
+        array: ArrayMotion | None = None,
+        curve: Curve | None = None,
+    ) -> None:
+        """Close, add `stats`, `summary`, the motion of an array and the force curve, and give the file its final name."""
         if self.n_records == 0:
             raise ValueError("a results file needs at least one record")
         self.close()
@@ -223,6 +240,8 @@ class ResultWriter:
                 write_attributes(file["summary"], summary)
                 if array is not None:
                     write_array(file, array)
+                if curve is not None:
+                    write_curve(file, curve)
             self.part.unlink()
 
     def _resume(self, n_records: int, n_samples: int) -> None:
@@ -388,6 +407,7 @@ def read_solution(path: str | Path) -> Solution:
             stats=read_attributes(file["stats"]),
             summary=sound_summary(read_attributes(file["summary"])),
             array=read_array(file, n),
+            curve=read_curve(file),
             **values,
         )
 

@@ -29,7 +29,9 @@ from fsm.scene.scene import Scene
 from fsm.scene.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
 from fsm.scene.units import Acceleration, Angle, Count, Length, Number, Time
 
-__all__ = ["Analysis", "Case", "Expect", "Save", "Solve", "Strip", "contact_of_strip", "contact_scale"]
+__all__ = [
+    "Analysis", "Case", "Expect", "Release", "Save", "Solve", "Start", "Strip", "contact_of_strip", "contact_scale",
+]  # fmt: skip
 
 
 MOST_SEGMENTS = 50_000
@@ -89,6 +91,21 @@ def contact_of_strip(written: Any, strip: Strip | None, material: Material | Non
     if strip is None or material is None:
         return with_stiffness(written, 1.0, 1.0)  # one of them is faulty or missing, which is said where it stands
     return with_stiffness(written, *contact_scale(strip, material))
+
+
+Start = Literal["as-folded", "equilibrium"]
+
+
+class Release(Model):
+    """A hold before a motion that nothing drives.
+
+    Attributes
+    ----------
+    hold_time : s
+        Everything is held as it starts until this time and is released then, at rest.
+    """
+
+    hold_time: Annotated[Time, Field(gt=0)]
 
 
 Method = Literal["auto", "static", "generalized-alpha", "newmark", "Radau-blocks", "Radau", "BDF", "LSODA"]
@@ -175,13 +192,16 @@ class Case(Model):
     """A whole case: what there is, what acts on it, how to solve it, what to keep.
 
     What there is: a strip or a lattice (or a scene written out) to deploy, a membrane to vibrate, or a scissor array. With
-    `stages`, one analysis after the other: the strip as it is deployed is the film that vibrates.
+    `stages`, one analysis after the other: the strip as it is deployed is the film that vibrates. `start` says what a
+    deployment starts from; if it is absent, `fsm.scene.start` chooses.
     """
 
     title: Annotated[str, Field(max_length=500, pattern=r"^[^\x00-\x1f\x7f]*$")] = ""
     units: Literal["SI", "mm-N-s"] = "SI"
     analysis: Analysis = "deploy"
     stages: tuple[Literal["deploy"], Literal["vibrate"]] | None = None
+    start: Start | None = None
+    release: Release | None = None
     strip: Strip | None = None
     lattice: Lattice | None = None
     scene: Scene | None = None

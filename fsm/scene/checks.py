@@ -15,7 +15,7 @@ __all__ = ["check_sections"]
 
 
 _ANY = ("title", "units", "analysis", "stages", "material", "gravity", "solve", "save", "expect")
-_DEPLOY = ("strip", "lattice", "scene", "crease", "contact", "friction", "drive", "load", "obstacle")
+_DEPLOY = ("start", "release", "strip", "lattice", "scene", "crease", "contact", "friction", "drive", "load", "obstacle")
 _FILM = ("membrane", "patch", "cable", "support", "tension")
 _VIBRATE = ("air", "damping", "impact", "vibration")
 _SCISSOR = ("scissor", "bar", "hinge", "stop", "hold", "force")
@@ -68,6 +68,7 @@ def _check_deployment(sections: Sections) -> list[Fault]:
         *_friction(sections),
         *_obstacles(sections),
         *_end(sections),
+        *_release(sections),
         *method_faults(sections.solve),
         *path_faults(sections.solve),
     ]
@@ -259,4 +260,17 @@ def _end(sections: Sections) -> Iterable[Fault]:
         yield Fault(
             "save.every",
             "counts the travel of a drive, but there is no [[drive]]; give `interval` (time) instead",
+        )
+
+
+def _release(sections: Sections) -> Iterable[Fault]:
+    """A hold that a drive would pull against, or that lasts until the end."""
+    if sections.release is None:
+        return
+    if "drive" in sections.written or (sections.scene is not None and sections.scene.drives):
+        yield Fault("release", "belongs to a motion without a [[drive]]; a drive starts at time zero; remove one of them")
+    hold, end = sections.release.hold_time, sections.solve.end_time if sections.solve is not None else None
+    if end is not None and hold >= end:
+        yield Fault(
+            "release.hold_time", f"must be shorter than solve.end_time, {end:g} s; it is {hold:g} s, so nothing would move"
         )

@@ -233,7 +233,7 @@ def _validate(
 def _sections(data: Mapping[str, Any], valid: Mapping[str, Any]) -> Sections:
     single = (
         "strip", "lattice", "scene", "membrane", "material", "crease", "contact", "friction", "tension", "impact", "scissor",
-        "bar", "hinge", "stop",
+        "bar", "hinge", "stop", "release",
     )  # fmt: skip
     lists = {
         "drives": "drive", "patches": "patch", "cables": "cable", "supports": "support", "holds": "hold", "forces": "force",

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from fsm.errors import Fault
-from fsm.scene.case import Analysis, Save, Solve, Strip
+from fsm.scene.case import Analysis, Release, Save, Solve, Strip
 from fsm.scene.contact import Contact, Friction
 from fsm.scene.lattice import Lattice
 from fsm.scene.loads import Drive
@@ -43,6 +43,7 @@ class Sections:
     bar: BarSection | None = None
     hinge: HingeJoint | None = None
     stop: Stop | None = None
+    release: Release | None = None
     strip: Strip | None = None
     lattice: Lattice | None = None
     scene: Scene | None = None

@@ -15,6 +15,7 @@ from fsm.scene.choice import automatic_method
 from fsm.scene.materials import SplineCrease
 from fsm.scene.planar import out_of_plane
 from fsm.scene.scene import ForceElement, Scene
+from fsm.scene.start import start_of
 from fsm.segments.check_scene import check_scene
 from fsm.segments.crease_checks import crease_faults, crease_warnings
 from fsm.segments.report_contact import (
@@ -184,8 +185,18 @@ def _loads(view: View) -> Iterator[str]:
         yield f"on {load.body}: {kind}, {wrench}, {load.time.kind}"
     if any(view.scene.gravity):
         yield f"gravity {triple(view.scene.gravity)} m/s^2"
-    if view.case.strip is not None and (view.scene.loads or any(view.scene.gravity)):
-        yield "the strip starts at rest, in equilibrium with gravity and with what the loads are at time zero"
+
+
+def _start(view: View) -> Iterator[str]:
+    start, reason = start_of(view.case, view.scene)
+    said = {"as-folded": "as folded, at rest", "equilibrium": "in equilibrium, at rest"}[start]
+    if view.case.strip is None and start == "as-folded":
+        said = "as given"
+    loads = view.scene.loads or any(view.scene.gravity)
+    with_loads = ", with gravity and the loads at time zero" if start == "equilibrium" and loads else ""
+    yield f"{said}{with_loads} ({reason})"
+    if view.case.release is not None:
+        yield f"held until {view.case.release.hold_time:.4g} s, then released"
 
 
 def _method(view: View) -> Iterator[str]:
@@ -295,6 +306,7 @@ _SECTIONS: tuple[tuple[str, Callable[[View], Iterator[str]]], ...] = (
     ("damping", _damping),
     ("drive", _drives),
     ("loads", _loads),
+    ("start", _start),
     ("method", _method),
     ("saved", _saved),
     ("left out", _left_out),

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fsm.solve.dissipation import mean_dissipation
-from fsm.solve.handed_over import Beginning, Saved, Statistics, StepEnd, Wanted
+from fsm.solve.handed_over import Beginning, CurvePoint, Saved, Statistics, StepEnd, Wanted, inertia_counts
 from fsm.solve.ledger import Ledger
 from fsm.solve.renewal import State, observation_from, observation_state
 from fsm.system import DriveState, Observation, System
@@ -72,7 +72,7 @@ class Books:
         self.ledger = Ledger.opened(self.last.energy) if ledger is None else ledger
         self.largest_reaction = self.last.reaction
         self.pending = [t for t in save_times if t >= time]
-        statistics.seen.append((self.last.drive, self.last.pairs.force))
+        statistics.seen.append(CurvePoint.after(statistics.seen, time, self.last, dynamic=False))
         self._save()
 
     def state(self) -> State:
@@ -158,13 +158,13 @@ class Books:
         return second**2 / (6.0 * (first + second)) * bend
 
     def quasi_static(
-        self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation, turned_over: TurnedOver
+        self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation, turned_over: TurnedOver, unstable: bool = False
     ) -> None:
-        """Take a step whose velocities are means over it; `tell` is to follow."""
+        """Take a step whose velocities are means over it; `tell` is to follow. `unstable`: dampers hold the state."""
         self.ledger.add(*turned_over)
         earlier = self.last.drive
         self.system.commit(t, q, u, (self.time, self.q))
-        self._take(t, q, u, seen)
+        self._take(t, q, u, seen, dynamic=unstable)
         self._earlier = earlier
 
     def imbalance(self, seen: Observation, turned_over: TurnedOver) -> float:
@@ -195,7 +195,7 @@ class Books:
     def dynamic(self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation, turned_over: TurnedOver) -> None:
         """Take a step of a time integrator."""
         self.ledger.add(*turned_over)
-        self._take(t, q, u, seen, seen.energy.stored_freely)
+        self._take(t, q, u, seen, seen.energy.stored_freely, inertia_counts(self.system, t, q, u, seen))
         self.tell()
 
     def may_jump(self, t: float, q: np.ndarray, seen: Observation) -> bool:
@@ -215,10 +215,19 @@ class Books:
         self.ledger.dissipated += work + self.last.energy.stored_at_rest - seen.energy.stored_at_rest
         rest = np.zeros_like(self.u)
         self.system.commit(t, q, rest)
-        self._take(t, q, rest, seen)
+        self._take(t, q, rest, seen, jumped=True)
         self.tell()
 
-    def _take(self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation, stored: float | None = None) -> None:
+    def _take(
+        self,
+        t: float,
+        q: np.ndarray,
+        u: np.ndarray,
+        seen: Observation,
+        stored: float | None = None,
+        dynamic: bool = False,
+        jumped: bool = False,
+    ) -> None:
         """Go on to a state; `stored` is its energy if inertia counts, which it does not in statics."""
         self.time, self.q, self.u, self.last, self._earlier = t, q, u, seen, None
         if stored is None:
@@ -226,7 +235,8 @@ class Books:
             self.ledger.balance(seen.energy.stored_at_rest, 0.0)
         else:
             self.ledger.balance(stored, seen.energy.kinetic)
-        self.statistics.seen.append((seen.drive, seen.pairs.force))
+        points = self.statistics.seen
+        points.append(CurvePoint.after(points, t, seen, dynamic, jumped))
         self.statistics.steps += 1
         self._save()
 

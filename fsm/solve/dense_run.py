@@ -108,12 +108,14 @@ class DenseRun(Run):
         self._driven = self.last.energy.driven
         for node, weight in zip(_NODES, _WEIGHTS, strict=True):
             at = self.time + node * step
-            seen = self.system.observe(at, *self.equations.split(dense(at)))
+            q, u = self.equations.split(dense(at))
+            seen = self.system.observe(at, q, u)
             self._add(self.ledger, weight * step, seen.energy)
-            self._look(seen)
-        self.last = self.system.observe(end, *self.equations.split(state))
+            self._look(at, q, u, seen)
+        q, u = self.equations.split(state)
+        self.last = self.system.observe(end, q, u)
         self.ledger.work += self.last.energy.driven - self._driven
-        self._look(self.last)
+        self._look(end, q, u, self.last)
         self._balance(self.last)
 
     @staticmethod

@@ -5,15 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
 from fsm.solve.ledger import Ledger
 from fsm.solve.renewal import State
 from fsm.solve.status import Event, Outcome
-from fsm.system import DriveState, Observation
+from fsm.system import DriveState, Observation, System
 
-__all__ = ["Beginning", "Saved", "Statistics", "StepEnd", "Wanted"]
+__all__ = ["Beginning", "CurvePoint", "Saved", "Statistics", "StepEnd", "Wanted", "inertia_counts"]
+
+_INERTIAL = 1e-2
+"""Inertial forces over the force of the drives, up to which that force counts as quasi-static."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +32,53 @@ class Saved:
     work: float
     error: float
     pair_energy: np.ndarray
+
+
+class CurvePoint(NamedTuple):
+    """Drives and contacts at a point of a solve, at or between the ends of its steps.
+
+    Attributes
+    ----------
+    drive : DriveState
+    pair_force : (n_pairs,) array, N
+    time : s
+    path : int
+        Even: number of a path, times two, along which forces are quasi-static: equilibria, or motion whose inertia does not
+        count (`inertia_counts`). Odd: motion between two paths.
+    panels, creases : J
+        Elastic energy.
+    """
+
+    drive: DriveState
+    pair_force: np.ndarray
+    time: float = 0.0
+    path: int = 0
+    panels: float = 0.0
+    creases: float = 0.0
+
+    @classmethod
+    def after(
+        cls, points: Sequence[CurvePoint], time: float, seen: Observation, dynamic: bool, jumped: bool = False
+    ) -> CurvePoint:
+        """The point that follows others; `jumped`: it is on another equilibrium path than the last one."""
+        path = points[-1].path if points else 0
+        if path % 2 != int(dynamic):
+            path += 1
+        elif jumped and not dynamic:
+            path += 2
+        stored = seen.energy.potential
+        return cls(seen.drive, seen.pairs.force, time, path, stored.get("panels", 0.0), stored.get("creases", 0.0))
+
+
+def inertia_counts(system: System, t: float, q: np.ndarray, u: np.ndarray, seen: Observation) -> bool:
+    """Whether the inertial forces M u' of a motion, summed by magnitude, are more than `_INERTIAL` of the drives' force.
+
+    On a strip that snaps they are 1e-4 of it where the motion has died and about all of it in a spike.
+    """
+    if not len(seen.drive.force):
+        return False
+    inertial = np.abs(system.force(t, q, u) / system.scales().of_forces).sum()
+    return bool(inertial > _INERTIAL * np.abs(seen.drive.force).max())
 
 
 @dataclass(frozen=True)
@@ -83,7 +134,7 @@ class Beginning:
 
     start: tuple[float, np.ndarray, np.ndarray] | None
     ledger: Ledger | None
-    seen: list[tuple[DriveState, np.ndarray]]
+    seen: list[CurvePoint]
     after: StepEnd | None
 
 
@@ -91,7 +142,7 @@ class Beginning:
 class Statistics:
     """What a solve took, and the curve at every point looked at.
 
-    `seen` holds the drives and contact forces at the ends of all steps (and Gauss points in them), in order of time;
+    `seen` holds what a curve has at the ends of all steps (and Gauss points in them), in the order of time;
     `newton_iterations` of SciPy's methods are evaluations of the right-hand side over the stages of one iteration.
     """
 
@@ -105,5 +156,5 @@ class Statistics:
     wall_time: float = 0.0
     smallest_step: float = math.inf
     rejected: int = 0
-    seen: list[tuple[DriveState, np.ndarray]] = field(default_factory=list)
+    seen: list[CurvePoint] = field(default_factory=list)
     events: list[Event] = field(default_factory=list)

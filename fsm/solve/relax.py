@@ -93,6 +93,10 @@ def relaxed(
     mass = BlockMatrix(pattern, inertia)
     mu, negative, last, renewed = 0.0, 0, math.inf, False
     for iteration in range(1, max_iterations + 1):
+        if linear.stiffness.pattern is not pattern:  # contacts came near or went
+            pattern = linear.stiffness.pattern
+            inertia = system.inertia(q, pattern)
+            mass = BlockMatrix(pattern, inertia)
         solver.factorise(BlockMatrix(pattern, linear.stiffness.symmetric().data + mu * inertia))
         count = solver.negative_pivots()
         if mu == 0.0:

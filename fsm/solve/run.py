@@ -15,11 +15,11 @@ from dataclasses import replace
 import numpy as np
 
 from fsm.errors import EnergyAbort, NotConverged
-from fsm.solve.handed_over import Beginning, Saved, Statistics, StepEnd, Wanted
+from fsm.solve.handed_over import Beginning, CurvePoint, Saved, Statistics, StepEnd, Wanted, inertia_counts
 from fsm.solve.ledger import JUDGED_FROM, Ledger
 from fsm.solve.renewal import State, steps_between
 from fsm.solve.settings import Settings
-from fsm.solve.status import Outcome
+from fsm.solve.status import TORN, Outcome
 from fsm.system import Observation, System
 
 __all__ = ["Run"]
@@ -55,7 +55,7 @@ class Run(ABC):
         self.pending = _at_breaks(times, breaks)
         self.last = system.observe(self.time, self.q, self.u)
         self.ledger = Ledger.opened(self.last.energy) if ledger is None else ledger
-        self._look(self.last)
+        self._look(self.time, self.q, self.u, self.last)
         self._balance(self.last)
         if self.pending and self.pending[0] <= self.time:
             self.pending.pop(0)
@@ -85,6 +85,10 @@ class Run(ABC):
         off = self.ledger.relative_error if self.settings.judge_losses else self.ledger.relative_gain
         if judged and off > self.settings.energy_abort:
             self._fail(Outcome.ENERGY if self.settings.step is None else Outcome.ENERGY_OF_FIXED_STEPS)
+        if len(self.last.drive.travel):  # nothing else pulls a structure beyond its reach
+            apart, joint = self.system.widest_joint(t, q)
+            if apart > TORN * self.system.scales().length:
+                self._fail(Outcome.TORN, f"Joint strained most: {joint}")
         if self.statistics.steps >= self.settings.max_steps and t < self.settings.end_time:
             self._fail(Outcome.TOO_MANY_STEPS)
         end = StepEnd(t, q, u, self.statistics.steps)
@@ -102,8 +106,9 @@ class Run(ABC):
             self._renew(end)
         return renews
 
-    def _look(self, seen: Observation) -> None:
-        self.statistics.seen.append((seen.drive, seen.pairs.force))
+    def _look(self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation) -> None:
+        points = self.statistics.seen
+        points.append(CurvePoint.after(points, t, seen, inertia_counts(self.system, t, q, u, seen)))
 
     def _balance(self, seen: Observation) -> None:
         self.ledger.balance(seen.energy.stored, seen.energy.kinetic)
@@ -116,7 +121,7 @@ class Run(ABC):
     def _fail(self, outcome: Outcome, detail: str = "") -> None:
         self.statistics.outcome = outcome
         worst = self.system.blame(self.system.acceleration(self.time, self.q, self.u))
-        travel = ", ".join(f"{1e3 * x:.4g} mm" for x in self.statistics.seen[-1][0].travel)
+        travel = ", ".join(f"{1e3 * x:.4g} mm" for x in self.statistics.seen[-1].drive.travel)
         where = f"at t = {self.time:.6g} s" + (f" (travel {travel})" if travel else "")
         text = f"{where}, step {self.statistics.steps}, method {self.settings.method}: {outcome.value}"
         text += f". Fastest changing body: {worst}" + (f". {detail}" if detail else "")

@@ -7,11 +7,11 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from fsm.solve.dense_run import DenseRun
-from fsm.solve.handed_over import Beginning, Saved, Statistics, StepEnd, Wanted
+from fsm.solve.handed_over import Beginning, CurvePoint, Saved, Statistics, StepEnd, Wanted
 from fsm.solve.ledger import Ledger
 from fsm.solve.settings import Settings
 from fsm.solve.stepwise_run import GENERALIZED_ALPHA, NEWMARK, StepwiseRun
-from fsm.system import DriveState, System
+from fsm.system import System
 
 __all__ = ["simulate"]
 
@@ -24,7 +24,7 @@ def simulate(
     on_step: Callable[[StepEnd], None] | None = None,
     start: tuple[float, np.ndarray, np.ndarray] | None = None,
     ledger: Ledger | None = None,
-    seen: list[tuple[DriveState, np.ndarray]] | None = None,
+    seen: list[CurvePoint] | None = None,
     after: StepEnd | None = None,
 ) -> tuple[Statistics, Ledger]:
     """Integrate a system and report states at the times asked for.

@@ -6,12 +6,12 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from fsm.solve.handed_over import Saved, Statistics, StepEnd
+from fsm.solve.handed_over import CurvePoint, Saved, Statistics, StepEnd
 from fsm.solve.ledger import Ledger
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 from fsm.solve.static import PathSettings, follow
-from fsm.system import DriveState, System
+from fsm.system import System
 
 __all__ = ["solve"]
 
@@ -24,7 +24,7 @@ def solve(
     on_step: Callable[[StepEnd], None] | None = None,
     start: tuple[float, np.ndarray, np.ndarray] | None = None,
     ledger: Ledger | None = None,
-    seen: list[tuple[DriveState, np.ndarray]] | None = None,
+    seen: list[CurvePoint] | None = None,
     after: StepEnd | None = None,
 ) -> tuple[Statistics, Ledger]:
     """Solve a system and report states at the times asked for; see `simulate`, whose arguments these are."""

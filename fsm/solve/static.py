@@ -19,6 +19,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,13 +29,13 @@ from fsm.solve.books import Books
 from fsm.solve.critical import Critical, critical_point, loose_mode, stable_branch
 from fsm.solve.equilibrium_step import Ending, EquilibriumStep
 from fsm.solve.extrapolation import History, Prediction
-from fsm.solve.handed_over import Beginning, Saved, Statistics, StepEnd, Wanted
+from fsm.solve.handed_over import Beginning, CurvePoint, Saved, Statistics, StepEnd, Wanted
 from fsm.solve.ledger import JUDGED_FROM, Ledger
 from fsm.solve.newton import negative_pivots, tangent_prediction
 from fsm.solve.renewal import State, steps_between
-from fsm.solve.status import Event, Outcome, StepFailed
+from fsm.solve.status import TORN, Event, Outcome, StepFailed
 from fsm.solve.takeover import Calm, move_until_calm, slide
-from fsm.system import DriveState, Observation, System
+from fsm.system import Observation, System
 
 __all__ = ["PathSettings", "follow"]
 
@@ -59,8 +60,6 @@ _DEEP = 1e4
 """Contact forces of a prediction, over reactions and over those before, above which it goes through what it should touch."""
 _RESTING = 1e-3
 """Forces left over without the dampers', over the largest reaction, below which a state is an equilibrium."""
-_TORN = 0.1
-"""Part of a segment's length that the ends of a joint may come apart."""
 _AGAIN = 0.1
 """Part of the first step with which a path goes on where there is no history to predict from."""
 _KINK = 1e-2
@@ -112,7 +111,7 @@ def follow(
     on_step: Callable[[StepEnd], None] | None = None,
     start: tuple[float, np.ndarray, np.ndarray] | None = None,
     ledger: Ledger | None = None,
-    seen: list[tuple[DriveState, np.ndarray]] | None = None,
+    seen: list[CurvePoint] | None = None,
     after: StepEnd | None = None,
 ) -> tuple[Statistics, Ledger]:
     """Follow the stable equilibrium path and report states at the times asked for; the same as `simulate` otherwise.
@@ -141,6 +140,14 @@ class _Reason(Enum):
     COARSE = "the energy balance of the step is off"
 
 
+class _Mark(NamedTuple):
+    """Time (s), travel (m) and force (N) of the first drive at an end of an event."""
+
+    time: float
+    travel: float
+    force: float
+
+
 class _Follower:
     def __init__(self, system: System, settings: PathSettings, wanted: Wanted, beginning: Beginning) -> None:
         self.system, self.settings = system, settings
@@ -167,6 +174,7 @@ class _Follower:
         self.failed = np.zeros(system.nu)
         self.objection = ""
         self.coarse = _NONE_COARSE
+        self.lost: _Mark | None = None
         # energy of everything moving at the speed that the drive may bring about by itself
         speed = self.newton.scales.velocity
         self.slow = 0.5 * float(speed @ (system.mass(q) @ speed)) if system.rate_dependent else 0.0
@@ -180,6 +188,11 @@ class _Follower:
         settings, books = self.settings, self.books
         smallest = _SMALLEST * settings.end_time
         try:
+            if self.statistics.steps == 0 and self._is_far_from_equilibrium():
+                before = _mark(books)
+                self._move(moving=False, released=True)
+                self._note("release", before)
+                self._go_on_slowly()
             while books.time < settings.end_time:
                 if self.statistics.steps >= settings.max_steps:
                     self._fail(Outcome.TOO_MANY_STEPS)
@@ -192,6 +205,8 @@ class _Follower:
                 self.step_size = _CUT * duration
                 if reason is _Reason.INERTIA or self.step_size < smallest:
                     self._pass_critical(reason)
+            if self.lost is not None:
+                self._note("damped snap", self.lost)
         finally:
             self._count(begun)
 
@@ -246,16 +261,22 @@ class _Follower:
         judged = duration > _KINK * self.first_step
         if judged and self._coarse(duration, books.imbalance(seen, turned_over), found.iterations):
             return _Reason.COARSE
-        if self._resting_unstably(t, found.q):
+        unstable = self.system.rate_dependent and bool(negative_pivots(self.system, t, found.q, self.newton.solver))
+        if unstable and self._rests(t, found.q):
             return _Reason.UNSTABLE
         apart, self.joint = self.system.widest_joint(t, found.q)
-        if apart > _TORN * self.newton.scales.length:
+        if apart > TORN * self.newton.scales.length:
             self._fail(Outcome.TORN)
         self._adapt(duration, correction if extrapolated else None, found.iterations)
-        books.quasi_static(t, found.q, found.u, seen, turned_over)
+        lost = self.lost or _mark(books)
+        books.quasi_static(t, found.q, found.u, seen, turned_over, unstable)
+        if self.lost is not None and not unstable:
+            self._note("damped snap", self.lost)
+        self.lost = lost if unstable else None
         self.objection = ""
         self.history.add(t, found.q, found.efforts)
-        renews = may_renew and self.statistics.steps - self.renewed >= self.every and t < self.settings.end_time
+        due = self.statistics.steps - self.renewed >= self.every and not unstable
+        renews = may_renew and due and t < self.settings.end_time
         end = books.tell(self._state() if renews else None)
         if renews:
             self._renew(end)
@@ -317,15 +338,25 @@ class _Follower:
         turnover = max(ledger.turnover, abs(seen.energy.stored_at_rest - ledger.start))
         return self.system.rate_dependent and seen.energy.kinetic > max(_MOVING * turnover, self.slow)
 
-    def _resting_unstably(self, t: float, q: np.ndarray) -> bool:
-        """Whether a state of a system with dampers is an unstable equilibrium, on which dampers could keep it for long.
+    def _rests(self, t: float, q: np.ndarray) -> bool:
+        """Whether a state is an equilibrium without its dampers, which could keep it on an unstable one for long.
 
-        On its way from one equilibrium to the next a state may well have a stiffness that is not definite.
+        On its way from one equilibrium to the next a state may well have a stiffness that is not definite: a snap that
+        dampers hold back. It is an event ("damped snap"), and its forces are not those of a quasi-static path.
         """
-        if not self.system.rate_dependent or not negative_pivots(self.system, t, q, self.newton.solver):
-            return False
         left_over = np.abs(self.system.force(t, q, None) * self.newton.scales.length / self.newton.scales.increment)
         return bool(left_over.max() < _RESTING * self.books.largest_reaction)
+
+    def _is_far_from_equilibrium(self) -> bool:
+        """Whether Newton's first step from the start is longer than any correction that is believed."""
+        books, solver = self.books, self.newton.solver
+        linear = self.system.linearise(books.time, books.q, None)
+        try:
+            solver.factorise(linear.stiffness)
+            step = solver.solve(linear.force)
+        except NotConverged:
+            return False
+        return not self._size(step) <= _FURTHEST
 
     def _size(self, increment: np.ndarray) -> float:
         return float(largest_ratio(increment, self.newton.scales.span))
@@ -358,9 +389,10 @@ class _Follower:
     def _pass_critical(self, reason: _Reason) -> None:
         """Get past a point where steps do not help."""
         books = self.books
-        if len(self.statistics.events) >= _EVENTS:
+        if sum(event.kind != "damped snap" for event in self.statistics.events) >= _EVENTS:
             self._fail(Outcome.NO_EQUILIBRIUM)
-        before = (books.time, books.last)
+        before = self.lost or _mark(books)
+        self.lost = None
         later = books.time + 1e-3 * self.first_step
         kind = "motion"
         if reason is _Reason.SINGULAR:
@@ -373,7 +405,16 @@ class _Follower:
                 kind = "bifurcation"
         if kind != "bifurcation":
             self._move(reason is _Reason.INERTIA)
-        self.statistics.events.append(_event(kind, *before, books.time, books.last))
+        self._note(kind, before)
+        self._go_on_slowly()
+
+    def _note(self, kind: str, begin: _Mark) -> None:
+        """Note an event that ends at the present state."""
+        end = _mark(self.books)
+        self.statistics.events.append(Event(kind, begin.time, end.time, begin.travel, end.travel, begin.force, end.force))
+
+    def _go_on_slowly(self) -> None:
+        """Begin the history anew, with a short step."""
         self._forget()
         self.step_size = min(self.step_size, _AGAIN * self.first_step)
         self.step_size = max(self.step_size, 10.0 * _SMALLEST * self.settings.end_time)
@@ -396,22 +437,25 @@ class _Follower:
             step *= 4.0
         return False
 
-    def _move(self, moving: bool) -> None:
+    def _move(self, moving: bool, released: bool = False) -> None:
         """Let the structure move, or slide where nothing would damp it, until equilibria can be followed again.
 
         `moving`: it has been going faster and faster. Otherwise it begins at rest: nothing had kinetic energy until here.
+        `released`: nothing has been turned over yet, and what is stored sets the scale.
         """
         books, settings = self.books, self.settings
         if not self.system.rate_dependent:
             self._slide()
             return
-        calm = Calm(_MOVING * books.ledger.turnover, _DRIVEN * self.slow, _WAIT * self.first_step)
+        scale = sum(map(abs, books.last.energy.potential.values())) if released else books.ledger.turnover
+        worst = math.inf if released else settings.energy_abort
+        calm = Calm(_MOVING * scale, _DRIVEN * self.slow, math.inf if released else _WAIT * self.first_step)
         u = books.u if moving else np.zeros_like(books.u)
         for _ in range(_CALMER):
             calm = Calm(0.1 * calm.quiet, calm.slow, 4.0 * calm.wait)
             try:
                 self.statistics.newton_iterations += move_until_calm(
-                    self.system, books, u, settings.end_time, calm, settings.energy_abort, _IN_MOTION * settings.rtol
+                    self.system, books, u, settings.end_time, calm, worst, _IN_MOTION * settings.rtol
                 )
             except StepFailed as error:
                 self.objection = error.reason
@@ -469,11 +513,8 @@ class _Follower:
         raise NotConverged(f"{text}. Joint strained most: {self.joint}")
 
 
-def _event(kind: str, at: float, before: Observation, end: float, after: Observation) -> Event:
-    def first(values: np.ndarray) -> float:
-        return float(values[0]) if len(values) else 0.0
-
-    return Event(
-        kind, at, end, first(before.drive.travel), first(after.drive.travel), first(before.drive.force),
-        first(after.drive.force),
-    )  # fmt: skip
+def _mark(books: Books) -> _Mark:
+    """The present state, as events have it."""
+    drive = books.last.drive
+    first = (float(drive.travel[0]), float(drive.force[0])) if len(drive.travel) else (0.0, 0.0)
+    return _Mark(books.time, *first)

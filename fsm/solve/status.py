@@ -7,7 +7,10 @@ from enum import Enum
 
 from fsm.errors import NotConverged
 
-__all__ = ["Event", "Outcome", "StepFailed"]
+__all__ = ["TORN", "Event", "Outcome", "StepFailed"]
+
+TORN = 0.1
+"""Part of a segment's length that the ends of a joint may come apart, whatever the method."""
 
 
 class Outcome(Enum):
@@ -58,8 +61,9 @@ class Event:
 
     Attributes
     ----------
-    kind : "bifurcation", "snap" or "motion"
-        A stable branch was taken, the structure snapped, or inertia mattered for a while.
+    kind : "bifurcation", "snap", "damped snap", "motion", "release" or "unstable"
+        A stable branch was taken; the structure snapped, solved with inertia, or held back by its dampers alone; inertia
+        mattered for a while; the start was no equilibrium; a motion solved with inertia throughout passed unstable states.
     time, end_time : s
     travel, end_travel : m, of the first drive; 0 without one
     force, end_force : N, of the first drive

@@ -76,7 +76,7 @@ class StepwiseRun(Run):
         )
         work = 0.5 * step * (begin.input_power + seen.energy.input_power) + seen.energy.driven - driven
         self.ledger.add(work, step * dissipated, step * of_pairs)
-        self._look(seen)
+        self._look(solver.t, solver.q, solver.u, seen)
         self._balance(seen)
         if self.pending and self.pending[0] <= solver.t:
             self.pending.pop(0)

@@ -12,13 +12,13 @@ import pytest
 import fsm.solve.run
 import fsm.solve.static
 from fsm.segments.compile import compile_scene
-from fsm.solve.handed_over import Saved, Statistics, StepEnd
+from fsm.solve.handed_over import CurvePoint, Saved, Statistics, StepEnd
 from fsm.solve.ledger import Ledger
 from fsm.solve.renewal import steps_between
 from fsm.solve.settings import Settings
 from fsm.solve.solver import solve
 from fsm.solve.static import PathSettings
-from fsm.system import DriveState, System
+from fsm.system import System
 from tests.physics.test_crease_hysteresis import CYCLE, crease, flap
 from tests.physics.test_paths import truss
 
@@ -28,7 +28,7 @@ class Way:
     """What a solve hands over, and where another can go on."""
 
     saved: list[Saved] = field(default_factory=list)
-    seen: list[tuple[DriveState, np.ndarray]] = field(default_factory=list)
+    seen: list[CurvePoint] = field(default_factory=list)
     ledger: Ledger = field(default_factory=Ledger)
     renewals: list[tuple[StepEnd, Ledger, int, int]] = field(default_factory=list)
     statistics: Statistics | None = None
@@ -54,9 +54,10 @@ def same(one: Way, other: Way, first: int) -> None:
         np.testing.assert_array_equal(a.q, b.q)
         np.testing.assert_array_equal(a.u, b.u)
         np.testing.assert_array_equal(a.observation.drive.force, b.observation.drive.force)
-    for (a_drive, a_pairs), (b_drive, b_pairs) in zip(one.seen, other.seen, strict=True):
-        np.testing.assert_array_equal(a_drive.force, b_drive.force)
-        np.testing.assert_array_equal(a_pairs, b_pairs)
+    for a_point, b_point in zip(one.seen, other.seen, strict=True):
+        np.testing.assert_array_equal(a_point.drive.force, b_point.drive.force)
+        np.testing.assert_array_equal(a_point.pair_force, b_point.pair_force)
+        assert a_point[2:] == b_point[2:]
     assert (one.ledger.worst, one.ledger.turnover) == (other.ledger.worst, other.ledger.turnover)
     assert one.statistics is not None
     assert other.statistics is not None

@@ -23,7 +23,8 @@ from fsm.plots.figures import draw
 from fsm.plots.force import plot_force, plot_overlay
 from fsm.plots.motion import leaves_plane, pick_records, plot_motion
 from fsm.plots.style import STYLE, WIDE, energy_unit, shortened
-from fsm.results.quantities import Curve, summarise
+from fsm.results.curve import Curve
+from fsm.results.quantities import summarise
 from fsm.results.solution import ENERGIES, PAIRS, Layout, Record, Solution
 from fsm.scene.builders.scene import build_scene
 from fsm.scene.case import Case
@@ -74,7 +75,7 @@ def strip_run(n: int = 151, drives: int = 1, peak: float = 2.0, out: float = 0.0
     travel = np.linspace(0, 0.15, n)
     force = peak * (travel / 0.027) * np.exp(1 - travel / 0.027) + 0.3 * peak * (travel / 0.15) ** 4
     work = np.concatenate([[0.0], np.cumsum(np.diff(travel) * (force[1:] + force[:-1]) / 2)])
-    share = np.clip((travel - 0.013) / 0.05, 0, 0.6)
+    share = np.clip((travel - 0.013) / 0.05, 0, 0.8)
     records = [
         Record(
             time=s / 0.002, q=np.zeros(3), u=np.zeros(3), travel=np.full(drives, s), force=np.full(drives, f),

@@ -7,11 +7,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fsm.results.curve import Curve
 from fsm.results.quantities import (
-    Curve,
+    bending_onset,
     find_stages,
     first_touch,
     peak,
+    peaks,
     sliding_distance,
     summarise,
     summarise_contacts,
@@ -67,17 +69,27 @@ def test_peak_of_a_flat_curve() -> None:
 
 
 CONTACT, BENDING = 0.0133, 0.0217
-SLOPES = 3.0, 50.0, 10.0
 
 
-def synthetic(n: int, slopes: tuple[float, float, float] = SLOPES) -> Curve:
-    """Three straight lines that meet at `CONTACT` and `BENDING`, and a pair that touches at `CONTACT`."""
+def curve_of(
+    travel: np.ndarray,
+    force: np.ndarray,
+    pair_force: np.ndarray | None = None,
+    share: np.ndarray | float = 0.0,
+    path: np.ndarray | None = None,
+) -> Curve:
+    """A curve of one drive whose panels have taken up a share of the elastic energy, s^2 in all."""
+    n = len(travel)
+    pairs = np.zeros((n, 0)) if pair_force is None else pair_force
+    number = np.zeros(n, dtype=np.int64) if path is None else path
+    return Curve(travel[:, None], force[:, None], pairs, travel, number, share * travel**2, (1 - share) * travel**2)
+
+
+def synthetic(n: int, bending: float = BENDING) -> Curve:
+    """A pair touches at `CONTACT`; the panels' share of the energy passes two thirds at `bending`."""
     s = np.linspace(0, 0.06, n)
-    first, second, third = slopes
-    force = first * np.minimum(s, CONTACT) + second * np.clip(s - CONTACT, 0, BENDING - CONTACT)
-    force += third * np.maximum(s - BENDING, 0)
     pairs = np.column_stack([np.zeros(n), 40 * np.maximum(0, s - CONTACT)])
-    return Curve(s, force, pairs)
+    return curve_of(s, 10 * s, pairs, np.clip(2 / 3 + 20 * (s - bending), 0.0, 1.0))
 
 
 def names(curve: Curve) -> list[str]:
@@ -91,9 +103,9 @@ def test_stages_of_a_known_curve(n: int) -> None:
     assert [stage.name for stage in stages] == ["initial deformation", "contact", "bending"]
     assert stages[0].travel == 0.0
     assert stages[1].travel == pytest.approx(CONTACT, abs=2e-5)
-    assert stages[2].travel == pytest.approx(BENDING, abs=0.06 / n + 1e-4)
+    assert stages[2].travel == pytest.approx(BENDING, abs=1e-9)
     for stage in stages:
-        assert stage.force == pytest.approx(np.interp(stage.travel, curve.travel, curve.force), abs=1e-9)
+        assert stage.force == pytest.approx(10 * stage.travel, abs=1e-9)
 
 
 def test_contact_onset_of_a_hertz_force_lies_between_its_records() -> None:
@@ -110,34 +122,86 @@ def test_noise_below_the_threshold_is_no_contact() -> None:
     assert find_stages(curve)[1].travel == pytest.approx(CONTACT, abs=2e-5)
 
 
-def test_a_rise_that_goes_on_is_not_bending() -> None:
-    assert names(synthetic(601, (3.0, 50.0, 26.0))) == ["initial deformation", "contact"]
-    assert names(synthetic(601, (3.0, 50.0, 24.0))) == ["initial deformation", "contact", "bending"]
+def test_stages_come_in_the_order_in_which_they_are_reached() -> None:
+    assert names(synthetic(601, 0.005)) == ["initial deformation", "bending", "contact"]
+    assert names(synthetic(601, -1.0)) == ["bending", "contact"]  # creases stiffer than the panels
+    assert names(synthetic(601, 1.0)) == ["initial deformation", "contact"]
+
+
+def test_what_little_energy_there_is_at_first_says_nothing() -> None:
+    curve = synthetic(601)
+    curve.panels[1:4] += 1e-8  # noise of the solver: more than the creases have taken up until then
+    assert bending_onset(curve) == pytest.approx(BENDING, abs=1e-9)
+
+
+def test_one_point_that_leaps_is_not_bending() -> None:
+    curve = synthetic(601)
+    curve.panels[150], curve.creases[150] = curve.creases[150], 0.0
+    assert bending_onset(curve) == pytest.approx(BENDING, abs=1e-9)
 
 
 def test_stages_not_reached_are_absent() -> None:
-    curve = synthetic(61)
-    assert names(Curve(curve.travel, curve.force, np.zeros((61, 0)))) == ["initial deformation"]
-    assert names(Curve(curve.travel, curve.force, np.zeros((61, 2)))) == ["initial deformation"]
-    assert find_stages(Curve(np.zeros(0), np.zeros(0), np.zeros((0, 2)))) == []
+    s = np.linspace(0, 0.06, 61)
+    assert names(curve_of(s, s, np.zeros((61, 0)))) == ["initial deformation"]
+    assert names(curve_of(s, s, np.zeros((61, 2)))) == ["initial deformation"]
+    assert find_stages(curve_of(s[:0], s[:0], np.zeros((0, 2)))) == []
 
 
-def test_records_at_rest_after_the_drive_change_nothing() -> None:
+def test_points_at_rest_after_the_drive_change_nothing() -> None:
     curve = synthetic(61)
     longer = Curve(*(np.concatenate([values, values[-1:], values[-1:]]) for values in vars(curve).values()))
     assert find_stages(longer) == find_stages(curve)
 
 
-def test_merged_curves_are_in_order() -> None:
-    merged = synthetic(61).merged(synthetic(50))
-    assert len(merged.travel) == 111
-    assert np.all(np.diff(merged.travel) >= 0)
-    assert find_stages(merged)[2].travel == pytest.approx(BENDING, abs=1e-3)
+def snapping() -> Curve:
+    """A path up to 1 N at 20 mm, where it snaps; a spike of 5 N in the motion after; then down from .8 N to -1.5 N."""
+    s = np.linspace(0, 0.06, 61)
+    force = np.where(s <= 0.02 + 1e-9, 50 * s, 0.8 - 2.3 * (s - 0.025) / 0.035)
+    path = np.where(s <= 0.02 + 1e-9, 0, np.where(s < 0.025 - 1e-9, 1, 2))
+    force[22], force[24] = 5.0, 0.2
+    return curve_of(s, force, path=path)
+
+
+def test_a_spike_in_a_snap_is_the_dynamic_peak_and_no_other() -> None:
+    found = peaks(snapping())
+    assert found.largest == pytest.approx((1.0, 0.02))  # no parabola into what is not of the path
+    assert found.dynamic == pytest.approx((5.0, 0.022), rel=0.2)
+    assert found.magnitude == pytest.approx((1.5, 0.06))
+
+
+def test_the_jerk_of_the_start_is_no_peak() -> None:
+    curve = snapping()
+    curve.force[1], curve.path[1:] = 100.0, curve.path[1:] + 2
+    curve.path[1] = 1
+    assert peaks(curve).largest == pytest.approx((1.0, 0.02))
+    assert peaks(curve).dynamic == pytest.approx((5.0, 0.022), rel=0.2)
+
+
+def test_a_run_without_quasi_static_points_has_its_dynamic_peak() -> None:
+    curve = snapping()
+    curve.path[1:] = 1
+    summary = summarise(curve, [])
+    assert summary["peak_kind"] == "dynamic"
+    assert summary["peak_force"] == summary["dynamic_peak_force"] == pytest.approx(5.0, rel=0.2)
+
+
+def test_thinned_curves_keep_peaks_and_ends() -> None:
+    s = np.linspace(0, 0.06, 60001)
+    path = np.where(s < 0.02, 0, np.where(s < 0.025, 1, 2))
+    force = np.sin(400 * s) + 0.3 * np.sin(4e4 * s)
+    curve = curve_of(s, force, path=path)
+    thin = curve.thinned(500)
+    assert len(thin) < 1000
+    for dynamic in (False, True):
+        kept, all_of_them = (one.force[one.dynamic == dynamic] for one in (thin, curve))
+        assert (kept.max(), kept.min()) == (all_of_them.max(), all_of_them.min())
+    assert (thin.time[0], thin.time[-1]) == (s[0], s[-1])
+    assert np.array_equal(np.unique(thin.path), [0, 1, 2])
 
 
 def test_summary() -> None:
     curve = synthetic(121)
-    curve = Curve(curve.travel, 2 - 3000 * (curve.travel - 0.03) ** 2, curve.pair_force)
+    curve.force[:] = 2 - 3000 * (curve.travel - 0.03) ** 2
     summary = summarise(curve, ["1-2", "3-4"])
     assert summary["peak_force"] == pytest.approx(2.0, abs=1e-9)
     assert summary["peak_travel"] == pytest.approx(0.03, abs=1e-9)

@@ -30,7 +30,10 @@ def warned(method: str, off: float, step: float | None = None) -> list[str]:
         settings=lambda method: Settings(method, 1e-4, 1.0, step=step),
         system=SimpleNamespace(nu=9),
     )
-    solution = SimpleNamespace(negative_pivots=np.zeros(1), layout=SimpleNamespace(dimension="spatial"))
+    none = np.zeros((1, 0))
+    solution = SimpleNamespace(
+        negative_pivots=np.zeros(1), time=np.zeros(1), travel=none, force=none, layout=SimpleNamespace(dimension="spatial")
+    )
     ledger = SimpleNamespace(relative_error=off)
     exact = RoundOff(1e6, 1e-10, 1.0)
     summary = summary_of(cast(Any, analysis), cast(Any, solution), Statistics(method), cast(Ledger, ledger), [], exact)

@@ -1,0 +1,172 @@
+"""What a strip starts from: as folded, where it is released, or in equilibrium; and a hold before it."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from fsm.cli import cli
+from fsm.errors import CaseError
+from fsm.results.solution import Solution
+from fsm.results.store import read_solution
+from fsm.run import run_case
+from fsm.scene.load_case import LoadedCase, load_case
+
+LENGTH, WIDTH, THICKNESS, DENSITY, YOUNG, CREASE = 0.08, 0.04, 3e-4, 800.0, 3e9, 9e-3
+CASE = f"""
+[strip]
+length = {2 * LENGTH}
+width = {WIDTH}
+thickness = {THICKNESS}
+panels = 2
+fold_angle = "80 deg"
+segments_per_panel = 1
+held = [1]
+[material]
+young = {YOUNG}
+density = {DENSITY}
+damping = 0
+[crease]
+law = "linear"
+stiffness = {CREASE}
+rest_angle = "130 deg"
+[solve]
+end_time = 0.11
+rtol = 1e-5
+"""
+MORE = (
+    "strip.panels=4", "strip.length=0.32", "strip.segments_per_panel=3", "material.damping=2 ms", "solve.rtol=1e-4",
+)  # fmt: skip
+DRIVE = 'drive=[{crease=2, speed="2 mm/s", travel="5 mm"}]'
+
+
+def loaded(folder: Path, *overrides: str) -> LoadedCase:
+    (folder / "case.toml").write_text(CASE)
+    return load_case(folder / "case.toml", overrides)
+
+
+def solved(folder: Path, *overrides: str) -> tuple[dict[str, Any], Solution]:
+    summary = run_case(loaded(folder, *overrides), folder / "out", progress=False)
+    return summary, read_solution(folder / "out" / "result.h5")
+
+
+def checked(folder: Path, *overrides: str) -> str:
+    (folder / "case.toml").write_text(CASE)
+    sets = [word for text in overrides for word in ("--set", text)]
+    result = CliRunner().invoke(cli, ["check", str(folder / "case.toml"), *sets])
+    assert result.exit_code == 0, result.output
+    return next(line for line in result.output.splitlines() if line.startswith("start"))
+
+
+@pytest.mark.parametrize("hold", [0.0, 0.04])
+def test_a_released_rigid_panel_swings_about_the_rest_angle(hold: float, tmp_path: Path) -> None:
+    """psi = rest + (folded - rest) cos(omega t), omega^2 = k/(m L^2/3), after the hold; k in series with the half cell."""
+    summary, solution = solved(tmp_path, *([f"release.hold_time={hold}"] if hold else []))
+    assert summary["start"] == "as-folded"
+    assert summary["warnings"] == []
+    bending = YOUNG * WIDTH * THICKNESS**3 / 12
+    stiffness = CREASE / (1 + CREASE * LENGTH / 2 / bending)
+    omega = math.sqrt(stiffness / (DENSITY * WIDTH * THICKNESS * LENGTH * (LENGTH**2 / 3 + THICKNESS**2 / 12)))
+    tip = solution.shape[:, -1, 1] - solution.shape[:, -1, 0]
+    angle = np.pi - (np.radians(80) - np.arctan2(tip[:, 2], tip[:, 0])) % (2 * np.pi)  # of the fold, 0 flat
+    angle = np.degrees(np.pi - np.abs(angle))
+    swung = np.where(solution.time < hold, 1.0, np.cos(omega * (solution.time - hold)))
+    assert np.ptp(swung) > 1.9  # half a period at least
+    np.testing.assert_allclose(angle, 130 + 30 * swung, atol=0.5)
+    if hold:
+        still = solution.time < hold
+        assert still.sum() > 50
+        assert np.all(solution.q[still] == solution.q[0])
+
+
+def test_an_equilibrium_that_is_asked_for_is_one(tmp_path: Path) -> None:
+    """The strip is free of stress there and stays; its energies are round-off, and no loss of energy is made of that."""
+    summary, solution = solved(tmp_path, *MORE, 'start="equilibrium"', "crease.rest_angle=140 deg")
+    assert summary["start"] == "equilibrium"
+    assert summary["energy_error"] == 0.0
+    assert np.abs(solution.shape - solution.shape[0]).max() < 1e-9
+    stored = solution.energy["creases"] + solution.energy["panels"]
+    assert stored.max() < 1e-9 * CREASE  # as folded it would be 3/2 k (20 deg)^2
+
+
+@pytest.mark.parametrize("rest", ["0 deg", "60 deg", "110 deg", "159.9 deg"])
+def test_stowed_creases_start_as_folded_and_deploy(rest: str, tmp_path: Path) -> None:
+    summary, solution = solved(tmp_path, *MORE, f"crease.rest_angle={rest}", "solve.end_time=0.02")
+    assert summary["start"] == "as-folded"
+    assert summary["energy_error"] < 1e-3
+    opened = math.radians(160 - float(rest.split()[0]))
+    bending = YOUNG * WIDTH * THICKNESS**3 / 12
+    flexible = np.array([1, 2, 2]) / 2 * LENGTH / 3 / bending  # half cells beside each crease; none in the held panel
+    stored = float(np.sum(0.5 * CREASE / (1 + CREASE * flexible) * opened**2))
+    assert solution.energy["creases"][0] == pytest.approx(stored, rel=1e-9)
+    reach = np.ptp(solution.shape.reshape(len(solution), -1, 3)[..., 0], axis=1)
+    assert reach.max() > reach[0] * (1 + 1e-6)
+
+
+def test_a_slow_pull_of_what_is_released_begins_with_a_motion(tmp_path: Path) -> None:
+    """Pulled slowly from stowed creases: in motion first, an event, and the force of that is no quasi-static one."""
+    pull = DRIVE, "strip.held=[1, 4]", "solve.end_time=none", "crease.rest_angle=60 deg", "material.damping=20 ms"
+    summary, _ = solved(tmp_path, *MORE, *pull, 'start="as-folded"')
+    assert summary["method"] == "static"
+    assert summary["events"][0]["kind"] == "release"
+    rest, _ = solved(tmp_path, *MORE, *pull)
+    assert rest["start"] == "equilibrium"
+    assert rest["events"] == []
+    assert summary["final_force"] == pytest.approx(rest["final_force"], rel=1e-4)
+    assert summary["peak_force"] == pytest.approx(rest["peak_force"], rel=1e-2)
+
+
+def test_check_says_what_the_start_is(tmp_path: Path) -> None:
+    assert checked(tmp_path).endswith(
+        "as folded, at rest (no drive, and the creases are not at rest as folded: the strip is released)"
+    )
+    assert "in equilibrium, at rest (the creases are at rest as folded)" in checked(tmp_path, "crease.rest_angle=none")
+    assert "in equilibrium, at rest (the creases are at rest" in checked(tmp_path, "crease.stiffness=0")
+    moment = "crease={law='spline', angle=[-1.0, 0.0, 1.0, 2.0], moment=[0.0, 1e-3, 2e-3, 3e-3]}"
+    assert "as folded" in checked(tmp_path, moment)
+    assert "(the strip is driven)" in checked(tmp_path, *MORE, DRIVE, "solve.end_time=none")
+    asked = checked(tmp_path, 'start="equilibrium"', "gravity=[0,0,-9.81]")
+    assert "in equilibrium, at rest, with gravity and the loads at time zero (asked for)" in asked
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        (["release.hold_time=0.2 s"], "release.hold_time: must be shorter than solve.end_time, 0.11 s; it is 0.2 s"),
+        ([*MORE, DRIVE, "release.hold_time=0.01 s"], "release: belongs to a motion without a [[drive]]"),
+        (["start=folded"], 'start: must be "as-folded" or "equilibrium"'),
+    ],
+)
+def test_faults(changes: list[str], said: str, tmp_path: Path) -> None:
+    with pytest.raises(CaseError) as caught:
+        loaded(tmp_path, *changes)
+    assert said in str(caught.value)
+
+
+@pytest.mark.parametrize("method", ["static", "generalized-alpha"])
+def test_beyond_the_taut_length_all_methods_end_alike(method: str, tmp_path: Path) -> None:
+    """The tip is pulled 30 mm farther than the strip reaches: exit code 3, and why."""
+    (tmp_path / "case.toml").write_text(CASE)
+    far = 2 * LENGTH * math.sin(math.radians(80)) + 0.03
+    pull = f'drive=[{{body="panel 2 segment 2", direction=[0,0,1], speed="1 m/s", travel={far}}}]'
+    changes = (
+        pull, "solve.end_time=none", f"solve.method={method}", "strip.segments_per_panel=2", "material.damping=2 ms",
+        "crease.rest_angle=none", "solve.rtol=1e-4",
+    )  # fmt: skip
+    sets = [word for text in changes for word in ("--set", text)]
+    result = CliRunner().invoke(cli, ["run", str(tmp_path / "case.toml"), "--out", str(tmp_path / "out"), "--quiet", *sets])
+    assert result.exit_code == 3, result.output
+    assert "the drive pulls beyond what the structure can reach; shorten its travel" in result.stderr
+    assert not (tmp_path / "out" / "summary.json").exists()
+
+
+def test_summary_is_that_of_the_file(tmp_path: Path) -> None:
+    summary, solution = solved(tmp_path, "solve.end_time=0.01")
+    written = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert written["start"] == solution.summary["start"] == summary["start"]
