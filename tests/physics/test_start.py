@@ -109,19 +109,6 @@ def test_stowed_creases_start_as_folded_and_deploy(rest: str, tmp_path: Path) ->
     assert reach.max() > reach[0] * (1 + 1e-6)
 
 
-def test_a_slow_pull_of_what_is_released_begins_with_a_motion(tmp_path: Path) -> None:
-    """Pulled slowly from stowed creases: in motion first, an event, and the force of that is no quasi-static one."""
-    pull = DRIVE, "strip.held=[1, 4]", "solve.end_time=none", "crease.rest_angle=60 deg", "material.damping=20 ms"
-    summary, _ = solved(tmp_path, *MORE, *pull, 'start="as-folded"')
-    assert summary["method"] == "static"
-    assert summary["events"][0]["kind"] == "release"
-    rest, _ = solved(tmp_path, *MORE, *pull)
-    assert rest["start"] == "equilibrium"
-    assert rest["events"] == []
-    assert summary["final_force"] == pytest.approx(rest["final_force"], rel=1e-4)
-    assert summary["peak_force"] == pytest.approx(rest["peak_force"], rel=1e-2)
-
-
 def test_check_says_what_the_start_is(tmp_path: Path) -> None:
     assert checked(tmp_path).endswith(
         "as folded, at rest (no drive, and the creases are not at rest as folded: the strip is released)"

@@ -76,8 +76,8 @@ def line(angle: float, segments: int, first: float, limit: int) -> tuple[str, bo
         outcome = str(error)
     signal.alarm(0)
     taken = time.perf_counter() - begun
-    travel = np.array([drive.travel[0] for drive, _ in seen])
-    force = np.array([drive.force[0] for drive, _ in seen])
+    travel = np.array([drive.travel[0] for drive, *_ in seen])
+    force = np.array([drive.force[0] for drive, *_ in seen])
     order = np.argsort(travel, kind="stable")
     top, at = peak(travel[order], force[order])
     largest = max((state.observation.reaction for state in saved), default=0.0)
