@@ -48,6 +48,18 @@ def test_strips_are_not_drawn_taut() -> None:
     assert driven > 40
 
 
+def test_deployed_strips_end_taut_and_hardly_stretched() -> None:
+    """The driven crease ends at the distance of its panels from the held one, and 300 millionths of it at most."""
+    for index in range(60):
+        tables = draw("deployed", index, 1).tables
+        strip, drive = tables["strip"], tables["drive"][0]
+        panel, angle = number(strip["length"]) / strip["panels"], np.radians(number(strip["fold_angle"]))
+        crease = drive["crease"]
+        start = panel * np.array([(crease - 1) * np.cos(angle), ((crease % 2) - 1) * np.sin(angle)])
+        chord = np.linalg.norm(start + [number(drive["travel"]), 0.0])
+        assert 0.0 < chord / ((crease - 1) * panel) - 1.0 < 3.1e-4
+
+
 def number(text: str) -> float:
     return float(text.split()[0])
 

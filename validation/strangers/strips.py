@@ -129,7 +129,8 @@ def draw_deployed(dice: Dice) -> Drawn:
     stretched by 10 to 300 millionths at 20 MPa at most; the blow moves the taut strip by 2 % of its length at most.
     """
     of = sheet(dice, (4, 8), (50.0, 80.0), (150.0, 1500.0))
-    crease = dice.one_of((of.panels - 1, of.panels - 1, of.panels - 2))
+    last = of.panels - 1 if of.panels % 2 == 0 else of.panels - 2
+    crease = dice.one_of((last, last, max(3, last - 2)))  # as high as crease 1, so that it goes along the strip
     ratio = dice.decades(0.1, 2.0)
     of_crease, files, _ = crease_tables(dice, of, ratio, ("linear", "linear", "spline"))
     span = (crease - 1) * of.panel
