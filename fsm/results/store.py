@@ -441,6 +441,10 @@ def _read_layout(file: Any) -> Layout:
 @contextmanager
 def _opened(path: Path, wanted: str) -> Iterator[Any]:
     """An HDF5 file of the wanted kind, faults in plain words."""
+    if path.exists() and not path.is_file():
+        there = path / "result.h5"
+        what = f"is a folder; give {there}" if there.is_file() else "is a folder, a pipe or a device, no file"
+        raise CaseError(what, str(path))
     if not path.is_file():
         part = part_path(path)
         hint = f"; the run did not finish, see {part.name}" if part != path and part.is_file() else ""

@@ -426,3 +426,11 @@ def test_a_summary_that_is_none_is_damage(name: str, tmp_path: Path) -> None:
         writer.finish(STATS, SUMMARY | ODD_SUMMARIES[name])
     with pytest.raises(CaseError, match="in the summary"):
         read_solution(tmp_path / "result.h5")
+
+
+def test_a_folder_is_no_result(tmp_path: Path) -> None:
+    with pytest.raises(CaseError, match="is a folder, a pipe or a device"):
+        read_solution(tmp_path)
+    write(tmp_path / "result.h5")
+    with pytest.raises(CaseError, match=r"is a folder; give .*result\.h5"):
+        read_solution(tmp_path)
