@@ -198,6 +198,10 @@ class Books:
         self._take(t, q, u, seen, seen.energy.stored_freely, inertia_counts(self.system, t, q, u, seen))
         self.tell()
 
+    def set_going(self) -> None:
+        """Go on with inertia from a state of statics: what drives and loads gave to motion, statics had left out."""
+        self.ledger.work += self.last.energy.kinetic
+
     def may_jump(self, t: float, q: np.ndarray, seen: Observation) -> bool:
         """Whether a jump to a state could happen: through no face, and without a gain of energy that nothing gave."""
         if self.system.objection(t, q, None, t - self.time) is not None:

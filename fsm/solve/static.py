@@ -451,6 +451,8 @@ class _Follower:
         worst = math.inf if released else settings.energy_abort
         calm = Calm(_MOVING * scale, _DRIVEN * self.slow, math.inf if released else _WAIT * self.first_step)
         u = books.u if moving else np.zeros_like(books.u)
+        if moving:
+            books.set_going()
         for _ in range(_CALMER):
             calm = Calm(0.1 * calm.quiet, calm.slow, 4.0 * calm.wait)
             try:
