@@ -114,7 +114,9 @@ def test_steep_strips_go_all_the_way(angle: int, segments: int) -> None:
     _, statistics, ledger = pulled(system, every=2e-3)
     assert ledger.relative_error < 1e-2
     assert curve(statistics)[0][-1] == pytest.approx(0.12)
-    assert sum(event.end_travel - event.travel for event in statistics.events) < 3e-3
+    # 2026-11-23: without unstable states that dampers hold, which are events since then, statics takes them all the same
+    solved_with_inertia = [event for event in statistics.events if event.kind != "damped snap"]
+    assert sum(event.end_travel - event.travel for event in solved_with_inertia) < 3e-3
 
 
 @pytest.mark.parametrize("spatial", [False, True], ids=["planar", "spatial"])
@@ -183,7 +185,8 @@ def test_iterations_of_the_whole_path() -> None:
     """416 and 18 when this was written; 562 and 21 with contacts linearised as deep as each iteration leaves them."""
     system = trial("strip.segments_per_panel=20", 'drive.0.travel="120 mm"')
     _, statistics, _ = pulled(system, first=6e-4, rtol=1e-3)
-    assert not statistics.events
+    # 2026-11-23: the snap near 110 mm, held back by the dampers, is an event since then; nothing else is
+    assert all(event.kind == "damped snap" for event in statistics.events)
     assert statistics.newton_iterations < 470
     assert statistics.rejected < 25
 
