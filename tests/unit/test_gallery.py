@@ -10,7 +10,7 @@ import pytest
 
 from validation.gallery import folders, run
 from validation.gallery.pages import write_gallery
-from validation.gallery.record import Check, NotCompared, Place, against, below, said
+from validation.gallery.record import Check, NotCompared, Place, Reason, against, below, said
 
 
 def picture(place: Place, name: str = "curve.png") -> Path:
@@ -20,11 +20,14 @@ def picture(place: Place, name: str = "curve.png") -> Path:
     return path
 
 
+AIR = Reason("air is missing", 1.01, 1e-3)
+
+
 def part(place: Place) -> Iterator[Check | NotCompared]:
     """Three checks and what is left out."""
     there = picture(place)
     yield against("good", "case", 1.001, 1.0, "closed form", there, rtol=2e-3, unit="N")
-    yield against("bad", "case", 1.01, 1.0, "closed form", there, rtol=2e-3, unit="N", reason="air is missing")
+    yield against("bad", "case", 1.01, 1.0, "closed form", there, rtol=2e-3, unit="N", reason=AIR)
     yield said("order <of> & things", "a is above b", "paper, figure 1", "a 2, b 1", True, there)
     yield NotCompared("curve", "paper, figure 2", "only a picture")
 
@@ -135,6 +138,35 @@ def test_red_without_a_reason_is_a_failure(tmp_path: Path, monkeypatch: pytest.M
     folder = Bad()
     monkeypatch.setattr(run, "checks_of", lambda name: folder)
     assert run.run(["folder"], tmp_path, say=lambda line: None) == 1
+
+
+@pytest.mark.parametrize(
+    ("value", "explained"), [(1.5, True), (1.51, True), (1.6, False), (3.0, False), (float("nan"), False)]
+)
+def test_a_reason_excuses_only_the_value_it_was_found_for(
+    value: float, explained: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    why = Reason("air is missing", 1.5, 0.02)
+
+    class Red(Folder):
+        def part(self, place: Place) -> Iterator[Check | NotCompared]:
+            there = picture(place)
+            yield below("bound", "", value, 1.0, "", there, reason=why)
+            yield against("number", "", value, 1.0, "", there, rtol=0.01, reason=why)
+            yield said("words", "a", "b", "c", False, there, reason=why, number=value)
+
+    folder = Red()
+    monkeypatch.setattr(run, "checks_of", lambda name: folder)
+    told: list[str] = []
+    assert run.run(["folder"], tmp_path, say=told.append) == int(not explained)
+    red = [line for line in told if "RED" in line]
+    assert len(red) == 3
+    assert all(("not explained" in line) != explained for line in red)
+
+
+def test_a_statement_with_a_reason_gives_its_number(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="words: a statement with a reason needs the number"):
+        said("words", "a", "b", "c", False, tmp_path, reason=AIR)
 
 
 def test_every_folder_takes_part_or_says_why_not() -> None:

@@ -35,7 +35,7 @@ def check_stack(quick: bool, out: Path) -> list[Check]:
         ("stack: layers that cross, all records", crossed, 0),
         ("stack: depth over its static bound", float((pressed.deepest[touched] / pressed.allowed[touched]).max()), 1.001),
         ("stack: energy error", pressed.ledger.relative_error, 1e-2),
-        ("stack: not come back, mm or mrad", 1e3 * pressed.not_back, 10.0),
+        ("stack: not come back, mm or mrad", 1e3 * pressed.not_back, 1e3 * stack.LENGTH * stack.RTOL),
     ]
 
 

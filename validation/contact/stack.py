@@ -22,7 +22,7 @@ from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 from fsm.solve.static import PathSettings, follow
 
-__all__ = ["CONTACT", "END", "FOLD", "LENGTH", "THICKNESS", "Pressed", "crossings", "press", "stack_scene"]
+__all__ = ["CONTACT", "END", "FOLD", "LENGTH", "RTOL", "THICKNESS", "Pressed", "crossings", "press", "stack_scene"]
 
 LENGTH, WIDTH, THICKNESS = 0.08, 0.04, 3e-4
 """Of a panel, m."""
@@ -34,6 +34,8 @@ AWAY = 1e-3
 """Between the strip and the wall, and the strip and the press, at the start, m."""
 ROOM = 1e-3
 """Between the ends of the panels, when they stand upright, and floor or lid, m."""
+RTOL = 1e-5
+"""Of the path; after it the strip may be off by as much of a panel's length."""
 END = 45.0
 """Duration of pressing and letting go, s."""
 
@@ -131,7 +133,7 @@ def stack_scene(
     )
 
 
-def press(scene: Scene, method: str = "static", rtol: float = 1e-5, interval: float = 0.25, end: float = END) -> Pressed:
+def press(scene: Scene, method: str = "static", rtol: float = RTOL, interval: float = 0.25, end: float = END) -> Pressed:
     """Press and let go."""
     system = compile_scene(scene)
     saved: list[Saved] = []

@@ -57,7 +57,8 @@ def _page(whole: dict[str, Any], parts: dict[str, dict[str, Any]], out: Path) ->
         "methods, published numbers, measured "
         "data, and what three papers say in words. Each has its source, our value, the error and what is "
         "allowed, and a picture of our curve "
-        "with the reference. What is red stays red, with its reason. `make validate` makes this page anew.\n"
+        "with the reference. What is red stays red, with its reason where one is known for this value. "
+        "`make validate` makes this page anew.\n"
     )
     yield (
         f'<p class="counts"><span class="green">{len(rows) - len(red)} green</span> <span class="red">{len(red)} red</span> '

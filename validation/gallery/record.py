@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-__all__ = ["Check", "NotCompared", "Part", "Place", "against", "below", "said", "show"]
+__all__ = ["Check", "NotCompared", "Part", "Place", "Reason", "against", "below", "said", "show"]
 
 Kind = Literal["relative", "absolute", "bound", "said"]
 
@@ -23,6 +23,26 @@ class Place:
 
     out: Path
     full: bool = False
+
+
+@dataclass(frozen=True)
+class Reason:
+    """Why a check is red, and for which value that was found: another value needs another reason.
+
+    Attributes
+    ----------
+    text : why
+    value : what the check had when the reason was found
+    within : relative band about it in which the reason holds
+    """
+
+    text: str
+    value: float
+    within: float
+
+    def explains(self, value: float | None) -> bool:
+        """Whether a value is the one that the reason was found for."""
+        return value is not None and abs(value - self.value) <= self.within * abs(self.value)
 
 
 @dataclass(frozen=True)
@@ -41,7 +61,8 @@ class Check:
         says in words holds (error 0) or not (error 1).
     unit : of reference, value and, if absolute, error
     figure : our curve with the reference
-    reason : why it is red, if that is known
+    reason : why it is red, if that is known, and the value for which it is known
+    number : what a statement hangs on, to hold its reason against; of other kinds, their value
     detail : more of the run, for the command line and small print
     """
 
@@ -55,12 +76,24 @@ class Check:
     kind: Kind
     figure: Path
     unit: str = ""
-    reason: str = ""
+    reason: Reason | None = None
     detail: str = ""
+    number: float | None = None
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.value, str):
+            object.__setattr__(self, "number", self.value)
+        elif self.reason is not None and self.number is None:
+            raise ValueError(f"{self.name}: a statement with a reason needs the number that it hangs on")
 
     @property
     def passed(self) -> bool:
         return math.isfinite(self.error) and self.error <= self.tolerance
+
+    @property
+    def explained(self) -> bool:
+        """Red, for a reason that holds for this value."""
+        return not self.passed and self.reason is not None and self.reason.explains(self.number)
 
     @property
     def told(self) -> str:
@@ -71,7 +104,12 @@ class Check:
             plain = "does not come out"
         else:
             plain = f"error {self.error:.2g}, allowed {self.tolerance:.2g}"
-        return f"{plain}: {self.reason}" if self.reason else plain
+        if self.reason is None:
+            return plain
+        if self.explained:
+            return f"{plain}: {self.reason.text}"
+        known = f"the reason that is known is for {self.reason.value:.4g} within {100 * self.reason.within:g} %"
+        return f"{plain}; not explained: {known}, this is {self.number:.4g}"
 
 
 @dataclass(frozen=True)
@@ -97,7 +135,7 @@ def against(
     rtol: float | None = None,
     atol: float | None = None,
     unit: str = "",
-    reason: str = "",
+    reason: Reason | None = None,
     detail: str = "",
 ) -> Check:
     """A number against a reference, within a relative or an absolute tolerance (one of both)."""
@@ -133,7 +171,7 @@ def below(
     figure: Path,
     *,
     unit: str = "",
-    reason: str = "",
+    reason: Reason | None = None,
     detail: str = "",
 ) -> Check:
     """A number that must not be above what is allowed: an energy error, a spread, how far an order is off."""
@@ -154,10 +192,20 @@ def below(
 
 
 def said(
-    name: str, statement: str, source: str, shown: str, holds: bool, figure: Path, *, reason: str = "", detail: str = ""
+    name: str,
+    statement: str,
+    source: str,
+    shown: str,
+    holds: bool,
+    figure: Path,
+    *,
+    reason: Reason | None = None,
+    number: float | None = None,
+    detail: str = "",
 ) -> Check:
     """What a paper says in words, what comes out here, and whether it is the same."""
-    return Check(name, "", statement, shown, source, 0.0 if holds else 1.0, 0.0, "said", figure, "", reason, detail)
+    error = 0.0 if holds else 1.0
+    return Check(name, "", statement, shown, source, error, 0.0, "said", figure, "", reason, detail, number)
 
 
 def number(value: float | str) -> str:

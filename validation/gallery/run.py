@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import os
 import platform
 import subprocess
@@ -24,7 +25,7 @@ SOURCES = ("fsm/**/*.py", "validation/**/*.py", "folding_cases/**/*.toml", "fold
 
 
 def run(only: list[str], out: Path, full: bool = False, again: bool = False, say: Callable[[str], None] = print) -> int:
-    """Run what is asked for, write `out`/checks.json after every part; 1 if something is red without a known reason."""
+    """Run what is asked for, write `out`/checks.json after every part; 1 if a red check has no reason that holds for it."""
     sources = fingerprint()
     path = out / "checks.json"
     kept: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))["parts"] if path.is_file() else {}
@@ -51,7 +52,7 @@ def run(only: list[str], out: Path, full: bool = False, again: bool = False, say
                 write(path, kept)
             checks = kept[key]["checks"]
             red = [check for check in checks if not check["passed"]]
-            unknown += sum(not check["reason"] for check in red)
+            unknown += sum(not check["explained"] for check in red)
             say(f"    {len(checks) - len(red)} green, {len(red)} red, {kept[key]['seconds']:.1f} s")
             for check in red:
                 say(f"    RED {check['name']}: {check['told']}")
@@ -75,7 +76,8 @@ def collect(function: Part, place: Place) -> dict[str, Any]:
     for check in checks:
         figure = Path(check["figure"])
         if not (figure.is_file() and figure.stat().st_size):
-            check |= {"passed": False, "told": f"no picture {figure.name}: " + check["told"], "figure": ""}
+            told = f"no picture {figure.name}: " + check["told"]
+            check |= {"passed": False, "explained": False, "told": told, "figure": ""}
     return {"checks": checks, "not_compared": left_out, "seconds": time.perf_counter() - begun}
 
 
@@ -90,7 +92,13 @@ def _guarded(function: Part, place: Place) -> Iterator[Check | NotCompared]:
 
 def plain(check: Check) -> dict[str, Any]:
     """As JSON holds it."""
-    data = asdict(check) | {"passed": check.passed, "told": check.told, "figure": str(check.figure)}
+    data = asdict(check) | {
+        "passed": check.passed,
+        "explained": check.explained,
+        "told": check.told,
+        "figure": str(check.figure),
+        "number": None if check.number is None or not math.isfinite(check.number) else check.number,
+    }
     return data | {"error": check.error if check.error < 1e300 else 1e300}
 
 

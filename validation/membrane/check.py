@@ -184,8 +184,7 @@ def strip(place: Place) -> Iterator[Check]:
             picture,
             rtol=0.15,
             unit="mm",
-            detail=told,
-            reason="the closed form is for an infinite strip; judged is this one's stable shape of least energy",
+            detail=f"{told}; the closed form is for an infinite strip, judged is the stable shape of least energy",
         )
         yield against(
             f"{name}: mean stress of the tension field",
@@ -207,7 +206,7 @@ def strip(place: Place) -> Iterator[Check]:
                 picture,
                 rtol=0.15,
                 unit="mm",
-                reason="the closed form is for an infinite strip; judged is this one's stable shape of least energy",
+                detail="the closed form is for an infinite strip, judged is the stable shape of least energy",
             )
     names = [name for name, _ in all_found]
     bars(

@@ -10,14 +10,16 @@ import numpy as np
 from fsm.plots.style import COLOURS, WIDE, figure
 from fsm.run import run_case
 from fsm.scene.load_case import load_case
-from validation.gallery.record import Check, NotCompared, Place, said
+from validation.gallery.record import Check, NotCompared, Place, Reason, against, said
 from validation.scissor.arrays import move, rigid_angle, steel_array
 
 __all__ = ["deployment"]
 
 CASE = Path(__file__).parents[2] / "folding_cases" / "scissor_array" / "case.toml"
 PAPER = "paper on scissor arrays in absolute nodal coordinates, "
-LOST = "its table 1 (lengths, section, material, angle) is lost, so its numbers are an order of magnitude"
+LOST = "its table 1 (lengths, section, material, angle) is lost; here bars of 1 m, 20 x 12 mm, steel, 75 deg"
+NEAR = 0.05
+"""Relative band about our numbers of 23 November 2026, with these sizes, in which `LOST` is why they are not the paper's."""
 
 
 def deployment(place: Place) -> Iterator[Check | NotCompared]:
@@ -84,7 +86,7 @@ def deployment(place: Place) -> Iterator[Check | NotCompared]:
         f"largest difference {relative[0]:.1%} of the largest speed, {relative[1]:.1%} of the way",
         relative[0] > 2 * relative[1],
         picture,
-        reason="differences in speed are mostly those of a late array, not of vibration, and no larger than in displacement",
+        detail="differences in speed are mostly those of a late array",
     )
     for name, gap in apart.items():
         yield said(
@@ -95,27 +97,43 @@ def deployment(place: Place) -> Iterator[Check | NotCompared]:
             bool(gap[late].max() > 2 * gap[early].max()),
             picture,
         )
-    paper = {"displacement_x": 0.01498, "displacement_y": 0.02503, "velocity": 0.3889, "acceleration": 18.60}
-    ours = summary["max_difference_rigid"]
-    for key, number in paper.items():
-        ratio = ours[key] / number
-        yield said(
-            f"largest difference from rigid bars, {key.replace('_', ' ')}",
-            f"{number:g} (m, m/s, m/s²)",
-            PAPER + "section 5, figure 7; " + LOST,
-            f"{ours[key]:.4g}, with bars of 1 m, 20 x 12 mm, steel",
-            0.1 < ratio < 10.0,
+    rate = {k: run.acceleration(f"a{k}", 1) for k in (2, 3, 4)}
+    pairs = ((2, 3), (3, 4), (2, 4))
+    parted = {
+        "velocity": np.abs([speed[i] - speed[k] for i, k in pairs]).max(axis=0),
+        "acceleration": np.abs([rate[i] - rate[k] for i, k in pairs]).max(axis=0),
+    }
+    gap = parted["velocity"]
+    yield said(
+        "asynchronism of the velocity",
+        "y-velocity is not synchronous anymore",
+        PAPER + "section 5, figure 9",
+        f"{gap[early].max():.3g} m/s until 1.2 s, {gap[late].max():.3g} m/s after",
+        bool(gap[late].max() > 2 * gap[early].max()),
+        picture,
+    )
+    differs, apart_by = summary["max_difference_rigid"], summary["max_asynchronism"]
+    numbers = {  # the paper's, ours now, ours of 23 November 2026, unit, figure
+        "difference from rigid bars, displacement x": (0.01498, differs["displacement_x"], 0.02177, "m", 7),
+        "difference from rigid bars, displacement y": (0.02503, differs["displacement_y"], 0.01676, "m", 7),
+        "difference from rigid bars, velocity": (0.3889, differs["velocity"], 0.2139, "m/s", 7),
+        "difference from rigid bars, acceleration": (18.60, differs["acceleration"], 15.66, "m/s²", 7),
+        "asynchronism of displacement, a2-a3": (0.01863, apart_by["a2-a3"], 0.009832, "m", 8),
+        "asynchronism of displacement, a3-a4": (0.02203, apart_by["a3-a4"], 0.01032, "m", 8),
+        "asynchronism of velocity": (0.7749, float(parted["velocity"].max()), 0.2912, "m/s", 9),
+        "asynchronism of acceleration": (27.20, float(parted["acceleration"].max()), 13.99, "m/s²", 10),
+    }
+    for name, (paper, ours, known, unit, number) in numbers.items():
+        yield against(
+            f"largest {name}",
+            "three units deployed by 50 N",
+            ours,
+            paper,
+            PAPER + f"section 5, figure {number}",
             picture,
-        )
-    for key, number in {"a2-a3": 0.01863, "a3-a4": 0.02203}.items():
-        mine = summary["max_asynchronism"][key]
-        yield said(
-            f"largest asynchronism, {key}",
-            f"{number:g} m at 1.5 s",
-            PAPER + "section 5, figure 8; " + LOST,
-            f"{mine:.4g} m",
-            0.1 < mine / number < 10.0,
-            picture,
+            rtol=0.1,
+            unit=unit,
+            reason=Reason(LOST, known, NEAR),
         )
     # six units are heavier: until their bars have turned as far
     long = np.linspace(0.0, 8.0, 1601)
