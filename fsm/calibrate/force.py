@@ -29,7 +29,7 @@ from fsm.scene.case import Case
 from fsm.scene.load_case import load_case, read_toml
 from fsm.scene.units import to_si
 
-__all__ = ["calibrate_force", "identification_of", "measured_curve", "run_study"]
+__all__ = ["calibrate_force", "identification_of", "measured_curve", "misfit_part", "run_study"]
 
 QUANTITIES = {"displacement": "length", "force": "force", "half_band": "force", "repeat": "number"}
 _REWEIGHTED, _LEAST = 10, 1e-6
@@ -57,7 +57,10 @@ def run_study(
     part = _SEARCH if study.predict and study.predict.samples else 1.0
     found = identify(tests, parameters, priors, study.starts, options.seed, lambda done: tell(part * done))
     estimate = _of_parameters(found, len(parameters))
-    bands = [linear_band(response, estimate, options.level) for response in found.responses]
+    bands = [
+        widened(linear_band(response, estimate, options.level), np.full(len(response.travel), size), options.level)
+        for response, size in zip(found.responses, found.discrepancy.tolist(), strict=True)
+    ]
     files = [path.parent / study.case, *(path.parent / curve.data for curve in study.curve)]
     result = Calibration("force", (path, *files))
     names = found.estimate.names
@@ -70,7 +73,10 @@ def run_study(
     drawn = [_drawn(test, band, added, options.level) for test, band, added in together]
     result.plots.append(("fit.png", partial(plot_tests, drawn)))
     if study.predict is not None:
-        _predict(result, study.predict, study, path, estimate, options, lambda done: tell(part + (1.0 - part) * done))
+        misfit = misfit_part(tests, found)
+        _predict(
+            result, study.predict, study, path, estimate, misfit, options, lambda done: tell(part + (1.0 - part) * done)
+        )
     return result
 
 
@@ -112,6 +118,7 @@ def _tests(study: Study, path: Path) -> list[Measured]:
 def measured_curve(curve: Curve, case: Case, table: Table) -> Measured:
     """A test with its mean curve and scatter."""
     travel, force = table.columns["displacement"], table.columns["force"]
+    repeats = np.zeros((0, 0))
     if len(travel) < 2:
         raise ValueError("one row is no curve; give at least two")
     most = _MOST_POINTS * (len(np.unique(table.columns["repeat"])) if "repeat" in table.columns else 1)
@@ -119,7 +126,7 @@ def measured_curve(curve: Curve, case: Case, table: Table) -> Measured:
         text = f"every point of a curve is an equilibrium to solve; give {_MOST_POINTS} at most"
         raise ValueError(f"has {len(travel)} rows; {text}, say one row in {len(travel) // most + 1}")
     if "repeat" in table.columns:
-        travel, force, deviation = _mean(travel, force, table.columns["repeat"])
+        travel, force, deviation, repeats = _mean(travel, force, table.columns["repeat"])
         known = True
     elif "half_band" in table.columns:
         half = table.columns["half_band"]
@@ -135,12 +142,14 @@ def measured_curve(curve: Curve, case: Case, table: Table) -> Measured:
         text = "the displacement does not increase; give every test its own file, or a `repeat` column"
         raise ValueError(f"row {row}: {text}")
     return Measured(
-        curve.name, case, travel, force, deviation, known, curve.alike, curve.zero, curve.drag, curve.drag_over
+        curve.name, case, travel, force, deviation, known, curve.alike, curve.zero, curve.drag, curve.drag_over, repeats
     )
 
 
-def _mean(travel: np.ndarray, force: np.ndarray, repeat: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Mean curve of repeats at the same displacements, and the standard error of the mean.
+def _mean(
+    travel: np.ndarray, force: np.ndarray, repeat: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Mean curve of repeats at the same displacements, the standard error of the mean, which weighs points, and all repeats.
 
     The variance of one repeat is a^2 + (b F)^2, with a and b from the sample variances of all points: that of a few repeats
     at one point says little.
@@ -161,7 +170,7 @@ def _mean(travel: np.ndarray, force: np.ndarray, repeat: np.ndarray) -> tuple[np
         variance = np.maximum(terms @ share, _LEAST * sampled.mean())
     if not np.all(variance > 0.0):
         raise ValueError("the repeats do not differ; leave the column `repeat` out")
-    return at, mean, np.sqrt(variance / len(numbers))
+    return at, mean, np.sqrt(variance / len(numbers)), values
 
 
 def _parameter(one: Any, number: int, case: Case, units: str, path: Path) -> Parameter:
@@ -196,6 +205,8 @@ def _of_parameters(found: Identification, count: int) -> Estimate:
 def _numbers(found: Identification, tests: list[Measured], bands: list[Band]) -> dict[str, Any]:
     return {
         "correlation": found.estimate.correlation,
+        "freedom": found.estimate.freedom,
+        "discrepancy_N": {test.name: size for test, size in zip(tests, found.discrepancy.tolist(), strict=True)},
         "covariance": found.estimate.covariance,
         "cost": found.cost,
         "points": found.data,
@@ -226,10 +237,11 @@ def _predict(
     study: Study,
     path: Path,
     estimate: Estimate,
+    misfit: float,
     options: Options,
     tell: Callable[[float], None],
 ) -> None:
-    """Add a prediction with its band."""
+    """Add a prediction with its band; `misfit` is that of the model's form in the tests, as a part of the force."""
     values = dict(zip(estimate.names, estimate.values.tolist(), strict=True))
     case = with_values(load_case(path.parent / study.case, wanted.set).case, values)
     travel = np.linspace(0.0, value_at(case, "drive.0.travel"), wanted.points)
@@ -242,18 +254,29 @@ def _predict(
         wanted.name, case, travel, band.force, np.ones(len(travel)),
         zero=wanted.zero, drag=wanted.drag, drag_over=wanted.drag_over,
     )  # fmt: skip
-    deviation = np.sqrt(sum(((size * shape) ** 2 for _, shape, size in test.extras), np.zeros(len(travel))))
+    form = misfit * float(np.sqrt(np.mean(band.force**2)))
+    deviation = np.sqrt(sum(((size * shape) ** 2 for _, shape, size in test.extras), np.full(len(travel), form**2)))
     band = widened(band, deviation, options.level)
     result.numbers["prediction"] = {
         "name": wanted.name, "displacement_m": band.travel, "force_N": band.force, "low_N": band.low, "high_N": band.high,
         "linear_low_N": linear.low, "linear_high_N": linear.high, "peak_N": band.peak, "samples": band.samples,
-        "lost": band.lost,
+        "lost": band.lost, "misfit": misfit,
     }  # fmt: skip
     value, low, high = band.peak
+    result.lines.append(
+        f"{wanted.name}: the band holds the scatter of the tests and the misfit of the model in them "
+        f"({100 * misfit:.2g} % of the force); it leaves out errors of the model that only this loading brings about"
+    )
     result.lines.append(f"{wanted.name}: peak {value:.4g} N, {100 * options.level:g} % interval {low:.4g} to {high:.4g} N")
     result.plots.append(("prediction.png", partial(plot_tests, [
         TestPlot(wanted.name, band.travel, band.force, band.low, band.high, None, None)])))  # fmt: skip
     result.files.append(("prediction.csv", partial(_write_prediction, band)))
+
+
+def misfit_part(tests: list[Measured], found: Identification) -> float:
+    """Misfit of the model's form over the force, root mean square over all tests."""
+    parts = [size**2 / np.mean(test.force**2) for test, size in zip(tests, found.discrepancy.tolist(), strict=True)]
+    return float(np.sqrt(np.mean(parts)))
 
 
 def _write_prediction(band: Band, path: Path) -> None:

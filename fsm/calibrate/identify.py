@@ -7,22 +7,25 @@ neighbouring points is alike, its correlation is exp(-|s_i - s_j|/l), and residu
 that matrix. What is known beforehand of a ratio p_j/p_k adds (log(p_j/p_k) - log m)/s.
 
 Derivatives are those of `fsm.calibrate.sensitivity`. Parameters that must be positive are sought by their logarithm;
-several starts are drawn within the bounds, and the best end is taken. The covariance is Laplace's.
+several starts are drawn within the bounds, and the best end is taken. The covariance is that of whole repeats and of the
+misfit of the model's form (`fsm.calibrate.discrepancy`).
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import least_squares
+from scipy.stats import norm
 
+from fsm.calibrate.discrepancy import Rows, Spread, spread_of
 from fsm.calibrate.parameters import value_at, with_values
 from fsm.calibrate.respond import Response, respond
-from fsm.calibrate.uncertainty import Estimate, identifiability, laplace
+from fsm.calibrate.uncertainty import Estimate, fit_gain, identifiability
 from fsm.errors import CaseError, Fault, FsmError
 from fsm.scene.case import Case
 
@@ -30,6 +33,8 @@ __all__ = ["Identification", "Measured", "Parameter", "Prior", "identify"]
 
 _AWAY = 1e3
 """Weighted residuals of parameters with which the case cannot be solved."""
+_CHANCE = 0.01
+"""Probability with which the largest of all deviations is called a misfit although it is scatter."""
 _SAME = 1e-3
 """Difference of two ends, relative to the best sum of squares, below which they count as the same."""
 
@@ -76,6 +81,8 @@ class Measured:
         Standard deviation of a force that builds up as the loading begins; 0: there is none.
     drag_over : m
         Travel over which it does, s_d.
+    repeats : (r, n) array, N
+        Whole curves whose mean is `force`; none where only the scatter is known, or nothing.
     """
 
     name: str
@@ -88,6 +95,7 @@ class Measured:
     zero: float = 0.0
     drag: float = 0.0
     drag_over: float = 1.0
+    repeats: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
 
     @property
     def extras(self) -> list[tuple[str, np.ndarray, float]]:
@@ -104,9 +112,18 @@ class Measured:
         scaled = values / (self.deviation if values.ndim == 1 else self.deviation[:, None])
         if self.alike == 0.0:
             return np.asarray(scaled)
-        apart = np.abs(self.travel[:, None] - self.travel[None, :])
-        factor = cholesky(np.exp(-apart / self.alike), lower=True)
-        return np.asarray(solve_triangular(factor, scaled, lower=True))
+        return np.asarray(solve_triangular(cholesky(self._correlation(), lower=True), scaled, lower=True))
+
+    def scatter(self) -> np.ndarray | None:
+        """Covariance of the mean curve (n, n), N^2, from what is said of its scatter; None where nothing is known."""
+        if not self.known:
+            return None
+        return np.asarray(self._correlation() * np.outer(self.deviation, self.deviation))
+
+    def _correlation(self) -> np.ndarray:
+        if self.alike == 0.0:
+            return np.eye(len(self.travel))
+        return np.asarray(np.exp(-np.abs(self.travel[:, None] - self.travel[None, :]) / self.alike))
 
 
 @dataclass(frozen=True)
@@ -120,6 +137,8 @@ class Identification:
     responses : of every test, with derivatives by the parameters
     added : of every test, (n,) array, N
         What zero and drag add.
+    discrepancy : (tests,) array, N
+        Standard deviation of the misfit of the model's form in each test, beyond the scatter of the test.
     cost : sum of squares of weighted residuals
     data : int
         Number of measured points.
@@ -130,6 +149,7 @@ class Identification:
     estimate: Estimate
     responses: tuple[Response, ...]
     added: tuple[np.ndarray, ...]
+    discrepancy: np.ndarray
     cost: float
     data: int
     starts: tuple[tuple[np.ndarray, float, np.ndarray], ...]
@@ -287,16 +307,20 @@ def _found(
     tests, names = problem.tests, [*problem.paths, *(name for _, name, _, _ in problem.extras)]
     residuals, jacobian = problem.residuals(unknowns), problem.jacobian(unknowns, outward=True)
     values = np.concatenate([problem.outward(unknowns), unknowns[len(problem.paths) :]])
-    scale = 1.0 if all(test.known for test in tests) else None
-    try:
-        estimate = laplace(names, values, jacobian, residuals, scale)
-    except ValueError as error:
-        raise CaseError(Fault("parameter", str(error))) from None
+    points = sum(len(test.travel) for test in tests)
+    if len(residuals) < len(names) or (len(residuals) == len(names) and not all(test.known for test in tests)):
+        text = f"{points} points do not give {len(names)} parameters and their scatter; leave some out, or give more points"
+        raise CaseError(Fault("parameter", text))
+    spread = _spread(problem, unknowns, residuals, jacobian)
+    freedom = spread.freedom if math.isfinite(spread.freedom) else 0
+    positive = tuple(path for path, sought in zip(problem.paths, problem.logarithmic, strict=True) if sought)
+    estimate = Estimate(tuple(names), values, spread.covariance, freedom, positive)
     count = len(problem.paths)
     own = Estimate(estimate.names[:count], values[:count], estimate.covariance[:count, :count], estimate.freedom)
     warnings = identifiability(own)
-    positive = tuple(path for path, sought in zip(problem.paths, problem.logarithmic, strict=True) if sought)
-    estimate = replace(estimate, positive=positive)
+    fitted = zip(tests, problem.responses(unknowns), problem.added(unknowns), spread.discrepancy.tolist(), strict=True)
+    texts = (_misfit(test, response.force + added - test.force, size) for test, response, added, size in fitted)
+    warnings += [text for text in texts if text]
     reach = bounds[1][:count] - bounds[0][:count]
     for k, path in enumerate(problem.paths):
         if min(unknowns[k] - bounds[0][k], bounds[1][k] - unknowns[k]) < 1e-6 * reach[k]:
@@ -305,7 +329,39 @@ def _found(
     elsewhere = sum(cost > best + _SAME * max(best, 1.0) for _, cost, _ in ends)
     if elsewhere:
         warnings.append(f"{elsewhere} of {len(ends)} starts ended in a worse fit: there are several minima")
-    data = sum(len(test.travel) for test in tests)
     cost = float(residuals @ residuals)
     responses, added = tuple(problem.responses(unknowns)), tuple(problem.added(unknowns))
-    return Identification(estimate, responses, added, cost, data, tuple(ends), tuple(warnings))
+    return Identification(
+        estimate, responses, added, spread.discrepancy, cost, points, tuple(ends), tuple(warnings)
+    )
+
+
+def _spread(problem: _Problem, unknowns: np.ndarray, residuals: np.ndarray, jacobian: np.ndarray) -> Spread:
+    """Covariance from whole repeats, from the scatter that is known, from the misfit of the form, and from priors."""
+    gain = fit_gain(jacobian)
+    rows, start = [], 0
+    for test in problem.tests:
+        stop = start + len(test.travel)
+        # whitened = W forces, so d(parameter)/d(force) = gain W
+        weight = test.whitened(np.eye(len(test.travel)))
+        unweighted = np.linalg.solve(weight, np.column_stack([residuals[start:stop], jacobian[start:stop]]))
+        of_forces = gain[:, start:stop] @ weight
+        rows.append(Rows(test.travel, -unweighted[:, 0], unweighted[:, 1:], of_forces, test.repeats, test.scatter()))
+        start = stop
+    beside = gain[:, start:]
+    return spread_of(rows, beside @ beside.T)
+
+
+def _misfit(test: Measured, off: np.ndarray, discrepancy: float) -> str:
+    """Warning of a fit that scatter does not explain; empty if there is none."""
+    if not test.known:
+        return ""
+    worst = int(np.argmax(np.abs(off) / test.deviation))
+    multiple = abs(off[worst]) / test.deviation[worst]
+    if multiple < norm.ppf(1.0 - 0.5 * _CHANCE / len(off)) or discrepancy == 0.0:
+        return ""
+    part = 100.0 * discrepancy / float(np.sqrt(np.mean(test.force**2)))
+    return (
+        f"{test.name}: the fit is off by {multiple:.2g} standard deviations at {1e3 * test.travel[worst]:.4g} mm: the model "
+        f"does not have the form of the data; intervals include a misfit of {discrepancy:.3g} N ({part:.2g} % of the force)"
+    )

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import norm, t
 
-__all__ = ["Estimate", "bootstrap", "from_samples", "identifiability", "laplace"]
+__all__ = ["Estimate", "bootstrap", "fit_gain", "from_samples", "identifiability", "laplace"]
 
 _ALIKE = 0.98
 """Correlation of two estimates above which data are said not to tell them apart."""
@@ -36,7 +36,7 @@ class Estimate:
     names : names
     values : (n,) array
     covariance : (n, n) array
-    freedom : int
+    freedom : float
         Degrees of freedom that the scale of the covariance was estimated with; 0 where it is known.
     positive : names
         Parameters that can only be positive: their intervals are those of their logarithms.
@@ -45,7 +45,7 @@ class Estimate:
     names: tuple[str, ...]
     values: np.ndarray
     covariance: np.ndarray
-    freedom: int = 0
+    freedom: float = 0
     positive: tuple[str, ...] = ()
 
     @property
@@ -116,14 +116,22 @@ def laplace(
     freedom = 0 if scale is not None else count - size
     if count < size or (scale is None and freedom == 0):
         raise ValueError(f"{count} data do not give {size} parameters and their scatter")
+    inverse = fit_gain(jacobian)
+    squared = scale**2 if scale is not None else float(residuals @ residuals) / freedom
+    covariance = squared * (inverse @ inverse.T)
+    return Estimate(tuple(names), np.asarray(values, dtype=float), covariance, freedom)
+
+
+def fit_gain(jacobian: np.ndarray) -> np.ndarray:
+    """d(parameter)/d(-residual) of a least-squares fit, (n, m): the pseudo-inverse of the Jacobian (m, n).
+
+    A combination of parameters that no residual depends on gets an enormous gain instead of an infinite one.
+    """
     length = np.linalg.norm(jacobian, axis=0)
     length = np.where(length > 0.0, length, 1.0)
-    _, singular, rows = np.linalg.svd(jacobian / length, full_matrices=False)
+    left, singular, rows = np.linalg.svd(jacobian / length, full_matrices=False)
     floor = _NOTHING * max(float(singular.max(initial=0.0)), 1e-300)
-    half = rows.T / np.maximum(singular, floor)
-    squared = scale**2 if scale is not None else float(residuals @ residuals) / freedom
-    covariance = squared * (half @ half.T) / np.outer(length, length)
-    return Estimate(tuple(names), np.asarray(values, dtype=float), covariance, freedom)
+    return np.asarray((rows.T / np.maximum(singular, floor)) @ left.T / length[:, None])
 
 
 def bootstrap(

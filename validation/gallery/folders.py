@@ -25,6 +25,7 @@ NOT_IN_GALLERY = {
     "benchmarks": "run times, which depend on the machine and have no reference: make bench",
     "stress": "a campaign of thousands of scenes with a summary of its own: python -m validation.stress",
     "strangers": "a campaign of 1500 cases with a summary of its own: python -m validation.strangers",
+    "intervals": "a campaign of 200 synthetic calibrations with a summary of its own: python -m validation.intervals",
     "fuzz": "broken files by thousands, with a summary of its own: python -m validation.fuzz",
     "faults": "kills and full disks, with a summary of its own: python -m validation.faults",
     "gallery": "the gallery itself",

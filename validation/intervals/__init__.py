@@ -1,0 +1,1 @@
+"""How often intervals of `fsm calibrate force` hold the truth."""
