@@ -21,11 +21,11 @@ _SQUEEZED = 0.05
 
 def squares_meeting(solution: Solution, scene: Scene) -> str:
     """From when on squares of a lattice meet, which nothing keeps from lying in each other; nothing if they never do."""
-    hinges = [element for element in scene.elements if element.frame == "chord"]
-    if not hinges:
-        return ""
     names = [body.name for body in scene.bodies if body.plate]
     number = {name: k for k, name in enumerate(names)}
+    hinges = [e for e in scene.elements if e.frame == "chord" and e.inner in number and e.outer in number]
+    if not hinges:
+        return ""
     ends = np.array([[number[e.inner], number[e.outer]] for e in hinges])
     points = np.array([[e.point_inner, e.point_outer] for e in hinges])[..., ::2]
     free = None

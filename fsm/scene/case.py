@@ -81,7 +81,8 @@ def contact_scale(strip: Strip, material: Material) -> tuple[float, float]:
     trial strip is then lower by about ten times the depth over the panel's length: 0.02 %.
     """
     panel = strip.length / strip.panels
-    return 4000.0 * material.bending(strip.width, strip.thickness) / panel**2, min(2e-5 * panel, 0.01 * strip.thickness)
+    force = 4000.0 * material.bending(strip.width, strip.thickness) / (panel * panel)
+    return force, min(2e-5 * panel, 0.01 * strip.thickness)
 
 
 def contact_of_strip(written: Any, strip: Strip | None, material: Material | None) -> Any:

@@ -100,7 +100,7 @@ def _beside_scene(sections: Sections) -> Iterable[Fault]:
     scene = sections.scene
     if "scene" not in sections.written:
         return
-    for name in sorted({"material", "crease"} & sections.written):
+    for name in sorted({"material", "crease"} & sections.written) if "strip" not in sections.written else ():
         yield Fault(name, f"a [scene] takes nothing from [{name}]: its bodies and elements have their own; remove it")
     if scene is None:
         return

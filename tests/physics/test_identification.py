@@ -146,7 +146,8 @@ def coverage(trials: int, seed: int = 2026) -> np.ndarray:
 
 @pytest.mark.slow
 def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
-    # 200 trials of three parameters, seeded: 93 to 97 % together; one alone scatters by 1.5 %, three of these allowed
+    # 2026-11-23: intervals come from five whole repeats, with Student's law for the least degrees of freedom of all;
+    # they were Laplace's, which takes points for independent, and 93 to 97 % held the truth
     parts = coverage(200)
-    assert 0.93 <= parts.mean() <= 0.97, parts
-    assert np.all(np.abs(parts - 0.95) <= 0.045), parts
+    assert 0.94 <= parts.mean() <= 0.99, parts
+    assert np.all(parts >= 0.92), parts

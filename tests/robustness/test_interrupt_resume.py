@@ -165,7 +165,8 @@ def check_finished(out: Path, whole: tuple[Solution, dict[str, Any]]) -> None:
     """The very numbers of the uncut run, and all the files that it writes."""
     check_same(out, *whole)
     assert sorted(path.name for path in out.iterdir()) == [
-        "contact.csv", "contact.png", "energy.png", "force.csv", "force.png", "motion.png", "result.h5", "summary.json",
+        "contact.csv", "contact.png", "dynamic_force.csv", "energy.png", "force.csv", "force.png", "motion.png", "result.h5",
+        "summary.json",
     ]  # fmt: skip
 
 

@@ -114,6 +114,8 @@ def test_failures_are_counted_of_feasible_scenes() -> None:
 def test_a_second_opinion_on_plates_that_touch_is_in_their_dimension() -> None:
     """Two plates of one width that fly into each other: in space edges that cross at the corners stiffen the contact."""
     drawn = draw(4, 1308)
+    # 2026-11-23: was 3e-4 as drawn; a corner now has K/48, and at 3e-4 the single impact loses a quarter of the energy
+    drawn.tables["solve"]["rtol"] = 1e-4
     first = attempt(drawn.tables, 60.0)
     assert first.solution is not None
     opinion = second_opinion(drawn.tables, first, 60.0)
