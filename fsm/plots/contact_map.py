@@ -14,6 +14,7 @@ from matplotlib.colors import PowerNorm
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from fsm.plots.legend import add_legend_across
 from fsm.plots.marks import EVENTS, shade_stages, summary_with_stages
 from fsm.plots.style import COLOURS, GREY, WIDE, abscissa, figure, rounded, shortened
 from fsm.results.quantities import CONTACT_THRESHOLD, touching_pairs
@@ -53,8 +54,7 @@ def plot_contact_map(solution: Solution, path: str | Path) -> None:
             handles += _area_note(area)
         else:
             ax.text(0.5, 0.5, "nothing touches", transform=ax.transAxes, ha="center", va="center", color=GREY)
-        columns = 4 if len(handles) <= 4 else 3
-        fig.legend(handles=handles, loc="outside upper center", ncols=columns, columnspacing=1.2, handlelength=1.4)
+        add_legend_across(fig, handles, "upper", columns=4 if len(handles) <= 4 else 3)
 
 
 def _name_rows(ax: Axes, names: Sequence[str]) -> None:

@@ -11,7 +11,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from fsm.plots.legend import add_legend
+from fsm.plots.legend import add_legend, add_legend_across
 from fsm.plots.marks import EVENTS, shade_stages, summary_with_stages
 from fsm.plots.style import COLOURS, GREY, SINGLE, WIDE, abscissa, figure, rounded, shortened
 from fsm.results.curve import Curve
@@ -51,13 +51,14 @@ def plot_force(solution: Solution, path: str | Path) -> None:
         stages += _mark_events(ax, summary.get("events", []))
         _limit(ax, curve)
         stages += _mark_peaks(ax, summary, float(x[-1]))
-        fig.legend(handles=stages, loc="outside upper center", ncols=3, columnspacing=1.2, handlelength=1.4)
+        add_legend_across(fig, stages, "upper")
 
 
 def plot_overlay(curves: Sequence[tuple[str, Solution]], path: str | Path) -> None:
-    """The curves of a table in one figure, peaks marked, names and peak values in the legend.
+    """The curves of a table in one figure, quasi-static peaks marked, names and peak values in the legend.
 
-    Curves without a drive are left out.
+    Forces between quasi-static paths are thin, and cut off where they are beyond all quasi-static ones. Runs without a
+    drive are left out.
     """
     with figure(path, WIDE) as fig:
         ax = fig.add_subplot()
@@ -68,8 +69,7 @@ def plot_overlay(curves: Sequence[tuple[str, Solution]], path: str | Path) -> No
             force, travel = summary["peak_force"], summary["peak_travel"]
             label = f"{name}: {rounded(force)} N at {rounded(travel * 1e3)} mm"
             curve = Curve.of(run)
-            s, f = _quasi_static(curve, 0) if curve.has_quasi_static else (1e3 * curve.travel[:, 0], curve.force[:, 0])
-            ax.plot(s, f, color=colour, linestyle=dashes, label=label)
+            _draw_curve(ax, curve, 0, beside=colour, cut=True, color=colour, linestyle=dashes, label=label)
             ax.plot(travel * 1e3, force, "o", color=colour, markersize=4.5, markeredgecolor="white", zorder=4)
         ax.set_xlabel("travel (mm)")
         ax.set_ylabel("force (N)")
@@ -85,8 +85,17 @@ def _quasi_static(curve: Curve, drive: int) -> tuple[Floats, Floats]:
     return 1e3 * curve.travel[:, drive], np.where(curve.dynamic, np.nan, curve.force[:, drive])
 
 
-def _draw_curve(ax: Axes, curve: Curve, drive: int, **style: Any) -> None:
-    """One drive: its quasi-static force, and thin and grey what lies between the paths."""
+def _range(curve: Curve) -> tuple[float, float]:
+    """Least and largest quasi-static force of all drives (N), or dynamic ones of a run that is dynamic throughout."""
+    force = curve.force[~curve.dynamic] if curve.has_quasi_static else curve.force
+    return float(np.nanmin(force)), float(np.nanmax(force))
+
+
+def _draw_curve(ax: Axes, curve: Curve, drive: int, beside: str = GREY, cut: bool = False, **style: Any) -> None:
+    """One drive: its quasi-static force, and thin, in the colour `beside`, what lies between the paths.
+
+    `cut`: the latter no farther than quasi-static forces go.
+    """
     travel, force = _quasi_static(curve, drive)
     if not curve.has_quasi_static:
         ax.plot(travel, curve.force[:, drive], **style)
@@ -94,15 +103,17 @@ def _draw_curve(ax: Axes, curve: Curve, drive: int, **style: Any) -> None:
     ax.plot(travel, force, **style)
     if curve.dynamic.any():
         edges = np.flatnonzero(np.diff(curve.dynamic.astype(int)))
-        beside = curve.dynamic.copy()
-        beside[edges], beside[edges + 1] = True, True  # the ends of paths, so that both lines meet
-        ax.plot(travel, np.where(beside, curve.force[:, drive], np.nan), color=GREY, linewidth=0.6, zorder=1.9)
+        moving = curve.dynamic.copy()
+        moving[edges], moving[edges + 1] = True, True  # the ends of paths, so that both lines meet
+        between = np.where(moving, curve.force[:, drive], np.nan)
+        if cut:
+            between = np.clip(between, *_range(curve))
+        ax.plot(travel, between, color=beside, linewidth=0.6, zorder=1.9)
 
 
 def _limit(ax: Axes, curve: Curve) -> None:
     """Set the force axis by the quasi-static forces, with room for dynamic ones up to `_TALLEST` times them."""
-    force = curve.force[~curve.dynamic] if curve.has_quasi_static else curve.force
-    low, high = float(np.nanmin(force)), float(np.nanmax(force))
+    low, high = _range(curve)
     room = (_TALLEST - 1.0) * max(high - low, 1e-300)
     low, high = max(float(np.nanmin(curve.force)), low - room), min(float(np.nanmax(curve.force)), high + room)
     margin = 0.05 * ((high - low) or 1.0)

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Sequence
+from typing import Literal
 
 import matplotlib
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.textpath import TextPath
 
-__all__ = ["add_legend"]
+__all__ = ["add_legend", "add_legend_across"]
 
 _BESIDE = 4.8
 """What stands beside a name in its column, in font sizes: the piece of line, and gaps."""
@@ -40,6 +43,21 @@ def add_legend(fig: Figure, ax: Axes) -> None:
         lines = sum(name.count("\n") + 1 for name in names)
         fig.set_figheight(fig.get_figheight() + _ROW * size * -(-lines // columns) / 72.0)
         fig.legend(handles, names, loc="outside lower left", ncols=columns)
+
+
+def add_legend_across(fig: Figure, handles: Sequence[Artist], side: Literal["upper", "lower"], columns: int = 3) -> None:
+    """Name handles above or below all axes, in as many columns, up to `columns`, as the figure is wide.
+
+    The figure is made taller by the legend, so that the axes keep their room.
+    """
+    for ncols in range(min(columns, len(handles)), 0, -1):
+        place = {"loc": f"outside {side} center", "ncols": ncols}
+        legend = fig.legend(handles=handles, **place, columnspacing=1.2, handlelength=1.4)
+        box = legend.get_window_extent()
+        if box.width <= fig.bbox.width or ncols == 1:
+            fig.set_figheight(fig.get_figheight() + box.height / fig.dpi)
+            return
+        legend.remove()
 
 
 def _wrapped(name: str, size: float, width: float) -> str:

@@ -14,6 +14,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
+from fsm.plots.legend import add_legend_across
 from fsm.plots.marks import stage_colour, stage_name, summary_with_stages
 from fsm.plots.obstacles import Outline, obstacle_outlines
 from fsm.plots.plane import lattice_squares, upright
@@ -53,7 +54,8 @@ def plot_motion(solution: Solution, path: str | Path, views: int = 6) -> None:
                 _frame(fig.axes[-1], _stage_at(stages, float(solution.travel[record, 0])))
         if stages:
             handles = [_handle(stage, first=k == 0) for k, stage in enumerate(stages)]
-            fig.legend(handles=handles, loc="outside lower center", ncols=3)
+            add_legend_across(fig, handles, "lower")
+        fig.draw_without_rendering()  # titles of axes whose scales are equal find their places at the second time only
 
 
 def pick_records(solution: Solution, views: int = 6) -> list[int]:

@@ -215,6 +215,54 @@ def test_names_of_an_overlay_stay_in_the_figure(tmp_path: Path, figures: list[Fi
     assert all(name.replace(" ", "") in written for name in names)
 
 
+def snapping(peak: float = 0.4577) -> Solution:
+    """A run with a snap and a dynamic peak, whose legend is wide."""
+    run = strip_run(peak=peak)
+    curve = Curve.of(run)
+    path, force = curve.path.copy(), curve.force.copy()
+    path[100:105], path[105:] = 1, 2
+    force[102] = 3.0 * peak
+    run.curve = replace(curve, path=path, force=force)
+    run.summary = summarise(run.curve, run.layout.pair_names)
+    event = {"kind": "snap", "travel": 0.1, "end_travel": 0.105, "force": 0.2 * peak, "end_force": 0.1 * peak}
+    run.summary["events"] = [event]
+    return run
+
+
+def test_legends_of_a_run_stay_in_its_figures(tmp_path: Path, figures: list[Figure]) -> None:
+    run = snapping()
+    for plot in (plot_force, plot_motion, plot_contact_map):
+        plot(run, tmp_path / "plot.png")
+    for fig in figures:
+        (legend,) = fig.legends
+        box, whole = legend.get_window_extent(), fig.bbox
+        assert box.x0 >= 0 and box.y0 >= 0 and box.x1 <= whole.x1 and box.y1 <= whole.y1
+    assert "dynamic 1.37 N at 102 mm" in words(figures[0])
+
+
+@pytest.mark.parametrize("height", [0.3, 0.8, 1.0, 1.1, 1.2, 1.5, 2.0])
+def test_titles_of_the_motion_stay_in_the_figure(tmp_path: Path, height: float) -> None:
+    run = snapping()
+    run.shape[..., 2] *= height
+    plot_motion(run, tmp_path / "motion.png")
+    with Image.open(tmp_path / "motion.png") as picture:
+        pixels = np.asarray(picture.convert("L"))
+    assert (pixels[[0, -1]] == 255).all()
+    assert (pixels[:, [0, -1]] == 255).all()
+
+
+def test_an_overlay_cuts_dynamic_forces_off(tmp_path: Path, figures: list[Figure]) -> None:
+    run = snapping()
+    plot_overlay([("one", run)], tmp_path / "overlay.png")
+    still, moving, marker = figures[0].axes[0].lines
+    assert np.isnan(still.get_ydata()[100:105]).all()
+    assert not np.isnan(moving.get_ydata()[99:106]).any()
+    assert moving.get_linewidth() < still.get_linewidth()
+    (top,) = marker.get_ydata()
+    assert top == run.summary["peak_force"]
+    assert max(np.nanmax(still.get_ydata()), np.nanmax(moving.get_ydata())) <= top * (1 + 1e-12)
+
+
 def test_motion_in_the_plane(tmp_path: Path, figures: list[Figure]) -> None:
     run = strip_run()
     plot_motion(run, tmp_path / "motion.png")
