@@ -169,10 +169,10 @@ def _crossed(crossings: list[tuple[int, int, float]], driven: bool) -> list[str]
         return []
     first = sorted(crossings, key=lambda crossing: crossing[2])
     named = ", ".join(
-        f"{a} and {b} from {f'{1e3 * at:.4g} mm of travel' if driven else f'{at:.4g} s'} on" for a, b, at in first[:_NAMED]
+        f"{a} and {b} (from {f'{1e3 * at:.4g} mm of travel' if driven else f'{at:.4g} s'} on)" for a, b, at in first[:_NAMED]
     )
     more = f", and {len(first) - _NAMED} more pairs later" if len(first) > _NAMED else ""
-    return [f"panels {named}{more} pass through each other: they are no contact pair, and the result beyond is not physical"]
+    return [f"panels pass through each other: {named}{more}; they are no contact pair; the result beyond is not physical"]
 
 
 def _of_the_pull(solution: Solution, summary: dict[str, Any]) -> list[str]:
