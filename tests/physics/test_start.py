@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from click.testing import CliRunner, Result
 
 from fsm.cli import cli
 from fsm.errors import CaseError
@@ -136,21 +136,32 @@ def test_faults(changes: list[str], said: str, tmp_path: Path) -> None:
     assert said in str(caught.value)
 
 
-@pytest.mark.parametrize("method", ["static", "generalized-alpha"])
+@pytest.mark.parametrize("method", ["static", "generalized-alpha", "Radau-blocks", "auto"])
 def test_beyond_the_taut_length_all_methods_end_alike(method: str, tmp_path: Path) -> None:
-    """The tip is pulled 30 mm farther than the strip reaches: exit code 3, and why."""
+    """The last segment is drawn 30 mm farther than the strip reaches: exit code 3, and why; 4 mm less, and all is well."""
     (tmp_path / "case.toml").write_text(CASE)
-    far = 2 * LENGTH * math.sin(math.radians(80)) + 0.03
-    pull = f'drive=[{{body="panel 2 segment 2", direction=[0,0,1], speed="1 m/s", travel={far}}}]'
-    changes = (
-        pull, "solve.end_time=none", f"solve.method={method}", "strip.segments_per_panel=2", "material.damping=2 ms",
-        "crease.rest_angle=none", "solve.rtol=1e-4",
-    )  # fmt: skip
-    sets = [word for text in changes for word in ("--set", text)]
-    result = CliRunner().invoke(cli, ["run", str(tmp_path / "case.toml"), "--out", str(tmp_path / "out"), "--quiet", *sets])
-    assert result.exit_code == 3, result.output
-    assert "the drive pulls beyond what the structure can reach; shorten its travel" in result.stderr
+    slope = math.radians(80)
+    rise = 2 / 3 * LENGTH * math.sin(slope)  # from the joint before the last segment to crease 1
+    taut = math.sqrt((8 / 3 * LENGTH) ** 2 - rise**2) - 8 / 3 * LENGTH * math.cos(slope)
+
+    def run(travel: float) -> Result:
+        pull = f'drive=[{{body="panel 4 segment 3", direction=[1,0,0], speed="0.5 m/s", travel={travel}}}]'
+        changes = (*MORE, pull, "solve.end_time=none", f"solve.method={method}", "crease.rest_angle=none")
+        sets = [word for text in changes for word in ("--set", text)]
+        places = [str(tmp_path / "case.toml"), "--out", str(tmp_path / "out")]
+        return CliRunner().invoke(cli, ["run", *places, "--quiet", *sets])
+
+    far = run(taut + 0.03)
+    assert far.exit_code == 3, far.output
+    assert "the drive pulls beyond what the structure can reach; shorten its travel" in far.stderr
+    torn_at = float(far.stderr.split("(travel ")[1].split(" mm)")[0])
+    assert 1e3 * taut < torn_at < 1e3 * taut + 20  # eight joints, each strained by less than a tenth of a segment
     assert not (tmp_path / "out" / "summary.json").exists()
+    near = run(taut - 0.004)
+    assert near.exit_code == 0, near.output
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["final_travel"] == pytest.approx(taut - 0.004, rel=1e-9)
+    assert 0.0 < summary["peak_force"] < 1e-3 * YOUNG * WIDTH * THICKNESS  # drawn by a thousandth it would be as much
 
 
 def test_summary_is_that_of_the_file(tmp_path: Path) -> None:
