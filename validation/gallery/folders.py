@@ -28,6 +28,7 @@ NOT_IN_GALLERY = {
     "intervals": "a campaign of 200 synthetic calibrations with a summary of its own: python -m validation.intervals",
     "fuzz": "broken files by thousands, with a summary of its own: python -m validation.fuzz",
     "faults": "kills and full disks, with a summary of its own: python -m validation.faults",
+    "mutants": "faults put in on purpose, which the tests and this page must catch: python -m validation.mutants",
     "gallery": "the gallery itself",
 }
 """Folders without checks on the page, each with its reason."""

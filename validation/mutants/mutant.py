@@ -1,0 +1,58 @@
+"""What a mutant is, and how it is put into a copy of the package."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+
+__all__ = ["Mutant"]
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """A fault in one place.
+
+    Attributes
+    ----------
+    name : of the fault, in plain words
+    file : below the repository
+    old, new : the text that is replaced, and by what; `old` is there exactly once
+    guard : what must catch it and names the cause: nodes of pytest, or "gallery FOLDER/PART"
+    """
+
+    name: str
+    file: str
+    old: str
+    new: str
+    guard: tuple[str, ...]
+
+    def fault(self, root: Path) -> str:
+        """What is wrong with the entry itself; empty if nothing is."""
+        path = root / self.file
+        if not path.is_file():
+            return f"{self.name}: {self.file} is not there"
+        count = path.read_text(encoding="utf-8").count(self.old)
+        if count != 1:
+            return f"{self.name}: {self.file} has {self.old.strip()!r} {count} times; the text must be there exactly once"
+        for node in self.guard:
+            where, _, test = node.partition("::")
+            if not node.startswith("gallery ") and not (test and _defines(root / where, test)):
+                return f"{self.name}: no test {node}"
+        return ""
+
+    def changed(self, text: str) -> str:
+        """The file's text with the fault in it."""
+        return text.replace(self.old, self.new)
+
+    def key(self, root: Path) -> str:
+        """Of the entry, its file and the tests that guard it: a result holds as long as these are the same."""
+        files = [self.file, *(node.partition("::")[0] for node in self.guard if not node.startswith("gallery "))]
+        digest = hashlib.sha256("\0".join((self.name, self.old, self.new, *self.guard)).encode())
+        for name in files:
+            digest.update(b"\0" + (root / name).read_bytes())
+        return digest.hexdigest()[:16]
+
+
+def _defines(path: Path, test: str) -> bool:
+    return path.is_file() and f"def {test.partition('[')[0]}(" in path.read_text(encoding="utf-8")
