@@ -12,7 +12,7 @@ from fsm.system import System
 __all__ = ["RoundOff", "round_off_of", "rounded_places"]
 
 _REFUSED, _WARNED = 5e-2, 1e-3
-"""Part of the forces that round-off may be before a run is refused, and before it is told of."""
+"""Round-off over acting forces: a run is refused above the first, warned of above the second."""
 _STATES = 20
 """States that displacements are looked up in, at most."""
 _NOTHING = 1e3

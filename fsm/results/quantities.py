@@ -167,7 +167,7 @@ def bending_onset(curve: Curve) -> float | None:
     """Travel from which on the panels bend: they have taken up `BENT` of the elastic energy of panels and creases.
 
     Both energies are changes since the start, by magnitude. A folded strip with soft creases and no contact moves by
-    its creases alone, and its panels store next to nothing; panels that are pressed along their length buckle and
+    its creases alone, and its panels store almost no energy; panels that are pressed along their length buckle and
     store most. Found on quasi-static paths, between the last point below the bound and the first of two above it.
 
     Returns

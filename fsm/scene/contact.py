@@ -71,7 +71,7 @@ def with_stiffness(written: Mapping[str, Any], force: float, depth: float) -> Ma
         return written
     exponent = written.get("exponent", 1.0 if written.get("law") == "linear" else 1.5)
     if isinstance(exponent, bool) or not isinstance(exponent, int | float) or not 1.0 <= exponent <= 3.0:
-        return {**written, "stiffness": 1.0}  # what is wrong is said at the exponent
+        return {**written, "stiffness": 1.0}  # the fault is reported for the exponent
     stiffness = force / depth**exponent if depth > 0.0 else math.inf
     return {**written, "stiffness": f"{stiffness:.3g} N/m^{exponent!r}"}
 
