@@ -33,6 +33,7 @@ from fsm.solve.handed_over import Statistics
 from fsm.solve.modal import Modes
 from fsm.solve.settings import Settings
 from fsm.solve.static import PathSettings
+from fsm.solve.stepwise_run import GENERALIZED_ALPHA, MEAN_FORCE, NEWMARK
 from fsm.system import System
 
 __all__ = ["VibrationAnalysis"]
@@ -99,8 +100,12 @@ class VibrationAnalysis:
         """See `Analysis`."""
         if self.model is not None:
             return MODAL, self.reason
-        chosen = self.case.solve.method
-        return ("generalized-alpha" if chosen == "auto" else chosen), self.reason
+        solve = self.case.solve
+        if solve.method != "auto":
+            return solve.method, self.reason
+        # where parts of a tension field go slack, what is stiff rings on, and only damping of the method's own ends it
+        conserving = solve.rho_inf is None and not self._system.tension_field
+        return (MEAN_FORCE if conserving else GENERALIZED_ALPHA), self.reason
 
     def _choose_model(self, warnings: list[str]) -> None:
         """The reduced model, if it is asked for or good enough; it says its error against the full one."""
@@ -140,10 +145,10 @@ class VibrationAnalysis:
         """See `Analysis`; without an impact nothing moves, and nothing is solved."""
         solve = self.case.solve
         end = self.vibration.duration if self.case.impact is not None else 0.0
-        step = self._step() if method in ("generalized-alpha", "newmark") else None
+        step = self._step() if method in (GENERALIZED_ALPHA, NEWMARK, MEAN_FORCE) else None
         settings = Settings(
             method, solve.rtol, end, solve.max_step or math.inf, solve.max_steps, solve.energy_abort, step=step,
-            judge_losses=method != "generalized-alpha",
+            judge_losses=method != GENERALIZED_ALPHA,
         )  # fmt: skip
         return settings if solve.rho_inf is None else replace(settings, rho_inf=solve.rho_inf)
 

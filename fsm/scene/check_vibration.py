@@ -12,6 +12,9 @@ from fsm.scene.sections import Sections, keys_of_paths, method_faults
 
 __all__ = ["check_vibration"]
 
+_OPPOSITE = {"left": "right", "right": "left", "bottom": "top", "top": "bottom"}
+_SIDES = frozenset(_OPPOSITE)
+
 
 def check_vibration(sections: Sections) -> list[Fault]:
     """Contradictions between the sections of a film and its vibration."""
@@ -71,8 +74,15 @@ def _held_points(sections: Sections) -> Iterable[Fault]:
         return
     if sections.tension.pull is not None and not at & {"corners", "cables", "edges"}:
         yield Fault("support", "nothing holds the corners that `tension.pull` draws at; add a support there, or give none")
-    if sections.tension.strain is not None and not at & {"edges", "left", "right", "bottom", "top"}:
+    if sections.tension.strain is None:
+        return
+    sides = at & _SIDES
+    if not sides and "edges" not in at:
         yield Fault("support", "nothing holds the edges that `tension.strain` moves; add a support there, or give none")
+    elif len(sides) == 1 and len(at) == 1:
+        (side,) = sides
+        text = f'only the edge "{side}" is held, and the film is free to go slack where `tension.strain` moves the others'
+        yield Fault("support", f'{text}; hold "{_OPPOSITE[side]}" too, or "edges"')
 
 
 def _film_damping(sections: Sections) -> Iterable[Fault]:

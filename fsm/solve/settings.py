@@ -16,7 +16,7 @@ class Settings:
 
     Attributes
     ----------
-    method : "Radau", "Radau-blocks", "BDF", "LSODA", "generalized-alpha" or "newmark"
+    method : "Radau", "Radau-blocks", "BDF", "LSODA", "generalized-alpha", "newmark" or "mean-force"
     rtol : -
     end_time, max_step : s
     max_steps : int
@@ -24,7 +24,8 @@ class Settings:
     judge_losses : bool
         Whether lost energy counts for that, too: numerical damping takes that of motion too fast for the steps.
     rho_inf, step : -, s
-        Of generalized-alpha only: spectral radius at infinity. Of both stepwise methods: fixed step, None for error control.
+        Of generalized-alpha only: spectral radius at infinity. Of stepwise methods: fixed step, None for error control,
+        which "mean-force" does not have.
     """
 
     method: str

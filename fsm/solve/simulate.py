@@ -10,7 +10,7 @@ from fsm.solve.dense_run import DenseRun
 from fsm.solve.handed_over import Beginning, CurvePoint, Saved, Statistics, StepEnd, Wanted
 from fsm.solve.ledger import Ledger
 from fsm.solve.settings import Settings
-from fsm.solve.stepwise_run import GENERALIZED_ALPHA, NEWMARK, StepwiseRun
+from fsm.solve.stepwise_run import GENERALIZED_ALPHA, MEAN_FORCE, NEWMARK, StepwiseRun
 from fsm.system import System
 
 __all__ = ["simulate"]
@@ -42,7 +42,7 @@ def simulate(
         With the time, the worst body and what to try. What was saved until then has been handed over.
     EnergyAbort
     """
-    kind = StepwiseRun if settings.method in (GENERALIZED_ALPHA, NEWMARK) else DenseRun
+    kind = StepwiseRun if settings.method in (GENERALIZED_ALPHA, NEWMARK, MEAN_FORCE) else DenseRun
     beginning = Beginning(start, ledger, [] if seen is None else seen, after)
     run = kind(system, settings, Wanted(save_times, on_save, on_step), beginning)
     run.go()

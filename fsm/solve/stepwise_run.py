@@ -1,25 +1,29 @@
-"""Methods that end their steps where states are wanted: generalized-alpha and Newmark's."""
+"""Methods that end their steps where states are wanted: generalized-alpha, Newmark's and that of the mean force."""
 
 from __future__ import annotations
 
 import math
 import time
 
+import numpy as np
+
 from fsm.solve.dissipation import mean_dissipation
 from fsm.solve.generalized_alpha import GeneralizedAlpha
+from fsm.solve.mean_force import MeanForce
 from fsm.solve.run import Run
 from fsm.solve.status import StepFailed
 from fsm.system import Energy
 
-__all__ = ["GENERALIZED_ALPHA", "NEWMARK", "StepwiseRun"]
+__all__ = ["GENERALIZED_ALPHA", "MEAN_FORCE", "NEWMARK", "StepwiseRun"]
 
-GENERALIZED_ALPHA, NEWMARK = "generalized-alpha", "newmark"
+GENERALIZED_ALPHA, NEWMARK, MEAN_FORCE = "generalized-alpha", "newmark", "mean-force"
 
 
 class StepwiseRun(Run):
     """A method that ends its steps where states are wanted; powers are integrated to second order, as the method is.
 
     Input power by the trapezoidal rule. Where it jumps (a drive stops), the step after begins with what it is then.
+    The method of the mean force knows both over its steps.
     """
 
     def go(self) -> None:
@@ -44,18 +48,23 @@ class StepwiseRun(Run):
         finally:
             self._count(solver)
 
-    def _solver(self) -> GeneralizedAlpha:
+    def _solver(self) -> GeneralizedAlpha | MeanForce:
         """A new solver at the present state, that goes on from the last renewal point if there was one."""
         settings = self.settings
-        rho_inf = None if settings.method == NEWMARK else settings.rho_inf
-        solver = GeneralizedAlpha(
-            self.system, self.time, self.q, self.u, settings.rtol, rho_inf, settings.step, settings.max_step
-        )
+        solver: GeneralizedAlpha | MeanForce
+        if settings.method == MEAN_FORCE:
+            assert settings.step is not None
+            solver = MeanForce(self.system, self.time, self.q, self.u, settings.rtol, settings.step)
+        else:
+            rho_inf = None if settings.method == NEWMARK else settings.rho_inf
+            solver = GeneralizedAlpha(
+                self.system, self.time, self.q, self.u, settings.rtol, rho_inf, settings.step, settings.max_step
+            )
         if self.state is not None:
             solver.go_on(self.state)
         return solver
 
-    def _count(self, solver: GeneralizedAlpha) -> None:
+    def _count(self, solver: GeneralizedAlpha | MeanForce) -> None:
         statistics = self.statistics
         statistics.steps = solver.steps
         statistics.rejected = solver.rejected + solver.failed
@@ -65,17 +74,20 @@ class StepwiseRun(Run):
         statistics.newton_iterations = solver.iterations
         statistics.wall_time = time.perf_counter() - self.begun
 
-    def _account(self, begin: Energy, solver: GeneralizedAlpha) -> None:
+    def _account(self, begin: Energy, solver: GeneralizedAlpha | MeanForce) -> None:
         """Integrate the powers over the step, check the balance at its end, and save if that is wanted there."""
         step = solver.t - self.time
         self.statistics.smallest_step = min(self.statistics.smallest_step, step)
         driven = self.last.energy.driven
         self.last = seen = self.system.observe(solver.t, solver.q, solver.u)
-        dissipated, of_pairs = mean_dissipation(
-            self.system, (self.time, self.q), (solver.t, solver.q), len(seen.pairs.force)
-        )
-        work = 0.5 * step * (begin.input_power + seen.energy.input_power) + seen.energy.driven - driven
-        self.ledger.add(work, step * dissipated, step * of_pairs)
+        if isinstance(solver, MeanForce):
+            self.ledger.add(solver.work, solver.dissipated, np.zeros((2, len(seen.pairs.force))))
+        else:
+            dissipated, of_pairs = mean_dissipation(
+                self.system, (self.time, self.q), (solver.t, solver.q), len(seen.pairs.force)
+            )
+            work = 0.5 * step * (begin.input_power + seen.energy.input_power) + seen.energy.driven - driven
+            self.ledger.add(work, step * dissipated, step * of_pairs)
         self._look(solver.t, solver.q, solver.u, seen)
         self._balance(seen)
         if self.pending and self.pending[0] <= solver.t:

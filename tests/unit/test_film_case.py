@@ -72,6 +72,8 @@ def load_case_text(text: str) -> Any:
         (["patch.0.place=corner"], "patch.0.place", '"centre" or "diagonal"'),
         (["impact.duration=none"], "impact.duration", "missing"),
         (["tension.strain=1e-3"], "tension", "give either `pull`"),
+        (["cable=none", "tension.pull=none", "tension.strain=1e-3", 'support=[{at="left"}]'], "support",
+         'only the edge "left" is held'),
     ],
 )  # fmt: skip
 def test_what_is_refused(overrides: list[str], path: str, words: str) -> None:
