@@ -124,13 +124,13 @@ def peak(travel: ArrayLike, force: ArrayLike) -> tuple[float, float]:
     if len(f) == 0:
         raise ValueError("no record with a finite force")
     top = int(np.argmax(f))
-    # neighbours so close that the noise of the force would bend the parabola are passed over
-    apart = 1e-4 * (s.max() - s.min())
-    before = np.flatnonzero(s[:top] < s[top] - apart)
-    after = np.flatnonzero(s[top:] > s[top] + apart)
+    before, after = np.flatnonzero(s[:top] < s[top]), top + np.flatnonzero(s[top:] > s[top])
     if len(before) == 0 or len(after) == 0:
         return float(f[top]), float(s[top])
-    i, j = int(before[-1]), top + int(after[0])
+    i, j = int(before[-1]), int(after[0])
+    # points so close need no parabola, which the noise of the force would bend
+    if min(s[top] - s[i], s[j] - s[top]) <= 1e-4 * (s.max() - s.min()):
+        return float(f[top]), float(s[top])
     left, right = s[i] - s[top], s[j] - s[top]  # f = f_top + b x + c x^2 through both neighbours
     slope_left, slope_right = (f[i] - f[top]) / left, (f[j] - f[top]) / right
     c = (slope_right - slope_left) / (right - left)

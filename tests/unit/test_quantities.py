@@ -260,3 +260,13 @@ def test_summary_of_contacts_without_a_drive_has_their_time() -> None:
     (first,) = summarise_contacts(contact_run(False), [])
     assert first["time"] == 1.0
     assert "travel" not in first
+
+
+def test_a_peak_early_in_a_long_travel_is_that_of_the_points_beside_it() -> None:
+    """A panel that buckles within micrometres of 10 mm: points farther off say nothing of its peak."""
+    travel = np.concatenate([np.linspace(0.0, 1e-5, 201), np.linspace(1.1e-5, 1e-2, 400)])
+    since = np.maximum(travel - 1.5e-6, 0.0) / 5e-7
+    force = 270.0 * since * np.exp(1.0 - since)
+    found, at = peak(travel, force)
+    assert force.max() <= found < 1.001 * force.max()
+    assert at == pytest.approx(2e-6, abs=5e-8)

@@ -17,6 +17,8 @@ from fsm.table import run_table
 from validation.gallery.command import command
 from validation.gallery.drawing import beside
 from validation.gallery.record import Check, Part, Place, below
+from validation.quasi_static.one_peak import one_peak
+from validation.quasi_static.stages import stages
 
 TABLE = Path(__file__).parents[2] / "folding_cases" / "strip_pull" / "table.csv"
 CONDITION = "80 deg low"
@@ -92,7 +94,7 @@ def speeds(place: Place) -> Iterator[Check]:
 
 
 TITLE = "The pull is quasi-static"
-PARTS: dict[str, Part] = {"speeds": speeds}
+PARTS: dict[str, Part] = {"speeds": speeds, "one_peak": one_peak, "stages": stages}
 
 if __name__ == "__main__":
     sys.exit(command(PARTS, "quasi_static", __doc__))
