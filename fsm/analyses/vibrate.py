@@ -125,8 +125,9 @@ class VibrationAnalysis:
         point = self.film.point(*impact.point)
         rest = point.position(self._system.initial()[0])
         self.error = error_against_full(
-            self._system, model, self._step(), self.vibration.duration, self.probes, lambda q: point.position(q) - rest
-        )
+            self._system, model, self._step(), self.vibration.duration, self.probes, lambda q: point.position(q) - rest,
+            math.inf if wanted == "reduced" else _GOOD,
+        )  # fmt: skip
         good = self.error.largest <= _GOOD
         self.reason = f"{len(self.modes.squared)} modes, {self.error.said}"
         if wanted == "reduced" or good:

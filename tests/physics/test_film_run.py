@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fsm.analyses.vibrate import VibrationAnalysis
 from fsm.errors import CaseError
 from fsm.plots.figures import draw
 from fsm.results.store import read_solution
@@ -140,6 +141,18 @@ def test_auto_sees_a_stretch_that_comes_after_the_pulse(tmp_path: Path) -> None:
     assert asked["reduced_error"] < 0.01 and asked["reduced_force_error"] > 0.2
     assert any("its restoring force off by" in line and 'vibration.model = "full"' in line for line in asked["warnings"])
     assert asked["amplitude_center"] > 1.3 * hard["amplitude_center"]
+
+
+def test_auto_compares_no_motion_where_the_force_is_off(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Forty full steps of a film that slackens took minutes, of a comparison that was decided before."""
+    monkeypatch.setattr("fsm.analyses.reduced.simulate", lambda *given: pytest.fail("a motion was solved for"))
+    case = tmp_path / "case.toml"
+    case.write_text(FILM, encoding="utf-8")
+    loaded = load_case(case, ["membrane.mesh=[4,4]", "impact.force=10 N"])
+    made = VibrationAnalysis(loaded.case, str(case))
+    made.make_ready([])
+    assert made.model is None
+    assert made.method()[1].endswith("so its motion was not compared with that of the full model")
 
 
 def test_the_force_of_the_cubic_model_is_the_film_s(tmp_path: Path) -> None:
