@@ -14,9 +14,9 @@ from fsm.laws.normal.lankarani_nikravesh import damping_factor as lankarani_nikr
 from fsm.scene.contact import Contact, Friction
 from validation.closed_forms.impacts import G, bounces, delivered, impact, kelvin_voigt, slide
 from validation.gallery.drawing import beside
-from validation.gallery.record import Check, Place, against
+from validation.gallery.record import Check, Place, against, below
 
-__all__ = ["bouncing", "impact_law", "restitution", "sliding"]
+__all__ = ["bouncing", "impact_law", "restitution", "sliding", "static_friction"]
 
 FACTORS = {"hunt-crossley": hunt_crossley, "lankarani-nikravesh": lankarani_nikravesh, "flores": flores}
 HALF = {"hunt-crossley": 0.663, "lankarani-nikravesh": 0.725, "flores": 0.470, "restitution": 0.500}
@@ -216,3 +216,33 @@ def sliding(place: Place) -> Iterator[Check]:
         "time (s)",
         "speed (mm/s)",
     )
+
+
+def static_friction(place: Place) -> Iterator[Check]:
+    """A block on an incline steeper than the dynamic coefficient and less steep than the static one."""
+    static, dynamic, slope, end, creep = 0.3, 0.2, 0.25, 0.1, 1e-4
+    angle = math.atan(slope)
+    laws = {
+        "step": Friction(law="step", mu_static=static, mu_dynamic=dynamic, v_static=creep, v_dynamic=1e-2),
+        "stribeck": Friction(law="stribeck", mu_static=static, mu_dynamic=dynamic, v_static=creep, v_stribeck=1e-2),
+    }
+    found = {law: slide(friction, 0.0, dynamic, slope, end) for law, friction in laws.items()}
+    falls = G * (math.sin(angle) - dynamic * math.cos(angle))
+    line = np.linspace(0.0, end, 16)
+    picture = beside(
+        place.out / "static.png",
+        {law: (times, 1e3 * speed) for law, (times, _, speed) in found.items()},
+        {"with the dynamic coefficient": (line, 1e3 * falls * line)},
+        "time (s)",
+        "speed (mm/s)",
+    )
+    for law, (_, _, speed) in found.items():
+        yield below(
+            f"static friction holds, {law}",
+            f"slope {slope:g}, static {static:g}, dynamic {dynamic:g}: speed after {end:g} s over the law's creep speed",
+            float(speed[-1]) / creep,
+            2.0,
+            "Coulomb: a slope below the static coefficient holds; laws without bristles creep at v_static",
+            picture,
+            detail=f"with the dynamic coefficient alone it would be {falls * end / creep:.0f}",
+        )

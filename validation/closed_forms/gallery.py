@@ -29,6 +29,7 @@ PARTS: dict[str, Part] = {
     "impact_law": contact.impact_law,
     "bouncing": contact.bouncing,
     "sliding": contact.sliding,
+    "static_friction": contact.static_friction,
     "cable": absolute.cable,
     "deep_beam": absolute.deep,
     "flexible_pendulum": absolute.pendulum,

@@ -91,8 +91,10 @@ def bounces(e: float, count: int, height: float = 10.0) -> tuple[np.ndarray, np.
     return np.array(times), np.array(heights), np.array(speeds)
 
 
-def slide(friction: Friction, speed: float, mu: float, slope: float = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Times, way and speed of a block that slides on a plane until half again the time to stop, v/(mu g)."""
+def slide(
+    friction: Friction, speed: float, mu: float, slope: float = 0.0, end: float | None = None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Times, way and speed of a block that slides on a plane until `end` (s), or half again the time to stop, v/(mu g)."""
     length, thick = 0.02, 1e-3
     mass = length * length * thick * 8000
     angle, stiffness = math.atan(slope), 1e7
@@ -107,7 +109,7 @@ def slide(friction: Friction, speed: float, mu: float, slope: float = 0.0) -> tu
         pairs=(ContactPair(first="block", second="floor"),), contact=Contact(stiffness=stiffness, damping=5.0),
         friction=friction, gravity=(G * math.sin(angle), 0.0, -G * math.cos(angle)),
     )  # fmt: skip
-    end = 1.5 * speed / (mu * G)
+    end = 1.5 * speed / (mu * G) if end is None else end
     times = np.linspace(0.0, end, 121)
     seen: list[Saved] = []
     simulate(compile_scene(scene, False), Settings("generalized-alpha", 1e-5, end), list(times), seen.append)

@@ -193,14 +193,14 @@ LAWS = (
         "fsm/laws/friction/stribeck.py",
         "excess = (mu_static - mu_dynamic)",
         "excess = 0.0 * (mu_static - mu_dynamic)",
-        _unit("friction_laws", "test_values"),
+        ("gallery closed_forms/static_friction",),
     ),
     Mutant(
         "static friction ignored by bristles",
         "fsm/laws/friction/lugre.py",
         "            friction.mu_static,\n",
         "            friction.mu_dynamic,\n",
-        _physics("restitution_laws", "test_bristles_give_way_beyond_the_static_coefficient"),
+        _physics("restitution_laws", "test_bristles_hold_the_block"),
     ),
     Mutant(
         "friction across a plate as along it",
