@@ -223,7 +223,10 @@ def test_states_of_a_tension_field() -> None:
     state, principal = stressed(-1e-3, -2e-3)
     assert state == SLACK
     assert np.abs(principal).max() < 1e-12 * FILM.young * 1e-3
-    # at the border of taut and wrinkled the stress does not jump
+    # taut up to where the smaller stress vanishes, at e2 = -nu e1, not where the smaller strain does
+    for part, expected in ((0.5, TAUT), (0.99, TAUT), (1.01, WRINKLED)):
+        assert stressed(1e-3, -part * nu * 1e-3)[0] == expected, part
+    # at that border the stress does not jump
     below, above = (stressed(1e-3, -nu * 1e-3 * (1 + e))[1] for e in (1e-9, -1e-9))
     np.testing.assert_allclose(below, above, atol=1e-3)
 

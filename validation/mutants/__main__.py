@@ -22,6 +22,7 @@ from validation.mutants.mutant import Mutant
 from validation.mutants.run import CAUGHT, REPOSITORY, judge, work_copy
 
 README = Path(__file__).with_name("README.md")
+NOT_RUN = {"verdict": "not run"}
 BEGIN, END = "<!-- table -->", "<!-- end of table -->"
 
 
@@ -51,8 +52,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         list(pool.map(lambda share: _work(share, path, found), shares))
     verdicts = [found[mutant.name]["verdict"] for mutant in asked]
     print(f"{verdicts.count(CAUGHT)} of {len(asked)} caught")
-    if all(mutant.name in found for mutant in MUTANTS):
-        write_table(README, found)
+    write_table(README, {m.name: found[m.name] for m in MUTANTS if found.get(m.name, {}).get("key") == m.key(REPOSITORY)})
     return int(verdicts.count(CAUGHT) < len(asked))
 
 
@@ -73,20 +73,20 @@ def _work(mutants: Sequence[Mutant], path: Path, found: dict[str, Any]) -> None:
 
 
 def write_table(readme: Path, found: dict[str, Any]) -> None:
-    """Put the verdicts of all mutants into the README, between its two marks."""
+    """Put the verdicts of all mutants into the README, between its two marks; `found` has those that hold."""
     text = readme.read_text(encoding="utf-8")
     before, rest = text.split(BEGIN)
     after = rest.split(END)[1]
-    names = [mutant.name for mutant in MUTANTS]
-    caught = sum(found[name]["verdict"] == CAUGHT for name in names)
+    date = max((one["date"] for one in found.values()), default="never run")
+    caught = sum(one["verdict"] == CAUGHT for one in found.values())
     rows = [
-        f"`python -m validation.mutants`, {max(found[name]['date'] for name in names)}: {caught} of {len(names)} caught.\n",
+        f"`python -m validation.mutants`, {date}: {caught} of {len(MUTANTS)} caught, {len(MUTANTS) - len(found)} not run.\n",
         "| fault | file | guard | verdict |",
         "|---|---|---|---|",
     ]
     for mutant in MUTANTS:
         guard = ", ".join(f"`{node.rpartition('/')[2]}`" for node in mutant.guard)
-        rows.append(f"| {mutant.name} | `{mutant.file}` | {guard} | {found[mutant.name]['verdict']} |")
+        rows.append(f"| {mutant.name} | `{mutant.file}` | {guard} | {found.get(mutant.name, NOT_RUN)['verdict']} |")
     readme.write_text(f"{before}{BEGIN}\n" + "\n".join(rows) + f"\n{END}{after}", encoding="utf-8")
 
 

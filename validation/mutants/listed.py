@@ -376,13 +376,6 @@ FILMS = (
         "return 0.9 * math.sin(angle), rate",
         _unit("ancf_elements", "test_pulses"),
     ),
-    Mutant(
-        "mean tension ignored in a cable's force",
-        "fsm/ancf/cable.py",
-        "force = self.axial * (size - 1.0 if",
-        "force = 0.0 * self.axial * (size - 1.0 if",
-        _physics("film_run", "test_the_pull_is_borne_by_all_corners"),
-    ),
 )
 
 ARRAYS = (
