@@ -24,6 +24,8 @@ from fsm.scene.units import UNITS, AngularStiffness, Count, parse_unit, to_si, u
         ("1 N m/deg", "N m/rad", 180 / math.pi),
         ("3 GPa", "Pa", 3e9),
         ("1 kgf/cm^2", "Pa", 98066.5),
+        ("1 psi", "Pa", 0.45359237 * 9.80665 / 0.0254**2),
+        ("1 lbf", "N", 0.45359237 * 9.80665),
         ("800 kg/m^3", "kg/m^3", 800.0),
         ("800 kg/m3", "kg/m^3", 800.0),
         ("0.8 g/cm³", "kg/m^3", 800.0),
