@@ -121,10 +121,12 @@ def stages(place: Place) -> Iterator[Check]:
         found, lines = [], {}
         for _, out, row in solve(strips, Path(folder)):
             found.append(begin_of(out))
-            if len(lines) < 8:
+            begin = found[-1].travel
+            if begin > 0.01 or len(lines) < 5:
                 with (out / "case.resolved.toml").open("rb") as file:
                     share = shares(read_solution(out / "result.h5"), tomllib.load(file))
-                lines[f"{row['case']}: {100 * found[-1].travel:.0f} %"] = np.linspace(0.0, 100.0, len(share)), share
+                name = "never bends" if np.isnan(begin) else f"bends from {100 * begin:.0f} %"
+                lines[f"{row['case']} {name}"] = np.linspace(0.0, 100.0, len(share)), share
     ends = {"two thirds": ([0.0, 100.0], [BENT, BENT])}
     picture = beside(
         place.out / "stages.png", lines, ends, "travel (%)", "share of the panels in the elastic energy", size=WIDE
