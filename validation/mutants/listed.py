@@ -318,7 +318,7 @@ FILMS = (
         "fsm/ancf/membrane.py",
         "m[2] = 2.0 * bending",
         "m[2] = bending",
-        _unit("ancf_elements", "test_forces_are_derivatives_of_the_energy"),
+        _unit("ancf_elements", "test_patch_of_constant_curvature"),
     ),
     Mutant(
         "air of a folded film along one direction",
