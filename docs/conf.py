@@ -34,7 +34,8 @@ autosummary_generate = True
 autodoc_typehints = "description"
 autodoc_typehints_description_target = "documented"
 autodoc_member_order = "bysource"
-autodoc_default_options = {"members": True, "show-inheritance": True, "exclude-members": "model_config"}
+# fields of named tuples (`Stage`, `Peak`) are told in their docstrings; as targets they would be ambiguous
+autodoc_default_options = {"members": True, "show-inheritance": True, "exclude-members": "model_config, travel, force"}
 autodoc_mock_imports: list[str] = []
 napoleon_google_docstring = False
 napoleon_numpy_docstring = True

@@ -14,7 +14,6 @@ from fsm.results.solution import Floats, Solution
 __all__ = [
     "CONTACT_THRESHOLD",
     "STAGES",
-    "Curve",
     "Peak",
     "Peaks",
     "Stage",

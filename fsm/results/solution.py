@@ -151,8 +151,8 @@ class Solution:
         Named results: peak_force, peak_travel, stages, ...
     array : ArrayMotion
         Points and bars of a scissor array at the records; None of anything else, or in a run that did not finish.
-    curve : Curve
-        Force curve between the records, thinned; None without a drive, or in a run that did not finish.
+    curve : force curve
+        With the points between the records, thinned; None without a drive, or in a run that did not finish.
     """
 
     time: Floats
