@@ -8,8 +8,8 @@ import pytest
 from validation.contact import box_of_plates, pulled_strip, rigid_peer, stack
 
 
-def squeezed(panels: int) -> stack.Pressed:
-    pressed = stack.press(stack.stack_scene(panels))
+def squeezed(panels: int, rtol: float = stack.RTOL) -> stack.Pressed:
+    pressed = stack.press(stack.stack_scene(panels), rtol=rtol)
     assert [stack.crossings(pressed.system, state) for state in pressed.saved] == [[]] * len(pressed.saved)
     assert pressed.system.objection(stack.END, pressed.saved[-1].q, None, 1.0) is None
     assert (pressed.deepest <= 1.001 * pressed.allowed).all()
@@ -28,7 +28,9 @@ def test_a_stack_is_pressed_flat_and_comes_back() -> None:
 
 @pytest.mark.slow
 def test_a_stack_of_twenty() -> None:
-    assert squeezed(20).ledger.relative_error < 1e-4
+    # 2026-11-23: shares of a face follow its overlap step by step; the balance closes to 2.1e-4, 1.2e-4, 3.5e-5 and 8e-6 at
+    # rtol 1e-4, 1e-5, 1e-6 and 1e-7 (6.1e-5 at 1e-5 with fixed shares)
+    assert squeezed(20, 1e-6).ledger.relative_error < 1e-4
 
 
 def dropped(count: int, columns: int, end: float, balance: float = 1e-3) -> None:
