@@ -4,7 +4,7 @@
 
 Round-off differs between processors, because OpenBLAS and numba choose instructions by the processor. A bound that round-off
 decides holds on one machine only. Each setting below runs in its own processes. A setting that this processor cannot run is
-skipped, and the closing table says so. `--one` runs the first setting that differs from what this machine chooses by itself.
+skipped and named in the closing table. `--one` runs the first setting that differs from what this machine chooses.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Squares of a lattice that are pressed against each other: the run says so, whether it ends well or not."""
+"""Squares of a lattice that meet give a warning, or are named in the message of a failed run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Springs so stiff that the rounding of positions counts: the run says so, or is refused; nothing ordinary is."""
+"""Round-off of stiff springs: a warning or a refused run; none of either for ordinary stiffness."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is told of a scissor array: how far units part across themselves, the names in its picture of stresses."""
+"""Results of a scissor array: asynchronism along each unit, and the legend of its plot of stresses."""
 
 from __future__ import annotations
 

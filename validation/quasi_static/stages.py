@@ -1,4 +1,4 @@
-"""Do the stages of a pull begin where the mechanics says so?
+"""Beginnings of the stages of a pull, against shapes and energies of the saved states.
 
 `python -m validation.quasi_static.check --parts stages`: 20 pulled strips drawn at random. First touch and energies are
 computed anew, out of the shapes in result.h5 and the stiffness in the case.
