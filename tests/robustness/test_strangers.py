@@ -120,10 +120,11 @@ def test_a_campaign_goes_on_and_runs_again_only_what_changed(tmp_path: Path, mon
     def course(row: Row, seed: int, *_: object) -> Course:
         ran.append(f"{row.kind}:{row.index}")
         ended = yield Command((), tmp_path / "said", 5.0)
-        return {"kind": row.kind, "index": row.index, "key": row_key(draw(row.kind, row.index, seed)), "code": ended.code}
+        found = {"kind": row.kind, "index": row.index, "key": row_key(draw(row.kind, row.index, seed)), "code": ended.code}
+        return found | {"source": campaign.made_by()["source"]}
 
     monkeypatch.setattr(campaign, "course_of", course)
-    monkeypatch.setattr(campaign, "fsm_command", lambda command: 0)
+    monkeypatch.setattr(campaign, "fsm_command", lambda command: 3 if ran[-1] == "films:1" else 0)
     path, wanted = tmp_path / "rows.jsonl", [Row("films", index, False) for index in range(3)]
     run_campaign(path, wanted[:2], 1)
     assert ran == ["films:0", "films:1"]
@@ -131,8 +132,10 @@ def test_a_campaign_goes_on_and_runs_again_only_what_changed(tmp_path: Path, mon
     assert [line["index"] for line in run_campaign(path, wanted, 1)] == [0, 1, 2]
     assert ran[2:] == ["films:2"]
     monkeypatch.setattr(campaign, "made_by", lambda: {"source": "another"})
+    run_campaign(path, wanted, 1, earlier=True)  # of other sources, only the solved ones count
+    assert ran[3:] == ["films:1"]
     run_campaign(path, wanted, 1)
-    assert len(ran) == 6
+    assert ran[4:] == ["films:0", "films:2"]
     assert len(read_lines(path)) == 6
 
 

@@ -3,7 +3,8 @@
     python -m validation.strangers [--cases 1500] [--seed 1] [--workers 1] [--kinds strips,films] [--out out/strangers]
     python -m validation.strangers --seed 1 --only strips:17       (one case again; its folder is kept)
 
-Goes on where it was stopped. Exit code 1 if less than 95 % of any kind is solved, or a second solver finds anything wrong.
+Goes on where it was stopped. With --earlier, cases that earlier sources solved are not run again.
+Exit code 1 if less than 95 % of any kind is solved, or a second solver finds anything wrong.
 """
 
 from __future__ import annotations
@@ -36,6 +37,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--limit", type=float, default=LIMIT, help="seconds of processor time for a case")
     parser.add_argument("--kinds", default=",".join(KINDS))
     parser.add_argument("--out", type=Path, default=Path("out/strangers"))
+    parser.add_argument("--earlier", action="store_true", help="count cases that earlier sources solved; run all others")
     parser.add_argument("--only", metavar="KIND:INDEX", help="the one case to run again, whose folder is kept")
     chosen = parser.parse_args(arguments)
     kinds = tuple(chosen.kinds.split(","))
@@ -55,6 +57,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         chosen.workers,
         chosen.limit,
         _tell,
+        chosen.earlier,
     )
     lines.sort(key=lambda line: (list(KINDS).index(line["kind"]), line["index"]))
     text = report(lines, chosen.seed)

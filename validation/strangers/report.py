@@ -27,6 +27,9 @@ def report(lines: Sequence[Line], seed: int) -> str:
         own = [line for line in lines if kind in ("all", line["kind"])]
         if own:
             text.append(_row(kind, own))
+    sources = Counter(line["source"] for line in lines).most_common()
+    listed = ", ".join(f"{count} cases by {name}" for name, count in sources)
+    text += ["", f"Sources (their digest stands in the provenance of a result): {listed}."]
     text += ["", *_checks(lines), "", *_failures(lines, seed)]
     return "\n".join(text)
 
