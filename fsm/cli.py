@@ -12,7 +12,7 @@ from typing import Any, NoReturn, TypeVar
 import click
 
 from fsm.errors import CaseError, ExpectationFailed, FsmError, is_interrupt
-from fsm.garbage import ending_without_a_search, importing
+from fsm.gc_startup import imports_outside_gc, skip_final_gc
 from fsm.interrupts import counting_interrupts_once
 from fsm.threads import one_thread
 
@@ -156,7 +156,7 @@ def run(
     loaded = load_case(case, [*overrides, *_solve_overrides(spatial, method)])
     folder = _out_folder(out)
 
-    with importing():
+    with imports_outside_gc():
         from fsm.run import run_case
 
     try:
@@ -219,7 +219,7 @@ def check(case: str, overrides: tuple[str, ...], spatial: bool) -> None:
 
     loaded = load_case(case, [*overrides, *_solve_overrides(spatial, None)])
 
-    with importing():
+    with imports_outside_gc():
         from fsm.describe import describe
 
     with naming(case):
@@ -238,7 +238,7 @@ def preview(case: str, out: str, overrides: tuple[str, ...]) -> None:
 
     loaded = load_case(case, overrides)
 
-    with importing():
+    with imports_outside_gc():
         from fsm.preview import preview as animate
 
     with naming(case):
@@ -260,7 +260,7 @@ def plot(result: str, out: str | None) -> None:
     solution = read_solution(Path(result))
     folder.mkdir(parents=True, exist_ok=True)
 
-    with importing():
+    with imports_outside_gc():
         from fsm.plots.figures import draw
 
     for path in draw(solution, folder):
@@ -311,7 +311,7 @@ def calibrate(
     folder = _out_folder(out)
     module, function = CALIBRATIONS[kind].split(":")
 
-    with importing():
+    with imports_outside_gc():
         from fsm.calibrate.report import Options, table_lines, write_calibration
 
         calibration = importlib.import_module(module)
@@ -330,7 +330,7 @@ calibrate.help = (calibrate.help or "").format(kinds=", ".join(CALIBRATIONS))
 @debug_option
 def warmup() -> None:
     """Compile all kernels now, so that the first run need not."""
-    with importing():
+    with imports_outside_gc():
         from fsm.warm_up import compile_ahead
 
     compile_ahead()
@@ -404,7 +404,7 @@ def summary_lines(summary: Mapping[str, Any], folder: Path) -> list[str]:
 def main() -> None:
     """Entry point of the command ``fsm``."""
     try:
-        with counting_interrupts_once(), ending_without_a_search(), one_thread():
+        with counting_interrupts_once(), skip_final_gc(), one_thread():
             cli(prog_name="fsm")
     except KeyboardInterrupt:  # before or after the command itself
         sys.exit(130)

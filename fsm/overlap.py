@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fsm.errors import CaseError, Fault
 from fsm.scene.builders.scene import build_scene
 from fsm.scene.case import Case
-from fsm.scene.party import parties
+from fsm.scene.contact_sides import contact_sides
 from fsm.scene.scene import Body, Plate, Scene
 
 __all__ = [
@@ -143,7 +143,7 @@ def find_pierced(scene: Scene) -> list[tuple[str, str]]:
     Contact is looked for at points and edges, and may have none where plates stick in each other.
     """
     plates = {body.name: (body, body.plate) for body in scene.bodies if body.plate is not None}
-    known = parties(scene)
+    known = contact_sides(scene)
     found = []
     for pair in scene.pairs:
         sides = [known[name] for name in (pair.first, pair.second)]

@@ -19,7 +19,7 @@ from multiprocessing.context import SpawnContext, SpawnProcess
 from typing import Any
 
 from fsm.errors import FsmError, is_interrupt
-from fsm.garbage import ending_without_a_search
+from fsm.gc_startup import skip_final_gc
 from fsm.threads import one_thread
 
 __all__ = ["Outcome", "run_jobs"]
@@ -171,7 +171,7 @@ def _serve(channel: Connection) -> None:
         os.setpgrp()
     threading.Thread(target=_end_with_parent, name="watch of the parent", daemon=True).start()
     try:
-        with ending_without_a_search():
+        with skip_final_gc():
             while True:
                 message = channel.recv_bytes()
                 if hasattr(signal, "pthread_sigmask"):  # from here on somebody looks after it

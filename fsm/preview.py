@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fsm.atomic_write import atomic_write
 from fsm.errors import CaseError, Fault
 from fsm.overlap import (
     Outline,
@@ -29,7 +30,6 @@ from fsm.scene.builders.scene import build_scene
 from fsm.scene.case import Case
 from fsm.scene.loads import Drive
 from fsm.scene.scene import GROUND, Body, ForceElement, Scene
-from fsm.whole_file import whole_file
 
 __all__ = ["Outline", "find_overlaps", "outlines", "preview"]
 
@@ -359,7 +359,7 @@ def _write_film(mechanism: _Mechanism, shots: list[Shot], path: Path) -> None:
         pictures.append(small.quantize(48, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE))
     path.parent.mkdir(parents=True, exist_ok=True)
     step = round(1000 * FILM_TIME / FRAMES)
-    with whole_file(path) as part:
+    with atomic_write(path) as part:
         durations = [step] * (FRAMES - 1) + [20 * step]
         pictures[0].save(part, save_all=True, append_images=pictures[1:], loop=0, duration=durations)
 

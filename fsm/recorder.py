@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 
 from fsm.analyses.analysis import Analysis
-from fsm.crossing import squares_meeting
 from fsm.errors import CaseError, EnergyAbort, NotConverged, is_interrupt
-from fsm.guarded import DAMAGES
+from fsm.hdf5_checked import READ_ERRORS
 from fsm.kernels import jit
+from fsm.panel_crossing import lattice_overlap
 from fsm.progress import Progress, say_anew
 from fsm.provenance import made_by, provenance
 from fsm.results.curve import Curve
@@ -162,7 +162,7 @@ class RecordedSolve:
     def _causes(self) -> tuple[str, str]:
         """Why a solve may have failed: forces that cannot be resolved, squares of a lattice that meet."""
         solution, scene = read_solution(part_path(self.target)), getattr(self.analysis, "scene", None)
-        meeting = squares_meeting(solution, scene) if isinstance(scene, Scene) else ""
+        meeting = lattice_overlap(solution, scene) if isinstance(scene, Scene) else ""
         return round_off_of(self.system, solution).refusal(), meeting
 
     def _round_off(self) -> RoundOff:
@@ -270,7 +270,7 @@ class RecordedSolve:
         arrays, attributes = read_checkpoint(self.checkpoint)
         try:
             return self._point(arrays, attributes)
-        except DAMAGES as error:
+        except READ_ERRORS as error:
             reason = " ".join(f"{type(error).__name__}: {error}".split())[:100]
             what = f"is damaged ({reason}); run without --resume, or remove it to begin anew"
             raise CaseError(what, str(self.checkpoint)) from error

@@ -14,6 +14,7 @@ from fsm.analyses.choose import analysis_of
 from fsm.analyses.deploy import Deployment
 from fsm.analyses.deployed import film_of_deployment
 from fsm.analyses.vibrate import VibrationAnalysis
+from fsm.atomic_write import remove_partial_files
 from fsm.errors import CaseError, ExpectationFailed
 from fsm.folder_lock import locked_folder
 from fsm.kernels import jit
@@ -28,7 +29,6 @@ from fsm.results.store import part_path, read_solution
 from fsm.results.summary_file import SUMMARY, write_summary
 from fsm.scene.load_case import LoadedCase
 from fsm.summary import joined, missed_expectations
-from fsm.whole_file import clear_parts
 
 __all__ = ["ENDING", "run_case", "run_in_locked_folder"]
 
@@ -108,13 +108,13 @@ def _run_analysis(
     """Solve one analysis and write all that there is of it into its folder; with `resume` not again what is solved."""
     solution = _solved(loaded, out, progress) if resume else None
     if solution is not None:
-        clear_parts(out)
+        remove_partial_files(out)
         _write(solution, out)
         return solution
     with saying_what_compiles(progress, _title(loaded), jit):
         analysis.make_ready(warnings)
     out.mkdir(parents=True, exist_ok=True)
-    clear_parts(out)
+    remove_partial_files(out)
     solution = RecordedSolve(loaded, analysis, out, resume, warnings).run(progress, *begun)
     _write(solution, out)
     return solution

@@ -13,14 +13,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from fsm.atomic_write import atomic_write, remove_partial_files
 from fsm.errors import CannotWrite, CaseError, Fault
 from fsm.folder_lock import locked_folder
-from fsm.garbage import importing
+from fsm.gc_startup import imports_outside_gc
 from fsm.pool import Outcome, run_jobs
 from fsm.results.summary_file import SUMMARY, read_summary
 from fsm.scene.load_case import LoadedCase
 from fsm.scene.table import COLLECTED, OVERLAY, STUDY, TableCase, load_reference, load_table
-from fsm.whole_file import clear_parts, whole_file
 
 __all__ = ["RESOLVED", "failures", "format_comparison", "format_table", "run_table"]
 
@@ -112,7 +112,7 @@ def _run_cases(
             rows[index] = _row(case, where)
         else:
             jobs[index] = Job(case.loaded, where, same)
-    clear_parts(folder)
+    remove_partial_files(folder)
     try:
         _run_rows(cases, jobs, rows, kernels, workers, progress)
     finally:
@@ -207,7 +207,7 @@ def _stage_name(key: str) -> str:
 
 def run_row(job: Job) -> dict[str, Any]:
     """Run one row in a worker; the folder says what was run as soon as it holds anything of it."""
-    with importing():
+    with imports_outside_gc():
         from fsm.run import ENDING, run_in_locked_folder
 
     try:
@@ -218,7 +218,7 @@ def run_row(job: Job) -> dict[str, Any]:
     with locked_folder(job.out, wait=ENDING if job.resume else 0.0):
         for name in (SUMMARY, FAILURE):
             (job.out / name).unlink(missing_ok=True)
-        with whole_file(job.out / RESOLVED) as part:
+        with atomic_write(job.out / RESOLVED) as part:
             part.write_text(job.loaded.text, encoding="utf-8")
         return run_in_locked_folder(job.loaded, job.out, progress=False, resume=job.resume)
 
@@ -288,7 +288,7 @@ def _row(case: TableCase, folder: Path, outcome: Outcome | None = None) -> dict[
     if outcome is not None and outcome.error:
         row |= {"error": "\n".join(outcome.error), "exit_code": outcome.exit_code}
         try:
-            with whole_file(folder / FAILURE) as part:
+            with atomic_write(folder / FAILURE) as part:
                 part.write_text(f"{row['error']}\n{outcome.trace}", encoding="utf-8")
         except OSError:  # the error may be just that nothing can be written there
             return row
@@ -318,7 +318,7 @@ def _write_csv(path: Path, rows: Sequence[Mapping[str, Any]], first: Sequence[st
         return
     last = ("error", "exit_code")
     columns = list(dict.fromkeys([*first, *(key for row in rows for key in row if key not in last), *last]))
-    with whole_file(path) as part, part.open("w", newline="", encoding="utf-8") as file:
+    with atomic_write(path) as part, part.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, columns, restval="")
         writer.writeheader()
         writer.writerows({**row, "error": row.get("error", "").replace("\n", "; ")} for row in rows)

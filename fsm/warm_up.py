@@ -8,8 +8,8 @@ from functools import partial
 import numpy as np
 
 from fsm.analyses.choose import analysis_of
+from fsm.compile_case import compile_case
 from fsm.kernels import jit
-from fsm.prepare import prepare
 from fsm.progress import saying_what_compiles
 from fsm.scene.builders.warm_up import (
     WarmUp,
@@ -34,7 +34,7 @@ _INTEGRATORS = ("generalized-alpha", "Radau")
 def _segments(make: Callable[[], WarmUp], methods: tuple[str, ...] = _INTEGRATORS) -> None:
     """What presses on one another first, then the first instants."""
     warm = make()
-    _, system = prepare(warm.case)
+    _, system = compile_case(warm.case)
     q, u = system.initial()
     pushed = np.zeros((system.n_free, system.size))
     moved = [system.bodies.names[i].startswith(warm.moved) for i in system.bodies.free]
@@ -55,7 +55,7 @@ def _segments(make: Callable[[], WarmUp], methods: tuple[str, ...] = _INTEGRATOR
 
 def _springs(spatial: bool) -> None:
     """The first instants of the path of a small strip without contact."""
-    _, system = prepare(warm_up_springs(spatial))
+    _, system = compile_case(warm_up_springs(spatial))
     end = 1e-3 * (system.end_time() or 1.0)
     follow(system, PathSettings(end, end / 2.0), [0.0, end], lambda saved: None)
 

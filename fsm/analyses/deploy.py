@@ -10,14 +10,14 @@ import numpy as np
 
 from fsm.analyses.at_start import equilibrium_at_start
 from fsm.analyses.beyond_data import beyond_data
-from fsm.crossing import first_crossings, squares_meeting
-from fsm.prepare import path_settings, prepare
+from fsm.compile_case import compile_case, path_settings
+from fsm.panel_crossing import lattice_overlap, unwatched_crossings
 from fsm.results.array import ArrayMotion
 from fsm.results.curve import Curve
 from fsm.results.quantities import summarise, summarise_contacts
 from fsm.results.solution import Layout, Solution
 from fsm.scene.case import Case
-from fsm.scene.choice import automatic_method
+from fsm.scene.method_selection import automatic_method
 from fsm.scene.start import start_of
 from fsm.segments.save_times import save_times
 from fsm.solve.handed_over import Statistics
@@ -53,7 +53,7 @@ class Deployment:
 
     def __init__(self, case: Case, source: str, warnings: list[str] | None) -> None:
         self.case = case
-        self.scene, self.system = prepare(case, source, warnings)
+        self.scene, self.system = compile_case(case, source, warnings)
         self._pivots = LinearSolver()
 
     @property
@@ -156,8 +156,8 @@ class Deployment:
                 f"faces of {pair} penetrate by {-1e3 * solution.pair_gap.min():.3g} mm, more than a fifth of the thickness; "
                 "raise contact.stiffness"
             )
-        found += _crossed(first_crossings(solution, self.scene), driven=solution.travel.shape[1] > 0)
-        meeting = squares_meeting(solution, self.scene)
+        found += _crossed(unwatched_crossings(solution, self.scene), driven=solution.travel.shape[1] > 0)
+        meeting = lattice_overlap(solution, self.scene)
         if meeting:
             found.append(meeting)
         return found + beyond_data(solution, self.scene, self.system) + _of_the_pull(solution, summary)

@@ -9,11 +9,11 @@ from typing import Literal
 import numpy as np
 
 from fsm.calibrate.sensitivity import PathSensitivity, vary
+from fsm.compile_case import path_settings
 from fsm.errors import CaseError, Fault
-from fsm.prepare import path_settings
 from fsm.scene.builders.scene import build_scene
 from fsm.scene.case import Case
-from fsm.scene.choice import automatic_method
+from fsm.scene.method_selection import automatic_method
 from fsm.scene.scene import Scene
 from fsm.segments.compile import compile_scene
 from fsm.segments.hysteresis import HysteresisGroup

@@ -11,10 +11,10 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from PIL import Image
 
+from fsm.atomic_write import atomic_write
 from fsm.plots.plane import upright
 from fsm.plots.style import COLOURS, STYLE, rounded
 from fsm.results.solution import Solution
-from fsm.whole_file import whole_file
 
 __all__ = ["animate"]
 
@@ -66,5 +66,5 @@ def animate(solution: Solution, path: str | Path) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     palette = frames[0].quantize(64)
     pictures = [frame.quantize(64, palette=palette) for frame in frames]
-    with whole_file(path) as part:
+    with atomic_write(path) as part:
         pictures[0].save(part, save_all=True, append_images=pictures[1:], duration=_MILLISECONDS, loop=0)

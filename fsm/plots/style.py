@@ -13,8 +13,8 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from fsm.atomic_write import atomic_write
 from fsm.results.solution import Floats, Solution
-from fsm.whole_file import whole_file
 
 __all__ = [
     "COLOURS",
@@ -77,7 +77,7 @@ def figure(path: str | Path, size: tuple[float, float] = SINGLE) -> Iterator[Fig
         FigureCanvasAgg(fig)
         yield fig
         path.parent.mkdir(parents=True, exist_ok=True)
-        with whole_file(path) as part, warnings.catch_warnings():
+        with atomic_write(path) as part, warnings.catch_warnings():
             warnings.filterwarnings("ignore", r"Glyph \d+ .* missing", UserWarning)  # a name in another script: boxes
             fig.savefig(part)
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from fsm.guarded import attribute, fixed_text
+from fsm.hdf5_checked import attribute, fixed_text
 
 __all__ = ["read_attributes", "write_attributes"]
 

@@ -7,7 +7,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from fsm.guarded import names_in, numbers_in
+from fsm.hdf5_checked import names_in, numbers_in
 from fsm.results.attributes import write_attributes
 from fsm.results.curve import Curve
 from fsm.results.film import STATES, Film, Samples

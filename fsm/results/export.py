@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
+from fsm.atomic_write import atomic_write
 from fsm.results.curve import Curve
 from fsm.results.quantities import sliding_distance, touching_pairs
 from fsm.results.solution import ENERGIES, Floats, Solution
-from fsm.whole_file import whole_file
 
 __all__ = ["force_columns", "write_contact_csv", "write_force_csv", "write_history_csv", "write_points_csv"]
 
@@ -42,7 +42,7 @@ def write_force_csv(solution: Solution, path: str | Path, energies: bool = False
     """Write the force curve, one point a row, 12 significant digits; see `force_columns` for the columns."""
     columns = force_columns(solution, energies, dynamic)
     rows = np.column_stack(list(columns.values()))
-    with whole_file(path) as part, part.open("w", encoding="utf-8", newline="") as file:
+    with atomic_write(path) as part, part.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(columns)
         writer.writerows([f"{value:.12g}" for value in row] for row in rows)
@@ -65,7 +65,7 @@ def write_contact_csv(solution: Solution, path: str | Path) -> None:
     }
     when = {"travel (m)": solution.travel[:, 0]} if solution.travel.shape[1] else {}
     when["time (s)"] = solution.time
-    with whole_file(path) as part, part.open("w", encoding="utf-8", newline="") as file:
+    with atomic_write(path) as part, part.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow([*when, "pair", *columns])
         for record in range(len(solution)):
@@ -92,7 +92,7 @@ def write_points_csv(solution: Solution, path: str | Path) -> None:
             ("a", "m/s^2", motion.points.acceleration),
         ):
             columns |= {f"{name} {letter}{axis} ({unit})": values[:, k, i] for i, axis in enumerate("xy")}
-    with whole_file(path) as part, part.open("w", encoding="utf-8", newline="") as file:
+    with atomic_write(path) as part, part.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(columns)
         writer.writerows([f"{value:.12g}" for value in row] for row in np.column_stack(list(columns.values())))
@@ -105,7 +105,7 @@ def write_history_csv(solution: Solution, path: str | Path) -> None:
         raise ValueError("this result has no probes")
     heading = ["time (s)", *(f"{name} {axis} (m)" for name in film.probe_names for axis in "xyz")]
     rows = np.column_stack([solution.samples.time, solution.samples.displacement.reshape(len(solution.samples.time), -1)])
-    with whole_file(path) as part, part.open("w", encoding="utf-8", newline="") as file:
+    with atomic_write(path) as part, part.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(heading)
         writer.writerows([f"{value:.12g}" for value in row] for row in rows)

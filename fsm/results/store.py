@@ -46,18 +46,19 @@ from typing import Any, NamedTuple, Self
 import h5py
 import numpy as np
 
+from fsm.atomic_write import atomic_write
 from fsm.errors import CannotWrite, CaseError, FsmError
-from fsm.guarded import (
-    DAMAGES,
+from fsm.hdf5_checked import (
+    READ_ERRORS,
     attribute,
     check_contents,
+    close_discarding,
     fixed_text,
-    is_guarded,
-    let_go,
+    has_checksums,
     names_in,
     numbers_in,
     text_in,
-    written,
+    written_from_memory,
 )
 from fsm.results.array import ArrayMotion
 from fsm.results.array_datasets import read_array, write_array
@@ -77,7 +78,6 @@ from fsm.results.film import Samples
 from fsm.results.solution import ENERGIES, PAIRS, Floats, Layout, Record, Solution, stack, stack_energies
 from fsm.results.sound_summary import sound_summary
 from fsm.results.unfinished import is_marked_open, unmarked
-from fsm.whole_file import whole_file
 
 __all__ = ["ResultWriter", "part_path", "read_checkpoint", "read_solution", "write_checkpoint"]
 
@@ -235,7 +235,7 @@ class ResultWriter:
         self.close()
         with self._explained():
             # a copy: the part file is whole until the end
-            with whole_file(self.path) as new, written(new, self.part) as file:
+            with atomic_write(self.path) as new, written_from_memory(new, self.part) as file:
                 write_attributes(file["stats"], stats)
                 write_attributes(file["summary"], summary)
                 if array is not None:
@@ -281,7 +281,7 @@ class ResultWriter:
 
     def _open(self, rows: dict[str, Any], times: Floats, samples: Samples | None = None) -> None:
         """Create the part file with its first rows in one go, then open it for a single writer."""
-        with whole_file(self.part) as new, written(new) as file:
+        with atomic_write(self.part) as new, written_from_memory(new) as file:
             _write_layout(file, self.layout)
             _create_variables(file, rows)
             _append_rows(file, rows, times, 0)
@@ -310,7 +310,7 @@ class ResultWriter:
             yield
         except (OSError, RuntimeError) as error:
             if self._file is not None:
-                let_go(self._file)
+                close_discarding(self._file)
                 self._file, self._held = None, []
             self._records, self._samples = [], []
             text = f"the results cannot be written ({_reason(error)}); is there room, and may you write there?"
@@ -450,14 +450,14 @@ def _opened(path: Path, wanted: str) -> Iterator[Any]:
         hint = f"; the run did not finish, see {part.name}" if part != path and part.is_file() else ""
         raise CaseError(f"there is no such file{hint}", str(path))
     try:
-        if not is_guarded(path):
+        if not has_checksums(path):
             raise CaseError(f"is not an {wanted} file (not HDF5), or its beginning is damaged", str(path))
         with h5py.File(unmarked(path) if is_marked_open(path) else path, "r", locking="best-effort") as file:
             check_contents(file)
             if "format" not in file.attrs or attribute(file, "format") != wanted:
                 raise CaseError(f"is an HDF5 file, but not an {wanted} file", str(path))
             yield file
-    except DAMAGES as error:
+    except READ_ERRORS as error:
         raise CaseError(f"is damaged or cannot be read ({' '.join(str(error).split())[:200]})", str(path)) from error
 
 
@@ -468,7 +468,7 @@ def _stacked(samples: list[tuple[float, Floats]]) -> Samples:
 def write_checkpoint(path: str | Path, arrays: dict[str, np.ndarray], attributes: dict[str, Any]) -> None:
     """Write arrays and attributes; at any moment `path` is the old checkpoint or the new one, whole."""
     path = Path(path)
-    with whole_file(path) as part, written(part) as file:
+    with atomic_write(path) as part, written_from_memory(part) as file:
         file.attrs["format"] = fixed_text(CHECKPOINT_FORMAT)
         group = file.create_group("arrays")
         for name, values in arrays.items():

@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from fsm.atomic_write import atomic_write
 from fsm.errors import CaseError
-from fsm.whole_file import whole_file
 
 __all__ = ["SUMMARY", "read_summary", "write_summary"]
 
@@ -21,7 +21,7 @@ _KEY = "checksum"
 
 def write_summary(summary: Mapping[str, Any], path: str | Path) -> None:
     """Write a summary and the SHA-256 of its other keys, as JSON with sorted keys."""
-    with whole_file(path) as part:
+    with atomic_write(path) as part:
         part.write_text(json.dumps({**summary, _KEY: _checksum(summary)}, indent=2) + "\n", encoding="utf-8")
 
 

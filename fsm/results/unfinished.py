@@ -12,7 +12,7 @@ import io
 import struct
 from pathlib import Path
 
-from fsm.guarded import SIGNATURE
+from fsm.hdf5_checked import SIGNATURE
 
 __all__ = ["checksum", "is_marked_open", "unmarked"]
 

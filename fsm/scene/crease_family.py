@@ -23,7 +23,15 @@ from typing import Any
 import numpy as np
 
 from fsm.errors import CaseError, Fault
-from fsm.guarded import DAMAGES, attribute, check_contents, fixed_text, is_guarded, numbers_in, written
+from fsm.hdf5_checked import (
+    READ_ERRORS,
+    attribute,
+    check_contents,
+    fixed_text,
+    has_checksums,
+    numbers_in,
+    written_from_memory,
+)
 
 __all__ = [
     "CreaseFamily", "FamilyCurve", "Relaxation", "family_curve", "read_family", "rest_angle", "time_text", "write_family",
@@ -120,7 +128,7 @@ def time_text(seconds: float) -> str:
 
 def write_family(family: CreaseFamily, file: Path) -> None:
     """Write a family; the file is made new."""
-    with written(file) as target:
+    with written_from_memory(file) as target:
         target.attrs.update(
             format=fixed_text(FORMAT),
             version=VERSION,
@@ -161,7 +169,7 @@ def read_family(file: Path, path: str = "crease.file") -> CreaseFamily:
     if not file.is_file():
         raise CaseError(Fault(path, f"cannot read {file}: no such file; make it with `fsm calibrate crease`"))
     try:
-        if not is_guarded(file):
+        if not has_checksums(file):
             raise ValueError("not HDF5, or of an old layout")
         with h5py.File(file, "r") as source:
             check_contents(source)
@@ -178,7 +186,7 @@ def read_family(file: Path, path: str = "crease.file") -> CreaseFamily:
                 _or_none(attribute(source, "width")),
                 None if math.isnan(law[0]) else Relaxation(*law),
             )
-    except DAMAGES as error:
+    except READ_ERRORS as error:
         text = " ".join(str(error).split())[:80]
         what = f"{file} is not a crease family of version {VERSION} ({text}); make it with `fsm calibrate crease`"
         raise CaseError(Fault(path, what)) from None

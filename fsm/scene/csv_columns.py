@@ -10,8 +10,8 @@ import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from fsm.bounded import read_bounded, reason_of
 from fsm.errors import CaseError, Fault
+from fsm.input_file import read_failure, read_input_file
 from fsm.scene.units import parse_unit
 
 __all__ = ["cells_of", "heading", "headings_of", "number_in", "separator_of", "shorten", "text_rows"]
@@ -33,9 +33,9 @@ def text_rows(file: Path, path: str, wanted: str) -> list[tuple[int, str]]:
         What an empty file should have held.
     """
     try:
-        raw = read_bounded(file)
+        raw = read_input_file(file)
     except (OSError, ValueError) as error:
-        raise CaseError(Fault(path, f"cannot read {file}: {reason_of(error)}")) from None
+        raise CaseError(Fault(path, f"cannot read {file}: {read_failure(error)}")) from None
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError:

@@ -13,8 +13,8 @@ from typing import Any, get_args
 
 from pydantic import TypeAdapter, ValidationError
 
-from fsm.bounded import read_bounded, reason_of
 from fsm.errors import CaseError, Fault
+from fsm.input_file import read_failure, read_input_file
 from fsm.scene.case import Analysis, Case, Save, Solve, contact_of_strip
 from fsm.scene.checks import check_sections
 from fsm.scene.crease_data import check_curve, read_crease_data
@@ -142,11 +142,11 @@ def read_text(path: str | Path) -> str:
         It cannot be read, or is not text.
     """
     try:
-        return read_bounded(path, _MOST_TEXT).decode("utf-8-sig")
+        return read_input_file(path, _MOST_TEXT).decode("utf-8-sig")
     except (OSError, ValueError) as error:
         if isinstance(error, UnicodeDecodeError):
             raise CaseError(f"is not UTF-8 text (byte {error.start}); save it as UTF-8", str(path)) from None
-        raise CaseError(f"cannot read the file: {reason_of(error)}", str(path)) from None
+        raise CaseError(f"cannot read the file: {read_failure(error)}", str(path)) from None
 
 
 def read_case(data: Mapping[str, Any], folder: Path) -> tuple[Case | None, list[Fault]]:

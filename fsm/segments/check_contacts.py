@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 
 from fsm.errors import Fault
-from fsm.scene.party import Party, parties
+from fsm.scene.contact_sides import ContactSide, contact_sides
 from fsm.scene.scene import GROUND, Body, ContactPair, Scene
 
 __all__ = ["contact_faults", "nearest"]
@@ -23,7 +23,7 @@ def contact_faults(scene: Scene) -> Iterator[Fault]:
     yield from _surfaces(scene)
     yield from _groups(scene)
     yield from _obstacles(scene)
-    known, bodies = parties(scene), {body.name for body in scene.bodies}
+    known, bodies = contact_sides(scene), {body.name for body in scene.bodies}
     shapes = {obstacle.name: obstacle.shape for obstacle in scene.obstacles}
     for i, pair in enumerate(scene.pairs):
         yield from _pair(pair, known, bodies, shapes, f"scene.pairs.{i}")
@@ -91,9 +91,9 @@ def _solids(pair: ContactPair, shapes: Mapping[str, str], path: str) -> Iterator
 
 
 def _pair(
-    pair: ContactPair, known: dict[str, Party], bodies: set[str], shapes: Mapping[str, str], path: str
+    pair: ContactPair, known: dict[str, ContactSide], bodies: set[str], shapes: Mapping[str, str], path: str
 ) -> Iterator[Fault]:
-    found: list[Party] = []
+    found: list[ContactSide] = []
     for end in ("first", "second"):
         name = getattr(pair, end)
         if name in known:

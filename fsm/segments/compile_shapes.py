@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 
 from fsm.interactions.shape_distance import BOX, CYLINDER, HALF_SPACE, SPHERE
+from fsm.scene.contact_sides import ContactSide, contact_sides
 from fsm.scene.obstacle import Obstacle
-from fsm.scene.party import Party, parties
 from fsm.scene.scene import GROUND, Body, Scene
 from fsm.segments.obstacle_contacts import ObstacleContacts
 from fsm.segments.plate_contacts import PlateContacts, Side
@@ -64,7 +64,7 @@ class _ShapeCompiler:
         self.plate_pairs: list[tuple[int, int, int]] = []
         self.obstacle_pairs: list[tuple[int, int, int]] = []
         self.solid_pairs: list[tuple[int, int, int]] = []
-        known = parties(scene)
+        known = contact_sides(scene)
         place = {obstacle.name: i for i, obstacle in enumerate(scene.obstacles)}
         for row, pair in enumerate(scene.pairs):
             first, second = known[pair.first], known[pair.second]
@@ -79,7 +79,7 @@ class _ShapeCompiler:
             else:
                 self.plate_pairs.append((self._side(pair.first, first), self._side(pair.second, second), row))
 
-    def _fixed(self, *sides: Party) -> bool:
+    def _fixed(self, *sides: ContactSide) -> bool:
         return all(self.bodies[self.index[name]].held for side in sides for name in side.bodies)
 
     def _rectangle(self, name: str) -> int:
@@ -91,7 +91,7 @@ class _ShapeCompiler:
             self.rectangles.append(as_rectangle(self.index[name], plate.length, plate.width, plate.thickness))
         return self.number[name]
 
-    def _side(self, name: str, party: Party) -> int:
+    def _side(self, name: str, party: ContactSide) -> int:
         """Number of a side; plates of a surface are parts of its length, those of a group are each whole."""
         if name not in self.side_number:
             plates = np.array([self._rectangle(body) for body in party.bodies], dtype=np.int64)

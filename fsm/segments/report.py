@@ -11,8 +11,8 @@ from fsm.overlap import find_overlaps
 from fsm.scene.builders.scene import build_scene
 from fsm.scene.builders.strip import strip_damping
 from fsm.scene.case import Case
-from fsm.scene.choice import automatic_method
 from fsm.scene.materials import SplineCrease
+from fsm.scene.method_selection import automatic_method
 from fsm.scene.planar import out_of_plane
 from fsm.scene.scene import ForceElement, Scene
 from fsm.scene.start import start_of

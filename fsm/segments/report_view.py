@@ -8,9 +8,9 @@ from functools import cached_property
 import numpy as np
 
 from fsm.scene.case import Case
-from fsm.scene.choice import automatic_method
+from fsm.scene.contact_sides import ContactSide, contact_sides
 from fsm.scene.loads import Drive
-from fsm.scene.party import Party, parties
+from fsm.scene.method_selection import automatic_method
 from fsm.scene.planar import out_of_plane
 from fsm.scene.scene import GROUND, Body, ContactPair, ForceElement, Scene
 from fsm.segments.drive import PrescribedMotion
@@ -57,9 +57,9 @@ class View:
         ]
 
     @cached_property
-    def parties(self) -> dict[str, Party]:
+    def parties(self) -> dict[str, ContactSide]:
         """What the pairs name."""
-        return parties(self.scene)
+        return contact_sides(self.scene)
 
     @cached_property
     def pairs(self) -> list[ContactPair]:

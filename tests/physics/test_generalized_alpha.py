@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fsm.compile_case import compile_case
 from fsm.errors import NotConverged
 from fsm.kernels.rotation import rotation_matrix
-from fsm.prepare import prepare
 from fsm.scene.builders.scene import build_scene
 from fsm.scene.case import Case, Strip
 from fsm.scene.contact import Contact, Friction
@@ -460,7 +460,7 @@ def test_demo_strip_has_radaus_peak() -> None:
     """strip_pull's peak of 1.98545 N by Radau at rtol 1e-6."""
     demo = Path(__file__).parents[2] / "folding_cases" / "strip_pull" / "case.toml"
     case = load_case(demo, ['drive.0.travel="28 mm"', "expect=none"]).case
-    _, system = prepare(case)
+    _, system = compile_case(case)
     end = system.end_time()
     assert end is not None
     times = save_times(case, system.motions[0], end)

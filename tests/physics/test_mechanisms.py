@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from fsm.compile_case import compile_case
 from fsm.errors import NotConverged
-from fsm.prepare import prepare
 from fsm.scene.load_case import load_case
 from fsm.scene.loads import Drive
 from fsm.scene.scene import GROUND, Body, ForceElement, Scene
@@ -18,7 +18,7 @@ from validation.strip_trial.check import CASE
 def test_free_hinges_pull_with_no_force() -> None:
     """All energies are those of forces that are round-off: their balance says nothing, and no step is cut for it."""
     free = ["crease.stiffness=0", "contact=none", "material.damping=0", "strip.segments_per_panel=4", "expect=none"]
-    _, system = prepare(load_case(CASE, free).case)
+    _, system = compile_case(load_case(CASE, free).case)
     motion = system.motions[0]
     statistics, ledger = follow(system, PathSettings(motion.end_time, motion.time_of(1e-3)), [], lambda state: None)
     assert max(abs(drive.force[0]) for drive, *_ in statistics.seen) < 1e-6

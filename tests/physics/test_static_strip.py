@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
+from fsm.compile_case import compile_case
 from fsm.errors import NotConverged
-from fsm.prepare import prepare
 from fsm.results.quantities import peak
 from fsm.scene.load_case import load_case
 from fsm.segments.system import SegmentSystem
@@ -27,7 +27,7 @@ CASE = Path(__file__).parents[2] / "folding_cases" / "strip_trial" / "case.toml"
 
 
 def trial(*changes: str) -> SegmentSystem:
-    return prepare(load_case(CASE, ["expect=none", *changes]).case)[1]
+    return compile_case(load_case(CASE, ["expect=none", *changes]).case)[1]
 
 
 def pulled(

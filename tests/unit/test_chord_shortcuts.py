@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fsm.compile_case import compile_case
 from fsm.interactions.chord import chords_planar, largest_bulge
 from fsm.interactions.surface import blend
-from fsm.prepare import prepare
 from fsm.scene.load_case import load_case
 from fsm.segments.surface_contacts import SurfaceContacts
 from fsm.segments.system import SegmentSystem
@@ -22,7 +22,7 @@ def bent_strip(spatial: bool, seed: int) -> tuple[SegmentSystem, SurfaceContacts
     """Every panel bent in arcs of its own, as far as to touch and to pass through others."""
     changes = ["expect=none", "strip.segments_per_panel=6", f"solve.spatial={str(spatial).lower()}"]
     changes.append("strip.fold_angle=\"88 deg\"")
-    system = prepare(load_case(CASE, changes).case)[1]
+    system = compile_case(load_case(CASE, changes).case)[1]
     rng = np.random.default_rng(seed)
     size, height = system.size, 2 if spatial else 1
     move = np.zeros((system.n_free, size))

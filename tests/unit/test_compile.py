@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fsm.compile_case import compile_case
 from fsm.errors import CaseError
-from fsm.prepare import prepare
 from fsm.scene.builders.strip import build_strip
 from fsm.scene.case import Case
 from fsm.scene.loads import Drive, Load
@@ -232,10 +232,10 @@ def test_a_crease_that_would_snap_is_a_fault_of_the_case() -> None:
 def test_initial_overlap_is_refused() -> None:
     case = strip_case(contact=CONTACT, strip={"fold_angle": "89.9 deg"})
     with pytest.raises(CaseError, match=r"panel 1 and panel 2 overlap at the start by 0\.23 mm"):
-        prepare(case, "case.toml")
+        compile_case(case, "case.toml")
     thin = CONTACT | {"thickness_in_gap": False}
-    assert prepare(strip_case(contact=thin, strip={"fold_angle": "89.9 deg"}))[1].nu > 0
-    assert prepare(strip_case(strip={"fold_angle": "89.9 deg"}))[1].nu > 0
+    assert compile_case(strip_case(contact=thin, strip={"fold_angle": "89.9 deg"}))[1].nu > 0
+    assert compile_case(strip_case(strip={"fold_angle": "89.9 deg"}))[1].nu > 0
 
 
 # known faults: what the scene's docstrings promise and the compiler does not do yet -----------------------------

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fsm.prepare import prepare
+from fsm.compile_case import compile_case
 from fsm.scene.load_case import load_case
 from fsm.segments.corner_sides import Corners, corner_sides
 from fsm.segments.surface_contacts import SurfaceContacts
@@ -19,7 +19,7 @@ DEEP = 0.5
 
 def strip(spatial: bool) -> SegmentSystem:
     changes = ["expect=none", "strip.segments_per_panel=3", f"solve.spatial={str(spatial).lower()}"]
-    return prepare(load_case(CASE, changes).case)[1]
+    return compile_case(load_case(CASE, changes).case)[1]
 
 
 @pytest.mark.parametrize("spatial", [False, True], ids=["planar", "spatial"])

@@ -8,8 +8,8 @@ import pytest
 from click.testing import CliRunner, Result
 
 from fsm.cli import cli
+from fsm.compile_case import compile_case
 from fsm.errors import CaseError
-from fsm.prepare import prepare
 from fsm.scene.load_case import load_case
 
 CASE = """
@@ -71,10 +71,10 @@ def test_check_refuses_scatter_and_its_advice_works(seed: int, tmp_path: Path) -
 def test_a_run_refuses_what_check_refuses_and_warns_without_the_half_cell(tmp_path: Path) -> None:
     case = bench(tmp_path, 2, 0.02)
     with pytest.raises(CaseError, match="scatter of the data"):
-        prepare(load_case(case, ["strip.segments_per_panel=2"]).case)
+        compile_case(load_case(case, ["strip.segments_per_panel=2"]).case)
     rigid = ["strip.half_cell=false"]
     warnings: list[str] = []
-    prepare(load_case(case, rigid).case, warnings=warnings)
+    compile_case(load_case(case, rigid).case, warnings=warnings)
     assert len(warnings) == 1 and re.match(r"crease: the moment changes \d+ times between rising and falling", warnings[0])
     assert warnings[0] in invoke("check", case, "--set", rigid[0]).stdout
 

@@ -16,9 +16,9 @@ from PIL import Image
 
 from fsm import preview as module
 from fsm.cli import cli
-from fsm.crossing import _crossing
 from fsm.errors import CaseError
 from fsm.overlap import near_boxes
+from fsm.panel_crossing import _crossing
 from fsm.preview import Outline, find_overlaps, outlines, preview
 from fsm.scene.builders.scene import build_scene
 from fsm.scene.case import Case

@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
+from fsm.compile_case import compile_case
 from fsm.errors import CaseError
 from fsm.interactions.surface import TIP
-from fsm.prepare import prepare
 from fsm.scene.case import Case
 from fsm.scene.scene import Body, ForceElement, Scene
 from fsm.segments import report
@@ -193,7 +193,7 @@ def test_no_pair_that_can_meet() -> None:
 def test_counts_are_the_compilers(spatial: bool, segments: int, pairs: list[list[int]] | None) -> None:
     contact = CONTACT | {"points_per_segment": 3} | ({"pairs": pairs} if pairs else {})
     case = strip_case(contact=contact, strip={"segments_per_panel": segments}, solve={"spatial": spatial})
-    _, system = prepare(case)
+    _, system = compile_case(case)
     geometry = system.contacts[0].geometry
     assert isinstance(geometry, SurfaceContacts)
     said(
@@ -267,7 +267,7 @@ def test_nothing_says_when_to_stop() -> None:
 def test_refuses_what_a_run_refuses(contact: dict[str, Any] | None, angle: str) -> None:
     case = strip_case(strip={"fold_angle": angle}, **({"contact": contact} if contact else {}))
     outcomes = []
-    for examine in (describe, prepare):
+    for examine in (describe, compile_case):
         try:
             examine(case, "case.toml")
             outcomes.append([])
@@ -294,7 +294,7 @@ def test_refuses_what_a_run_refuses(contact: dict[str, Any] | None, angle: str) 
 )
 def test_records_are_announced_as_they_will_be_saved(sections: dict[str, Any]) -> None:
     case = strip_case(**sections)
-    _, system = prepare(case)
+    _, system = compile_case(case)
     end = case.solve.end_time or system.end_time()
     assert end is not None
     times = save_times(case, system.motions[0], end)

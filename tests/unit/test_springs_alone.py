@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fsm.prepare import prepare
+from fsm.compile_case import compile_case
 from fsm.scene.load_case import load_case
 from fsm.solve.equilibrium_step import Ending, EquilibriumStep
 from fsm.solve.static import PathSettings, follow
@@ -20,7 +20,7 @@ KINDS = pytest.mark.parametrize(
 
 def system_of(spatial, damping, in_one_call=True, *overrides):
     own = [f"solve.spatial={str(spatial).lower()}", f"material.damping={damping}", *overrides]
-    _, system = prepare(load_case(CASE, [*FREE, *own]).case)
+    _, system = compile_case(load_case(CASE, [*FREE, *own]).case)
     if not in_one_call:
         system.__dict__["settles"] = lambda: None  # as if something else acted
     return system
@@ -127,6 +127,6 @@ def test_a_singular_matrix_is_left_to_the_solver_that_says_so():
 
 def test_where_anything_else_acts_it_is_not_tried():
     contact, hinged = ["expect=none", "strip.segments_per_panel=3"], [*FREE, 'gravity=[0, 0, -9.81]']
-    assert prepare(load_case(CASE, contact).case)[1].settles() is None
-    assert prepare(load_case(CASE, hinged).case)[1].settles() is None
-    assert prepare(load_case(CASE, FREE).case)[1].settles() is not None
+    assert compile_case(load_case(CASE, contact).case)[1].settles() is None
+    assert compile_case(load_case(CASE, hinged).case)[1].settles() is None
+    assert compile_case(load_case(CASE, FREE).case)[1].settles() is not None

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fsm.compile_case import compile_case
 from fsm.errors import CaseError
 from fsm.overlap import find_pierced
-from fsm.prepare import prepare
 from fsm.run import run_case
 from fsm.scene.case import Case
 from fsm.scene.contact import Contact
@@ -39,7 +39,7 @@ def case(scene: Scene, resolve: bool = False, **keys: Any) -> Case:
 
 def refused(given: Case) -> list[str]:
     with pytest.raises(CaseError) as error:
-        prepare(given, "x.toml")
+        compile_case(given, "x.toml")
     return error.value.lines()
 
 
@@ -54,8 +54,8 @@ def test_plates_that_overlap_are_refused(side: float) -> None:
     lines = refused(case(stacked(-0.2e-3, side)))
     assert len(lines) == 1
     assert lines[0].startswith("x.toml: scene: low and high overlap at the start by 0.2 mm; ")
-    prepare(case(stacked(0.01e-3, side)))
-    prepare(case(stacked(0.0, side)))
+    compile_case(case(stacked(0.01e-3, side)))
+    compile_case(case(stacked(0.0, side)))
 
 
 @pytest.mark.parametrize("side", [0.0, 2e-3], ids=["plane", "space"])
@@ -86,7 +86,7 @@ def test_a_plate_stuck_in_another_is_refused() -> None:
     assert find_pierced(scene) == [("flat", "upright")]
     assert refused(case(scene)) == ["x.toml: scene: flat and upright pass through each other at the start; move them apart"]
     beside = bodies[1].model_copy(update={"position": (0.011, 0.004, 0.004)})
-    prepare(case(scene.model_copy(update={"bodies": (bodies[0], beside)})))
+    compile_case(case(scene.model_copy(update={"bodies": (bodies[0], beside)})))
 
 
 @pytest.mark.parametrize("spatial", [False, True], ids=["plane", "space"])
@@ -102,7 +102,7 @@ def test_strips_as_folded_do_not_overlap(spatial: bool) -> None:
         "obstacle": [{"name": "floor", "shape": "plane", "position": [0, 0, -1e-3]}],
         "solve": {"end_time": 1.0, "spatial": spatial},
     }  # fmt: skip
-    prepare(Case.model_validate(strip))
+    compile_case(Case.model_validate(strip))
     sunk = strip | {"obstacle": [{"name": "floor", "shape": "sphere", "radius": 1.0, "position": [0, 0.1, -0.9]}]}
     assert all("overlap at the start" in line for line in refused(Case.model_validate(sunk)))
 
@@ -114,21 +114,21 @@ def test_strips_as_folded_do_not_overlap(spatial: bool) -> None:
 def test_two_plates_are_moved_apart(side: float) -> None:
     """The held one stays; two free ones share the way."""
     warnings: list[str] = []
-    scene, system = prepare(case(stacked(-0.2e-3, side), True), "", warnings)
+    scene, system = compile_case(case(stacked(-0.2e-3, side), True), "", warnings)
     assert overlaps(system) == []
     assert scene.bodies[0].position == (0.0, 0.0, 0.0)
     # a plate that sticks out to one side turns a little
     assert 1e-3 < scene.bodies[1].position[2] < 1.05e-3
     assert len(warnings) == 1
     assert warnings[0].startswith("1 pair overlapped at the start and were moved apart, high the most, by 0.2")
-    scene, _ = prepare(case(stacked(-0.2e-3, side, held=False), True))
+    scene, _ = compile_case(case(stacked(-0.2e-3, side, held=False), True))
     moves = [scene.bodies[0].position[2], scene.bodies[1].position[2] - 0.8e-3]
     assert -moves[0] == pytest.approx(moves[1], rel=0.05) == pytest.approx(1e-4, rel=0.1)
 
 
 def test_nothing_is_moved_without_need() -> None:
     warnings: list[str] = []
-    scene, _ = prepare(case(stacked(1e-5), True), "", warnings)
+    scene, _ = compile_case(case(stacked(1e-5), True), "", warnings)
     assert scene.bodies == stacked(1e-5).bodies
     assert not warnings
 
@@ -170,7 +170,7 @@ def test_thrown_plates_are_moved_apart(seed: int, spatial: bool) -> None:
     scene = thrown(seed, 8, spatial)
     length = compile_scene(scene.model_copy(update={"contact": Contact(stiffness=1e7)})).scales().length
     assert refused(case(scene))
-    _, system = prepare(case(scene, True))
+    _, system = compile_case(case(scene, True))
     deepest = max((depth for _, depth in overlaps(system)), default=0.0)
     assert deepest < 1e-6 * length
 

@@ -15,8 +15,8 @@ import statistics
 import sys
 import time
 
+from fsm.compile_case import compile_case
 from fsm.kernels import jit
-from fsm.prepare import prepare
 from fsm.segments.system import SegmentSystem
 from validation.benchmarks.demo import machine
 from validation.peers.strip import static_path, strip_case
@@ -28,7 +28,7 @@ ALONE = ("kernel by kernel", "in one call")
 def systems(segments: int, spatial: bool, damping: float) -> list[SegmentSystem]:
     """The same strip twice, the first as if something else than springs acted on it."""
     case = strip_case(segments, spatial=spatial, overrides=(f"material.damping={damping}",))
-    both = [prepare(case)[1] for _ in ALONE]
+    both = [compile_case(case)[1] for _ in ALONE]
     both[0].__dict__["settles"] = lambda: None
     return both
 

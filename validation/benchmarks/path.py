@@ -14,7 +14,7 @@ import time
 
 import numpy as np
 
-from fsm.prepare import prepare
+from fsm.compile_case import compile_case
 from fsm.results.quantities import peak
 from fsm.scene.load_case import load_case
 from fsm.segments.system import SegmentSystem
@@ -36,7 +36,7 @@ def strip(segments: int, spatial: bool) -> SegmentSystem:
         "expect=none",
         f"solve.spatial={str(spatial).lower()}",
     ]
-    return prepare(load_case(CASE, overrides).case)[1]
+    return compile_case(load_case(CASE, overrides).case)[1]
 
 
 def main() -> int:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fsm.prepare import prepare
+from fsm.compile_case import compile_case
 from fsm.results.quantities import peak
 from fsm.scene.load_case import load_case
 from fsm.solve.handed_over import Saved
@@ -58,7 +58,7 @@ class Pull:
 def pull(*changes: str, segments: int = 10, travel: float = 0.04, rtol: float = 1e-4) -> Pull:
     """The trial strip by statics, with changes as `--set` takes them."""
     overrides = [f"strip.segments_per_panel={segments}", f"drive.0.travel={travel}", "expect=none", *changes]
-    _, system = prepare(load_case(CASE, overrides).case)
+    _, system = compile_case(load_case(CASE, overrides).case)
     motion = system.motions[0]
     times = [motion.time_of(x) for x in np.arange(EVERY, travel, EVERY)]
     saved: list[Saved] = []

@@ -19,9 +19,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fsm.compile_case import compile_case
 from fsm.errors import FsmError
 from fsm.plots.style import COLOURS, WIDE, figure
-from fsm.prepare import prepare
 from validation.benchmarks.demo import machine
 from validation.peers.strip import FSM_METHODS, Curve, Times, distance, fsm_curve, strip_case, timed_runs
 
@@ -79,7 +79,7 @@ def exudyn_strip(segments: int, settings: ExudynSettings, contact: bool) -> Exud
     from validation.peers.exudyn_model import Contact, ExudynStrip
 
     case = strip_case(segments, contact)
-    scene, system = prepare(case)
+    scene, system = compile_case(case)
     points = None
     if contact:
         assert case.contact is not None
@@ -107,7 +107,7 @@ def dynamic_settings(bench: Bench, planar: bool, contact: bool = False) -> Itera
     """Generalised alpha at the speed of the case, with all the numerical damping it has."""
     from validation.peers.exudyn_model import ExudynSettings
 
-    end = prepare(strip_case(bench.segments))[1].motions[0].end_time
+    end = compile_case(strip_case(bench.segments))[1].motions[0].end_time
     for step in CONTACT_TIME_STEPS if contact else TIME_STEPS[: 4 if bench.quick else None]:
         settings = ExudynSettings(round(end / step), planar=planar, dynamic=True, relative=1e-4, radius=0.0, exact=contact)
         yield f"h = {step:g} s", settings
@@ -143,7 +143,7 @@ def exudyn_converged(bench: Bench, contact: bool = False) -> Curve:
 
 def exudyn_rows(bench: Bench, reference: Curve, pressed: Curve) -> Iterator[Row]:
     """All of Exudyn's rows of one number of segments."""
-    end = prepare(strip_case(bench.segments))[1].motions[0].end_time
+    end = compile_case(strip_case(bench.segments))[1].motions[0].end_time
     for planar in (True, False):
         model = "plane" if planar else "space"
         kinds = (

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from fsm.prepare import prepare
+from fsm.compile_case import compile_case
 from fsm.scene.case import Case
 from fsm.scene.load_case import load_case
 from fsm.segments.system import SegmentSystem
@@ -139,7 +139,7 @@ if follow is not None:
 
 def fsm_curve(case: Case, method: str, setting: Any, repeat: int = 1) -> tuple[Times, np.ndarray, np.ndarray]:
     """Times of fsm's solver, without building and compiling the case; travel (m) and pull force (N)."""
-    _, system = prepare(case)
+    _, system = compile_case(case)
     times, (travel, force) = timed_runs(lambda: _clocked(FSM_METHODS[method].run, system, setting), repeat)
     return times, travel, force
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any
 
-from fsm.prepare import prepare
+from fsm.compile_case import compile_case
 from validation.peers.common import EXUDYN, THERE
 from validation.peers.strip import distance, static_path, strip_case
 from validation.peers.sweep import FSM, PEER, PLAIN, PeerCase, Run, timed
@@ -22,7 +22,7 @@ DEFAULT = (
 
 def _strip(segments: int, spatial: bool, contact: bool) -> list[Run]:
     overrides = ("material.damping=0",)
-    _, system = prepare(strip_case(segments, contact, spatial, overrides))
+    _, system = compile_case(strip_case(segments, contact, spatial, overrides))
     reference: list[Any] = []
 
     def converged() -> Any:
@@ -59,7 +59,7 @@ def _exudyn_strip(segments: int, spatial: bool, contact: bool, converged: Callab
         for modified in (False, True):
             static = ExudynSettings(steps, modified=modified, **newton)  # type: ignore[arg-type]
             kinds.append((PEER, "static, modified Newton" if modified else "static, full Newton", f"{steps} steps", static))
-    end = prepare(strip_case(segments))[1].motions[0].end_time
+    end = compile_case(strip_case(segments))[1].motions[0].end_time
     for step in (0.5, 0.2, 0.1, 0.05) if contact else (2.0, 1.0):
         dynamic = ExudynSettings(round(end / step), not spatial, dynamic=True, relative=1e-4, radius=0.0, exact=contact)
         kinds.append((PEER, "generalised alpha", f"h = {step:g} s", dynamic))

@@ -26,7 +26,7 @@ from fsm.calibrate.report import Calibration, Options, table_lines, write_calibr
 from fsm.calibrate.respond import peak_response, respond
 from fsm.calibrate.study import read_study
 from fsm.calibrate.uncertainty import Estimate
-from fsm.prepare import path_settings
+from fsm.compile_case import path_settings
 from fsm.scene.builders.scene import build_scene
 from fsm.scene.case import Case
 from fsm.scene.load_case import load_case

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsm.prepare import path_settings, prepare
+from fsm.compile_case import compile_case, path_settings
 from fsm.results.quantities import peak
 from fsm.run import run_case
 from fsm.scene.builders.scene import build_scene
@@ -175,7 +175,7 @@ def by_default(angle: float, travel: float) -> tuple[np.ndarray, np.ndarray]:
 
 def followed(case: Case) -> tuple[np.ndarray, np.ndarray]:
     """Travel (m) and force (N) of every state on a case's path, in order."""
-    system, travel = prepare(case)[1], case.drive[0].travel
+    system, travel = compile_case(case)[1], case.drive[0].travel
     motion = system.motions[0]
     seen: list[tuple[DriveState, np.ndarray]] = []
     times = [motion.time_of(x) for x in np.arange(EVERY, travel, EVERY)]

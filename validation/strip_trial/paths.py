@@ -19,8 +19,8 @@ from types import FrameType
 
 import numpy as np
 
+from fsm.compile_case import compile_case
 from fsm.errors import FsmError
-from fsm.prepare import prepare
 from fsm.results.quantities import peak
 from fsm.scene.load_case import load_case
 from fsm.segments.system import SegmentSystem
@@ -45,7 +45,7 @@ def stop(number: int, frame: FrameType | None) -> None:
 def strip(angle: float, segments: int) -> SegmentSystem:
     """The trial strip, pulled by 120 mm."""
     changes = ["expect=none", f"strip.segments_per_panel={segments}", f'strip.fold_angle="{angle} deg"']
-    return prepare(load_case(CASE, [*changes, 'drive.0.travel="120 mm"']).case)[1]
+    return compile_case(load_case(CASE, [*changes, 'drive.0.travel="120 mm"']).case)[1]
 
 
 def resting_unstably(system: SegmentSystem, state: Saved, largest: float) -> bool:

@@ -16,9 +16,9 @@ import numpy as np
 
 from fsm.errors import CaseError, Fault
 from fsm.scene.case import Case, Strip
-from fsm.scene.choice import automatic_method
 from fsm.scene.loads import Drive
 from fsm.scene.materials import DAMPING, UNREAD, Crease, LinearCrease, Material, SplineCrease
+from fsm.scene.method_selection import automatic_method
 from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
 
 __all__ = ["bending_stiffness", "build_strip", "segment_lengths", "strip_damping"]

@@ -8,18 +8,18 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-__all__ = ["clear_parts", "whole_file"]
+__all__ = ["remove_partial_files", "atomic_write"]
 
 
 @contextmanager
-def whole_file(path: str | Path) -> Iterator[Path]:
+def atomic_write(path: str | Path) -> Iterator[Path]:
     """A file beside `path` to write to, which takes its name and place when the block ends without an error.
 
     Parameters
     ----------
     path : where the file goes
         Until then ``force.png`` is ``.force.part.png``: programs that look at the suffix see the same one.
-        What a kill leaves of it goes with `clear_parts`.
+        What a kill leaves of it goes with `remove_partial_files`.
     """
     target = Path(path)
     part = target.with_name(f".{target.stem}.part{target.suffix}")
@@ -40,7 +40,7 @@ def whole_file(path: str | Path) -> Iterator[Path]:
         raise
 
 
-def clear_parts(folder: Path) -> None:
+def remove_partial_files(folder: Path) -> None:
     """Take away what a kill left of files that were being written."""
     for part in folder.glob(".*.part*"):
         part.unlink(missing_ok=True)

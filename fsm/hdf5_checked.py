@@ -17,12 +17,12 @@ from typing import Any
 import numpy as np
 
 __all__ = [
-    "DAMAGES", "SIGNATURE", "attribute", "check_contents", "fixed_text", "is_guarded", "let_go", "names_in", "numbers_in",
-    "plain", "text_in", "written",
+    "READ_ERRORS", "SIGNATURE", "attribute", "check_contents", "close_discarding", "fixed_text", "has_checksums", "names_in",
+    "numbers_in", "plain", "text_in", "written_from_memory",
 ]  # fmt: skip
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
-DAMAGES = (OSError, LookupError, RuntimeError, ValueError, TypeError, AttributeError, ArithmeticError, MemoryError)
+READ_ERRORS = (OSError, LookupError, RuntimeError, ValueError, TypeError, AttributeError, ArithmeticError, MemoryError)
 """Errors by which damage of a file shows as it is read."""
 _MOST_OBJECTS = 100_000
 _MOST_ATTRIBUTE = 64 * 2**20
@@ -30,7 +30,7 @@ _LARGEST = 1e150
 """Of numbers that have to be finite: sums of their squares are, too."""
 
 
-def is_guarded(path: Path) -> bool:
+def has_checksums(path: Path) -> bool:
     """Whether a file is HDF5, from its first byte, and in the layout with checksums."""
     with path.open("rb") as file:
         head = file.read(len(SIGNATURE) + 1)
@@ -38,7 +38,7 @@ def is_guarded(path: Path) -> bool:
 
 
 @contextmanager
-def written(path: Path, old: Path | None = None) -> Iterator[Any]:
+def written_from_memory(path: Path, old: Path | None = None) -> Iterator[Any]:
     """An HDF5 file, empty or begun as a copy of another, that is put together in memory and written when the block ends.
 
     What HDF5 itself cannot write, it tries again when the program ends, and brings it down.
@@ -51,7 +51,7 @@ def written(path: Path, old: Path | None = None) -> Iterator[Any]:
     path.write_bytes(memory.getbuffer())
 
 
-def let_go(file: Any) -> None:
+def close_discarding(file: Any) -> None:
     """Close a file that cannot be written, while all its datasets are still open: what is left to write goes nowhere."""
     with suppress(OSError, RuntimeError, ValueError):
         nowhere = os.open(os.devnull, os.O_RDWR)

@@ -14,10 +14,10 @@ def test_imports_are_put_aside_once(tmp_path):
         (tmp_path / f"{name}_of_ours.py").write_text("kept = [[k] for k in range(1000)]\n", encoding="utf-8")
     code = (
         "import gc, sys\n"
-        "from fsm.garbage import importing\n"
+        "from fsm.gc_startup import imports_outside_gc\n"
         f"sys.path.insert(0, {str(tmp_path)!r})\n"
         "for module in ('one_of_ours', 'one_of_ours', 'other_of_ours'):\n"
-        "    with importing():\n"
+        "    with imports_outside_gc():\n"
         "        __import__(module); print(gc.isenabled())\n"
         "    print(gc.isenabled(), gc.get_freeze_count())\n"
     )
@@ -29,7 +29,7 @@ def test_imports_are_put_aside_once(tmp_path):
 
 
 def test_the_end():
-    code = "import gc\nfrom fsm.garbage import ending_without_a_search as it\nwith it(): print(gc.get_freeze_count())\n"
+    code = "import gc\nfrom fsm.gc_startup import skip_final_gc as it\nwith it(): print(gc.get_freeze_count())\n"
     before, after = _printed(code + "print(gc.get_freeze_count())")
     assert (before, int(after) > 0) == ("0", True)
 

@@ -7,13 +7,13 @@ import os
 import stat
 from pathlib import Path
 
-__all__ = ["MOST_BYTES", "read_bounded", "reason_of"]
+__all__ = ["MOST_BYTES", "read_input_file", "read_failure"]
 
 MOST_BYTES = 64 * 2**20
 """Size of a file of measured rows, at most, bytes."""
 
 
-def read_bounded(path: str | Path, most: int = MOST_BYTES) -> bytes:
+def read_input_file(path: str | Path, most: int = MOST_BYTES) -> bytes:
     """Bytes of a file.
 
     Parameters
@@ -38,7 +38,7 @@ def read_bounded(path: str | Path, most: int = MOST_BYTES) -> bytes:
     return data
 
 
-def reason_of(error: OSError | ValueError) -> str:
+def read_failure(error: OSError | ValueError) -> str:
     """Why a file cannot be read, to stand within a sentence; a name with a null byte is a ValueError."""
     text = (error.strerror if isinstance(error, OSError) else None) or str(error)
     return text[:1].lower() + text[1:]

@@ -10,7 +10,7 @@ from fsm.errors import CaseError, Fault
 from fsm.overlap import find_overlaps, find_pierced
 from fsm.scene.builders.scene import build_scene
 from fsm.scene.case import Case
-from fsm.scene.party import parties
+from fsm.scene.contact_sides import contact_sides
 from fsm.scene.planar import out_of_plane
 from fsm.scene.scene import Scene
 from fsm.segments.compile import compile_scene
@@ -19,10 +19,10 @@ from fsm.segments.separate import overlaps, separate, shallowest
 from fsm.segments.system import SegmentSystem
 from fsm.solve.static import PathSettings
 
-__all__ = ["path_settings", "prepare"]
+__all__ = ["compile_case", "path_settings"]
 
 
-def prepare(case: Case, source: str = "", warnings: list[str] | None = None) -> tuple[Scene, SegmentSystem]:
+def compile_case(case: Case, source: str = "", warnings: list[str] | None = None) -> tuple[Scene, SegmentSystem]:
     """Build and compile a case.
 
     Parameters
@@ -101,7 +101,7 @@ def _overlaps(scene: Scene, system: SegmentSystem, case: Case) -> list[Fault]:
         for first, second in find_pierced(scene):
             text = f"{first} and {second} pass through each other at the start; move them apart"
             faults[frozenset((first, second))] = Fault(where, text)
-    known = parties(scene)
+    known = contact_sides(scene)
     depths = dict(overlaps(system))
     for pair in scene.pairs:
         both_surfaces = known[pair.first].kind == known[pair.second].kind == "surface"

@@ -6,10 +6,10 @@ from typing import Literal, NamedTuple
 
 from fsm.scene.scene import GROUND, Scene
 
-__all__ = ["Party", "parties"]
+__all__ = ["ContactSide", "contact_sides"]
 
 
-class Party(NamedTuple):
+class ContactSide(NamedTuple):
     """One side of a contact pair.
 
     Attributes
@@ -22,9 +22,9 @@ class Party(NamedTuple):
     bodies: tuple[str, ...]
 
 
-def parties(scene: Scene) -> dict[str, Party]:
+def contact_sides(scene: Scene) -> dict[str, ContactSide]:
     """All that a contact pair may name; a surface comes before a body of the same name (a panel of one segment)."""
-    known = {obstacle.name: Party("obstacle", (obstacle.body or GROUND,)) for obstacle in scene.obstacles}
-    known |= {body.name: Party("plate", (body.name,)) for body in scene.bodies if body.plate is not None}
-    known |= {group.name: Party("group", group.bodies) for group in scene.groups}
-    return known | {surface.name: Party("surface", surface.bodies) for surface in scene.surfaces}
+    known = {obstacle.name: ContactSide("obstacle", (obstacle.body or GROUND,)) for obstacle in scene.obstacles}
+    known |= {body.name: ContactSide("plate", (body.name,)) for body in scene.bodies if body.plate is not None}
+    known |= {group.name: ContactSide("group", group.bodies) for group in scene.groups}
+    return known | {surface.name: ContactSide("surface", surface.bodies) for surface in scene.surfaces}

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from fsm.whole_file import clear_parts, whole_file
+from fsm.atomic_write import atomic_write, remove_partial_files
 
 
 def names(folder: Path) -> list[str]:
@@ -16,7 +16,7 @@ def names(folder: Path) -> list[str]:
 def test_the_new_file_takes_the_place_of_the_old_one(tmp_path: Path) -> None:
     target = tmp_path / "force.csv"
     target.write_text("old")
-    with whole_file(target) as part:
+    with atomic_write(target) as part:
         assert part.parent == tmp_path and part.suffix == ".csv" and part.name.startswith(".")
         part.write_text("new")
         assert target.read_text() == "old"
@@ -32,7 +32,7 @@ def test_an_error_leaves_the_old_file(tmp_path: Path, error: BaseException, ther
         target.write_text("old")
 
     def write_half() -> None:
-        with whole_file(target) as part:
+        with atomic_write(target) as part:
             part.write_text("half")
             raise error
 
@@ -43,34 +43,34 @@ def test_an_error_leaves_the_old_file(tmp_path: Path, error: BaseException, ther
 
 
 def test_an_error_before_the_first_byte(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="nothing to write"), whole_file(tmp_path / "force.csv"):
+    with pytest.raises(ValueError, match="nothing to write"), atomic_write(tmp_path / "force.csv"):
         raise ValueError("nothing to write")
     assert names(tmp_path) == []
 
 
 def test_a_block_that_writes_nothing_is_an_error_and_leaves_the_old_file(tmp_path: Path) -> None:
     (tmp_path / "force.csv").write_text("old")
-    with pytest.raises(FileNotFoundError), whole_file(tmp_path / "force.csv"):
+    with pytest.raises(FileNotFoundError), atomic_write(tmp_path / "force.csv"):
         pass
     assert (tmp_path / "force.csv").read_text() == "old"
 
 
 def test_what_a_kill_left_goes_and_nothing_else(tmp_path: Path) -> None:
-    for name in (".force.part.csv", ".result.part.h5"):  # what `whole_file` was writing when it was killed
+    for name in (".force.part.csv", ".result.part.h5"):  # what `atomic_write` was writing when it was killed
         (tmp_path / name).write_text("half")
     for name in ("force.csv", "result.part.h5", ".hidden", ".parts"):
         (tmp_path / name).write_text("whole")
     (tmp_path / "case").mkdir()
     (tmp_path / "case" / ".force.part.csv").write_text("half")
-    clear_parts(tmp_path)
+    remove_partial_files(tmp_path)
     assert names(tmp_path) == [".hidden", ".parts", "case", "force.csv", "result.part.h5"]
     assert names(tmp_path / "case") == [".force.part.csv"], "of a folder that has its own"
 
 
 def test_parts_are_what_is_cleared(tmp_path: Path) -> None:
-    with whole_file(tmp_path / "result.h5") as part:
+    with atomic_write(tmp_path / "result.h5") as part:
         part.write_text("half")
-        clear_parts(tmp_path)
+        remove_partial_files(tmp_path)
         assert names(tmp_path) == []
         part.write_text("whole")
     assert names(tmp_path) == ["result.h5"]
@@ -78,13 +78,13 @@ def test_parts_are_what_is_cleared(tmp_path: Path) -> None:
 
 def test_a_folder_in_the_way_is_named(tmp_path: Path) -> None:
     (tmp_path / "summary.csv").mkdir()
-    with pytest.raises(IsADirectoryError, match="is a folder") as caught, whole_file(tmp_path / "summary.csv") as part:
+    with pytest.raises(IsADirectoryError, match="is a folder") as caught, atomic_write(tmp_path / "summary.csv") as part:
         part.write_text("x")
     assert caught.value.filename == str(tmp_path / "summary.csv")
     assert [path.name for path in tmp_path.iterdir()] == ["summary.csv"]
 
 
 def test_an_error_names_the_file_and_not_its_part(tmp_path: Path) -> None:
-    with pytest.raises(FileNotFoundError) as caught, whole_file(tmp_path / "nowhere" / "summary.csv") as part:
+    with pytest.raises(FileNotFoundError) as caught, atomic_write(tmp_path / "nowhere" / "summary.csv") as part:
         part.write_text("x")
     assert caught.value.filename == str(tmp_path / "nowhere" / "summary.csv")

@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from fsm.scene.choice import SLOW, automatic_method, pace
 from fsm.scene.loads import Constant, Drive, Load, Ramp, Table
 from fsm.scene.materials import LinearCrease, SplineCrease
+from fsm.scene.method_selection import SLOW, automatic_method, pace
 from fsm.scene.scene import Body, ForceElement, Scene
 
 MASS, STIFFNESS = 0.5, 2.0

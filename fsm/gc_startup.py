@@ -13,11 +13,11 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-__all__ = ["ending_without_a_search", "importing"]
+__all__ = ["imports_outside_gc", "skip_final_gc"]
 
 
 @contextmanager
-def importing() -> Iterator[None]:
+def imports_outside_gc() -> Iterator[None]:
     """Imports, whose objects are never looked through; nothing where all has been imported before."""
     before = len(sys.modules)
     gc.disable()
@@ -30,7 +30,7 @@ def importing() -> Iterator[None]:
 
 
 @contextmanager
-def ending_without_a_search() -> Iterator[None]:
+def skip_final_gc() -> Iterator[None]:
     """All that a process does: what is left goes with it."""
     try:
         yield

@@ -8,7 +8,7 @@ from fsm.overlap import near_boxes
 from fsm.results.solution import Solution
 from fsm.scene.scene import Scene
 
-__all__ = ["TIP", "first_crossings", "squares_meeting"]
+__all__ = ["TIP", "unwatched_crossings", "lattice_overlap"]
 
 TIP = 0.05
 """Fraction of its length next to the end of a panel where a crossing does not count."""
@@ -19,7 +19,7 @@ _SQUEEZED = 0.05
 """Length of a hinge, over that without force, below which the corners it joins meet."""
 
 
-def squares_meeting(solution: Solution, scene: Scene) -> str:
+def lattice_overlap(solution: Solution, scene: Scene) -> str:
     """From when on squares of a lattice meet, which nothing keeps from lying in each other; nothing if they never do."""
     names = [body.name for body in scene.bodies if body.plate]
     number = {name: k for k, name in enumerate(names)}
@@ -72,7 +72,7 @@ def _depth(one: np.ndarray, other: np.ndarray, apart: np.ndarray) -> np.ndarray:
 _QUARTER = np.array([[0.0, 1.0], [-1.0, 0.0]])
 
 
-def first_crossings(solution: Solution, scene: Scene) -> list[tuple[int, int, float]]:
+def unwatched_crossings(solution: Solution, scene: Scene) -> list[tuple[int, int, float]]:
     """Pairs of panels that cross without being watched.
 
     Returns
