@@ -139,7 +139,7 @@ class RecordedSolve:
                 "wall_time_s": time.perf_counter() - begun,
             }
             driven = bool(self.seen) and len(self.seen[0].drive.travel) > 0
-            curve = Curve.through(self.seen).thinned() if driven else None
+            curve = Curve.from_points(self.seen).decimate() if driven else None
             writer.finish(_plain(statistics), summary, array, curve)
         self.checkpoint.unlink(missing_ok=True)
         return read_solution(self.target)

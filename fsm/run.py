@@ -165,7 +165,7 @@ def _solved(loaded: LoadedCase, folder: Path, progress: bool | Callable[[float],
 
 def _write(solution: Solution, out: Path) -> None:
     """Curves, plots, and summary.json last and whole, so that its presence means the case is done."""
-    curve = Curve.of(solution)
+    curve = Curve.of_solution(solution)
     tables: dict[str, Callable[[Solution, Path], None] | None] = {
         "force.csv": write_force_csv if solution.travel.shape[1] else None,
         "dynamic_force.csv": (

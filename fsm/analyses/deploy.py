@@ -140,7 +140,7 @@ class Deployment:
         """Peak, stages and contacts."""
         summary: dict[str, Any] = {"start": start_of(self.case, self.scene)[0]}
         if solution.travel.shape[1]:
-            summary |= summarise(Curve.through(statistics.seen), solution.layout.pair_names)
+            summary |= summarise(Curve.from_points(statistics.seen), solution.layout.pair_names)
         looked_at = np.array([point.pair_force for point in statistics.seen])
         summary["contact"] = summarise_contacts(solution, looked_at, summary.get("touches", ()))
         summary["contact_stats"] = self.system.contacts.stats()

@@ -23,7 +23,7 @@ from fsm.errors import CaseError, Fault
 from fsm.results.array import ArrayMotion
 from fsm.results.film import Film
 from fsm.results.solution import Layout, Solution
-from fsm.results.vibration import doubts, summarise_vibration
+from fsm.results.vibration import frequency_warnings, summarise_vibration
 from fsm.scene.case import Case
 from fsm.scene.membrane import HalfSine as HalfSinePulse
 from fsm.scene.membrane import Impact, Measured, Vibration
@@ -222,7 +222,7 @@ class VibrationAnalysis:
 
     def warnings(self, solution: Solution, summary: dict[str, Any]) -> list[str]:
         """Frequency and decay out of a history that does not tell them."""
-        return doubts(solution.samples.time, summary)
+        return frequency_warnings(solution.samples.time, summary)
 
     # inside -----------------------------------------------------------------------------------------------------------
 

@@ -27,7 +27,7 @@ def summary_with_stages(solution: Solution) -> dict[str, Any]:
     """The summary of a solution with a drive; of one that has none, that of its records."""
     if "stages" in solution.summary:
         return solution.summary
-    return summarise(Curve.of(solution), solution.layout.pair_names)
+    return summarise(Curve.of_solution(solution), solution.layout.pair_names)
 
 
 def stage_name(stage: dict[str, Any], first: bool = False) -> str:

@@ -27,7 +27,8 @@ def plot_points(solution: Solution, path: str | Path) -> None:
         for ax, (name, unit) in zip(axes, _MOTIONS, strict=True):
             values = getattr(motion.points, name)[..., 1]
             for k, point in enumerate(motion.upper):
-                ax.plot(solution.time, values[:, motion.of(point)], color=COLOURS[k % len(COLOURS)], label=point, lw=1.0)
+                history, colour = values[:, motion.point_index(point)], COLOURS[k % len(COLOURS)]
+                ax.plot(solution.time, history, color=colour, label=point, lw=1.0)
             ax.set_ylabel(f"{name} along y ({unit})")
         axes[0].legend(ncols=min(len(motion.upper), 6))
         axes[-1].set_xlabel("time (s)")
@@ -42,7 +43,7 @@ def plot_rigid(solution: Solution, path: str | Path) -> None:
         axes = fig.subplots(3, 2, sharex=True)
         for row, (name, unit) in zip(axes, _MOTIONS, strict=True):
             for ax, (point, axis, along) in zip(row, shown, strict=True):
-                k = motion.of(point)
+                k = motion.point_index(point)
                 ax.plot(solution.time, getattr(motion.points, name)[:, k, axis], label="flexible", lw=1.0)
                 if motion.rigid is not None:
                     rigid = getattr(motion.rigid, name)[:, k, axis]
@@ -84,7 +85,7 @@ def plot_stress(solution: Solution, path: str | Path) -> None:
 
 def _motion(solution: Solution) -> ArrayMotion:
     if solution.array is None:
-        raise ValueError("the result is not of a scissor array that finished")
+        raise ValueError("the result is not a finished run of a scissor array")
     return solution.array
 
 

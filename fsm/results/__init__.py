@@ -1,1 +1,1 @@
-"""Results: one `Solution`, one HDF5 layout; everything else reads it."""
+"""Results of a run: the `Solution`, its HDF5 file, and quantities computed from it."""

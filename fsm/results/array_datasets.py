@@ -1,4 +1,4 @@
-"""Datasets of a results file that are of scissor arrays."""
+"""Datasets of a scissor array in a results file."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from fsm.hdf5_checked import names_in, numbers_in
 from fsm.results.array import ArrayMotion, PointMotion
-from fsm.results.datasets import add_scale, described
+from fsm.results.datasets import add_scale, set_description
 
 __all__ = ["read_array", "write_array"]
 
@@ -16,7 +16,7 @@ _MOTIONS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 
 
 def write_array(file: Any, motion: ArrayMotion) -> None:
-    """Points and bars of an array, along the times that are there."""
+    """Write points and bars of an array; the file already holds the times."""
     add_scale(file, "point", list(motion.point_names), "point of the array")
     add_scale(file, "bar", list(motion.bar_names), "bar")
     add_scale(file, "plane_axis", ["x", "y"], "axis of the array's plane; y is z in the shape")
@@ -31,7 +31,7 @@ def write_array(file: Any, motion: ArrayMotion) -> None:
 
 
 def read_array(file: Any, count: int) -> ArrayMotion | None:
-    """The array of a results file of so many records; None if it is of something else, or did not finish."""
+    """Read the array from a results file with `count` records; None for another structure or an unfinished run."""
     if "points" not in file:
         return None
     points, bars = names_in(file, "point"), names_in(file, "bar")
@@ -52,6 +52,6 @@ def _motion(file: Any, prefix: str, count: int, points: int) -> PointMotion:
 
 def _write(file: Any, path: str, values: Any, units: str, text: str, dims: tuple[str, ...]) -> None:
     data = file.create_dataset(path, data=values)
-    described(data, units, text)
+    set_description(data, units, text)
     for axis, dim in enumerate(dims):
         data.dims[axis].attach_scale(file[dim])

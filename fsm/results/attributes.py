@@ -1,4 +1,4 @@
-"""Dicts kept as HDF5 attributes: plain values as they are, lists and dicts as JSON under ``<name>_json``."""
+"""Dicts stored as HDF5 attributes; lists and dicts inside them become JSON under ``<name>_json``."""
 
 from __future__ import annotations
 
@@ -15,7 +15,13 @@ SUFFIX = "_json"
 
 
 def write_attributes(group: Any, values: dict[str, Any]) -> None:
-    """Add `values` to the attributes of an HDF5 group."""
+    """Add `values` to the attributes of an HDF5 group.
+
+    Raises
+    ------
+    TypeError
+        A value cannot be written as JSON.
+    """
     for name, value in values.items():
         if isinstance(value, str):
             group.attrs[name] = fixed_text(value)
@@ -26,7 +32,7 @@ def write_attributes(group: Any, values: dict[str, Any]) -> None:
 
 
 def read_attributes(group: Any) -> dict[str, Any]:
-    """All attributes of an HDF5 group as plain Python values, in the order of their names."""
+    """Read all attributes of an HDF5 group as plain Python values, in the order of their names."""
     values: dict[str, Any] = {}
     for name in group.attrs:
         value = attribute(group, name)
@@ -38,7 +44,7 @@ def read_attributes(group: Any) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
-    """NumPy values as plain Python ones, for JSON."""
+    """NumPy value as a plain Python value, for JSON."""
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
-    raise TypeError(f"a {type(value).__name__} cannot be kept in a results file")
+    raise TypeError(f"a {type(value).__name__} cannot be stored in a results file")

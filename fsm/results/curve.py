@@ -1,4 +1,4 @@
-"""Force curve of a run: drives, contacts and elastic energies at every point that the solver looked at."""
+"""Force curve of a run: drives, contacts and elastic energies at the steps of the solver."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ if TYPE_CHECKING:
     from fsm.results.solution import Solution
     from fsm.solve.handed_over import CurvePoint
 
-__all__ = ["MOST_POINTS", "Curve"]
+__all__ = ["MAX_POINTS", "Curve"]
 
-MOST_POINTS = 4000
-"""Points that a result file keeps of a curve, about."""
+MAX_POINTS = 4000
+"""Approximate number of curve points in a results file, at most."""
 
 
 @dataclass(frozen=True)
@@ -27,11 +27,13 @@ class Curve:
     Attributes
     ----------
     travel, force : (n, n_drives) arrays, m, N
-    pair_force : (n, n_pairs) array, N       normal force of every contact pair; none in a curve out of a file
+    pair_force : (n, n_pairs) array, N
+        Normal force of every contact pair; a curve that was read from a file has no pairs.
     time : (n,) array, s
     path : (n,) array of int
-        Even: number of a quasi-static path, times two. Odd: motion between two of them.
-    panels, creases : (n,) arrays, J         elastic energy
+        Even: twice the number of a quasi-static path. Odd: motion between two such paths.
+    panels, creases : (n,) arrays, J
+        Elastic energy.
     """
 
     travel: Floats
@@ -46,8 +48,8 @@ class Curve:
         return len(self.time)
 
     @classmethod
-    def of(cls, solution: Solution) -> Curve:
-        """The curve that a solution keeps; of one that keeps none, that of its records."""
+    def of_solution(cls, solution: Solution) -> Curve:
+        """Force curve of a solution; built from the records if the solution holds no curve."""
         if solution.curve is not None:
             return solution.curve
         energy, path = solution.energy, np.zeros(len(solution), dtype=np.int64)
@@ -55,8 +57,8 @@ class Curve:
         return cls(*fields, path, energy["panels"], energy["creases"])
 
     @classmethod
-    def through(cls, points: Sequence[CurvePoint]) -> Curve:
-        """The curve of the points of a solve."""
+    def from_points(cls, points: Sequence[CurvePoint]) -> Curve:
+        """Force curve through the points of a solver."""
         return cls(
             np.array([point.drive.travel for point in points]),
             np.array([point.drive.force for point in points]),
@@ -69,25 +71,25 @@ class Curve:
 
     @property
     def dynamic(self) -> np.ndarray:
-        """Which points are of a motion whose inertia or dampers count, (n,) array of bool."""
+        """Mask (n,) of the points in motions where inertial or damping forces matter."""
         return np.asarray(self.path % 2 == 1)
 
     @property
     def has_quasi_static(self) -> bool:
-        """Whether a quasi-static point has moved."""
+        """Whether any quasi-static point has a positive travel."""
         return bool(np.any(~self.dynamic & (self.travel[:, 0] > 0.0))) if self.travel.shape[1] else False
 
-    def at(self, points: Any) -> Curve:
-        """The curve of some points only, by their numbers or a mask."""
+    def select(self, points: Any) -> Curve:
+        """Curve of the points that an index array or a mask selects."""
         return Curve(*(values[points] for values in vars(self).values()))
 
-    def thinned(self, most: int = MOST_POINTS) -> Curve:
-        """About `most` points at most: the first, the last, ends of paths, and of every bucket its extreme forces."""
-        if len(self) <= most:
+    def decimate(self, limit: int = MAX_POINTS) -> Curve:
+        """Curve of about `limit` points or fewer: both ends, ends of paths, and the extreme forces of each interval."""
+        if len(self) <= limit:
             return self
         ends = np.flatnonzero(np.diff(self.path))
         keep = {0, len(self) - 1, *ends.tolist(), *(ends + 1).tolist()}
-        size = max(2, -(-2 * (1 + self.force.shape[1]) * len(self) // most))
+        size = max(2, -(-2 * (1 + self.force.shape[1]) * len(self) // limit))
         for start in range(0, len(self), size):
             keep.add(start)
             for part in (self.dynamic[start : start + size], ~self.dynamic[start : start + size]):
@@ -95,4 +97,4 @@ class Curve:
                 if len(here):
                     force = self.force[here]
                     keep.update(here[np.argmax(force, axis=0)].tolist(), here[np.argmin(force, axis=0)].tolist())
-        return self.at(sorted(keep))
+        return self.select(sorted(keep))

@@ -1,4 +1,4 @@
-"""Datasets of a results file that describe themselves, and those of a film."""
+"""Datasets of a results file with unit and description: scales, film, probe samples and force curve."""
 
 from __future__ import annotations
 
@@ -13,32 +13,32 @@ from fsm.results.curve import Curve
 from fsm.results.film import STATES, Film, Samples
 
 __all__ = [
-    "add_scale", "append_samples", "described", "read_curve", "read_film", "read_samples", "write_curve", "write_film",
+    "add_scale", "append_samples", "read_curve", "read_film", "read_samples", "set_description", "write_curve", "write_film",
 ]  # fmt: skip
 
 
 def add_scale(file: Any, name: str, values: Any, text: str) -> None:
-    """A dimension scale: its values are names (a list) or numbers (an array).
+    """Add a dimension scale with names (a list) or numbers (an array) as its values.
 
-    Names are there twice: as texts of variable length, which other programs show as such, and where damage is found.
+    Names are stored twice: as texts of variable length for other programs, and as an attribute that `fsm` checks and reads.
     """
     if isinstance(values, list):
         scale = file.create_dataset(name, data=np.array(values, dtype=object), dtype=h5py.string_dtype())
         write_attributes(scale, {"names": values})
     else:
         scale = file.create_dataset(name, data=values.astype(np.int64))
-    described(scale, "1", text)
+    set_description(scale, "1", text)
     scale.make_scale(name)
 
 
-def described(dataset: Any, units: str, text: str) -> None:
-    """Give a dataset its unit and say what it is."""
+def set_description(dataset: Any, units: str, text: str) -> None:
+    """Set unit and long name of a dataset."""
     dataset.attrs["units"] = units
     dataset.attrs["long_name"] = text
 
 
 def write_film(file: Any, film: Film) -> None:
-    """Probes, modes and stresses of a film, and room for the samples."""
+    """Write probes, modes and stresses of a film, and create the empty datasets of the samples."""
     add_scale(file, "probe", list(film.probe_names), "probe")
     add_scale(file, "mode", np.arange(1, len(film.frequency) + 1), "number of the natural mode")
     add_scale(file, "principal", np.arange(2), "principal stress, the larger one first")
@@ -52,21 +52,21 @@ def write_film(file: Any, film: Film) -> None:
         ("film/state", film.state, ("quad",), "1", f"of the tensioned film: {states}"),
     ):
         data = file.create_dataset(path, data=values)
-        described(data, units, text)
+        set_description(data, units, text)
         for axis, dim in enumerate(dims):
             data.dims[axis].attach_scale(file[dim])
     times = file.create_dataset("probes/time", (0,), np.float64, maxshape=(None,), chunks=(256,), fillvalue=np.nan)
-    described(times, "s", "time of the sample")
+    set_description(times, "s", "time of the sample")
     times.make_scale("probe_time")
     tail = film.probe_rest.shape
     moved = file.create_dataset("probes/displacement", (0, *tail), np.float64, maxshape=(None, *tail), chunks=(256, *tail))
-    described(moved, "m", "displacement of the probe from rest: along the film, across it, normal to it")
+    set_description(moved, "m", "displacement of the probe from rest: along the film, across it, normal to it")
     for axis, scale in enumerate((times, file["probe"], file["axis"])):
         moved.dims[axis].attach_scale(scale)
 
 
 def read_film(file: Any) -> Film | None:
-    """The film of a results file; None if it is of something else."""
+    """Read the film from a results file; None for another structure."""
     if "film" not in file:
         return None
     probes, (modes,), (quads,) = names_in(file, "probe"), file["mode"].shape, file["quad"].shape
@@ -82,7 +82,7 @@ def read_film(file: Any) -> Film | None:
 
 
 def append_samples(file: Any, samples: Samples) -> None:
-    """Samples after those that are there; time last, since it is what makes one count."""
+    """Append samples; times are written last, because a reader counts samples by their times."""
     times, moved = file["probes/time"], file["probes/displacement"]
     start, stop = len(times), len(times) + len(samples.time)
     moved.resize(stop, axis=0)
@@ -94,7 +94,7 @@ def append_samples(file: Any, samples: Samples) -> None:
 
 
 def read_samples(file: Any) -> Samples:
-    """The samples of a results file, finished or not."""
+    """Read the samples from a results file, finished or not."""
     if "film" not in file:
         return Samples()
     times = numbers_in(file, "probes/time", (None,), finite=False)
@@ -107,26 +107,26 @@ def read_samples(file: Any) -> Samples:
 _CURVE = {
     "travel": (("curve_time", "drive_name"), "m", "travel of the drive"),
     "force": (("curve_time", "drive_name"), "N", "force of the drive, a pull is positive"),
-    "path": (("curve_time",), "1", "even: number of a quasi-static path, times two; odd: motion between two of them"),
+    "path": (("curve_time",), "1", "even: twice the number of a quasi-static path; odd: motion between two such paths"),
     "panels": (("curve_time",), "J", "elastic energy of the plain panels"),
     "creases": (("curve_time",), "J", "elastic energy of the creases"),
 }
 
 
 def write_curve(file: Any, curve: Curve) -> None:
-    """The force curve between the records."""
+    """Write the force curve, which has more points than the records."""
     times = file.create_dataset("curve/time", data=curve.time)
-    described(times, "s", "time of the point of the curve")
+    set_description(times, "s", "time of the point of the curve")
     times.make_scale("curve_time")
     for name, (dims, units, text) in _CURVE.items():
         data = file.create_dataset(f"curve/{name}", data=getattr(curve, name))
-        described(data, units, text)
+        set_description(data, units, text)
         for axis, dim in enumerate(dims):
             data.dims[axis].attach_scale(times if dim == "curve_time" else file[dim])
 
 
 def read_curve(file: Any) -> Curve | None:
-    """The force curve of a results file; None of one that has none."""
+    """Read the force curve from a results file; None if the file has no curve."""
     if "curve" not in file:
         return None
     time = numbers_in(file, "curve/time", (None,))

@@ -1,4 +1,4 @@
-"""Results for other programs: the force curve and the contacts as CSV."""
+"""CSV files of a result: force curve, contacts, points of an array, probes of a film."""
 
 from __future__ import annotations
 
@@ -17,16 +17,23 @@ __all__ = ["force_columns", "write_contact_csv", "write_force_csv", "write_histo
 
 
 def force_columns(solution: Solution, energies: bool = False, dynamic: bool = False) -> dict[str, Floats]:
-    """The columns of the force curve by their headings, units in brackets.
+    """Columns of the force curve by heading, with the unit in brackets.
 
-    One drive: ``travel (m)``, ``force (N)``, ``time (s)``. Several: travel and force of each, by name. No
-    drive: the time alone. The points are those of the curve that are quasi-static, or with `dynamic` those that are
-    not; all, where none is quasi-static. `energies` adds all energies, which only records have.
+    With one drive the columns are ``travel (m)``, ``force (N)`` and ``time (s)``.
+    With several drives each one has its travel and force, by name. Without a drive the time is the only column.
+
+    Parameters
+    ----------
+    solution : Solution
+    energies : bool
+        Add all energies. The points are the records then, because only records have all energies.
+    dynamic : bool
+        Select the dynamic points instead of the quasi-static ones. A curve without quasi-static points is not filtered.
     """
     names = solution.layout.drive_names
-    curve = Curve.of(replace(solution, curve=None) if energies or not solution.travel.shape[1] else solution)
+    curve = Curve.of_solution(replace(solution, curve=None) if energies or not solution.travel.shape[1] else solution)
     if curve.has_quasi_static:
-        curve = curve.at(curve.dynamic == dynamic)
+        curve = curve.select(curve.dynamic == dynamic)
     columns: dict[str, Floats] = {}
     for k in range(curve.travel.shape[1]):
         of = f" of {names[k] if k < len(names) else f'drive {k + 1}'}" if curve.travel.shape[1] > 1 else ""
@@ -39,7 +46,7 @@ def force_columns(solution: Solution, energies: bool = False, dynamic: bool = Fa
 
 
 def write_force_csv(solution: Solution, path: str | Path, energies: bool = False, dynamic: bool = False) -> None:
-    """Write the force curve, one point a row, 12 significant digits; see `force_columns` for the columns."""
+    """Write the force curve with one point per row and 12 significant digits; see `force_columns` for the columns."""
     columns = force_columns(solution, energies, dynamic)
     rows = np.column_stack(list(columns.values()))
     with atomic_write(path) as part, part.open("w", encoding="utf-8", newline="") as file:
@@ -49,9 +56,9 @@ def write_force_csv(solution: Solution, path: str | Path, energies: bool = False
 
 
 def write_contact_csv(solution: Solution, path: str | Path) -> None:
-    """Write the contacts, a row for each record and each pair that ever touches, 12 significant digits.
+    """Write the contacts: one row per record and pair that ever touches, with 12 significant digits.
 
-    Columns: ``travel (m)`` of the first drive, if there is one, ``time (s)``, ``pair``, and what is known of the pair.
+    The columns are ``travel (m)`` of the first drive (if any), ``time (s)``, ``pair``, and the quantities of the pair.
     """
     columns = {
         "normal force (N)": solution.pair_force,
@@ -76,13 +83,19 @@ def write_contact_csv(solution: Solution, path: str | Path) -> None:
 
 
 def write_points_csv(solution: Solution, path: str | Path) -> None:
-    """Write the points of a scissor array, one record a row, 12 significant digits.
+    """Write the points of a scissor array with one record per row and 12 significant digits.
 
-    Columns: ``time (s)``, and of every point ``a1 x (m)``, ``a1 y (m)`` (places), ``a1 vx (m/s)``, ..., ``a1 ay (m/s^2)``.
+    The columns are ``time (s)`` and, for every point, its position, velocity and acceleration:
+    ``a1 x (m)``, ``a1 y (m)``, ``a1 vx (m/s)``, ..., ``a1 ay (m/s^2)``.
+
+    Raises
+    ------
+    ValueError
+        The result is not a finished run of a scissor array.
     """
     motion = solution.array
     if motion is None:
-        raise ValueError("the result is not of a scissor array that finished")
+        raise ValueError("the result is not a finished run of a scissor array")
     columns: dict[str, Floats] = {"time (s)": solution.time}
     places = motion.start + motion.points.displacement
     for k, name in enumerate(motion.point_names):
@@ -99,10 +112,18 @@ def write_points_csv(solution: Solution, path: str | Path) -> None:
 
 
 def write_history_csv(solution: Solution, path: str | Path) -> None:
-    """Write the probes of a film: ``time (s)`` and ``<probe> x (m)``, y, z of each, a sample a row, 12 digits."""
+    """Write the probes of a film with one sample per row and 12 significant digits.
+
+    The columns are ``time (s)`` and, for every probe, ``<probe> x (m)``, ``<probe> y (m)`` and ``<probe> z (m)``.
+
+    Raises
+    ------
+    ValueError
+        The result is not of a film.
+    """
     film = solution.layout.film
     if film is None:
-        raise ValueError("this result has no probes")
+        raise ValueError("the result has no probes: it is not of a film")
     heading = ["time (s)", *(f"{name} {axis} (m)" for name in film.probe_names for axis in "xyz")]
     rows = np.column_stack([solution.samples.time, solution.samples.displacement.reshape(len(solution.samples.time), -1)])
     with atomic_write(path) as part, part.open("w", encoding="utf-8", newline="") as file:

@@ -1,4 +1,4 @@
-"""What a result has of a tensioned film besides its states: probes, natural modes, stresses, and the samples of probes."""
+"""Results of a tensioned film besides its records: probes and their samples, natural modes, stresses."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 STATES = ("taut", "wrinkled", "slack")
-"""What the numbers of `Film.state` mean."""
+"""Names of the numbers in `Film.state`."""
 
 
 @dataclass(frozen=True)
 class Film:
-    """The tensioned state that a vibration starts from and is about.
+    """Tensioned equilibrium of a film, about which it vibrates.
 
     Attributes
     ----------
     probe_names : tuple of str
     probe_rest : (n_probes, 3) array, m
     frequency : (n_modes,) array, Hz
-        Natural frequencies; negative where the state is unstable, and grows.
+        Natural frequencies; negative for an unstable mode.
     mode_shape : (n_modes, n_quads, 4, 3) array
-        Motion of the corner points of every quad, the largest 1.
+        Motion of the corner points of every quad, scaled to a largest value of 1.
     stress : (n_quads, 2) array, Pa
-        Principal stresses, mean of the element, the larger one first.
+        Principal stresses averaged over the element, the larger one first.
     direction : (n_quads, 3) array
-        Unit vector along the larger one.
+        Unit vector along the larger principal stress.
     state : (n_quads,) array of int
         See `STATES`.
     """
@@ -47,18 +47,18 @@ class Film:
 
 @dataclass
 class Samples:
-    """The probes between the records.
+    """Samples of the probes, which are denser in time than the records.
 
     Attributes
     ----------
     time : (m,) array, s
     displacement : (m, n_probes, 3) array, m
-        From where each probe rests, along the film's length there, across it, and normal to it.
+        Displacement of each probe from its rest position: along the film, across it, and normal to it.
     """
 
     time: Floats = field(default_factory=lambda: np.zeros(0))
     displacement: Floats = field(default_factory=lambda: np.zeros((0, 0, 3)))
 
     def first(self, count: int) -> Samples:
-        """The first so many."""
+        """Return the first `count` samples."""
         return Samples(self.time[:count], self.displacement[:count])

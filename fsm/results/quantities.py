@@ -1,4 +1,4 @@
-"""Numbers drawn from force curves: peaks, stages of a pulled strip, the summary of a run; the one home of each."""
+"""Quantities computed from force curves: peaks, stages of a pulled strip, contacts, the summary of a run."""
 
 from __future__ import annotations
 
@@ -30,17 +30,17 @@ __all__ = [
 
 STAGES = ("initial deformation", "contact", "bending")
 CONTACT_THRESHOLD = 1e-4
-"""Share of the largest pair force of the run from which on a pair counts as touching."""
-BENT = 2.0 / 3.0
-"""Share of the panels in the elastic energy of panels and creases from which on panels bend: twice that of the creases."""
+"""Smallest force of a touching pair, as a fraction of the largest pair force of the run."""
+BENDING_SHARE = 2.0 / 3.0
+"""Share of the panels in the elastic energy at the onset of bending: the panels store twice as much as the creases."""
 _NEGLIGIBLE = 1e-4
-"""Elastic energy since the start, over its largest, below which its shares mean nothing."""
+"""Elastic energy, as a fraction of its largest value, below which the shares are not evaluated."""
 START_UP = 0.02
-"""Share of the travel within which a dynamic force is the jerk of the start, and no peak."""
+"""Start-up phase as a fraction of the travel; the initial jerk of a dynamic run is not counted as a peak."""
 
 
 class Stage(NamedTuple):
-    """A stage of the motion and where it begins: name, travel (m), force of the drive there (N)."""
+    """Stage of the motion: its name, and travel (m) and drive force (N) at its beginning."""
 
     name: str
     travel: float
@@ -48,7 +48,7 @@ class Stage(NamedTuple):
 
 
 class Peak(NamedTuple):
-    """Force (N) and the travel (m) at which it acts."""
+    """Peak force (N) and the travel (m) at which it acts."""
 
     force: float
     travel: float
@@ -59,9 +59,12 @@ class Peaks(NamedTuple):
 
     Attributes
     ----------
-    largest : the largest quasi-static force; of a run that has none, the largest dynamic force
-    dynamic : the largest force in motions after the start-up; None without any
-    magnitude : the largest magnitude of a quasi-static force, where some of them is negative; else None
+    largest : Peak
+        Largest quasi-static force; the largest dynamic force if the run has no quasi-static part.
+    dynamic : Peak or None
+        Largest force in dynamic motion after the start-up, if any.
+    magnitude : Peak or None
+        Largest magnitude of the quasi-static force, if that force is negative anywhere.
     """
 
     largest: Peak
@@ -70,42 +73,48 @@ class Peaks(NamedTuple):
 
 
 def peaks(curve: Curve) -> Peaks:
-    """Peaks of a force curve, quasi-static and dynamic ones apart.
+    """Quasi-static and dynamic peaks of a force curve.
 
-    A force is quasi-static on an equilibrium path, and in a motion whose inertial forces are small against it
-    (`fsm.solve.handed_over.inertia_counts`). A dynamic force within `START_UP` of the travel is the jerk of the start.
+    A force is quasi-static on an equilibrium path, and in a motion whose inertial forces are small compared with it
+    (`fsm.solve.handed_over.inertia_counts`). Dynamic forces within the start-up phase (`START_UP`) are ignored.
+
+    Raises
+    ------
+    ValueError
+        No force is finite.
     """
     travel, force = curve.travel[:, 0], curve.force[:, 0]
-    still, moving = ~curve.dynamic, curve.dynamic & (travel >= START_UP * travel[-1])
-    dynamic = _highest(travel, force, curve.path, moving) if moving.any() else None
+    quasi_static, moving = ~curve.dynamic, curve.dynamic & (travel >= START_UP * travel[-1])
+    dynamic = _peak_of_selected(travel, force, curve.path, moving) if moving.any() else None
     if not curve.has_quasi_static:
         every = np.ones(len(curve), dtype=bool)
-        return Peaks(dynamic or _highest(travel, force, curve.path, every), dynamic, None)
+        return Peaks(dynamic or _peak_of_selected(travel, force, curve.path, every), dynamic, None)
     magnitude = None
-    if (force[still] < -1e-9 * np.abs(force[still]).max()).any():
-        magnitude = _highest(travel, np.abs(force), curve.path, still)
-    return Peaks(_highest(travel, force, curve.path, still), dynamic, magnitude)
+    if (force[quasi_static] < -1e-9 * np.abs(force[quasi_static]).max()).any():
+        magnitude = _peak_of_selected(travel, np.abs(force), curve.path, quasi_static)
+    return Peaks(_peak_of_selected(travel, force, curve.path, quasi_static), dynamic, magnitude)
 
 
-def _highest(travel: Floats, force: Floats, path: np.ndarray, chosen: np.ndarray) -> Peak:
-    """`peak` of the points that are chosen, with neighbours on the same path only."""
-    numbers = np.flatnonzero(chosen & np.isfinite(force))
+def _peak_of_selected(travel: Floats, force: Floats, path: np.ndarray, selected: np.ndarray) -> Peak:
+    """Peak of the selected points; only neighbours on the same path enter the interpolation."""
+    numbers = np.flatnonzero(selected & np.isfinite(force))
     if len(numbers) == 0:
         raise ValueError("no record with a finite force")
     top = int(numbers[np.argmax(force[numbers])])
-    alike = numbers[path[numbers] == path[top]]
-    return Peak(*peak(travel[alike], force[alike]))
+    same_path = numbers[path[numbers] == path[top]]
+    return Peak(*peak(travel[same_path], force[same_path]))
 
 
 def peak(travel: ArrayLike, force: ArrayLike) -> tuple[float, float]:
-    """Largest force, and the travel at which it acts.
+    """Largest force and the travel at which it acts.
 
-    Between the records the curve near its largest value is the parabola through that record and its two
-    neighbours (any spacing). Where the largest record is the first or the last, it is itself the result.
+    The curve near its largest value is the parabola through that record and its two neighbours, at any spacing.
+    If the largest record is the first or the last one, it is the result.
 
     Parameters
     ----------
-    travel : (n,) array, m           not falling; records at which the drive stands still are allowed
+    travel : (n,) array, m
+        Non-decreasing; the drive may stand still.
     force : (n,) array, N
 
     Returns
@@ -115,7 +124,7 @@ def peak(travel: ArrayLike, force: ArrayLike) -> tuple[float, float]:
     Raises
     ------
     ValueError
-        There is no record with a finite force.
+        No force is finite.
     """
     s, f = np.asarray(travel, dtype=float), np.asarray(force, dtype=float)
     finite = np.isfinite(s) & np.isfinite(f)
@@ -127,7 +136,7 @@ def peak(travel: ArrayLike, force: ArrayLike) -> tuple[float, float]:
     if len(before) == 0 or len(after) == 0:
         return float(f[top]), float(s[top])
     i, j = int(before[-1]), int(after[0])
-    # points so close need no parabola, which the noise of the force would bend
+    # a parabola through points this close would amplify noise of the force
     if min(s[top] - s[i], s[j] - s[top]) <= 1e-4 * (s.max() - s.min()):
         return float(f[top]), float(s[top])
     left, right = s[i] - s[top], s[j] - s[top]  # f = f_top + b x + c x^2 through both neighbours
@@ -141,14 +150,13 @@ def peak(travel: ArrayLike, force: ArrayLike) -> tuple[float, float]:
 
 
 def find_stages(curve: Curve) -> list[Stage]:
-    """Where the stages of a pulled strip begin, in the order in which they are reached.
+    """Stages of a pulled strip in the order in which they begin.
 
-    * "initial deformation" begins with the first point, where neither of the others does.
+    * "initial deformation" begins at the first point, unless another stage begins there.
     * "contact" begins at the first touch of any pair (`first_touch`).
-    * "bending" begins where the panels bend more than the creases turn, by energy (`bending_onset`). With creases
-      stiffer than the panels that is from the start.
+    * "bending" begins at the onset of bending (`bending_onset`); if the creases are stiffer than the panels, at the start.
 
-    A stage that is not reached is absent. Points at which the drive stands still or goes back are left out.
+    Stages that are not reached are absent. Points without forward motion of the drive are ignored.
     """
     if len(curve) == 0:
         return []
@@ -163,44 +171,46 @@ def find_stages(curve: Curve) -> list[Stage]:
 
 
 def bending_onset(curve: Curve) -> float | None:
-    """Travel from which on the panels bend: they have taken up `BENT` of the elastic energy of panels and creases.
+    """Travel at which the panels begin to bend: their share of the elastic energy reaches `BENDING_SHARE`.
 
-    Both energies are changes since the start, by magnitude. A folded strip with soft creases and no contact moves by
-    its creases alone, and its panels store almost no energy; panels that are pressed along their length buckle and
-    store most. Found on quasi-static paths, between the last point below the bound and the first of two above it.
+    The share is that of the panels in the energy of panels and creases, both as magnitudes of the change since the start.
+    A folded strip with soft creases and no contact moves by its creases; its panels store almost no energy.
+    Panels that are compressed along their length buckle and store most of the energy.
+    The onset lies on a quasi-static path, between the last point below the share and the first of two points above it.
 
     Returns
     -------
     float or None, m
-        None where the panels never do.
+        None if the share is never reached.
     """
-    still = ~curve.dynamic if curve.has_quasi_static else np.ones(len(curve), dtype=bool)
-    keep = np.flatnonzero(still)[_advancing(curve.travel[still, 0])]
+    quasi_static = ~curve.dynamic if curve.has_quasi_static else np.ones(len(curve), dtype=bool)
+    keep = np.flatnonzero(quasi_static)[_advancing(curve.travel[quasi_static, 0])]
     s = curve.travel[keep, 0]
     panels, creases = (np.abs(energy[keep] - energy[0]) for energy in (curve.panels, curve.creases))
     total = panels + creases
     known = total > _NEGLIGIBLE * total.max(initial=0.0)
     share = np.where(known, panels / np.where(known, total, 1.0), 0.0)
-    bent = share >= BENT
+    bent = share >= BENDING_SHARE
     sustained = np.flatnonzero(bent & np.append(bent[1:], True))
     if len(sustained) == 0:
         return None
     first = int(sustained[0])
     if not known[:first].any():
         return float(s[0])
-    return float(np.interp(BENT, share[first - 1 : first + 1], s[first - 1 : first + 1]))
+    return float(np.interp(BENDING_SHARE, share[first - 1 : first + 1], s[first - 1 : first + 1]))
 
 
 def first_touch(travel: ArrayLike, pair_force: ArrayLike) -> list[float | None]:
-    """Travel at which each pair first carries a normal force; None for a pair that never does.
+    """Travel at which each pair first carries a normal force; None for a pair that never touches.
 
-    A pair counts as touching when its force is above `CONTACT_THRESHOLD` times the largest force of any pair
-    in the run. The onset is where the line through the first two touching records comes down to zero force,
-    and is looked for between the last free record and the first touching one.
+    A pair touches when its force exceeds `CONTACT_THRESHOLD` times the largest force of any pair in the run.
+    The onset is the zero of the line through the first two touching records.
+    It is limited to the interval between the last free record and the first touching one.
 
     Parameters
     ----------
-    travel : (n,) array, m            increasing
+    travel : (n,) array, m
+        Increasing.
     pair_force : (n, n_pairs) array, N
     """
     s, f = np.asarray(travel, dtype=float), np.asarray(pair_force, dtype=float)
@@ -217,27 +227,27 @@ def _onset(s: Floats, f: Floats, touching: np.ndarray) -> float:
     if k == 0:
         return float(s[0])
     rise = f[k + 1] - f[k] if k + 1 < len(f) else 0.0
-    if not rise > 0.0:  # no slope to extend: from the last free record up to the first touching one
+    if not rise > 0.0:  # no rising line to extrapolate: take the last free record
         return float(s[k - 1])
     return float(np.clip(s[k] - f[k] * (s[k + 1] - s[k]) / rise, s[k - 1], s[k]))
 
 
 def _advancing(s: Floats) -> np.ndarray:
-    """Numbers of the records at which the travel is greater than ever before."""
+    """Indices of the records at which the travel exceeds all earlier ones."""
     before = np.concatenate([[-np.inf], np.maximum.accumulate(s)[:-1]])
     return np.flatnonzero(s > before)
 
 
 def summarise(curve: Curve, pair_names: Sequence[str]) -> dict[str, Any]:
-    """Named results of a pull, SI, ready to be stored and compared with an expectation.
+    """Named results of a pull, SI, for `summary.json` and for comparison with expected values.
 
-    * `peak_force`, `peak_travel`: largest quasi-static force, see `peaks`; `peak_kind`: "quasi-static", or "dynamic" of a
-      run that is dynamic throughout
-    * `dynamic_peak_force`, `dynamic_peak_travel`: largest force in motions after the start-up, None without any
-    * `largest_magnitude`, `largest_magnitude_travel`: of the quasi-static force, None if none of it is negative
-    * `final_travel`, `final_force`: of the last point
+    * `peak_force`, `peak_travel`: largest quasi-static force, see `peaks`
+    * `peak_kind`: "quasi-static", or "dynamic" if the whole run is dynamic
+    * `dynamic_peak_force`, `dynamic_peak_travel`: largest force in motions after the start-up; None without motion
+    * `largest_magnitude`, `largest_magnitude_travel`: of the quasi-static force; None unless it is negative somewhere
+    * `final_travel`, `final_force`: at the last point
     * `stages`: list of {name, travel, force}, see `find_stages`
-    * `contact_travel`, `contact_force`, `bending_travel`, `bending_force`: the same as numbers, if reached
+    * `contact_travel`, `contact_force`, `bending_travel`, `bending_force`: beginning of these stages, if reached
     * `touches`: list of {pair, travel, force}: first touch of every pair that touches, in the order of travel
     """
     found = peaks(curve)
@@ -272,16 +282,16 @@ def _touches(curve: Curve, pair_names: Sequence[str]) -> list[dict[str, Any]]:
 
 
 def touching_pairs(pair_force: ArrayLike) -> list[int]:
-    """Numbers of the pairs that touch at some time, as `first_touch` has it; (n, n_pairs) array, N."""
+    """Indices of the pairs that touch at any time, by the criterion of `first_touch`; `pair_force` is (n, n_pairs), N."""
     f = np.asarray(pair_force, dtype=float)
     largest = f.max(axis=0, initial=0.0)
     return [int(k) for k in np.flatnonzero(largest > CONTACT_THRESHOLD * largest.max(initial=0.0))]
 
 
 def sliding_distance(time: ArrayLike, slip: ArrayLike) -> Floats:
-    """How far the faces of every pair have slid along each other up to each record, m, (n, n_pairs).
+    """Sliding distance of the faces of every pair up to each record, (n, n_pairs), m.
 
-    Slip speeds integrated over time by the trapezoidal rule, so only as good as records are dense.
+    It is the trapezoidal integral of the slip speed, so its accuracy depends on the interval of the records.
 
     Parameters
     ----------
@@ -296,20 +306,22 @@ def sliding_distance(time: ArrayLike, slip: ArrayLike) -> Floats:
 def summarise_contacts(
     solution: Solution, pair_force: ArrayLike, touches: Sequence[dict[str, Any]] = ()
 ) -> list[dict[str, Any]]:
-    """What became of every pair that touched, SI, in the order of the scene.
+    """Results of every pair that touches, SI, in the order of the scene.
 
     * `pair`; `travel` at the first touch, or its `time` without a drive
-    * `largest_force`; `largest_penetration`, `largest_area` of all records, 0 if the faces are apart in all of them
-    * `sliding_distance`: see there; `friction_energy`, `damping_energy`: dissipated in all
+    * `largest_force`; `largest_penetration` and `largest_area` over the records, 0 if no record has the pair in contact
+    * `sliding_distance`: see the function of this name
+    * `friction_energy`, `damping_energy`: dissipated in the whole run
 
     Parameters
     ----------
     solution : Solution
-    pair_force : (m, n_pairs) array, N       at all points looked at, more than the records
+    pair_force : (m, n_pairs) array, N
+        Forces at all steps of the solver, which are more than the records.
     touches : as in `summarise`
     """
-    looked_at = np.asarray(pair_force, dtype=float)
-    forces = np.concatenate([looked_at.reshape(len(looked_at), solution.pair_force.shape[1]), solution.pair_force])
+    at_steps = np.asarray(pair_force, dtype=float)
+    forces = np.concatenate([at_steps.reshape(len(at_steps), solution.pair_force.shape[1]), solution.pair_force])
     slid = sliding_distance(solution.time, solution.pair_slip)
     known = {touch["pair"]: touch["travel"] for touch in touches}
     found = []

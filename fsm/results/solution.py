@@ -1,4 +1,4 @@
-"""What a run gives: records in time, what does not change, and both together as a `Solution`."""
+"""Results of a run in memory: records over time, constant data, and both combined as a `Solution`."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ ENERGIES: dict[str, str] = {
     "panels": "elastic energy of the plain panels",
     "creases": "elastic energy of the creases",
     "bars": "elastic energy of the bars of a scissor array",
-    "hinges": "elastic energy of its hinges and end stops",
+    "hinges": "elastic energy of the hinges and end stops of a scissor array",
     "film": "elastic energy of the film",
     "patch": "elastic energy of the patches of the film",
     "cable": "elastic energy of the cables",
@@ -30,28 +30,28 @@ ENERGIES: dict[str, str] = {
     "gravity": "potential energy of gravity and of dead loads",
     "drives": "elastic energy of the drives",
     "dissipated": "energy dissipated since the start",
-    "work": "work done from outside since the start",
-    "error": "what the balance of all others is off by",
+    "work": "work of external forces since the start",
+    "error": "energy balance residual",
 }
-"""The energies of a record, J, and what each one is."""
+"""Energies of a record, J, with their descriptions."""
 
 PAIRS: dict[str, tuple[str, str]] = {
     "pair_force": ("N", "sum of the normal forces of the pair"),
     "pair_gap": ("m", "smallest gap of the pair, negative where the faces penetrate"),
-    "pair_area": ("m^2", "area of the face of the pair that touches"),
+    "pair_area": ("m^2", "contact area of the pair"),
     "pair_friction": ("N", "sum of the magnitudes of the friction forces of the pair"),
     "pair_slip": ("m/s", "mean slip speed of the pair, weighted by the normal forces"),
     "pair_friction_power": ("W", "power dissipated by the friction of the pair"),
     "pair_damping_power": ("W", "power dissipated by the damping of the normal forces of the pair"),
     "pair_friction_energy": ("J", "energy dissipated by the friction of the pair since the start, over all steps"),
-    "pair_damping_energy": ("J", "energy dissipated by that damping since the start, over all steps"),
+    "pair_damping_energy": ("J", "energy dissipated by the damping of the normal forces since the start, over all steps"),
 }
-"""What a record has of every contact pair: unit, and what it is. All but gap and energies are 0 where nothing touches."""
+"""Quantities of every contact pair in a record: unit and description. All but gap and energies are 0 without contact."""
 
 
 @dataclass
 class Record:
-    """One saved state.
+    """Saved state of the structure at one time.
 
     Attributes
     ----------
@@ -59,16 +59,16 @@ class Record:
     q, u : (nq,), (nu,) arrays
         Configuration and velocity as the system defines them.
     travel, force : (n_drives,) arrays, m, N
-        How far each drive has gone, and its reaction along its direction (a pull is positive).
+        Travel of each drive, and its reaction along its direction (a pull is positive).
     energy : dict of float, J
-        Keys of `ENERGIES`; one that is left out is zero.
+        Keys of `ENERGIES`; an absent energy is zero.
     pair_force, pair_gap, ... : (n_pairs,) arrays
-        Of every contact pair; see `PAIRS`.
+        Quantities of every contact pair; see `PAIRS`.
     shape : (n_quads, 4, 3) array, m
-        Corner points of every plate a person would see, in turn around it: (start, -y), (end, -y), (end, +y),
-        (start, +y), where start and end are along the x axis of the plate.
+        Corner points of every visible plate, in the order (start, -y), (end, -y), (end, +y), (start, +y).
+        Start and end are the ends along the x axis of the plate.
     negative_pivots : int
-        Of the tangent; more than zero means an unstable equilibrium.
+        Negative pivots of the tangent stiffness; a positive number means an unstable equilibrium.
     """
 
     time: float
@@ -92,19 +92,19 @@ class Record:
 
 @dataclass(frozen=True)
 class Layout:
-    """What does not change during a run.
+    """Data of a run that are constant in time.
 
     Attributes
     ----------
-    case_text : the case file as it was solved, TOML
+    case_text : TOML text of the case that was solved
     provenance : versions, hashes, command, machine, wall time
     dimension : "planar" or "spatial"
     body_names, pair_names, drive_names : tuples of str
-        Pairs are named by their two surfaces, drives by what they pull.
+        Pairs are named by their two surfaces, drives by the part that they pull.
     panel : (n_quads,) array of int
-        Panel number of every quad of the shape, from 1; 0 for a quad of no panel. Of a film, the number of the patch.
+        Panel number of every quad of the shape, from 1; 0 for a quad without panel. For a film, the number of the patch.
     thickness : m
-    film : of a tensioned film, the state that it vibrates about
+    film : tensioned equilibrium of a film; None for other structures
     """
 
     case_text: str = ""
@@ -119,12 +119,12 @@ class Layout:
 
     @cached_property
     def case(self) -> dict[str, Any]:
-        """The case as it was solved, as TOML has it.
+        """Case that was solved, as a dict of its TOML keys.
 
         Raises
         ------
         CaseError
-            It is damaged.
+            The text is damaged.
         """
         try:
             return tomllib.loads(self.case_text)
@@ -134,7 +134,7 @@ class Layout:
 
 @dataclass
 class Solution:
-    """A run: the fields of `Record`, each stacked over time, and what goes with them.
+    """Complete result of a run: the fields of `Record` stacked over time, and data of the whole run.
 
     Attributes
     ----------
@@ -143,16 +143,16 @@ class Solution:
     energy : dict of (n,) arrays, J
         All keys of `ENERGIES`.
     samples : Samples
-        Probes of a film, between the records.
+        Samples of the probes of a film; empty for other structures.
     layout : Layout
     stats : dict
         Steps, iterations, factorisations, ... of the solver.
     summary : dict
         Named results: peak_force, peak_travel, stages, ...
-    array : ArrayMotion
-        Points and bars of a scissor array at the records; None of anything else, or in a run that did not finish.
-    curve : force curve
-        With the points between the records, thinned; None without a drive, or in a run that did not finish.
+    array : ArrayMotion or None
+        Points and bars of a scissor array at the records; None for other structures and in an unfinished run.
+    curve : Curve or None
+        Force curve at the steps of the solver, decimated; None without a drive and in an unfinished run.
     """
 
     time: Floats
@@ -190,7 +190,13 @@ class Solution:
         stats: dict[str, Any] | None = None,
         summary: dict[str, Any] | None = None,
     ) -> Solution:
-        """Stack records; at least one is needed, since sizes come from them."""
+        """Stack records over time.
+
+        Raises
+        ------
+        ValueError
+            There is no record, or a record has an unknown energy.
+        """
         if not records:
             raise ValueError("a solution needs at least one record")
         stacked: dict[str, Any] = stack(records)
@@ -205,14 +211,14 @@ class Solution:
 
 
 def stack_energies(records: Sequence[Record]) -> dict[str, Floats]:
-    """The energies of records as arrays over time, by name: zero where a record leaves one out, and none without a name."""
+    """Energies of records as arrays over time, by name; an energy that a record does not have is zero."""
     unknown = {name for r in records for name in r.energy} - ENERGIES.keys()
     if unknown:
-        raise ValueError(f"energies that no result has a place for: {', '.join(sorted(unknown))}")
+        raise ValueError(f"unknown energies in a record: {', '.join(sorted(unknown))}")
     return {name: np.array([r.energy.get(name, 0.0) for r in records], dtype=float) for name in ENERGIES}
 
 
 def stack(records: Sequence[Record]) -> dict[str, Floats]:
-    """The float fields of records as arrays over time, by field name."""
+    """Float fields of records as arrays over time, by field name."""
     names = ("time", "q", "u", "travel", "force", *PAIRS, "shape")
     return {name: np.array([getattr(r, name) for r in records], dtype=float) for name in names}

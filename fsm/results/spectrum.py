@@ -1,4 +1,4 @@
-"""What a sampled history says: spectrum, frequency and decay of a damped sinusoid, amplitude."""
+"""Analysis of a sampled history: amplitude spectrum, fit of a damped sinusoid, amplitude."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from fsm.results.solution import Floats
 __all__ = ["DampedSinusoid", "Spectrum", "amplitude", "fit_damped_sinusoid", "spectrum"]
 
 _BINS = 4.0
-"""The fit looks for a frequency this many bins about the highest line of the spectrum."""
+"""Half width, in bins, of the frequency range of the fit about the highest bin of the spectrum."""
 
 
 @dataclass(frozen=True)
@@ -24,10 +24,9 @@ class Spectrum:
     Attributes
     ----------
     frequency : (n,) array, Hz        from 0 to half the sampling rate
-    amplitude : (n,) array            unit of the history: a sine on a bin has its own amplitude there
+    amplitude : (n,) array            unit of the history; exact for a sine whose frequency is that of a bin
     resolution : Hz
-        Distance of two bins, 1 over the length of the history: no frequency is known better from the highest bin alone than
-        to half of it.
+        Distance of two bins, 1 over the length of the history. The highest bin gives a frequency to half of this distance.
     """
 
     frequency: Floats
@@ -51,8 +50,8 @@ class DampedSinusoid:
     amplitude, offset : unit of the history
     phase : rad
     residual : -
-        Root mean square of what is left over that of the history about the offset: 0 is a perfect fit; other modes and
-        harmonics remain in it.
+        Root mean square of the residual over that of the history about the offset; 0 is a perfect fit.
+        Other modes and harmonics remain in the residual.
     """
 
     frequency: float
@@ -64,7 +63,7 @@ class DampedSinusoid:
 
     @property
     def damping_ratio(self) -> float:
-        """Decay over the undamped circular frequency."""
+        """Decay rate over the undamped circular frequency."""
         return self.decay / math.hypot(self.decay, 2.0 * math.pi * self.frequency)
 
 
@@ -73,13 +72,13 @@ def spectrum(time: ArrayLike, values: ArrayLike) -> Spectrum:
 
     Parameters
     ----------
-    time : (n,) array, s          even to 1e-6 of a step
+    time : (n,) array, s          equally spaced to 1e-6 of a step
     values : (n,) array
 
     Raises
     ------
     ValueError
-        Fewer than 4 samples, or uneven times.
+        There are fewer than 4 samples, or their times are not equally spaced.
     """
     t, y = _history(time, values)
     step = (t[-1] - t[0]) / (len(t) - 1)
@@ -91,20 +90,20 @@ def spectrum(time: ArrayLike, values: ArrayLike) -> Spectrum:
 
 
 def fit_damped_sinusoid(time: ArrayLike, values: ArrayLike) -> DampedSinusoid:
-    """Least-squares fit of one damped sinusoid about the strongest line of the spectrum.
+    """Least-squares fit of one damped sinusoid near the highest bin of the spectrum.
 
-    Frequency and decay are unknowns of the fit; cosine, sine and offset follow from them linearly (variable projection).
-    For a damped sinusoid alone it is exact to round-off, whatever the length of the history in periods.
+    Frequency and decay are the unknowns; cosine, sine and offset follow from them linearly (variable projection).
+    The fit of a single damped sinusoid is exact to round-off for any length of the history.
 
     Parameters
     ----------
-    time : (n,) array, s          even
+    time : (n,) array, s          equally spaced
     values : (n,) array
 
     Raises
     ------
     ValueError
-        As `spectrum`.
+        There are fewer than 4 samples, or their times are not equally spaced.
     """
     t, y = _history(time, values)
     lines = spectrum(t, y)
@@ -113,45 +112,45 @@ def fit_damped_sinusoid(time: ArrayLike, values: ArrayLike) -> DampedSinusoid:
         return DampedSinusoid(start, 0.0, 0.0, 0.0, float(y[0]), 0.0)
     duration, t = t[-1] - t[0], t - t[0]
     unit = float(np.std(y))
-    y = y / unit  # so that the solver's tolerances are relative
+    y = y / unit  # makes the solver's tolerances relative
     low = max(start - _BINS * lines.resolution, 0.05 * lines.resolution)
     high = min(start + _BINS * lines.resolution, float(lines.frequency[-1]))
     scale = np.array([lines.resolution, 1.0 / duration])
 
-    def rest(unknown: np.ndarray) -> np.ndarray:
+    def residual(unknown: np.ndarray) -> np.ndarray:
         basis = _basis(t, *(unknown * scale))
         return y - basis @ np.linalg.lstsq(basis, y, rcond=None)[0]
 
     best = None
-    for frequency in _starts(t, y, low, high):
+    for frequency in _start_frequencies(t, y, low, high):
         found = least_squares(
-            rest, [frequency / scale[0], 1.0], bounds=([low / scale[0], -5.0], [high / scale[0], 200.0]),
+            residual, [frequency / scale[0], 1.0], bounds=([low / scale[0], -5.0], [high / scale[0], 200.0]),
             xtol=1e-14, ftol=1e-14, gtol=1e-14,
         )  # fmt: skip
         best = found if best is None or found.cost < best.cost else best
     assert best is not None
     frequency, decay = best.x * scale
     cosine, sine, offset = np.linalg.lstsq(_basis(t, frequency, decay), y, rcond=None)[0]
-    size = math.sqrt(float(np.mean((y - offset) ** 2)))
-    left = math.sqrt(float(np.mean(best.fun**2)))
+    total_rms = math.sqrt(float(np.mean((y - offset) ** 2)))
+    residual_rms = math.sqrt(float(np.mean(best.fun**2)))
     return DampedSinusoid(
         float(frequency), float(decay), unit * math.hypot(cosine, sine), math.atan2(-sine, cosine), unit * float(offset),
-        left / size if size > 0.0 else 0.0,
+        residual_rms / total_rms if total_rms > 0.0 else 0.0,
     )  # fmt: skip
 
 
 def amplitude(values: ArrayLike, rest: float = 0.0) -> float:
-    """Largest distance from the position at rest."""
+    """Largest distance from the rest position."""
     return float(np.max(np.abs(np.asarray(values, dtype=float) - rest), initial=0.0))
 
 
 def _history(time: ArrayLike, values: ArrayLike) -> tuple[Floats, Floats]:
     t, y = np.asarray(time, dtype=float), np.asarray(values, dtype=float)
     if len(t) != len(y) or len(t) < 4:
-        raise ValueError(f"a history needs a value a time and at least 4 of them; it has {len(t)} times, {len(y)} values")
+        raise ValueError(f"a history needs at least 4 samples, each with a time; it has {len(t)} times, {len(y)} values")
     steps = np.diff(t)
     if np.ptp(steps) > 1e-6 * steps.mean() or not steps.min() > 0.0:
-        raise ValueError(f"samples are not even: steps from {steps.min():g} to {steps.max():g} s")
+        raise ValueError(f"samples are not equally spaced: steps from {steps.min():g} to {steps.max():g} s")
     return t, y
 
 
@@ -161,11 +160,11 @@ def _basis(t: Floats, frequency: float, decay: float) -> Floats:
     return np.column_stack([envelope * np.cos(turn), envelope * np.sin(turn), np.ones_like(t)])
 
 
-def _starts(t: Floats, y: Floats, low: float, high: float) -> list[float]:
-    """The best frequencies without damping on a grid of a quarter bin: the fit's valley is about a bin wide."""
+def _start_frequencies(t: Floats, y: Floats, low: float, high: float) -> list[float]:
+    """Three best frequencies on a grid of a quarter bin; a minimum of the squared residual is about one bin wide."""
     grid = np.linspace(low, high, 33)
-    left = []
+    squares = []
     for frequency in grid:
         basis = _basis(t, float(frequency), 1.0 / float(t[-1]))
-        left.append(float(np.sum((y - basis @ np.linalg.lstsq(basis, y, rcond=None)[0]) ** 2)))
-    return [float(grid[k]) for k in np.argsort(left)[:3]]
+        squares.append(float(np.sum((y - basis @ np.linalg.lstsq(basis, y, rcond=None)[0]) ** 2)))
+    return [float(grid[k]) for k in np.argsort(squares)[:3]]

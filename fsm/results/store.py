@@ -1,6 +1,6 @@
-"""The results file: one HDF5 layout, written while the run goes on, readable after a kill.
+"""Results file: one HDF5 layout, written during the run and readable after the run is killed.
 
-Layout (`n` records; groups and datasets of things a scene does not have are left out)::
+Layout (groups and datasets of parts that a structure does not have are absent)::
 
     /case                           text of the case file
     /provenance                     attributes: versions, hashes, command, machine, wall time
@@ -8,10 +8,10 @@ Layout (`n` records; groups and datasets of things a scene does not have are lef
     /state/q, u          (time, coordinate), (time, rate)
     /energy/kinetic ...  (time)                 all of `fsm.results.solution.ENERGIES`
     /drive/travel, force (time, drive_name)
-    /curve/travel, force (curve_time, drive_name), path, panels, creases (curve_time)  at the steps of the solver, thinned
+    /curve/travel, force (curve_time, drive_name), path, panels, creases (curve_time)  at steps of the solver, decimated
     /contact/pair_force, pair_gap ...   (time, pair)   all of `fsm.results.solution.PAIRS`
     /shape               (time, quad, corner, axis)
-    /probes/displacement (probe_time, probe, axis)  of a film, more often than /time; rest (probe, axis)
+    /probes/displacement (probe_time, probe, axis)  of a film, denser than /time; rest (probe, axis)
     /modes/frequency, shape   (mode), (mode, quad, corner, axis)   natural modes about the tensioned state
     /points/displacement, velocity, acceleration (time, point, plane_axis), rigid_...; /bars/stress (time, bar)   of an array
     /film/stress, direction, state   (quad, principal), (quad, axis), (quad)   of the tensioned state
@@ -19,15 +19,15 @@ Layout (`n` records; groups and datasets of things a scene does not have are lef
     /summary             attributes
     /body, /pair, /drive_name, /panel           names, and the panel of every quad
 
-Every dataset has `units` and `long_name`, and dimension scales, so that the file opens with
-``xarray.open_datatree(path, engine="h5netcdf")`` or ``open_dataset(..., group="drive")``. What does not fit
-an attribute (lists, dicts) is kept there as JSON under ``<name>_json``.
+Every dataset has `units`, `long_name` and dimension scales. The file therefore opens with
+``xarray.open_datatree(path, engine="h5netcdf")`` or ``open_dataset(..., group="drive")``.
+Attributes hold lists and dicts as JSON under ``<name>_json``.
 
-How it survives a kill: data go to ``result.part.h5`` in HDF5's single-writer mode, in which the file on disk
-is consistent at any moment; `/time` is written after all else, so that a record counts only when it is whole.
-In the end `finish` gives a copy its stats and its final name.
+During a run the data go to ``result.part.h5`` in HDF5's single-writer mode. The file on disk is then consistent at any time,
+even after a kill. `/time` is written last, so a reader counts only complete records.
+At the end `finish` copies the file, adds the stats and gives the copy its final name.
 
-Version 2 has of contact pairs more than force and gap; read from a file of version 1, the rest is NaN. Version 3 has films.
+Version 1 has only force and gap of the contact pairs; their other quantities are read as NaN. Version 3 adds films.
 """
 
 from __future__ import annotations
@@ -67,17 +67,17 @@ from fsm.results.curve import Curve
 from fsm.results.datasets import (
     add_scale,
     append_samples,
-    described,
     read_curve,
     read_film,
     read_samples,
+    set_description,
     write_curve,
     write_film,
 )  # fmt: skip
 from fsm.results.film import Samples
+from fsm.results.interrupted_file import is_marked_open, without_open_marks
 from fsm.results.solution import ENERGIES, PAIRS, Floats, Layout, Record, Solution, stack, stack_energies
-from fsm.results.sound_summary import sound_summary
-from fsm.results.unfinished import is_marked_open, unmarked
+from fsm.results.summary_check import check_summary
 
 __all__ = ["ResultWriter", "part_path", "read_checkpoint", "read_solution", "write_checkpoint"]
 
@@ -88,7 +88,7 @@ CHUNK_BYTES = 65_536
 
 
 class _Variable(NamedTuple):
-    """A dataset over time: where it is, its dimensions after time, unit, what it is, and the version that brought it."""
+    """Dataset over time: path, dimensions after time, unit, description, and the first layout version that has it."""
 
     path: str
     dims: tuple[str, ...]
@@ -116,31 +116,31 @@ VARIABLES: dict[str, _Variable] = {
 
 
 def part_path(path: str | Path) -> Path:
-    """Where the results of a run that has not finished are: ``result.h5`` -> ``result.part.h5``."""
+    """Path of the results of an unfinished run: ``result.h5`` -> ``result.part.h5``."""
     path = Path(path)
     return path.with_name(f"{path.stem}.part.h5")
 
 
 class ResultWriter:
-    """Writes a results file record by record; a context manager.
+    """Writer of a results file, record by record; a context manager.
 
     Parameters
     ----------
-    path : where the finished file goes; until `finish` the data are in `part_path(path)`
+    path : path of the finished file; until `finish` the data are in `part_path(path)`
     layout : Layout
     resume_at : int, optional
-        Go on with the part file that is there, after its first `resume_at` records.
-    samples_at : int
-        And after its first so many samples.
+        Continue the existing part file after its first `resume_at` records.
     flush_every : s
-        Longest time a record stays in memory only, whether or not another one follows.
+        Longest time that a record stays in memory only.
+    samples_at : int
+        Number of samples of the part file to keep when a run is resumed.
 
     Raises
     ------
     CaseError
-        Resume: no part file, a damaged one, one of another scene, or one with fewer records.
+        On resume the part file is missing, damaged, of another scene, or has too few records.
     CannotWrite
-        No room, or no right to.
+        The disk is full, or the user may not write to the folder.
     """
 
     def __init__(
@@ -158,20 +158,20 @@ class ResultWriter:
         self._samples: list[tuple[float, Floats]] = []
         self._record_bytes = 1
         self._file: Any = None
-        self._held: list[Any] = []  # open datasets: HDF5 cannot close one that it cannot write
+        self._open_datasets: list[Any] = []  # kept open for `close_discarding`
         self._written = 0
         self._failure: Exception | None = None
         self._lock = threading.Lock()
         self._stop = threading.Event()
         self._flush_every = flush_every
         self._flushed_at = time.monotonic()
-        with self._explained():
+        with self._write_errors():
             self.path.parent.mkdir(parents=True, exist_ok=True)
             if resume_at is not None:
                 self._resume(resume_at, samples_at)
             else:
                 self.part.unlink(missing_ok=True)
-        self._thread = threading.Thread(target=self._flush_now_and_then, name="fsm results", daemon=True)
+        self._thread = threading.Thread(target=self._flush_periodically, name="fsm results", daemon=True)
         self._thread.start()
 
     def __enter__(self) -> Self:
@@ -188,12 +188,12 @@ class ResultWriter:
 
     @property
     def n_records(self) -> int:
-        """Records so far, those of a resumed run included."""
+        """Number of records so far, including those of a resumed run."""
         return self._written + len(self._records)
 
     def append(self, record: Record) -> None:
-        """Take one record; it is on disk at the next flush, and must not be changed until then."""
-        with self._lock, self._explained():
+        """Add one record; the next flush writes it to disk, and the caller must not change it before."""
+        with self._lock, self._write_errors():
             if self._failure is not None:
                 raise self._failure
             self._records.append(record)
@@ -203,24 +203,24 @@ class ResultWriter:
                 self._flush()
 
     def sample(self, at: float, displacement: Floats) -> None:
-        """Take one sample of the probes, (n_probes, 3), m; it goes to disk with the records."""
+        """Add one sample of the probes, (n_probes, 3), m; it is written with the records."""
         with self._lock:
             self._samples.append((at, displacement))
 
     def flush(self) -> None:
         """Write all records to disk now."""
-        with self._lock, self._explained():
+        with self._lock, self._write_errors():
             self._flush()
 
     def close(self) -> None:
-        """Write what is there and close; without `finish` before, the part file stays."""
+        """Write all records and close the part file, which stays until `finish`."""
         self._stop.set()
         self._thread.join()
-        with self._lock, self._explained():
+        with self._lock, self._write_errors():
             self._flush()
             if self._file is not None:
                 self._file.close()
-            self._file, self._held = None, []
+            self._file, self._open_datasets = None, []
 
     def finish(
         self,
@@ -229,12 +229,18 @@ class ResultWriter:
         array: ArrayMotion | None = None,
         curve: Curve | None = None,
     ) -> None:
-        """Close, add `stats`, `summary`, the motion of an array and the force curve, and give the file its final name."""
+        """Close, add stats, summary, motion of an array and force curve, and give the file its final name.
+
+        Raises
+        ------
+        ValueError
+            There is no record.
+        """
         if self.n_records == 0:
             raise ValueError("a results file needs at least one record")
         self.close()
-        with self._explained():
-            # a copy: the part file is whole until the end
+        with self._write_errors():
+            # works on a copy, so that the part file stays complete if this fails
             with atomic_write(self.path) as new, written_from_memory(new, self.part) as file:
                 write_attributes(file["stats"], stats)
                 write_attributes(file["summary"], summary)
@@ -251,9 +257,9 @@ class ResultWriter:
         if len(old) < n_records:
             text = f"holds {len(old)} records, fewer than the {n_records} to resume after"
             raise CaseError(text, str(self.part))
-        for what in ("pair_names", "drive_names", "body_names", "dimension"):
-            if getattr(old.layout, what) != getattr(self.layout, what):
-                raise CaseError(f"belongs to another scene: its {what} differ", str(self.part))
+        for name in ("pair_names", "drive_names", "body_names", "dimension"):
+            if getattr(old.layout, name) != getattr(self.layout, name):
+                raise CaseError(f"belongs to another scene: its {name} differ", str(self.part))
         if n_records == 0:
             self.part.unlink()
         else:
@@ -263,7 +269,7 @@ class ResultWriter:
 
     def _flush(self) -> None:
         if self._samples and self._file is not None:
-            append_samples(self._file, _stacked(self._samples))
+            append_samples(self._file, _stack_samples(self._samples))
             self._samples = []
         if not self._records:
             return
@@ -280,7 +286,7 @@ class ResultWriter:
         self._flushed_at = time.monotonic()
 
     def _open(self, rows: dict[str, Any], times: Floats, samples: Samples | None = None) -> None:
-        """Create the part file with its first rows in one go, then open it for a single writer."""
+        """Create the part file with its first rows in one step, then open it in single-writer mode."""
         with atomic_write(self.part) as new, written_from_memory(new) as file:
             _write_layout(file, self.layout)
             _create_variables(file, rows)
@@ -290,46 +296,47 @@ class ResultWriter:
         self._file = h5py.File(self.part, "r+", libver="latest", locking="best-effort")
         self._file.swmr_mode = True
         grown = [variable.path for variable in VARIABLES.values()] + ["time", "probes/time", "probes/displacement"]
-        self._held = [self._file[name] for name in grown if name in self._file]
+        self._open_datasets = [self._file[name] for name in grown if name in self._file]
         self._written = len(times)
 
-    def _flush_now_and_then(self) -> None:
+    def _flush_periodically(self) -> None:
         while not self._stop.wait(self._flush_every / 2):
             with self._lock:
                 try:
-                    with self._explained():
+                    with self._write_errors():
                         if time.monotonic() - self._flushed_at >= self._flush_every / 2:
                             self._flush()
-                except Exception as error:  # raised where someone sees it, by the next append
+                except Exception as error:  # the next `append` raises it in the caller's thread
                     self._failure = error
                     return
 
     @contextmanager
-    def _explained(self) -> Iterator[None]:
+    def _write_errors(self) -> Iterator[None]:
+        """Turn an error of HDF5 or the system into `CannotWrite`, and abandon the file."""
         try:
             yield
         except (OSError, RuntimeError) as error:
             if self._file is not None:
                 close_discarding(self._file)
-                self._file, self._held = None, []
+                self._file, self._open_datasets = None, []
             self._records, self._samples = [], []
-            text = f"the results cannot be written ({_reason(error)}); is there room, and may you write there?"
+            text = f"the results cannot be written ({_system_message(error)}); check free space and write permission"
             self._failure = found = CannotWrite(f"{self.part}: {text}")
             raise found from error
 
 
-def _reason(error: Exception) -> str:
-    """What the system said, without where in the library."""
+def _system_message(error: Exception) -> str:
+    """Message of the operating system, without the place in the HDF5 library."""
     found = re.search(r"error message = '([^']*)'", str(error))
     return found[1] if found else " ".join(str(error).split())[:200]
 
 
 def _write_layout(file: Any, layout: Layout) -> None:
-    """All that does not change, names and scales first."""
+    """Write the data that are constant in time, names and scales first."""
     texts = {"format": FORMAT, "dimension": layout.dimension, "thickness_units": "m"}
     write_attributes(file, {**texts, "version": VERSION, "thickness": layout.thickness})
     case = file.create_dataset("case", data=fixed_text(layout.case_text))
-    described(case, "1", "the case file")
+    set_description(case, "1", "the case file")
     for group in ("provenance", "summary", "stats"):
         file.create_group(group)
     write_attributes(file["provenance"], dict(layout.provenance))
@@ -340,16 +347,16 @@ def _write_layout(file: Any, layout: Layout) -> None:
     add_scale(file, "axis", ["x", "y", "z"], "inertial axis")
     add_scale(file, "quad", np.arange(len(layout.panel)), "plate, in order")
     panel = file.create_dataset("panel", data=np.asarray(layout.panel, dtype=np.int64))
-    described(panel, "1", "panel a plate belongs to, from 1; 0 for none")
+    set_description(panel, "1", "panel a plate belongs to, from 1; 0 for none")
     panel.dims[0].attach_scale(file["quad"])
     if layout.film is not None:
         write_film(file, layout.film)
 
 
 def _create_variables(file: Any, rows: dict[str, Any]) -> None:
-    """Empty datasets that grow along time, with their scales attached."""
+    """Create empty datasets that grow along time, with their scales attached."""
     times = file.create_dataset("time", (0,), np.float64, maxshape=(None,), chunks=(256,), fillvalue=np.nan)
-    described(times, "s", "time")
+    set_description(times, "s", "time")
     times.make_scale("time")
     add_scale(file, "coordinate", np.arange(rows["q"].shape[1]), "number of the coordinate")
     add_scale(file, "rate", np.arange(rows["u"].shape[1]), "number of the velocity")
@@ -357,20 +364,20 @@ def _create_variables(file: Any, rows: dict[str, Any]) -> None:
         tail = rows[name].shape[1:]
         sizes = tuple(len(file[dim]) for dim in variable.dims)
         if tail != sizes:
-            raise ValueError(f"{name} has the shape {tail} per record, the layout says {sizes}")
+            raise ValueError(f"{name} has the shape {tail} per record; the layout requires {sizes}")
         if 0 in tail:
             continue
         row_bytes = 8 * int(np.prod(tail, dtype=int))
         chunk = (max(1, min(256, CHUNK_BYTES // row_bytes)), *tail)
         kind = np.int64 if name == "negative_pivots" else np.float64
         data = file.create_dataset(variable.path, (0, *tail), kind, maxshape=(None, *tail), chunks=chunk, fletcher32=True)
-        described(data, variable.units, variable.text)
+        set_description(data, variable.units, variable.text)
         for axis, dim in enumerate(("time", *variable.dims)):
             data.dims[axis].attach_scale(file[dim])
 
 
 def _append_rows(file: Any, rows: dict[str, Any], times: Floats, start: int) -> None:
-    """Rows after the first `start`; time last, since it is what makes a record count."""
+    """Append rows after the first `start`; times are written last, because a reader counts records by their times."""
     stop = start + len(times)
     for name, values in rows.items():
         path = VARIABLES[name].path
@@ -384,15 +391,15 @@ def _append_rows(file: Any, rows: dict[str, Any], times: Floats, start: int) -> 
 
 
 def read_solution(path: str | Path) -> Solution:
-    """Read a results file, finished or not (also one whose run was killed or is still going on).
+    """Read a results file, also of a run that was killed or is still running.
 
     Raises
     ------
     CaseError
-        There is no such file, it is not one of ours, or it is damaged; the message says which.
+        The file is missing, damaged, or not a results file.
     """
     path = Path(path)
-    with _opened(path, FORMAT) as file:
+    with _open_hdf5(path, FORMAT) as file:
         if int(attribute(file, "version")) > VERSION:
             raise CaseError(f"was written by a newer version (layout {attribute(file, 'version')})", str(path))
         times = numbers_in(file, "time", (None,), finite=False)
@@ -405,7 +412,7 @@ def read_solution(path: str | Path) -> Solution:
             samples=read_samples(file),
             layout=_read_layout(file),
             stats=read_attributes(file["stats"]),
-            summary=sound_summary(read_attributes(file["summary"])),
+            summary=check_summary(read_attributes(file["summary"])),
             array=read_array(file, n),
             curve=read_curve(file),
             **values,
@@ -439,11 +446,11 @@ def _read_layout(file: Any) -> Layout:
 
 
 @contextmanager
-def _opened(path: Path, wanted: str) -> Iterator[Any]:
-    """An HDF5 file of the wanted kind, faults in plain words."""
+def _open_hdf5(path: Path, kind: str) -> Iterator[Any]:
+    """Open an HDF5 file of a kind (`FORMAT` or `CHECKPOINT_FORMAT`); faults become a `CaseError`."""
     if path.exists() and not path.is_file():
-        there = path / "result.h5"
-        what = f"is a folder; give {there}" if there.is_file() else "is a folder, a pipe or a device, no file"
+        inside = path / "result.h5"
+        what = f"is a folder; give {inside}" if inside.is_file() else "is a folder, a pipe or a device, not a file"
         raise CaseError(what, str(path))
     if not path.is_file():
         part = part_path(path)
@@ -451,22 +458,22 @@ def _opened(path: Path, wanted: str) -> Iterator[Any]:
         raise CaseError(f"there is no such file{hint}", str(path))
     try:
         if not has_checksums(path):
-            raise CaseError(f"is not an {wanted} file (not HDF5), or its beginning is damaged", str(path))
-        with h5py.File(unmarked(path) if is_marked_open(path) else path, "r", locking="best-effort") as file:
+            raise CaseError(f"is not an {kind} file (not HDF5), or its beginning is damaged", str(path))
+        with h5py.File(without_open_marks(path) if is_marked_open(path) else path, "r", locking="best-effort") as file:
             check_contents(file)
-            if "format" not in file.attrs or attribute(file, "format") != wanted:
-                raise CaseError(f"is an HDF5 file, but not an {wanted} file", str(path))
+            if "format" not in file.attrs or attribute(file, "format") != kind:
+                raise CaseError(f"is an HDF5 file, but not an {kind} file", str(path))
             yield file
     except READ_ERRORS as error:
         raise CaseError(f"is damaged or cannot be read ({' '.join(str(error).split())[:200]})", str(path)) from error
 
 
-def _stacked(samples: list[tuple[float, Floats]]) -> Samples:
+def _stack_samples(samples: list[tuple[float, Floats]]) -> Samples:
     return Samples(np.array([at for at, _ in samples]), np.array([values for _, values in samples]))
 
 
 def write_checkpoint(path: str | Path, arrays: dict[str, np.ndarray], attributes: dict[str, Any]) -> None:
-    """Write arrays and attributes; at any moment `path` is the old checkpoint or the new one, whole."""
+    """Write arrays and attributes; at any time `path` is the complete old or the complete new checkpoint."""
     path = Path(path)
     with atomic_write(path) as part, written_from_memory(part) as file:
         file.attrs["format"] = fixed_text(CHECKPOINT_FORMAT)
@@ -478,14 +485,14 @@ def write_checkpoint(path: str | Path, arrays: dict[str, np.ndarray], attributes
 
 
 def read_checkpoint(path: str | Path) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-    """Arrays and attributes of a checkpoint.
+    """Read arrays and attributes of a checkpoint.
 
     Raises
     ------
     CaseError
-        There is no such file, it is not a checkpoint, or it is damaged.
+        The file is missing, damaged, or not a checkpoint.
     """
-    with _opened(Path(path), CHECKPOINT_FORMAT) as file:
+    with _open_hdf5(Path(path), CHECKPOINT_FORMAT) as file:
         arrays = {name: numbers_in(file, f"arrays/{name}", data.shape, False) for name, data in file["arrays"].items()}
         if attribute(file, "checksum") != _checksum(file):
             raise CaseError("is damaged: its checksum differs; run again without --resume", str(path))

@@ -1,4 +1,4 @@
-"""summary.json: written whole, with a checksum."""
+"""Reading and writing of `summary.json`, which carries a checksum and is written in one step."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from fsm.errors import CaseError
 __all__ = ["SUMMARY", "read_summary", "write_summary"]
 
 SUMMARY = "summary.json"
-"""Its presence in a folder means that the case there is solved."""
+"""Name of the summary file; a folder that has it holds a solved case."""
 
 _KEY = "checksum"
 
 
 def write_summary(summary: Mapping[str, Any], path: str | Path) -> None:
-    """Write a summary and the SHA-256 of its other keys, as JSON with sorted keys."""
+    """Write a summary as JSON; the key `checksum` is the SHA-256 of the other keys."""
     with atomic_write(path) as part:
         part.write_text(json.dumps({**summary, _KEY: _checksum(summary)}, indent=2) + "\n", encoding="utf-8")
 
@@ -31,13 +31,13 @@ def read_summary(path: str | Path) -> dict[str, Any]:
     Raises
     ------
     CaseError
-        There is no such file, it is no summary, or it was changed after it was written.
+        The file is missing, is not a summary, or was changed after it was written.
     """
     try:
         summary = json.loads(Path(path).read_text(encoding="utf-8"))
         stored = summary.pop(_KEY)
     except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
-        raise CaseError(f"is no summary of a run ({error}); run the case again", str(path)) from None
+        raise CaseError(f"is not a summary of a run ({error}); run the case again", str(path)) from None
     if stored != _checksum(summary):
         raise CaseError("is damaged or was edited: its checksum differs; run the case again", str(path))
     return dict(summary)

@@ -1,4 +1,4 @@
-"""The numbers of a vibration: frequency with its resolution, decay, amplitudes."""
+"""Results of a vibration: frequency with its resolution, decay rate, amplitudes."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ import numpy as np
 from fsm.results.solution import Floats, Solution
 from fsm.results.spectrum import amplitude, fit_damped_sinusoid, spectrum
 
-__all__ = ["doubts", "free_history", "summarise_vibration"]
+__all__ = ["free_history", "frequency_warnings", "summarise_vibration"]
 
-_FEWEST = 8
-"""Samples of the free motion, from which on a frequency is looked for."""
-_PERIODS = 3.0
-"""Periods in the free motion, from which on other modes and the offset can be told from the frequency that is fitted."""
-_GROWTH = 0.1
-"""Growth of the fitted motion over its history up to which it is none: undamped modes beat, and fits round."""
+_MIN_SAMPLES = 8
+"""Fewest samples of the free motion for the fit of a frequency."""
+_MIN_PERIODS = 3.0
+"""Fewest periods of the free motion with which the fit separates the frequency from other modes and the offset."""
+_MAX_GROWTH = 0.1
+"""Growth exponent over the history below which no warning is given: beats of undamped modes cause such growth."""
 
 
 def free_history(solution: Solution, probe: str, pulse_end: float) -> tuple[Floats, Floats]:
-    """Times (s) and normal displacements (m) of a probe after the impact."""
+    """Times (s) and normal displacements (m) of a probe after the pulse."""
     assert solution.layout.film is not None
     column = solution.layout.film.probe_names.index(probe)
     after = solution.samples.time >= pulse_end
@@ -30,16 +30,15 @@ def free_history(solution: Solution, probe: str, pulse_end: float) -> tuple[Floa
 
 
 def summarise_vibration(solution: Solution, pulse_end: float) -> dict[str, Any]:
-    """Frequency and decay at the center, amplitudes at center and patch.
+    """Frequency and decay rate at the center of the film, amplitudes at center and patch.
 
-    * `frequency_hz`, `decay_rate`, `damping_ratio`: of the damped sinusoid fitted to the free motion of the center, after
-      the pulse; `fit_residual`: what the fit leaves, other modes for example
-    * `frequency_fft_hz`: highest line of the spectrum of the same motion; `frequency_resolution_hz`: distance of its lines
+    * `frequency_hz`, `decay_rate`, `damping_ratio`: damped sinusoid fitted to the free motion of the center after the pulse
+    * `fit_residual`: relative residual of this fit, for example from other modes
+    * `frequency_fft_hz`: highest bin of the spectrum of the same motion; `frequency_resolution_hz`: distance of its bins
     * `amplitude_center`, `amplitude_patch`, m: largest normal displacement from rest; None without such a probe
-
     * `free_from`, s: end of the pulse
 
-    None where nothing moves, or too short to say.
+    Frequency and decay are None if the center does not move or the free motion is too short.
     """
     film = solution.layout.film
     assert film is not None
@@ -53,7 +52,7 @@ def summarise_vibration(solution: Solution, pulse_end: float) -> dict[str, Any]:
             found = amplitude(solution.samples.displacement[:, film.probe_names.index(name), 2])
         summary[f"amplitude_{name}"] = found
     time, moved = free_history(solution, "center", pulse_end)
-    if len(time) >= _FEWEST and np.any(moved != moved[0]):
+    if len(time) >= _MIN_SAMPLES and np.any(moved != moved[0]):
         lines, fit = spectrum(time, moved), fit_damped_sinusoid(time, moved)
         summary |= {
             "frequency_hz": fit.frequency,
@@ -66,35 +65,39 @@ def summarise_vibration(solution: Solution, pulse_end: float) -> dict[str, Any]:
     return summary
 
 
-def doubts(time: Floats, summary: Mapping[str, Any]) -> list[str]:
-    """Why frequency and decay in the summary may not be those of the film, in a line; none for a history that tells them.
+def frequency_warnings(time: Floats, summary: Mapping[str, Any]) -> list[str]:
+    """Warning, if any, that frequency and decay rate in the summary may be wrong.
 
-    The free motion is too short for a fit, or holds fewer than three periods of it; the fit is off the highest line of the
-    spectrum by more than the distance of two lines and the width that the decay gives a line, decay/(2 pi) (a damped
-    sinusoid alone is off by half of that at most); or the motion that was fitted grows.
+    A warning is given in four cases:
+
+    * The free motion has too few samples for a fit.
+    * The free motion holds fewer than three periods.
+    * Fit and FFT differ by more than the distance of two bins plus decay/(2 pi), the width of a damped line.
+      For a single damped sinusoid they differ by half of this at most.
+    * The fitted motion grows.
 
     Parameters
     ----------
     time : (n,) array, s
-        Of all samples.
-    summary : what `summarise_vibration` says of them
+        Times of all samples.
+    summary : result of `summarise_vibration` for these samples
     """
-    if not summary["free_from"]:  # nothing struck it
+    if not summary["free_from"]:  # no pulse
         return []
     count = int(np.sum(time >= summary["free_from"]))
-    longer = "give a longer vibration.duration"
-    if count < _FEWEST:
-        return [f"no frequency: {count} samples after the pulse, {_FEWEST} are wanted; {longer}"]
+    remedy = "give a longer vibration.duration"
+    if count < _MIN_SAMPLES:
+        return [f"no frequency: {count} samples after the pulse, {_MIN_SAMPLES} are needed; {remedy}"]
     if summary["frequency_hz"] is None:
         return []
-    frequency, decay, between = (summary[key] for key in ("frequency_hz", "decay_rate", "frequency_resolution_hz"))
+    frequency, decay, resolution = (summary[key] for key in ("frequency_hz", "decay_rate", "frequency_resolution_hz"))
     found = []
-    if frequency < _PERIODS * between:
-        periods = f"{frequency / between:.2g} periods of {frequency:.4g} Hz"
-        found.append(f"the free motion of {1e3 / between:.3g} ms holds {periods}")
-    apart = abs(frequency - summary["frequency_fft_hz"])
-    if apart > between + max(decay, 0.0) / (2.0 * math.pi):
-        found.append(f"fit and FFT are {apart:.3g} Hz apart, lines {between:.3g} Hz")
-    if -decay > _GROWTH * between:
-        found.append(f"the motion fitted grows, by {-decay:.3g} 1/s")
-    return [f"frequency and decay are doubtful: {', '.join(found)}; {longer}"] if found else []
+    if frequency < _MIN_PERIODS * resolution:
+        periods = f"{frequency / resolution:.2g} periods of {frequency:.4g} Hz ({_MIN_PERIODS:g} are needed)"
+        found.append(f"the free motion of {1e3 / resolution:.3g} ms holds {periods}")
+    difference = abs(frequency - summary["frequency_fft_hz"])
+    if difference > resolution + max(decay, 0.0) / (2.0 * math.pi):
+        found.append(f"fit and FFT differ by {difference:.3g} Hz (resolution {resolution:.3g} Hz)")
+    if -decay > _MAX_GROWTH * resolution:
+        found.append(f"the fitted motion grows at {-decay:.3g} 1/s")
+    return [f"frequency and decay are doubtful: {', '.join(found)}; {remedy}"] if found else []

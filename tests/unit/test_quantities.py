@@ -190,7 +190,7 @@ def test_thinned_curves_keep_peaks_and_ends() -> None:
     path = np.where(s < 0.02, 0, np.where(s < 0.025, 1, 2))
     force = np.sin(400 * s) + 0.3 * np.sin(4e4 * s)
     curve = curve_of(s, force, path=path)
-    thin = curve.thinned(500)
+    thin = curve.decimate(500)
     assert len(thin) < 1000
     for dynamic in (False, True):
         kept, all_of_them = (one.force[one.dynamic == dynamic] for one in (thin, curve))

@@ -13,9 +13,9 @@ import pytest
 
 from fsm.errors import CaseError, FsmError
 from fsm.results.export import write_contact_csv, write_force_csv
+from fsm.results.interrupted_file import checksum, is_marked_open, without_open_marks
 from fsm.results.solution import ENERGIES, PAIRS, Layout, Record, Solution
 from fsm.results.store import ResultWriter, part_path, read_checkpoint, read_solution, write_checkpoint
-from fsm.results.unfinished import checksum, is_marked_open, unmarked
 
 LAYOUT = Layout(
     case_text='title = "Streifen, 80°"\n[strip]\npanels = 6\n',
@@ -331,7 +331,7 @@ def test_checkpoint_that_fails_leaves_the_old_one(tmp_path: Path) -> None:
 def test_an_energy_without_a_name_is_not_lost() -> None:
     one = record(0)
     one.energy["springs"] = 1.0
-    with pytest.raises(ValueError, match="no result has a place for: springs"):
+    with pytest.raises(ValueError, match="unknown energies in a record: springs"):
         Solution.from_records([one], LAYOUT)
 
 
@@ -400,7 +400,7 @@ def test_copy_without_marks_is_a_plain_hdf5_file(tmp_path: Path) -> None:
     data = bytearray((tmp_path / "result.part.h5").read_bytes())
     data[28:36] = (200).to_bytes(8, "little")  # an end of file that was not brought up to date
     (tmp_path / "stale.h5").write_bytes(data)
-    (tmp_path / "plain.h5").write_bytes(unmarked(tmp_path / "stale.h5").getvalue())
+    (tmp_path / "plain.h5").write_bytes(without_open_marks(tmp_path / "stale.h5").getvalue())
     with h5py.File(tmp_path / "plain.h5") as file:
         assert file["time"][0] == 0.0
     assert len(read_solution(tmp_path / "plain.h5")) >= 10

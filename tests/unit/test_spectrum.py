@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fsm.results.spectrum import amplitude, fit_damped_sinusoid, spectrum
-from fsm.results.vibration import doubts
+from fsm.results.vibration import frequency_warnings
 
 
 def signal(t: np.ndarray, f: float, decay: float = 0.0, size: float = 1.0, phase: float = 0.3) -> np.ndarray:
@@ -80,7 +80,7 @@ def test_a_film_at_rest() -> None:
 def test_histories_that_are_none() -> None:
     with pytest.raises(ValueError, match="at least 4"):
         spectrum([0, 1, 2], [1, 2, 3])
-    with pytest.raises(ValueError, match="not even"):
+    with pytest.raises(ValueError, match="not equally spaced"):
         spectrum([0, 1, 2, 3.5], [1, 2, 3, 4])
 
 
@@ -92,7 +92,7 @@ def test_amplitude() -> None:
 def said_of(t: np.ndarray, y: np.ndarray, pulse_end: float = 1e-3) -> list[str]:
     """Doubts of a history whose times count from the end of the pulse."""
     lines, fit = spectrum(t, y), fit_damped_sinusoid(t, y)
-    return doubts(t + pulse_end, {
+    return frequency_warnings(t + pulse_end, {
         "free_from": pulse_end, "frequency_hz": fit.frequency, "decay_rate": fit.decay, "frequency_fft_hz": lines.peak,
         "frequency_resolution_hz": lines.resolution,
     })  # fmt: skip
@@ -115,12 +115,12 @@ def test_doubts_say_what_is_wrong_and_what_to_do() -> None:
     assert short.endswith("give a longer vibration.duration")
     t = np.arange(500) * 2e-3
     (growing,) = said_of(t, signal(t, 20.0, decay=-0.5))
-    assert "the motion fitted grows, by 0.5 1/s" in growing and "periods" not in growing
+    assert "the fitted motion grows at 0.5 1/s" in growing and "periods" not in growing
     told = {"free_from": 0.1, "frequency_hz": 23.0, "decay_rate": 0.1, "frequency_fft_hz": 20.0}
     told["frequency_resolution_hz"] = 1.0
-    (apart,) = doubts(t, told)
-    assert "fit and FFT are 3 Hz apart, lines 1 Hz" in apart and "grows" not in apart
-    assert doubts(t, told | {"decay_rate": 20.0}) == []
-    (none,) = doubts(t, told | {"free_from": 0.99})
-    assert none == "no frequency: 5 samples after the pulse, 8 are wanted; give a longer vibration.duration"
-    assert doubts(t, told | {"free_from": 0.0}) == []
+    (apart,) = frequency_warnings(t, told)
+    assert "fit and FFT differ by 3 Hz (resolution 1 Hz)" in apart and "grows" not in apart
+    assert frequency_warnings(t, told | {"decay_rate": 20.0}) == []
+    (none,) = frequency_warnings(t, told | {"free_from": 0.99})
+    assert none == "no frequency: 5 samples after the pulse, 8 are needed; give a longer vibration.duration"
+    assert frequency_warnings(t, told | {"free_from": 0.0}) == []

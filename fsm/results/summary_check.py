@@ -1,38 +1,38 @@
-"""Whether the summary in a results file is one: figures and tables take its stages, events and numbers as they are."""
+"""Check of the summary in a results file: figures and tables use its entries without further checks."""
 
 from __future__ import annotations
 
 import math
 from typing import Any
 
-__all__ = ["sound_summary"]
+__all__ = ["check_summary"]
 
 _ITEMS = {"stages": ("name", ("travel", "force")), "events": ("kind", ("travel", "end_travel", "force", "end_force"))}
-"""Lists in a summary: what names an item, and its numbers."""
+"""Lists in a summary: the key of the item's name, and the keys of its numbers."""
 _NUMBERS = (
     "peak_force", "peak_travel", "frequency_hz", "frequency_fft_hz", "frequency_resolution_hz", "decay_rate", "free_from",
 )  # fmt: skip
-"""Numbers that figures show, if they are there."""
+"""Numbers that figures show, if present."""
 
 
-def sound_summary(summary: dict[str, Any]) -> dict[str, Any]:
-    """The summary as it was given.
+def check_summary(summary: dict[str, Any]) -> dict[str, Any]:
+    """Check the types of the entries of a summary and return it unchanged.
 
     Raises
     ------
     ValueError
-        Its stages or events are not lists of such, its warnings are no texts, or a number is none.
+        `stages`, `events`, `warnings` or a number has the wrong type.
     """
     for key, (name, numbers) in _ITEMS.items():
         items = summary.get(key, [])
         if not isinstance(items, list) or not all(_is_item(item, name, numbers) for item in items):
-            raise ValueError(f"{key} in the summary are no {key}")
+            raise ValueError(f"{key} in the summary are not a list of {key}")
     warnings = summary.get("warnings", [])
     if not isinstance(warnings, list) or not all(isinstance(text, str) for text in warnings):
-        raise ValueError("warnings in the summary are no texts")
+        raise ValueError("warnings in the summary are not a list of texts")
     for key in _NUMBERS:
         if not isinstance(summary.get(key), int | float | None):
-            raise ValueError(f"{key} in the summary is no number")
+            raise ValueError(f"{key} in the summary is not a number")
     return summary
 
 

@@ -1,9 +1,9 @@
-"""Reading an HDF5 file whose writer was killed, or is still at work.
+"""Reading of an HDF5 file whose writer was killed or is still running.
 
-HDF5 marks a file that is open for writing and refuses to open it afterwards; in its own way round that (SWMR
-reading) it tries a damaged block again and again, with pauses that double, practically for ever. So: take a
-copy in memory, take the marks off its first block, and read that. What was flushed is consistent on disk: the
-writer is in SWMR mode.
+HDF5 marks a file that is open for writing, and refuses to open a marked file again. Its SWMR mode (single writer,
+multiple readers) would open it, but retries a damaged block with ever longer pauses, practically without end.
+This module copies the file to memory, clears the marks in the first block, and reads the copy.
+Flushed data are consistent on disk, because the writer uses SWMR mode.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ from pathlib import Path
 
 from fsm.hdf5_checked import SIGNATURE
 
-__all__ = ["checksum", "is_marked_open", "unmarked"]
+__all__ = ["checksum", "is_marked_open", "without_open_marks"]
 
 SUPERBLOCK = struct.Struct("<8sBBBBQQQQ")
-"""Signature, version (3), sizes (offsets, lengths), marks, base, extension, end, root; then a checksum."""
+"""First block: signature, version (3), sizes (offsets, lengths), marks, base, extension, end, root; a checksum follows."""
 CHECKSUM = struct.Struct("<I")
 
 
 def is_marked_open(path: Path) -> bool:
-    """Whether a file says that it is open for writing; only HDF5 files like ours (superblock 3) say so."""
+    """Whether a file is marked as open for writing; only HDF5 files with superblock 3, as `fsm` writes them, are."""
     with path.open("rb") as file:
         head = file.read(SUPERBLOCK.size + CHECKSUM.size)
     if len(head) < SUPERBLOCK.size + CHECKSUM.size:
@@ -31,8 +31,8 @@ def is_marked_open(path: Path) -> bool:
     return bool(signature == SIGNATURE and version == 3 and offsets == 8 and marks)
 
 
-def unmarked(path: Path) -> io.BytesIO:
-    """Copy of a file that is marked open, in memory, without the marks and with its true end."""
+def without_open_marks(path: Path) -> io.BytesIO:
+    """Copy in memory of a file that is marked open, with the marks cleared and the end of file corrected."""
     data = bytearray(path.read_bytes())
     signature, version, offsets, lengths, _, base, extension, end, root = SUPERBLOCK.unpack_from(data)
     fields = (signature, version, offsets, lengths, 0, base, extension, max(end, len(data)), root)
@@ -56,19 +56,19 @@ def _add(x: int, y: int) -> int:
     return (x + y) & 0xFFFFFFFF
 
 
-def _turn(x: int, bits: int) -> int:
+def _rotate_left(x: int, bits: int) -> int:
     return ((x << bits) | (x >> (32 - bits))) & 0xFFFFFFFF
 
 
 def _mix(a: int, b: int, c: int) -> tuple[int, int, int]:
-    for bits in (4, 6, 8, 16, 19, 4):  # each line of lookup3's mix(), with the three names moved on by one
-        a, c = ((a - c) & 0xFFFFFFFF) ^ _turn(c, bits), _add(c, b)
+    for bits in (4, 6, 8, 16, 19, 4):  # one line of lookup3's mix() per pass; the three names rotate
+        a, c = ((a - c) & 0xFFFFFFFF) ^ _rotate_left(c, bits), _add(c, b)
         a, b, c = b, c, a
     return a, b, c
 
 
 def _final(a: int, b: int, c: int) -> int:
     for bits in (14, 11, 25, 16, 4, 14, 24):
-        c = ((c ^ b) - _turn(b, bits)) & 0xFFFFFFFF
+        c = ((c ^ b) - _rotate_left(b, bits)) & 0xFFFFFFFF
         a, b, c = b, c, a
     return b
