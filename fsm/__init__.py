@@ -8,7 +8,7 @@ From a file::
     summary = fsm.run_case(loaded, "out/run")
     solution = fsm.read_solution("out/run/result.h5")
 
-Public names are imported when they are first used, so that ``import fsm`` costs nothing.
+A public name is imported at its first use, so that ``import fsm`` is fast.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ _MODULES: dict[str, str] = {
     "simulate": "fsm.solve.simulate",
     "run_table": "fsm.table",
 }
-"""Public name to the module that defines it."""
+"""Module that defines each public name."""
 
 __all__ = [
     "Body",
@@ -112,7 +112,7 @@ def __dir__() -> list[str]:
 
 
 def _version() -> str:
-    """Version of the installed package; of a source tree that is not installed, ``0+unknown``."""
+    """Version of the installed package; ``0+unknown`` for a source tree that is not installed."""
     from importlib.metadata import PackageNotFoundError, version
 
     try:

@@ -1,4 +1,4 @@
-"""``python -m fsm``: the command line."""
+"""Entry point of ``python -m fsm``, the command line."""
 
 from fsm.cli import main
 

@@ -1,4 +1,4 @@
-"""Files that are there whole or not at all, whenever the program is killed and whatever fails while they are written."""
+"""Atomic writing: a file appears complete or not at all, even if the program is killed or the write fails."""
 
 from __future__ import annotations
 
@@ -13,18 +13,23 @@ __all__ = ["remove_partial_files", "atomic_write"]
 
 @contextmanager
 def atomic_write(path: str | Path) -> Iterator[Path]:
-    """A file beside `path` to write to, which takes its name and place when the block ends without an error.
+    """Write to a temporary file that replaces `path` when the block ends without an error.
 
     Parameters
     ----------
-    path : where the file goes
-        Until then ``force.png`` is ``.force.part.png``: programs that look at the suffix see the same one.
-        What a kill leaves of it goes with `remove_partial_files`.
+    path : str or Path
+        Final file. The temporary file of ``force.png`` is ``.force.part.png``, with the same suffix. If the process is
+        killed, the temporary file remains; `remove_partial_files` deletes it.
+
+    Yields
+    ------
+    Path
+        Temporary file to write to.
     """
     target = Path(path)
     part = target.with_name(f".{target.stem}.part{target.suffix}")
     if target.is_dir():
-        raise IsADirectoryError(errno.EISDIR, "is a folder, where a file is to be written; remove or rename it", str(target))
+        raise IsADirectoryError(errno.EISDIR, "is a folder, and a file is written there; remove or rename it", str(target))
     try:
         yield part
         _put_in_place(part, target)
@@ -41,13 +46,13 @@ def atomic_write(path: str | Path) -> Iterator[Path]:
 
 
 def remove_partial_files(folder: Path) -> None:
-    """Take away what a kill left of files that were being written."""
+    """Delete temporary files that remain from a process that was killed."""
     for part in folder.glob(".*.part*"):
         part.unlink(missing_ok=True)
 
 
 def _put_in_place(source: Path, target: Path) -> None:
-    """Rename with the data and then the name on disk."""
+    """Rename a file after its data are on disk, and then flush the folder entry."""
     with source.open("rb+") as file:
         os.fsync(file.fileno())
     os.replace(source, target)

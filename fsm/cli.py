@@ -1,4 +1,4 @@
-"""The command line. Everything heavy is imported by the command that needs it."""
+"""Command line. Each command imports the large modules that it needs, so that the others start quickly."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import click
 
 from fsm.errors import CaseError, ExpectationFailed, FsmError, is_interrupt
 from fsm.gc_startup import imports_outside_gc, skip_final_gc
-from fsm.interrupts import counting_interrupts_once
+from fsm.interrupts import ignore_repeated_interrupts
 from fsm.threads import one_thread
 
 __all__ = ["cli", "main"]
@@ -21,16 +21,16 @@ __all__ = ["cli", "main"]
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 EXIT_CODES = """
-Exit codes: 0 done; 1 internal error; 2 usage or case file; 3 not converged; 4 an [expect] missed;
-5 energy balance lost; 130 interrupted (go on with --resume).
+Exit codes: 0 done; 1 internal error; 2 wrong usage or case file; 3 not converged; 4 a number outside [expect];
+5 energy balance outside its bound; 130 interrupted (continue with --resume).
 """
 
 
 class Group(click.Group):
-    """A group whose commands end in an exit code and a line for every mistake, never in a traceback."""
+    """Group of commands that end with an exit code and one line for each mistake, never with a traceback."""
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run the command."""
+        """Run the command and report its errors."""
         try:
             return super().invoke(ctx)
         except (click.exceptions.Exit, click.ClickException, click.Abort):
@@ -41,7 +41,7 @@ class Group(click.Group):
             _trace(ctx)
             _end(error.lines() if isinstance(error, CaseError) else str(error).splitlines(), error.exit_code)
         except OSError as error:
-            if error.errno == errno.EPIPE:  # `fsm check ... | head`; click ends quietly
+            if error.errno == errno.EPIPE:  # `fsm check ... | head`; click then ends without a message
                 raise
             _trace(ctx)
             _end([_file_error(error)], 2)
@@ -49,7 +49,7 @@ class Group(click.Group):
             if is_interrupt(error):
                 _end(["interrupted"], 130)
             _trace(ctx)
-            hint = "" if _wants_trace(ctx) else "; run it again with --debug, and send us what it prints"
+            hint = "" if _debugging(ctx) else "; repeat the command with --debug and report its output to the developers"
             text = " ".join(str(error).split())
             _end([f"internal error: {type(error).__name__}: {text}{hint}"], 1)
 
@@ -65,20 +65,20 @@ def _end(lines: list[str], code: int) -> NoReturn:
     raise click.exceptions.Exit(code)
 
 
-def _wants_trace(ctx: click.Context) -> bool:
+def _debugging(ctx: click.Context) -> bool:
     return bool(ctx.meta.get("fsm.debug"))
 
 
 def _trace(ctx: click.Context) -> None:
-    if _wants_trace(ctx):
+    if _debugging(ctx):
         import traceback
 
         click.echo(traceback.format_exc(), err=True)
 
 
 def _file_error(error: OSError) -> str:
-    what = error.strerror or str(error)
-    return f"{error.filename}: {what}" if error.filename else what
+    reason = error.strerror or str(error)
+    return f"{error.filename}: {reason}" if error.filename else reason
 
 
 def _debug(ctx: click.Context, parameter: click.Parameter, value: bool) -> None:
@@ -88,30 +88,30 @@ def _debug(ctx: click.Context, parameter: click.Parameter, value: bool) -> None:
 
 def debug_option(command: Command) -> Command:
     """Add ``--debug``."""
-    text = "Show where in the program an error arose."
+    text = "Show the traceback of an error."
     return click.option("--debug", is_flag=True, expose_value=False, callback=_debug, help=text)(command)
 
 
 def set_option(command: Command) -> Command:
     """Add ``--set``."""
-    text = 'Override a value, e.g. strip.fold_angle="75 deg"; none removes it.'
+    text = 'Override a value, e.g. strip.fold_angle="75 deg"; the value none removes the key.'
     return click.option("--set", "overrides", multiple=True, metavar="PATH=VALUE", help=text)(command)
 
 
 def spatial_option(command: Command) -> Command:
     """Add ``--spatial``."""
-    text = "Six degrees of freedom a body even if all lies in one plane."
+    text = "Use 6 degrees of freedom for each body, also for a planar motion."
     return click.option("--spatial", is_flag=True, help=text)(command)
 
 
 def resume_option(command: Command) -> Command:
     """Add ``--resume``."""
-    return click.option("--resume", is_flag=True, help="Go on with a run that was cut off.")(command)
+    return click.option("--resume", is_flag=True, help="Continue an interrupted run from its checkpoint.")(command)
 
 
 def method_option(command: Command) -> Command:
     """Add ``--method``."""
-    text = "Integration method, instead of solve.method."
+    text = "Integration method; replaces solve.method of the case."
     return click.option("--method", metavar="NAME", help=text)(command)
 
 
@@ -160,9 +160,9 @@ def run(
         from fsm.run import run_case
 
     try:
-        with naming(case):
+        with add_source(case):
             summary = run_case(loaded, folder, progress=not quiet, resume=resume)
-    except ExpectationFailed:  # the run itself is done and written
+    except ExpectationFailed:  # the run itself is complete and its files are written
         if not quiet:
             from fsm.results.summary_file import SUMMARY, read_summary
 
@@ -174,9 +174,9 @@ def run(
 
 @cli.command()
 @click.argument("table", metavar="TABLE.csv")
-@click.option("--out", required=True, metavar="DIR", help="Folder for the results, one folder a row in it.")
+@click.option("--out", required=True, metavar="DIR", help="Folder for the results; it holds one folder for each row.")
 @set_option
-@click.option("--workers", type=click.IntRange(min=1), metavar="N", help="Processes; default: one a core.")
+@click.option("--workers", type=click.IntRange(min=1), metavar="N", help="Number of processes; default: one for each core.")
 @method_option
 @resume_option
 @click.option("--quiet", is_flag=True, help="Print nothing but errors.")
@@ -214,7 +214,7 @@ def table(
 @spatial_option
 @debug_option
 def check(case: str, overrides: tuple[str, ...], spatial: bool) -> None:
-    """Check a case and say what it is made of, without solving it."""
+    """Check a case and describe its model, without solving it."""
     from fsm.scene.load_case import load_case
 
     loaded = load_case(case, [*overrides, *_solve_overrides(spatial, None)])
@@ -222,7 +222,7 @@ def check(case: str, overrides: tuple[str, ...], spatial: bool) -> None:
     with imports_outside_gc():
         from fsm.describe import describe
 
-    with naming(case):
+    with add_source(case):
         lines = describe(loaded.case)
     _say(lines)
 
@@ -233,7 +233,7 @@ def check(case: str, overrides: tuple[str, ...], spatial: bool) -> None:
 @set_option
 @debug_option
 def preview(case: str, out: str, overrides: tuple[str, ...]) -> None:
-    """Animate how a case unfolds with rigid panels: quick, and only roughly right."""
+    """Animate the deployment with rigid panels: fast, but only approximate."""
     from fsm.scene.load_case import load_case
 
     loaded = load_case(case, overrides)
@@ -241,7 +241,7 @@ def preview(case: str, out: str, overrides: tuple[str, ...]) -> None:
     with imports_outside_gc():
         from fsm.preview import preview as animate
 
-    with naming(case):
+    with add_source(case):
         notes = animate(loaded.case, Path(out))
     for note in notes:
         click.echo(note, err=True)
@@ -250,7 +250,7 @@ def preview(case: str, out: str, overrides: tuple[str, ...]) -> None:
 
 @cli.command()
 @click.argument("result", metavar="RESULT.h5")
-@click.option("--out", metavar="DIR", help="Folder for the plots; default: that of the result.")
+@click.option("--out", metavar="DIR", help="Folder for the plots; default: the folder of the result.")
 @debug_option
 def plot(result: str, out: str | None) -> None:
     """Draw the figures of a result again."""
@@ -273,7 +273,7 @@ CALIBRATIONS = {
     "bending": "fsm.calibrate.bending:calibrate_bending",
     "force": "fsm.calibrate.force:calibrate_force",
 }
-"""What `fsm calibrate` can do: module and function, (data file, options) -> Calibration."""
+"""Kinds of `fsm calibrate`: module and function, (data file, options) -> Calibration."""
 
 
 @cli.command()
@@ -285,9 +285,9 @@ CALIBRATIONS = {
     type=click.Choice(["smooth", "interpolate", "monotone"]),
     default="smooth",
     show_default=True,
-    help="How curves go through measured points: smoothed as cross-validation says, through all, or never turning.",
+    help="Curves through measured points: smoothed by cross-validation, interpolated, or monotone.",
 )
-@click.option("--without-flagged", is_flag=True, help="Leave out rows that were flagged as outliers.")
+@click.option("--without-flagged", is_flag=True, help="Leave out rows that are flagged as outliers.")
 @click.option(
     "--level",
     type=click.FloatRange(0.5, 0.9999),
@@ -295,16 +295,16 @@ CALIBRATIONS = {
     show_default=True,
     help="Confidence level of intervals.",
 )
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of all that is drawn at random.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the random numbers.")
 @click.option("--quiet", is_flag=True, help="Print nothing but errors.")
 @debug_option
 def calibrate(
     kind: str, data: str, out: str, fit: str, without_flagged: bool, level: float, seed: int, quiet: bool
 ) -> None:
-    """Measured data in, numbers with intervals out, KIND one of {kinds}.
+    """Identify parameters and their intervals from measured data; KIND is one of {kinds}.
 
-    DATA is a CSV file with units in its headings (docs/calibration.md). Writes calibration.json, plots, and files that
-    a case can name.
+    DATA is a CSV file with units in its headings (docs/calibration.md). The command writes calibration.json, plots, and
+    files for use in a case.
     """
     import importlib
 
@@ -329,7 +329,7 @@ calibrate.help = (calibrate.help or "").format(kinds=", ".join(CALIBRATIONS))
 @cli.command()
 @debug_option
 def warmup() -> None:
-    """Compile all kernels now, so that the first run need not."""
+    """Compile all kernels now, so that the first run starts faster."""
     with imports_outside_gc():
         from fsm.warm_up import compile_ahead
 
@@ -337,8 +337,8 @@ def warmup() -> None:
 
 
 @contextmanager
-def naming(source: str) -> Iterator[None]:
-    """Put the name of the case file in front of faults that the compiler finds: it does not know the file."""
+def add_source(source: str) -> Iterator[None]:
+    """Add the name of the case file to faults from the compiler, which has no access to this name."""
     try:
         yield
     except CaseError as error:
@@ -352,22 +352,23 @@ def _solve_overrides(spatial: bool, method: str | None) -> list[str]:
 
 
 def _out_folder(out: str) -> Path:
-    """The folder for results; not made yet."""
+    """Folder for results; it is not created here."""
     if not out.strip():
-        raise click.BadParameter(f'"{out}" names no folder; give one, . for the present one', param_hint="--out")
+        text = f'"{out}" is not the name of a folder; give a name, or . for the current folder'
+        raise click.BadParameter(text, param_hint="--out")
     folder = Path(out)
     if folder.exists() and not folder.is_dir():
-        raise click.BadParameter(f"{out} is a file; give a folder", param_hint="--out")
+        raise click.BadParameter(f"{out} is a file; give the name of a folder", param_hint="--out")
     return folder
 
 
 def summary_lines(summary: Mapping[str, Any], folder: Path) -> list[str]:
-    """What a user wants to know of a run: peak, stages, warnings, where the files are."""
+    """Lines printed after a run: peak, stages, warnings and the folder of the files."""
     lines = []
     if summary.get("frequency_hz") is not None:
         lines.append(
-            f"frequency   {summary['frequency_hz']:.5g} Hz by fit, {summary['frequency_fft_hz']:.5g} Hz by FFT, whose lines "
-            f"are {summary['frequency_resolution_hz']:.3g} Hz apart"
+            f"frequency   {summary['frequency_hz']:.5g} Hz by fit, {summary['frequency_fft_hz']:.5g} Hz by FFT "
+            f"(resolution {summary['frequency_resolution_hz']:.3g} Hz)"
         )
         lines.append(f"decay       {summary['decay_rate']:.4g} 1/s, damping ratio {summary['damping_ratio']:.3g}")
     for name in ("center", "patch"):
@@ -388,13 +389,13 @@ def summary_lines(summary: Mapping[str, Any], folder: Path) -> list[str]:
         )
     if (summary.get("largest_magnitude") or 0.0) > summary.get("peak_force", 0.0):
         at = summary["largest_magnitude_travel"] * 1e3
-        lines.append(f"            -{summary['largest_magnitude']:.4g} N at {at:.2f} mm, the largest magnitude")
+        lines.append(f"            -{summary['largest_magnitude']:.4g} N at {at:.2f} mm of travel (largest magnitude)")
     if summary.get("dynamic_peak_force") is not None and summary.get("peak_kind") != "dynamic":
         at = summary["dynamic_peak_travel"] * 1e3
-        lines.append(f"dynamic     {summary['dynamic_peak_force']:.4g} N at {at:.2f} mm, the largest in snaps and motions")
+        lines.append(f"dynamic     {summary['dynamic_peak_force']:.4g} N at {at:.2f} mm of travel (dynamic peak)")
     for stage in summary.get("stages", ()):
         lines.append(
-            f"stage       {stage['name']} from {stage['travel'] * 1e3:.2f} mm, {stage['force']:.4g} N"
+            f"stage       {stage['name']} from {stage['travel'] * 1e3:.2f} mm of travel, force {stage['force']:.4g} N"
         )
     lines += [f"warning     {text}" for text in summary.get("warnings", ())]
     lines.append(f"results     {folder}")
@@ -402,9 +403,9 @@ def summary_lines(summary: Mapping[str, Any], folder: Path) -> list[str]:
 
 
 def main() -> None:
-    """Entry point of the command ``fsm``."""
+    """Run the command ``fsm``."""
     try:
-        with counting_interrupts_once(), skip_final_gc(), one_thread():
+        with ignore_repeated_interrupts(), skip_final_gc(), one_thread():
             cli(prog_name="fsm")
     except KeyboardInterrupt:  # before or after the command itself
         sys.exit(130)

@@ -1,4 +1,4 @@
-"""From a case to a system that can be solved, or all its faults."""
+"""Compilation of a case to a system of equations, or to the list of its faults."""
 
 from __future__ import annotations
 
@@ -29,24 +29,24 @@ def compile_case(case: Case, source: str = "", warnings: list[str] | None = None
     ----------
     case : Case
     source : str
-        File that faults are told of.
+        Name of the case file, for messages.
     warnings : list of str, optional
-        What was changed is added to it.
+        Warnings are appended to this list.
 
     Returns
     -------
     Scene, SegmentSystem
-        With `contact.resolve_overlap`, of bodies that were moved apart where they overlapped.
+        With `contact.resolve_overlap`, bodies that overlapped at the start are moved apart.
 
     Raises
     ------
     CaseError
-        All faults of the scene, nothing that can move by itself, and what overlaps at the start.
+        All faults of the scene; no body is free to move; bodies overlap at the start.
     """
     scene = build_scene(case)
-    too_steep = list(crease_faults(scene, case.strip is not None))
-    if too_steep:
-        raise CaseError(too_steep, source)
+    faults = list(crease_faults(scene, case.strip is not None))
+    if faults:
+        raise CaseError(faults, source)
     if warnings is not None:
         warnings += crease_warnings(scene, case.strip is not None)
     try:
@@ -55,13 +55,13 @@ def compile_case(case: Case, source: str = "", warnings: list[str] | None = None
         raise CaseError(error.faults, source) from None
     if not system.n_free:
         where = "strip" if case.strip else "lattice" if case.lattice else "scene"
-        text = "everything is held or driven, and nothing can move by itself; leave something free"
+        text = "all bodies are held or driven, so the system has no degree of freedom; free at least one body"
         raise CaseError(Fault(where, text), source)
     found = _overlaps(scene, system, case)
     if found and scene.contact is not None and scene.contact.resolve_overlap:
         moved = _moved(scene, system, separate(system))
         if warnings is not None:
-            warnings.append(_told(scene, moved, found))
+            warnings.append(_move_warning(scene, moved, found))
         scene, system = moved, compile_scene(moved, case.solve.spatial)
         found = _overlaps(scene, system, case)
     if found:
@@ -70,7 +70,7 @@ def compile_case(case: Case, source: str = "", warnings: list[str] | None = None
 
 
 def path_settings(case: Case, system: SegmentSystem, end: float) -> PathSettings:
-    """How the case wants equilibria to be followed until a time (s)."""
+    """Settings of the equilibrium path of a case up to a time (s)."""
     solve, first = case.solve, end / 200.0
     if system.motions:
         motion = system.motions[0]
@@ -81,10 +81,10 @@ def path_settings(case: Case, system: SegmentSystem, end: float) -> PathSettings
 
 
 def _overlaps(scene: Scene, system: SegmentSystem, case: Case) -> list[Fault]:
-    """What overlaps at the start, a fault for each pair.
+    """Faults of pairs of bodies that overlap at the start, one fault for each pair.
 
-    Panels in one plane are judged by their outlines, whether they are watched or not: these know how much layers overlap
-    beside a crease. All else is judged by what its contact would be.
+    Planar panels are checked by their outlines, with or without a contact pair, because outlines allow the overlap of
+    layers beside a crease. All other bodies are checked by the depth of their contact.
     """
     if scene.contact is None:
         return []
@@ -117,7 +117,7 @@ def _line(first: str, second: str, depth: float, hint: str) -> str:
 
 
 def _moved(scene: Scene, system: SegmentSystem, q: np.ndarray) -> Scene:
-    """The scene with its free bodies where q says."""
+    """Scene with its free bodies at the configuration q."""
     names = [system.bodies.names[i] for i in system.bodies.free]
     rows = dict(zip(names, q.reshape(len(names), -1).tolist(), strict=True))
     bodies = []
@@ -133,12 +133,12 @@ def _moved(scene: Scene, system: SegmentSystem, q: np.ndarray) -> Scene:
     return scene.model_copy(update={"bodies": tuple(bodies)})
 
 
-def _told(before: Scene, after: Scene, found: list[Fault]) -> str:
-    """What was moved, in words."""
-    ways = [math.dist(one.position, two.position) for one, two in zip(before.bodies, after.bodies, strict=True)]
-    most = int(np.argmax(ways))
+def _move_warning(before: Scene, after: Scene, found: list[Fault]) -> str:
+    """Warning about bodies that were moved apart."""
+    distances = [math.dist(one.position, two.position) for one, two in zip(before.bodies, after.bodies, strict=True)]
+    farthest = int(np.argmax(distances))
     pairs = "1 pair" if len(found) == 1 else f"{len(found)} pairs"
     return (
-        f"{pairs} overlapped at the start and were moved apart, {after.bodies[most].name} the most, "
-        f"by {1e3 * ways[most]:.3g} mm"
+        f"{pairs} overlapped at the start and were moved apart; the largest displacement is "
+        f"{1e3 * distances[farthest]:.3g} mm, of {after.bodies[farthest].name}"
     )

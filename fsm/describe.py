@@ -1,4 +1,4 @@
-"""What `fsm check` says of a case, of whatever kind; nothing is compiled."""
+"""Report of `fsm check` for a case of any kind; no kernel is compiled."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ __all__ = ["describe"]
 
 
 def describe(case: Case) -> list[str]:
-    """What is computed, what is left out and why, and the approximations that apply, a line each.
+    """Lines of the report: the model, the parts left out with the reason, and the approximations.
 
     Raises
     ------
     CaseError
-        All faults that can be found without compiling.
+        All faults that can be found without compilation.
     """
     kinds = {"deploy": describe_segments, "vibrate": describe_film, "scissor": describe_array}
     return [line for step in case.steps for line in kinds[step](case)]

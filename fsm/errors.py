@@ -1,4 +1,4 @@
-"""What can go wrong, each with the exit code the command line gives it."""
+"""Errors of the package, each with the exit code of the command line."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ __all__ = [
 
 
 _LONGEST = 1000
-"""Letters of a line of a message, at most."""
+"""Largest number of characters in a line of a message."""
 
 
 class FsmError(Exception):
-    """Base of every error raised on purpose; `exit_code` is what the command line returns."""
+    """Base of every error that the package raises on purpose; `exit_code` is the exit code of the command line."""
 
     exit_code = 1
 
 
 @dataclass(frozen=True)
 class Fault:
-    """One mistake in the input: where, what, and what to do.
+    """One mistake in the input: its place and a message with the remedy.
 
     Parameters
     ----------
     path : str
-        Dotted path of the offending key, e.g. ``strip.thickness``.
+        Dotted path of the wrong key, e.g. ``strip.thickness``.
     message : str
-        The value, its unit and what to do, in one line.
+        Value with its unit, bound and remedy, in one line.
     """
 
     path: str
@@ -42,13 +42,13 @@ class Fault:
 
 
 class CaseError(FsmError):
-    """The input is wrong. Carries all faults found, not only the first.
+    """Error of the input, with all faults found and not only the first.
 
     Parameters
     ----------
-    faults : iterable of Fault
+    faults : iterable of Fault, Fault or str
     source : str
-        File the faults were found in; printed in front of each line.
+        File with the faults; it is printed in front of each line.
     """
 
     exit_code = 2
@@ -69,42 +69,42 @@ class CaseError(FsmError):
 
 
 def _one_line(text: str) -> str:
-    """A message without control characters, which keys, names and values of a user may hold, and of bounded length."""
+    """Message of bounded length without control characters, which names and values of a case may contain."""
     plain = re.sub(r"[\x00-\x1f\x7f-\x9f]+", " ", text)
     return plain if len(plain) <= _LONGEST else f"{plain[:_LONGEST - 3]}..."
 
 
 class CannotWrite(FsmError):
-    """A file cannot be written: no room, or no right to."""
+    """Error of a file that cannot be written, for example because the disk is full or the folder is read-only."""
 
     exit_code = 2
 
 
 class NotConverged(FsmError):
-    """The solver stopped; the message names the worst body, joint or contact and what to try."""
+    """Error of a solver that stopped; the message names the worst body, joint or contact and a remedy."""
 
     exit_code = 3
 
 
 class ExpectationFailed(FsmError):
-    """A number named in ``[expect]`` was missed."""
+    """Error of a result that is outside the bounds given in ``[expect]``."""
 
     exit_code = 4
 
 
 def is_interrupt(error: BaseException) -> bool:
-    """Whether somebody pressed Ctrl-C."""
+    """Whether an error comes from Ctrl-C."""
     return isinstance(raised_by_signal(error), KeyboardInterrupt)
 
 
 def raised_by_signal(error: BaseException) -> BaseException:
-    """What a signal's handler raised: each call of a compiled kernel that it passes through makes a SystemError of it."""
+    """Error that a signal handler raised; compiled kernels wrap it in a SystemError at each call level."""
     while isinstance(error, SystemError) and error.__cause__ is not None:
         error = error.__cause__
     return error
 
 
 class EnergyAbort(FsmError):
-    """The energy balance left its bound; the result cannot be trusted."""
+    """Error of an energy balance residual above its bound; the result is not reliable."""
 
     exit_code = 5

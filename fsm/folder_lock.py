@@ -1,4 +1,4 @@
-"""A lock on a folder of results: one run at a time writes there."""
+"""Lock on a results folder: only one run at a time writes there."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if sys.platform != "win32":
 __all__ = ["LOCK", "locked_folder"]
 
 LOCK = ".fsm.lock"
-"""Name of the lock file. It holds a line that names its owner, and is removed when the owner ends."""
+"""Name of the lock file. The file names its owner in one line; it is removed when the owner ends."""
 
 _POLL = 0.1
 """Seconds between two attempts."""
@@ -29,22 +29,22 @@ _POLL = 0.1
 
 @contextmanager
 def locked_folder(folder: str | Path, wait: float = 0.0) -> Iterator[None]:
-    """Keep other runs from writing into a folder; on Windows the folder is not locked.
+    """Lock a folder against other runs while the block runs; on Windows there is no lock.
 
-    The operating system ends the lock when its owner ends, however that happens. A folder made for the lock is removed
-    again if nothing has been written into it.
+    The operating system releases the lock when its owner ends, also after a crash. A folder made for the lock is removed
+    if it is still empty at the end.
 
     Parameters
     ----------
     folder : str or Path
-        Made if needed.
+        The folder is created if it does not exist.
     wait : float
-        Seconds to wait for an owner that is about to end.
+        Time to wait for the release of the lock, s.
 
     Raises
     ------
     CannotWrite
-        Another run writes there; the message names it.
+        Another run holds the lock; the message names this run.
     """
     folder = Path(folder)
     made = [place for place in (folder, *folder.parents) if not place.exists()]
@@ -62,7 +62,7 @@ def locked_folder(folder: str | Path, wait: float = 0.0) -> Iterator[None]:
 
 
 def _acquired(path: Path, deadline: float) -> Any:
-    """Open lock file that this process owns, with its name in it; None where the file system has no locks."""
+    """Open lock file that this process owns; None if the file system has no locks."""
     if sys.platform == "win32":
         return None
     while True:
@@ -77,7 +77,7 @@ def _acquired(path: Path, deadline: float) -> Any:
                 time.sleep(_POLL)
                 continue
             raise CannotWrite(
-                f"{path.parent}: {owner} writes its results there; wait until it ends, or give another folder"
+                f"{path.parent}: {owner} writes its results there; wait until that run ends, or give another folder"
             ) from None
         except OSError:
             file.close()
@@ -87,11 +87,11 @@ def _acquired(path: Path, deadline: float) -> Any:
             file.write(_owner() + "\n")
             file.flush()
             return file
-        file.close()  # its last owner removed it before it was locked here
+        file.close()  # the previous owner removed the file before it was locked here
 
 
 def _is_in_place(file: Any, path: Path) -> bool:
-    """Whether the open file is still the one of this name."""
+    """Whether the path still names the open file."""
     try:
         return os.path.samestat(os.fstat(file.fileno()), path.stat())
     except FileNotFoundError:
@@ -99,7 +99,7 @@ def _is_in_place(file: Any, path: Path) -> bool:
 
 
 def _owner() -> str:
-    """Process, user, computer, start and command of this process."""
+    """Description of this process: number, user, computer, time and command."""
     try:
         user = getpass.getuser()
     except (OSError, KeyError):

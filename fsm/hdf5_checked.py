@@ -1,7 +1,7 @@
-"""HDF5 in which damage is found: the layout with checksums, texts of a fixed length, and datasets as they have to be.
+"""HDF5 files in which damage is detected: layout with checksums, strings of fixed length, verified datasets.
 
-The HDF5 library can turn in circles for ever in a damaged file of the old layout (superblock 0 or 1), and in the heap that
-texts of variable length are kept in, which has no checksum in either.
+The HDF5 library can loop for ever in a damaged file of the old layout (superblock 0 or 1). It can also loop in the heap
+of variable-length strings, which has no checksum in any layout.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ __all__ = [
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 READ_ERRORS = (OSError, LookupError, RuntimeError, ValueError, TypeError, AttributeError, ArithmeticError, MemoryError)
-"""Errors by which damage of a file shows as it is read."""
+"""Errors that reading a damaged file can raise."""
 _MOST_OBJECTS = 100_000
 _MOST_ATTRIBUTE = 64 * 2**20
 _LARGEST = 1e150
-"""Of numbers that have to be finite: sums of their squares are, too."""
+"""Largest magnitude accepted where numbers must be finite; sums of their squares stay finite as well."""
 
 
 def has_checksums(path: Path) -> bool:
-    """Whether a file is HDF5, from its first byte, and in the layout with checksums."""
+    """Whether a file starts as an HDF5 file in the layout with checksums."""
     with path.open("rb") as file:
         head = file.read(len(SIGNATURE) + 1)
     return len(head) == len(SIGNATURE) + 1 and head.startswith(SIGNATURE) and head[-1] >= 2
@@ -39,9 +39,15 @@ def has_checksums(path: Path) -> bool:
 
 @contextmanager
 def written_from_memory(path: Path, old: Path | None = None) -> Iterator[Any]:
-    """An HDF5 file, empty or begun as a copy of another, that is put together in memory and written when the block ends.
+    """Build an HDF5 file in memory and write it to disk when the block ends.
 
-    What HDF5 itself cannot write, it tries again when the program ends, and brings it down.
+    HDF5 must not write to the disk itself: after a failed write it tries again at exit, and the program crashes.
+
+    Parameters
+    ----------
+    path : Path
+    old : Path, optional
+        File to start from; without it the new file is empty.
     """
     import h5py
 
@@ -52,7 +58,7 @@ def written_from_memory(path: Path, old: Path | None = None) -> Iterator[Any]:
 
 
 def close_discarding(file: Any) -> None:
-    """Close a file that cannot be written, while all its datasets are still open: what is left to write goes nowhere."""
+    """Close a file that cannot be written, and discard its unwritten data."""
     with suppress(OSError, RuntimeError, ValueError):
         nowhere = os.open(os.devnull, os.O_RDWR)
         os.dup2(nowhere, file.id.get_vfd_handle())
@@ -62,12 +68,12 @@ def close_discarding(file: Any) -> None:
 
 
 def check_contents(file: Any) -> None:
-    """Refuse an HDF5 file that reaches out of itself, or whose texts and attributes say nothing of their size.
+    """Refuse an HDF5 file that refers to other files, or that has too many objects.
 
     Raises
     ------
     OSError
-        A link that is not to an object of the file, external or virtual storage, or more than 100 000 objects.
+        The file has a soft or external link, external or virtual storage, or more than 100 000 objects.
     """
     import h5py
 
@@ -77,7 +83,7 @@ def check_contents(file: Any) -> None:
         for name in group:
             path = f"{group.name.rstrip('/')}/{name[:60]}"
             if group.id.links.get_info(name.encode()).type != h5py.h5l.TYPE_HARD:
-                raise OSError(f"{path} is a link to another place")
+                raise OSError(f"{path} is a link; only datasets and groups of the file itself are read")
             item = group[name]
             address = h5py.h5o.get_info(item.id).addr
             if address in seen:
@@ -88,16 +94,16 @@ def check_contents(file: Any) -> None:
             if isinstance(item, h5py.Group):
                 waiting.append(item)
             elif isinstance(item, h5py.Dataset) and (item.is_virtual or item.id.get_create_plist().get_external_count()):
-                raise OSError(f"{path} keeps its numbers in another file")
+                raise OSError(f"{path} stores its numbers in another file")
 
 
 def attribute(item: Any, name: str) -> Any:
-    """An attribute of a group or dataset as Python has it.
+    """Value of an attribute of a group or dataset.
 
     Raises
     ------
     OSError
-        It is of variable length, which has no checksum and may be of any size, or larger than 64 MB.
+        The attribute has a variable length, which has no checksum and no bound, or it is larger than 64 MB.
     """
     import h5py
 
@@ -105,25 +111,25 @@ def attribute(item: Any, name: str) -> Any:
         raise KeyError(f"{item.name} has no attribute {name[:60]}")
     found = h5py.h5a.open(item.id, name.encode())
     if found.get_type().detect_class(h5py.h5t.VLEN) or _is_variable(found.get_type()):
-        raise OSError(f"the attribute {name[:60]} of {item.name} is of variable length")
+        raise OSError(f"the attribute {name[:60]} of {item.name} has a variable length")
     if found.get_storage_size() > _MOST_ATTRIBUTE:
         raise OSError(f"the attribute {name[:60]} of {item.name} is larger than {_MOST_ATTRIBUTE // 2**20} MB")
     return plain(item.attrs[name])
 
 
 def text_in(file: Any, path: str) -> str:
-    """A text of a fixed length that is a dataset.
+    """String of fixed length that is stored as a dataset.
 
     Raises
     ------
     OSError
-        It is not such a dataset, or says that it is larger than what is on disk.
+        The dataset has another type, or it declares more bytes than the file holds.
     """
     data = file[path]
     if getattr(data, "shape", None) != () or data.dtype.kind != "S" or _is_variable(data.id.get_type()):
         raise OSError(f"/{path} does not hold a text of a fixed length")
     if data.id.get_storage_size() < data.dtype.itemsize:
-        raise OSError(f"/{path} says that it is {data.dtype.itemsize} bytes long, which is more than there is")
+        raise OSError(f"/{path} declares {data.dtype.itemsize} bytes, more than the file holds")
     return str(data.asstr()[()])
 
 
@@ -134,7 +140,7 @@ def _is_variable(kind: Any) -> bool:
 
 
 def fixed_text(text: str | Sequence[str]) -> np.ndarray:
-    """A text, or several, as h5py keeps them in UTF-8 of a fixed length."""
+    """One string, or several, as an array of UTF-8 strings of fixed length."""
     import h5py
 
     encoded = np.char.encode(np.array(text, dtype=str), "utf-8")
@@ -142,7 +148,7 @@ def fixed_text(text: str | Sequence[str]) -> np.ndarray:
 
 
 def plain(value: Any) -> Any:
-    """A value of an attribute as Python has it: a text of either kind, a number."""
+    """Value of an attribute as a Python string or number."""
     if isinstance(value, bytes):
         return value.decode("utf-8")
     return value.item() if isinstance(value, np.generic) else value
@@ -156,16 +162,16 @@ def numbers_in(file: Any, path: str, shape: tuple[int | None, ...], finite: bool
     file : h5py.File
     path : str
     shape : tuple
-        None: any size.
+        Required size along each axis; None accepts any size.
     finite : bool
-        Whether all have to be finite, and not larger than 1e150.
+        Whether all numbers must be finite and at most 1e150 in magnitude.
     first : int, optional
-        Only so many rows, of at least so many.
+        Number of rows to read; the dataset must have at least as many.
 
     Raises
     ------
     OSError
-        It is not such a dataset, or says that it is larger than what is on disk.
+        The dataset has another type or shape, or it declares more numbers than the file holds.
     """
     data = file[path]
     dtype, found = getattr(data, "dtype", None), getattr(data, "shape", None)
@@ -175,17 +181,17 @@ def numbers_in(file: Any, path: str, shape: tuple[int | None, ...], finite: bool
     if len(found) != len(wanted) or any(n is not None and n != m for n, m in zip(wanted, found, strict=True)):
         raise OSError(f"/{path} has the shape {found}")
     if data.size and data.id.get_storage_size() < data.size * dtype.itemsize:
-        raise OSError(f"/{path} says that it has the shape {found}, which is more than there is")
+        raise OSError(f"/{path} declares the shape {found}, more than the file holds")
     if first is not None and found[0] < first:
-        raise OSError(f"/{path} is too short")
+        raise OSError(f"/{path} has {found[0]} rows; at least {first} are needed")
     values = data[()] if first is None else data[:first]
     if finite and not np.all(np.abs(values) <= _LARGEST):
-        raise OSError(f"/{path} holds numbers that are not finite, or beyond {_LARGEST:g}")
+        raise OSError(f"/{path} holds numbers that are not finite or exceed {_LARGEST:g}")
     return values
 
 
 def names_in(file: Any, path: str) -> tuple[str, ...]:
-    """Names of a dataset of texts."""
+    """Names listed in the attribute `names_json` of a dataset."""
     data = file[path]
     names = json.loads(attribute(data, "names_json"))
     if not isinstance(names, list):

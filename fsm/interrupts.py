@@ -1,4 +1,4 @@
-"""Ctrl-C pressed several times counts once: the first ends the command, which writes a checkpoint on its way out."""
+"""Repeated Ctrl-C counts once: the first one ends the command, which then writes a checkpoint."""
 
 from __future__ import annotations
 
@@ -8,25 +8,28 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-__all__ = ["counting_interrupts_once"]
+__all__ = ["ignore_repeated_interrupts"]
 
-TOGETHER = 3.0
-"""Interrupts within so many seconds of one that was heeded are the same, s."""
+REPEAT_WINDOW = 3.0
+"""Time after an interrupt during which further interrupts are ignored, s."""
 
 
 @contextmanager
-def counting_interrupts_once() -> Iterator[None]:
-    """The life of a process; it ends deaf to interrupts. Nothing if interrupts are ignored or handled already."""
+def ignore_repeated_interrupts() -> Iterator[None]:
+    """Treat repeated interrupts within the block as one, and ignore interrupts after it.
+
+    The block has no effect if interrupts are already ignored or handled in another way.
+    """
     if signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
         yield
         return
-    heeded = time.monotonic() - TOGETHER
+    last = time.monotonic() - REPEAT_WINDOW
 
     def handle(number: int, frame: FrameType | None) -> None:
-        nonlocal heeded
-        if time.monotonic() - heeded < TOGETHER:
+        nonlocal last
+        if time.monotonic() - last < REPEAT_WINDOW:
             return
-        heeded = time.monotonic()
+        last = time.monotonic()
         raise KeyboardInterrupt
 
     signal.signal(signal.SIGINT, handle)

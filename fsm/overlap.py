@@ -1,4 +1,4 @@
-"""Do panels overlap as folded? The checks of a scene before it is solved, in the x-z plane and, coarser, in space."""
+"""Detection of panels that overlap as folded, before the solve: in the x-z plane, and more coarsely in space."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ Points = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Outline:
-    """A panel seen from the side.
+    """Panel in side view.
 
     Attributes
     ----------
     name : str
-    points : (m + 1, 2) array, m       x, z of its middle line
+    points : (m + 1, 2) array, m       x, z of the middle line
     thickness : m
-    neighbours : names of the panels it shares a crease with, at an end of both
+    neighbours : names of the panels that share a crease with this one, at an end of both
     """
 
     name: str
@@ -51,7 +51,7 @@ class Outline:
 
 
 def outlines(scene: Scene) -> list[Outline]:
-    """The panels of a scene as folded: one for each surface, then each other panel, then each other plate.
+    """Outlines of the panels of a scene as folded: one for each surface, each other panel, and each other plate.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def outlines(scene: Scene) -> list[Outline]:
 
 
 def panel_of_body(scene: Scene) -> dict[str, str]:
-    """Name of the panel each body with a plate belongs to; bodies of a panel in order along it."""
+    """Name of the panel of each body with a plate; the bodies of a panel are in order along it."""
     plates = {body.name: body for body in scene.bodies if body.plate is not None}
     panel: dict[str, str] = {}
     for surface in scene.surfaces:
@@ -91,24 +91,24 @@ def panel_of_body(scene: Scene) -> dict[str, str]:
 def find_overlaps(
     panels: Case | Scene | Sequence[Outline], thickness_in_gap: bool | None = None
 ) -> list[tuple[str, str, float]]:
-    """Panels that overlap as folded, and by how much.
+    """Pairs of panels that overlap as folded, with the depth.
 
-    Two panels without a common crease must not overlap at all. Two that share one overlap next to it by
-    necessity, up to t/(2 tan(opening/2)) from the crease; that zone may be a quarter of the shorter panel at
-    most, and beyond it they must not overlap. Without the thickness, middle lines must not cross.
+    Two panels without a common crease must not overlap. Two panels with a common crease necessarily overlap close to it,
+    up to t/(2 tan(opening/2)) from the crease. This zone may be at most a quarter of the shorter panel; beyond it the
+    panels must not overlap. If the thickness does not count, only the middle lines must not cross.
 
     Parameters
     ----------
     panels : a case, a scene, or outlines
     thickness_in_gap : bool, optional
-        Whether the thickness counts; absent means as the contact of the case says (no contact: it does not),
-        and yes for outlines.
+        Whether the thickness counts. Absent: as in the contact section of the case (false without contact); true for
+        outlines.
 
     Returns
     -------
     list of (name, name, depth)
-        Depth in m: how far the faces are inside each other; of neighbours that are too closed, a quarter of
-        the panel away from the crease.
+        Depth of the overlap of the faces, m. For neighbours at a crease that is too closed, the depth at a quarter of the
+        panel from the crease.
 
     Raises
     ------
@@ -138,9 +138,9 @@ def find_overlaps(
 
 
 def find_pierced(scene: Scene) -> list[tuple[str, str]]:
-    """Names of contact pairs of which an edge of one plate goes through the middle surface of another.
+    """Names of contact pairs in which an edge of one plate passes through the middle surface of the other.
 
-    Contact is looked for at points and edges, and may have none where plates stick in each other.
+    The contact search uses points and edges, so it can miss plates that pass through each other.
     """
     plates = {body.name: (body, body.plate) for body in scene.bodies if body.plate is not None}
     known = contact_sides(scene)
@@ -156,7 +156,7 @@ def find_pierced(scene: Scene) -> list[tuple[str, str]]:
 
 
 def _pierce(edged: list[tuple[Body, Plate]], faces: list[tuple[Body, Plate]]) -> bool:
-    """Whether an edge of some plates passes through the face of another, beyond rounding at what they share."""
+    """Whether an edge of the first plates passes through a face of the second, beyond round-off at common edges."""
     around = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) / 2
     corners = np.array(
         [
@@ -178,7 +178,7 @@ def _pierce(edged: list[tuple[Body, Plate]], faces: list[tuple[Body, Plate]]) ->
 
 
 def near_boxes(low: Points, high: Points) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Pairs of rectangles along the axes that overlap or touch, by a sweep along the axis on which fewer do.
+    """Pairs of axis-aligned rectangles that overlap or touch, by a sweep along the axis with fewer candidates.
 
     Parameters
     ----------
@@ -226,16 +226,16 @@ def _plate_ends(body: Body) -> Points:
     axes = axes_of(body)
     if abs(axes[1, 1]) < 1 - 1e-9:
         raise CaseError(
-            Fault(f"scene.bodies.{body.name}", "is tilted out of the x-z plane; only planar scenes are shown")
+            Fault(f"scene.bodies.{body.name}", "is tilted out of the x-z plane; the preview shows planar scenes only")
         )
-    assert body.plate is not None  # only plates come here
+    assert body.plate is not None
     half = axes[[0, 2], 0] * body.plate.length / 2
     centre = np.array(body.position)[[0, 2]]
     return np.array([centre - half, centre + half])
 
 
 def _joined(ends: list[Points]) -> Points:
-    """Plates in a row as one line through the middles of their joints."""
+    """Plates in a row as one line through the centres of their joints."""
     inner = [(a[1] + b[0]) / 2 for a, b in pairwise(ends)]
     return np.array([ends[0][0], *inner, ends[-1][1]])
 
@@ -254,7 +254,7 @@ def _neighbours(lines: list[Points]) -> list[list[int]]:
 
 
 def _depth(a: Points, b: Points, t: float) -> float:
-    """How deep two lines of mean thickness t are inside each other; 0 or less if they are not."""
+    """Depth of overlap of two lines of mean thickness t, m; at most 0 if they do not overlap."""
     i, j = _near_pieces(a, b, t)
     if not len(i):
         return 0.0
@@ -269,7 +269,7 @@ def _depth(a: Points, b: Points, t: float) -> float:
 
 
 def _near_pieces(a: Points, b: Points, t: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Pieces of two lines that are nearer to each other than t, or cross, with others about as near."""
+    """Candidates (i, j): pieces of two lines whose bounding boxes, widened by t, overlap."""
     start, end = np.concatenate([a[:-1], b[:-1]]), np.concatenate([a[1:], b[1:]])
     low, high = np.minimum(start, end), np.maximum(start, end)
     reach = 0.5 * t + 1e-9 * float(np.max(np.ptp(start, axis=0)) + t)
@@ -279,7 +279,7 @@ def _near_pieces(a: Points, b: Points, t: float) -> tuple[NDArray[np.int64], NDA
 
 
 def _from_piece(points: Points, start: Points, along: Points) -> Points:
-    """Of points from straight pieces, one each (or by broadcasting)."""
+    """Distance of points from straight pieces, one piece for each point (or by broadcasting), m."""
     square = np.maximum(np.sum(along * along, axis=-1), 1e-300)
     offset = points - start
     share = np.clip(np.sum(offset * along, axis=-1) / square, 0, 1)
@@ -287,14 +287,14 @@ def _from_piece(points: Points, start: Points, along: Points) -> Points:
 
 
 def distance(points: Points, line: Points) -> Points:
-    """Of points from a polyline."""
+    """Distance of points from a polyline, m."""
     return _from_piece(points[:, None], line[:-1], np.diff(line, axis=0)).min(axis=1)
 
 
 def _cross(a: Points, b: Points, i: NDArray[np.int64], j: NDArray[np.int64]) -> bool:
-    """Whether two polylines cross, piece i in piece j; a corner counts to one side, so that a crossing there is found."""
+    """Whether two polylines cross, piece i with piece j; a corner counts to one side, so its crossing is found."""
 
-    def parted(line: Points, m: NDArray[np.int64], points: Points, n: NDArray[np.int64]) -> NDArray[np.bool_]:
+    def on_both_sides(line: Points, m: NDArray[np.int64], points: Points, n: NDArray[np.int64]) -> NDArray[np.bool_]:
         """Whether the ends of piece n are on different sides of piece m."""
         along = line[m + 1] - line[m]
         before, after = (
@@ -303,11 +303,11 @@ def _cross(a: Points, b: Points, i: NDArray[np.int64], j: NDArray[np.int64]) -> 
         )
         return np.asarray(before != after)
 
-    return bool(np.any(parted(a, i, b, j) & parted(b, j, a, i)))
+    return bool(np.any(on_both_sides(a, i, b, j) & on_both_sides(b, j, a, i)))
 
 
 def _crease_depth(a: Points, b: Points, t: float) -> float:
-    """Overlap of two panels that share a crease, beyond what the crease itself makes."""
+    """Depth of overlap of two panels with a common crease, beyond the zone that is necessary at the crease, m."""
     a, b = _from_common_end(a, b)
     quarter = min(length_of(a), length_of(b)) / 4
     first, second = a[1] - a[0], b[1] - b[0]
@@ -315,7 +315,7 @@ def _crease_depth(a: Points, b: Points, t: float) -> float:
     half = math.acos(max(-1.0, min(1.0, cosine))) / 2
     if t > 2 * quarter * math.tan(half) * (1 + 1e-9):  # the zone t/(2 tan(half)) is longer than a quarter
         return t - 2 * quarter * math.tan(half)
-    # middle lines of straight layers are t apart from here on; rounder than the zone, by a factor 1/cos(half)
+    # from here on the middle lines of straight layers are t apart; farther than the zone by a factor 1/cos(half)
     cut = max(t / (2 * math.sin(half)) if t > 0 else 0.0, 1e-9 * quarter) * (1 + 1e-6)
     if cut >= 4 * quarter:
         return 0.0
@@ -328,7 +328,7 @@ def _from_common_end(a: Points, b: Points) -> tuple[Points, Points]:
 
 
 def length_of(line: Points) -> float:
-    """Of a polyline."""
+    """Length of a polyline, m."""
     return float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
 
 

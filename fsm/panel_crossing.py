@@ -1,4 +1,4 @@
-"""Do panels pass through each other that no contact pair watches? Looked for in every saved state of a planar run."""
+"""Detection of panels that pass through each other without a contact pair, in the saved states of a planar run."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from fsm.scene.scene import Scene
 __all__ = ["TIP", "unwatched_crossings", "lattice_overlap"]
 
 TIP = 0.05
-"""Fraction of its length next to the end of a panel where a crossing does not count."""
+"""Part of a panel's length, next to each end, where a crossing does not count."""
 
 _DEEP = 0.01
-"""Depth over the side of a square above which squares of a lattice lie in each other."""
+"""Penetration over the side of a square above which two squares of a lattice overlap."""
 _SQUEEZED = 0.05
-"""Length of a hinge, over that without force, below which the corners it joins meet."""
+"""Length of a hinge, over its length without force, below which its two corners touch."""
 
 
 def lattice_overlap(solution: Solution, scene: Scene) -> str:
-    """From when on squares of a lattice meet, which nothing keeps from lying in each other; nothing if they never do."""
+    """Warning about the first squares of a lattice that touch, because lattices have no contact; empty if none touch."""
     names = [body.name for body in scene.bodies if body.plate]
     number = {name: k for k, name in enumerate(names)}
     hinges = [e for e in scene.elements if e.frame == "chord" and e.inner in number and e.outer in number]
@@ -41,24 +41,24 @@ def lattice_overlap(solution: Solution, scene: Scene) -> str:
         pairs = [*ends[length < _SQUEEZED * free], *np.column_stack([i[deep], j[deep]])]
         if pairs:
             one, other = (names[k] for k in sorted(pairs[0]))
-            drawn = bool(solution.travel.shape[1])
-            at = f"{1e3 * solution.travel[record, 0]:.4g} mm of travel" if drawn else f"{solution.time[record]:.4g} s"
+            driven = bool(solution.travel.shape[1])
+            at = f"{1e3 * solution.travel[record, 0]:.4g} mm of travel" if driven else f"{solution.time[record]:.4g} s"
             return (
-                f"squares {one} and {other} meet at {at}: their contact is not in the model, and the result beyond is not "
-                "physical; take less travel"
+                f"squares {one} and {other} meet at {at}: a lattice has no contact between squares, so later results are "
+                "not physical; reduce the travel"
             )
     return ""
 
 
 def _depth(one: np.ndarray, other: np.ndarray, apart: np.ndarray) -> np.ndarray:
-    """Depth (m,) of squares in each other by the axes of their sides, negative where one separates them.
+    """Penetration (m,) of pairs of squares along the axes of their sides; negative if an axis separates them.
 
     Parameters
     ----------
     one, other : (m, 2) arrays, m
-        From the middle of a square to that of a side.
+        Vector from the centre of a square to the middle of a side.
     apart : (m, 2) array, m
-        From the middle of the first to that of the second.
+        Vector from the centre of the first square to the centre of the second.
     """
     depth = np.full(len(apart), np.inf)
     for half in (one, other, one @ _QUARTER, other @ _QUARTER):
@@ -73,18 +73,19 @@ _QUARTER = np.array([[0.0, 1.0], [-1.0, 0.0]])
 
 
 def unwatched_crossings(solution: Solution, scene: Scene) -> list[tuple[int, int, float]]:
-    """Pairs of panels that cross without being watched.
+    """Pairs of panels that cross without a contact pair between them; empty for spatial runs.
+
+    Panels of a contact pair overlap by their penetration, and so can the ends of the panels next to them. Crossings
+    within `TIP` of the end of a panel therefore do not count.
 
     Returns
     -------
     list of (panel, panel, travel)
-        The first saved travel (m; the time in s without a drive) at which their middle lines cross. Contact pairs are
-        left out: they may lie in each other by their penetration, and so may the tips of the panels next to them, so
-        crossings within `TIP` of the end of a panel do not count. Spatial runs are not looked at.
+        First saved travel (m) at which the middle lines cross; without a drive, the time (s).
     """
     if solution.layout.dimension != "planar" or not len(solution.layout.panel):
         return []
-    watched = _watched(scene)
+    watched = _contact_pairs(scene)
     panel = solution.layout.panel
     found: dict[tuple[int, int], float] = {}
     at = solution.travel[:, 0] if solution.travel.shape[1] else solution.time
@@ -100,7 +101,7 @@ def unwatched_crossings(solution: Solution, scene: Scene) -> list[tuple[int, int
     return [(a, b, travel) for (a, b), travel in sorted(found.items())]
 
 
-def _watched(scene: Scene) -> set[tuple[int, int]]:
+def _contact_pairs(scene: Scene) -> set[tuple[int, int]]:
     if scene.contact is None:
         return set()
     panel = {body.name: body.panel for body in scene.bodies}
@@ -113,7 +114,7 @@ def _watched(scene: Scene) -> set[tuple[int, int]]:
 
 
 def _crossing(start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """Pairs (m, 2) of lines that cross in the inside of both."""
+    """Pairs (m, 2) of lines that cross between the ends of both."""
     along = end - start
     tiny = 1e-9 * float(np.max(np.sum(along**2, axis=1)))
     i, j = near_boxes(np.minimum(start, end), np.maximum(start, end))
@@ -126,7 +127,7 @@ def _crossing(start: np.ndarray, end: np.ndarray) -> np.ndarray:
 
 
 def _at_a_tip(start: np.ndarray, end: np.ndarray, panel: np.ndarray, i: int, j: int) -> bool:
-    """Whether lines i and j cross next to an end of the panel of either."""
+    """Whether lines i and j cross close to an end of one of their panels."""
     along, other = end[i] - start[i], end[j] - start[j]
     offset = start[j] - start[i]
     point = start[i] + along * (offset[0] * other[1] - offset[1] * other[0]) / (along[0] * other[1] - along[1] * other[0])
@@ -140,5 +141,5 @@ def _at_a_tip(start: np.ndarray, end: np.ndarray, panel: np.ndarray, i: int, j: 
 
 
 def _side(along: np.ndarray, offset: np.ndarray) -> np.ndarray:
-    """Twice the signed area between lines and points, one each."""
+    """Twice the signed area of the triangles between lines and points, one point for each line."""
     return np.asarray(along[:, 0] * offset[:, 1] - along[:, 1] * offset[:, 0])

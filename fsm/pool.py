@@ -1,4 +1,4 @@
-"""Independent jobs on several processes; one that fails, or dies, takes no other with it."""
+"""Independent jobs on several processes; a job that fails, or whose process dies, does not affect the others."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ from fsm.threads import one_thread
 __all__ = ["Outcome", "run_jobs"]
 
 GRACE = 20.0
-"""Seconds that interrupted workers get to write their checkpoints."""
+"""Time for interrupted workers to write their checkpoints, s."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a job ended.
+    """Result of a job.
 
     Attributes
     ----------
     job : number of the job, from 0
-    value : what it returned
-    error : what went wrong, a line each; None if nothing did
-    exit_code : that of the error
-    trace : traceback of an error that was not foreseen
+    value : return value
+    error : lines of the error message; None without an error
+    exit_code : exit code of the error
+    trace : traceback of an unexpected error
     """
 
     job: int
@@ -56,23 +56,22 @@ class _Worker:
 
 
 def run_jobs(work: Callable[[Any], Any], jobs: Sequence[Any], workers: int) -> Generator[Outcome, None, None]:
-    """Do jobs on worker processes; outcomes come in the order in which they are done.
+    """Run jobs on worker processes and yield their outcomes in the order of completion.
 
     Parameters
     ----------
     work : callable
-        Top-level function of an importable module; called with one job in a worker.
+        Top-level function of an importable module; a worker calls it with one job.
     jobs : sequence
-        What can be pickled.
+        Arguments of `work`; they must be picklable.
     workers : int
-        Processes, at least one.
+        Number of processes, at least one.
 
     Notes
     -----
-    Workers stay for several jobs, so imports and compiled kernels are loaded once each. A worker that dies
-    (out of memory, say) is an error of its job, and is replaced. When the consumer stops early or is
-    interrupted, every worker is interrupted once, so that it can write its checkpoint, and ended after
-    `GRACE` seconds at the latest.
+    A worker runs several jobs, so each worker imports modules and loads compiled kernels only once. If a worker dies
+    (for example without memory), its job fails and a new worker replaces it. If the consumer stops early or is
+    interrupted, every worker is interrupted once, so that it can write its checkpoint. It is killed after `GRACE` seconds.
     """
     context = multiprocessing.get_context("spawn")
     waiting = deque(range(len(jobs)))
@@ -106,11 +105,11 @@ def _start(context: SpawnContext) -> _Worker:
 
 @contextlib.contextmanager
 def _no_interrupt() -> Iterator[None]:
-    """A process started here begins with interrupts held back, until it says that it is ready for them."""
+    """Start processes within the block with interrupts blocked; a worker unblocks them when it is ready."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
-    # the first process brings one that looks after resources, and in starting that, interrupts would be let in again
+    # the first process starts the resource tracker, which would unblock interrupts; so start the tracker before
     resource_tracker.ensure_running()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
@@ -120,17 +119,17 @@ def _no_interrupt() -> Iterator[None]:
 
 
 def _give(worker: _Worker, work: Callable[[Any], Any], waiting: deque[int], jobs: Sequence[Any]) -> bool:
-    """Give a worker the next job, with the work to be done, whose module it imports then; False if there is none left."""
+    """Send the next job to a worker, with the function that runs it; False if no job is left."""
     if not waiting:
         return False
     worker.job = waiting.popleft()
-    with contextlib.suppress(OSError):  # it died: `_collect` sees that next
+    with contextlib.suppress(OSError):  # the worker died; `_collect` handles this
         worker.channel.send((work, jobs[worker.job]))
     return True
 
 
 def _collect(team: Sequence[_Worker]) -> list[Outcome]:
-    """Wait until a worker is done, or dead; what they did."""
+    """Wait until at least one worker has finished or died, and return the outcomes."""
     ready = wait([worker.channel for worker in team])
     outcomes = []
     for worker in team:
@@ -165,8 +164,8 @@ def _stop(team: Sequence[_Worker]) -> None:
 
 
 def _serve(channel: Connection) -> None:
-    """Life of a worker: one job after the other until the channel closes."""
-    # a group of its own: Ctrl-C reaches it once, from the parent, and not from the terminal as well
+    """Run jobs in a worker until the channel closes."""
+    # its own process group: Ctrl-C then comes from the parent only, and not from the terminal as well
     if hasattr(os, "setpgrp"):
         os.setpgrp()
     threading.Thread(target=_end_with_parent, name="watch of the parent", daemon=True).start()
@@ -174,7 +173,7 @@ def _serve(channel: Connection) -> None:
         with skip_final_gc():
             while True:
                 message = channel.recv_bytes()
-                if hasattr(signal, "pthread_sigmask"):  # from here on somebody looks after it
+                if hasattr(signal, "pthread_sigmask"):  # the except clause below is active now
                     signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
                 channel.send(_do(message))
     except (KeyboardInterrupt, EOFError, OSError):
@@ -182,7 +181,7 @@ def _serve(channel: Connection) -> None:
 
 
 def _end_with_parent() -> None:
-    """Interrupt this worker when its parent has died, so that it writes its checkpoint; end it after `GRACE` seconds."""
+    """Interrupt this worker when its parent dies, so that it writes its checkpoint; end it after `GRACE` seconds."""
     parent = multiprocessing.parent_process()
     if parent is None:
         return
@@ -193,15 +192,15 @@ def _end_with_parent() -> None:
 
 
 def _do(message: bytes) -> Outcome:
-    """Do a job; the module with the work may have to be imported first."""
-    nobody = -1  # its number is the parent's affair
+    """Run a job; unpickling imports the module of its function if necessary."""
+    unnumbered = -1  # the parent sets the number
     try:
         work, argument = pickle.loads(message)
-        return Outcome(nobody, value=work(argument))
+        return Outcome(unnumbered, value=work(argument))
     except FsmError as error:
-        return Outcome(nobody, error=tuple(str(error).splitlines()), exit_code=error.exit_code)
+        return Outcome(unnumbered, error=tuple(str(error).splitlines()), exit_code=error.exit_code)
     except Exception as error:
         if is_interrupt(error):
             raise KeyboardInterrupt from None
         what = f"internal error: {type(error).__name__}: {error}".splitlines()[0]
-        return Outcome(nobody, error=(what,), exit_code=1, trace=traceback.format_exc())
+        return Outcome(unnumbered, error=(what,), exit_code=1, trace=traceback.format_exc())

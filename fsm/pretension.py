@@ -1,4 +1,4 @@
-"""Pretension: a film is pulled, finds its equilibrium, and its ends are held where they are."""
+"""Pretension of a film: equilibrium under the pull, after which the pulled points are held in place."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from fsm.solve.relax import Relaxed, relaxed
 __all__ = ["settled", "tensioned"]
 
 _PASSES = (*((part, 1e-2) for part in SETTLING), *((REMAINDER, near) for near in (1e-2, 1e-3, 1e-3, 1e-3, 0.0)))
-"""Remainder of a tension field, and the size of the last step, over that of an element, to which it is settled.
+"""Passes of a tension field: its remaining stiffness in compression, and the last step over the size of an element.
 
-Corner-pulled film of 8 x 8: 1e-3 at the end leaves compression at the edges, and the second frequency is 1 to 3 % low;
-of the sail of 12 x 10 one pass with 1e-4 leaves it 3 % low. A pass more takes some four iterations.
+With 1e-3 in the last pass, a corner-pulled film of 8 x 8 elements keeps compression at its edges, and its second frequency
+is 1 to 3 % low. One pass with 1e-4 leaves that of a sail of 12 x 10 elements 3 % low. A pass takes about four iterations.
 """
 
 
@@ -30,23 +30,27 @@ def tensioned(
     end_time: float = 1.0,
     settle: bool = False,
 ) -> AncfSystem:
-    """The system that vibrates: at rest in the tensioned state, its ends held, under another loading.
+    """System for the vibration: at rest in the tensioned state, with its ends held.
 
     Parameters
     ----------
     pulled : AncfSystem
-        With the forces or motions that pull, which reach what they are to be at `end_time`.
+        System with the forces or motions of the pull, which reach their final values at `end_time`.
     ends : int array
-        Coordinates that are held from then on.
-    loading : what acts afterwards
-    steps : load steps
-    settle : whether to go down the energy to a stable state
-        For wrinkles, beside which the plain state is unstable, and tension fields, whose slack parts nothing holds.
+        Coordinates that are held after the pull.
+    loading : Loading, optional
+        Loading of the vibration.
+    steps : int
+        Load steps of the pull.
+    end_time : float, s
+    settle : bool
+        Whether to minimise the energy and so find a stable state. It is necessary for wrinkles, because the flat state is
+        unstable, and for tension fields, because their slack parts have no stiffness.
 
     Raises
     ------
     NotConverged
-        No equilibrium was found: the film is slack, or wants to wrinkle.
+        No equilibrium exists or it is unstable: the film is slack or wrinkles.
     """
     q, _ = pulled.initial()
     if settle:
@@ -60,9 +64,10 @@ def tensioned(
 def settled(
     system: AncfSystem, t: float, q: np.ndarray, tolerance: float = 1e-9, max_iterations: int = 300
 ) -> Relaxed:
-    """A stable equilibrium as by `relaxed`, in which films and cables that carry no compression do not.
+    """Stable equilibrium by `relaxed`, in several passes for films and cables that carry no compression.
 
-    The equilibrium of a reference is the next reference; the last one leaves of compression about eps^2 of the stress.
+    Each pass reduces the remaining stiffness in compression and starts from the equilibrium of the pass before. After the
+    last pass the compression is about eps^2 of the stress.
     """
     if not system.tension_field:
         return relaxed(system, t, q, tolerance, max_iterations)

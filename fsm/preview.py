@@ -1,7 +1,7 @@
-"""A first look at a planar scene: a short film of how it moves.
+"""Preview of a planar scene: a short animation of its motion.
 
-The film is a sketch (rigid pieces, rotary springs, pymunk), good for finding a wrong angle or a wrong crease;
-forces and buckling are the business of the solver. Everything here lies in the x-z plane.
+The animation is a sketch with rigid pieces and rotary springs (pymunk). It shows wrong angles and wrong creases; it has no
+forces and no buckling. All of it lies in the x-z plane.
 """
 
 from __future__ import annotations
@@ -35,74 +35,74 @@ __all__ = ["Outline", "find_overlaps", "outlines", "preview"]
 
 Points = NDArray[np.float64]
 Shot = list[list[Points]]
-"""One picture: for each panel the ends of its pieces, (2, 2) arrays in m."""
+"""One frame: for each panel the ends of its pieces, (2, 2) arrays in m."""
 
 FILM_TIME, FRAMES = 3.0, 60
 PIECES = 4
-"""Rigid pieces a panel is cut into when panels can touch: uncut they would only jam."""
+"""Number of rigid pieces of a panel where panels can touch; whole rigid panels would jam."""
 UNIT = 100.0
-"""Length of a mean panel in the film's own units; its other units are a panel's mass and the second."""
+"""Mean length of a panel in units of the animation; the other units are the mass of a panel and the second."""
 STIFFNESS = 1e6
-"""Of a crease, in these units: panels settle in a small part of the film."""
+"""Stiffness of a crease in these units; panels come to rest within a small part of the animation."""
 WORK_BUDGET = 350_000
-"""Steps times bodies; about a third of a second."""
+"""Number of steps times number of bodies; it takes about a third of a second."""
 SIZE = (480, 400)
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 
 
 def preview(case: Case, path: str | Path) -> list[str]:
-    """Write a film (GIF, 3 s) of the panels following the drives over their travel.
+    """Write an animation (GIF, 3 s) of the panels as the drives move them over their travel.
 
-    Panels are rigid, creases are rotary springs at rest as folded, and the drives pull slowly compared with
-    how fast the panels settle. Where the case has contact, panels are cut into `PIECES` rigid pieces joined
-    by springs, and they touch; where it has none they pass through each other, as in the simulation. Loads
-    and gravity are left out.
+    Panels are rigid, creases are rotary springs at rest as folded, and the drives are slow compared with the panels. If
+    the case has contact, each panel is cut into `PIECES` rigid pieces joined by springs, and panels touch. Without contact
+    they pass through each other, as in the simulation. Loads and gravity are left out.
 
     Returns
     -------
     list of str
-        What to know about the film: why nothing moves in it.
+        Notes for the user, for example why nothing moves.
 
     Raises
     ------
     CaseError
-        A path that is not of a GIF; a film, a scissor array or a lattice; a scene that does not lie in the x-z plane; a
-        drive that does not pull in it.
+        The path is not that of a GIF; the case is a film, a scissor array or a lattice; the scene does not lie in the x-z
+        plane; a drive does not pull in this plane.
     """
     path = Path(path)
     _check_path(path)
     _check_kind(case)
     mechanism = _mechanism(build_scene(case))
-    shots, kept = _run(mechanism, PIECES if mechanism.touching else 1)
-    if not kept:  # the pieces came apart: show the plain linkage
+    shots, intact = _run(mechanism, PIECES if mechanism.touching else 1)
+    if not intact:  # the pieces came apart: show whole panels without contact
         shots, _ = _run(mechanism, 1)
     _write_film(mechanism, shots, path)
-    return [] if mechanism.pulls else ["nothing moves: the case has no drive, and the preview leaves out loads and gravity"]
+    note = "nothing moves: the case has no drive, and the preview leaves out loads and gravity"
+    return [] if mechanism.pulls else [note]
 
 
 def _check_path(path: Path) -> None:
-    """Refuse what no GIF can be written to, before any work."""
+    """Refuse a path that is not that of a GIF file, before any work."""
     if path.is_dir():
         raise CaseError(f"{path}: is a folder; the preview is one file, give --out FILE.gif")
     if path.suffix.lower() != ".gif":
-        raise CaseError(f"{path}: is not the name of a GIF; the preview writes nothing else, give --out FILE.gif")
+        raise CaseError(f"{path}: is not the name of a GIF; the preview writes no other format, give --out FILE.gif")
 
 
 def _check_kind(case: Case) -> None:
-    """Refuse what is not made of panels on creases."""
-    shown = "shown by the preview, which moves rigid panels on creases, a [strip] or a [scene]; run the case instead"
+    """Refuse a case that has no panels and creases."""
+    shown = "shown by the preview, which shows rigid panels and creases of a [strip] or a [scene]; run the case instead"
     if case.steps[0] != "deploy":
         raise CaseError(Fault("analysis", f'"{case.steps[0]}" is not {shown}'))
     if case.lattice is not None:
-        raise CaseError(Fault("lattice", "is not shown by the preview, whose creases have no length; run the case instead"))
+        raise CaseError(Fault("lattice", "is not shown by the preview, whose hinges have no length; run the case instead"))
 
 
-# -- what is filmed -----------------------------------------------------------------------------------------
+# -- mechanism ----------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class _Joint:
-    """A point where two panels, or one and the ground (-1), are joined; with a spring or without."""
+    """Point that joins two panels, or a panel and the ground (-1), with or without a spring."""
 
     first: int
     second: int
@@ -112,7 +112,7 @@ class _Joint:
 
 @dataclass(frozen=True)
 class _Pull:
-    """A drive: a point of a panel (or the whole panel, when `point` is None) moved along a direction."""
+    """Drive of a point of a panel, or of the whole panel if `point` is None, along a direction."""
 
     panel: int
     point: Points | None
@@ -124,7 +124,10 @@ class _Pull:
 
 @dataclass(frozen=True)
 class _Mechanism:
-    """Lengths in m; `bending` is the stiffness of the spring between two pieces over that of a crease."""
+    """Panels, joints and drives; lengths in m.
+
+    `bending` is the stiffness of the spring between two pieces over the stiffness of a crease.
+    """
 
     lines: list[Points]
     thickness: float
@@ -138,7 +141,7 @@ class _Mechanism:
 def _mechanism(scene: Scene) -> _Mechanism:
     panels = outlines(scene)
     if not panels:
-        raise CaseError(Fault("scene.bodies", "none of them has a plate: there is nothing to show"))
+        raise CaseError(Fault("scene.bodies", "no body has a `plate`, so the preview has nothing to draw; add one"))
     numbers = {panel.name: number for number, panel in enumerate(panels)}
     member = {body: numbers[panel] for body, panel in panel_of_body(scene).items()}
     bodies = {body.name: body for body in scene.bodies}
@@ -154,7 +157,7 @@ def _mechanism(scene: Scene) -> _Mechanism:
 
 
 def _place(element: ForceElement, bodies: dict[str, Body]) -> Points:
-    """Where the inner end of an element is."""
+    """Position of the inner end of an element, x and z, m."""
     arm = np.array(element.point_inner)
     if element.inner == GROUND:
         return arm[[0, 2]]
@@ -163,7 +166,7 @@ def _place(element: ForceElement, bodies: dict[str, Body]) -> Points:
 
 
 def _joints(scene: Scene, bodies: dict[str, Body], member: dict[str, int]) -> list[_Joint]:
-    """Elements between different panels, or between a panel and the ground."""
+    """Joints for the elements between different panels, or between a panel and the ground."""
     joints = []
     for element in scene.elements:
         ends = [-1 if name == GROUND else member.get(name, -2) for name in (element.inner, element.outer)]
@@ -175,7 +178,7 @@ def _joints(scene: Scene, bodies: dict[str, Body], member: dict[str, int]) -> li
 
 
 def _bending(scene: Scene, length: float) -> float:
-    """Bending stiffness of a piece of panel over the stiffness of a crease, within what the film can show."""
+    """Bending stiffness of a piece of panel over the stiffness of a crease, limited to .5 to 10."""
     plates = {body.name: body.plate for body in scene.bodies}
     rigidity, crease = [], []
     for element in scene.elements:
@@ -196,24 +199,24 @@ def _pull(scene: Scene, drive: Drive, bodies: dict[str, Body], member: dict[str,
     direction = np.array(drive.direction)[[0, 2]]
     size = float(np.linalg.norm(direction))
     if size == 0:
-        raise CaseError(Fault(f"drive of {name}", "does not pull in the x-z plane; nothing else is shown"))
+        raise CaseError(Fault(f"drive of {name}", "has no component in the x-z plane of the preview; run the case instead"))
     rest = (direction / size, drive.travel, drive.travel / drive.speed, drive.guide)
     if name in member:
         return _Pull(member[name], None, *rest)
-    if name in bodies:  # a crease line: pulls the panels it is joined to
+    if name in bodies:  # a crease line, which pulls the panels at its joints
         point = np.array(bodies[name].position)[[0, 2]]
         for element in scene.elements:
             other = {element.inner: element.outer, element.outer: element.inner}.get(name, "")
             if other in member:
                 return _Pull(member[other], point, *rest)
-    raise CaseError(Fault(f"drive of {name}", "there is no panel to pull; `fsm check` lists the names"))
+    raise CaseError(Fault(f"drive of {name}", "moves no panel; `fsm check` lists the names of panels"))
 
 
 # -- motion -------------------------------------------------------------------------------------------------
 
 
 def _run(mechanism: _Mechanism, pieces: int) -> tuple[list[Shot], bool]:
-    """Pictures of the motion, and whether the pieces of all panels held together."""
+    """Frames of the motion, and whether the pieces of all panels stayed together."""
     import pymunk
 
     scale = UNIT / float(np.mean([length_of(line) for line in mechanism.lines]))
@@ -224,7 +227,7 @@ def _run(mechanism: _Mechanism, pieces: int) -> tuple[list[Shot], bool]:
     space.iterations, space.damping, space.collision_slop = 30, 1e-4, 0.05
     rows = [_add_panel(space, mechanism, number, pieces, scale) for number in range(len(mechanism.lines))]
     inertia = (UNIT / pieces) ** 3 / (12 * UNIT)
-    limit = 0.1 * inertia / dt**2 / (max(1.0, mechanism.bending) if pieces > 1 else 1.0)  # explicit springs
+    limit = 0.1 * inertia / dt**2 / (max(1.0, mechanism.bending) if pieces > 1 else 1.0)  # stable explicit steps
     _join(space, mechanism, rows, min(STIFFNESS, limit), scale)
     hooks = [_hook(space, pull, rows, scale) for pull in mechanism.pulls]
     shots: list[Shot] = []
@@ -240,15 +243,15 @@ def _run(mechanism: _Mechanism, pieces: int) -> tuple[list[Shot], bool]:
 
 
 def _speed(mechanism: _Mechanism, pull: _Pull, frame: int) -> float:
-    """Of a drive after a picture, m per second of film; the slowest drive takes the whole film."""
+    """Speed of a drive after a frame, m per second of animation; the slowest drive takes the whole animation."""
     share = pull.duration / max(other.duration for other in mechanism.pulls)
     last = (FRAMES - 1) * share
-    left = min(1.0, max(0.0, last - frame))  # part of the time to the next picture
+    left = min(1.0, max(0.0, last - frame))  # part of the time to the next frame
     return left * pull.travel / last * FRAMES / FILM_TIME
 
 
 def _add_panel(space: Any, mechanism: _Mechanism, number: int, pieces: int, scale: float) -> list[Any]:
-    """The rigid pieces of one panel, as pymunk shapes; a held or driven panel is one piece a corner."""
+    """Rigid pieces of one panel as pymunk shapes; pieces of a held or driven panel cannot move by themselves."""
     import pymunk
 
     line = mechanism.lines[number] * scale
@@ -272,7 +275,7 @@ def _add_panel(space: Any, mechanism: _Mechanism, number: int, pieces: int, scal
 
 
 def _join(space: Any, mechanism: _Mechanism, rows: list[list[Any]], stiffness: float, scale: float) -> None:
-    """Pivots and rotary springs, between the pieces of a panel and between panels."""
+    """Add pivots and rotary springs between the pieces of a panel and between panels."""
     for row in rows:
         for a, b in pairwise(row):
             _pivot(space, a.body, b.body, a.body.local_to_world(a.b), stiffness * mechanism.bending)
@@ -296,7 +299,7 @@ def _pivot(space: Any, a: Any, b: Any, point: Any, stiffness: float) -> None:
 
 
 def _nearest(row: list[Any], point: Points) -> Any:
-    """The piece of a panel that a point belongs to."""
+    """Piece of a panel that is closest to a point."""
     return min(row, key=lambda shape: float(distance(point[None], np.array(_ends(shape)))[0])).body
 
 
@@ -305,7 +308,7 @@ def _ends(shape: Any) -> tuple[Any, Any]:
 
 
 def _hook(space: Any, pull: _Pull, rows: list[list[Any]], scale: float) -> list[Any]:
-    """The bodies that a drive moves: a hook at its point, or the whole panel."""
+    """Bodies that a drive moves: a hook at its point, or the whole panel."""
     import pymunk
 
     if pull.point is None:
@@ -319,22 +322,22 @@ def _hook(space: Any, pull: _Pull, rows: list[list[Any]], scale: float) -> list[
     else:
         across = np.array([-pull.direction[1], pull.direction[0]]) * 100 * UNIT
         joint = pymunk.GrooveJoint(hook, body, tuple(-across), tuple(across), body.world_to_local(point))
-    joint.max_force = 1e3 * STIFFNESS / UNIT  # gives way when all is taut
+    joint.max_force = 1e3 * STIFFNESS / UNIT  # the joint yields when the panels are taut
     space.add(hook, joint)
     return [hook]
 
 
 def _gap(shot: Shot) -> float:
-    """Largest distance between two ends of pieces that should be in one place, m."""
+    """Largest distance between two ends of pieces that should coincide, m."""
     gaps = [float(np.linalg.norm(a[1] - b[0])) for row in shot for a, b in pairwise(row)]
     return max(gaps, default=0.0)
 
 
-# -- pictures -----------------------------------------------------------------------------------------------
+# -- frames -------------------------------------------------------------------------------------------------
 
 
 def _write_film(mechanism: _Mechanism, shots: list[Shot], path: Path) -> None:
-    """Draw every picture at twice its size, shrink it, and write all as a GIF that runs for ever."""
+    """Draw every frame at twice its size, reduce it, and write all frames as a GIF that repeats without end."""
     from PIL import Image, ImageDraw, ImageFont
 
     points = np.array([end for shot in shots for row in shot for piece in row for end in piece])

@@ -1,4 +1,4 @@
-"""What made a file: versions, and the source itself, of which one version number may have many."""
+"""Origin of a results file: versions of fsm and its libraries, and a digest of the source code."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["made_by", "provenance"]
 
 @cache
 def made_by() -> dict[str, str]:
-    """The code that the bits of a result hang on besides its input; found once, not to be changed."""
+    """Versions and source digest that determine the bits of a result; cached, must not be modified."""
     import fsm
 
     return {
@@ -33,7 +33,7 @@ def made_by() -> dict[str, str]:
 
 
 def provenance() -> dict[str, str]:
-    """What made a file, where, by what command, and when."""
+    """Versions, machine, command and time, for a results file."""
     return made_by() | {
         "machine": f"{platform.machine()}, {os.cpu_count()} cores",
         "command": " ".join([Path(sys.argv[0]).name, *sys.argv[1:]]),
@@ -42,10 +42,11 @@ def provenance() -> dict[str, str]:
 
 
 def _source_digest() -> str:
-    """The first 16 digits of the SHA-256 of all modules of the package, their names and what is in them."""
+    """First 16 digits of the SHA-256 over names and contents of all modules of the package."""
     package = Path(__file__).parent
     digest = hashlib.sha256()
-    for module in sorted(path for path in package.rglob("*.py") if path.stem.isidentifier()):  # not what editors leave
+    # identifiers only: no backup files of editors
+    for module in sorted(path for path in package.rglob("*.py") if path.stem.isidentifier()):
         content = module.read_bytes()
         digest.update(f"{module.relative_to(package).as_posix()} {len(content)}\n".encode())
         digest.update(content)

@@ -1,4 +1,4 @@
-"""One solve, recorded: results file, checkpoints, resuming, summary."""
+"""Recording of one solve: results file, checkpoints, restart and summary."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from fsm.errors import CaseError, EnergyAbort, NotConverged, is_interrupt
 from fsm.hdf5_checked import READ_ERRORS
 from fsm.kernels import jit
 from fsm.panel_crossing import lattice_overlap
-from fsm.progress import Progress, say_anew
+from fsm.progress import Progress, report_restart
 from fsm.provenance import made_by, provenance
 from fsm.results.curve import Curve
 from fsm.results.solution import Record, Solution
 from fsm.results.store import ResultWriter, part_path, read_checkpoint, read_solution, write_checkpoint
-from fsm.round_off import RoundOff, round_off_of, rounded_places
+from fsm.round_off import RoundOff, position_round_off_energy, round_off_of
 from fsm.scene.load_case import LoadedCase
 from fsm.scene.scene import Scene
 from fsm.solve.handed_over import CurvePoint, Saved, Statistics, StepEnd
@@ -38,35 +38,35 @@ from fsm.system import DriveState
 __all__ = ["CHECKPOINT_EVERY", "RecordedSolve"]
 
 CHECKPOINT_EVERY = 1.0
-"""Seconds of wall time between checkpoints; one takes about 10 ms."""
+"""Wall time between checkpoints, s; one checkpoint takes about 10 ms."""
 _SAME = 1e-10
-"""Times that differ by less, relative to the run's, are the same."""
+"""Relative difference below which two times are the same."""
 _STATE = "state_"
-"""What the names of the arrays of `StepEnd.state` begin with in a checkpoint."""
+"""Prefix of the arrays of `StepEnd.state` in a checkpoint."""
 
 
 @dataclass(frozen=True)
-class _Point:
-    """Where a solve can go on: the last renewal point, the ledger there, how many points seen, records and samples."""
+class _RestartPoint:
+    """Point at which a solve can restart: state, energy balance, points of the curve, and written records and samples."""
 
     end: StepEnd
     ledger: Ledger
     seen: int
-    kept: tuple[int, int]
+    written: tuple[int, int]
 
 
 class RecordedSolve:
-    """The solve of one case, writing records as it goes and checkpoints every now and then.
+    """Solve of one case that writes records during the run and checkpoints at intervals.
 
     Parameters
     ----------
     loaded : LoadedCase
-    analysis : what it was compiled to
+    analysis : analysis of the compiled case
     out : folder of the results
     resume : bool
-        Go on from a checkpoint in `out`, if there is one of this very case.
+        Restart from a checkpoint in `out` if there is one of the same case.
     warnings : list of str
-        What was noticed before.
+        Warnings before the solve.
     """
 
     def __init__(self, loaded: LoadedCase, analysis: Analysis, out: Path, resume: bool, warnings: list[str]) -> None:
@@ -79,16 +79,23 @@ class RecordedSolve:
         self.seen: list[CurvePoint] = []
         self.of_another_case = False
         self.resumed = self._read_checkpoint() if resume else None
-        (out / "summary.json").unlink(missing_ok=True)  # it says that the case in this folder is done
+        (out / "summary.json").unlink(missing_ok=True)  # its presence would mean that the run is complete
         if self.resumed is None:
-            self.checkpoint.unlink(missing_ok=True)  # of another run, whose records go now
-        self.records, self.samples = (0, 0) if self.resumed is None else self.resumed.kept
-        self.last: _Point | None = None
+            self.checkpoint.unlink(missing_ok=True)  # belongs to another run, whose records are replaced
+        self.records, self.samples = (0, 0) if self.resumed is None else self.resumed.written
+        self.last: _RestartPoint | None = None
 
     def run(self, progress: bool | Callable[[float], None], begun: float, compiled: float) -> Solution:
-        """Solve, write the results file and read it back; `begun` and `compiled` are clocks at the start of the run."""
+        """Solve, write the results file and read it back.
+
+        Parameters
+        ----------
+        progress : bool or callable
+        begun, compiled : s
+            Clock and compile time at the start of the run.
+        """
         if self.of_another_case:
-            say_anew(progress, self.checkpoint)
+            report_restart(progress, self.checkpoint)
         method, reason = self.analysis.method()
         settings = self.analysis.settings(method)
         end = settings.end_time
@@ -103,7 +110,7 @@ class RecordedSolve:
         resume_at = self.records if self.resumed else None
         with ResultWriter(self.target, layout, resume_at, samples_at=self.samples) as writer, bar:
             if start is not None:
-                self._hold(writer, start, record_times)
+                self._record_hold(writer, start, record_times)
             try:
                 statistics = self._solve(
                     settings,
@@ -120,7 +127,7 @@ class RecordedSolve:
                 if self.last is not None:
                     self._write_checkpoint(self.last)
                 raise KeyboardInterrupt from None
-            except (NotConverged, EnergyAbort) as error:  # the cause may be that no force could be resolved
+            except (NotConverged, EnergyAbort) as error:  # the cause may be round-off, or squares of a lattice that touch
                 writer.flush()
                 refusal, beyond = self._causes() if self.records else ("", "")
                 if refusal:
@@ -140,7 +147,7 @@ class RecordedSolve:
             }
             driven = bool(self.seen) and len(self.seen[0].drive.travel) > 0
             curve = Curve.from_points(self.seen).decimate() if driven else None
-            writer.finish(_plain(statistics), summary, array, curve)
+            writer.finish(_counters(statistics), summary, array, curve)
         self.checkpoint.unlink(missing_ok=True)
         return read_solution(self.target)
 
@@ -160,26 +167,26 @@ class RecordedSolve:
         return solve(self.system, settings, times, on_save, on_step, start, ledger, self.seen, after)[0]
 
     def _causes(self) -> tuple[str, str]:
-        """Why a solve may have failed: forces that cannot be resolved, squares of a lattice that meet."""
+        """Messages on two possible causes of a failed solve: round-off, and squares of a lattice that touch."""
         solution, scene = read_solution(part_path(self.target)), getattr(self.analysis, "scene", None)
         meeting = lattice_overlap(solution, scene) if isinstance(scene, Scene) else ""
         return round_off_of(self.system, solution).refusal(), meeting
 
     def _round_off(self) -> RoundOff:
-        """Of what has been recorded so far."""
+        """Round-off of the records written so far."""
         return round_off_of(self.system, read_solution(part_path(self.target)))
 
     def _start(self) -> tuple[tuple[float, np.ndarray, np.ndarray] | None, Ledger]:
-        """State to start from, None for that of the checkpoint, and the ledger that is kept from there on."""
+        """Start state (None for the state of a checkpoint), and the energy balance at the start."""
         if self.resumed is not None:
             return None, self.resumed.ledger
         start = self.analysis.start(self.warnings)
         ledger = Ledger.opened(self.system.energy(*start))
-        ledger.trifle = max(ledger.trifle, rounded_places(self.system, start))
+        ledger.trifle = max(ledger.trifle, position_round_off_energy(self.system, start))
         return start, ledger
 
-    def _hold(self, writer: ResultWriter, start: tuple[float, np.ndarray, np.ndarray], times: list[float]) -> None:
-        """Record the start at all times before the solve begins, while everything is held."""
+    def _record_hold(self, writer: ResultWriter, start: tuple[float, np.ndarray, np.ndarray], times: list[float]) -> None:
+        """Write the start state as the records of all times before the release, while all bodies are held."""
         begin, q, u = start
         held = [t for t in times if t < begin * (1.0 - _SAME)]
         if held:
@@ -188,7 +195,7 @@ class RecordedSolve:
                 self._save(writer, Saved(t, q, u, seen, 0.0, 0.0, 0.0, np.zeros_like(seen.energy.pair_power)))
 
     def _save(self, writer: ResultWriter, saved: Saved) -> None:
-        """Keep what is wanted at this time: the whole state, the probes, or both."""
+        """Write a record of the whole state, a sample of the probes, or both, as required at this time."""
         if _due(self.records_due, saved.time):
             self._record(writer, saved)
         if _due(self.samples_due, saved.time):
@@ -223,13 +230,13 @@ class RecordedSolve:
 
     def _step(self, writer: ResultWriter, bar: Progress, ledger: Ledger, end: StepEnd) -> None:
         if end.state is not None:
-            self.last = _Point(end, replace(ledger), len(self.seen), (self.records, self.samples))
+            self.last = _RestartPoint(end, replace(ledger), len(self.seen), (self.records, self.samples))
             if time.perf_counter() - self.last_checkpoint > CHECKPOINT_EVERY:
                 writer.flush()
                 self._write_checkpoint(self.last)
         bar.step(end.time, end.steps)
 
-    def _write_checkpoint(self, point: _Point) -> None:
+    def _write_checkpoint(self, point: _RestartPoint) -> None:
         ledger = asdict(point.ledger)
         pair_energy = ledger.pop("pair_energy")
         state = point.end.state
@@ -252,18 +259,18 @@ class RecordedSolve:
                 "case": self.loaded.text,
                 "made_by": json.dumps(made_by()),
                 "steps": point.end.steps,
-                "records": point.kept[0],
-                "samples": point.kept[1],
+                "records": point.written[0],
+                "samples": point.written[1],
                 "warnings": self.warnings,
                 "events": json.dumps([asdict(event) for event in point.end.events]),
             },
         )
         self.last_checkpoint = time.perf_counter()
 
-    def _read_checkpoint(self) -> _Point | None:
-        """Where a checkpoint of this very case goes on, with what was seen and noticed until then; None if there is none.
+    def _read_checkpoint(self) -> _RestartPoint | None:
+        """Restart point of a checkpoint of the same case; None if there is none.
 
-        One that other code wrote is none: what it remembers may mean something else here, and the bits would differ.
+        A checkpoint of another version is not used: its internal state may have another meaning.
         """
         if not self.checkpoint.is_file() or not part_path(self.target).is_file():
             return None
@@ -272,31 +279,32 @@ class RecordedSolve:
             return self._point(arrays, attributes)
         except READ_ERRORS as error:
             reason = " ".join(f"{type(error).__name__}: {error}".split())[:100]
-            what = f"is damaged ({reason}); run without --resume, or remove it to begin anew"
+            what = f"is damaged ({reason}); run without --resume, or delete it to start from the beginning"
             raise CaseError(what, str(self.checkpoint)) from error
 
     def _check(self, arrays: dict[str, np.ndarray], attributes: dict[str, Any]) -> None:
-        """Raise a ValueError where a checkpoint of this case and version cannot hold this."""
+        """Raise a ValueError if the content of a checkpoint does not fit this case."""
         q, u = self.system.initial()
         pairs = self.system.energy(0.0, q, u).pair_power
         shapes = {"time": (1,), "q": q.shape, "u": u.shape, "pair_energy": pairs.shape, "ledger": (len(fields(Ledger)) - 1,)}
         for name, shape in shapes.items():
             if arrays[name].shape != shape or not np.all(np.isfinite(arrays[name])):
-                raise ValueError(f"{name} is not finite, or not of the shape {shape}")
+                raise ValueError(f"{name} is not finite, or its shape is not {shape}")
         if min(int(attributes[name]) for name in ("steps", "records", "samples")) < 0:
             raise ValueError("steps, records or samples are negative")
         if not all(isinstance(text, str) for text in attributes["warnings"]):
-            raise ValueError("the warnings are no texts")
+            raise ValueError("a warning is not a string")
 
-    def _point(self, arrays: dict[str, np.ndarray], attributes: dict[str, Any]) -> _Point | None:
-        """What a checkpoint holds; None if it cannot be gone on from."""
+    def _point(self, arrays: dict[str, np.ndarray], attributes: dict[str, Any]) -> _RestartPoint | None:
+        """Restart point of a checkpoint; None if it belongs to another case or version."""
         if attributes.get("case") != self.loaded.text:
             self.of_another_case = True
             return None
         if "steps" not in attributes:
             return None
         if attributes.get("made_by") != json.dumps(made_by()):
-            self.warnings.append(f"{self.checkpoint} was written by another version of fsm or its libraries: begun anew")
+            why = "was written by another version of fsm or its libraries: the run starts from the beginning"
+            self.warnings.append(f"{self.checkpoint} {why}")
             return None
         self._check(arrays, attributes)
         self.warnings = list(attributes["warnings"])
@@ -305,11 +313,11 @@ class RecordedSolve:
         events = tuple(Event(**event) for event in json.loads(attributes["events"]))
         end = StepEnd(float(arrays["time"][0]), arrays["q"], arrays["u"], int(attributes["steps"]), events, state)
         ledger = Ledger(*[*arrays["ledger"].tolist(), arrays["pair_energy"]])
-        return _Point(end, ledger, len(self.seen), (int(attributes["records"]), int(attributes["samples"])))
+        return _RestartPoint(end, ledger, len(self.seen), (int(attributes["records"]), int(attributes["samples"])))
 
 
 def _merged(one: Iterable[float], two: Iterable[float], same: float) -> list[float]:
-    """All times in order, those that are the same once."""
+    """All times in ascending order, without duplicates."""
     times: list[float] = []
     for t in sorted([*one, *two]):
         if not times or t > times[-1] + same:
@@ -318,23 +326,23 @@ def _merged(one: Iterable[float], two: Iterable[float], same: float) -> list[flo
 
 
 def _due(times: deque[float], now: float) -> bool:
-    """Whether one of these times has come; those that have are taken out."""
-    came = False
+    """Whether at least one of the times has passed; passed times are removed."""
+    passed = False
     while times and times[0] <= now * (1.0 + _SAME):
         times.popleft()
-        came = True
-    return came
+        passed = True
+    return passed
 
 
 def _points(arrays: dict[str, np.ndarray]) -> Iterator[CurvePoint]:
-    """The points of the curve that a checkpoint holds."""
+    """Points of the curve in a checkpoint."""
     columns = arrays["travel"], arrays["force"], arrays["pair_force"], arrays["point"].tolist()
     for travel, force, pairs, (at, path, panels, creases) in zip(*columns, strict=True):
         yield CurvePoint(DriveState(travel, force), pairs, at, int(path), panels, creases)
 
 
-def _plain(statistics: Statistics) -> dict[str, Any]:
-    """Counters of a solve, without the curve."""
+def _counters(statistics: Statistics) -> dict[str, Any]:
+    """Counters of a solve for the results file."""
     return {
         "method": statistics.method,
         "outcome": statistics.outcome.name.lower(),

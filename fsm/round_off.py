@@ -1,4 +1,4 @@
-"""Round-off of stiff springs: which part of the forces of a run it is, and whether the run can be believed."""
+"""Round-off of stiff springs: its part of the forces of a run, and the refusal of unreliable runs."""
 
 from __future__ import annotations
 
@@ -9,32 +9,32 @@ import numpy as np
 from fsm.results.solution import Solution
 from fsm.system import System
 
-__all__ = ["RoundOff", "round_off_of", "rounded_places"]
+__all__ = ["RoundOff", "position_round_off_energy", "round_off_of"]
 
 _REFUSED, _WARNED = 5e-2, 1e-3
-"""Round-off over acting forces: a run is refused above the first, warned of above the second."""
+"""Round-off over acting forces: above the first value a run is refused, above the second it has a warning."""
 _STATES = 20
-"""States that displacements are looked up in, at most."""
-_NOTHING = 1e3
-"""Energy stored, over what the rounding of positions alone stores in all springs, below which nothing resists a motion."""
+"""Largest number of records searched for the largest displacement."""
+_UNRESISTED = 1e3
+"""Stored energy, over the energy that rounded positions store in all springs, below which no spring resists the motion."""
 _DIGITS = 1e-9
-"""Part of the structure's size that places in a case are written to."""
+"""Precision of positions in a case file, over the size of the structure."""
 _AT_REST = 1e-12
-"""Energy turned over, over all that is stored, below which it is round-off of sums."""
+"""Energy turned over, over the stored energy, below which it is round-off of sums."""
 
 
 @dataclass(frozen=True)
 class RoundOff:
-    """Forces that are round-off, and forces that act.
+    """Force due to round-off, compared with the acting force.
 
     Attributes
     ----------
     stiffness : N/m
-        The largest.
+        Largest stiffness of the model.
     force : N
-        That stiffness times the rounding of positions.
+        Largest stiffness times the round-off of positions.
     acting : N
-        Energy stored or dissipated, over the distance moved by; infinite where nothing happens.
+        Energy stored or dissipated, over the distance moved; infinite if no body moves.
     """
 
     stiffness: float
@@ -43,39 +43,38 @@ class RoundOff:
 
     @property
     def part(self) -> float:
-        """Part of the forces that is round-off."""
+        """Part of the acting force that is round-off."""
         return self.force / self.acting
 
     def refusal(self) -> str:
-        """Why the run cannot be believed, or nothing."""
+        """Reason why the run is unreliable; empty if it is reliable."""
         if not self.part > _REFUSED:
             return ""
-        return f"forces cannot be resolved: {self._cause()}; {_REMEDY}"
+        return f"round-off exceeds {100 * _REFUSED:g} % of the forces: {self._cause()}; {_REMEDY}"
 
     def warning(self) -> str:
-        """What a user should know of the run, or nothing."""
+        """Warning for the user; empty if round-off is negligible."""
         if not self.part > _WARNED:
             return ""
-        return f"forces are known to about {100 * self.part:.2g} % only: {self._cause()}; {_REMEDY}"
+        return f"round-off is about {100 * self.part:.2g} % of the forces: {self._cause()}; {_REMEDY}"
 
     def _cause(self) -> str:
-        springs = f"the stiffest springs, {self.stiffness:.2g} N/m, times the rounding of positions"
-        return f"{springs} are {self.force:.2g} N, and the forces of the run about {self.acting:.2g} N"
+        product = f"the largest stiffness, {self.stiffness:.2g} N/m, times the round-off of positions"
+        return f"{product} is {self.force:.2g} N, and the acting force is about {self.acting:.2g} N"
 
 
-_REMEDY = "lower that stiffness (young, axial, translation), or the number of segments"
+_REMEDY = "reduce that stiffness (young, axial, translation) or the number of segments"
 
 
 def round_off_of(system: System, solution: Solution) -> RoundOff:
-    """Forces that are round-off in a run, by the stiffness at its first and last record.
+    """Round-off of the forces of a run, from the stiffness at its first and last record.
 
-    Positions are known to eps times the size L of the structure, so the force of a spring k is known to eps L k. Forces that
-    act follow from energies, which round-off hardly changes: U/d with the largest energy U stored or dissipated, and
-    the largest distance d that anything moved by. The force of a drive would be round-off itself.
+    Positions have the round-off eps L with the size L of the structure, so the force of a spring k has the round-off
+    eps L k. The acting force is U/d, with the largest energy U stored or dissipated and the largest displacement d.
+    Round-off hardly changes energies; the force of a drive could itself be round-off.
     """
-    nothing = RoundOff(0.0, 0.0, np.inf)
     if system.nu == 0 or len(solution) == 0:
-        return nothing
+        return RoundOff(0.0, 0.0, np.inf)
     scales, eps = system.scales(), float(np.finfo(float).eps)
     ends = {0, len(solution) - 1}
     matrices = [system.linearise(float(solution.time[k]), solution.q[k], None).stiffness.data for k in sorted(ends)]
@@ -89,13 +88,13 @@ def round_off_of(system: System, solution: Solution) -> RoundOff:
     energy = float(max(energies.max() for energies in turned_over))
     moved = _distance(system, solution)
     in_rounding = system.nu * force * eps * scales.widest
-    if moved <= 0.0 or energy <= max(_NOTHING * in_rounding, _AT_REST * float(np.abs(stored).max())):
+    if moved <= 0.0 or energy <= max(_UNRESISTED * in_rounding, _AT_REST * float(np.abs(stored).max())):
         return RoundOff(stiffness, force, np.inf)
     return RoundOff(stiffness, force, energy / moved)
 
 
-def rounded_places(system: System, start: tuple[float, np.ndarray, np.ndarray]) -> float:
-    """Energy (J) that springs store because a case gives places to so many digits: a linkage closes no better."""
+def position_round_off_energy(system: System, start: tuple[float, np.ndarray, np.ndarray]) -> float:
+    """Energy (J) stored in springs because positions in a case file have a finite number of digits."""
     if system.nu == 0:
         return 0.0
     t, q, _ = start
@@ -104,7 +103,7 @@ def rounded_places(system: System, start: tuple[float, np.ndarray, np.ndarray]) 
 
 
 def _distance(system: System, solution: Solution) -> float:
-    """Largest distance that anything has moved by, m; a turn counts by the length of an element."""
+    """Largest displacement of a run, m; rotations count with the length of an element."""
     scales = system.scales()
     travel = float(np.abs(solution.travel).max(initial=0.0))
     chosen = np.unique(np.linspace(0, len(solution) - 1, _STATES).astype(int))

@@ -1,4 +1,4 @@
-"""One case from description to files: the glue between scene, compiler, solver, results and plots."""
+"""Run of one case, from its description to files: compiler, solver, results and plots."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from fsm.errors import CaseError, ExpectationFailed
 from fsm.folder_lock import locked_folder
 from fsm.kernels import jit
 from fsm.plots.figures import draw
-from fsm.progress import say_anew, saying_what_compiles
+from fsm.progress import report_compilation, report_restart
 from fsm.recorder import RecordedSolve
 from fsm.results.curve import Curve
 from fsm.results.export import write_contact_csv, write_force_csv, write_history_csv, write_points_csv
@@ -33,7 +33,7 @@ from fsm.summary import joined, missed_expectations
 __all__ = ["ENDING", "run_case", "run_in_locked_folder"]
 
 ENDING = 30.0
-"""Seconds that a run which goes on waits for the end of the one that was interrupted; that one writes its checkpoint."""
+"""Time that a restarted run waits until the interrupted run has written its checkpoint, s."""
 
 
 def run_case(
@@ -41,39 +41,39 @@ def run_case(
 ) -> dict[str, Any]:
     """Run a case and write result.h5, summary.json, curves as CSV and plots into `out`.
 
-    Which curves and plots depends on what there is: motion.png, energy.png of a deployment; force.csv and force.png
-    with a drive, dynamic_force.csv if some of it is a motion; contact.csv and contact.png with a contact that carries
-    force in a record; history.csv, history.png, spectrum.png, modes.png, tension.png and energy.png of a film.
+    The curves and plots depend on the case. A deployment has motion.png and energy.png. A drive adds force.csv and
+    force.png, and dynamic_force.csv if part of the curve is dynamic. Contact that carries force in a record adds
+    contact.csv and contact.png. A film has history.csv, history.png, spectrum.png, modes.png, tension.png and energy.png.
 
     Parameters
     ----------
     loaded : LoadedCase
-        With `stages`, each has a folder of its own in `out`, and summary.json is of both.
-    out : folder for the results, made if needed
+        With `stages`, each stage has its own folder in `out`, and summary.json covers both.
+    out : folder for the results, created if it does not exist
     progress : bool or callable
-        A bar on standard error, or called with the fraction done.
+        Whether to show a bar on standard error, or a function that receives the completed fraction.
     resume : bool
-        Go on from the last checkpoint in `out` if there is one of this very case: to the bit as if it had never stopped,
-        but that times in the summary are those of the last part. Of a case that is solved, only curves and plots are
-        written. What is there of another case is begun anew, and said with the progress bar.
+        Restart from the last checkpoint in `out` if it belongs to the same case. The result is the same to the last bit;
+        only the times in the summary cover the last part alone. If the case is already solved, only curves and plots are
+        written. If the files belong to another case, the run starts from the beginning and reports it with the progress.
 
     Returns
     -------
     dict
-        What summary.json holds.
+        Content of summary.json.
 
     Raises
     ------
     CaseError
-        Nothing has been written.
+        The case has faults; no file was written.
     CannotWrite
         Another run writes into `out`, or a file cannot be written.
     NotConverged, EnergyAbort
-        What was solved until then is in result.part.h5.
+        The solve stopped; result.part.h5 holds its records.
     ExpectationFailed
-        Everything has been written.
+        A number missed its bounds; all files were written.
     KeyboardInterrupt
-        A checkpoint has been written.
+        The run was interrupted; a checkpoint was written.
     """
     with locked_folder(out, wait=ENDING if resume else 0.0):
         return run_in_locked_folder(loaded, Path(out), progress=progress, resume=resume)
@@ -82,12 +82,12 @@ def run_case(
 def run_in_locked_folder(
     loaded: LoadedCase, out: Path, *, progress: bool | Callable[[float], None] = True, resume: bool = False
 ) -> dict[str, Any]:
-    """Do what `run_case` does, where the caller holds the lock on `out`."""
+    """Run a case as `run_case` does, for a caller that already holds the lock on `out`."""
     if loaded.case.stages:
         summary = _run_stages(loaded, out, progress, resume)
     else:
         begun, warnings = _clocks(), list[str]()
-        with saying_what_compiles(progress, _title(loaded), jit):
+        with report_compilation(progress, _title(loaded), jit):
             analysis = analysis_of(loaded.case, str(loaded.path), warnings)
         summary = _run_analysis(loaded, analysis, out, progress, resume, warnings, begun).summary
     failed = missed_expectations(loaded.case, summary)
@@ -105,13 +105,13 @@ def _run_analysis(
     warnings: list[str],
     begun: tuple[float, float],
 ) -> Solution:
-    """Solve one analysis and write all that there is of it into its folder; with `resume` not again what is solved."""
+    """Solve one analysis and write its files; with `resume`, read an existing solution instead."""
     solution = _solved(loaded, out, progress) if resume else None
     if solution is not None:
         remove_partial_files(out)
         _write(solution, out)
         return solution
-    with saying_what_compiles(progress, _title(loaded), jit):
+    with report_compilation(progress, _title(loaded), jit):
         analysis.make_ready(warnings)
     out.mkdir(parents=True, exist_ok=True)
     remove_partial_files(out)
@@ -123,11 +123,11 @@ def _run_analysis(
 def _run_stages(
     loaded: LoadedCase, out: Path, progress: bool | Callable[[float], None], resume: bool
 ) -> dict[str, Any]:
-    """Deploy, and let what is deployed vibrate, each in a folder of its own; both summaries together."""
+    """Run the deployment and then the vibration of the deployed strip, each in its own folder; return both summaries."""
     case, source = loaded.case, str(loaded.path)
     (out / SUMMARY).unlink(missing_ok=True)
     begun, warnings = _clocks(), list[str]()
-    with saying_what_compiles(progress, _title(loaded), jit):
+    with report_compilation(progress, _title(loaded), jit):
         deployment = analysis_of(case, source, warnings)
     first = _run_analysis(loaded, deployment, out / "deploy", progress, resume, warnings, begun)
     begun = _clocks()
@@ -140,7 +140,7 @@ def _run_stages(
 
 
 def _clocks() -> tuple[float, float]:
-    """What time it is, and how much of it went into compiling, s."""
+    """Present clock, and compile time so far, s."""
     return time.perf_counter(), jit.compile_time()
 
 
@@ -149,22 +149,22 @@ def _title(loaded: LoadedCase) -> str:
 
 
 def _solved(loaded: LoadedCase, folder: Path, progress: bool | Callable[[float], None]) -> Solution | None:
-    """The results of this very case, by this version, if they are there and nothing newer was begun."""
+    """Results of the same case by the same version; None if there are none or a newer run is unfinished."""
     result = folder / "result.h5"
     if not result.is_file() or part_path(result).is_file():
         return None
     try:
         solution = read_solution(result)
-    except CaseError:  # damaged: solved again
+    except CaseError:  # damaged; solve again
         return None
     if solution.layout.case_text != loaded.text:
-        say_anew(progress, result)
+        report_restart(progress, result)
         return None
     return solution if solution.layout.provenance.get("fsm") == __version__ else None
 
 
 def _write(solution: Solution, out: Path) -> None:
-    """Curves, plots, and summary.json last and whole, so that its presence means the case is done."""
+    """Write curves and plots, and summary.json last, so that its presence means that the run is complete."""
     curve = Curve.of_solution(solution)
     tables: dict[str, Callable[[Solution, Path], None] | None] = {
         "force.csv": write_force_csv if solution.travel.shape[1] else None,
@@ -178,7 +178,7 @@ def _write(solution: Solution, out: Path) -> None:
     for name, write in tables.items():
         if write is not None:
             write(solution, out / name)
-        else:  # that of another run in this folder
+        else:  # of an earlier run in this folder
             (out / name).unlink(missing_ok=True)
     draw(solution, out)
     write_summary(solution.summary, out / SUMMARY)

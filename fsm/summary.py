@@ -1,4 +1,4 @@
-"""What a run amounts to: its summary, its warnings, and whether it is what was expected."""
+"""Summary of a run: its numbers, its warnings, and the comparison with expected values."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from fsm.solve.status import Event
 
 __all__ = ["joined", "missed_expectations", "summary_of", "unstable_passages"]
 
-_EVENTS_TOLD = 6
-"""Events that have a warning each."""
+_LISTED_EVENTS = 6
+"""Largest number of events with a warning each."""
 
-_OF_PULL: dict[str, Any] = {"peak_force": 0.0, "peak_travel": 0.0, "stages": [], "contact": [], "contact_stats": {}}
-"""What every summary has of a pull, and what that is where there is none."""
+_PULL_DEFAULTS: dict[str, Any] = {"peak_force": 0.0, "peak_travel": 0.0, "stages": [], "contact": [], "contact_stats": {}}
+"""Keys of a pull that every summary has, with their values for a run without a drive."""
 
 
 def summary_of(
@@ -35,18 +35,18 @@ def summary_of(
     warnings: list[str],
     round_off: RoundOff,
 ) -> dict[str, Any]:
-    """What summary.json holds, but for run times: what the analysis says, counters, energy error, warnings.
+    """Content of summary.json without run times: results of the analysis, counters, energy error and warnings.
 
     Parameters
     ----------
-    analysis : what was solved
+    analysis : analysis of the case
     solution : all records
-    statistics, ledger : of the solve
-    warnings : what was noticed before and during it
-    round_off : forces that are round-off; their part counts as an energy error too
+    statistics, ledger : counters and energy balance of the solve
+    warnings : warnings before and during the solve
+    round_off : round-off of the forces; its part is a lower bound of the energy error
     """
     events = sorted([*statistics.events, *unstable_passages(solution, statistics.events)], key=lambda event: event.time)
-    summary: dict[str, Any] = {**_OF_PULL}
+    summary: dict[str, Any] = {**_PULL_DEFAULTS}
     summary |= analysis.summarise(solution, statistics)
     summary |= {
         "steps": statistics.steps,
@@ -63,17 +63,18 @@ def summary_of(
     if round_off.warning():
         found.append(round_off.warning())
     if ledger.relative_error > max(1e-3, round_off.part):
-        off = f"energy balance off by {ledger.relative_error:.2g} of the energy turned over"
-        found.append(f"{off}; {_remedy(analysis, statistics.method)}")
-    found += [_told(event) for event in events[:_EVENTS_TOLD]]
-    if len(events) > _EVENTS_TOLD:
-        found.append(f"{len(events) - _EVENTS_TOLD} more events until {_where(events[-1])}; `events` of the summary has all")
+        residual = f"energy balance residual: {ledger.relative_error:.2g} of the energy turned over, above 0.001"
+        found.append(f"{residual}; {_remedy(analysis, statistics.method)}")
+    found += [_event_text(event) for event in events[:_LISTED_EVENTS]]
+    if len(events) > _LISTED_EVENTS:
+        more = len(events) - _LISTED_EVENTS
+        found.append(f"{more} more events until {_where(events[-1])}; `events` in summary.json lists all")
     summary["warnings"] = [*warnings, *found, *analysis.warnings(solution, summary)]
     return summary
 
 
 def _remedy(analysis: Analysis, method: str) -> str:
-    """What closes an energy balance that is off: neither the steps of a reduced model nor fixed ones go by a tolerance."""
+    """Remedy for a large energy balance residual; a tolerance affects neither a reduced model nor fixed steps."""
     if method == MODAL:
         return 'take more vibration.modes, or vibration.model = "full"'
     settings = analysis.settings(method)
@@ -82,17 +83,17 @@ def _remedy(analysis: Analysis, method: str) -> str:
 
 
 def joined(deployment: dict[str, Any], vibration: dict[str, Any]) -> dict[str, Any]:
-    """Summary of two stages: that of the vibration, what only the deployment has, and the deployment's whole as `deploy`."""
-    of_pull = {key: value for key, value in deployment.items() if key not in vibration or key in _OF_PULL}
+    """Summary of two stages: all keys of the vibration, keys of the deployment alone, and the deployment as `deploy`."""
+    pull = {key: value for key, value in deployment.items() if key not in vibration or key in _PULL_DEFAULTS}
     warnings = [*deployment["warnings"], *vibration["warnings"]]
-    return vibration | of_pull | {"warnings": warnings, "deploy": deployment}
+    return vibration | pull | {"warnings": warnings, "deploy": deployment}
 
 
 def unstable_passages(solution: Solution, events: Sequence[Event]) -> list[Event]:
-    """An event for every row of records with an unstable tangent that no event of the solve covers.
+    """Events for unstable records that no event of the solve covers, one event for each run of successive records.
 
-    It lasts from the last stable record before to the first one after. A motion that is solved with its inertia
-    throughout has no events of its own.
+    An event lasts from the last stable record before to the first stable record after. A run that is dynamic throughout
+    has no events from its solver.
     """
     time, unstable = solution.time, solution.negative_pivots > 0
     for event in events:
@@ -111,30 +112,30 @@ def _where(event: Event) -> str:
     return f"{1e3 * event.travel:.4g} mm of travel" if event.travel else f"{event.time:.4g} s"
 
 
-def _told(event: Event) -> str:
-    """An event in words."""
+def _event_text(event: Event) -> str:
+    """Warning about an event."""
     where = f"at {_where(event)}"
     if event.kind == "bifurcation":
-        return f"bifurcation {where}: the path there is unstable, a stable branch was taken; solve.imperfection chooses it"
+        return f"bifurcation {where}: the path is unstable there; the run follows a stable branch (see solve.imperfection)"
     until = f"{1e3 * event.end_travel:.4g} mm" if event.end_travel else f"{event.end_time:.4g} s"
     forces = f"force {event.force:.4g} N before, {event.end_force:.4g} N after"
     if event.kind == "release":
-        return f"the start is no equilibrium: solved with inertia until {until}; force {event.end_force:.4g} N there"
+        return f"the start is not in equilibrium: solved with inertia until {until}; force {event.end_force:.4g} N there"
     if event.kind == "damped snap":
-        return f"snap {where}: unstable states until {until}, which the dampers slow down; {forces}"
+        return f"snap {where}: states are unstable until {until}, and dampers slow the motion; {forces}"
     if event.kind == "unstable":
         return f"snap {where}: saved states until {until} are unstable; {forces}"
     return f"snap {where}: solved with inertia until {until}; {forces}"
 
 
 def missed_expectations(case: Case, summary: dict[str, Any]) -> list[str]:
-    """A line for every number of [expect] that was missed."""
+    """One line for each number that is outside its bounds in [expect]."""
     lines = []
     for name, expect in case.expect.items():
         value = summary.get(name)
         bound = (expect.atol or 0.0) + (expect.rtol or 0.0) * abs(expect.value)
         if value is None:
-            lines.append(f"expect.{name}: {expect.value:g} expected, but the run never got there")
+            lines.append(f"expect.{name}: {expect.value:g} expected, but this event did not occur in the run")
         elif not abs(value - expect.value) <= bound:
             lines.append(f"expect.{name}: {value:.6g}, expected {expect.value:g} +- {bound:.3g}")
     return lines

@@ -1,7 +1,8 @@
-"""The one interface that solvers know: a mechanical system M(q) u' = h(t, q, u), q' = T(q) u.
+"""Interface between solvers and models: a mechanical system M(q) u' = h(t, q, u), q' = T(q) u.
 
-Finite segments and (later) ANCF are implementations. Conventions: SI; q holds configurations (quaternions scalar first,
-one of unit norm a body), u velocities (inertial axes) and body rates; increments dx live in the tangent space, as u does.
+Finite segments (`fsm.segments`) and absolute nodal coordinates (`fsm.ancf`) implement it. All quantities are in SI. The
+configuration q holds positions and, for each rigid body in space, a unit quaternion with the scalar part first. The
+velocity u holds velocities in inertial axes and angular rates in body axes. Increments dx have the components of u.
 """
 
 from __future__ import annotations
@@ -28,17 +29,16 @@ class Energy:
     Attributes
     ----------
     kinetic : J
-    potential : J, by what stores it
+    potential : J, by kind of element
     dissipated_power : W, >= 0
     input_power : W
-        Of loads and drives, but for what accelerates driven bodies: that is the change of `driven`.
+        Power of loads and drives, without the power that accelerates driven bodies (the rate of `driven`).
     pair_power : (2, n_pairs) array, W
-        Of the dissipated power, what friction (first row) and damping (second) of every contact pair take.
+        Part of the dissipated power due to friction (first row) and damping (second row) of each contact pair.
     sliding_power : W
-        Of the dissipated power, what is taken without regard to rates: creases whose way back is another. Their forces
-        are there at rest too.
+        Part of the dissipated power that does not depend on rates: hysteresis of creases.
     driven : J
-        Part of the kinetic energy that driven bodies have; it is known, and no rule of integration has to find it.
+        Kinetic energy of driven bodies, which follows from the prescribed motion.
     """
 
     kinetic: float
@@ -56,7 +56,7 @@ class Energy:
 
     @property
     def stored_freely(self) -> float:
-        """The same without the kinetic energy of driven bodies, J."""
+        """Kinetic energy without that of driven bodies, plus all potential energy, J."""
         return self.stored - self.driven
 
     @property
@@ -67,7 +67,7 @@ class Energy:
 
 @dataclass(frozen=True)
 class DriveState:
-    """Travel (m) and reaction along the pull (N) of every drive, (n_drives,) arrays."""
+    """Travel (m) and reaction along the drive direction (N) of every drive, (n_drives,) arrays."""
 
     travel: np.ndarray
     force: np.ndarray
@@ -75,21 +75,21 @@ class DriveState:
 
 @dataclass(frozen=True)
 class Scales:
-    """Typical sizes that tolerances follow from.
+    """Typical sizes of the variables, from which tolerances follow.
 
     Attributes
     ----------
     length : m
     configuration : (nq,) array
-        Size of each component of q: the length for positions, one for angles and quaternions.
+        Size of each component of q: `length` for positions, 1 for angles and quaternions.
     velocity : (nu,) array
         Size of each component of u.
     increment : (nu,) array
-        Size of each component of an increment for one element: the length, or a radian.
+        Size of each component of dx for one element: its length, or 1 rad.
     span : (nu,) array
-        The same for the whole structure: how far it reaches, or a radian.
+        Size of each component of dx for the whole structure: its extent, or 1 rad.
     resolution : (nu,) array
-        Error of an increment above which forces mean nothing, however loose a tolerance is; infinite in most systems.
+        Error of dx above which forces are meaningless, whatever the tolerance; infinite for most systems.
     """
 
     length: float
@@ -101,33 +101,33 @@ class Scales:
 
     @cached_property
     def of_forces(self) -> np.ndarray:
-        """What forces (nu,) are divided by to be compared in N: moments count as forces at the end of an element."""
+        """Divisors (nu,) that convert generalised forces to N: moments become forces at the end of an element."""
         return self.increment / self.length
 
     @cached_property
     def widest(self) -> float:
-        """Largest of `span`."""
+        """Largest component of `span`."""
         return float(self.span.max(initial=0.0))
 
 
 @dataclass(frozen=True)
 class PairState:
-    """The contact pairs of one state, (n_pairs,) arrays.
+    """Contact pairs of one state, (n_pairs,) arrays.
 
     Attributes
     ----------
     force : N
         Sum of the normal forces.
     gap : m
-        The smallest, at most as far as contacts look; negative where the faces penetrate.
+        Smallest gap, at most the search distance; negative where faces penetrate each other.
     area : m^2
-        Of the face that touches, the mean of both faces.
+        Area in contact, mean of both faces.
     friction : N
         Sum of the magnitudes of the friction forces.
     slip : m/s
-        Mean slip speed, each contact weighted by its normal force; 0 without any.
+        Mean slip speed, weighted by the normal force of each contact; 0 without contact.
     friction_power, damping_power : W
-        Dissipated by friction, and by the damping of the normal force.
+        Power dissipated by friction, and by the damping of the normal force.
     """
 
     force: np.ndarray
@@ -139,7 +139,7 @@ class PairState:
     damping_power: np.ndarray
 
     def joined(self, other: PairState) -> PairState:
-        """The same pairs with the contacts of both."""
+        """State of the same pairs with the contacts of both states."""
         force = self.force + other.force
         slip = np.divide(
             self.force * self.slip + other.force * other.slip, force, out=np.zeros(len(force)), where=force > 0.0
@@ -157,9 +157,9 @@ class PairState:
 
 @dataclass(frozen=True)
 class Observation:
-    """What a result file keeps of one state besides q and u.
+    """Quantities of one state for the results file, besides q and u.
 
-    `reaction` (N) is the largest one at any body, which statics measures its forces by; in motion it may be left out: 0.
+    `reaction` (N) is the largest reaction at any body, with which statics scales its residual. In dynamics it may be 0.
     """
 
     drive: DriveState
@@ -172,7 +172,7 @@ class Observation:
 class Linearised:
     """Force h and its derivatives K = -dh/dx and D = -dh/du, on one pattern.
 
-    With a last state, D is that by increments since then over the time: K + D/(time since) is the whole of -dh/dx.
+    With a previous state, rates are increments over the time step dt. The whole derivative -dh/dx is then K + D/dt.
     """
 
     force: np.ndarray
@@ -182,14 +182,14 @@ class Linearised:
 
 @dataclass(frozen=True)
 class Objection:
-    """Why a step should not be accepted.
+    """Rejection of a step by the system.
 
     Attributes
     ----------
     part : -
-        Part of the step that may do.
+        Recommended length of a new step, over that of the rejected one.
     reason : str
-        Nothing, when a shorter step is only more exact.
+        Reason for the rejection; empty if a shorter step only reduces the error.
     """
 
     part: float
@@ -197,38 +197,38 @@ class Objection:
 
 
 Before = tuple[float, np.ndarray]
-"""Time (s) and configuration of the last state of a quasi-static path."""
+"""Previous state of a quasi-static path: time (s) and configuration."""
 
 
 class System(Protocol):
-    """See the module docstring; shapes: q (nq,), u and h and dx (nu,), K and D (nu, nu) sparse on one pattern.
+    """Protocol of a mechanical system; see the module docstring.
 
-    Where u may be None, it means everything at rest, the drives too, which stand where they are at time t: statics.
-    With `before`, the time and configuration of the last state, u holds the mean velocities since then, the drives move at
-    theirs, and deformation rates are differences over that time: quasi-statics.
+    Shapes: q (nq,); u, h and dx (nu,); K and D (nu, nu), sparse on one pattern. Statics passes u = None: all velocities
+    are zero, and drives are at their positions at time t. Quasi-statics passes the previous state as `before`: u holds the
+    mean velocities since then, and rates of deformation are differences over that time.
     """
 
     nq: int
     nu: int
     rate_dependent: bool
-    """Whether velocities matter besides inertia: dampers, friction."""
+    """Whether forces depend on velocities: dampers, friction."""
     fixed_pattern: bool
-    """Whether K and D keep their pattern for ever: no bodies that can meet."""
+    """Whether the pattern of K and D is constant, because no bodies can come into contact."""
 
     def initial(self) -> tuple[np.ndarray, np.ndarray]:
         """Configuration and velocity at time zero."""
         ...
 
     def end_time(self) -> float | None:
-        """Time at which the last drive has done its travel, s; None without a drive."""
+        """Time at which the last drive completes its travel, s; None without a drive."""
         ...
 
     def progress(self, t: float) -> float:
-        """How far drives, or without one the time, have come: rises with time, and states are smooth in it."""
+        """Path parameter: travel of the drives, or the time without a drive; states are smooth functions of it."""
         ...
 
     def break_times(self) -> list[float]:
-        """Times, s, at which loads or drives are not smooth, so that a step should end there."""
+        """Times (s) at which loads or drives are not smooth; a step should end there."""
         ...
 
     def scales(self) -> Scales:
@@ -236,7 +236,7 @@ class System(Protocol):
         ...
 
     def kinematic_map(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
-        """Rate of the configuration, q' = T(q) u; holds quaternion norms at one."""
+        """Rate of the configuration, q' = T(q) u, with a term that keeps quaternion norms at one."""
         ...
 
     def kinematic_jacobian(self, q: np.ndarray, u: np.ndarray) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
@@ -244,7 +244,7 @@ class System(Protocol):
         ...
 
     def tangent_map(self, q: np.ndarray) -> sparse.csr_matrix:
-        """dx/dq (nu, nq): the increment in the tangent space that a change of q amounts to."""
+        """Derivative dx/dq (nu, nq): increment in the tangent space for a change of q."""
         ...
 
     def retract(self, q: np.ndarray, dx: np.ndarray) -> np.ndarray:
@@ -252,11 +252,13 @@ class System(Protocol):
         ...
 
     def difference(self, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-        """The increment dx that moves configuration `start` to `end`: the inverse of `retract`."""
+        """Increment dx from configuration `start` to `end`, the inverse of `retract`."""
         ...
 
     def increment_map(self, dx: np.ndarray) -> np.ndarray | None:
-        """Change of an increment by a small one after it, a block a node, (n, size, size); None where it is the identity.
+        """Derivative of an increment by a small increment after it, one block per node, (n, size, size).
+
+        None means the identity.
 
         difference(q, retract(retract(q, dx), d)) = dx + increment_map(dx) d + O(d^2)
         """
@@ -267,7 +269,7 @@ class System(Protocol):
         ...
 
     def inertia(self, q: np.ndarray, pattern: BlockPattern) -> np.ndarray:
-        """The mass matrix as block data on the pattern of `linearise`."""
+        """Mass matrix as block data on the pattern of `linearise`."""
         ...
 
     def acceleration(self, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
@@ -281,19 +283,19 @@ class System(Protocol):
     def balance(
         self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
-        """The force, as `force` has it, and the reaction along the pull (N) of every drive, (n_drives,), in statics."""
+        """Force as by `force`, and the static reaction along the direction of every drive, (n_drives,), N."""
         ...
 
     def force_rate(self, t: float, q: np.ndarray) -> np.ndarray:
-        """dh/dt at rest and at a fixed configuration: what drives and loads that move change, (nu,), N/s and N m/s."""
+        """Partial derivative dh/dt at rest, due to drives and loads that depend on time, (nu,), N/s and N m/s."""
         ...
 
     def tangent(self, t: float, q: np.ndarray, u: np.ndarray | None) -> tuple[sparse.bsr_matrix, sparse.bsr_matrix]:
-        """K = -dh/dx and D = -dh/du, exact."""
+        """Exact derivatives K = -dh/dx and D = -dh/du."""
         ...
 
     def linearise(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Linearised:
-        """Force and both tangents in one pass; the pattern is the same object until bodies come near that were not."""
+        """Force and both tangents in one pass; the pattern is the same object until the contact search adds blocks."""
         ...
 
     def energy(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Energy:
@@ -301,7 +303,7 @@ class System(Protocol):
         ...
 
     def reactions(self, t: float, q: np.ndarray, u: np.ndarray | None) -> np.ndarray:
-        """Wrench that holds or drives each body without degrees of freedom, (n_bodies, 3 or 6); zero for free bodies."""
+        """Reaction wrench on each held or driven body, (n_bodies, 3 or 6), N and N m; zero for free bodies."""
         ...
 
     def observe(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Observation:
@@ -309,91 +311,91 @@ class System(Protocol):
         ...
 
     def shape(self, t: float, q: np.ndarray) -> np.ndarray:
-        """Corner points (n_quads, 4, 3) of what a person would see, m."""
+        """Corner points (n_quads, 4, 3) of the visible faces, m."""
         ...
 
     def commit(self, t: float, q: np.ndarray, u: np.ndarray, before: Before | None = None) -> None:
-        """A step was accepted: what remembers (sides and onsets of contacts, bristles of friction, sliders of creases)
-        takes this state.
+        """Update the internal variables for an accepted state.
 
-        Solvers call it at the start and at the end of every step that they keep; nothing else changes what is remembered,
-        so that between two calls forces are functions of the state alone.
+        Internal variables are sides and first touch of contacts, friction bristles, and hysteresis of creases. Solvers
+        call this method at the start and at the end of every accepted step. No other method changes internal variables,
+        so between two calls forces depend on the state alone.
         """
         ...
 
     def memory(self) -> np.ndarray:
-        """All that is remembered, as one flat array; empty in most scenes."""
+        """All internal variables as one flat array; empty for most scenes."""
         ...
 
     def restore(self, memory: np.ndarray) -> None:
-        """Remember that again: a solve goes on, or steps are taken back. Nothing: a solve begins."""
+        """Set the internal variables, for a restart or after rejected steps; an empty array resets them."""
         ...
 
     def counted(self) -> np.ndarray:
-        """What it has counted so far for the summary, (n,); empty in most."""
+        """Counters for the summary, (n,); empty for most systems."""
         ...
 
     def forget(self, counted: np.ndarray) -> None:
-        """Drop all that was kept to be faster, so that what comes is what a new system would give; count on from `counted`.
+        """Clear all caches, so that later results equal those of a new system, and set the counters to `counted`.
 
-        What is remembered, which forces depend on, is another matter: see `restore`.
+        Internal variables are not affected, see `restore`.
         """
         ...
 
     def parted(self) -> bool:
-        """Whether contacts closed where the tangents were taken last are open at the state looked at last.
+        """Whether contacts that were closed in the last tangents are open in the last evaluated state.
 
-        Then those tangents are far too stiff there, and a correction that they give may be small for that alone.
+        The tangents are then too stiff, so a small correction does not prove convergence.
         """
         ...
 
     def objection(self, t: float, q: np.ndarray, u: np.ndarray | None, step: float) -> Objection | None:
-        """What stands against accepting the state as the end of a step of that length (s) since the last commit.
+        """Rejection of a state as the end of a step of the given length (s) since the last commit; None to accept it.
 
-        u is None in statics, where no impacts are resolved.
+        In statics u is None, and impacts are not resolved.
         """
         ...
 
     def longest_step(self, t: float, q: np.ndarray, u: np.ndarray) -> float:
-        """Longest step from an accepted state that resolves what goes on there, s; infinite in most."""
+        """Longest step from an accepted state that resolves its contacts, s; infinite for most systems."""
         ...
 
     def blame(self, vector: np.ndarray) -> str:
-        """Name of the body that the largest entry of a (nu,) vector belongs to, for messages."""
+        """Name of the body with the largest entry of a (nu,) vector, for messages."""
         ...
 
     def contact_force(self, t: float, q: np.ndarray) -> float:
-        """Largest force that contacts put on a body, everything at rest, N; 0 in most."""
+        """Largest contact force on a body at rest, N; 0 for most systems."""
         ...
 
     def widest_joint(self, t: float, q: np.ndarray) -> tuple[float, str]:
-        """Largest distance (m) by which a joint of the structure itself has come apart, and its name."""
+        """Largest opening (m) of a joint of the structure, and the name of the joint."""
         ...
 
 
 Depths: TypeAlias = Any
-"""Depths that contacts are linearised at; nobody but the system looks into them."""
+"""Depths at which contacts are linearised; only the system interprets them."""
 
 
 class NewtonRules(NamedTuple):
-    """When Newton's method for one quasi-static step has found an equilibrium, and when it should be watched.
+    """Convergence criteria of Newton's method for one quasi-static step.
 
     Attributes
     ----------
     tolerance : -
-        Forces left over at an equilibrium, over the largest reaction.
+        Residual at an equilibrium, over the largest reaction.
     round_off : -
-        Forces are known to this part of stiffness times size.
+        Round-off of forces, over stiffness times size.
     nearly : -
-        After a step smaller than this, over the structure's span or radians, the forces alone are looked at first.
+        Correction, over the span of the structure or in radians, below which the residual is checked before the tangent.
     reach : -
-        Largest step, over the same.
+        Largest correction, over the span of the structure or in radians.
     overshoot : -
-        A step whose work turns to more than minus so many times what it was has gone much too far.
+        A correction overshoots if its work changes sign and exceeds this multiple of the work before.
     far, hardly, late : -, -, iterations
-        After so many iterations forces left over that are `far` times the largest reaction and `hardly` smaller than the
-        first ones are given up.
-    most : iterations
+        The iteration stops after `late` iterations if the residual exceeds `far` times the largest reaction, and `hardly`
+        times the first residual.
+    most : largest number of iterations
     """
 
     tolerance: float
@@ -408,19 +410,19 @@ class NewtonRules(NamedTuple):
 
 
 class Settled(NamedTuple):
-    """What Newton's method has found: see `fsm.solve.equilibrium_step.Equilibrium`.
+    """Equilibrium found by Newton's method: see `fsm.solve.equilibrium_step.Equilibrium`.
 
     Attributes
     ----------
-    q, efforts : configuration, and the efforts of the springs there
+    q, efforts : configuration, and the forces and moments of the springs
     residual : (nu,) array, N and N m
     matrix : BlockMatrix
-        K + D/dt that the last factors are of.
+        Matrix K + D/dt of the last factorisation.
     symmetric : bool
-        Whether it is.
+        Whether the matrix is symmetric.
     iterations : int
     round_off : N
-        Forces smaller than this are nothing.
+        Round-off floor of the residual.
     """
 
     q: np.ndarray
@@ -434,19 +436,19 @@ class Settled(NamedTuple):
 
 @runtime_checkable
 class MixedSystem(Protocol):
-    """A system of stiff springs that lets Newton's method for statics take their efforts as unknowns beside q.
+    """System of stiff springs for a mixed Newton method, with forces of springs as unknowns besides q.
 
-    With efforts e = k (m(q) - x0) as equations of their own, Newton's matrix has the geometric stiffness of e as it is
-    advanced from one iteration to the next, to first order, instead of that of k (m(q) - x0): a position that is slightly
-    off strains a stiff spring out of all proportion, and the stiffness of such efforts means nothing. All else, and the
-    equilibria, are the same (Magisano, Leonetti, Garcea 2017). Contacts, whose law is not linear, are linearised at depths
-    that are advanced in the same way, and are held closed until they would pull.
+    The efforts e = k (m(q) - x0) (forces and moments of springs) are separate equations. The geometric stiffness then uses
+    efforts that are advanced to first order in each iteration. The displacement method uses k (m(q) - x0) instead, which a
+    small error of position in a stiff spring makes meaningless. The equilibria are the same (Magisano, Leonetti and
+    Garcea, 2017). Contacts are linearised at depths that are advanced in the same way; they stay closed until their force
+    would become tensile.
     """
 
     def efforts(
         self, t: float, q: np.ndarray, before: Before | None = None, dx: np.ndarray | None = None
     ) -> np.ndarray:
-        """Efforts of the springs at q, one after the other; with dx, as they are after that increment to first order."""
+        """Efforts of all springs at q, as one array; with dx, efforts after that increment to first order."""
         ...
 
     def linearise_mixed(
@@ -458,21 +460,21 @@ class MixedSystem(Protocol):
         efforts: np.ndarray,
         depths: Depths,
     ) -> Linearised:
-        """As `System.linearise`, the geometric stiffness of the springs that of the given efforts, contacts at depths."""
+        """Linearisation as by `System.linearise`, but with given efforts of springs and given depths of contacts."""
         ...
 
     def depths(self, most: float) -> Depths:
-        """Of all contacts, as they were when the last step was accepted; new ones no deeper than `most` (N) presses them."""
+        """Depths of all contacts at the last accepted step; those of new contacts carry at most the force `most` (N)."""
         ...
 
     def advance_depths(
         self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None, dx: np.ndarray, depths: Depths
     ) -> Depths:
-        """As they are after an increment, the forces to first order; other arguments those of `linearise_mixed`."""
+        """Depths after an increment, with forces to first order; other arguments as in `linearise_mixed`."""
         ...
 
     def settles(self) -> BlockPattern | None:
-        """The pattern of its matrices, if it can run Newton's method in one call; see `settle`."""
+        """Pattern of the matrices if the system runs Newton's method in one call (see `settle`); otherwise None."""
         ...
 
     def settle(
@@ -486,8 +488,8 @@ class MixedSystem(Protocol):
         elimination: Elimination,
         factors: np.ndarray,
     ) -> Settled | None:
-        """The equilibrium at time t, by the iterations of `EquilibriumStep` in one call; None where that takes more care.
+        """Equilibrium at time t by the iterations of `EquilibriumStep` in one call; None if this fast method fails.
 
-        `factors` gets those of the last matrix.
+        `factors` receives the factors of the last matrix.
         """
         ...

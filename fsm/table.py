@@ -1,4 +1,4 @@
-"""Run a table of cases on all cores and gather their results."""
+"""Run of a table of cases on all cores, with a summary of their results."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ from fsm.scene.table import COLLECTED, OVERLAY, STUDY, TableCase, load_reference
 __all__ = ["RESOLVED", "failures", "format_comparison", "format_table", "run_table"]
 
 RESOLVED = "case.resolved.toml"
-"""The case of a row as it was run, beside its results."""
+"""File with the complete case of a row, in the folder of its results."""
 
 RESULT = "result.h5"
 FAILURE = "error.txt"
-"""Why a row failed; not there for one that is finished or was cut off."""
+"""File with the error of a row that failed; a row that is finished or was interrupted has none."""
 
 
 @dataclass(frozen=True)
 class Job:
-    """A row to be run, for a worker: the case, its folder, and whether to go on from a checkpoint there."""
+    """Row of a table for a worker: the case, its folder, and whether to restart from a checkpoint there."""
 
     loaded: LoadedCase
     out: Path
@@ -52,8 +52,8 @@ def run_table(
 ) -> list[dict[str, Any]]:
     """Run every row of a table.
 
-    Writes ``summary.csv``, ``overlay.png`` (of films ``study.png``) and a folder of results for each row, with the case as
-    it was run.
+    Write ``summary.csv``, ``overlay.png`` (``study.png`` for films), and a folder for each row with its complete case and
+    its results.
 
     Parameters
     ----------
@@ -64,27 +64,26 @@ def run_table(
     overrides : sequence of str
         ``"path=value"``, for all rows.
     workers : int, optional
-        Processes; as many as there are cores and rows if not given.
+        Number of processes; default: the number of cores, and at most one for each row.
     resume : bool
-        Skip rows that are finished and whose case is still the same, go on with those that were cut off, and
-        run those again that failed.
+        Skip finished rows with the same case, restart interrupted rows, and repeat rows that failed.
     method : str, optional
         Integration method, for all rows.
     progress : bool
-        Tell on standard error how far it is.
+        Show progress on standard error.
 
     Returns
     -------
     list of dict
-        In the order of the table: `case` (its name), the cells of the row, the numbers of its summary (stages
-        as ``stage_<name>_travel``); a row that failed has `error` (text) and `exit_code` as well.
+        One item for each row, in the order of the table: `case` (its name), the cells, and the numbers of the summary
+        (stages as ``stage_<name>_travel``). A row that failed also has `error` (text) and `exit_code`.
 
     Raises
     ------
     CaseError
-        All faults of all rows; nothing has been run or written.
+        All faults of all rows; no row was run and no file was written.
     KeyboardInterrupt
-        Interrupted; what had been finished by then is in ``summary.csv``.
+        The table was interrupted; ``summary.csv`` holds the finished rows.
     """
     cases = load_table(path, [*overrides, *([f"solve.method={method}"] if method else [])])
     reference = load_reference(path)
@@ -102,7 +101,7 @@ def _run_cases(
     resume: bool,
     progress: bool,
 ) -> list[dict[str, Any]]:
-    """Run the rows that are not solved yet, and write what is of all of them."""
+    """Run the rows that are not solved yet, and write the files of the whole table."""
     rows: dict[int, dict[str, Any]] = {}
     jobs: dict[int, Job] = {}
     for index, case in enumerate(cases):
@@ -134,13 +133,13 @@ def _is_solved(folder: Path) -> bool:
 
 
 def failures(rows: Sequence[Mapping[str, Any]]) -> int:
-    """Exit code of a table: 0, or 4 if all that failed missed an expectation, else 3."""
+    """Exit code of a table: 0 without failures, 4 if all failed rows missed an expectation, else 3."""
     codes = {row["exit_code"] for row in rows if row.get("error")}
     return 0 if not codes else 4 if codes == {4} else 3
 
 
 _Column = tuple[str, str, float, int]
-"""Heading, key of the row, factor, digits."""
+"""Column: heading, key of the row, factor, digits."""
 _OF_PULL: tuple[_Column, ...] = (("peak force (N)", "peak_force", 1.0, 4), ("at travel (mm)", "peak_travel", 1e3, 2))
 _OF_FILM: tuple[_Column, ...] = (
     ("frequency (Hz)", "frequency_hz", 1.0, 3),
@@ -157,7 +156,7 @@ _OF_RUN: tuple[_Column, ...] = (
 
 
 def format_table(rows: Sequence[Mapping[str, Any]]) -> str:
-    """The results as text: one line a case, lengths in mm; what failed says why below the table."""
+    """Results as text: one line for each case, lengths in mm, with the errors of failed rows below the table."""
     stages = list(dict.fromkeys(key for row in rows for key in row if _stage_name(key)))
     own = _OF_FILM if any("frequency_hz" in row for row in rows) else _OF_PULL
     columns = [*own, *((f"{_stage_name(key)} from (mm)", key, 1e3, 2) for key in stages), *_OF_RUN]
@@ -175,7 +174,7 @@ def format_table(rows: Sequence[Mapping[str, Any]]) -> str:
 
 
 def format_comparison(path: str | Path, rows: Sequence[Mapping[str, Any]]) -> str:
-    """Changes against the reference that a table names, a line a row and number; empty if it names none."""
+    """Comparison with the reference of a table, one line for each row and number; empty without a reference."""
     from fsm.plots.study import STUDIED, changes
 
     reference = load_reference(path)
@@ -206,14 +205,14 @@ def _stage_name(key: str) -> str:
 
 
 def run_row(job: Job) -> dict[str, Any]:
-    """Run one row in a worker; the folder says what was run as soon as it holds anything of it."""
+    """Run one row in a worker; the complete case is written to the folder before the run starts."""
     with imports_outside_gc():
         from fsm.run import ENDING, run_in_locked_folder
 
     try:
         job.out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        why = f"cannot be made ({error.strerror}); remove what has its name, or rename the row"
+        why = f"the folder cannot be created ({error.strerror}); remove the file of this name, or rename the row"
         raise CannotWrite(f"{job.out}: {why}") from None
     with locked_folder(job.out, wait=ENDING if job.resume else 0.0):
         for name in (SUMMARY, FAILURE):
@@ -224,7 +223,7 @@ def run_row(job: Job) -> dict[str, Any]:
 
 
 def _same_case(folder: Path, loaded: LoadedCase) -> bool:
-    """Whether the folder holds results of this very case."""
+    """Whether the folder belongs to the same case."""
     try:
         return (folder / RESOLVED).read_text(encoding="utf-8") == loaded.text
     except (OSError, UnicodeDecodeError):
@@ -232,12 +231,12 @@ def _same_case(folder: Path, loaded: LoadedCase) -> bool:
 
 
 def _check_scenes(cases: Sequence[TableCase], source: str) -> set[str]:
-    """Compile every case, so that what the compiler refuses is known before the first one runs.
+    """Compile every case, so that faults are found before the first case runs.
 
     Returns
     -------
     set of str
-        The kernels that they need.
+        Kinds of kernels that the cases use, see `fsm.warm_up.KINDS`.
     """
     from fsm.analyses.choose import analysis_of
 
@@ -262,7 +261,7 @@ def _run_rows(
     workers: int | None,
     progress: bool,
 ) -> None:
-    """Run the jobs and put their rows with the others as they come."""
+    """Run the jobs and add their rows in the order of completion."""
     if not jobs:
         return
     from fsm.warm_up import compile_ahead
@@ -271,17 +270,17 @@ def _run_rows(
     numbers = list(jobs)
     count = min(workers or os.cpu_count() or 1, len(numbers))
     with (
-        _progress(len(cases), len(rows), progress) as tell,
+        _progress(len(cases), len(rows), progress) as report,
         closing(run_jobs(run_row, list(jobs.values()), count)) as outcomes,
     ):
         for outcome in outcomes:
             index = numbers[outcome.job]
             rows[index] = _row(cases[index], jobs[index].out, outcome)
-            tell(rows[index])
+            report(rows[index])
 
 
 def _row(case: TableCase, folder: Path, outcome: Outcome | None = None) -> dict[str, Any]:
-    """Row of the summary: name, cells, numbers; and what went wrong."""
+    """Row of the summary: name, cells, numbers, and the error if there is one."""
     row: dict[str, Any] = {"case": case.name, **case.overrides}
     with suppress(CaseError):
         row |= _scalars(read_summary(folder / SUMMARY))
@@ -290,7 +289,7 @@ def _row(case: TableCase, folder: Path, outcome: Outcome | None = None) -> dict[
         try:
             with atomic_write(folder / FAILURE) as part:
                 part.write_text(f"{row['error']}\n{outcome.trace}", encoding="utf-8")
-        except OSError:  # the error may be just that nothing can be written there
+        except OSError:  # the folder may be unwritable, which may be the error itself
             return row
         if outcome.trace:
             row["error"] += f" (more in {folder / FAILURE})"
@@ -298,7 +297,7 @@ def _row(case: TableCase, folder: Path, outcome: Outcome | None = None) -> dict[
 
 
 def _scalars(summary: Mapping[str, Any]) -> dict[str, Any]:
-    """The numbers and words of a summary; of the stages their beginnings, of the warnings how many."""
+    """Numbers and strings of a summary; stages give their start, and warnings their number."""
     flat: dict[str, Any] = {}
     for key, value in summary.items():
         if key == "stages":
@@ -313,7 +312,7 @@ def _scalars(summary: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _write_csv(path: Path, rows: Sequence[Mapping[str, Any]], first: Sequence[str]) -> None:
-    """Write the rows; the columns `first` come first, what went wrong last."""
+    """Write the rows with the columns `first` at the start and the error at the end."""
     if not rows:
         return
     last = ("error", "exit_code")
@@ -325,7 +324,7 @@ def _write_csv(path: Path, rows: Sequence[Mapping[str, Any]], first: Sequence[st
 
 
 def _plot_overlay(folder: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    """The curves of all rows that are pulled."""
+    """Draw the force curves of all rows with a drive."""
     pulled = [row for row in rows if "peak_force" in row and "frequency_hz" not in row]
     names = [row["case"] for row in pulled if (folder / row["case"] / RESULT).is_file()]
     if not names:
@@ -342,7 +341,7 @@ def _plot_study(
     columns: Sequence[str],
     reference: Mapping[str, Mapping[str, float]],
 ) -> None:
-    """Frequency and amplitudes of all rows that vibrate."""
+    """Draw frequency and amplitudes of all rows that vibrate."""
     films = [row for row in rows if row.get("frequency_hz") is not None]
     if films:
         from fsm.plots.study import plot_study
@@ -351,9 +350,9 @@ def _plot_study(
 
 
 @contextmanager
-def _progress(total: int, done: int, wanted: bool) -> Iterator[Callable[[Mapping[str, Any]], None]]:
-    """Tells on standard error that a row is done: a bar on a terminal, else a line a row."""
-    if not wanted:
+def _progress(total: int, done: int, show: bool) -> Iterator[Callable[[Mapping[str, Any]], None]]:
+    """Function that reports a finished row on standard error: by a bar on a terminal, else by a line."""
+    if not show:
         yield lambda row: None
     elif sys.stderr.isatty():
         from tqdm import tqdm

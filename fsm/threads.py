@@ -1,7 +1,7 @@
-"""One thread for the linear algebra of the libraries, in the command line and in the workers of a table alike.
+"""One thread for linear algebra, both in the command line and in the workers of a table.
 
-How many there are decides in which order sums are taken, and so the last bits of a result. The matrices are small: a second
-thread saves nothing. Libraries read these variables when they are loaded, so they are set before.
+The number of threads changes the order of sums, and so the last bits of a result. The matrices are small, so a second
+thread saves no time. The libraries read these environment variables at import, so they must be set before.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ _VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VEC
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Libraries loaded here, and in processes started here, take one thread each."""
+    """Limit libraries that are imported within the block, and processes started there, to one thread."""
     before = {name: os.environ.get(name) for name in _VARIABLES}
     os.environ.update(dict.fromkeys(_VARIABLES, "1"))
     try:

@@ -1,4 +1,7 @@
-"""Kernels compiled ahead by small cases that use them: once for all runs, and before several processes want the same."""
+"""Compilation of kernels in advance, by small cases that use them.
+
+A table compiles its kernels before its workers start, so that no two processes compile the same kernel.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ import numpy as np
 from fsm.analyses.choose import analysis_of
 from fsm.compile_case import compile_case
 from fsm.kernels import jit
-from fsm.progress import saying_what_compiles
+from fsm.progress import report_compilation
 from fsm.scene.builders.warm_up import (
     WarmUp,
     warm_up_lattice,
@@ -32,7 +35,7 @@ _INTEGRATORS = ("generalized-alpha", "Radau")
 
 
 def _segments(make: Callable[[], WarmUp], methods: tuple[str, ...] = _INTEGRATORS) -> None:
-    """What presses on one another first, then the first instants."""
+    """Evaluate states with and without contact, and then solve the first instants."""
     warm = make()
     _, system = compile_case(warm.case)
     q, u = system.initial()
@@ -54,14 +57,14 @@ def _segments(make: Callable[[], WarmUp], methods: tuple[str, ...] = _INTEGRATOR
 
 
 def _springs(spatial: bool) -> None:
-    """The first instants of the path of a small strip without contact."""
+    """Solve the start of the equilibrium path of a small strip without contact."""
     _, system = compile_case(warm_up_springs(spatial))
     end = 1e-3 * (system.end_time() or 1.0)
     follow(system, PathSettings(end, end / 2.0), [0.0, end], lambda saved: None)
 
 
 def _film(law: str) -> None:
-    """The first instants of a small film with a patch and cables."""
+    """Solve the first instants of a small film with a patch and cables."""
     analysis = analysis_of(warm_up_membrane(law))
     analysis.make_ready([])
     settings = Settings("generalized-alpha", 1e-3, 2e-4, step=1e-4)
@@ -69,7 +72,7 @@ def _film(law: str) -> None:
 
 
 def _bars(bars: str) -> None:
-    """The first instants of a small scissor array."""
+    """Solve the first instants of a small scissor array."""
     analysis = analysis_of(warm_up_scissor(bars))
     simulate(analysis.system, Settings(analysis.method()[0], 1e-3, 2e-4), [0.0], lambda saved: None)
 
@@ -86,19 +89,20 @@ KINDS: dict[str, tuple[Callable[[], None], ...]] = {
     "structured Radau, planar": (partial(_segments, partial(warm_up_strip, False), ("Radau-blocks",)),),
     "structured Radau, spatial": (partial(_segments, partial(warm_up_strip, True), ("Radau-blocks",)),),
 }
-"""What compiles the kernels of a kind of analysis (`fsm.analyses.analysis.Analysis.kernels`), and those that few need."""
+"""Functions that compile the kernels of each kind (`fsm.analyses.analysis.Analysis.kernels`), rare kinds included."""
 
 
-def compile_ahead(kinds: Iterable[str] = tuple(KINDS), tell: bool = True) -> None:
-    """Compile the kernels of these kinds, or load those that are in the cache.
+def compile_ahead(kinds: Iterable[str] = tuple(KINDS), show: bool = True) -> None:
+    """Compile the kernels of these kinds, or load them from the cache.
 
     Parameters
     ----------
-    kinds : of `KINDS`
-    tell : bool
-        Say on standard error what has to be compiled.
+    kinds : iterable of str
+        Keys of `KINDS`.
+    show : bool
+        Report on standard error that kernels are compiled.
     """
     for kind in kinds:
-        with saying_what_compiles(tell, kind, jit):
+        with report_compilation(show, kind, jit):
             for use in KINDS[kind]:
                 use()

@@ -48,5 +48,5 @@ def test_squares_that_meet_are_warned_of(tmp_path: Path) -> None:
     """Just before the end above; one that is pressed less is not warned of."""
     stiff = {"shear": 60000, "rotational": 0.6}
     late, early = (solved(tmp_path, **stiff, travel=travel)["warnings"] for travel in (0.00152, 0.0005))
-    assert any("meet at 1." in line and "take less travel" in line for line in late)
+    assert any("meet at 1." in line and "reduce the travel" in line for line in late)
     assert not any("meet at" in line for line in early)

@@ -401,7 +401,7 @@ def test_bad_usage(tmp_path):
     (tmp_path / "file").write_text("mine")
     result = run(tmp_path, CASE, "--out", str(tmp_path / "file"))
     assert result.exit_code == 2
-    assert "is a file; give a folder" in result.stderr
+    assert "is a file; give the name of a folder" in result.stderr
     assert (tmp_path / "file").read_text() == "mine"
     assert CliRunner().invoke(cli, ["run"]).exit_code == 2
     assert CliRunner().invoke(cli, ["rnu"]).exit_code == 2
@@ -418,7 +418,7 @@ def test_an_empty_folder_is_refused(tmp_path, monkeypatch, command, out):
     what = {"run": ["case.toml"], "table": ["table.csv"], "calibrate": ["crease", "table.csv"], "plot": ["result.h5"]}
     result = CliRunner().invoke(cli, [command, *what[command], "--out", out])
     assert result.exit_code == 2
-    assert "names no folder; give one, . for the present one" in result.stderr
+    assert "is not the name of a folder; give a name, or . for the current folder" in result.stderr
     assert sorted(tmp_path.iterdir()) == before, "something was written"
 
 
@@ -445,7 +445,7 @@ def test_internal_errors_and_interrupts_are_told_apart(tmp_path, monkeypatch):
 
     result = fail(ZeroDivisionError("a\nb")).invoke(cli, ["check", str(case)])
     assert result.exit_code == 1
-    assert result.stderr.startswith("internal error: ZeroDivisionError: a b; run it again with --debug")
+    assert result.stderr.startswith("internal error: ZeroDivisionError: a b; repeat the command with --debug")
     assert "Traceback" not in result.stderr
     for arguments in (["check", str(case), "--debug"], ["--debug", "check", str(case)]):
         result = CliRunner().invoke(cli, arguments)

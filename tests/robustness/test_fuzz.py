@@ -68,7 +68,7 @@ def test_a_dataset_larger_than_the_file_is_not_read(tmp_path: Path) -> None:
     with h5py.File(file, "r+") as changed:
         del changed["arrays/q"]
         changed.create_dataset("arrays/q", (10**12,), float)
-    with pytest.raises(CaseError, match="more than there is"):
+    with pytest.raises(CaseError, match="more than the file holds"):
         read_checkpoint(file)
 
 
@@ -112,7 +112,7 @@ def _far_away(file: h5py.File) -> None:
     [
         (_no_group, "damaged or cannot be read"),
         (_no_time, r"/points/displacement has the shape \(3, "),
-        (_far_away, "/shape holds numbers that are not finite, or beyond 1e"),
+        (_far_away, "/shape holds numbers that are not finite or exceed 1e"),
     ],
 )
 def test_the_result_of_an_array_that_cannot_be_is_refused(

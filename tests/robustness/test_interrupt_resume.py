@@ -393,7 +393,7 @@ def test_another_case_starts_afresh(case: Path, whole: tuple[Solution, dict[str,
 
 def test_a_run_of_another_case_is_said_to_begin_anew(case: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """In one line, where there is progress to be seen; a run of the same case that goes on says nothing."""
-    told = "is of another case: begun anew"
+    told = "belongs to another case: the run starts from the beginning"
     short = ["drive.0.travel=2 mm"]
     interrupt(case, tmp_path, 0.5)
     assert (tmp_path / "checkpoint.h5").is_file()

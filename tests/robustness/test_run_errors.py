@@ -149,7 +149,7 @@ def test_expectation_missed(tmp_path: Path) -> None:
 def test_expectation_of_what_never_happens(tmp_path: Path) -> None:
     result, _ = run(tmp_path, "expect.contact_travel={value=1e-3,rtol=0.1}", "contact=none")
     assert result.exit_code == 4
-    assert result.stderr == "expect.contact_travel: 0.001 expected, but the run never got there\n"
+    assert result.stderr == "expect.contact_travel: 0.001 expected, but this event did not occur in the run\n"
 
 
 def test_expectation_met(tmp_path: Path) -> None:

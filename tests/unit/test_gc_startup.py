@@ -1,4 +1,4 @@
-"""Processes of our own do not look for garbage in libraries, nor at their end; what comes later is looked through."""
+"""Garbage collection leaves out imported objects and the end of the process, and treats other objects as usual."""
 
 import subprocess
 import sys

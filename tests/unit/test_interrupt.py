@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from fsm.errors import is_interrupt
-from fsm.interrupts import counting_interrupts_once
+from fsm.interrupts import ignore_repeated_interrupts
 from fsm.kernels.jit import kernel
 
 DUE = 1e-3
@@ -69,8 +69,8 @@ def test_between_calls_of_kernels() -> None:
 
 IMPATIENT = """
 import sys, time
-from fsm.interrupts import counting_interrupts_once
-with counting_interrupts_once():
+from fsm.interrupts import ignore_repeated_interrupts
+with ignore_repeated_interrupts():
     try:
         print("ready", flush=True)
         time.sleep(60)
@@ -96,7 +96,7 @@ def test_several_interrupts_are_one() -> None:
 def test_interrupts_are_left_alone_where_somebody_handles_them() -> None:
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
-        with counting_interrupts_once():
+        with ignore_repeated_interrupts():
             assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
         assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
     finally:

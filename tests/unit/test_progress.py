@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 
 import fsm.progress
-from fsm.progress import Progress, saying_what_compiles
+from fsm.progress import Progress, report_compilation
 
 
 class Compiler:
@@ -35,8 +35,8 @@ def test_lines_now_and_then_and_while_compiling(monkeypatch: pytest.MonkeyPatch,
             bar.step(now / 10.0, int(now))
     assert jit.told == []
     assert capsys.readouterr().err.splitlines() == [
-        "strip: compiling kernels, once: 1 of at most 3",
-        "strip: compiling kernels, once: 11 of at most 3",
+        "strip: compiling kernels (once only): 1 of at most 3",
+        "strip: compiling kernels (once only): 11 of at most 3",
         "strip: 28 %, 11 steps",
         "strip: 62 %, 25 steps",
     ]
@@ -51,10 +51,10 @@ def test_a_function_gets_the_fraction_and_nothing_is_printed(capsys: pytest.Capt
     assert capsys.readouterr() == ("", "")
 
 
-@pytest.mark.parametrize(("wanted", "said"), [(True, ["strip: compiling kernels, once"]), (False, []), (print, [])])
+@pytest.mark.parametrize(("wanted", "said"), [(True, ["strip: compiling kernels (once only)"]), (False, []), (print, [])])
 def test_what_is_compiled_before_there_is_progress(wanted, said, capsys: pytest.CaptureFixture[str]) -> None:
     jit = Compiler()
-    with saying_what_compiles(wanted, "strip", jit):
+    with report_compilation(wanted, "strip", jit):
         for tell in [*jit.told, *jit.told]:
             tell("a")
     assert jit.told == []

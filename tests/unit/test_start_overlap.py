@@ -120,7 +120,7 @@ def test_two_plates_are_moved_apart(side: float) -> None:
     # a plate that sticks out to one side turns a little
     assert 1e-3 < scene.bodies[1].position[2] < 1.05e-3
     assert len(warnings) == 1
-    assert warnings[0].startswith("1 pair overlapped at the start and were moved apart, high the most, by 0.2")
+    assert warnings[0].startswith("1 pair overlapped at the start and were moved apart; the largest displacement is 0.2")
     scene, _ = compile_case(case(stacked(-0.2e-3, side, held=False), True))
     moves = [scene.bodies[0].position[2], scene.bodies[1].position[2] - 0.8e-3]
     assert -moves[0] == pytest.approx(moves[1], rel=0.05) == pytest.approx(1e-4, rel=0.1)
@@ -201,4 +201,4 @@ end_time = 1e-3
     )
     run_case(load_case(path), tmp_path / "out", progress=False)
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
-    assert any("moved apart, a the most, by 0.1 mm" in text for text in summary["warnings"])
+    assert any("moved apart; the largest displacement is 0.1 mm, of a" in text for text in summary["warnings"])

@@ -52,7 +52,7 @@ def test_a_balance_that_is_off_is_told_with_what_helps(
     method: str, step: float | None, helps: str, useless: str
 ) -> None:
     (line,) = warned(method, 0.02, step)
-    assert "energy balance off by 0.02" in line
+    assert "energy balance residual: 0.02" in line
     assert helps in line and useless not in line
     assert warned(method, 1e-4) == []
 

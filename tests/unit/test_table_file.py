@@ -243,7 +243,7 @@ def test_a_row_whose_folder_cannot_be_made_fails_alone(tmp_path, fake_run):
     (tmp_path / "out" / "80 low").write_text("a file")
     rows = run_table(write(tmp_path), tmp_path / "out", progress=False)
     assert [bool(row.get("error")) for row in rows] == [True, False, True, False]
-    assert "80 low: cannot be made" in rows[0]["error"]
+    assert "80 low: the folder cannot be created" in rows[0]["error"]
     assert (tmp_path / "out" / "summary.csv").is_file()
 
 

@@ -48,7 +48,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if kind not in KINDS or not index.isdigit():
             parser.error(f"--only {chosen.only}: give a kind of {', '.join(KINDS)} and a number, as strips:17")
         return _again(Row(kind, int(index), checked=True), chosen.seed, chosen.limit, chosen.out)
-    compile_ahead(tell=False)
+    compile_ahead(show=False)
     name, begun = f"seed_{chosen.seed}", time.perf_counter()
     lines = run_campaign(
         chosen.out / f"{name}.jsonl",
