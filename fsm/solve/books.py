@@ -192,10 +192,13 @@ class Books:
         off = abs(seen.energy.stored_freely - self.last.energy.stored_freely + dissipated - work)
         return off / self.ledger.turnover if self.ledger.turnover > 0.0 else 0.0
 
-    def dynamic(self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation, turned_over: TurnedOver) -> None:
-        """Take a step of a time integrator."""
+    def dynamic(
+        self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation, turned_over: TurnedOver, calm: bool
+    ) -> None:
+        """Take a step of a time integrator; `calm`: at its end the motion is near a stable equilibrium."""
         self.ledger.add(*turned_over)
-        self._take(t, q, u, seen, seen.energy.stored_freely, inertia_counts(self.system, t, q, u, seen))
+        moving = not calm or inertia_counts(self.system, t, q, u, seen)
+        self._take(t, q, u, seen, seen.energy.stored_freely, moving)
         self.tell()
 
     def set_going(self) -> None:

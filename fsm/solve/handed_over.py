@@ -44,7 +44,7 @@ class CurvePoint(NamedTuple):
     time : s
     path : int
         Even: number of a path, times two, along which forces are quasi-static: equilibria, or motion whose inertia does not
-        count (`inertia_counts`). Odd: motion between two paths.
+        count (`inertia_counts`), of a snap only near a stable equilibrium. Odd: motion between two paths.
     panels, creases : J
         Elastic energy.
     """

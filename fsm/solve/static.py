@@ -449,12 +449,12 @@ class _Follower:
             return
         scale = sum(map(abs, books.last.energy.potential.values())) if released else books.ledger.turnover
         worst = math.inf if released else settings.energy_abort
-        calm = Calm(_MOVING * scale, _DRIVEN * self.slow, math.inf if released else _WAIT * self.first_step)
+        calm = Calm(_MOVING, scale, _DRIVEN * self.slow, math.inf if released else _WAIT * self.first_step)
         u = books.u if moving else np.zeros_like(books.u)
         if moving:
             books.set_going()
         for _ in range(_CALMER):
-            calm = Calm(0.1 * calm.quiet, calm.slow, 4.0 * calm.wait)
+            calm = calm._replace(part=0.1 * calm.part, wait=4.0 * calm.wait)
             try:
                 self.statistics.newton_iterations += move_until_calm(
                     self.system, books, u, settings.end_time, calm, worst, _IN_MOTION * settings.rtol

@@ -39,14 +39,16 @@ class Calm(NamedTuple):
 
     Attributes
     ----------
-    quiet : J
-        Kinetic energy that it must have come down to, far below its largest.
+    part, scale : -, J
+        Kinetic energy that it must have come down to, far below its largest, over the energy turned over so far, or over
+        `scale` if that is more.
     slow, wait : J, s
         Or only to what the drives bring about by themselves, after a while, where the stiffness is positive definite: a
         small snap never has much more.
     """
 
-    quiet: float
+    part: float
+    scale: float
     slow: float
     wait: float
 
@@ -80,15 +82,17 @@ def move_until_calm(
             continue
         tries = 0
         solver.max_step *= _LONGER
-        books.dynamic(solver.t, solver.q, solver.u, seen, turned_over)
         kinetic = seen.energy.kinetic
+        quiet = calm.part * max(calm.scale, books.ledger.turnover)
+        # a column that buckles is nearly straight for a while, far above its critical load, and hardly moves
+        rests = kinetic < min(quiet, calm.slow) and not negative_pivots(system, solver.t, solver.q)
+        books.dynamic(solver.t, solver.q, solver.u, seen, turned_over, rests)
         largest = max(largest, kinetic)
         if books.ledger.relative_error > worst:
             break
-        if kinetic < calm.quiet and kinetic < _CALM * largest:
+        if kinetic < quiet and kinetic < _CALM * largest:
             break
-        waited = books.time >= earliest and kinetic < min(calm.quiet, calm.slow)
-        if waited and not negative_pivots(system, solver.t, solver.q):
+        if rests and books.time >= earliest:
             break
     return iterations + solver.iterations
 

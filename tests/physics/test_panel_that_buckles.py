@@ -1,0 +1,53 @@
+"""A drive that pushes on a panel along its length: the panel carries its Euler load and no more, and the snap ends."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fsm.compile_case import compile_case
+from fsm.results.curve import Curve
+from fsm.results.quantities import peaks
+from fsm.scene.load_case import load_case
+from fsm.solve.static import PathSettings, follow
+
+CASE = """
+[strip]
+length = 0.63
+width = 0.055
+thickness = 0.42e-3
+panels = 5
+fold_angle = "71 deg"
+segments_per_panel = 8
+[material]
+young = 5.2e9
+density = "1350 kg/m^3"
+[crease]
+law = "linear"
+stiffness = 0.037
+[[drive]]
+crease = 2
+speed = "1.3 mm/s"
+travel = "20 mm"
+"""
+
+
+def test_no_more_than_the_critical_load_is_quasi_static(tmp_path: Path) -> None:
+    """On its way out of the straight, a column carries far more, slowly; the second panel is one between 2 creases."""
+    (tmp_path / "case.toml").write_text(CASE)
+    system = compile_case(load_case(tmp_path / "case.toml").case)[1]
+    motion = system.motions[0]
+    settings = PathSettings(motion.end_time, motion.time_of(1e-4), rtol=1e-6)
+    statistics, ledger = follow(system, settings, [], lambda state: None)
+    assert ledger.relative_error < 1e-3
+    (event,) = statistics.events
+    assert event.kind == "snap"
+    assert event.end_travel < 4e-3  # 3 mm, and not all of the 20: what has died is followed by equilibria again
+    stiffness, length = 5.2e9 * 0.055 * 0.42e-3**3 / 12.0, 0.63 / 5.0
+    euler = stiffness * (np.pi / length) ** 2 * np.sin(np.radians(71.0))
+    assert euler < event.force < 4.0 * euler  # between hinged and clamped
+    curve = Curve.from_points(statistics.seen)
+    assert peaks(curve).largest.force == pytest.approx(event.force, rel=1e-2)
+    assert curve.force.max() > 1.5 * event.force
