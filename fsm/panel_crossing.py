@@ -1,4 +1,4 @@
-"""Detection of panels that pass through each other without a contact pair, in the saved states of a planar run."""
+"""Detection of panels that pass through each other without a contact pair, in saved states whose creases are along y."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ __all__ = ["TIP", "unwatched_crossings", "lattice_overlap"]
 TIP = 0.05
 """Part of a panel's length, next to each end, where a crossing does not count."""
 
+_TURNED = 1e-6
+"""Angle, rad, up to which the sides of a panel are along y."""
 _DEEP = 0.01
 """Penetration over the side of a square above which two squares of a lattice overlap."""
 _SQUEEZED = 0.05
@@ -73,8 +75,9 @@ _QUARTER = np.array([[0.0, 1.0], [-1.0, 0.0]])
 
 
 def unwatched_crossings(solution: Solution, scene: Scene) -> list[tuple[int, int, float]]:
-    """Pairs of panels that cross without a contact pair between them; empty for spatial runs.
+    """Pairs of panels that cross without a contact pair between them.
 
+    Spatial runs are examined until a panel turns out of the x-z plane; panels side by side along y do not cross.
     Panels of a contact pair overlap by their penetration, and so can the ends of the panels next to them. Crossings
     within `TIP` of the end of a panel therefore do not count.
 
@@ -83,22 +86,32 @@ def unwatched_crossings(solution: Solution, scene: Scene) -> list[tuple[int, int
     list of (panel, panel, travel)
         First saved travel (m) at which the middle lines cross; without a drive, the time (s).
     """
-    if solution.layout.dimension != "planar" or not len(solution.layout.panel):
+    if not len(solution.layout.panel):
         return []
     watched = _contact_pairs(scene)
     panel = solution.layout.panel
     found: dict[tuple[int, int], float] = {}
     at = solution.travel[:, 0] if solution.travel.shape[1] else solution.time
-    for number in range(len(solution)):
+    for number in range(_in_plane(solution.shape)):
         start = solution.shape[number, :, 0][:, [0, 2]]
         end = solution.shape[number, :, 1][:, [0, 2]]
         for i, j in _crossing(start, end):
             pair = (int(min(panel[i], panel[j])), int(max(panel[i], panel[j])))
             if pair[0] == pair[1] or pair[0] <= 0 or pair in watched or pair in found:
                 continue
+            across = solution.shape[number, [i, j]][:, [0, 3], 1]
+            if across.min(axis=1).max() >= across.max(axis=1).min():
+                continue
             if not _at_a_tip(start, end, panel, i, j):
                 found[pair] = float(at[number])
     return [(a, b, travel) for (a, b), travel in sorted(found.items())]
+
+
+def _in_plane(shape: np.ndarray) -> int:
+    """Number of leading records in which all quads, shape (n, quads, 4, 3), have their transverse edges along y."""
+    across = np.abs(shape[:, :, [3, 2]] - shape[:, :, [0, 1]])
+    turned = (across[..., [0, 2]] > _TURNED * across[..., 1:2]).any(axis=(1, 2, 3))
+    return int(np.argmax(turned)) if turned.any() else len(shape)
 
 
 def _contact_pairs(scene: Scene) -> set[tuple[int, int]]:
