@@ -1,1 +1,1 @@
-"""From test data to stiffness, and from stiffness to a prediction with a band."""
+"""Calibration: parameters with intervals from test data, and predictions with uncertainty bands."""

@@ -1,8 +1,8 @@
-"""What the uncertainty of parameters makes of a force-displacement curve: a band, and an interval of its peak.
+"""Uncertainty band of a force-displacement curve, and interval of its peak, from the uncertainty of parameters.
 
-Linear: the variance of the force is J C J^T, with J = dF/dp at the estimate. Monte Carlo: the case is solved with parameters
-drawn from the estimate, on several processes, and the band lies between quantiles at every travel. A parameter
-that is positive is drawn by its logarithm, so that it stays so.
+Linear band: the variance of the force is J C J^T, with J = dF/dp at the estimate and C the covariance of the parameters.
+Monte Carlo band: the case is solved with parameters drawn from the estimate, on several processes. The band lies between
+quantiles of the force at every travel. The logarithm of a positive parameter is drawn, so the parameter stays positive.
 """
 
 from __future__ import annotations
@@ -16,27 +16,27 @@ import numpy as np
 from scipy.stats import norm
 
 from fsm.calibrate.parameters import with_values
-from fsm.calibrate.respond import Response, peak_of, respond
+from fsm.calibrate.response import Response, force_response, peak_of
 from fsm.calibrate.uncertainty import Estimate
 from fsm.errors import CaseError, FsmError
 from fsm.pool import run_jobs
 from fsm.scene.case import Case
 
-__all__ = ["Band", "linear_band", "sampled_band", "widened"]
+__all__ = ["Band", "linear_band", "sampled_band", "widen_band"]
 
 
 @dataclass(frozen=True)
 class Band:
-    """A force with its band.
+    """Force curve with its uncertainty band.
 
     Attributes
     ----------
     travel, force, low, high : (n,) arrays, m and N
     peak : (value, low, high), N
     samples : int
-        Curves it was drawn from; 0 of a linear one.
-    lost : int
-        Draws that could not be solved.
+        Number of Monte Carlo samples; 0 for a linear band.
+    failed : int
+        Number of samples that could not be solved.
     """
 
     travel: np.ndarray
@@ -45,7 +45,7 @@ class Band:
     high: np.ndarray
     peak: tuple[float, float, float]
     samples: int = 0
-    lost: int = 0
+    failed: int = 0
 
 
 def linear_band(response: Response, estimate: Estimate, level: float = 0.95) -> Band:
@@ -54,36 +54,37 @@ def linear_band(response: Response, estimate: Estimate, level: float = 0.95) -> 
     Parameters
     ----------
     response : Response
-        At the estimate, with derivatives by its parameters, in their order.
+        Response at the estimate, with derivatives by the parameters of the estimate in their order.
     estimate : Estimate
     level : -
+        Confidence level.
     """
     assert response.jacobian is not None
-    reach = estimate.quantile(level) * _spread(response.jacobian, estimate)
+    half_width = estimate.quantile(level) * _standard_deviation(response.jacobian, estimate)
     peak = peak_of(response)
     assert peak.gradient is not None
-    off = estimate.quantile(level) * float(_spread(peak.gradient[None], estimate)[0])
+    peak_half_width = estimate.quantile(level) * float(_standard_deviation(peak.gradient[None], estimate)[0])
     return Band(
-        response.travel, response.force, response.force - reach, response.force + reach,
-        (peak.force, peak.force - off, peak.force + off),
+        response.travel, response.force, response.force - half_width, response.force + half_width,
+        (peak.force, peak.force - peak_half_width, peak.force + peak_half_width),
     )  # fmt: skip
 
 
-def widened(band: Band, deviation: np.ndarray, level: float = 0.95) -> Band:
-    """The band of what a test would measure: independent deviations (n,), N, are added in quadrature, on either side."""
-    reach = norm.ppf(0.5 + 0.5 * level) * deviation
+def widen_band(band: Band, deviation: np.ndarray, level: float = 0.95) -> Band:
+    """Band of a measured force: add independent standard deviations (n,), N, in quadrature on either side."""
+    half_width = norm.ppf(0.5 + 0.5 * level) * deviation
     value, low, high = band.peak
-    there = float(np.interp(band.travel[int(np.argmax(band.force))], band.travel, reach))
+    at_peak = float(np.interp(band.travel[int(np.argmax(band.force))], band.travel, half_width))
     return replace(
         band,
-        low=band.force - np.hypot(band.force - band.low, reach),
-        high=band.force + np.hypot(band.high - band.force, reach),
-        peak=(value, value - float(np.hypot(value - low, there)), value + float(np.hypot(high - value, there))),
+        low=band.force - np.hypot(band.force - band.low, half_width),
+        high=band.force + np.hypot(band.high - band.force, half_width),
+        peak=(value, value - float(np.hypot(value - low, at_peak)), value + float(np.hypot(high - value, at_peak))),
     )
 
 
-def _spread(jacobian: np.ndarray, estimate: Estimate) -> np.ndarray:
-    """Standard deviations of forces, (n,)."""
+def _standard_deviation(jacobian: np.ndarray, estimate: Estimate) -> np.ndarray:
+    """Standard deviations of forces, (n,), from their derivatives by the parameters, (n, p)."""
     return np.asarray(np.sqrt(np.einsum("ij,jk,ik->i", jacobian, estimate.covariance, jacobian)))
 
 
@@ -95,50 +96,51 @@ def sampled_band(
     samples: int = 200,
     seed: int = 0,
     workers: int | None = None,
-    tell: Callable[[float], None] = lambda fraction: None,
+    report_progress: Callable[[float], None] = lambda fraction: None,
 ) -> Band:
     """Band by Monte Carlo.
 
     Parameters
     ----------
     case : Case
-    response : of the case at the estimate
+    response : response of the case at the estimate
     estimate : Estimate
         Its names are paths of the case.
     level : -
+        Confidence level.
     samples : int
     seed : int
     workers : int, optional
-        Processes; one a core if absent. The draws do not depend on it.
-    tell : callable
-        Called with the fraction done.
+        Number of processes, by default one per core. The samples do not depend on it.
+    report_progress : callable
+        Called with the completed fraction of the work.
 
     Raises
     ------
     FsmError
-        Fewer than nine draws in ten could be solved.
+        Fewer than nine samples in ten could be solved.
     """
-    draws = _drawn(estimate, samples, np.random.default_rng(seed))
+    draws = _draw_parameters(estimate, samples, np.random.default_rng(seed))
     jobs = [(case, response.travel, estimate.names, draw) for draw in draws]
     forces: list[np.ndarray | None] = [None] * samples
-    for done, outcome in enumerate(run_jobs(_solved, jobs, workers or os.cpu_count() or 1), 1):
+    for done, outcome in enumerate(run_jobs(_solve_sample, jobs, workers or os.cpu_count() or 1), 1):
         forces[outcome.job] = outcome.value
-        tell(done / samples)
-    kept = np.array([force for force in forces if force is not None])
-    if len(kept) < 0.9 * samples:
-        raise FsmError(f"{samples - len(kept)} of {samples} draws could not be solved: the estimate is too uncertain")
+        report_progress(done / samples)
+    solved = np.array([force for force in forces if force is not None])
+    failed = samples - len(solved)
+    if len(solved) < 0.9 * samples:
+        text = f"{failed} of {samples} Monte Carlo samples could not be solved (at most one in ten may fail): the estimate"
+        raise FsmError(f"{text} is too uncertain; add tests or a prior, or set samples = 0 for a linear band")
     edges = [0.5 - 0.5 * level, 0.5 + 0.5 * level]
-    low, high = np.quantile(kept, edges, axis=0)
-    peaks = [peak_of(Response(response.travel, force)).force for force in kept]
+    low, high = np.quantile(solved, edges, axis=0)
+    peaks = [peak_of(Response(response.travel, force)).force for force in solved]
     peak = peak_of(response).force
     bounds = np.quantile(peaks, edges)
-    return Band(
-        response.travel, response.force, low, high, (peak, float(bounds[0]), float(bounds[1])), samples, samples - len(kept)
-    )
+    return Band(response.travel, response.force, low, high, (peak, float(bounds[0]), float(bounds[1])), samples, failed)
 
 
-def _drawn(estimate: Estimate, samples: int, generator: np.random.Generator) -> np.ndarray:
-    """Parameters drawn from an estimate, (samples, p)."""
+def _draw_parameters(estimate: Estimate, samples: int, generator: np.random.Generator) -> np.ndarray:
+    """Random parameters from an estimate, (samples, p)."""
     values = estimate.values
     positive = values > 0.0
     scale = np.where(positive, values, 1.0)
@@ -150,11 +152,11 @@ def _drawn(estimate: Estimate, samples: int, generator: np.random.Generator) -> 
     return np.where(positive, np.exp(np.where(positive, unknowns, 0.0)), unknowns)
 
 
-def _solved(job: tuple[Case, np.ndarray, Sequence[str], np.ndarray]) -> Any:
-    """Forces of one draw; nothing where it cannot be solved."""
+def _solve_sample(job: tuple[Case, np.ndarray, Sequence[str], np.ndarray]) -> Any:
+    """Forces of one sample; None if it cannot be solved."""
     case, travel, paths, values = job
     try:
-        return respond(with_values(case, dict(zip(paths, values.tolist(), strict=True))), travel).force
+        return force_response(with_values(case, dict(zip(paths, values.tolist(), strict=True))), travel).force
     except CaseError:
         raise
     except FsmError:

@@ -1,16 +1,16 @@
-"""Bending stiffness EI of the plain panel, from a cantilever test, by inverse simulation with the segment model itself.
+"""Bending stiffness EI of the plain panel from a cantilever test, by inverse simulation with the segment model.
 
-A strip of free length L is clamped at one end; a force F across it, which keeps its direction, moves the other end by the
-deflection w (seed 003, section 4.1). Of segments joined by springs in proportion to EI, the deflection is
+A strip of free length L is clamped at one end. A transverse force F of constant direction deflects the other end by w
+(Li and Huang 2025, section 4.1). The joint springs of the segment model are proportional to EI, so for all sizes
 
-    w/L = g(F L^2/EI)
+    w/L = g(F L^2/EI) .
 
-whatever the sizes: g is computed once with the segment model, at any deflection, its slope by implicit differentiation of
-the equilibrium, K dq/dF = dh/dF; EI is then fitted by least squares. The formula for small angles, EI = F L^3/(3 w), stands
-beside it.
+The function g is computed once with the segment model, for large deflections too. Its slope follows from implicit
+differentiation of the equilibrium, K dq/dF = dh/dF. EI is fitted by least squares.
+The small-angle formula EI = F L^3/(3 w) is evaluated for comparison.
 
-Columns `force` and `deflection`; `length` (free length) and, as there are, `width`, `thickness`, `segments`, `repeat`, in
-columns or among the values beside the file.
+The data have the columns `force`, `deflection` and `length` (free length), and optionally `width`, `thickness`, `segments`
+and `repeat`. Constant quantities may stand in the TOML file of the same name instead.
 """
 
 from __future__ import annotations
@@ -51,26 +51,28 @@ QUANTITIES = {
     "repeat": "number",
 }
 SEGMENTS = 160
-"""Segments of the simulated cantilever: EI is off by 2e-5 to 2e-4 then, at deflections of 30 to 81 % of the length."""
-OF_A_PANEL = 20
-"""Segments that the stiffness of a joint is told for, if the data do not say."""
-FEWEST_REPEATS = 3
+"""Segments of the simulated cantilever; the error of EI is 2e-5 to 2e-4 at deflections of 30 to 81 % of the length."""
+DEFAULT_SEGMENTS = 20
+"""Segments per length for the reported joint stiffness, unless the data give another number."""
+MIN_REPEATS = 3
+"""Fewest repeats for an interval from the differences between repeats."""
 _INEXTENSIBLE = 1e8
 """Axial and shear stiffness, over EI/L^2, of a panel whose thickness is not given."""
-_FURTHEST = 0.95
-"""Deflection over length beyond which no test is believed."""
+_MAX_DEFLECTION = 0.95
+"""Largest admissible deflection over length."""
 _STEP = 0.25
-"""Largest step of the load F L^2/EI; further on, part of the load itself."""
+"""Largest step of the load F L^2/EI, up to loads of 2.5; larger loads grow by a tenth per step."""
 _DRAWS = 400
-_OFFSET = 3.0
-"""Standard errors that a deflection without force must differ from zero by to be told of."""
-_LARGE = 0.1
-"""Deflection over length from which on the formula for small angles is off by more than half a per cent."""
+"""Bootstrap samples."""
+_OFFSET_ERRORS = 3.0
+"""Deflection at zero force, in standard errors, above which a warning is given."""
+_SMALL_ANGLE = 0.1
+"""Deflection over length up to which the error of the small-angle formula is below 0.5 %."""
 
 
 @dataclass(frozen=True)
 class _Test:
-    """Forces (N), deflections (m), repeats; free length (m), thickness and width (m) if they are given, segments."""
+    """Data of a test: forces (N), deflections (m), repeats, free length (m), width and thickness (m) if given, segments."""
 
     force: np.ndarray
     deflection: np.ndarray
@@ -87,6 +89,7 @@ def calibrate_bending(data: Path, options: Options) -> Calibration:
     Raises
     ------
     CaseError
+        The data have faults; all are listed.
     """
     table = read_table(data, QUANTITIES, ["force", "deflection", "length"])
     faults = _faults(table)
@@ -116,14 +119,14 @@ def calibrate_bending(data: Path, options: Options) -> Calibration:
 def cantilever_curve(
     deflection: float, slenderness: float | None = None, segments: int = SEGMENTS
 ) -> CubicHermiteSpline:
-    """g: tip deflection over length against F L^2/EI, from 0 to beyond the deflection asked for.
+    """Tip deflection over length, g, as a function of F L^2/EI, from 0 to beyond the given deflection.
 
     Parameters
     ----------
     deflection : -
-        Over length, at most 0.95.
+        Deflection over length, at most 0.95.
     slenderness : -
-        Length over thickness, for stretch and shear (nu = 0.3); None for neither.
+        Length over thickness, for axial and shear deformation (nu = 0.3); None neglects both.
     segments : int
     """
     scene = _cantilever(segments, _INEXTENSIBLE if slenderness is None else 12.0 * slenderness**2)
@@ -136,7 +139,7 @@ def cantilever_curve(
 
     def slope(load: float, at: np.ndarray) -> float:
         solver.factorise(system.linearise(load, at, None).stiffness)
-        change = system.force(load + 1.0, at, None) - system.force(load, at, None)  # exact: the force is linear in the load
+        change = system.force(load + 1.0, at, None) - system.force(load, at, None)  # exact, because linear in the load
         moved = solver.solve(change)
         return float(moved[-2] - 0.5 / segments * math.cos(at[-1]) * moved[-1])
 
@@ -151,7 +154,7 @@ def cantilever_curve(
 
 
 def _cantilever(count: int, stretch: float) -> Scene:
-    """Cantilever of L = EI = 1 along x, half a cell at the clamp, under a dead force in z equal to the time."""
+    """Cantilever with L = EI = 1 along x and half a cell at the clamp; a dead force along z equals the time."""
     length = 1.0 / count
     bodies = tuple(
         Body(name=f"segment {i + 1}", mass=1.0, inertia=(1.0,) * 3, position=((i + 0.5) * length, 0.0, 0.0))
@@ -183,25 +186,24 @@ def _cantilever(count: int, stretch: float) -> Scene:
 
 
 def fit_rigidity(force: np.ndarray, deflection: np.ndarray, length: float, curve: CubicHermiteSpline) -> float:
-    """EI, N m^2, of least squares of deflections (m) under forces (N)."""
-    start = force @ force * length**3 / (3.0 * (force @ deflection))
+    """Bending stiffness EI, N m^2, by least squares of the deflections (m) under forces (N)."""
+    start = force @ force * length**3 / (3.0 * (force @ deflection))  # small-angle formula
 
     def residual(p: np.ndarray) -> np.ndarray:
-        return _modelled(force, length, math.exp(p[0]), curve)[0] - deflection / length
+        return _model_deflection(force, length, math.exp(p[0]), curve)[0] - deflection / length
 
     def gradient(p: np.ndarray) -> np.ndarray:
-        return _modelled(force, length, math.exp(p[0]), curve)[1][:, None]
+        return _model_deflection(force, length, math.exp(p[0]), curve)[1][:, None]
 
-    # the formula for small angles overrates EI at large ones: from there down, or from below up
     return math.exp(least_squares(residual, [math.log(start)], jac=gradient, xtol=1e-14, ftol=1e-14, gtol=1e-14).x[0])
 
 
-def _modelled(
+def _model_deflection(
     force: np.ndarray, length: float, rigidity: float, curve: CubicHermiteSpline
 ) -> tuple[np.ndarray, np.ndarray]:
-    """w/L and its derivative by log EI."""
+    """Deflection over length, w/L, of the model and its derivative by log EI."""
     load = force * length**2 / rigidity
-    # the cantilever is the same both ways; beyond what was computed it goes straight on, for the search alone
+    # the curve is odd; the search alone needs its linear extrapolation
     size, last = np.abs(load), float(curve.x[-1])
     inside = np.minimum(size, last)
     slope = curve(inside, 1)
@@ -223,25 +225,25 @@ def _faults(table: Table) -> list[Fault]:
             faults.append(table.fault(int(bad[0]), f"{name} is {table.shown(name, int(bad[0]))}; it must be greater than 0"))
         elif np.ptp(values) > 1e-9 * values[0]:
             other = int(np.argmax(values != values[0]))
-            what = f"{name} is {table.shown(name, other)} after {table.shown(name, 0)}; calibrate each panel by itself"
+            what = f"{name} is {table.shown(name, other)} after {table.shown(name, 0)}; give each panel its own file"
             faults.append(table.fault(other, what))
     if faults:
         return faults
     force, deflection, length = columns["force"], columns["deflection"], columns["length"]
-    far = np.flatnonzero(np.abs(deflection) > _FURTHEST * length)
+    far = np.flatnonzero(np.abs(deflection) > _MAX_DEFLECTION * length)
     if len(far):
         first = int(far[0])
-        free = f"{1e3 * length[first]:.4g} mm"
-        what = f"deflection is {table.shown('deflection', first)} of a free length of {free}; check the units, or the row"
+        limit = f"{100 * _MAX_DEFLECTION:g} % of the free length of {1e3 * length[first]:.4g} mm"
+        what = f"deflection is {table.shown('deflection', first)}, more than {limit}; check the units, or the row"
         faults.append(table.fault(first, what))
     if float(force @ deflection) <= 0.0:
-        what = "forces and deflections have opposite signs; count both positive the same way"
+        what = "forces and deflections have opposite signs; use the same positive direction for both"
         faults.append(Fault("", what))
     if len(np.unique(force)) < 2 or len(force) < 3:
         rows = f"{len(force)} row{'s' * (len(force) != 1)} with {len(np.unique(force))} different forces"
-        faults.append(Fault("", f"has {rows}; 3 rows with 2 forces are the least that show a scatter"))
+        faults.append(Fault("", f"has {rows}; a scatter needs at least 3 rows with 2 forces"))
     elif np.ptp(deflection) == 0.0:
-        what = f"deflection is {table.shown('deflection', 0)} in all {len(force)} rows, whatever the force; check the column"
+        what = f"deflection is {table.shown('deflection', 0)} in all {len(force)} rows at different forces; check the column"
         faults.append(Fault("", what))
     if "segments" in columns and columns["segments"][0] != round(columns["segments"][0]):
         faults.append(Fault("segments", f"must be a whole number; it is {columns['segments'][0]:g}"))
@@ -257,7 +259,7 @@ def _test(table: Table) -> _Test:
     length = first("length")
     assert length is not None
     repeat = columns.get("repeat", np.zeros(len(table)))
-    segments = int(first("segments") or OF_A_PANEL)
+    segments = int(first("segments") or DEFAULT_SEGMENTS)
     return _Test(columns["force"], columns["deflection"], repeat, length, first("width"), first("thickness"), segments)
 
 
@@ -265,10 +267,10 @@ def _test(table: Table) -> _Test:
 
 
 def _estimate(test: _Test, curve: CubicHermiteSpline, options: Options) -> Estimate:
-    """EI with its variance: of the scatter about the curve, or of what several panels differ by."""
+    """EI with its variance, from the scatter about the curve or, with enough repeats, from their differences."""
     best = fit_rigidity(test.force, test.deflection, test.length, curve)
     numbers = np.unique(test.repeat)
-    if len(numbers) >= FEWEST_REPEATS:
+    if len(numbers) >= MIN_REPEATS:
         rows = [np.flatnonzero(test.repeat == number) for number in numbers]
 
         def refit(draw: np.ndarray) -> np.ndarray:
@@ -276,14 +278,14 @@ def _estimate(test: _Test, curve: CubicHermiteSpline, options: Options) -> Estim
             return np.array([fit_rigidity(test.force[drawn], test.deflection[drawn], test.length, curve)])
 
         return from_samples(("EI",), np.array([best]), bootstrap(refit, len(rows), _DRAWS, options.seed), len(rows))
-    modelled, by_log = _modelled(test.force, test.length, best, curve)
+    modelled, by_log = _model_deflection(test.force, test.length, best, curve)
     return laplace(("EI",), np.array([best]), by_log[:, None] / best, modelled - test.deflection / test.length)
 
 
 def _small_angle(test: _Test) -> float:
-    """EI, N m^2, of the formula for small angles, by least squares of the deflections that are small; of all if none is."""
-    few = np.abs(test.deflection) <= _LARGE * test.length
-    force, deflection = (test.force[few], test.deflection[few]) if few.sum() > 1 else (test.force, test.deflection)
+    """EI, N m^2, by the small-angle formula and least squares of the small deflections, or of all if fewer than two are."""
+    small = np.abs(test.deflection) <= _SMALL_ANGLE * test.length
+    force, deflection = (test.force[small], test.deflection[small]) if small.sum() > 1 else (test.force, test.deflection)
     return float(force @ force * test.length**3 / (3.0 * (force @ deflection)))
 
 
@@ -296,11 +298,11 @@ def _quantities(test: _Test, estimate: Estimate, small: float, options: Options)
 
     found = [
         times("EI", "N m^2", 1.0),
-        times(f"K_theta of a joint, {test.segments} to the length", "N m/rad", test.segments / test.length),
+        times(f"K_theta of a joint, {test.segments} per length", "N m/rad", test.segments / test.length),
     ]
     if test.width is not None and test.thickness is not None:
-        found.append(times("E, of 12 EI/(w t^3)", "Pa", 12.0 / (test.width * test.thickness**3)))
-    return [*found, Quantity("EI by the formula for small angles", small, "N m^2")]
+        found.append(times("E = 12 EI/(w t^3)", "Pa", 12.0 / (test.width * test.thickness**3)))
+    return [*found, Quantity("EI by the small-angle formula", small, "N m^2")]
 
 
 def _numbers(test: _Test, estimate: Estimate, small: float) -> dict[str, Any]:
@@ -322,8 +324,8 @@ def _numbers(test: _Test, estimate: Estimate, small: float) -> dict[str, Any]:
 def _lines(test: _Test) -> list[str]:
     largest = float(np.abs(test.deflection).max()) / test.length
     return [
-        f"{len(test.force)} rows, deflections to {100 * largest:.3g} % of the free length, {SEGMENTS} segments",
-        "in a case: material.young = E, with plate = false (a wide strip's 1 - nu^2 is in the EI measured)",
+        f"{len(test.force)} rows, deflections up to {100 * largest:.3g} % of the free length, {SEGMENTS} segments",
+        "in a case: material.young = E with plate = false (the measured EI of a wide strip includes 1/(1 - nu^2))",
     ]
 
 
@@ -332,36 +334,36 @@ def _warnings(
 ) -> list[str]:
     warnings = list(table.notes)
     if test.width is None or test.thickness is None:
-        warnings.append("width or thickness is not given: no Young's modulus; add them to the values beside the file")
+        warnings.append("width or thickness is not given: no Young's modulus; give them as columns or in the TOML file")
     largest = float(np.abs(test.deflection).max()) / test.length
-    if largest > _LARGE:
+    if largest > _SMALL_ANGLE:
         at = largest * test.length
-        straight = float(np.abs(test.force).max()) * test.length**3 / (3.0 * at * float(estimate.values[0])) - 1.0
-        what = f"the formula for small angles would be off by {100 * straight:+.2g} % at {1e3 * at:.3g} mm"
-        warnings.append(f"{what}; its EI is of deflections up to {100 * _LARGE:g} % of the length, if there are any")
-    modelled, _ = _modelled(test.force, test.length, float(estimate.values[0]), curve)
+        error = float(np.abs(test.force).max()) * test.length**3 / (3.0 * at * float(estimate.values[0])) - 1.0
+        what = f"error of the small-angle formula at {1e3 * at:.3g} mm: {100 * error:+.2g} %"
+        warnings.append(f"{what}; its EI uses deflections up to {100 * _SMALL_ANGLE:g} % of the length, if there are any")
+    modelled, _ = _model_deflection(test.force, test.length, float(estimate.values[0]), curve)
     residual = test.deflection / test.length - modelled
     offset = _offset(test, curve, float(estimate.values[0]), residual)
     if offset is not None:
         warnings.append(
-            f"the data fit better with a deflection of {1e3 * offset * test.length:+.3g} mm at no force; "
+            f"the data fit better with a deflection of {1e3 * offset * test.length:+.3g} mm at zero force; "
             "check the zero of the gauge and subtract it"
         )
     if len(np.unique(test.repeat)) == 2:
-        warnings.append("two repeats say little of their scatter; the interval is that of all rows, test a third")
+        warnings.append("two repeats are too few for their scatter; the interval is from all rows, add a third repeat")
     return warnings
 
 
 def _offset(test: _Test, curve: CubicHermiteSpline, rigidity: float, residual: np.ndarray) -> float | None:
-    """Deflection over length at no force that the residuals speak for, if it is beyond chance."""
+    """Deflection over length at zero force that best fits the residuals, if it is significant."""
     if len(residual) < 4:
         return None
-    _, by_log = _modelled(test.force, test.length, rigidity, curve)
+    _, by_log = _model_deflection(test.force, test.length, rigidity, curve)
     jacobian = np.column_stack([by_log, np.ones(len(residual))])
     step, *_ = np.linalg.lstsq(jacobian, residual, rcond=None)
     found = laplace(("log EI", "offset"), step, jacobian, residual - jacobian @ step)
     error = float(found.standard_error[1])
-    return float(step[1]) if abs(step[1]) > max(_OFFSET * error, 1e-9) else None
+    return float(step[1]) if abs(step[1]) > max(_OFFSET_ERRORS * error, 1e-9) else None
 
 
 def _plot(
@@ -369,13 +371,13 @@ def _plot(
 ) -> FitPlot:
     force = np.linspace(min(0.0, float(test.force.min())), max(0.0, float(test.force.max())), 200)
     value = float(estimate.values[0])
-    modelled, by_log = _modelled(force, test.length, value, curve)
-    reach = np.abs(by_log) / value * estimate.quantile(options.level) * float(estimate.standard_error[0])
+    modelled, by_log = _model_deflection(force, test.length, value, curve)
+    half_width = np.abs(by_log) / value * estimate.quantile(options.level) * float(estimate.standard_error[0])
     scale = 1e3 * test.length
     label = f"segment model, {100 * options.level:g} % band"
     straight = 1e3 * force * test.length**3 / (3.0 * small)
     curves = [
-        (label, force, scale * modelled, scale * (modelled - reach), scale * (modelled + reach)),
-        ("formula for small angles", force, straight, None, None),
+        (label, force, scale * modelled, scale * (modelled - half_width), scale * (modelled + half_width)),
+        ("small-angle formula", force, straight, None, None),
     ]
     return FitPlot(test.force, 1e3 * test.deflection, curves, "force (N)", "deflection (mm)")

@@ -1,4 +1,4 @@
-"""What is told of a family of crease curves: the table, warnings, numbers and figures."""
+"""Report on a family of crease curves: table, warnings, numbers of `calibration.json`, figures."""
 
 from __future__ import annotations
 
@@ -8,28 +8,27 @@ from typing import Any
 
 import numpy as np
 
-from fsm.calibrate.branches import Flag, Sweep
+from fsm.calibrate.branches import FLAG_EXCLUDED, FLAG_USED, Flag, Sweep
 from fsm.calibrate.crease_fit import Branch, Curve, gap_covariance
 from fsm.calibrate.report import Options, Quantity
 from fsm.calibrate.uncertainty import Estimate
 from fsm.plots.calibration import CurvePlot
 from fsm.scene.crease_family import CreaseFamily, time_text
 
-__all__ = ["FAMILY", "lines", "numbers", "plotted", "quantities", "warnings"]
+__all__ = ["FAMILY", "curve_plot", "lines", "numbers", "quantities", "warnings"]
 
 FAMILY = "crease.h5"
-_SHORTER = 0.05
-"""Part of the range of a curve by which repeats may be shorter unnoticed."""
-
-
-_SWING = 1.2
-"""Range of an interpolated curve over that of its points, above which it is not believed."""
+"""Name of the family file."""
+_MAX_LOSS = 0.05
+"""Largest reduction of the range of angles without a warning, as a fraction of the longest test."""
+_MAX_SWING = 1.2
+"""Range of an interpolated curve over the range of its points above which a warning is given."""
 
 
 def quantities(curve: Curve, options: Options) -> list[Quantity]:
-    """Mean stiffness, moment at the largest angle, factor on the curve, and area of the loop of one curve.
+    """Mean stiffness, moment at the largest angle, scale factor, and loop area of one curve.
 
-    The factor is 1 with the interval that the scatter leaves it: what `crease.scale` of a case is uncertain by.
+    The scale factor is 1, with an interval from the scatter. It is the uncertainty of `crease.scale` of a case.
     """
     grid, values = curve.loading.fit.x, curve.loading.estimate.values
     weights = _slope_weights(grid)
@@ -40,16 +39,16 @@ def quantities(curve: Curve, options: Options) -> list[Quantity]:
         _linear(f"{curve.name}: moment at {math.degrees(grid[-1]):.3g} deg", "N m", last, curve.loading, options),
         _linear(f"{curve.name}: crease.scale", "", values / (values @ values), curve.loading, options),
     ]
-    free = _free_of_moment(curve.loading)
-    if free is not None:
-        found.append(_quantity(f"{curve.name}: free of moment at", free[0], "rad", free[1], curve.loading.estimate, options))
+    zero = _zero_moment(curve.loading)
+    if zero is not None:
+        found.append(_quantity(f"{curve.name}: zero moment at", zero[0], "rad", zero[1], curve.loading.estimate, options))
     if curve.unloading is not None:
         found.append(_loop_area(curve, options))
     return found
 
 
-def _free_of_moment(branch: Branch) -> tuple[float, float] | None:
-    """Angle (rad) at which the moment changes its sign well inside the data, and its standard error."""
+def _zero_moment(branch: Branch) -> tuple[float, float] | None:
+    """Angle (rad) of a zero of the moment inside the measured range, and its standard error; None without a zero."""
     grid, values = branch.fit.x, branch.estimate.values
     inside = 0.02 * (grid[-1] - grid[0])
     for k in np.flatnonzero(values[:-1] * values[1:] < 0.0):
@@ -61,9 +60,9 @@ def _free_of_moment(branch: Branch) -> tuple[float, float] | None:
 
 
 def _slope_weights(x: np.ndarray) -> np.ndarray:
-    """The slope of the straight line through values at x, as weights of the values."""
-    off = x - x.mean()
-    return np.asarray(off / (off @ off))
+    """Weights of values at x whose sum is the slope of the regression line."""
+    centred = x - x.mean()
+    return np.asarray(centred / (centred @ centred))
 
 
 def _trapezoid_weights(x: np.ndarray) -> np.ndarray:
@@ -72,7 +71,7 @@ def _trapezoid_weights(x: np.ndarray) -> np.ndarray:
 
 
 def _linear(name: str, unit: str, weights: np.ndarray, branch: Branch, options: Options) -> Quantity:
-    """A linear functional of a branch with its interval."""
+    """Weighted sum of the moments of a branch, with its interval."""
     estimate = branch.estimate
     value = float(weights @ estimate.values)
     error = math.sqrt(max(float(weights @ estimate.covariance @ weights), 0.0))
@@ -82,12 +81,12 @@ def _linear(name: str, unit: str, weights: np.ndarray, branch: Branch, options: 
 def _quantity(name: str, value: float, unit: str, error: float, estimate: Estimate, options: Options) -> Quantity:
     if error == 0.0:
         return Quantity(name, value, unit)
-    reach = estimate.quantile(options.level) * error
-    return Quantity(name, value, unit, value - reach, value + reach, error)
+    half_width = estimate.quantile(options.level) * error
+    return Quantity(name, value, unit, value - half_width, value + half_width, error)
 
 
 def _loop_area(curve: Curve, options: Options) -> Quantity:
-    """int (L - U) do: what a cycle dissipates; of repeats that came back, each with its own area."""
+    """Loop area int (L - U) do: the energy that one cycle dissipates."""
     loading, unloading = curve.loading, curve.unloading
     assert unloading is not None
     weights = _trapezoid_weights(loading.fit.x)
@@ -97,72 +96,74 @@ def _loop_area(curve: Curve, options: Options) -> Quantity:
 
 
 def lines(curves: Sequence[Curve], flags: Sequence[Flag], options: Options) -> list[str]:
-    """What is printed below the table: tests, ranges, how a case names the file."""
-    said = []
+    """Lines below the table: tests, ranges, and the section of a case that uses the file."""
+    texts = []
     for curve in curves:
         grid = np.degrees(curve.loading.fit.x)
-        ways = "loading and unloading" if curve.unloading is not None else "one way"
+        branches = "loading and unloading" if curve.unloading is not None else "one branch"
         tests = f"{len(curve.sweeps)} test{'s' * (len(curve.sweeps) > 1)}"
         scatter = f", scatter {1e3 * curve.loading.fit.scatter:.3g} N mm" if curve.loading.fit.scatter else ""
-        said.append(f"{curve.name}: {tests}, {ways}, {grid[0]:.4g} to {grid[-1]:.4g} deg{scatter}")
+        texts.append(f"{curve.name}: {tests}, {branches}, {grid[0]:.4g} to {grid[-1]:.4g} deg{scatter}")
     if len(flags) and options.without_flagged:
-        said.append(f"{len(flags)} flagged row{'s' * (len(flags) > 1)} left out")
+        texts.append(f"{len(flags)} flagged row{'s' * (len(flags) > 1)} excluded")
     first = curves[0]
-    choice = [f'file = "{FAMILY}"']
-    choice += [f'press_time = "{time_text(first.press_time)}"'] if first.press_time is not None else []
-    choice += [f"opening = {first.opening:g}"] if first.opening is not None else []
-    said.append(f"in a case: crease = {{ {', '.join(choice)} }}")
-    return said
+    keys = [f'file = "{FAMILY}"']
+    keys += [f'press_time = "{time_text(first.press_time)}"'] if first.press_time is not None else []
+    keys += [f"opening = {first.opening:g}"] if first.opening is not None else []
+    texts.append(f"in a case: crease = {{ {', '.join(keys)} }}")
+    return texts
 
 
 def warnings(
     sweeps: Sequence[Sweep], curves: Sequence[Curve], flags: Sequence[Flag], options: Options
 ) -> list[str]:
-    """What the user should know: notes on the files, flagged rows, what is odd about curves."""
-    said = list(dict.fromkeys(f"{s.table.source}: {note}" for s in sweeps for note in s.table.notes))
-    verb = "left out" if options.without_flagged else "used all the same; --without-flagged leaves it out"
-    said += [f"{flag.message} ({verb})" for flag in flags[:10]]
+    """Warnings: notes on the files, flagged rows, and faults of the curves."""
+    texts = list(dict.fromkeys(f"{s.table.source}: {note}" for s in sweeps for note in s.table.notes))
+    treatment = FLAG_EXCLUDED if options.without_flagged else FLAG_USED
+    texts += [f"{flag.message} ({treatment})" for flag in flags[:10]]
     if len(flags) > 10:
-        said.append(f"and {len(flags) - 10} more flagged rows; calibration.json has all")
+        texts.append(f"and {len(flags) - 10} more flagged rows; calibration.json lists all")
     for curve in curves:
-        said += _curve_warnings(curve, options)
-    return said
+        texts += _curve_warnings(curve, options)
+    return texts
 
 
 def _curve_warnings(curve: Curve, options: Options) -> list[str]:
     warnings = []
     name, branch = curve.name, curve.loading
     if len(curve.sweeps) == 2:
-        warnings.append(f"{name}: two repeats say little of their scatter; intervals are wide, test a third")
+        warnings.append(f"{name}: two repeats are too few for their scatter; intervals are wide, add a third repeat")
     if len(curve.sweeps) == 1 and options.fit == "interpolate":
-        warnings.append(f"{name}: one test, and the curve goes through all its points: nothing is known of its scatter")
+        warnings.append(f"{name}: no interval: a curve through all points of a single test has no scatter; add a repeat")
     swing = np.ptp(branch.estimate.values) / max(float(np.ptp(branch.moment)), 1e-300)
-    if options.fit == "interpolate" and swing > _SWING:
-        warnings.append(f"{name}: the interpolated curve swings far beyond its points; they are too noisy, --fit smooth")
+    if options.fit == "interpolate" and swing > _MAX_SWING:
+        what = f"{name}: the range of the interpolated curve is {swing:.3g} times that of its points"
+        warnings.append(f"{what} (more than {_MAX_SWING:g}); the points are too noisy, use --fit smooth")
     longest = max(float(np.ptp(s.table.columns["angle"][s.loading])) for s in curve.sweeps if len(s.loading))
-    kept = float(np.ptp(branch.fit.x))
-    if kept < (1.0 - _SHORTER) * longest:
-        what = f"{name}: tests or branches have only {math.degrees(kept):.4g} of {math.degrees(longest):.4g} deg in common"
-        warnings.append(f"{what}; beyond it the curve goes straight on")
+    common = float(np.ptp(branch.fit.x))
+    if common < (1.0 - _MAX_LOSS) * longest:
+        what = f"{name}: tests or branches have only {math.degrees(common):.4g} of {math.degrees(longest):.4g} deg in common"
+        warnings.append(f"{what}; the curve is extrapolated linearly outside this range")
     slope = np.gradient(branch.estimate.values, branch.fit.x)
     if branch.estimate.values[-1] < branch.estimate.values[0]:
-        what = f"{name}: the moment falls as the angle grows, so that the crease would spring open"
-        warnings.append(f"{what}; moments resist opening: check the signs of both columns")
+        what = f"{name}: the moment falls as the angle grows, so the crease would spring open"
+        warnings.append(f"{what}; a positive moment resists opening: check the signs of both columns")
     elif slope.min() < 0.0:
         at = math.degrees(branch.fit.x[int(np.argmin(slope))])
-        warnings.append(f"{name}: the moment falls with the angle at {at:.4g} deg; --fit monotone if that is scatter")
+        warnings.append(f"{name}: the moment falls with the angle at {at:.4g} deg; use --fit monotone if this is scatter")
     if curve.crossing is not None:
         at = math.degrees(curve.crossing)
         exchanged = curve.unloading is not None and np.mean(curve.unloading.estimate.values > branch.estimate.values) > 0.5
-        hint = "; they look exchanged, check the column branch and the signs" if exchanged else ""
-        warnings.append(f"{name}: unloading lies above loading at {at:.4g} deg; with hysteresis a case is refused{hint}")
+        hint = "; the branches look exchanged, check the column branch and the signs" if exchanged else ""
+        what = f"{name}: unloading lies above loading at {at:.4g} deg; a case with hysteresis will be refused{hint}"
+        warnings.append(what)
     return warnings
 
 
 def numbers(
     curves: Sequence[Curve], family: CreaseFamily, flags: Sequence[Flag], options: Options
 ) -> dict[str, Any]:
-    """What `calibration.json` holds of the family."""
+    """Entries of the family in `calibration.json`."""
     return {
         "fit": options.fit,
         "interpolation": family.interpolation,
@@ -183,15 +184,15 @@ def _curve_numbers(curve: Curve, options: Options) -> dict[str, Any]:
         "tests": len(curve.sweeps),
         "angle_rad": curve.loading.fit.x,
     }
-    for way, branch in (("loading", curve.loading), ("unloading", curve.unloading)):
+    for name, branch in (("loading", curve.loading), ("unloading", curve.unloading)):
         if branch is None:
             continue
-        reach = branch.estimate.quantile(options.level) * branch.estimate.standard_error
-        numbers[way] = {
+        half_width = branch.estimate.quantile(options.level) * branch.estimate.standard_error
+        numbers[name] = {
             "moment_Nm": branch.estimate.values,
             "standard_error_Nm": branch.estimate.standard_error,
-            "low_Nm": branch.estimate.values - reach,
-            "high_Nm": branch.estimate.values + reach,
+            "low_Nm": branch.estimate.values - half_width,
+            "high_Nm": branch.estimate.values + half_width,
             "scatter_Nm": branch.fit.scatter,
             "smoothing": branch.fit.smoothing,
             "points": len(branch.angle),
@@ -199,22 +200,22 @@ def _curve_numbers(curve: Curve, options: Options) -> dict[str, Any]:
     return numbers
 
 
-def plotted(curve: Curve, options: Options) -> CurvePlot:
-    """A curve as it is drawn."""
+def curve_plot(curve: Curve, options: Options) -> CurvePlot:
+    """Data of the figures of one curve."""
 
     def band(branch: Branch | None) -> tuple[np.ndarray, ...] | None:
         if branch is None:
             return None
-        reach = branch.estimate.quantile(options.level) * branch.estimate.standard_error
+        half_width = branch.estimate.quantile(options.level) * branch.estimate.standard_error
         values = branch.estimate.values
-        return branch.angle, branch.moment, branch.fit.x, values, values - reach, values + reach
+        return branch.angle, branch.moment, branch.fit.x, values, values - half_width, values + half_width
 
     loading = band(curve.loading)
     assert loading is not None
     panel = "" if curve.press_time is None else f"pressed {time_text(curve.press_time)}"
     label = "" if curve.opening is None else f"opening {curve.opening:g}"
-    reach = None
+    gap_half_width = None
     if curve.unloading is not None:
         variance = np.maximum(np.diag(gap_covariance(curve.loading, curve.unloading)), 0.0)
-        reach = curve.loading.estimate.quantile(options.level) * np.sqrt(variance)
-    return CurvePlot(panel, label, loading, band(curve.unloading), reach, options.level)
+        gap_half_width = curve.loading.estimate.quantile(options.level) * np.sqrt(variance)
+    return CurvePlot(panel, label, loading, band(curve.unloading), gap_half_width, options.level)

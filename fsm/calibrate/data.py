@@ -1,14 +1,14 @@
-"""Tables of measured numbers: CSV with units in the headings, or a small TOML beside it.
+"""Tables of measured data: CSV files with units in the headings, or with units in a TOML file of the same name.
 
     angle [deg], moment [N mm], opening
     0.0,  0.00, 1
     5.0,  1.20, 1
 
-Headings are `heading [unit]`, `heading (unit)` or `heading_unit`; the order of columns does not matter, and columns that
-nobody asks for are left alone and told of. ``loop.toml`` beside ``loop.csv`` may say what the file does not::
+A heading is `name [unit]`, `name (unit)` or `name_unit`. The order of the columns is arbitrary. Columns that are not needed
+are ignored, with a note. The TOML file ``loop.toml`` supplements ``loop.csv``::
 
     columns = ["angle", "moment"]              # names, for a file without headings
-    units = { angle = "deg", moment = "mN m" } # of headings without one
+    units = { angle = "deg", moment = "mN m" } # units of headings without a unit
     values = { press_time = "1 h", opening = 2, lever_arm = "30 mm" } # the same in every row
 """
 
@@ -35,9 +35,9 @@ SI = {"length": "m", "force": "N", "angle": "rad", "moment": "N m", "time": "s",
 """SI unit of every kind of quantity."""
 
 BRANCHES = {"loading": 1.0, "unloading": -1.0}
-"""Words of a column of the kind "branch", and the numbers they stand for."""
+"""Words of a column of the kind "branch", and their numbers."""
 
-_SIDE_KEYS = ("columns", "units", "values")
+_SIDECAR_KEYS = ("columns", "units", "values")
 _WITH_UNIT = re.compile(r"^[-+]?[\d.]+(?:[eE][-+]?\d+)?\s*[A-Za-zµ°%].*$")
 
 
@@ -48,15 +48,15 @@ class Table:
     Attributes
     ----------
     columns : dict of (n,) arrays
-        SI; of the kind "branch" 1 for loading and -1 for unloading.
+        Values in SI units; in a column of the kind "branch" 1 for loading and -1 for unloading.
     rows : (n,) int array
-        Lines of the file, counted as a text editor does.
+        Line numbers in the file, from 1.
     source : str
-        The file.
+        Path of the file.
     notes : tuple of str
-        What the reader should be told: columns that were not read, values taken from the file beside.
+        Notes for the user: ignored columns, and values of the TOML file that a column replaces.
     units : dict of str
-        Units as the file has them, for messages.
+        Units in the file, for messages.
     """
 
     columns: dict[str, np.ndarray]
@@ -69,19 +69,19 @@ class Table:
         return len(self.rows)
 
     def shown(self, name: str, index: int) -> str:
-        """One value in the unit of the file, as text."""
+        """Text of one value in the unit of the file."""
         unit = self.units.get(name, "")
         value = float(self.columns[name][index])
         return f"{value / to_si(f'1 {unit}', unit):.6g} {unit}" if unit else f"{value:.6g}"
 
     def fault(self, index: int, message: str) -> Fault:
-        """A fault of one row."""
+        """Fault of one row."""
         return Fault(f"row {self.rows[index]}", message)
 
 
 @dataclass(frozen=True)
-class _Beside:
-    """What the TOML beside a CSV says."""
+class _Sidecar:
+    """Contents of the TOML file with the name of the CSV file."""
 
     columns: tuple[str, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
@@ -96,54 +96,54 @@ def read_table(path: str | Path, quantities: Mapping[str, str], required: Sequen
     ----------
     path : str or Path
     quantities : mapping
-        Column name -> "length", "force", "angle", "moment", "time", "number" or "branch": what may be in the file.
+        Kind of each admissible column: "length", "force", "angle", "moment", "time", "number" or "branch".
     required : sequence of str
-        Columns that must be there, in the file or among the values beside it.
+        Columns that must be given, in the CSV file or as `values` in the TOML file.
 
     Raises
     ------
     CaseError
-        All faults, each with the number of its row.
+        The file has faults; each is listed with its row.
     """
     file = Path(path)
-    beside = _read_beside(file.with_suffix(".toml"), quantities)
-    rows = text_rows(file, "", f"columns are wanted: {', '.join(required)}")
+    sidecar = _read_sidecar(file.with_suffix(".toml"), quantities)
+    rows = text_rows(file, "", f"required columns: {', '.join(required)}")
     separator = separator_of(rows[0][1])
     cells = cells_of(rows[0][1], separator)
-    bare = all(number_in(cell, separator) is not None for cell in cells)
+    without_headings = all(number_in(cell, separator) is not None for cell in cells)
     try:
-        if bare:
-            _check_bare(cells, beside, rows[0][0], file, required, quantities)
-            names, units, body = list(beside.columns), [""] * len(cells), rows
+        if without_headings:
+            _check_column_names(cells, sidecar, rows[0][0], file, required, quantities)
+            names, units, body = list(sidecar.columns), [""] * len(cells), rows
         else:
             cells = headings_of(rows[0][1], separator)
             if not cells:
-                raise CaseError(Fault("", f"row {rows[0][0]}: no headings; columns are wanted: {', '.join(required)}"))
+                raise CaseError(Fault("", f"row {rows[0][0]}: no headings; required columns: {', '.join(required)}"))
             names, units = map(list, zip(*(heading(cell, quantities) for cell in cells), strict=True))
             body = rows[1:]
-        used = _used(names, cells, rows[0][0], quantities, required, beside, file)
-        scale, found = _scales(used, units, quantities, beside, file)
+        used = _used_columns(names, cells, rows[0][0], quantities, required, sidecar, file)
+        scale, found = _scales(used, units, quantities, sidecar, file)
         if not body:
             raise CaseError(Fault("", "has headings but no rows"))
         numbers = _numbers(body, separator, len(cells), used, quantities)
     except CaseError as error:
         raise CaseError(error.faults, str(file)) from None
     columns = {name: numbers[:, k] * scale[name] for k, name in enumerate(used)}
-    columns |= {name: np.full(len(body), value) for name, value in beside.values.items() if name not in used}
-    return Table(columns, np.array([number for number, _ in body]), str(file), _notes(cells, names, used, beside), found)
+    columns |= {name: np.full(len(body), value) for name, value in sidecar.values.items() if name not in used}
+    return Table(columns, np.array([number for number, _ in body]), str(file), _notes(cells, names, used, sidecar), found)
 
 
-# the file beside -----------------------------------------------------------------------------------------------------
+# TOML file of the same name ------------------------------------------------------------------------------------------
 
 
-def _read_beside(file: Path, quantities: Mapping[str, str]) -> _Beside:
+def _read_sidecar(file: Path, quantities: Mapping[str, str]) -> _Sidecar:
     if not file.exists():
-        return _Beside()
+        return _Sidecar()
     data = read_toml(file)
     faults = [
-        Fault(key, f"{unknown_key(key, _SIDE_KEYS)}; a file of this name says how to read the CSV beside it")
+        Fault(key, f"{unknown_key(key, _SIDECAR_KEYS)}; this file describes the CSV file of the same name")
         for key in data
-        if key not in _SIDE_KEYS
+        if key not in _SIDECAR_KEYS
     ]
     columns, units, values = data.get("columns", []), data.get("units", {}), data.get("values", {})
     if not isinstance(columns, list) or not all(isinstance(name, str) for name in columns):
@@ -165,7 +165,7 @@ def _read_beside(file: Path, quantities: Mapping[str, str]) -> _Beside:
             faults.append(Fault(f"values.{name}", str(error)))
     if faults:
         raise CaseError(faults, str(file))
-    return _Beside(tuple(columns), units, read, file.name)
+    return _Sidecar(tuple(columns), units, read, file.name)
 
 
 def _unit_faults(path: str, unit: Any, kind: str) -> list[Fault]:
@@ -189,45 +189,46 @@ def _constant(value: Any, kind: str) -> float:
 # headings ------------------------------------------------------------------------------------------------------------
 
 
-def _check_bare(
+def _check_column_names(
     cells: list[str],
-    beside: _Beside,
+    sidecar: _Sidecar,
     row: int,
     file: Path,
     required: Sequence[str],
     quantities: Mapping[str, str],
 ) -> None:
-    """A file without headings needs its columns named beside it."""
+    """Check that the TOML file names all columns of a file without headings."""
     example = ", ".join(f"{name} [{_EXAMPLES[quantities[name]]}]" for name in required)
-    side = file.with_suffix(".toml").name
-    if not beside.columns:
-        raise CaseError(Fault(f"row {row}", f"no headings; write `{example}` above, or `columns` and `units` in {side}"))
-    if len(beside.columns) != len(cells):
-        what = f"has {len(cells)} values, but `columns` in {side} names {len(beside.columns)}"
+    toml_name = file.with_suffix(".toml").name
+    if not sidecar.columns:
+        what = f"no headings; write `{example}` above, or `columns` and `units` in {toml_name}"
+        raise CaseError(Fault(f"row {row}", what))
+    if len(sidecar.columns) != len(cells):
+        what = f"has {len(cells)} values, but `columns` in {toml_name} names {len(sidecar.columns)}"
         raise CaseError(Fault(f"row {row}", what))
 
 
 _EXAMPLES = {"length": "mm", "force": "N", "angle": "deg", "moment": "N mm", "time": "s", "number": "-", "branch": "-"}
 
 
-def _used(
+def _used_columns(
     names: list[str],
     cells: list[str],
     row: int,
     quantities: Mapping[str, str],
     required: Sequence[str],
-    beside: _Beside,
+    sidecar: _Sidecar,
     file: Path,
 ) -> dict[str, int]:
-    """Columns that are read, with their places."""
+    """Names and positions of the columns that are read."""
     used: dict[str, int] = {}
     faults = []
-    side = file.with_suffix(".toml").name
-    missing = [name for name in required if name not in names and name not in beside.values]
+    toml_name = file.with_suffix(".toml").name
+    missing = [name for name in required if name not in names and name not in sidecar.values]
     for place, name in enumerate(names):
         if name in used:
             both = f"`{cells[used[name]]}`, `{cells[place]}`"
-            faults.append(Fault(f"row {row}", f"column {name} stands twice ({both}); keep one"))
+            faults.append(Fault(f"row {row}", f"column {name} is given twice ({both}); delete one"))
         elif name in quantities:
             used[name] = place
     for name in missing:
@@ -235,7 +236,7 @@ def _used(
         others = [other for other in names if other not in quantities]
         near = nearest(name, others).replace("did you mean", "is it")
         what = f"no column {name} among {', '.join(cells)}; name it `{name} [{unit}]`{near}"
-        what += f", or, if it is the same in every row, write values = {{ {name} = \"... {unit}\" }} in {side}"
+        what += f", or, if it is the same in every row, write values = {{ {name} = \"... {unit}\" }} in {toml_name}"
         faults.append(Fault(f"row {row}", what))
     if faults:
         raise CaseError(faults)
@@ -243,17 +244,17 @@ def _used(
 
 
 def _scales(
-    used: Mapping[str, int], units: Sequence[str], quantities: Mapping[str, str], beside: _Beside, file: Path
+    used: Mapping[str, int], units: Sequence[str], quantities: Mapping[str, str], sidecar: _Sidecar, file: Path
 ) -> tuple[dict[str, float], dict[str, str]]:
     """Factor to SI and unit of every column that is read."""
     scale, found, faults = {}, {}, []
     for name, place in used.items():
         kind = quantities[name]
-        unit = units[place] or beside.units.get(name, "")
+        unit = units[place] or sidecar.units.get(name, "")
         if SI[kind] and not unit:
-            side = file.with_suffix(".toml").name
+            toml_name = file.with_suffix(".toml").name
             example = _EXAMPLES[kind]
-            what = f"has no unit; write `{name} [{example}]`, or units = {{ {name} = \"{example}\" }} in {side}"
+            what = f"has no unit; write `{name} [{example}]`, or units = {{ {name} = \"{example}\" }} in {toml_name}"
             faults.append(Fault(f"column {name}", what))
             continue
         unit = "" if unit == "-" else unit
@@ -267,12 +268,12 @@ def _scales(
     return scale, found
 
 
-def _notes(cells: Sequence[str], names: Sequence[str], used: Mapping[str, int], beside: _Beside) -> tuple[str, ...]:
+def _notes(cells: Sequence[str], names: Sequence[str], used: Mapping[str, int], sidecar: _Sidecar) -> tuple[str, ...]:
     others = [cell for cell, name in zip(cells, names, strict=True) if name not in used] if names else []
     notes = [f"columns not read: {', '.join(others)}"] if others else []
-    double = [name for name in beside.values if name in used]
+    double = [name for name in sidecar.values if name in used]
     if double:
-        notes.append(f"{', '.join(double)}: the column counts, not `values` in {beside.name}")
+        notes.append(f"{', '.join(double)}: the column is used, and `values` in {sidecar.name} is ignored")
     return tuple(notes)
 
 
@@ -286,7 +287,7 @@ def _numbers(
     used: Mapping[str, int],
     quantities: Mapping[str, str],
 ) -> np.ndarray:
-    """Values (n, len(used)) as the file has them."""
+    """Values (n, len(used)) of the used columns, in the units of the file."""
     fast = _read_fast([line for _, line in body], separator, width, list(used.values()))
     if fast is not None:
         return fast
@@ -295,7 +296,7 @@ def _numbers(
         cells = cells_of(line, separator)
         cells += [""] * (width - len(cells))
         if len(cells) > width:
-            faults.append(Fault(f"row {row}", f"has {len(cells)} values; {width} are wanted"))
+            faults.append(Fault(f"row {row}", f"has {len(cells)} values, but there are {width} columns"))
             continue
         values = []
         for name, place in used.items():
@@ -312,7 +313,7 @@ def _numbers(
 
 
 def _read_fast(lines: list[str], separator: str, width: int, places: list[int]) -> np.ndarray | None:
-    """The numbers if every row is plain and whole; a bench can write a million of them."""
+    """Fast reading of files with very many rows; None if a row is incomplete or a cell is not a plain number."""
     if separator == " ":
         if any(len(line.split()) != width for line in lines):
             return None

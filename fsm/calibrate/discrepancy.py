@@ -1,20 +1,22 @@
-"""Covariance of fitted parameters from whole repeats of a test and from the misfit of the model's form.
+"""Covariance of fitted parameters from the scatter of whole repeats and from the model discrepancy.
 
-Points of one repeat are not independent: specimens differ as wholes. Near the best fit, parameters move with the measured
-forces as dp = sum_k H_k dF_k, where H_k are the columns of test k in the pseudo-inverse of the weighted Jacobian. So each
-whole repeat r of a test gives its own dp = H_k (F_kr - mean F_k), and the variance of their mean is the sample variance
-over the number of repeats (a cluster-robust covariance; Liang & Zeger 1986), whatever the correlation along the curve is.
+Points of one repeat are correlated, because each repeat has its own specimen. Near the best fit the parameters change with
+the measured forces as dp = sum_k H_k dF_k. Here H_k are the columns of test k in the pseudo-inverse of the weighted
+Jacobian. Each repeat r of a test gives one change dp = H_k (F_kr - mean F_k). The variance of their mean is the sample
+variance over the number of repeats (cluster-robust covariance; Liang and Zeger 1986). It holds for any correlation along the
+curve.
 
-The mean residual e_k = F_k - F_k(p) holds more than that scatter where the form of the model is wrong (Kennedy & O'Hagan
-2001). The rest is taken as a stationary Gaussian process of variance s_k^2 along the travel, with the correlation
-exp(-(x - x')^2/(2 l^2)). It changes its sign z = range/(pi l) times on average, and 1/l^2 is the mean squared slope over the
-variance (Rice 1944); both are those of the residual less those of the scatter, with 1 <= z <= sign changes of the residual.
-Its variance is that which explains the squared residuals,
+The mean residual e_k = F_k - F_k(p) contains scatter and the model discrepancy (Kennedy and O'Hagan 2001). The discrepancy
+is modelled as a stationary Gaussian process of variance s_k^2 along the travel, with the correlation exp(-(x - x')^2/(2
+l^2)). Its mean number of sign changes is z = range/(pi l), and 1/l^2 is its mean squared slope over its variance (Rice
+1944). Slope and variance are those of the residual less those of the scatter, with 1 <= z <= sign changes of the residual.
+The variances s_k^2 explain the squared residuals:
 
     |e_k|^2 = sum_j tr(P_kj (S_j + s_j^2 C_j) P_kj^T) ,     P_kj = delta_kj - J_k H_j ,
 
-with S_j the covariance of a mean curve. It moves parameters as scatter does, and widens every predicted force. What the
-misfit shares with a change of parameters cannot be seen in residuals; the process stands for that part, too.
+with S_j the covariance of the mean curve of test j. Like scatter, the discrepancy adds to the variance of the parameters.
+It also widens every predicted force. A discrepancy in the shape of a parameter change leaves no residual; the process
+includes an estimate of this part.
 """
 
 from __future__ import annotations
@@ -26,14 +28,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import nnls
 
-__all__ = ["Rows", "Spread", "spread_of"]
+__all__ = ["LinearisedTest", "ParameterSpread", "parameter_spread"]
 
-_LIKE_NOISE = 0.4
-"""Sign changes per step between neighbours from which on residuals are independent; half of the steps on average."""
+_WHITE_NOISE = 0.4
+"""Sign changes per interval above which residuals count as independent; independent residuals have 0.5 on average."""
 
 
 @dataclass(frozen=True)
-class Rows:
+class LinearisedTest:
     """One test in a linearised fit.
 
     Attributes
@@ -46,9 +48,9 @@ class Rows:
     gain : (p, n) array
         d(parameter)/d(measured force) of the fit, H_k.
     repeats : (r, n) array, N
-        Measured forces of whole repeats; r = 0 where they are not known.
+        Measured forces of whole repeats; r = 0 without repeats.
     covariance : (n, n) array, N^2, or None
-        Of the mean curve, where there are no repeats; None where nothing is known of it.
+        Covariance of the mean curve of a test without repeats, if known.
     """
 
     travel: np.ndarray
@@ -60,16 +62,17 @@ class Rows:
 
 
 @dataclass(frozen=True)
-class Spread:
-    """What tests say of the spread of parameters.
+class ParameterSpread:
+    """Covariance of parameters from several tests.
 
     Attributes
     ----------
     covariance : (p, p) array
     freedom : float
-        Degrees of freedom (Welch 1947, Satterthwaite 1946), the least of all parameters; inf where all variances are known.
+        Smallest number of degrees of freedom of all parameters (Welch 1947, Satterthwaite 1946); inf if all variances are
+        known.
     discrepancy : (k,) array, N
-        Standard deviation of that misfit in each test, s_k.
+        Standard deviation of the discrepancy in each test, s_k.
     """
 
     covariance: np.ndarray
@@ -77,32 +80,34 @@ class Spread:
     discrepancy: np.ndarray
 
 
-def spread_of(tests: Sequence[Rows], known: np.ndarray) -> Spread:
+def parameter_spread(tests: Sequence[LinearisedTest], known: np.ndarray) -> ParameterSpread:
     """Covariance of parameters that were fitted to several tests.
 
     Parameters
     ----------
-    tests : sequence of Rows
+    tests : sequence of LinearisedTest
     known : (p, p) array
-        Covariance that does not come from tests: of priors and of zeros of load cells.
+        Covariance from priors and from zero errors of load cells.
     """
-    factors = [_factor(test) for test in tests]
-    lengths = [_changes(test, factor) for test, factor in zip(tests, factors, strict=True)]
-    forms = [_correlation(test, changes) for test, changes in zip(tests, lengths, strict=True)]
-    variance = _form_variance(tests, factors, forms)
+    factors = [_covariance_factor(test) for test in tests]
+    sign_changes = [_sign_changes(test, factor) for test, factor in zip(tests, factors, strict=True)]
+    correlations = [_correlation(test, changes) for test, changes in zip(tests, sign_changes, strict=True)]
+    variances = _discrepancy_variances(tests, factors, correlations)
     parts: list[tuple[np.ndarray, float]] = [(known, math.inf)]
-    for test, factor, form, size, changes in zip(tests, factors, forms, variance, lengths, strict=True):
-        moved = test.gain @ factor
-        parts.append((moved @ moved.T, len(test.repeats) - 1.0 if len(test.repeats) else math.inf))
-        white = changes >= _LIKE_NOISE * (len(test.travel) - 1)
+    for test, factor, correlation, variance, changes in zip(
+        tests, factors, correlations, variances, sign_changes, strict=True
+    ):
+        deviation = test.gain @ factor
+        parts.append((deviation @ deviation.T, len(test.repeats) - 1.0 if len(test.repeats) else math.inf))
+        white = changes >= _WHITE_NOISE * (len(test.travel) - 1)
         freedom = len(test.travel) - test.jacobian.shape[1] if white else changes
-        parts.append((size * (test.gain @ form @ test.gain.T), max(freedom, 1.0)))
+        parts.append((variance * (test.gain @ correlation @ test.gain.T), max(freedom, 1.0)))
     covariance = sum((part for part, _ in parts), np.zeros_like(known))
     freedom = _freedom(parts, np.diag(covariance))
-    return Spread(covariance, freedom, np.sqrt(variance))
+    return ParameterSpread(covariance, freedom, np.sqrt(variances))
 
 
-def _factor(test: Rows) -> np.ndarray:
+def _covariance_factor(test: LinearisedTest) -> np.ndarray:
     """Matrix (n, m) whose product with its transpose is the covariance of the mean curve."""
     count = len(test.repeats)
     if count:
@@ -112,10 +117,10 @@ def _factor(test: Rows) -> np.ndarray:
     return np.linalg.cholesky(test.covariance)
 
 
-def _changes(test: Rows, factor: np.ndarray) -> float:
-    """Sign changes of the misfit along a curve, one at least."""
+def _sign_changes(test: LinearisedTest, factor: np.ndarray) -> float:
+    """Expected number of sign changes of the discrepancy along a curve, at least 1."""
     signs = np.sign(test.residual[test.residual != 0.0])
-    seen = max(float(np.count_nonzero(np.diff(signs))), 1.0)
+    counted = max(float(np.count_nonzero(np.diff(signs))), 1.0)
     steps = np.diff(test.travel)
     slope = np.mean((np.diff(test.residual) / steps) ** 2) - np.sum((np.diff(factor, axis=0) / steps[:, None]) ** 2) / len(
         steps
@@ -123,29 +128,31 @@ def _changes(test: Rows, factor: np.ndarray) -> float:
     power = np.mean(test.residual**2) - np.sum(factor**2) / len(test.travel)
     if power <= 0.0 or slope <= 0.0:
         return 1.0
-    return float(np.clip(np.ptp(test.travel) / math.pi * math.sqrt(slope / power), 1.0, seen))
+    return float(np.clip(np.ptp(test.travel) / math.pi * math.sqrt(slope / power), 1.0, counted))
 
 
-def _correlation(test: Rows, changes: float) -> np.ndarray:
-    """Correlation of the misfit along the travel, (n, n)."""
-    if changes >= _LIKE_NOISE * (len(test.travel) - 1):
+def _correlation(test: LinearisedTest, changes: float) -> np.ndarray:
+    """Correlation of the discrepancy along the travel, (n, n)."""
+    if changes >= _WHITE_NOISE * (len(test.travel) - 1):
         return np.eye(len(test.travel))
     length = np.ptp(test.travel) / (math.pi * changes)
     return np.asarray(np.exp(-0.5 * ((test.travel[:, None] - test.travel) / length) ** 2))
 
 
-def _form_variance(tests: Sequence[Rows], factors: Sequence[np.ndarray], forms: Sequence[np.ndarray]) -> np.ndarray:
-    """Variances s_k^2 that explain the squared residuals, none of them negative."""
+def _discrepancy_variances(
+    tests: Sequence[LinearisedTest], factors: Sequence[np.ndarray], correlations: Sequence[np.ndarray]
+) -> np.ndarray:
+    """Non-negative variances s_k^2 that explain the squared residuals."""
     count = len(tests)
     matrix, right = np.zeros((count, count)), np.zeros(count)
-    for j, (source, factor, form) in enumerate(zip(tests, factors, forms, strict=True)):
-        moved, moved_form = source.gain @ factor, source.gain @ form
+    for j, (source, factor, correlation) in enumerate(zip(tests, factors, correlations, strict=True)):
+        by_factor, by_correlation = source.gain @ factor, source.gain @ correlation
         for k, test in enumerate(tests):
-            left = -test.jacobian @ moved + (factor if j == k else 0.0)
-            right[k] -= np.sum(left**2)
-            matrix[k, j] = np.einsum("ip,pq,iq->", test.jacobian, moved_form @ source.gain.T, test.jacobian)
+            residual = -test.jacobian @ by_factor + (factor if j == k else 0.0)
+            right[k] -= np.sum(residual**2)
+            matrix[k, j] = np.einsum("ip,pq,iq->", test.jacobian, by_correlation @ source.gain.T, test.jacobian)
             if j == k:
-                matrix[k, j] += np.trace(form) - 2.0 * np.einsum("ip,pi->", test.jacobian, moved_form)
+                matrix[k, j] += np.trace(correlation) - 2.0 * np.einsum("ip,pi->", test.jacobian, by_correlation)
     right += [float(test.residual @ test.residual) for test in tests]
     scale = np.maximum(np.abs(matrix).max(axis=1), 1e-300)
     found, _ = nnls(matrix / scale[:, None], right / scale)
@@ -153,7 +160,7 @@ def _form_variance(tests: Sequence[Rows], factors: Sequence[np.ndarray], forms: 
 
 
 def _freedom(parts: Sequence[tuple[np.ndarray, float]], total: np.ndarray) -> float:
-    """Least number of degrees of freedom of a sum of variances, over the parameters."""
+    """Smallest number of degrees of freedom of a sum of variances, over the parameters."""
     uncertain = sum(np.diag(part) ** 2 / freedom for part, freedom in parts)
     with np.errstate(divide="ignore", invalid="ignore"):
         freedom = np.where(uncertain > 0.0, total**2 / uncertain, math.inf)

@@ -1,4 +1,4 @@
-"""Numbers of a case by their dotted paths, in SI: what calibration varies."""
+"""Access to numbers of a case by their dotted paths, in SI units."""
 
 from __future__ import annotations
 
@@ -15,39 +15,39 @@ __all__ = ["unit_of", "value_at", "with_values"]
 
 
 def value_at(case: Case, path: str) -> float:
-    """The number at a dotted path of a case, SI.
+    """Number at a dotted path of a case, in SI units.
 
     Raises
     ------
     CaseError
-        Nothing stands there, or no number that can be varied continuously.
+        The path has no value, or its value is not a continuous number.
     """
-    here: Any = case
+    value: Any = case
     for key in _keys(path):
-        here = _below(here, key)
-        if here is None:
+        value = _child(value, key)
+        if value is None:
             raise CaseError(Fault(path, "the case has no number there; write one in it, or check the path"))
-    if isinstance(here, bool) or not isinstance(here, float | int):
-        raise CaseError(Fault(path, f"is {here!r}, not a number; only numbers can be varied"))
-    if isinstance(here, int) and unit_of(case, path) == "":
-        raise CaseError(Fault(path, f"is {here}, a whole number; only continuous numbers can be varied"))
-    return float(here)
+    if isinstance(value, bool) or not isinstance(value, float | int):
+        raise CaseError(Fault(path, f"is {value!r}, not a number; only numbers can be varied"))
+    if isinstance(value, int) and unit_of(case, path) == "":
+        raise CaseError(Fault(path, f"is {value}, a whole number; only continuous numbers can be varied"))
+    return float(value)
 
 
 def with_values(case: Case, values: Mapping[str, float]) -> Case:
-    """The case with other numbers (SI) at some paths.
+    """Copy of a case with other numbers (SI) at some paths.
 
-    The paths must be those of numbers (`value_at`); bounds of the case's keys are not looked at.
+    The paths must be valid for `value_at`. The bounds of the keys are not checked.
     """
     changed: Any = case
     for path, value in values.items():
-        changed = _put(changed, _keys(path), float(value))
+        changed = _replace_at(changed, _keys(path), float(value))
     assert isinstance(changed, Case)
     return changed
 
 
 def unit_of(case: Case, path: str) -> str:
-    """SI unit of what stands at a path of a case; empty for none. It may depend on what stands beside, as an exponent."""
+    """SI unit of the value at a path of a case, empty without unit; it may depend on other keys, such as an exponent."""
     place: Place | None = top(case.model_dump())
     for key in _keys(path):
         place = place.step(key) if place is not None else None
@@ -58,20 +58,20 @@ def _keys(path: str) -> list[str | int]:
     return [int(key) if key.isascii() and key.isdigit() else key for key in path.split(".")]
 
 
-def _below(here: Any, key: str | int) -> Any:
-    if isinstance(here, BaseModel) and isinstance(key, str):
-        return getattr(here, key, None) if key in type(here).model_fields else None
-    if isinstance(here, tuple | list) and isinstance(key, int):
-        return here[key] if key < len(here) else None
+def _child(parent: Any, key: str | int) -> Any:
+    if isinstance(parent, BaseModel) and isinstance(key, str):
+        return getattr(parent, key, None) if key in type(parent).model_fields else None
+    if isinstance(parent, tuple | list) and isinstance(key, int):
+        return parent[key] if key < len(parent) else None
     return None
 
 
-def _put(here: Any, keys: Sequence[str | int], value: float) -> Any:
+def _replace_at(parent: Any, keys: Sequence[str | int], value: float) -> Any:
     if not keys:
         return value
     key, *rest = keys
-    inner = _put(_below(here, key), rest, value)
-    if isinstance(here, BaseModel):
-        return here.model_copy(update={str(key): inner})
-    assert isinstance(here, tuple) and isinstance(key, int)
-    return (*here[:key], inner, *here[key + 1 :])
+    child = _replace_at(_child(parent, key), rest, value)
+    if isinstance(parent, BaseModel):
+        return parent.model_copy(update={str(key): child})
+    assert isinstance(parent, tuple) and isinstance(key, int)
+    return (*parent[:key], child, *parent[key + 1 :])

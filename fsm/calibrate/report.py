@@ -1,7 +1,7 @@
-"""What a calibration ends in: a short table, `calibration.json`, plots and files that cases name. All of it or nothing.
+"""Result of a calibration: a printed table, `calibration.json`, plots, and files for use in cases.
 
-A kind of calibration is a function ``(data: Path, options: Options) -> Calibration``. It computes everything; nothing is
-written before it is done, and what is written appears whole.
+A kind of calibration is a function ``(data: Path, options: Options) -> Calibration``. It computes everything before any
+file is written. The files appear together: after an error the folder is unchanged.
 """
 
 from __future__ import annotations
@@ -23,7 +23,8 @@ from fsm.provenance import provenance
 __all__ = ["Calibration", "Options", "Quantity", "quantities_of", "table_lines", "write_calibration"]
 
 REPORT = "calibration.json"
-_SHOWN = {
+"""Name of the report file."""
+_TABLE_UNITS = {
     "m": (1e3, "mm"),
     "rad": (180.0 / math.pi, "deg"),
     "N m": (1e3, "N mm"),
@@ -33,25 +34,25 @@ _SHOWN = {
     "J": (1e3, "mJ"),
     "Pa": (1e-9, "GPa"),
 }
-"""Units of the printed table, with their factors."""
+"""Factor and name of the unit in the printed table, by SI unit."""
 
 
 @dataclass(frozen=True)
 class Options:
-    """What a user chooses on the command line, for every kind.
+    """Options of the command line for every kind of calibration.
 
     Attributes
     ----------
     fit : "smooth", "interpolate" or "monotone"
-        How curves go through measured points.
+        Kind of curve through measured points.
     without_flagged : bool
-        Leave out rows that were flagged as outliers.
+        Exclude flagged rows.
     level : -
         Confidence level of intervals.
     seed : int
-        Of everything drawn at random.
+        Seed of all random numbers.
     progress : bool
-        Show how far long work is.
+        Show the progress of long work.
     """
 
     fit: str = "smooth"
@@ -63,7 +64,7 @@ class Options:
 
 @dataclass(frozen=True)
 class Quantity:
-    """One calibrated number.
+    """Calibrated number with its interval.
 
     Attributes
     ----------
@@ -71,9 +72,9 @@ class Quantity:
     value : float, SI
     unit : str
         SI unit.
-    low, high : float
-        Interval at the level of the options; absent without one.
-    standard_error : float
+    low, high : float or None
+        Confidence interval, if known.
+    standard_error : float or None
     """
 
     name: str
@@ -86,17 +87,17 @@ class Quantity:
 
 @dataclass
 class Calibration:
-    """All that a calibration found.
+    """Complete result of a calibration.
 
     Attributes
     ----------
     kind : str
     sources : files that were read
-    quantities : what the table shows
-    numbers : further contents of `calibration.json`: plain numbers, lists, arrays, texts
-    lines : further lines to print below the table
-    warnings : what the user should know before he believes a number
-    plots, files : (name, function that writes it to a path)
+    quantities : rows of the printed table
+    numbers : further contents of `calibration.json`: numbers, lists, arrays, texts
+    lines : lines below the printed table
+    warnings : warnings about the data and the fit
+    plots, files : (name, function that writes the file to a path)
     """
 
     kind: str
@@ -110,7 +111,7 @@ class Calibration:
 
 
 def quantities_of(names: Sequence[str], units: Sequence[str], estimate: Any, level: float) -> list[Quantity]:
-    """The parameters of a `fsm.calibrate.uncertainty.Estimate` as quantities with their intervals."""
+    """Quantities with intervals from the parameters of a `fsm.calibrate.uncertainty.Estimate`."""
     bounds, error = estimate.interval(level), estimate.standard_error
     return [
         Quantity(name, float(value), unit, float(low), float(high), float(spread))
@@ -119,10 +120,10 @@ def quantities_of(names: Sequence[str], units: Sequence[str], estimate: Any, lev
 
 
 def table_lines(found: Calibration, options: Options) -> list[str]:
-    """The table that is printed: name, value with its unit, interval; then warnings."""
+    """Lines of the printed table: name, value with unit, interval; then further lines and warnings."""
     rows = [("quantity", "value", f"{100 * options.level:g} % interval")]
     for quantity in found.quantities:
-        factor, unit = _SHOWN.get(quantity.unit, (1.0, quantity.unit))
+        factor, unit = _TABLE_UNITS.get(quantity.unit, (1.0, quantity.unit))
         low, high = quantity.low, quantity.high
         between, digits = "", 5
         if low is not None and high is not None:
@@ -134,38 +135,38 @@ def table_lines(found: Calibration, options: Options) -> list[str]:
     return [*lines, *found.lines, *(f"warning  {text}" for text in found.warnings)]
 
 
-def _digits(value: float, reach: float) -> int:
-    """Significant digits that show two of the interval's half."""
-    if reach <= 0.0 or value == 0.0 or not math.isfinite(reach):
+def _digits(value: float, half_width: float) -> int:
+    """Significant digits of the value that resolve two digits of the half width of its interval."""
+    if half_width <= 0.0 or value == 0.0 or not math.isfinite(half_width):
         return 5
-    return min(max(math.ceil(math.log10(abs(value) / reach)) + 2, 3), 9)
+    return min(max(math.ceil(math.log10(abs(value) / half_width)) + 2, 3), 9)
 
 
 def write_calibration(found: Calibration, folder: Path, options: Options) -> list[Path]:
-    """Write `calibration.json`, the plots and the files into a folder, whole.
+    """Write `calibration.json`, plots and files into a folder.
 
-    Everything is made in a folder beside it first, so that an error on the way leaves nothing behind.
+    All files are first written to a temporary folder next to it, so an error leaves the folder unchanged.
 
     Returns
     -------
     list of Path
-        What was written.
+        Paths of the written files.
     """
-    beside = folder.parent / f".{folder.name}.part"
-    shutil.rmtree(beside, ignore_errors=True)  # of a calibration that was killed while it wrote
-    beside.mkdir(parents=True)
+    temporary = folder.parent / f".{folder.name}.part"
+    shutil.rmtree(temporary, ignore_errors=True)  # may remain from a calibration that was killed
+    temporary.mkdir(parents=True)
     try:
         for name, write in [*found.files, *found.plots]:
-            write(beside / name)
-        text = json.dumps(_plain(_contents(found, options)), indent=2, ensure_ascii=False, allow_nan=False)
-        (beside / REPORT).write_text(text + "\n", encoding="utf-8")
+            write(temporary / name)
+        text = json.dumps(_json_value(_contents(found, options)), indent=2, ensure_ascii=False, allow_nan=False)
+        (temporary / REPORT).write_text(text + "\n", encoding="utf-8")
         folder.mkdir(exist_ok=True)
         names = [*(name for name, _ in [*found.files, *found.plots]), REPORT]
-        (folder / REPORT).unlink(missing_ok=True)  # it comes last: where it is, all that it speaks of is there
+        (folder / REPORT).unlink(missing_ok=True)  # moved last: a folder with a report is complete
         for name in names:
-            os.replace(beside / name, folder / name)
+            os.replace(temporary / name, folder / name)
     finally:
-        shutil.rmtree(beside, ignore_errors=True)
+        shutil.rmtree(temporary, ignore_errors=True)
     return [folder / name for name in names]
 
 
@@ -175,30 +176,30 @@ def _contents(found: Calibration, options: Options) -> dict[str, Any]:
         "quantities": [asdict(quantity) for quantity in found.quantities],
         **found.numbers,
         "warnings": found.warnings,
-        "data": [{"file": str(file), "sha256": _digest(file)} for file in _read_files(found.sources)],
+        "data": [{"file": str(file), "sha256": _digest(file)} for file in _with_toml_files(found.sources)],
         "options": {key: value for key, value in asdict(options).items() if key != "progress"},
         "provenance": provenance(),
     }
 
 
-def _read_files(sources: Sequence[Path]) -> list[Path]:
-    """The files, each with the TOML beside it if there is one."""
-    beside = [other for file in sources for other in (file, file.with_suffix(".toml")) if other == file or other.is_file()]
-    return list(dict.fromkeys(beside))
+def _with_toml_files(sources: Sequence[Path]) -> list[Path]:
+    """Data files, each followed by the TOML file of the same name if it exists."""
+    files = [other for file in sources for other in (file, file.with_suffix(".toml")) if other == file or other.is_file()]
+    return list(dict.fromkeys(files))
 
 
 def _digest(file: Path) -> str:
     return hashlib.sha256(file.read_bytes()).hexdigest()
 
 
-def _plain(value: Any) -> Any:
-    """The same of what JSON knows; numbers that are not finite become null."""
+def _json_value(value: Any) -> Any:
+    """Value in types of JSON; numbers that are not finite become null."""
     if isinstance(value, dict):
-        return {str(key): _plain(item) for key, item in value.items()}
+        return {str(key): _json_value(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
+        return [_json_value(item) for item in value]
     if isinstance(value, np.ndarray):
-        return _plain(value.tolist())
+        return _json_value(value.tolist())
     if isinstance(value, np.bool_):
         return bool(value)
     if isinstance(value, float | np.floating):

@@ -1,20 +1,19 @@
-"""Derivatives of equilibria with respect to numbers of the case, by differentiating the equilibrium itself.
+"""Derivatives of equilibria with respect to numbers of the case, by implicit differentiation.
 
-At an equilibrium h(q; p) = 0, and its drives feel the force r(q; p). With the tangent A = -dh/dx, which the last Newton
-step has had,
+An equilibrium satisfies h(q; p) = 0, and the drives have the reactions r(q; p). With the tangent A = -dh/dx,
 
-    A dx/dp = dh/dp ,        dr/dp = dr/dp|x + (dr/dx) dx/dp                 forward: one solve a parameter
-    A^T lambda = (dr/dx)^T,  dr/dp = dr/dp|x + lambda . dh/dp                adjoint: one solve a force
+    A dx/dp = dh/dp ,        dr/dp = dr/dp|x + (dr/dx) dx/dp                 forward: one solve per parameter
+    A^T lambda = (dr/dx)^T,  dr/dp = dr/dp|x + lambda . dh/dp                adjoint: one solve per force
 
-Where dampers or friction take rates as differences from the last state, h depends on that state too, and its derivative is
-carried along: A dx_k = dh/dp + (dh/dx_{k-1}) dx_{k-1}; the adjoint of that would have to run backwards and is not
-offered.
+Dampers and friction compute rates as differences from the previous state. Then h depends on that state too, and its
+derivative enters: A dx_k = dh/dp + (dh/dx_{k-1}) dx_{k-1}. The adjoint of this recursion would run backwards in time and is
+not available.
 
-dh/dp and dr/dp at a fixed configuration are the difference of two systems compiled with p (1 + d) and p (1 - d), over
-2 d p. Stiffness, damping and factors enter h linearly, where this is exact but for rounding, about 1e-16/d of the largest
-effort; d = 1e-6. A length or an angle moves bodies and rest states by d of itself, and the error is d^2 times the third
-derivative besides. Contacts bend within a micrometre and have no large efforts that cancel: theirs is taken apart,
-with d = 1e-8. No equilibrium is solved twice.
+dh/dp and dr/dp at a fixed configuration are central differences of two systems compiled with p (1 + d) and p (1 - d).
+Stiffness, damping and factors enter h linearly. Their differences are exact except for round-off, about 1e-16/d of the
+largest effort, with d = 1e-6. Lengths and angles move bodies and rest states; their differences have an additional error of
+d^2 times the third derivative. Contact forces are nonlinear over a micrometre, but have no large efforts that cancel.
+Their differences are computed separately with d = 1e-8. No equilibrium is solved again.
 """
 
 from __future__ import annotations
@@ -35,25 +34,25 @@ from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
 from fsm.system import Before
 
-__all__ = ["PathSensitivity", "Varied", "vary"]
+__all__ = ["PathSensitivity", "VariedParameter", "vary_parameters"]
 
-_PART = 1e-6
-"""Part of itself that a parameter is varied by."""
-_TOUCHING = 1e-8
-"""The same, for what contacts have of it."""
-_OF_CONTACTS = ("bodies", "surfaces", "obstacles", "pairs", "contact", "friction")
-"""What contacts are compiled from."""
-_BUT_CONTACTS = ("bodies", "elements", "loads", "drives", "gravity")
-"""What all else is compiled from."""
-_LEFT_OVER = 1e-4
-"""Force left over, over the largest pull, above which a state is no equilibrium but in motion."""
+_RELATIVE_STEP = 1e-6
+"""Relative step of a parameter in the central differences."""
+_CONTACT_STEP = 1e-8
+"""Relative step of a parameter in the central differences of contact forces."""
+_CONTACT_PARTS = ("bodies", "surfaces", "obstacles", "pairs", "contact", "friction")
+"""Parts of the scene that contacts depend on."""
+_OTHER_PARTS = ("bodies", "elements", "loads", "drives", "gravity")
+"""Parts of the scene that other forces depend on."""
+_EQUILIBRIUM = 1e-4
+"""Largest residual of an equilibrium over the largest drive force; a state with a larger residual is in motion."""
 _ROUND_OFF = 1e-13
-"""Forces are known to this part of stiffness times size."""
+"""Round-off of forces, relative to stiffness times size."""
 
 
 @dataclass(frozen=True)
-class Pair:
-    """Systems of the case with so much (SI) more and less of a parameter."""
+class SystemPair:
+    """Two systems, compiled with the parameter increased and decreased by `step` (SI)."""
 
     more: SegmentSystem
     less: SegmentSystem
@@ -61,63 +60,64 @@ class Pair:
 
 
 @dataclass(frozen=True)
-class Varied:
-    """One parameter.
+class VariedParameter:
+    """Systems for the central differences of one parameter.
 
     Attributes
     ----------
     path : str
-    others, contacts : Pair or None
-        For all but contacts, and for contacts; None where neither the parameter nor the past changes them.
+    others, contacts : SystemPair or None
+        Systems for all forces except contact forces, and for contact forces. None if neither the parameter nor the previous
+        state changes these forces.
     """
 
     path: str
-    others: Pair | None
-    contacts: Pair | None
+    others: SystemPair | None
+    contacts: SystemPair | None
 
 
-def vary(case: Case, scene: Scene, system: SegmentSystem, paths: Sequence[str]) -> list[Varied]:
-    """Compile the case with every parameter a little larger and a little smaller.
+def vary_parameters(case: Case, scene: Scene, system: SegmentSystem, paths: Sequence[str]) -> list[VariedParameter]:
+    """Compile the case with every parameter slightly larger and slightly smaller.
 
     Parameters
     ----------
     case : Case
-    scene, system : what it describes and was compiled to
+    scene, system : scene and system of the case
     paths : dotted paths of numbers
 
     Raises
     ------
     CaseError
-        A path without a number, or one that changes what the system is made of.
+        A path has no number, or its number changes the degrees of freedom of the system.
     """
-    return [_varied(case, scene, system, path) for path in paths]
+    return [_vary(case, scene, system, path) for path in paths]
 
 
-def _varied(case: Case, scene: Scene, system: SegmentSystem, path: str) -> Varied:
+def _vary(case: Case, scene: Scene, system: SegmentSystem, path: str) -> VariedParameter:
     value = value_at(case, path)
     size = abs(value) or 1.0
 
     def changed(step: float) -> Scene:
         return build_scene(with_values(case, {path: value + step}))
 
-    def pair(step: float, more: Scene, less: Scene) -> Pair:
+    def pair(step: float, more: Scene, less: Scene) -> SystemPair:
         systems = [compile_scene(one, case.solve.spatial) for one in (more, less)]
         if any(one.nq != system.nq for one in systems):
-            raise CaseError(Fault(path, "changes what the structure is made of; it cannot be varied continuously"))
-        return Pair(systems[0], systems[1], step)
+            raise CaseError(Fault(path, "changes the number of degrees of freedom; it cannot be varied continuously"))
+        return SystemPair(systems[0], systems[1], step)
 
-    step = _PART * size
+    step = _RELATIVE_STEP * size
     more = changed(step)
     others = contacts = None
-    if system.rate_dependent or not _same(scene, more, _BUT_CONTACTS):
+    if system.rate_dependent or not _same(scene, more, _OTHER_PARTS):
         less = changed(-step)
         others = pair(step, *(one.model_copy(update={"contact": None, "friction": None}) for one in (more, less)))
     rates = any(group.rate_dependent for group in system.contacts)
-    if system.contacts and (rates or not _same(scene, more, _OF_CONTACTS)):
-        touching = _TOUCHING * size
-        both = changed(touching), changed(-touching)
-        contacts = pair(touching, *(one.model_copy(update={"elements": (), "loads": ()}) for one in both))
-    return Varied(path, others, contacts)
+    if system.contacts and (rates or not _same(scene, more, _CONTACT_PARTS)):
+        contact_step = _CONTACT_STEP * size
+        both = changed(contact_step), changed(-contact_step)
+        contacts = pair(contact_step, *(one.model_copy(update={"elements": (), "loads": ()}) for one in both))
+    return VariedParameter(path, others, contacts)
 
 
 def _same(one: Scene, other: Scene, parts: tuple[str, ...]) -> bool:
@@ -125,103 +125,105 @@ def _same(one: Scene, other: Scene, parts: tuple[str, ...]) -> bool:
 
 
 class PathSensitivity:
-    """Derivatives of configurations and drive forces along a quasi-static path, state by state.
+    """Derivatives of configurations and drive forces along an equilibrium path, state by state.
 
     Parameters
     ----------
     system : SegmentSystem
-    varied : of every parameter
-
-    Notes
-    -----
-    `advance` is called with every state in turn. A state in motion, at a snap, has no derivatives; of the next equilibrium
-    the last state is taken as one that no parameter moves.
+    varied : one VariedParameter per parameter
 
     Attributes
     ----------
-    doubt : (nu,) array
-        What is left of the derivatives of the first state, which know of none before it, in those of the last one.
-    change : (nu, p) array
-        d(configuration)/d(parameter) of the last one.
+    derivative : (nu, p) array
+        d(configuration)/d(parameter) of the last state.
+    start_error : (nu,) array
+        Effect of the first state on `derivative`. The derivatives of the first state ignore the states before it.
+
+    Notes
+    -----
+    The caller passes every state to `advance` in the order of the path. A state in motion (snap-through) has no derivatives.
+    The derivatives of the next equilibrium treat that state as fixed.
     """
 
-    def __init__(self, system: SegmentSystem, varied: Sequence[Varied]) -> None:
+    def __init__(self, system: SegmentSystem, varied: Sequence[VariedParameter]) -> None:
         self.system, self.varied = system, list(varied)
         self._last: tuple[Before, np.ndarray | None] | None = None
-        self._largest = 0.0
+        self._largest_force = 0.0
         scales = system.scales()
         self._to_force = scales.increment / scales.length
         self._span = float(scales.span.max(initial=0.0))
-        self.doubt = np.zeros(system.nu)
-        self.change = np.zeros((system.nu, len(self.varied)))
+        self.start_error = np.zeros(system.nu)
+        self.derivative = np.zeros((system.nu, len(self.varied)))
 
-    def advance(self, t: float, q: np.ndarray, wanted: bool = True) -> np.ndarray | None:
-        """Take the next state.
+    def advance(self, t: float, q: np.ndarray, needed: bool = True) -> np.ndarray | None:
+        """Process the next state of the path.
 
         Parameters
         ----------
         t, q : time (s) and configuration
-        wanted : bool
-            False: nobody asks for derivatives here, so they are worked out only if the next state needs them.
+        needed : bool
+            Whether the caller needs the derivatives of this state. If not, they are computed only for the next state.
 
         Returns
         -------
         (n_drives, p) array or None
-            d(force)/d(parameter); None where the state is in motion, or nobody asked.
+            d(force)/d(parameter); None if the state is in motion or its derivatives are not needed.
         """
         system, last = self.system, self._last
-        if not system.rate_dependent and not wanted:
+        if not system.rate_dependent and not needed:
             return None
-        before = u = past = None
+        before = u = last_derivative = None
         if system.rate_dependent and last is not None:
-            before, past = last
+            before, last_derivative = last
             u = system.difference(before[1], q) / (t - before[0])
         matrix, damping = self._matrix(t, q, u, before)
-        if not self._in_balance(t, q, u, before, matrix):
+        if not self._in_equilibrium(t, q, u, before, matrix):
             self._last = ((t, q.copy()), None)
             return None
-        by_parameter, direct = self._direct(t, q, u, before, past)
+        by_parameter, explicit = self._partial_derivatives(t, q, u, before, last_derivative)
         tangent = splu(matrix.bsr().tocsc())
-        self.change = change = tangent.solve(by_parameter)
-        known = damping is not None and past is not None
-        self.doubt = tangent.solve(damping.times(self.doubt)) if known and damping else np.abs(change).max(axis=1)
-        self._last = ((t, q.copy()), change)
-        return np.asarray(direct + system.drive_tangent(t, q, u, before) @ change) if wanted else None
+        self.derivative = derivative = tangent.solve(by_parameter)
+        if damping is not None and last_derivative is not None:
+            self.start_error = tangent.solve(damping.times(self.start_error))
+        else:
+            self.start_error = np.abs(derivative).max(axis=1)
+        self._last = ((t, q.copy()), derivative)
+        return np.asarray(explicit + system.drive_tangent(t, q, u, before) @ derivative) if needed else None
 
     def adjoint(self, t: float, q: np.ndarray) -> np.ndarray:
-        """d(force)/d(parameter) (n_drives, p) of one equilibrium, by one solve a drive.
+        """d(force)/d(parameter) (n_drives, p) of one equilibrium, by one linear solve per drive.
 
         Raises
         ------
         CaseError
-            Dampers or friction carry the past along.
+            The system has dampers or friction.
         """
         system = self.system
         if system.rate_dependent:
-            text = "dampers and friction carry the past along, which an adjoint of one state does not know; take them out"
+            text = "not available with dampers or friction, which depend on the previous state; use forward derivatives"
             raise CaseError(Fault("adjoint", text))
-        by_parameter, direct = self._direct(t, q, None, None, None)
+        by_parameter, explicit = self._partial_derivatives(t, q, None, None, None)
         tangent = splu(self._matrix(t, q, None, None)[0].bsr().tocsc())
         multipliers = tangent.solve(np.ascontiguousarray(system.drive_tangent(t, q, None).T), trans="T")
-        return np.asarray(direct + multipliers.T @ by_parameter)
+        return np.asarray(explicit + multipliers.T @ by_parameter)
 
-    def _in_balance(
+    def _in_equilibrium(
         self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None, matrix: BlockMatrix
     ) -> bool:
-        """Whether the forces left over are nothing against the largest pull so far, or round-off."""
-        force, pull = self.system.balance(t, q, u, before)
-        self._largest = max(self._largest, float(np.abs(pull).max(initial=0.0)))
+        """Whether the residual is small compared with the largest drive force so far, or is round-off."""
+        force, reaction = self.system.balance(t, q, u, before)
+        self._largest_force = max(self._largest_force, float(np.abs(reaction).max(initial=0.0)))
         round_off = _ROUND_OFF * self._span * float(np.abs(matrix.data).max(initial=0.0))
-        left_over = float(np.abs(force / self._to_force).max(initial=0.0))
-        return left_over <= max(_LEFT_OVER * self._largest, round_off)
+        residual = float(np.abs(force / self._to_force).max(initial=0.0))
+        return residual <= max(_EQUILIBRIUM * self._largest_force, round_off)
 
-    def _direct(
-        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None, past: np.ndarray | None
+    def _partial_derivatives(
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None, last_derivative: np.ndarray | None
     ) -> tuple[np.ndarray, np.ndarray]:
-        """dh/dp (nu, p) and dr/dp (n_drives, p) at a fixed configuration, the last one moving by `past` dp."""
+        """dh/dp (nu, p) and dr/dp (n_drives, p) at a fixed configuration; the last state changes by `last_derivative`."""
         system, memory = self.system, self.system.memory()
         by_parameter = np.zeros((system.nu, len(self.varied)))
-        pull = np.zeros((len(system.motions), len(self.varied)))
+        drive_force = np.zeros((len(system.motions), len(self.varied)))
         for k, one in enumerate(self.varied):
             for pair, contacts in ((one.others, False), (one.contacts, True)):
                 if pair is None:
@@ -229,19 +231,19 @@ class PathSensitivity:
                 for varied, step in ((pair.more, pair.step), (pair.less, -pair.step)):
                     if contacts and len(memory):
                         varied.restore(memory)
-                    then, speed = before, u
-                    if before is not None and past is not None:
-                        then = (before[0], system.retract(before[1], step * past[:, k]))
-                        speed = system.difference(then[1], q) / (t - before[0])
-                    force, reaction = varied.balance(t, q, speed, then, contacts)
+                    previous, rate = before, u
+                    if before is not None and last_derivative is not None:
+                        previous = (before[0], system.retract(before[1], step * last_derivative[:, k]))
+                        rate = system.difference(previous[1], q) / (t - before[0])
+                    force, reaction = varied.balance(t, q, rate, previous, contacts)
                     by_parameter[:, k] += force / (2.0 * step)
-                    pull[:, k] += reaction / (2.0 * step)
-        return by_parameter, pull
+                    drive_force[:, k] += reaction / (2.0 * step)
+        return by_parameter, drive_force
 
     def _matrix(
         self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None
     ) -> tuple[BlockMatrix, BlockMatrix | None]:
-        """A = K + D/dt, and its second part."""
+        """Tangent A = K + D/dt, and D/dt; None for D/dt without a previous state."""
         system = self.system
         linear = system.linearise(t, q, u, before)
         if before is None:

@@ -1,11 +1,12 @@
-"""A curve through scattered points, with what is known of it: smoothing splines, interpolation, monotone curves.
+"""Curve through scattered points, with its covariance: smoothing spline, interpolation, or monotone curve.
 
-The smoothing spline minimises sum w (y - f)^2 + lambda int f''^2; lambda is the one of least generalised cross-validation
+The smoothing spline minimises sum w (y - f)^2 + lambda int f''^2. The smoothing parameter lambda minimises the generalised
+cross-validation score (Craven and Wahba 1979)
 
-    V = n sum w (y - f)^2 / (n - tr S)^2 ,   f = S y
+    V = n sum w (y - f)^2 / (n - tr S)^2 ,   f = S y .
 
-(Craven & Wahba 1979), the scatter sum w (y - f)^2/(n - tr S), and what the curve is uncertain by follows from f = S y.
-Cross-validation takes what neighbours share for the curve: slow drift of an instrument is not seen as scatter.
+The variance of the scatter is sum w (y - f)^2/(n - tr S), and the covariance of the curve follows from f = S y.
+Deviations that neighbouring points share, such as slow drift of an instrument, become part of the curve.
 """
 
 from __future__ import annotations
@@ -16,33 +17,34 @@ import numpy as np
 from scipy.interpolate import CubicSpline, make_smoothing_spline
 from scipy.optimize import isotonic_regression, minimize_scalar
 
-__all__ = ["FEWEST", "GRID", "CurveFit", "fit_curve", "gathered", "smoothing_for"]
+__all__ = ["GRID", "MIN_POINTS", "CurveFit", "bin_points", "fit_curve", "smoothing_for"]
 
-FEWEST = {"smooth": 5, "interpolate": 4, "monotone": 5}
+MIN_POINTS = {"smooth": 5, "interpolate": 4, "monotone": 5}
 """Fewest different abscissas of each kind of fit."""
-MOST = 200
-"""Points that more are gathered into."""
+MAX_BINS = 200
+"""Largest number of points in a fit; more points are averaged in bins."""
 GRID = 201
-_LAMBDA = (-13.0, 3.0)
-"""Range of log10 lambda, abscissas from 0 to 1."""
+"""Number of points of a fitted curve."""
+_LOG_LAMBDA = (-13.0, 3.0)
+"""Range of log10 lambda, for abscissas scaled to 0 to 1."""
 
 
 @dataclass(frozen=True)
 class CurveFit:
-    """A fitted curve.
+    """Fitted curve.
 
     Attributes
     ----------
     x, y : (n,) arrays
-        Where and what; between them cubic, or PCHIP for monotone curves.
+        Points of the curve, which is cubic between them (PCHIP for a monotone curve).
     weights : (n, m) array
-        y of the m points it was fitted to, divided by the roots of how many each stands for.
+        dy/d(point) of the m fitted points, each divided by the square root of the number of measurements in the point.
     scatter : float
-        Standard deviation of one point.
+        Standard deviation of one measurement.
     freedom : float
-        Degrees of freedom of the scatter; 0 where there are none.
+        Degrees of freedom of the scatter; 0 for a curve through all points.
     smoothing : float
-        lambda, for abscissas from 0 to 1; 0 for a curve through all points.
+        lambda, for abscissas scaled to 0 to 1; 0 for a curve through all points.
     """
 
     x: np.ndarray
@@ -54,7 +56,7 @@ class CurveFit:
 
     @property
     def covariance(self) -> np.ndarray:
-        """Covariance of y, (n, n), from the scatter about the curve; zero where the curve goes through all points."""
+        """Covariance of y, (n, n), from the scatter about the curve; zero for a curve through all points."""
         return np.asarray(self.scatter**2 * self.weights @ self.weights.T)
 
     @property
@@ -70,51 +72,52 @@ def fit_curve(
     grid: np.ndarray | None = None,
     smoothing: float | None = None,
 ) -> CurveFit:
-    """Fit a curve.
+    """Fit a curve to points.
 
     Parameters
     ----------
-    x, y : (m,) arrays, in any order; at least `FEWEST[kind]` different x
+    x, y : (m,) arrays
+        Points in any order, with at least `MIN_POINTS[kind]` different x.
     kind : "smooth", "interpolate" or "monotone"
     grid : (n,) array, optional
-        Where the curve is wanted; absent: at 201 places over the range, or at the points it goes through.
+        Abscissas of the curve; by default 201 over the range, or for "interpolate" those of the points.
     smoothing : float, optional
-        lambda; absent: as cross-validation says.
+        lambda; by default from cross-validation.
     """
-    at, mean, weight = gathered(x, y, None if kind == "interpolate" else MOST)
+    at, mean, weight = bin_points(x, y, None if kind == "interpolate" else MAX_BINS)
     if kind == "interpolate":
         where = at if grid is None else grid
         return CurveFit(where, CubicSpline(at, mean)(where), np.zeros((len(where), 0)), 0.0, 0.0, 0.0)
     where = np.linspace(at[0], at[-1], GRID) if grid is None else grid
     span = at[-1] - at[0]
-    unit, asked = (at - at[0]) / span, (where - at[0]) / span
-    chosen = _cross_validated(unit, mean, weight) if smoothing is None else smoothing
-    spline = make_smoothing_spline(unit, np.eye(len(unit)), w=weight, lam=chosen)
-    hat, reach = spline(unit), spline(asked)
+    unit, unit_grid = (at - at[0]) / span, (where - at[0]) / span
+    used_smoothing = _cross_validated(unit, mean, weight) if smoothing is None else smoothing
+    spline = make_smoothing_spline(unit, np.eye(len(unit)), w=weight, lam=used_smoothing)
+    hat, grid_weights = spline(unit), spline(unit_grid)
     freedom = len(unit) - float(np.trace(hat))
     squares = float(weight @ (mean - hat @ mean) ** 2)
     scatter = np.sqrt(squares / freedom) if freedom > 1e-6 * len(unit) else 0.0
-    values = reach @ mean
+    values = grid_weights @ mean
     if kind == "monotone":
         values = isotonic_regression(values, increasing=bool(values[-1] >= values[0])).x
-    return CurveFit(where, values, reach / np.sqrt(weight), float(scatter), freedom, chosen)
+    return CurveFit(where, values, grid_weights / np.sqrt(weight), float(scatter), freedom, used_smoothing)
 
 
 def smoothing_for(x: np.ndarray, y: np.ndarray) -> float:
-    """The lambda of least cross-validation."""
-    at, mean, weight = gathered(x, y, MOST)
+    """Smoothing parameter lambda from generalised cross-validation."""
+    at, mean, weight = bin_points(x, y, MAX_BINS)
     return _cross_validated((at - at[0]) / (at[-1] - at[0]), mean, weight)
 
 
-def gathered(x: np.ndarray, y: np.ndarray, most: int | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Means of points of one abscissa, or of as many neighbours as leave at most so many; and how many each stands for."""
+def bin_points(x: np.ndarray, y: np.ndarray, limit: int | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Means of x and y in at most `limit` bins, and the number of points per bin; points of equal x share a bin."""
     order = np.argsort(x, kind="stable")
     x, y = x[order], y[order]
     starts = np.flatnonzero(np.concatenate([[True], np.diff(x) > 0.0]))
-    if most is not None and len(starts) > most:
-        # places of equal count, but never between two points of one abscissa
-        wanted = np.linspace(0, len(x), most + 1)[:-1]
-        starts = np.unique(starts[np.minimum(np.searchsorted(starts, wanted), len(starts) - 1)])
+    if limit is not None and len(starts) > limit:
+        # bins of equal count, whose edges never separate points of equal x
+        edges = np.linspace(0, len(x), limit + 1)[:-1]
+        starts = np.unique(starts[np.minimum(np.searchsorted(starts, edges), len(starts) - 1)])
     count = np.diff(np.concatenate([starts, [len(x)]])).astype(float)
     return np.add.reduceat(x, starts) / count, np.add.reduceat(y, starts) / count, count
 
@@ -125,10 +128,10 @@ def _cross_validated(x: np.ndarray, y: np.ndarray, weight: np.ndarray) -> float:
 
     def score(exponent: float) -> float:
         hat = make_smoothing_spline(x, identity, w=weight, lam=10.0**exponent)(x)
-        left = max(count - float(np.trace(hat)), 1e-9 * count)
-        return count * float(weight @ (y - hat @ y) ** 2) / left**2
+        freedom = max(count - float(np.trace(hat)), 1e-9 * count)
+        return count * float(weight @ (y - hat @ y) ** 2) / freedom**2
 
-    exponents = np.linspace(*_LAMBDA, 17)
+    exponents = np.linspace(*_LOG_LAMBDA, 17)
     best = int(np.argmin([score(exponent) for exponent in exponents]))
     around = exponents[max(best - 1, 0)], exponents[min(best + 1, len(exponents) - 1)]
     return 10.0 ** float(minimize_scalar(score, bounds=around, method="bounded", options={"xatol": 0.05}).x)

@@ -1,4 +1,4 @@
-"""The study file of `fsm calibrate force`: which case, which tests, which parameters, what to predict."""
+"""Study file of `fsm calibrate force`: the case, the tests, the parameters and the prediction."""
 
 from __future__ import annotations
 
@@ -13,19 +13,20 @@ from fsm.scene.load_case import read_toml
 from fsm.scene.model import Model
 from fsm.scene.units import Count, Force, Length, Number
 
-__all__ = ["Curve", "Predict", "Prior", "Study", "Varied", "read_study"]
+__all__ = ["Curve", "Predict", "Prior", "Study", "StudyParameter", "read_study"]
 
 Value = float | str
+"""Number in the case's units, or text with a unit."""
 
 
-class Varied(Model):
-    """A parameter: numbers in the case's units, or text with a unit.
+class StudyParameter(Model):
+    """Parameter to identify.
 
     Attributes
     ----------
     path : dotted path of a number of the case
     lower, upper : bounds
-    start : where to begin; the case's own value if absent
+    start : start value; by default the value of the case
     """
 
     path: str
@@ -35,13 +36,13 @@ class Varied(Model):
 
 
 class Prior(Model):
-    """What is known of the ratio of two parameters before any test.
+    """Prior knowledge of the ratio of two parameters.
 
     Attributes
     ----------
-    above, below : paths of the two
+    above, below : paths of numerator and denominator
     lower, upper : bounds of the ratio, in the case's units
-        Its logarithm is taken to have the mean and the standard deviation of one spread evenly between these.
+        Its logarithm has the mean and the standard deviation of a uniform distribution between the bounds.
     """
 
     above: str
@@ -52,7 +53,7 @@ class Prior(Model):
     @model_validator(mode="after")
     def _order(self) -> Self:
         if self.upper <= self.lower:
-            raise ValueError(f"upper = {self.upper:g} must be more than lower = {self.lower:g}")
+            raise ValueError(f"upper = {self.upper:g} must be greater than lower = {self.lower:g}")
         return self
 
 
@@ -62,19 +63,19 @@ class Curve(Model):
     Attributes
     ----------
     name : str
-    data : CSV with displacement and force; half_band or repeat if known
+    data : CSV file with displacement and force, and optionally half_band or repeat
     set : "path=value" texts
-        What the case has of its own in this test.
+        Changes of the case for this test.
     coverage : -
-        Part of tests that lie within the half band: a normal scatter of so much.
+        Probability that a test lies within the half band, for normally distributed scatter.
     alike : m
-        Travel over which scatter is alike; 0: every point has its own.
+        Correlation length of the scatter along the travel; 0: independent points.
     zero : N
-        Standard deviation of the zero of the load cell; 0: not off.
+        Standard deviation of the zero error of the load cell; 0: no zero error.
     drag : N
-        Standard deviation of a force of hysteresis that builds up as the loading begins; 0: there is none.
+        Standard deviation of a hysteresis force that builds up at the beginning of the loading; 0: no drag.
     drag_over : m
-        Travel over which it does.
+        Travel over which the drag builds up.
     """
 
     name: str
@@ -88,18 +89,19 @@ class Curve(Model):
 
 
 class Predict(Model):
-    """What to predict with the calibrated case.
+    """Prediction with the calibrated case.
 
     Attributes
     ----------
     name : str
     set : "path=value" texts
+        Changes of the case for the prediction.
     points : int
-        Evenly over the drive's travel.
+        Number of points, equally spaced over the travel of the drive.
     samples : int
-        Of the Monte Carlo band; 0: the linear one.
+        Number of samples of the Monte Carlo band; 0: linear band.
     zero, drag, drag_over : N, N, m
-        As of a curve: what a test of it would add. The band is then one of what is measured.
+        As in `Curve`. They widen the band to that of a measured force.
     """
 
     name: str
@@ -112,33 +114,33 @@ class Predict(Model):
 
 
 class Study(Model):
-    """A whole study.
+    """Complete study.
 
     Attributes
     ----------
-    case : case file, relative to the study
-    starts : how often to begin, from points drawn within the bounds
+    case : path of the case file, relative to the study
+    starts : number of starts of the search; all but the first are random points within the bounds
     """
 
     title: str = ""
     case: Path
     starts: Annotated[Count, Field(ge=1, le=1000)] = 3
     curve: Annotated[tuple[Curve, ...], Field(min_length=1)]
-    parameter: Annotated[tuple[Varied, ...], Field(min_length=1)]
+    parameter: Annotated[tuple[StudyParameter, ...], Field(min_length=1)]
     prior: tuple[Prior, ...] = ()
     predict: Predict | None = None
 
     @model_validator(mode="after")
     def _named(self) -> Self:
         paths = [one.path for one in self.parameter]
-        for names, what in (([one.name for one in self.curve], "curve"), (paths, "parameter")):
+        for names, section in (([one.name for one in self.curve], "curve"), (paths, "parameter")):
             twice = sorted({name for name in names if names.count(name) > 1})
             if twice:
-                raise ValueError(f"{what} {twice[0]!r} stands twice")
+                raise ValueError(f"{section} {twice[0]!r} is given twice; delete or rename one")
         for prior in self.prior:
             for path in (prior.above, prior.below):
                 if path not in paths:
-                    raise ValueError(f"a prior speaks of {path!r}, which is no [[parameter]]")
+                    raise ValueError(f"a prior names {path!r}, which is not the path of a [[parameter]]")
         return self
 
 
@@ -148,7 +150,7 @@ def read_study(path: Path) -> Study:
     Raises
     ------
     CaseError
-        All its faults.
+        The file has faults; all are listed.
     """
     data = read_toml(path)
     try:
@@ -157,19 +159,19 @@ def read_study(path: Path) -> Study:
         raise CaseError([_fault(detail) for detail in error.errors()], str(path)) from None
 
 
-_KEYS: dict[str, type[Model]] = {"curve": Curve, "parameter": Varied, "prior": Prior, "predict": Predict}
+_SECTIONS: dict[str, type[Model]] = {"curve": Curve, "parameter": StudyParameter, "prior": Prior, "predict": Predict}
 
 
 def _fault(detail: Any) -> Fault:
     where = list(detail["loc"])
     if detail["type"] == "extra_forbidden":
-        model = _KEYS.get(str(where[0]), Study) if len(where) > 1 else Study
+        model = _SECTIONS.get(str(where[0]), Study) if len(where) > 1 else Study
         return Fault(dotted(where), unknown_key(str(where[-1]), list(model.model_fields)))
     if detail["type"] == "missing":
-        return Fault(dotted(where), "missing; it must be given")
+        return Fault(dotted(where), "is missing; add it")
     if detail["type"] == "tuple_type" and where[-1] == "set":
         return Fault(dotted(where), 'must be a list of texts as --set takes them, e.g. ["strip.fold_angle=75 deg"]')
     if detail["type"] == "tuple_type":
-        return Fault(dotted(where), f"must be a list of sections; write its name in two brackets, [[{where[-1]}]]")
+        return Fault(dotted(where), f"must be a list of sections; write its name in double brackets, [[{where[-1]}]]")
     message = str(detail["msg"]).removeprefix("Value error, ")
     return Fault(dotted(where), message[:1].lower() + message[1:])

@@ -9,10 +9,10 @@ import pytest
 
 from fsm.calibrate.band import linear_band, sampled_band
 from fsm.calibrate.data import Table
-from fsm.calibrate.force import measured_curve
-from fsm.calibrate.identify import Measured, Parameter, Prior, identify
+from fsm.calibrate.force import force_test
+from fsm.calibrate.identify import ForceTest, Parameter, Prior, identify
 from fsm.calibrate.parameters import with_values
-from fsm.calibrate.respond import respond
+from fsm.calibrate.response import force_response
 from fsm.calibrate.study import Curve
 from fsm.calibrate.uncertainty import Estimate
 from fsm.errors import CaseError
@@ -38,15 +38,15 @@ def curve(name: str, points: int = 10) -> tuple[Case, np.ndarray, np.ndarray]:
     direction, travel = LOADINGS[name]
     case = squares(direction, travel)
     at = np.linspace(0.0, travel, points + 1)[1:]
-    return case, at, respond(case, at).force
+    return case, at, force_response(case, at).force
 
 
-def repeated(name: str, noise: float, generator: np.random.Generator, repeats: int = 5) -> Measured:
+def repeated(name: str, noise: float, generator: np.random.Generator, repeats: int = 5) -> ForceTest:
     case, at, force = KNOWN[name]
     tests = force * (1.0 + noise * generator.normal(size=(repeats, len(at))))
     numbers = np.repeat(np.arange(1.0, repeats + 1), len(at))
     columns = {"displacement": np.tile(at, repeats), "force": tests.ravel(), "repeat": numbers}
-    return measured_curve(Curve(name=name, data="none"), case, Table(columns, np.arange(tests.size) + 2, name))
+    return force_test(Curve(name=name, data="none"), case, Table(columns, np.arange(tests.size) + 2, name))
 
 
 KNOWN: dict[str, tuple[Case, np.ndarray, np.ndarray]] = {}
@@ -57,9 +57,9 @@ def _known() -> None:
     KNOWN.update({name: curve(name) for name in LOADINGS})
 
 
-def exact(name: str, **changes: object) -> Measured:
+def exact(name: str, **changes: object) -> ForceTest:
     case, at, force = KNOWN[name]
-    return replace(Measured(name, case, at, force, np.full(len(at), 0.01)), **changes)  # type: ignore[arg-type]
+    return replace(ForceTest(name, case, at, force, np.full(len(at), 0.01)), **changes)  # type: ignore[arg-type]
 
 
 def test_exact_curves_give_back_the_parameters() -> None:
@@ -81,9 +81,9 @@ def test_zero_and_drag_are_told_from_stiffness() -> None:
 
 def test_scatter_that_is_alike_counts_for_less() -> None:
     independent = identify([exact("tension"), exact("shear")], PARAMETERS)
-    alike = identify([exact("tension", alike=5e-4), exact("shear", alike=1.5e-3)], PARAMETERS)
+    alike = identify([exact("tension", correlation_length=5e-4), exact("shear", correlation_length=1.5e-3)], PARAMETERS)
     assert np.all(alike.estimate.standard_error[1:] > 0.0)
-    test = exact("tension", alike=2e-4)
+    test = exact("tension", correlation_length=2e-4)
     white = test.whitened(np.eye(10))
     apart = np.abs(test.travel[:, None] - test.travel)
     np.testing.assert_allclose(np.linalg.inv(white.T @ white), 1e-4 * np.exp(-apart / 2e-4), rtol=1e-9)
@@ -92,9 +92,9 @@ def test_scatter_that_is_alike_counts_for_less() -> None:
 
 def test_what_cannot_be_told_apart_is_told_of() -> None:
     case, at, force = KNOWN["compression"]
-    short = Measured("compression", case, at[:3], force[:3], np.full(3, 0.02))
+    short = ForceTest("compression", case, at[:3], force[:3], np.full(3, 0.02))
     found = identify([short], PARAMETERS)
-    assert any("apart" in text or "hardly know" in text for text in found.warnings)
+    assert any("identifiable" in text for text in found.warnings)
     prior = Prior("lattice.shear", "lattice.rotational", TRUTH["lattice.shear"] / TRUTH["lattice.rotational"], 1e-3)
     known = identify([short], PARAMETERS, [prior])
     ratio = known.estimate.values[1] / known.estimate.values[2]
@@ -119,7 +119,7 @@ def test_bands_agree_where_the_case_is_nearly_linear() -> None:
     case, at, _ = KNOWN["shear"]
     values = np.array(list(TRUTH.values()))
     estimate = Estimate(tuple(TRUTH), values, np.diag((0.02 * values) ** 2))
-    response = respond(case, at, list(TRUTH))
+    response = force_response(case, at, list(TRUTH))
     linear = linear_band(response, estimate)
     drawn = sampled_band(case, response, estimate, samples=300, seed=1, workers=2)
     again = sampled_band(case, response, estimate, samples=300, seed=1, workers=1)
@@ -128,7 +128,7 @@ def test_bands_agree_where_the_case_is_nearly_linear() -> None:
     half = linear.high - linear.force
     np.testing.assert_allclose(drawn.high - drawn.low, 2.0 * half, rtol=0.25)
     assert abs(drawn.peak[2] - drawn.peak[1] - (linear.peak[2] - linear.peak[1])) < 0.25 * (linear.peak[2] - linear.peak[1])
-    forces = respond(with_values(case, {"lattice.shear": 1.02 * TRUTH["lattice.shear"]}), at).force
+    forces = force_response(with_values(case, {"lattice.shear": 1.02 * TRUTH["lattice.shear"]}), at).force
     assert np.all(forces <= linear.high) and np.all(forces >= linear.low)
 
 

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fsm.calibrate.force import identification_of
+from fsm.calibrate.force import read_tests
 from fsm.calibrate.identify import identify
 from fsm.calibrate.parameters import with_values
-from fsm.calibrate.respond import respond
+from fsm.calibrate.response import force_response
 from fsm.calibrate.study import read_study
 from fsm.scene.load_case import load_case
 from validation.rotating_squares.check import REFERENCE
@@ -24,14 +24,14 @@ def test_forces_are_those_of_another_program(name: str) -> None:
     direction, travel, force = REFERENCE[name]
     changes = [f"drive.0.direction={list(direction)}", f"drive.0.travel={travel[-1]}"]
     case = with_values(load_case(FOLDER / "case.toml", changes).case, STIFFNESS)
-    np.testing.assert_allclose(respond(case, 1e-3 * np.array(travel)).force, force, rtol=1e-7)
+    np.testing.assert_allclose(force_response(case, 1e-3 * np.array(travel)).force, force, rtol=1e-7)
 
 
 def test_shear_to_either_side_is_the_same() -> None:
     ends = []
     for x in (1, -1):
         case = load_case(FOLDER / "case.toml", [f"drive.0.direction=[{x}, 0, 0]", "drive.0.travel=3.75"]).case
-        ends.append(respond(with_values(case, STIFFNESS), np.array([3.75e-3])).force[0])
+        ends.append(force_response(with_values(case, STIFFNESS), np.array([3.75e-3])).force[0])
     # four columns are their own mirror image only together with a turn of all squares: not quite the same
     assert ends[0] == pytest.approx(ends[1], rel=2e-3)
 
@@ -39,7 +39,7 @@ def test_shear_to_either_side_is_the_same() -> None:
 def test_the_fit_lies_in_the_band_of_both_tests_and_the_prediction_kept_is_that_of_the_fit() -> None:
     path = FOLDER / "calibration.toml"
     study = read_study(path)
-    tests, parameters, priors = identification_of(study, path)
+    tests, parameters, priors = read_tests(study, path)
     found = identify(tests, parameters, priors)
     for test, response, added in zip(tests, found.responses, found.added, strict=True):
         half_band = test.deviation  # the band is one standard deviation each way in this study
@@ -50,6 +50,6 @@ def test_the_fit_lies_in_the_band_of_both_tests_and_the_prediction_kept_is_that_
     kept = np.genfromtxt(ROOT / "validation" / "rotating_squares" / "shear_prediction.csv", delimiter=",", names=True)
     assert kept.dtype.names == ("displacement_mm", "force_N", "low_N", "high_N")
     assert kept["displacement_mm"][[0, -1]].tolist() == [0.0, 3.75]
-    force = respond(case, 1e-3 * kept["displacement_mm"]).force
+    force = force_response(case, 1e-3 * kept["displacement_mm"]).force
     np.testing.assert_allclose(kept["force_N"], force, rtol=1e-4, atol=1e-6)
     assert np.all(kept["low_N"][1:] < kept["force_N"][1:]) and np.all(kept["force_N"][1:] < kept["high_N"][1:])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fsm.calibrate.parameters import value_at, with_values
-from fsm.calibrate.respond import Response, peak_of, peak_response, respond
+from fsm.calibrate.response import Response, force_response, peak_of, peak_response
 from fsm.errors import CaseError
 from fsm.scene.case import Case
 
@@ -39,7 +39,7 @@ def differences(case: Case, travel: np.ndarray, path: str, part: float) -> tuple
     """d(peak)/d(log p) and d(force)/d(log p), central differences of two sizes and Richardson's step."""
     value, peaks, forces = value_at(case, path), [], []
     for size in (part, 0.5 * part):
-        ends = [respond(with_values(case, {path: value * (1.0 + sign * size)}), travel) for sign in (1.0, -1.0)]
+        ends = [force_response(with_values(case, {path: value * (1.0 + sign * size)}), travel) for sign in (1.0, -1.0)]
         peaks.append((peak_of(ends[0]).force - peak_of(ends[1]).force) / (2.0 * size))
         forces.append((ends[0].force - ends[1].force) / (2.0 * size))
     return (4.0 * peaks[1] - peaks[0]) / 3.0, (4.0 * forces[1] - forces[0]) / 3.0
@@ -51,7 +51,7 @@ def test_curve_of_a_lattice(damping: float) -> None:
     paths = [f"lattice.{name}" for name in ("axial", "shear", "rotational", "angle", "hinge_length", "spacing")]
     paths += ["lattice.damping"] if damping else []
     case = case.model_copy(update={"solve": case.solve.model_copy(update={"max_step": 0.25})})
-    found = respond(case, travel, paths)
+    found = force_response(case, travel, paths)
     assert found.jacobian is not None
     for column, path in zip(found.jacobian.T, paths, strict=True):
         _, wanted = differences(case, travel, path, 1e-3)
@@ -64,10 +64,10 @@ def test_curve_of_a_lattice(damping: float) -> None:
 def test_adjoint_is_forward() -> None:
     case, travel = squares(), np.linspace(1e-4, 1e-3, 4)
     paths = ["lattice.axial", "lattice.shear", "lattice.angle"]
-    forward, adjoint = (respond(case, travel, paths, way).jacobian for way in ("forward", "adjoint"))
+    forward, adjoint = (force_response(case, travel, paths, way).jacobian for way in ("forward", "adjoint"))
     np.testing.assert_allclose(adjoint, forward, rtol=1e-9, atol=1e-12 * np.abs(forward).max())
-    with pytest.raises(CaseError, match="carry the past"):
-        respond(squares(damping=0.1), travel, paths, "adjoint")
+    with pytest.raises(CaseError, match="depend on the previous state"):
+        force_response(squares(damping=0.1), travel, paths, "adjoint")
 
 
 def test_gradient_of_the_peak_of_a_strip_with_contact() -> None:
@@ -85,7 +85,7 @@ def test_gradient_of_the_peak_of_a_strip_with_contact() -> None:
 def test_rates_are_carried_along() -> None:
     case = strip(damping=0.1)
     peak = peak_response(case, TRAVEL, ["material.young", "material.damping"])
-    whole = peak_of(respond(case, TRAVEL, ["material.young", "material.damping"]))
+    whole = peak_of(force_response(case, TRAVEL, ["material.young", "material.damping"]))
     assert peak.gradient is not None and whole.gradient is not None
     # begun a few states before the peak: what is forgotten is 1e-10 of the largest derivative, which is not that by damping
     np.testing.assert_allclose(peak.gradient, whole.gradient, rtol=1e-6)
@@ -110,13 +110,13 @@ def test_an_end_is_a_peak_without_neighbours() -> None:
 
 
 def test_travels_out_of_range_and_other_methods_are_refused() -> None:
-    with pytest.raises(CaseError, match="at most 1 mm"):
-        respond(squares(), np.array([1e-4, 2e-3]))
+    with pytest.raises(CaseError, match="the drive ends at 1 mm"):
+        force_response(squares(), np.array([1e-4, 2e-3]))
     dynamic = squares().model_copy(update={"solve": squares().solve.model_copy(update={"method": "Radau"})})
-    with pytest.raises(CaseError, match="statics"):
-        respond(dynamic, np.array([1e-4]))
+    with pytest.raises(CaseError, match="quasi-static"):
+        force_response(dynamic, np.array([1e-4]))
     crease = {"law": "spline", "angle": [-1.0, 0.0, 3.0], "moment": [-0.01, 0.0, 0.03], "unloading": [-0.01, -0.002, 0.03]}
-    with pytest.raises(CaseError, match="remember their way"):
-        respond(Case.model_validate({**STRIP, "crease": crease}), TRAVEL, ["crease.scale"])
+    with pytest.raises(CaseError, match="because of their memory"):
+        force_response(Case.model_validate({**STRIP, "crease": crease}), TRAVEL, ["crease.scale"])
     with pytest.raises(CaseError, match="no force to compare"):
-        respond(squares().model_copy(update={"drive": ()}), np.array([1e-4]))
+        force_response(squares().model_copy(update={"drive": ()}), np.array([1e-4]))

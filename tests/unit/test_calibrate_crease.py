@@ -13,7 +13,7 @@ from click.testing import CliRunner, Result
 
 from fsm.calibrate.crease import calibrate_crease
 from fsm.calibrate.report import Options
-from fsm.calibrate.smoothing import fit_curve, gathered
+from fsm.calibrate.smoothing import bin_points, fit_curve
 from fsm.cli import cli
 from fsm.errors import CaseError
 from fsm.scene.crease_family import CreaseFamily, FamilyCurve, family_curve, read_family, write_family
@@ -129,9 +129,9 @@ def test_a_monotone_curve_never_turns() -> None:
 
 
 def test_points_of_one_abscissa_are_gathered() -> None:
-    x, y, count = gathered(np.array([1.0, 0.0, 1.0, 2.0]), np.array([2.0, 0.0, 4.0, 5.0]), None)
+    x, y, count = bin_points(np.array([1.0, 0.0, 1.0, 2.0]), np.array([2.0, 0.0, 4.0, 5.0]), None)
     np.testing.assert_array_equal([x, y, count], [[0, 1, 2], [0, 3, 5], [1, 2, 1]])
-    x, y, count = gathered(np.repeat(np.arange(1000.0), 3), np.zeros(3000), 200)
+    x, y, count = bin_points(np.repeat(np.arange(1000.0), 3), np.zeros(3000), 200)
     assert len(x) <= 200
     assert count.sum() == 3000
     assert np.all(np.diff(x) > 0)
@@ -253,9 +253,9 @@ def test_outliers_are_told_of_and_left_out_on_demand(tmp_path: Path) -> None:
     file = tmp_path / "test.csv"
     file.write_text("angle [deg], moment [N mm]\n" + "".join(f"{a}, {m}\n" for a, m in zip(ANGLE, moment, strict=True)))
     kept = calibrate_crease(file, Options())
-    assert any("row 14: outlier" in text and "used all the same" in text for text in kept.warnings)
+    assert any("row 14: outlier" in text and "used; --without-flagged excludes it" in text for text in kept.warnings)
     left = calibrate_crease(file, Options(without_flagged=True))
-    assert any("row 14: outlier" in text and "(left out)" in text for text in left.warnings)
+    assert any("row 14: outlier" in text and "(excluded)" in text for text in left.warnings)
     off = [c.numbers["curves"][0]["loading"]["scatter_Nm"] for c in (kept, left)]
     assert off[1] < 0.1 * off[0]
 
@@ -271,7 +271,7 @@ def test_a_folder_of_files_is_one_family(tmp_path: Path) -> None:
     found = calibrate_crease(tmp_path, Options())
     assert [(curve["opening"], curve["tests"]) for curve in found.numbers["curves"]] == [(1.0, 3), (2.0, 3)]
     (tmp_path / "opening1-0.toml").unlink()
-    with pytest.raises(CaseError, match=r"opening1-0.csv: does not state `opening`, which the other files do"):
+    with pytest.raises(CaseError, match=r"opening1-0.csv: has no column `opening`, but other files have it"):
         calibrate_crease(tmp_path, Options())
 
 
@@ -328,7 +328,7 @@ def test_signs_and_branches_that_cannot_be_are_told_of(tmp_path: Path) -> None:
     both = zip([*ANGLE, *ANGLE[-2::-1]], [*unloading, *loading[-2::-1]], strict=True)
     file.write_text("angle [deg], moment [N mm]\n" + "".join(f"{a}, {m}\n" for a, m in both))
     (text,) = calibrate_crease(file, Options()).warnings
-    assert "unloading lies above loading" in text and "they look exchanged" in text
+    assert "unloading lies above loading" in text and "the branches look exchanged" in text
     file.write_text("angle [deg], moment [N mm]\n" + "".join(f"{a}, {-m}\n" for a, m in zip(ANGLE, loading, strict=True)))
     (text,) = calibrate_crease(file, Options()).warnings
     assert "the moment falls as the angle grows" in text

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fsm.calibrate.branches import sweeps_of
+from fsm.calibrate.branches import split_sweeps
 from fsm.calibrate.data import Table, read_table
 from fsm.errors import CaseError
 
@@ -69,20 +69,20 @@ FAULTS = {
     "wrong unit": ("angle [N], moment [N mm]\n0, 0\n", "", 'column angle: "1 N" has the wrong unit'),
     "unknown unit": ("angle [dge], moment [N mm]\n0, 0\n", "", "unknown unit 'dge'; did you mean `deg`"),
     "misspelt": ("angle [deg], momen [N mm]\n0, 0\n", "", "row 1: no column moment .* is it `momen`"),
-    "twice": ("angle [deg], angle [rad], moment [N m]\n0, 0, 0\n", "", "column angle stands twice"),
+    "twice": ("angle [deg], angle [rad], moment [N m]\n0, 0, 0\n", "", "column angle is given twice"),
     "nan": ("angle [deg], moment [N mm]\n0, 0\n5, nan\n", "", 'row 3: moment is "nan", not a finite number'),
     "infinite": ("angle [deg], moment [N mm]\n0, 0\n5, inf\n", "", 'row 3: moment is "inf", not a finite number'),
     "empty cell": ("angle [deg], moment [N mm]\n0, 0\n5,\n", "", "row 3: moment is empty; fill it in or delete"),
     "unit in a cell": ("angle [deg], moment [N mm]\n0, 0\n0.1 rad, 1\n", "", 'row 3: angle is "0.1 rad"; a column has one'),
-    "too many": ("angle [deg], moment [N mm]\n0, 0, 3\n", "", "row 2: has 3 values; 2 are wanted"),
+    "too many": ("angle [deg], moment [N mm]\n0, 0, 3\n", "", "row 2: has 3 values, but there are 2 columns"),
     "no rows": ("angle [deg], moment [N mm]\n", "", "has headings but no rows"),
     "no headings": ("0, 0\n1, 1\n", "", "row 1: no headings; write `angle \\[deg\\], moment \\[N mm\\]` above"),
-    "headings without a name": ("@ @\n0 0\n", "", "row 1: no headings; columns are wanted: angle, moment"),
+    "headings without a name": ("@ @\n0 0\n", "", "row 1: no headings; required columns: angle, moment"),
     "empty headings": ('"", ""\n0, 0\n', "", "row 1: no headings; write `angle"),
     "empty headings, named beside": ('"", ""\n0, 0\n', 'columns = ["angle", "moment"]\n', "row 1: has 0 values, but"),
     "unnamed columns": ("0, 0, 1\n", 'columns = ["angle", "moment"]\n', "has 3 values, but `columns` in test.toml names 2"),
     "bad word": ("angle [deg], moment [N mm], branch\n0, 0, up\n", "", 'branch is "up"; write loading or unloading'),
-    "empty": ("# nothing\n", "", "is empty; columns are wanted: angle, moment"),
+    "empty": ("# nothing\n", "", "is empty; required columns: angle, moment"),
     "unknown key": ("angle [deg], moment [N mm]\n0, 0\n", "unit = 1\n", "unit: unknown key; did you mean `units`"),
     "no unit beside": ("angle [deg], moment [N mm]\n0, 0\n", "values = { press_time = 3 }\n", "3 has no unit; .*\"3 s\""),
     "wrong unit beside": ("angle [deg], moment [N mm]\n0, 0\n", 'units = { angle = "N" }\n', "units.angle: .* wrong unit"),
@@ -128,7 +128,7 @@ def table_of(**columns: np.ndarray) -> Table:
 
 def test_one_way_is_one_curve_whichever_way_it_was_measured() -> None:
     for angle in (UP, UP[::-1]):
-        (sweep,) = sweeps_of(table_of(angle=angle, moment=angle))
+        (sweep,) = split_sweeps(table_of(angle=angle, moment=angle))
         assert len(sweep.loading) == len(UP)
         assert not len(sweep.unloading)
 
@@ -136,14 +136,14 @@ def test_one_way_is_one_curve_whichever_way_it_was_measured() -> None:
 def test_a_loop_is_taken_apart_where_the_angle_turns() -> None:
     angle = np.concatenate([UP, UP[-2::-1]])
     jitter = 0.2 * np.random.default_rng(1).uniform(-1, 1, len(angle))
-    (sweep,) = sweeps_of(table_of(angle=angle + jitter, moment=angle))
+    (sweep,) = split_sweeps(table_of(angle=angle + jitter, moment=angle))
     assert sweep.loading.tolist() == list(range(19))
     assert sweep.unloading.tolist() == list(range(18, 37))
 
 
 def test_a_loop_that_begins_with_closing() -> None:
     angle = np.concatenate([UP[::-1], UP[1:]])
-    (sweep,) = sweeps_of(table_of(angle=angle, moment=angle))
+    (sweep,) = split_sweeps(table_of(angle=angle, moment=angle))
     assert sweep.unloading.tolist() == list(range(19))
     assert sweep.loading.tolist() == list(range(18, 37))
 
@@ -151,9 +151,9 @@ def test_a_loop_that_begins_with_closing() -> None:
 def test_cycles_are_numbered_or_refused() -> None:
     loop = np.concatenate([UP, UP[-2::-1]])
     angle, opening = np.concatenate([loop, loop]), np.repeat([1, 2], len(loop))
-    with pytest.raises(CaseError, match=r"row 38: the angle turns round 3 times .*no column says .*`opening`.*`repeat`"):
-        sweeps_of(table_of(angle=angle, moment=angle))
-    first, second = sweeps_of(table_of(angle=angle, moment=angle, opening=opening))
+    with pytest.raises(CaseError, match=r"row 38: the angle reverses 3 times .*no column identifies .*`opening`.*`repeat`"):
+        split_sweeps(table_of(angle=angle, moment=angle))
+    first, second = split_sweeps(table_of(angle=angle, moment=angle, opening=opening))
     assert (first.opening, second.opening) == (1, 2)
     assert second.loading[0] == len(loop)
 
@@ -162,12 +162,12 @@ def test_outliers_and_spikes_are_flagged_and_nothing_else() -> None:
     rng = np.random.default_rng(3)
     angle = np.concatenate([np.linspace(0, 90, 60), np.linspace(90, 0, 60)[1:]])
     moment = np.sin(np.radians(angle)) + 0.005 * rng.normal(size=len(angle))
-    assert not sweeps_of(table_of(angle=angle, moment=moment))[0].flags
+    assert not split_sweeps(table_of(angle=angle, moment=moment))[0].flags
     moment[20] += 0.2
     moment[61] -= 0.3  # two rows after the turn
-    (sweep,) = sweeps_of(table_of(angle=angle, moment=moment))
+    (sweep,) = split_sweeps(table_of(angle=angle, moment=moment))
     assert [(flag.row, flag.kind) for flag in sweep.flags] == [(22, "outlier"), (63, "reversal spike")]
     back = angle.copy()
     back[30] -= 3.0
-    (sweep,) = sweeps_of(table_of(angle=back, moment=np.sin(np.radians(back))))
+    (sweep,) = split_sweeps(table_of(angle=back, moment=np.sin(np.radians(back))))
     assert [(flag.row, flag.kind) for flag in sweep.flags] == [(32, "reversal")]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm, t
 
-from fsm.calibrate.discrepancy import Rows, Spread, spread_of
+from fsm.calibrate.discrepancy import LinearisedTest, ParameterSpread, parameter_spread
 
 TRUE = np.array([1.0, 0.5])
 TRAVEL = np.linspace(0.05, 1.0, 20)
@@ -15,7 +15,7 @@ JACOBIANS = [np.column_stack([TRAVEL, (1.0 + k) * TRAVEL**3]) for k in range(2)]
 
 def study(
     generator: np.random.Generator, repeats: int, wrong: float, noise: float
-) -> tuple[np.ndarray, Spread, list[np.ndarray]]:
+) -> tuple[np.ndarray, ParameterSpread, list[np.ndarray]]:
     """Parameters, their spread, and the true curves of a study of two tests.
 
     Repeats differ as wholes: by a factor (1.5 %), by a smooth curve (.01), and by noise from point to point. `wrong` is the
@@ -33,10 +33,12 @@ def study(
     found = gain @ np.concatenate([values.mean(axis=0) for values in tests])
     count = len(TRAVEL)
     rows = [
-        Rows(TRAVEL, values.mean(axis=0) - jacobian @ found, jacobian, gain[:, k * count : (k + 1) * count], values, None)
+        LinearisedTest(
+            TRAVEL, values.mean(axis=0) - jacobian @ found, jacobian, gain[:, k * count : (k + 1) * count], values, None
+        )
         for k, (values, jacobian) in enumerate(zip(tests, JACOBIANS, strict=True))
     ]
-    return found, spread_of(rows, np.zeros((2, 2))), truth
+    return found, parameter_spread(rows, np.zeros((2, 2))), truth
 
 
 @pytest.mark.parametrize("repeats", [2, 3, 6])
@@ -69,7 +71,7 @@ def test_independent_scatter_gives_the_classical_covariance() -> None:
     values = jacobian @ TRUE + noise * generator.normal(size=(repeats, len(TRAVEL)))
     gain = np.linalg.pinv(jacobian)
     exact = jacobian @ TRUE
-    spread = spread_of([Rows(TRAVEL, exact - exact, jacobian, gain, values, None)], np.zeros((2, 2)))
+    spread = parameter_spread([LinearisedTest(TRAVEL, exact - exact, jacobian, gain, values, None)], np.zeros((2, 2)))
     classical = noise**2 / repeats * np.linalg.inv(jacobian.T @ jacobian)
     np.testing.assert_allclose(spread.covariance, classical, rtol=0.15)
     assert spread.discrepancy == pytest.approx([0.0])
@@ -79,13 +81,15 @@ def test_scatter_that_is_said_and_none_at_all() -> None:
     """A half band gives the covariance that it says; without one the residuals give it."""
     jacobian, noise = JACOBIANS[0], 0.03
     gain, nothing = np.linalg.pinv(jacobian), np.zeros((0, 0))
-    said = spread_of([Rows(TRAVEL, np.zeros(20), jacobian, gain, nothing, noise**2 * np.eye(20))], np.zeros((2, 2)))
+    test = LinearisedTest(TRAVEL, np.zeros(20), jacobian, gain, nothing, noise**2 * np.eye(20))
+    said = parameter_spread([test], np.zeros((2, 2)))
     np.testing.assert_allclose(said.covariance, noise**2 * np.linalg.inv(jacobian.T @ jacobian), rtol=1e-9)
     assert said.freedom == np.inf
     variances = []
     for seed in range(200):
         force = noise * np.random.default_rng(seed).normal(size=20)
         residual = force - jacobian @ (gain @ force)
-        variances.append(spread_of([Rows(TRAVEL, residual, jacobian, gain, nothing, None)], np.zeros((2, 2))).covariance)
+        test = LinearisedTest(TRAVEL, residual, jacobian, gain, nothing, None)
+        variances.append(parameter_spread([test], np.zeros((2, 2))).covariance)
     ratio = np.mean(variances, axis=0) / said.covariance
     assert np.all((ratio > 0.7) & (ratio < 2.5)), ratio

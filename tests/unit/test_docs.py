@@ -269,7 +269,7 @@ def test_the_measured_hinge_is_calibrated_as_it_ships(tmp_path: Path) -> None:
     assert ours.angle == pytest.approx(ships.angle)
     assert ours.loading == pytest.approx(ships.loading, abs=1e-9)
     crease = load_case(folder / "case.toml").case.crease
-    free = next(quantity for quantity in found.quantities if quantity.name.endswith("free of moment at"))
+    free = next(quantity for quantity in found.quantities if quantity.name.endswith("zero moment at"))
     assert isinstance(crease, SplineCrease)
     assert crease.rest_angle == pytest.approx(math.radians(160.0) + free.value, abs=1e-3)
     assert crease.moment == pytest.approx(ships.loading)

@@ -10,9 +10,9 @@ import pytest
 from click.testing import CliRunner
 
 from fsm.calibrate.data import read_table
-from fsm.calibrate.force import QUANTITIES, identification_of, measured_curve
+from fsm.calibrate.force import QUANTITIES, force_test, read_tests
 from fsm.calibrate.parameters import unit_of
-from fsm.calibrate.respond import respond
+from fsm.calibrate.response import force_response
 from fsm.calibrate.study import Curve, read_study
 from fsm.cli import cli
 from fsm.scene.load_case import load_case
@@ -73,7 +73,7 @@ def study(tmp_path: Path) -> Path:
     (tmp_path / "case.toml").write_text(CASE)
     (tmp_path / "study.toml").write_text(STUDY)
     travel = np.linspace(0.0, 0.4, 9)
-    force = respond(load_case(tmp_path / "case.toml").case, 1e-3 * travel).force
+    force = force_response(load_case(tmp_path / "case.toml").case, 1e-3 * travel).force
     rows = np.column_stack([travel, force, np.full(9, 0.005)])
     np.savetxt(tmp_path / "pull.csv", rows, delimiter=",", header="displacement [mm],force [N],half_band [N]", comments="")
     return tmp_path / "study.toml"
@@ -104,7 +104,7 @@ def test_numbers_plots_and_prediction_are_written(study: Path) -> None:
 
 
 def test_units_of_the_case_hold_in_the_study(study: Path) -> None:
-    tests, parameters, priors = identification_of(read_study(study), study)
+    tests, parameters, priors = read_tests(read_study(study), study)
     assert [(one.lower, one.upper, one.start) for one in parameters] == [(1e4, 2e5, 6e4), (100.0, 1e4, 1500.0)]
     assert priors[0].median == pytest.approx(0.0375)
     assert priors[0].deviation == pytest.approx(np.log(100.0) / np.sqrt(12.0))
@@ -136,7 +136,7 @@ def test_what_the_data_know_nothing_of_is_told(study: Path) -> None:
     study.write_text(text)
     code, told, out = run(study)
     assert code == 0, told
-    assert "the data hardly know lattice.density" in told
+    assert "lattice.density is poorly identifiable" in told
     (row,) = [line for line in told.splitlines() if line.startswith("lattice.density")]
     assert row.split()[2] == "kg/m^3" and row.endswith("0 to inf")
     found = {one["name"]: one for one in json.loads((out / "calibration.json").read_text())["quantities"]}
@@ -148,17 +148,17 @@ def test_what_the_data_know_nothing_of_is_told(study: Path) -> None:
     [
         ("starts = 1", "start = 1", "start: unknown key; did you mean `starts`?"),
         ("zero =", "zeros =", "curve.0.zeros: unknown key; did you mean `zero`?"),
-        ('name = "pull"', "", "curve.0.name: missing"),
+        ('name = "pull"', "", "curve.0.name: is missing"),
         ("lower = 10\n", 'lower = "10 N"\n', 'parameter.0.lower: "10 N" has the wrong unit'),
         ("lower = 10\n", "lower = 500\n", "parameter.0: lower = 500.0 is not below"),
         ('"lattice.axial"', '"lattice.axil"', "no number there"),
         ('"lattice.axial"', '"lattice.rows"', "whole number"),
-        ('above = "lattice.shear"', 'above = "lattice.angle"', "'lattice.angle', which is no [[parameter]]"),
-        ("upper = 0.375", "upper = 1e-4", "must be more than lower"),
+        ('above = "lattice.shear"', 'above = "lattice.angle"', "'lattice.angle', which is not the path of a [[parameter]]"),
+        ("upper = 0.375", "upper = 1e-4", "must be greater than lower"),
         ('data = "pull.csv"', 'data = "push.csv"', "push.csv"),
         ('case = "case.toml"', 'case = "cast.toml"', "cast.toml"),
         ("points = 5\n", 'set = { "lattice.axial" = 20 }\n', "predict.set: must be a list of texts as --set takes them"),
-        ("[[prior]]", "[prior]", "prior: must be a list of sections; write its name in two brackets, [[prior]]"),
+        ("[[prior]]", "[prior]", "prior: must be a list of sections; write its name in double brackets, [[prior]]"),
     ],
 )
 def test_faults_name_the_place_and_write_nothing(study: Path, old: str, new: str, said: str) -> None:
@@ -174,17 +174,17 @@ def test_faults_name_the_place_and_write_nothing(study: Path, old: str, new: str
 @pytest.mark.parametrize(
     ("rows", "said"),
     [
-        ("displacement [mm],force [N]\n0.1,1\n", "give at least two"),
+        ("displacement [mm],force [N]\n0.1,1\n", "has 1 row; a curve needs at least 2"),
         ("displacement [mm],force [N]\n0.1,1\n0.1,2\n", "row 3: the displacement does not increase"),
         ("displacement [mm],force [N]\n0.1,1\n0.3,2\n0.2,3\n", "row 4: the displacement does not increase"),
-        ("displacement [mm],force [N],half_band [N]\n0.1,1,0.1\n0.2,2,0\n", "row 3: the half band is 0 N"),
-        ("displacement [mm],force [N],repeat\n0.1,1,1\n0.2,2,1\n", "one repeat only"),
-        ("displacement [mm],force [N],repeat\n0.1,1,1\n0.2,2,1\n0.1,1,2\n0.3,2,2\n", "same displacements"),
+        ("displacement [mm],force [N],half_band [N]\n0.1,1,0.1\n0.2,2,0\n", "row 3: half_band is 0 N"),
+        ("displacement [mm],force [N],repeat\n0.1,1,1\n0.2,2,1\n", "`repeat` has a single number"),
+        ("displacement [mm],force [N],repeat\n0.1,1,1\n0.2,2,1\n0.1,1,2\n0.3,2,2\n", "have different displacements"),
         ("displacement [mm],force [N],repeat\n0.1,1,1\n0.2,2,1\n0.1,1,2\n0.2,2,2\n", "do not differ"),
-        ("displacement [mm],force [N]\n0.1,1\n0.9,2\n", "travels must increase from 0 to at most 0.4 mm"),
+        ("displacement [mm],force [N]\n0.1,1\n0.9,2\n", "the drive ends at 0.4 mm"),
         ("displacement [mm],force [N]\n0.1,1\n0.2,nan\n", "row 3"),
         ("displacement [mm],force [mm]\n0.1,1\n0.2,1\n", "force"),
-        ("displacement [mm],force [N]\n" + "".join(f"{1e-4 * k},1\n" for k in range(3000)), "give 2000 at most"),
+        ("displacement [mm],force [N]\n" + "".join(f"{1e-4 * k},1\n" for k in range(3000)), "at most 2000 are"),
     ],
 )
 def test_bad_data_are_refused_and_nothing_is_written(study: Path, rows: str, said: str) -> None:
@@ -204,7 +204,7 @@ def test_weights_follow_the_scatter_of_repeats(study: Path, tmp_path: Path) -> N
     ]  # fmt: skip
     (tmp_path / "many.csv").write_text("displacement [mm],force [N],repeat\n" + "\n".join(rows))
     table = read_table(tmp_path / "many.csv", QUANTITIES, ("displacement", "force"))
-    test = measured_curve(Curve(name="many", data=Path("many.csv")), load_case(tmp_path / "case.toml").case, table)
+    test = force_test(Curve(name="many", data=Path("many.csv")), load_case(tmp_path / "case.toml").case, table)
     wanted = np.sqrt((0.005**2 + (0.02 * force) ** 2) / 40)
     # the constant part is known from the few points where it counts, to some 10 % at one standard deviation
     np.testing.assert_allclose(test.deviation, wanted, rtol=0.3)

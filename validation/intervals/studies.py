@@ -18,12 +18,12 @@ from pathlib import Path
 
 import numpy as np
 
-from fsm.calibrate.band import linear_band, widened
+from fsm.calibrate.band import linear_band, widen_band
 from fsm.calibrate.data import Table
-from fsm.calibrate.force import measured_curve, misfit_part
-from fsm.calibrate.identify import Measured, Parameter, identify
+from fsm.calibrate.force import force_test, relative_misfit
+from fsm.calibrate.identify import ForceTest, Parameter, identify
 from fsm.calibrate.parameters import with_values
-from fsm.calibrate.respond import respond
+from fsm.calibrate.response import force_response
 from fsm.calibrate.study import Curve
 from fsm.calibrate.uncertainty import Estimate
 from fsm.pool import run_jobs
@@ -80,9 +80,9 @@ def study(seed: tuple[int, int]) -> Covered:
     scale = "crease.scale" if wrong else "crease.stiffness"
     size = 1.0 if wrong else CREASE
     paths = ["material.young", scale]
-    tests: list[Measured] = []
+    tests: list[ForceTest] = []
     for angle in TESTED:
-        truth = respond(strip(angle, crease), at, paths)
+        truth = force_response(strip(angle, crease), at, paths)
         assert truth.jacobian is not None
         peak = float(np.abs(truth.force).max())
         repeats = int(generator.integers(3, 7))
@@ -93,7 +93,7 @@ def study(seed: tuple[int, int]) -> Covered:
         numbers = np.repeat(np.arange(1.0, repeats + 1), len(at))
         columns = {"displacement": np.tile(at, repeats), "force": curves.ravel(), "repeat": numbers}
         table = Table(columns, np.arange(curves.size) + 2, angle)
-        tests.append(measured_curve(Curve(name=angle, data=Path("none")), strip(angle, linear()), table))
+        tests.append(force_test(Curve(name=angle, data=Path("none")), strip(angle, linear()), table))
     unknown = [Parameter("material.young", 0.3 * YOUNG, 3.0 * YOUNG, 1.2 * YOUNG),
                Parameter("crease.stiffness", 0.3 * CREASE, 3.0 * CREASE, 0.8 * CREASE)]  # fmt: skip
     found = identify(tests, unknown)
@@ -102,20 +102,20 @@ def study(seed: tuple[int, int]) -> Covered:
     inside = tuple(bool(a <= b <= c) for a, b, c in zip(low, (YOUNG, CREASE), high, strict=True))
     fitted = []
     for angle, response, misfit in zip(TESTED, found.responses, found.discrepancy.tolist(), strict=True):
-        band = widened(linear_band(response, estimate, LEVEL), np.full(len(at), misfit), LEVEL)
-        force = respond(strip(angle, crease), at).force
+        band = widen_band(linear_band(response, estimate, LEVEL), np.full(len(at), misfit), LEVEL)
+        force = force_response(strip(angle, crease), at).force
         fitted.append(np.mean((band.low <= force) & (force <= band.high)))
-    predicted, peak = _predicted(estimate, misfit_part(tests, found), at, crease)
+    predicted, peak = _predicted(estimate, relative_misfit(tests, found), at, crease)
     return Covered(() if wrong else inside, float(np.mean(fitted)), predicted, peak)
 
 
 def _predicted(estimate: Estimate, misfit: float, at: np.ndarray, crease: dict[str, object]) -> tuple[float, bool]:
     """Share of the predicted curve that holds the truth, and whether the interval of its peak does."""
     values = dict(zip(estimate.names, estimate.values.tolist(), strict=True))
-    response = respond(with_values(strip(PREDICTED, linear()), values), at, list(estimate.names))
+    response = force_response(with_values(strip(PREDICTED, linear()), values), at, list(estimate.names))
     band = linear_band(response, estimate, LEVEL)
-    band = widened(band, np.full(len(at), misfit * math.sqrt(np.mean(response.force**2))), LEVEL)
-    force = respond(strip(PREDICTED, crease), at).force
+    band = widen_band(band, np.full(len(at), misfit * math.sqrt(np.mean(response.force**2))), LEVEL)
+    force = force_response(strip(PREDICTED, crease), at).force
     inside = np.mean((band.low <= force) & (force <= band.high))
     return float(inside), bool(band.peak[1] <= force.max() <= band.peak[2])
 

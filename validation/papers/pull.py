@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from fsm.calibrate.respond import peak_of, respond
+from fsm.calibrate.response import force_response, peak_of
 from fsm.plots.style import COLOURS, WIDE, figure
 from fsm.run import run_case
 from fsm.scene.load_case import load_case
@@ -135,7 +135,7 @@ def factors(place: Place) -> Iterator[Check]:
     travel = np.linspace(0.0, 0.04, 81)
 
     def pulled(*changes: str) -> tuple[np.ndarray, float]:
-        response = respond(load_case(FOLDER / "case.toml", ["drive.0.travel=40 mm", *changes]).case, travel)
+        response = force_response(load_case(FOLDER / "case.toml", ["drive.0.travel=40 mm", *changes]).case, travel)
         return response.force, peak_of(response).force
 
     studies = {

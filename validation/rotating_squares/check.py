@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from fsm.calibrate.force import identification_of
+from fsm.calibrate.force import read_tests
 from fsm.calibrate.identify import identify
 from fsm.calibrate.parameters import value_at, with_values
-from fsm.calibrate.respond import peak_of, peak_response, respond
+from fsm.calibrate.response import force_response, peak_of, peak_response
 from fsm.calibrate.study import read_study
 from fsm.plots.style import COLOURS, WIDE, figure
 from fsm.scene.case import Case
@@ -61,9 +61,9 @@ def forces(place: Place) -> Iterator[Check]:
     for name, (direction, travel, force) in REFERENCE.items():
         changes = [f"drive.0.direction={list(direction)}", f"drive.0.travel={travel[-1]}"]
         case = with_values(load_case(FOLDER / "case.toml", changes).case, SOURCE)
-        found = respond(case, 1e-3 * np.array(travel)).force
+        found = force_response(case, 1e-3 * np.array(travel)).force
         line = np.linspace(0.0, travel[-1], 26)
-        curves[name] = (line, respond(case, 1e-3 * line).force)
+        curves[name] = (line, force_response(case, 1e-3 * line).force)
         points[f"{name}, other program"] = (travel, force)
         for at, value, number in zip(travel, found, force, strict=True):
             yield against(
@@ -81,7 +81,7 @@ def forces(place: Place) -> Iterator[Check]:
 
 def fit(place: Place) -> Iterator[Check | NotCompared]:
     """Three stiffnesses from tension and compression: does the model lie in the band of both tests?"""
-    tests, parameters, priors = identification_of(read_study(STUDY), STUDY)
+    tests, parameters, priors = read_tests(read_study(STUDY), STUDY)
     found = identify(tests, parameters, priors, starts=3)
     picture = place.out / "fit.png"
     with figure(picture, WIDE) as fig:
@@ -153,7 +153,7 @@ def _difference(case: Case, travel: np.ndarray, path: str, part: float) -> float
     value, steps = value_at(case, path), []
     for size in (part, 0.5 * part):
         ends = [with_values(case, {path: value * (1.0 + sign * size)}) for sign in (1.0, -1.0)]
-        more, less = (peak_of(respond(end, travel)).force for end in ends)
+        more, less = (peak_of(force_response(end, travel)).force for end in ends)
         steps.append((more - less) / (2.0 * size))
     return (4.0 * steps[1] - steps[0]) / 3.0
 

@@ -19,11 +19,11 @@ from pathlib import Path
 import numpy as np
 
 from fsm.calibrate.band import linear_band
-from fsm.calibrate.force import calibrate_force, identification_of
-from fsm.calibrate.identify import Identification, Measured, Parameter, Prior, identify
+from fsm.calibrate.force import calibrate_force, read_tests
+from fsm.calibrate.identify import ForceTest, Identification, Parameter, Prior, identify
 from fsm.calibrate.parameters import value_at, with_values
 from fsm.calibrate.report import Calibration, Options, table_lines, write_calibration
-from fsm.calibrate.respond import peak_response, respond
+from fsm.calibrate.response import force_response, peak_response
 from fsm.calibrate.study import read_study
 from fsm.calibrate.uncertainty import Estimate
 from fsm.compile_case import path_settings
@@ -51,7 +51,7 @@ def main() -> int:
     print("\n".join(table_lines(found, chosen)))
     if options.write:
         shutil.copy(options.out / "prediction.csv", HERE / "shear_prediction.csv")
-    tests, parameters, priors = identification_of(read_study(STUDY), STUDY)
+    tests, parameters, priors = read_tests(read_study(STUDY), STUDY)
     begun = time.perf_counter()
     identify(tests, parameters, priors, starts=3)
     print(f"\nthree parameters on two curves, three starts, warm: {time.perf_counter() - begun:.1f} s")
@@ -61,7 +61,7 @@ def main() -> int:
     return 0
 
 
-def _choices(tests: list[Measured], parameters: list[Parameter], priors: list[Prior]) -> None:
+def _choices(tests: list[ForceTest], parameters: list[Parameter], priors: list[Prior]) -> None:
     """What other choices would predict at the end of shear."""
     print("\n| choice | axial, N/mm | shear, N/mm | rotational, N mm/rad | shear l^2/rotational | force at 3.75 mm, N |")
     print("|---|---|---|---|---|---|")
@@ -79,7 +79,7 @@ def _choices(tests: list[Measured], parameters: list[Parameter], priors: list[Pr
     row("as in the study", identify(tests, parameters, priors))
     row("no drag", identify([replace(t, drag=0.0) for t in tests], parameters, priors))
     row("no drag, no zero", identify([replace(t, drag=0.0, zero=0.0) for t in tests], parameters, priors))
-    row("scatter of each point its own", identify([replace(t, alike=0.0) for t in tests], parameters, priors))
+    row("scatter of each point its own", identify([replace(t, correlation_length=0.0) for t in tests], parameters, priors))
     narrow = [replace(t, deviation=t.deviation / 1.96) for t in tests]
     row("half band as 95 %", identify(narrow, parameters, priors))
     for ratio in (4.0, 6.93, 12.0):
@@ -102,7 +102,7 @@ def _shear(values: dict[str, float]) -> Case:
 def _shear_end(estimate: Estimate) -> tuple[float, float, float]:
     """Force at 3.75 mm and its linear band."""
     case = _shear(dict(zip(estimate.names, estimate.values.tolist(), strict=True)))
-    band = linear_band(respond(case, np.linspace(0.0, 3.75e-3, 6), list(estimate.names)), estimate)
+    band = linear_band(force_response(case, np.linspace(0.0, 3.75e-3, 6), list(estimate.names)), estimate)
     return float(band.force[-1]), float(band.low[-1]), float(band.high[-1])
 
 
@@ -155,7 +155,7 @@ def _cost() -> None:
     case = load_case(STRIP, ["solve.rtol=1e-6"]).case
     paths = list(GRADIENTS)
     works = (
-        lambda: respond(case, TRAVEL),
+        lambda: force_response(case, TRAVEL),
         lambda: peak_response(case, TRAVEL, paths[:2]),
         lambda: peak_response(case, TRAVEL, paths[:4]),
         lambda: peak_response(case, TRAVEL, paths),

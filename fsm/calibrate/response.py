@@ -1,4 +1,4 @@
-"""Force-displacement curves of a case at given travels, with derivatives if wanted."""
+"""Force-displacement curves of a case at given travels, with derivatives by parameters."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from fsm.calibrate.sensitivity import PathSensitivity, vary
+from fsm.calibrate.sensitivity import PathSensitivity, vary_parameters
 from fsm.compile_case import path_settings
 from fsm.errors import CaseError, Fault
 from fsm.scene.builders.scene import build_scene
@@ -21,13 +21,13 @@ from fsm.segments.system import SegmentSystem
 from fsm.solve.newton import equilibrium
 from fsm.solve.static import follow
 
-__all__ = ["Peak", "Response", "peak_of", "peak_response", "respond"]
+__all__ = ["Peak", "Response", "force_response", "peak_of", "peak_response"]
 
 
-_BACK = 10
-"""States before the peak that derivatives begin at, where rates matter; doubled until the beginning is forgotten."""
-_FORGOTTEN = 1e-10
-"""Part of the first derivatives that may be left."""
+_FIRST_LOOK_BACK = 10
+"""Number of states before the peak at which rate-dependent derivatives begin; doubled until the start error is small."""
+_START_ERROR = 1e-10
+"""Largest relative effect of the derivatives of the first state on those at the peak."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Response:
     travel : (n,) array, m
     force : (n,) array, N
     jacobian : (n, p) array or None
-        d(force)/d(parameter), N over the SI unit of each; not a number where the structure snaps.
+        d(force)/d(parameter), N per SI unit of the parameter; NaN in a snap-through.
     """
 
     travel: np.ndarray
@@ -56,29 +56,29 @@ class Peak:
     gradient: np.ndarray | None = None
 
 
-def respond(
+def force_response(
     case: Case,
     travel: np.ndarray,
     parameters: Sequence[str] = (),
     derivative: Literal["forward", "adjoint"] = "forward",
 ) -> Response:
-    """Follow the equilibria of a case through given travels of its first drive.
+    """Force of the first drive at given travels along the equilibrium path of a case.
 
     Parameters
     ----------
     case : Case
     travel : (n,) array, m
-        Increasing, from 0 at the least to the drive's travel at most.
+        Increasing travels between 0 and the travel of the drive.
     parameters : dotted paths of numbers of the case
     derivative : str
-        "adjoint" has the same result at the cost of one solve a state, and is for cases without dampers and friction.
+        "adjoint" gives the same result with one linear solve per state, for cases without dampers and friction.
 
     Raises
     ------
     CaseError
-        No drive, another method than statics, a path without a number, travels out of range.
+        The case has no drive or is not static, a path has no number, or a travel is out of range.
     NotConverged
-        The path could not be followed.
+        The equilibrium path could not be followed.
     """
     scene, system = _system(case, parameters)
     travel = np.asarray(travel, dtype=float)
@@ -86,19 +86,19 @@ def respond(
     force = np.array([path.force[row] for row in path.rows])
     if not parameters:
         return Response(travel, force)
-    sensitivity = PathSensitivity(system, vary(case, scene, system, parameters))
+    sensitivity = PathSensitivity(system, vary_parameters(case, scene, system, parameters))
     if derivative == "adjoint":
-        jacobian = np.array([sensitivity.adjoint(*path.at(row))[0] for row in path.rows])
+        jacobian = np.array([sensitivity.adjoint(*path.restore(row))[0] for row in path.rows])
     else:
         jacobian = path.derivatives(sensitivity, 0, path.rows, len(parameters))[0]
     return Response(travel, force, jacobian)
 
 
 def peak_response(case: Case, travel: np.ndarray, parameters: Sequence[str]) -> Peak:
-    """Largest force of a case along given travels, and its gradient; arguments as in `respond`.
+    """Largest force of a case along given travels and its gradient; arguments and errors as in `force_response`.
 
-    Derivatives are worked out for the states around the peak alone. Where rates matter, they begin so many states before
-    that what is left of the first ones' is below 1e-10 of the result.
+    Derivatives are computed only for the states around the peak. In a rate-dependent case they begin some states earlier,
+    such that the effect of the first state on the result is below 1e-10.
     """
     scene, system = _system(case, parameters)
     travel = np.asarray(travel, dtype=float)
@@ -107,24 +107,24 @@ def peak_response(case: Case, travel: np.ndarray, parameters: Sequence[str]) -> 
     peak = peak_of(Response(travel, force))
     at = int(np.argmax(force))
     rows = path.rows[max(at - 1, 0) : at + 2]
-    varied = vary(case, scene, system, parameters)
-    back = _BACK if system.rate_dependent else 0
+    varied = vary_parameters(case, scene, system, parameters)
+    look_back = _FIRST_LOOK_BACK if system.rate_dependent else 0
     while True:
-        first = max(rows[0] - back, 0)
-        near, left = path.derivatives(PathSensitivity(system, varied), first, rows, len(parameters))
-        if first == 0 or back == 0 or left < _FORGOTTEN:
+        first = max(rows[0] - look_back, 0)
+        near, start_error = path.derivatives(PathSensitivity(system, varied), first, rows, len(parameters))
+        if first == 0 or look_back == 0 or start_error < _START_ERROR:
             break
-        back *= 2
+        look_back *= 2
     jacobian = np.full((len(travel), len(parameters)), np.nan)
     jacobian[max(at - 1, 0) : at + 2] = near
     return Peak(peak.force, peak.travel, peak_of(Response(travel, force, jacobian)).gradient)
 
 
 def peak_of(response: Response) -> Peak:
-    """Largest force of a response: of the parabola through the largest value and its neighbours.
+    """Largest force of a response, from the parabola through the largest value and its neighbours.
 
-    By the envelope theorem the gradient is that of the force at the travel of the peak, held fixed: the three rows with the
-    weights of Lagrange's interpolation. At an end of the curve it is that of the end itself.
+    By the envelope theorem its gradient is that of the force at the fixed travel of the peak. It is interpolated from the
+    three rows with Lagrange weights. At an end of the curve it is the gradient of that end.
     """
     x, force = response.travel, response.force
     at = int(np.argmax(force))
@@ -146,7 +146,19 @@ def peak_of(response: Response) -> Peak:
 
 @dataclass
 class _Path:
-    """All states of a path: time, configuration, memory, force of the first drive; the rows that were asked for."""
+    """States of an equilibrium path.
+
+    Attributes
+    ----------
+    system : SegmentSystem
+    times : (n,) array, s
+        Requested times.
+    state : list of (time, configuration, memory of friction and hysteresis)
+    force : list of float, N
+        Force of the first drive in every state.
+    rows : list of int
+        Index of the state at every requested time.
+    """
 
     system: SegmentSystem
     times: np.ndarray
@@ -154,8 +166,8 @@ class _Path:
     force: list[float] = field(default_factory=list)
     rows: list[int] = field(default_factory=list)
 
-    def take(self, t: float, q: np.ndarray) -> None:
-        """A state was reached."""
+    def add_state(self, t: float, q: np.ndarray) -> None:
+        """Add the state that the solver reached at time t."""
         if len(self.rows) < len(self.times) and self.times[len(self.rows)] <= t + 1e-9 * self.times[-1]:
             self.rows.append(len(self.state))
         before = u = None
@@ -165,8 +177,8 @@ class _Path:
         self.force.append(float(self.system.balance(t, q, u, before)[1][0]))
         self.state.append((t, q.copy(), self.system.memory()))
 
-    def at(self, row: int) -> tuple[float, np.ndarray]:
-        """Time and configuration of a state, whose memory the system takes."""
+    def restore(self, row: int) -> tuple[float, np.ndarray]:
+        """Time and configuration of a state; restores its memory in the system."""
         t, q, memory = self.state[row]
         if len(memory):
             self.system.restore(memory)
@@ -175,34 +187,39 @@ class _Path:
     def derivatives(
         self, sensitivity: PathSensitivity, first: int, rows: Sequence[int], count: int
     ) -> tuple[np.ndarray, float]:
-        """d(force)/d(parameter) (rows, count), from state `first` on; what is left of the first ones'."""
+        """Derivatives d(force)/d(parameter) (rows, count) with a start at state `first`, and their relative start error."""
         jacobian = np.full((len(rows), count), np.nan)
         for row in range(first, rows[-1] + 1):
-            found = sensitivity.advance(*self.at(row), row in rows)
+            found = sensitivity.advance(*self.restore(row), row in rows)
             if found is not None:
                 jacobian[rows.index(row)] = found[0]
-        scale = float(np.abs(sensitivity.change).max(initial=0.0))
-        return jacobian, float(np.abs(sensitivity.doubt).max(initial=0.0)) / scale if scale > 0.0 else 0.0
+        scale = float(np.abs(sensitivity.derivative).max(initial=0.0))
+        return jacobian, float(np.abs(sensitivity.start_error).max(initial=0.0)) / scale if scale > 0.0 else 0.0
 
 
 def _follow(case: Case, system: SegmentSystem, travel: np.ndarray) -> _Path:
     motion = system.motions[0]
-    room = 1e-9 * motion.travel
-    if not len(travel) or np.any(np.diff(travel) <= 0.0) or travel[0] < -room or travel[-1] > motion.travel + room:
-        text = f"travels must increase from 0 to at most {1e3 * motion.travel:.6g} mm, where the drive ends; raise it"
-        raise CaseError(Fault("drive.0.travel", text))
-    times = np.array([motion.time_of(float(s)) if s > room else 0.0 for s in travel])
+    tolerance = 1e-9 * motion.travel
+    if (
+        not len(travel)
+        or np.any(np.diff(travel) <= 0.0)
+        or travel[0] < -tolerance
+        or travel[-1] > motion.travel + tolerance
+    ):
+        text = f"the drive ends at {1e3 * motion.travel:.6g} mm; travels of a test must increase from 0 up to this value"
+        raise CaseError(Fault("drive.0.travel", f"{text}; give a larger travel if the test goes farther"))
+    times = np.array([motion.time_of(float(s)) if s > tolerance else 0.0 for s in travel])
     start = _start(case, system)
     path = _Path(system, times)
-    path.take(0.0, start[1])
+    path.add_state(0.0, start[1])
     if times[-1] > 0.0:
         settings = path_settings(case, system, float(times[-1]))
-        follow(system, settings, times.tolist(), lambda saved: None, lambda end: path.take(end.time, end.q), start)
+        follow(system, settings, times.tolist(), lambda saved: None, lambda end: path.add_state(end.time, end.q), start)
     return path
 
 
 def _start(case: Case, system: SegmentSystem) -> tuple[float, np.ndarray, np.ndarray]:
-    """The state as given, or of a strip the equilibrium near it."""
+    """Initial state; for a strip that is not in equilibrium initially, the equilibrium near it."""
     q, u = system.initial()
     if case.strip is not None and np.abs(system.force(0.0, q, u)).max(initial=0.0) >= 1e-9:
         q = equilibrium(system, q, np.array([0.0]))
@@ -213,13 +230,13 @@ def _system(case: Case, parameters: Sequence[str]) -> tuple[Scene, SegmentSystem
     scene = build_scene(case)
     system = compile_scene(scene, case.solve.spatial)
     if not system.motions:
-        raise CaseError(Fault("drive", "there is none, and so no force to compare; give a [[drive]]"))
+        raise CaseError(Fault("drive", "the case has no drive, so there is no force to compare; give a [[drive]]"))
     if parameters and scene.friction is not None and scene.friction.law == "lugre":
-        raise CaseError(Fault("friction.law", 'derivatives do not go through bristles ("lugre"); take "step" or "tanh"'))
+        raise CaseError(Fault("friction.law", 'derivatives are not available with "lugre"; use "step" or "tanh"'))
     if parameters and any(isinstance(group, HysteresisGroup) for group in system.groups):
-        text = "derivatives do not go through creases with hysteresis, which remember their way; take elastic ones"
+        text = "derivatives are not available for creases with hysteresis, because of their memory; use elastic creases"
         raise CaseError(Fault("crease", text))
     method = automatic_method(scene)[0] if case.solve.method == "auto" else case.solve.method
     if method != "static":
-        raise CaseError(Fault("solve.method", f'is "{method}"; forces at given travels are those of statics, take "static"'))
+        raise CaseError(Fault("solve.method", f'is "{method}"; a calibration needs the quasi-static method, use "static"'))
     return scene, system
