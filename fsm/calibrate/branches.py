@@ -9,7 +9,7 @@ import numpy as np
 
 from fsm.calibrate.data import Table
 from fsm.errors import CaseError, Fault
-from fsm.scene.csv_columns import shorten
+from fsm.scene.csv_columns import first_row_faults
 
 __all__ = ["FLAG_EXCLUDED", "FLAG_USED", "Flag", "Sweep", "find_outliers", "split_sweeps"]
 
@@ -98,7 +98,7 @@ def split_sweeps(table: Table, value: str = "moment") -> list[Sweep]:
         flags = {flag.index: flag for flag in reversed(found)}  # one flag per row, the first one
         sweeps.append(Sweep(table, *key, loading, unloading, tuple(flags[index] for index in sorted(flags))))
     if faults:
-        raise CaseError(shorten(faults, ""), table.source)
+        raise CaseError(first_row_faults(faults, ""), table.source)
     return sweeps
 
 

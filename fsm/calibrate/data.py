@@ -24,10 +24,10 @@ from typing import Any
 import numpy as np
 
 from fsm.errors import CaseError, Fault
-from fsm.scene.csv_columns import cells_of, heading, headings_of, number_in, separator_of, shorten, text_rows
+from fsm.scene.csv_columns import cells_of, first_row_faults, heading, headings_of, number_in, separator_of, text_rows
 from fsm.scene.faults import unknown_key
 from fsm.scene.load_case import read_toml
-from fsm.scene.units import nearest, to_si, with_unit
+from fsm.scene.units import did_you_mean, to_si, with_unit
 
 __all__ = ["BRANCHES", "Table", "read_table"]
 
@@ -234,7 +234,7 @@ def _used_columns(
     for name in missing:
         unit = _EXAMPLES[quantities[name]]
         others = [other for other in names if other not in quantities]
-        near = nearest(name, others).replace("did you mean", "is it")
+        near = did_you_mean(name, others).replace("did you mean", "is it")
         what = f"no column {name} among {', '.join(cells)}; name it `{name} [{unit}]`{near}"
         what += f", or, if it is the same in every row, write values = {{ {name} = \"... {unit}\" }} in {toml_name}"
         faults.append(Fault(f"row {row}", what))
@@ -308,7 +308,7 @@ def _numbers(
         else:
             numbers.append(values)
     if faults:
-        raise CaseError(shorten(faults, ""))
+        raise CaseError(first_row_faults(faults, ""))
     return np.array(numbers).reshape(len(numbers), len(used))
 
 

@@ -9,7 +9,7 @@ from pydantic import BaseModel
 
 from fsm.errors import CaseError, Fault
 from fsm.scene.case import Case
-from fsm.scene.schema import Place, top
+from fsm.scene.schema import Place, root
 
 __all__ = ["unit_of", "value_at", "with_values"]
 
@@ -48,7 +48,7 @@ def with_values(case: Case, values: Mapping[str, float]) -> Case:
 
 def unit_of(case: Case, path: str) -> str:
     """SI unit of the value at a path of a case, empty without unit; it may depend on other keys, such as an exponent."""
-    place: Place | None = top(case.model_dump())
+    place: Place | None = root(case.model_dump())
     for key in _keys(path):
         place = place.step(key) if place is not None else None
     return place.unit() if place is not None else ""

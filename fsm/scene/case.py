@@ -1,4 +1,4 @@
-"""The case: what a case file says, section by section, with every key a user may write."""
+"""Model of a case file: its sections and their keys."""
 
 from __future__ import annotations
 
@@ -35,10 +35,11 @@ __all__ = [
 
 
 MOST_SEGMENTS = 50_000
+"""Largest number of segments of a strip."""
 
 
 class Strip(Model):
-    """A zig-zag folded strip: panels 1, 3, 5 rise, 2, 4, 6 fall; crease i joins panels i and i + 1.
+    """Zig-zag folded strip: panels 1, 3, 5 rise, panels 2, 4, 6 fall; crease i joins panels i and i + 1.
 
     Attributes
     ----------
@@ -47,13 +48,13 @@ class Strip(Model):
     fold_angle : rad
         Angle of every panel with the horizontal.
     segments_per_panel : int
-        Segments of a panel that can bend; a held panel is one rigid plate.
+        Number of segments of a flexible panel; a held panel is one rigid plate.
     grading : -
         1 for equal segments; g > 1 makes the middle segment of a panel g times shorter than its end segments.
     half_cell : bool
-        Put the bending flexibility of the half segments next to a crease in series with it: second-order
-        accurate.
-    held : panels that do not move; absent means the first and the last
+        Whether the bending flexibility of the half segments beside a crease is in series with it, for second-order
+        accuracy.
+    held : numbers of the panels that do not move; absent: the first and the last
     """
 
     length: Annotated[Length, Field(gt=0)]
@@ -70,15 +71,17 @@ class Strip(Model):
     def _sized(self) -> Self:
         if self.panels * self.segments_per_panel > MOST_SEGMENTS:
             count = self.panels * self.segments_per_panel
-            raise ValueError(f"panels x segments_per_panel = {count:,} segments; {MOST_SEGMENTS:,} at most")
+            raise ValueError(
+                f"panels x segments_per_panel = {count:,} segments; at most {MOST_SEGMENTS:,} are allowed"
+            )
         return self
 
 
 def contact_scale(strip: Strip, material: Material) -> tuple[float, float]:
-    """Force (N) and depth (m) of a whole face by which the contact of a strip is as good as rigid.
+    """Force (N) on a whole face and depth (m) that define a practically rigid contact of a strip.
 
-    A panel buckles between its creases at about 40 EI/a^2, which a hundredth of its face may have to carry. The peak of the
-    trial strip is then lower by about ten times the depth over the panel's length: 0.02 %.
+    A panel of length a buckles between its creases at about 40 EI/a^2, and one hundredth of its face may carry this force.
+    The force is therefore 4000 EI/a^2. The peak of the trial strip decreases by ten times depth/a, which is 0.02 %.
     """
     panel = strip.length / strip.panels
     force = 4000.0 * material.bending(strip.width, strip.thickness) / (panel * panel)
@@ -86,11 +89,11 @@ def contact_scale(strip: Strip, material: Material) -> tuple[float, float]:
 
 
 def contact_of_strip(written: Any, strip: Strip | None, material: Material | None) -> Any:
-    """The contact section of a strip: with a stiffness from the strip's material if it has none of its own."""
+    """Contact section of a strip; if it gives no stiffness, the stiffness follows from the material of the strip."""
     if not isinstance(written, Mapping):
         return written
     if strip is None or material is None:
-        return with_stiffness(written, 1.0, 1.0)  # one of them is faulty or missing, which is said where it stands
+        return with_stiffness(written, 1.0, 1.0)  # one of them is faulty or missing, and has its own message
     return with_stiffness(written, *contact_scale(strip, material))
 
 
@@ -98,12 +101,12 @@ Start = Literal["as-folded", "equilibrium"]
 
 
 class Release(Model):
-    """A hold before a motion that nothing drives.
+    """Hold before a motion without a drive.
 
     Attributes
     ----------
     hold_time : s
-        Everything is held as it starts until this time and is released then, at rest.
+        All bodies are held in their initial position until this time, and then released from rest.
     """
 
     hold_time: Annotated[Time, Field(gt=0)]
@@ -113,34 +116,35 @@ Method = Literal["auto", "static", "generalized-alpha", "newmark", "Radau-blocks
 
 
 class Solve(Model):
-    """How to integrate.
+    """Settings of the solver.
 
     Attributes
     ----------
     method : str
-        "auto"; "static" (equilibria as the drives move, the dynamics at snaps); "generalized-alpha"; "newmark";
-        "Radau-blocks" (Radau's steps, linear algebra of its own) and "Radau", "BDF", "LSODA" of SciPy.
+        "auto"; "static" (equilibria as the drives move, dynamics during snap-through); "generalized-alpha"; "newmark";
+        "Radau-blocks" (Radau's method with block matrices), or SciPy's "Radau", "BDF" and "LSODA".
     rtol : -
-        Relative tolerance; absolute tolerances follow from it and the sizes of the scene. Of statics, the increments
-        follow from it: a prediction may be off by its root, of the structure's size or in radians.
+        Relative tolerance; absolute tolerances follow from it and the sizes of the scene. Statics chooses its increments so
+        that the error of the predictor is sqrt(rtol) times the size of the structure (rotations: rad).
     increment : m
-        First increment of the drive's travel; statics only. A 200th of the travel if absent.
+        First increment of the travel, statics only; absent: 1/200 of the travel.
     imperfection : -
-        Side of a bifurcation that statics goes to: positive, along the critical mode with its largest component positive;
-        negative, against it; 0, to the side of lower energy.
+        Branch that statics follows after a bifurcation. Positive: along the critical mode, scaled so that its largest
+        component is positive; negative: against it; 0: the branch of lower energy.
     rho_inf : -
-        Spectral radius at infinity, generalized-alpha only: factor on stiff vibrations in a step. 0.6 if absent.
+        Spectral radius at infinite frequency, generalized-alpha only; absent: 0.6.
     step : s
-        Fixed step, generalized-alpha and Newmark only; without it the error is controlled.
+        Fixed step size, generalized-alpha and Newmark only; absent: the error is controlled.
     end_time : s
-        Needed only without a drive.
+        Required only without a drive.
     max_step : s
+        Largest step size.
     max_steps : int
-        The solve is given up (exit code 3) after so many steps.
+        Number of steps after which the solve stops (exit code 3).
     spatial : bool
-        Six degrees of freedom a body even if everything lies in one plane.
+        Whether each body has 6 degrees of freedom, even if the motion is planar.
     energy_abort : -
-        Stop (exit code 5) when the energy balance is off by more than this part of the energy turned over.
+        Energy balance residual, over the energy turned over, above which the solve stops (exit code 5).
     """
 
     method: Method = "auto"
@@ -157,9 +161,12 @@ class Solve(Model):
 
 
 class Save(Model):
-    """What is kept: a record `every` so much travel of the first drive, or every `interval` of time.
+    """Spacing of records: `every` in travel of the first drive, or `interval` in time; absent: 200 intervals.
 
-    200 records if neither is given.
+    Attributes
+    ----------
+    every : m
+    interval : s
     """
 
     every: Annotated[Length, Field(gt=0)] | None = None
@@ -173,7 +180,7 @@ class Save(Model):
 
 
 class Expect(Model):
-    """A number of the summary and how far off it may be; missed, the run ends with exit code 4."""
+    """Expected value of a number of the summary, with its tolerance; outside it, the run ends with exit code 4."""
 
     value: float
     rtol: Annotated[float, Field(ge=0)] | None = None
@@ -190,11 +197,11 @@ Analysis = Literal["deploy", "vibrate", "scissor"]
 
 
 class Case(Model):
-    """A whole case: what there is, what acts on it, how to solve it, what to keep.
+    """Complete case: model, loads, solver settings and records.
 
-    What there is: a strip or a lattice (or a scene written out) to deploy, a membrane to vibrate, or a scissor array. With
-    `stages`, one analysis after the other: the strip as it is deployed is the film that vibrates. `start` says what a
-    deployment starts from; if it is absent, `fsm.scene.start` chooses.
+    The model is a strip, a lattice or a scene for a deployment, a membrane for a vibration, or a scissor array. With
+    `stages` two analyses follow each other: the deployed strip is the film of the vibration. `start` is the initial state
+    of a deployment; if it is absent, `fsm.scene.start` chooses it.
     """
 
     title: Annotated[str, Field(max_length=500, pattern=r"^[^\x00-\x1f\x7f]*$")] = ""
@@ -243,7 +250,7 @@ class Case(Model):
 
     @property
     def steps(self) -> tuple[Analysis, ...]:
-        """The analyses, in order."""
+        """Analyses of the case, in order."""
         return self.stages or (self.analysis,)
 
     @model_validator(mode="after")

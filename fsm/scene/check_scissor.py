@@ -1,4 +1,4 @@
-"""What no section of a scissor array can see alone."""
+"""Checks of a scissor array that involve several sections."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from collections.abc import Iterable, Mapping
 from fsm.errors import Fault
 from fsm.scene.builders.scissor import build_array
 from fsm.scene.scissor import PointForce, PointSupport, Scissor
-from fsm.scene.sections import Sections, keys_of_paths, method_faults
-from fsm.scene.units import nearest
+from fsm.scene.sections import Sections, method_faults, static_keys
+from fsm.scene.units import did_you_mean
 
 __all__ = ["check_scissor", "default_holds"]
 
 
 def check_scissor(sections: Sections) -> list[Fault]:
-    """Contradictions between the sections of a scissor array."""
+    """Faults of a scissor array that involve several sections."""
     faults = [*_missing(sections), *_solve(sections)]
     scissor = sections.scissor
     if scissor is None:
@@ -27,7 +27,7 @@ def check_scissor(sections: Sections) -> list[Fault]:
 
 
 def default_holds(scissor: Scissor) -> tuple[PointSupport, ...]:
-    """b1 pinned and a1 guided along the line through both; of a ring, a1 and b1 guided along their radius."""
+    """Default supports: b1 is pinned and a1 slides along the line through both; in a ring both slide along their radius."""
     guide = PointSupport(point="a1", kind="slider", direction=(0.0, 1.0))
     first = guide.model_copy(update={"point": "b1"}) if scissor.shape == "ring" else PointSupport(point="b1")
     return first, guide
@@ -35,9 +35,9 @@ def default_holds(scissor: Scissor) -> tuple[PointSupport, ...]:
 
 def _missing(sections: Sections) -> Iterable[Fault]:
     for name, why in (
-        ("scissor", "it says what array there is"),
-        ("bar", "it gives the section of the bars: width and height"),
-        ("material", "the bars need it"),
+        ("scissor", "it defines the array"),
+        ("bar", "it gives width and height of the bars"),
+        ("material", "it gives the material of the bars"),
     ):
         if name not in sections.written:
             yield Fault(name, f"section [{name}] is missing; {why}")
@@ -49,22 +49,21 @@ def _points(
     holds: Mapping[int, PointSupport],
     forces: Mapping[int, PointForce],
 ) -> Iterable[Fault]:
-    """Supports and forces on points that are not there."""
+    """Supports and forces on points that do not exist, or in impossible directions."""
     last = scissor.units if scissor.shape == "ring" else scissor.units + 1
     for kind, items in (("hold", holds), ("force", forces)):
         for index, item in items.items():
             if item.point not in known:
                 yield Fault(
                     f"{kind}.{index}.point",
-                    f'there is no point "{item.point}"; {scissor.units} units have a1 ... a{last}, b1 ... b{last} and the '
-                    f"hinges h1 ... h{scissor.units}{nearest(item.point, known)}",
+                    f'there is no point "{item.point}"; {scissor.units} units have a1 ... a{last}, b1 ... b{last} '
+                    f"and the hinges h1 ... h{scissor.units}{did_you_mean(item.point, known)}",
                 )
     for index, hold in holds.items():
         if hold.direction is not None and 0.0 not in hold.direction:
             yield Fault(
                 f"hold.{index}.direction",
-                f"[{hold.direction[0]:g}, {hold.direction[1]:g}] is along neither axis; a slider moves along [1, 0] or "
-                "[0, 1]",
+                f"[{hold.direction[0]:g}, {hold.direction[1]:g}] is not parallel to an axis; give [1, 0] or [0, 1]",
             )
     for index, force in forces.items():
         if force.radial is not None and scissor.shape == "linear":
@@ -77,52 +76,55 @@ def _stop(sections: Sections) -> Iterable[Fault]:
         given, start = math.degrees(stop.angle), math.degrees(scissor.initial_angle)
         yield Fault(
             "stop.angle",
-            f"{given:.4g} deg: the array is locked, it starts at {start:.4g} deg and its angle falls as it deploys; "
-            "give less",
+            f"must be less than scissor.initial_angle, {start:.4g} deg, from which it decreases; it is {given:.4g} deg",
         )
 
 
 def _mesh(sections: Sections) -> Iterable[Fault]:
     scissor = sections.scissor
     if scissor is not None and scissor.element == "cable" and scissor.shape == "ring":
-        yield Fault("scissor.element", '"cable" has no section to carry the bend of ring bars; use "section" or "green"')
+        yield Fault("scissor.element", '"cable" cannot model the bent bars of a ring; use "section" or "green"')
 
 
 def _rigid(sections: Sections) -> Iterable[Fault]:
-    """What rigid bars do not have."""
+    """Sections and keys that rigid bars do not support."""
     if sections.scissor is None or not sections.scissor.rigid:
         return
     if sections.stop is not None:
-        what = "end stop, nor a latch" if sections.stop.latch else "end stop"
-        yield Fault("stop", f"rigid bars have no {what}; take it out, or rigid = false")
+        what = "end stop and no latch" if sections.stop.latch else "end stop"
+        yield Fault("stop", f"rigid bars have no {what}; remove the section, or set scissor.rigid = false")
     if sections.hinge is not None and sections.hinge.friction_moment > 0.0:
-        yield Fault("hinge.friction_moment", "rigid bars have no dry friction at hinges; take it out, or rigid = false")
+        yield Fault(
+            "hinge.friction_moment", "rigid bars have no dry friction at hinges; remove it, or set scissor.rigid = false"
+        )
 
 
 def _force(sections: Sections) -> Iterable[Fault]:
-    """Nothing that moves the array."""
+    """Loads that an array cannot have, and an array without loads."""
     hinge = sections.hinge
     if len(sections.gravity) == 3 and sections.gravity[2]:
-        yield Fault("gravity.2", f"{sections.gravity[2]:g} m/s^2 is across the plane x, y of the array; give it along y")
+        yield Fault(
+            "gravity.2", f"{sections.gravity[2]:g} m/s^2 is normal to the plane x, y of the array; give gravity along y"
+        )
     if sections.material is not None and sections.material.plate:
-        yield Fault("material.plate", "is of wide strips; bars bend as beams; take it out")
+        yield Fault("material.plate", "applies to wide strips only, and bars bend as beams; remove it")
     sprung = hinge is not None and hinge.stiffness > 0.0 and hinge.rest_turn != 0.0
     if not ({"force", "gravity"} & sections.written) and not sprung:
-        yield Fault("force", 'nothing moves the array; give [[force]] with a point ("a1" for example), gravity, or springs')
+        yield Fault("force", 'the array has no load; give [[force]] at a point, for example "a1", gravity, or hinge springs')
 
 
 def _solve(sections: Sections) -> Iterable[Fault]:
     solve, save = sections.solve, sections.save
     if solve is not None:
         if solve.method == "static":
-            yield Fault("solve.method", 'an array that unfolds is dynamic; give "generalized-alpha" or leave it "auto"')
+            yield Fault("solve.method", 'the deployment of an array is dynamic; give "generalized-alpha" or "auto"')
         if solve.end_time is None:
-            yield Fault("solve.end_time", "missing: nothing says when to stop")
-        for key in keys_of_paths(solve):
-            yield Fault(f"solve.{key}", 'not used with analysis = "scissor": it is of drives; take it out')
+            yield Fault("solve.end_time", "missing; give the end time of the deployment")
+        for key in static_keys(solve):
+            yield Fault(f"solve.{key}", 'not used with analysis = "scissor", because an array has no drive; remove it')
         if solve.spatial:
-            yield Fault("solve.spatial", "an array moves in its plane only; take it out")
+            yield Fault("solve.spatial", "an array moves in its plane only; remove it")
         if solve.method != "auto":
             yield from method_faults(solve)
     if save is not None and save.every is not None:
-        yield Fault("save.every", "counts the travel of a drive; give `interval` (time) instead")
+        yield Fault("save.every", "is a travel of a drive, and an array has no drive; give `interval` (time) instead")

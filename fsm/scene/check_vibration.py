@@ -1,4 +1,4 @@
-"""What no section of a tensioned film can see alone."""
+"""Checks of a tensioned film that involve several sections."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from fsm.errors import Fault
 from fsm.scene.builders.membrane import check_film
 from fsm.scene.materials import Material
 from fsm.scene.membrane import CornerCable, Membrane
-from fsm.scene.sections import Sections, keys_of_paths, method_faults
+from fsm.scene.sections import Sections, method_faults, static_keys
 
 __all__ = ["check_vibration"]
 
@@ -17,7 +17,7 @@ _SIDES = frozenset(_OPPOSITE)
 
 
 def check_vibration(sections: Sections) -> list[Fault]:
-    """Contradictions between the sections of a film and its vibration."""
+    """Faults of a film and its vibration that involve several sections."""
     faults = [*_vibration_solve(sections)]
     if sections.stages == ("vibrate",):
         faults += [*_missing_film(sections), *_slack(sections), *_held_points(sections), *_film_damping(sections)]
@@ -27,11 +27,10 @@ def check_vibration(sections: Sections) -> list[Fault]:
     return faults
 
 
-
 def _missing_film(sections: Sections) -> Iterable[Fault]:
     for name, why in (
-        ("membrane", "it says what film there is"),
-        ("material", "a film needs it"),
+        ("membrane", "it defines the film"),
+        ("material", "it gives the material of the film"),
         ("tension", "without it the film is slack and cannot vibrate; give `pull` at the corners or `strain` of the edges"),
     ):
         if name not in sections.written:
@@ -44,15 +43,15 @@ def _slack(sections: Sections) -> Iterable[Fault]:
     if tension is None:
         return
     if tension.pull is not None and not tension.pull > 0.0:
-        yield Fault("tension.pull", "the film is slack: a pull above 0 N is wanted")
+        yield Fault("tension.pull", f"must be greater than 0 N, or the film is slack; it is {tension.pull:g} N")
     if tension.strain is not None:
         strain = tension.strain if isinstance(tension.strain, tuple) else (tension.strain, tension.strain)
         nu = material.poisson if material is not None else 0.3
         stress = max(strain[0] + nu * strain[1], strain[1] + nu * strain[0])
         if not stress > 0.0:
-            yield Fault("tension.strain", f"the film is slack: {_list(strain)} stretches it nowhere; give more than 0")
+            yield Fault("tension.strain", f"must give a tensile stress, or the film is slack; it is {_list(strain)}")
         elif max(strain) > 0.2:
-            yield Fault("tension.strain", f"{_list(strain)} is no small strain; it is a part, 1e-3 for 0.1 %")
+            yield Fault("tension.strain", f"must be at most 0.2 (give 1e-3 for 0.1 %); it is {_list(strain)}")
 
 
 def _list(values: Iterable[float]) -> str:
@@ -60,40 +59,46 @@ def _list(values: Iterable[float]) -> str:
 
 
 def _held_points(sections: Sections) -> Iterable[Fault]:
-    """Supports that are not there, and tension that nothing holds afterwards."""
+    """Supports that do not exist, and tension without a support that keeps it."""
     cables = [cable for cable in sections.cables.values() if isinstance(cable, CornerCable)]
     if len(cables) > 1:
-        yield Fault("cable", "more than one section of cables at the corners; give one")
+        yield Fault("cable", f"{len(cables)} sections of corner cables are given; give one")
     at = {support.at for support in sections.supports.values()}
     for number, support in sections.supports.items():
         if support.at == "cables" and not cables and "cable" not in sections.written:
-            yield Fault(f"support.{number}.at", 'there are no cables at the corners; add [[cable]] with place = "corners"')
+            yield Fault(f"support.{number}.at", 'the film has no corner cables; add [[cable]] with place = "corners"')
         if support.position is not None and sections.membrane is not None:
             yield from _on_film(sections.membrane, support.position, f"support.{number}.position")
     if sections.tension is None or not at:
         return
     if sections.tension.pull is not None and not at & {"corners", "cables", "edges"}:
-        yield Fault("support", "nothing holds the corners that `tension.pull` draws at; add a support there, or give none")
+        yield Fault(
+            "support",
+            'no support keeps the tension of the corners (`tension.pull`); add one at "corners", or remove all supports',
+        )
     if sections.tension.strain is None:
         return
     sides = at & _SIDES
     if not sides and "edges" not in at:
-        yield Fault("support", "nothing holds the edges that `tension.strain` moves; add a support there, or give none")
+        yield Fault(
+            "support",
+            'no support keeps the tension of the edges (`tension.strain`); add one at "edges", or remove all supports',
+        )
     elif len(sides) == 1 and len(at) == 1:
         (side,) = sides
-        text = f'only the edge "{side}" is held, and the film is free to go slack where `tension.strain` moves the others'
-        yield Fault("support", f'{text}; hold "{_OPPOSITE[side]}" too, or "edges"')
+        text = f'only the edge "{side}" is supported, so the film loses the tension of `tension.strain`'
+        yield Fault("support", f'{text}; add a support at "{_OPPOSITE[side]}" or at "edges"')
 
 
 def _film_damping(sections: Sections) -> Iterable[Fault]:
     material = sections.material
-    for key, hint in (("damping", "`damping.material`"), ("plate", "nothing: a film is a plate always")):
+    for key, hint in (("damping", "give `damping.material` instead"), ("plate", "remove it, films bend as plates")):
         if material is not None and getattr(material, key) != Material.model_fields[key].default:
-            yield Fault(f"material.{key}", f"is of the joints of a strip; a film has {hint}; take it out")
+            yield Fault(f"material.{key}", f"applies to the joints of a strip only; {hint}")
 
 
 def _points(sections: Sections) -> Iterable[Fault]:
-    """Probes and impact beside the film."""
+    """Probes and impact points outside the film."""
     film = sections.membrane
     if film is None:
         return
@@ -109,26 +114,27 @@ def _on_film(film: Membrane, point: tuple[float, float], path: str) -> Iterable[
     if any(abs(x) > limit * (1 + 1e-9) for x, limit in zip(point, half, strict=True)):
         yield Fault(
             path,
-            f"({1e3 * point[0]:.4g}, {1e3 * point[1]:.4g}) mm is beside the film, which goes to "
-            f"({1e3 * half[0]:.4g}, {1e3 * half[1]:.4g}) mm from its centre",
+            f"({1e3 * point[0]:.4g}, {1e3 * point[1]:.4g}) mm is outside the film, whose corner is at "
+            f"({1e3 * half[0]:.4g}, {1e3 * half[1]:.4g}) mm; give a point on the film",
         )
 
 
 def _vibration_solve(sections: Sections) -> Iterable[Fault]:
-    """Keys of [solve] and [save] that are of drives."""
+    """Keys of [solve] and [save] that a vibration does not use."""
     solve, save = sections.solve, sections.save
     if sections.stages != ("vibrate",):
         return
     if solve is not None:
         if solve.method == "static":
-            yield Fault("solve.method", 'a vibration is dynamic; give "generalized-alpha" or leave it "auto"')
+            yield Fault("solve.method", 'a vibration is dynamic; give "generalized-alpha" or "auto"')
         if solve.spatial:
-            yield Fault("solve.spatial", "a film is in space always; take it out")
-        of_drives = dict.fromkeys(keys_of_paths(solve), "it is of drives")
-        ends = {} if solve.end_time is None else {"end_time": "`vibration.duration` says when it ends"}
-        for key, hint in (ends | of_drives).items():
-            yield Fault(f"solve.{key}", f'not used with analysis = "vibrate": {hint}; take it out')
-        if solve.method != "auto":  # which is generalized-alpha here
+            yield Fault("solve.spatial", "a film always moves in space; remove it")
+        unused = dict.fromkeys(static_keys(solve), "a film has no drive")
+        if solve.end_time is not None:
+            unused = {"end_time": "`vibration.duration` gives the end"} | unused
+        for key, reason in unused.items():
+            yield Fault(f"solve.{key}", f'not used with analysis = "vibrate", because {reason}; remove it')
+        if solve.method != "auto":  # "auto" is generalized-alpha here
             yield from method_faults(solve)
     if save is not None and save.every is not None:
-        yield Fault("save.every", "counts the travel of a drive; give `interval` (time) instead")
+        yield Fault("save.every", "is a travel of a drive, and a film has no drive; give `interval` (time) instead")

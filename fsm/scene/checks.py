@@ -1,4 +1,4 @@
-"""What no section can see alone: contradictions between the sections of a case."""
+"""Checks that involve several sections of a case."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from fsm.scene.case import Analysis, Strip
 from fsm.scene.check_scissor import check_scissor
 from fsm.scene.check_vibration import check_vibration
 from fsm.scene.loads import Drive
-from fsm.scene.sections import Sections, keys_of_paths, method_faults, path_faults
+from fsm.scene.sections import Sections, method_faults, static_faults, static_keys
 
 __all__ = ["check_sections"]
 
@@ -25,14 +25,14 @@ _READ: dict[tuple[Analysis, ...], tuple[str, ...]] = {
     ("scissor",): (*_ANY, *_SCISSOR),
     ("deploy", "vibrate"): (*_ANY, *_DEPLOY, "deployed", *_VIBRATE),
 }
-"""The sections that belong to an analysis."""
+"""Sections that each sequence of analyses uses."""
 
 
 def check_sections(sections: Sections) -> list[Fault]:
-    """All contradictions between sections that could be read."""
+    """All faults that involve several sections, for sections that are valid by themselves."""
     if not sections.stages:
         return []
-    faults = list(_foreign(sections))
+    faults = list(_unused(sections))
     if "deploy" in sections.stages:
         faults += _check_deployment(sections)
     if "vibrate" in sections.stages:
@@ -42,17 +42,17 @@ def check_sections(sections: Sections) -> list[Fault]:
     return faults
 
 
-def _foreign(sections: Sections) -> Iterable[Fault]:
-    """Sections that the analysis does not read."""
+def _unused(sections: Sections) -> Iterable[Fault]:
+    """Sections that the analysis does not use."""
     read = _READ[sections.stages]
     named = f'analysis = "{sections.stages[0]}"' if len(sections.stages) == 1 else "these stages"
     if len(sections.stages) > 1 and sections.analysis != "deploy":
-        yield Fault("analysis", "`stages` says what is done already; take one of them out")
+        yield Fault("analysis", "is given together with `stages`, which also sets the analysis; remove one of them")
     for name in sorted(sections.written - set(read)):
         homes = [stages for stages, names in _READ.items() if name in names]
         hint = " or ".join(f'analysis = "{home[0]}"' if len(home) == 1 else "`stages`" for home in homes)
         if homes:
-            yield Fault(name, f"not used with {named}, it belongs to {hint}; remove it, or change that")
+            yield Fault(name, f"not used with {named}, it belongs to {hint}; remove the section, or change the analysis")
 
 
 def _check_deployment(sections: Sections) -> list[Fault]:
@@ -64,25 +64,25 @@ def _check_deployment(sections: Sections) -> list[Fault]:
         *_strip_drives(sections),
         *_lattice_drives(sections),
         *_scene_drives(sections),
-        *_twice(sections.drives),
+        *_repeated(sections.drives),
         *_friction(sections),
         *_obstacles(sections),
         *_end(sections),
         *_release(sections),
         *method_faults(sections.solve),
-        *path_faults(sections.solve),
+        *static_faults(sections.solve),
     ]
 
 
 def _missing_sections(sections: Sections) -> Iterable[Fault]:
     given = [name for name in ("scene", "lattice", "strip") if name in sections.written]
     if len(given) > 1:
-        yield Fault(given[0], f"[{given[0]}] and [{given[1]}] both say what there is; give one of them")
+        yield Fault(given[0], f"[{given[0]}] and [{given[1]}] both define a model; give one of them")
     elif not given:
-        yield Fault("strip", "section [strip] is missing; give it, or a [lattice], or a [scene] written out")
+        yield Fault("strip", "section [strip] is missing; give [strip], [lattice] or [scene]")
     if given == ["lattice"]:
         for name in sorted({"material", "crease", "contact", "friction", "obstacle"} & sections.written):
-            yield Fault(name, f"a lattice takes nothing from [{name}]; its squares are rigid and do not touch; remove it")
+            yield Fault(name, f"a lattice does not use [{name}], because its squares are rigid without contact; remove it")
     if "strip" in sections.written:
         for name in ("material", "crease"):
             if name not in sections.written:
@@ -92,25 +92,25 @@ def _missing_sections(sections: Sections) -> Iterable[Fault]:
 _ALSO_IN_SCENE = {
     "contact": "contact", "friction": "friction", "drive": "drives", "load": "loads", "obstacle": "obstacles",
 }  # fmt: skip
-"""Sections of a case and the keys of a [scene] that say the same."""
+"""Sections of a case, with the keys of [scene] that have the same meaning."""
 
 
 def _beside_scene(sections: Sections) -> Iterable[Fault]:
-    """Sections that a [scene] takes nothing from, and what is said twice."""
+    """Sections that a [scene] does not use, and values that are given twice."""
     scene = sections.scene
     if "scene" not in sections.written:
         return
     for name in sorted({"material", "crease"} & sections.written) if "strip" not in sections.written else ():
-        yield Fault(name, f"a [scene] takes nothing from [{name}]: its bodies and elements have their own; remove it")
+        yield Fault(name, f"a [scene] does not use [{name}], because its bodies and elements have their own; remove it")
     if scene is None:
         return
     for name, key in _ALSO_IN_SCENE.items():
         if name in sections.written and getattr(scene, key):
-            yield Fault(name, f"is given here and as scene.{key}; leave one of them")
+            yield Fault(name, f"is given here and as scene.{key}; remove one of them")
     if any(sections.gravity) and any(scene.gravity):
-        yield Fault("gravity", "is given here and as scene.gravity; leave one of them")
+        yield Fault("gravity", "is given here and as scene.gravity; remove one of them")
     if scene.contact is not None and scene.contact.pairs is not None:
-        yield Fault("scene.contact.pairs", "panels are numbered in a [strip] only; give the pairs as `scene.pairs`")
+        yield Fault("scene.contact.pairs", "only a [strip] has panel numbers; give the pairs as `scene.pairs`")
 
 
 def _held(strip: Strip) -> frozenset[int]:
@@ -130,17 +130,15 @@ def _held_panels(strip: Strip | None) -> Iterable[Fault]:
                 f"strip.held.{index}", f"must be a panel number from 1 to {strip.panels}; it is {panel}"
             )
     if _all_held(strip):
-        said = " (the first and the last, as it is not given)" if strip.held is None else ""
-        yield Fault(
-            "strip.held", f"all {strip.panels} panels are held{said} and nothing can move; leave some out"
-        )
+        default = " (by default the first and the last)" if strip.held is None else ""
+        yield Fault("strip.held", f"all {strip.panels} panels are held{default}, so none can move; hold fewer panels")
 
 
 def _contact_pairs(sections: Sections) -> Iterable[Fault]:
-    """Pairs of panels that are not there, or of one panel."""
+    """Contact pairs with panels that do not exist, or of a panel with itself."""
     strip, contact = sections.strip, sections.contact
     if contact is not None and contact.pairs is not None and "scene" in sections.written:
-        yield Fault("contact.pairs", "panels are numbered in a [strip] only; give the pairs of a [scene] as `scene.pairs`")
+        yield Fault("contact.pairs", "only a [strip] has panel numbers; give the pairs of a [scene] as `scene.pairs`")
     if strip is None or contact is None:
         return
     for index, pair in enumerate(contact.pairs or ()):
@@ -169,25 +167,26 @@ def _strip_drives(sections: Sections) -> Iterable[Fault]:
         if held:
             panels = " and ".join(str(panel) for panel in held)
             what = f"panel {panels}, which is" if len(held) == 1 else f"panels {panels}, which are"
-            said = "as no `strip.held` is given" if strip.held is None else "by `strip.held`"
+            source = "by default" if strip.held is None else "by `strip.held`"
             yield Fault(
                 path,
-                f"crease {drive.crease} is an edge of {what} held ({said}) and cannot move; choose another",
+                f"crease {drive.crease} is an edge of {what} held ({source}), so it cannot move; choose another crease",
             )
 
 
 def _lattice_drives(sections: Sections) -> Iterable[Fault]:
     if "lattice" in sections.written and sections.solve is not None and sections.solve.spatial:
-        yield Fault("solve.spatial", "the hinges of a lattice are of the plane; take it out")
+        yield Fault("solve.spatial", "a lattice moves in its plane only; remove it")
     for index, drive in sections.drives.items():
         path = f"drive.{index}"
         if drive.edge is not None and "lattice" not in sections.written:
-            yield Fault(f"{path}.edge", "only a [lattice] has edges; give `crease` in a strip, `body` or `bodies` else")
+            yield Fault(f"{path}.edge", "only a [lattice] has edges; give `crease` in a [strip], else `body` or `bodies`")
         if drive.crease is not None and "lattice" in sections.written:
-            yield Fault(f"{path}.crease", "creases are numbered in a [strip] only; give `edge` in a [lattice]")
+            yield Fault(f"{path}.crease", "only a [strip] has crease numbers; give `edge` in a [lattice]")
         lattice = sections.lattice
         if lattice is not None and drive.edge in lattice.held_edges:
-            yield Fault(f"{path}.edge", f'edge "{drive.edge}" is held by `lattice.held` and cannot be moved; choose another')
+            text = f'edge "{drive.edge}" is held by `lattice.held`, so it cannot move; choose another edge'
+            yield Fault(f"{path}.edge", text)
 
 
 def _scene_drives(sections: Sections) -> Iterable[Fault]:
@@ -200,17 +199,17 @@ def _scene_drives(sections: Sections) -> Iterable[Fault]:
     for name, index, drive in listed:
         if drive.crease is not None:
             yield Fault(
-                f"{name}.{index}.crease", "creases are numbered in a [strip] only; give `body` in a [scene]"
+                f"{name}.{index}.crease", "only a [strip] has crease numbers; give `body` in a [scene]"
             )
         for body in drive.moved:
             if body in held:
                 key = "body" if drive.body is not None else "bodies"
                 yield Fault(
-                    f"{name}.{index}.{key}", f'body "{body}" is held: it cannot be pulled; free it, or choose another'
+                    f"{name}.{index}.{key}", f'body "{body}" is held, so it cannot move; free it, or choose another body'
                 )
 
 
-def _twice(drives: Mapping[int, Drive]) -> Iterable[Fault]:
+def _repeated(drives: Mapping[int, Drive]) -> Iterable[Fault]:
     first: dict[str, int] = {}
     for index, drive in drives.items():
         targets = [f'body "{body}"' for body in drive.moved]
@@ -218,7 +217,7 @@ def _twice(drives: Mapping[int, Drive]) -> Iterable[Fault]:
         targets += [f'edge "{drive.edge}"'] if drive.edge is not None else []
         for what in targets:
             if what in first:
-                yield Fault(f"drive.{index}", f"{what} is driven by drive.{first[what]} already; leave one of them")
+                yield Fault(f"drive.{index}", f"{what} is already driven by drive.{first[what]}; remove one of them")
             first.setdefault(what, index)
 
 
@@ -228,19 +227,19 @@ def _friction(sections: Sections) -> Iterable[Fault]:
     if "friction" in sections.written and "contact" not in sections.written and not in_scene:
         yield Fault(
             "friction",
-            "[friction] acts where faces touch, but there is no [contact]; add it, or remove [friction]",
+            "[friction] requires [contact], which is missing; add [contact], or remove [friction]",
         )
     if scene is not None and scene.friction and not in_scene and "contact" not in sections.written:
         yield Fault(
             "scene.friction",
-            "friction acts where faces touch, but there is no contact; add it, or remove friction",
+            "friction requires contact, which is missing; add [contact], or remove friction",
         )
 
 
 def _obstacles(sections: Sections) -> Iterable[Fault]:
     in_scene = sections.scene is not None and sections.scene.contact is not None
     if "obstacle" in sections.written and "contact" not in sections.written and not in_scene:
-        yield Fault("obstacle", "[[obstacle]] can be touched, but there is no [contact]; add it, or remove [[obstacle]]")
+        yield Fault("obstacle", "[[obstacle]] requires [contact], which is missing; add [contact], or remove [[obstacle]]")
 
 
 def _end(sections: Sections) -> Iterable[Fault]:
@@ -249,28 +248,28 @@ def _end(sections: Sections) -> Iterable[Fault]:
     if driven or scene_unknown:
         return
     if sections.solve is not None:
-        for key in keys_of_paths(sections.solve):
-            yield Fault(f"solve.{key}", "is of equilibria as a drive moves, but there is no [[drive]]; take it out")
+        for key in static_keys(sections.solve):
+            yield Fault(f"solve.{key}", "requires a [[drive]], which is missing; remove it, or add a drive")
     if sections.solve is not None and sections.solve.end_time is None:
         yield Fault(
             "solve.end_time",
-            "missing, and there is no [[drive]] either: nothing says when to stop; give one of them",
+            "missing, and there is no [[drive]] either, so the run has no end; give one of them",
         )
     if sections.save is not None and sections.save.every is not None:
         yield Fault(
             "save.every",
-            "counts the travel of a drive, but there is no [[drive]]; give `interval` (time) instead",
+            "is a travel of a drive, and there is no [[drive]]; give `interval` (time) instead",
         )
 
 
 def _release(sections: Sections) -> Iterable[Fault]:
-    """A hold that a drive would pull against, or that lasts until the end."""
+    """Hold together with a drive, or a hold until the end of the run."""
     if sections.release is None:
         return
     if "drive" in sections.written or (sections.scene is not None and sections.scene.drives):
-        yield Fault("release", "belongs to a motion without a [[drive]]; a drive starts at time zero; remove one of them")
+        yield Fault("release", "cannot be used with a [[drive]], which starts at time zero; remove one of them")
     hold, end = sections.release.hold_time, sections.solve.end_time if sections.solve is not None else None
     if end is not None and hold >= end:
         yield Fault(
-            "release.hold_time", f"must be shorter than solve.end_time, {end:g} s; it is {hold:g} s, so nothing would move"
+            "release.hold_time", f"must be shorter than solve.end_time, {end:g} s, or nothing moves; it is {hold:g} s"
         )

@@ -1,4 +1,4 @@
-"""Contact and friction sections of a case; the laws themselves are in `fsm.laws`."""
+"""Sections [contact] and [friction] of a case; the laws themselves are in `fsm.laws`."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ NORMAL_KEYS: Final[dict[str, LawKeys]] = {
     "flores": _RESTITUTION,
     "restitution": _RESTITUTION,
 }
-"""Laws of the normal force and the keys that belong to them; the same names as in `fsm.laws.normal`."""
+"""Keys of each law of the normal force; the names of laws are those of `fsm.laws.normal`."""
 
 FRICTION_KEYS: Final[dict[str, LawKeys]] = {
     "step": LawKeys(("mu_static", "v_static", "v_dynamic")),
@@ -45,20 +45,20 @@ FRICTION_KEYS: Final[dict[str, LawKeys]] = {
     "stribeck": LawKeys(("mu_static", "v_static", "v_stribeck"), ("viscous",)),
     "lugre": LawKeys(("mu_static", "v_stribeck", "presliding"), ("viscous", "bristle_damping")),
 }
-"""Friction laws and the keys that belong to them; the same names as in `fsm.laws.friction`."""
+"""Keys of each friction law; the names of laws are those of `fsm.laws.friction`."""
 
 _FROM_MATERIAL: Final = object()
 
 
 def hertz_stiffness(young: Sequence[float], poisson: Sequence[float], radius: Sequence[float]) -> float:
-    """Stiffness of two spheres, K = 4/3 E* sqrt(R), N/m^1.5 (Hertz).
+    """Contact stiffness of two spheres, K = 4/3 E* sqrt(R), N/m^1.5 (Hertz, 1882).
 
     1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2,   1/R = 1/R1 + 1/R2
 
     Parameters
     ----------
-    young, poisson : one value of both bodies, or two; Pa and -
-    radius : one value of a sphere on a flat face, or two; m
+    young, poisson : Pa and -; one value for both bodies, or two values
+    radius : m; one value for a sphere on a flat face, or two values
     """
     compliance = sum((1.0 - poisson[i % len(poisson)] ** 2) / young[i % len(young)] for i in range(2))
     curvature = sum(1.0 / r for r in radius)
@@ -66,12 +66,12 @@ def hertz_stiffness(young: Sequence[float], poisson: Sequence[float], radius: Se
 
 
 def with_stiffness(written: Mapping[str, Any], force: float, depth: float) -> Mapping[str, Any]:
-    """The section with the stiffness K that turns a depth (m) into a force (N), K = F/d^e, if it has none of its own."""
+    """Section with the stiffness K = F/d^e of a force F (N) at a depth d (m); unchanged if it gives a stiffness."""
     if "stiffness" in written or any(written.get(key) is not None for key in _MATERIAL):
         return written
     exponent = written.get("exponent", 1.0 if written.get("law") == "linear" else 1.5)
     if isinstance(exponent, bool) or not isinstance(exponent, int | float) or not 1.0 <= exponent <= 3.0:
-        return {**written, "stiffness": 1.0}  # the fault is reported for the exponent
+        return {**written, "stiffness": 1.0}  # the exponent has its own message
     stiffness = force / depth**exponent if depth > 0.0 else math.inf
     return {**written, "stiffness": f"{stiffness:.3g} N/m^{exponent!r}"}
 
@@ -84,13 +84,13 @@ def _one_or_two(value: object) -> object:
     if not isinstance(value, list | tuple):
         return (value,)
     if not value:
-        _refuse("has no value; give one for both bodies, or two")
+        _refuse("has no value; give one value for both bodies, or two values")
     return value
 
 
 def _above_zero(value: float) -> float:
     if not 0.0 < value <= 1.0:
-        hint = "; without any rebound the damping would be infinite, 0.01 comes close" if value == 0.0 else ""
+        hint = "; a value of 0 needs infinite damping, give 0.01 instead" if value == 0.0 else ""
         _refuse(f"must be above 0 and at most 1; it is {value:g}{hint}")
     return value
 
@@ -102,41 +102,43 @@ _SlipDamping = Annotated[float, Unit("s/m")]
 
 
 class Contact(Model):
-    """Normal contact of faces. With d the depth and d' its rate, closing positive:
+    """Normal contact of faces.
 
-    "hertz", "impact": K d^e + STEP(d, 0, 0, ramp, C) d'; "impact" is the ADAMS function, whose damping must be given;
-    "linear": the same with e = 1 and a start that is quadratic up to the ramp;
-    "restitution", "hunt-crossley", "lankarani-nikravesh", "flores": K d^e (1 + h d'/v0) with v0 the closing speed at
-    first touch and h from the coefficient of restitution; "restitution" delivers exactly that.
+    With the penetration d and its rate d' (positive while closing), the laws are:
+
+    "hertz", "impact": K d^e + STEP(d, 0, 0, ramp, C) d'; "impact" is the ADAMS function and requires `damping`;
+    "linear": the same with e = 1, and quadratic up to `ramp`;
+    "restitution", "hunt-crossley", "lankarani-nikravesh", "flores": K d^e (1 + h d'/v0), with the closing speed v0 at
+    first touch and a factor h from the coefficient of restitution; only "restitution" reproduces it exactly.
 
     Attributes
     ----------
     law : str
-        If absent, "restitution" where a coefficient of restitution is given, and else "hertz".
-    exponent : e, 1.5 for Hertz; 1 for "linear"
+        Absent: "restitution" if a coefficient of restitution is given, else "hertz".
+    exponent : e, 1.5 for Hertz contact; 1 for "linear"
     young, poisson, radius : Pa, -, m
-        Instead of `stiffness`, by Hertz' formula (`hertz_stiffness`). One value of both bodies, or two; a single radius
-        is that of a sphere on a flat face.
+        Values for Hertz' formula (`hertz_stiffness`), instead of `stiffness`. Give one value for both bodies, or two. A
+        single radius is that of a sphere on a flat face.
     stiffness : N/m^e
-        Of a strip, absent: from its material, as good as rigid (`fsm.scene.case.contact_scale`). A plain number, or
-        text such as "1e9 N/m^1.5" whose power must be the exponent. Of one whole face
-        pressed evenly; shared among its contact points by length, so it does not depend on the mesh.
+        Stiffness K of a whole face under uniform pressure, independent of the mesh. The value is a plain number or text,
+        for example "1e9 N/m^1.5", with `exponent` as its power. Absent in a strip: practically rigid
+        (`fsm.scene.case.contact_scale`).
     damping : N s/m
-        C at full ramp, of a whole face.
+        Damping C of a whole face at full ramp.
     ramp : m
-        Penetration at which the damping is fully on.
+        Penetration at which the damping reaches C.
     restitution : -
-        Speed of parting over speed of approach.
+        Coefficient of restitution: separation speed over closing speed.
     speed_floor : m/s
-        Below this closing speed a contact is a press and not an impact: v0 is not taken as less.
+        Lower bound of v0; slower contacts are pressed contacts and not impacts.
     thickness_in_gap : bool
-        Faces touch at half the sum of their thicknesses; false lets the middle surfaces touch.
+        Whether faces touch at half the sum of their thicknesses; false: middle surfaces touch.
     points_per_segment : int
-        Intervals between the contact points of a segment (Gauss-Lobatto: its ends are points too).
-    pairs : pairs of panel numbers of a strip that are watched
+        Intervals between the contact points of a segment (Gauss-Lobatto points, which include both ends).
+    pairs : pairs of panel numbers of a strip with contact
         Absent: every panel with every other.
     resolve_overlap : bool
-        Bodies that overlap at the start are moved apart; false refuses them.
+        Whether bodies that overlap at the start are moved apart; false: the case is refused.
     """
 
     law: Literal[
@@ -158,7 +160,7 @@ class Contact(Model):
 
     @classmethod
     def completed(cls, written: Mapping[str, Any]) -> dict[str, Any]:
-        """See `Model`: the law that is meant, its exponent, and what it lacks."""
+        """Section with its law, its exponent, and marks for required keys that are missing; see `Model`."""
         data = dict(written)
         if data.get("restitution") is not None:
             data.setdefault("law", "restitution")
@@ -177,19 +179,22 @@ class Contact(Model):
         parts = [info.data.get(key) for key in _MATERIAL]
         if value is not _FROM_MATERIAL:
             if any(part is not None for part in parts):
-                _refuse("give it, or `young`, `poisson` and `radius` for Hertz' formula, not both")
+                _refuse("is given together with `young`, `poisson` or `radius` of Hertz' formula; remove one of the two")
             return float(check(value))
         young, poisson, radius = parts
         if young is None or poisson is None or radius is None:
-            return 1.0  # one of them is faulty, which is said where it stands
+            return 1.0  # one of them is faulty and has its own message
         if info.data.get("exponent", 1.5) != 1.5:
-            _refuse(f"Hertz' formula gives it for the exponent 1.5 only; the exponent is {info.data['exponent']:g}; give it")
+            exponent = f"the exponent is {info.data['exponent']:g}"
+            _refuse(f"Hertz' formula requires the exponent 1.5; {exponent}; give `stiffness` instead of `young`")
         return hertz_stiffness(young, poisson, radius)
 
     @model_validator(mode="after")
     def _is_linear(self) -> Self:
         if self.law == "linear" and self.exponent != 1.0:
-            raise ValueError(f'law = "linear" has the exponent 1; it is {self.exponent:g}; remove it, or take "hertz"')
+            raise ValueError(
+                f'law = "linear" requires the exponent 1; it is {self.exponent:g}; remove it, or use law = "hertz"'
+            )
         return self
 
     @model_serializer(mode="wrap")
@@ -203,27 +208,27 @@ class Contact(Model):
 class Friction(Model):
     """Coulomb friction.
 
-    "step": two STEP branches, 0 to mu_static at v_static, then to mu_dynamic at v_dynamic (the ADAMS law);
+    "step": two STEP branches, from 0 to mu_static at v_static, then to mu_dynamic at v_dynamic (the ADAMS law);
     "tanh": mu_dynamic tanh(v/v_static);
     "stribeck": [mu_dynamic + (mu_static - mu_dynamic) exp(-(v/v_stribeck)^2)] tanh(v/v_static) + viscous v;
-    "lugre": bristles that bend by `presliding` before they give way, with the curve of "stribeck" as they slide.
-    All but "lugre" creep under a steady tangential load.
+    "lugre": elastic bristles that deflect by `presliding` before sliding, and the "stribeck" curve during sliding.
+    All laws except "lugre" are regularised: a sticking contact creeps under a tangential load.
 
     Attributes
     ----------
     mu_static, mu_dynamic : -
     v_static, v_dynamic : m/s
-        v_static is 0 with a law that has none.
+        v_static is 0 for laws without this key.
     v_stribeck : m/s
-        Speed over which the coefficient falls from static to dynamic.
+        Speed at which the coefficient decreases from mu_static to mu_dynamic.
     viscous : s/m
-        Rise of the coefficient with speed.
+        Increase of the coefficient with speed.
     presliding : m
         Deflection of the bristles at mu_static.
     bristle_damping : s/m
-        Of bending bristles, as a coefficient over a speed; absent means mu_dynamic/v_stribeck.
+        Damping of the bristles, as a friction coefficient per speed; absent: mu_dynamic/v_stribeck.
     across : -
-        Coefficients across the length of a panel or plate over those along it, in space; 1 for all directions alike.
+        Ratio of the coefficients across the length of a panel or plate to those along it, in space; 1: isotropic.
     """
 
     law: Literal["step", "tanh", "stribeck", "lugre"] = "step"
@@ -239,7 +244,7 @@ class Friction(Model):
 
     @classmethod
     def completed(cls, written: Mapping[str, Any]) -> dict[str, Any]:
-        """See `Model`: what the law lacks."""
+        """Section with marks for required keys that are missing; see `Model`."""
         return mark_missing(written, FRICTION_KEYS, written.get("law", "step"))
 
     _used = field_validator("*", mode="before")(check_key(FRICTION_KEYS))
@@ -263,13 +268,13 @@ class Friction(Model):
 
     def _dissipative(self) -> None:
         if self.mu_dynamic == 0.0:
-            raise ValueError('law "lugre" needs mu_dynamic > 0; for no friction at all remove the section')
+            raise ValueError('law "lugre" needs mu_dynamic > 0; for a case without friction remove the section')
         assert self.v_stribeck is not None
         # 4/0.4289, the latter the maximum of x exp(-x^2): docs/theory.md
         most = 9.3 * self.mu_dynamic / self.v_stribeck
         if self.bristle_damping is not None and self.bristle_damping > most:
             raise ValueError(
-                f"bristle_damping = {self.bristle_damping:g} s/m would feed energy in; it must be at most "
+                f"bristle_damping = {self.bristle_damping:g} s/m would generate energy; it must be at most "
                 f"9.3 mu_dynamic/v_stribeck = {most:g} s/m"
             )
 

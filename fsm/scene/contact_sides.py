@@ -1,4 +1,4 @@
-"""What a contact pair names: a surface, the plate of a body, a group of plates, or an obstacle."""
+"""Sides of a contact pair: a surface, the plate of a body, a group of plates, or an obstacle."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class ContactSide(NamedTuple):
     Attributes
     ----------
     kind : "surface", "plate", "group" or "obstacle"
-    bodies : names of the bodies that it is part of, in a surface's order
+    bodies : names of its bodies, in order along a surface
     """
 
     kind: Literal["surface", "plate", "group", "obstacle"]
@@ -23,7 +23,10 @@ class ContactSide(NamedTuple):
 
 
 def contact_sides(scene: Scene) -> dict[str, ContactSide]:
-    """All that a contact pair may name; a surface comes before a body of the same name (a panel of one segment)."""
+    """All possible sides of contact pairs by name.
+
+    If a surface and a body have the same name (a panel of one segment), the name means the surface.
+    """
     known = {obstacle.name: ContactSide("obstacle", (obstacle.body or GROUND,)) for obstacle in scene.obstacles}
     known |= {body.name: ContactSide("plate", (body.name,)) for body in scene.bodies if body.plate is not None}
     known |= {group.name: ContactSide("group", group.bodies) for group in scene.groups}

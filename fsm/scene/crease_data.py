@@ -1,15 +1,15 @@
-"""Moment-angle data of a crease, read from a CSV file.
+"""Moment-angle data of a crease from a CSV file.
 
-Columns are named in a header, with units if they are not those of the case::
+A header names the columns, with units if they differ from those of the case::
 
     # clamped side 20 mm, turned side 35 mm
     angle (deg), moment (N mm)
     0.0,  0.0
     5.0,  1.2
 
-or ``angle [deg]; force [N]; lever_arm [mm]``, where the moment is force times lever arm. Lines that start
-with ``#`` are comments; values are separated by commas, semicolons, tabs or blanks. Two bare columns, angle
-and moment, are read when the case gives both units, ``angle_unit = "deg"`` and ``moment_unit = "mN m"``.
+or ``angle [deg]; force [N]; lever_arm [mm]``, where the moment is force times lever arm. Lines that start with ``#`` are
+comments. Commas, semicolons, tabs or blanks separate values. A file without a header has the columns angle and moment; the
+case must then give both units, for example ``angle_unit = "deg"`` and ``moment_unit = "mN m"``.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fsm.errors import CaseError, Fault
-from fsm.scene.csv_columns import cells_of, heading, headings_of, number_in, separator_of, shorten, text_rows
+from fsm.scene.csv_columns import cells_of, first_row_faults, heading, headings_of, number_in, separator_of, text_rows
 from fsm.scene.materials import SplineCrease
-from fsm.scene.units import nearest, to_si, unit_in
+from fsm.scene.units import did_you_mean, to_si, unit_in
 
 __all__ = ["CreaseData", "check_curve", "read_crease_data"]
 
@@ -34,7 +34,7 @@ _CHOICES = ({"angle", "moment"}, {"angle", "force", "lever_arm"})
 
 @dataclass(frozen=True)
 class CreaseData:
-    """A measured curve, angles increasing.
+    """Measured curve with increasing angles.
 
     Attributes
     ----------
@@ -61,24 +61,24 @@ def read_crease_data(
     ----------
     file : Path
     crease : SplineCrease
-        Gives the interpolation, and units where the file has none.
+        Section with the interpolation, and with units for a file without units.
     system : str
         Unit system of plain numbers.
     path : str
-        Dotted path of the key that names the file, for faults.
+        Dotted path of the key that names the file, for messages.
 
     Raises
     ------
     CaseError
-        All faults of the file, each with the number of its row (counted as a text editor does).
+        All faults of the file, each with its row number as in a text editor.
     """
-    rows = text_rows(file, path, "two columns are wanted, angle and moment")
+    rows = text_rows(file, path, "it must have two columns, angle and moment")
     separator = separator_of(rows[0][1])
     columns, rows = _columns(rows, separator, crease, path)
     columns = _with_units(columns, crease, system, path)
     numbers, faults = _numbers(rows, separator, len(columns), path)
     if faults:
-        raise CaseError(shorten(faults, path))
+        raise CaseError(first_row_faults(faults, path))
     names = [column.name for column in columns]
     scale = {column.name: to_si(f"1 {column.unit}", _SI[column.name]) for column in columns}
     angle = [values[names.index("angle")] for _, values in numbers]
@@ -105,7 +105,9 @@ def check_curve(
     places: Sequence[str],
     unit: str = "rad",
 ) -> CreaseData:
-    """A curve that can be interpolated: enough rows, and angles that increase. Falling angles are reversed.
+    """Curve for interpolation, after a check of its rows and of the order of its angles.
+
+    Decreasing angles are reversed.
 
     Parameters
     ----------
@@ -113,20 +115,20 @@ def check_curve(
     moment : sequence of float, N m
     interpolation : "cubic" or "pchip"
     path : str
-        Dotted path of the curve, for faults.
+        Dotted path of the curve, for messages.
     places : sequence of str
-        Path of each row, for faults.
+        Path of each row, for messages.
     unit : str
         Unit of the angles.
 
     Raises
     ------
     CaseError
-        All rows that are out of order, or too few rows.
+        Rows are out of order, or there are too few or too many rows.
     """
     if len(angle) != len(moment):
         raise CaseError(
-            Fault(path, f"has {len(angle)} angles and {len(moment)} moments; give as many of each")
+            Fault(path, f"has {len(angle)} angles and {len(moment)} moments; give one moment for each angle")
         )
     fewest = FEWEST_ROWS[interpolation]
     if len(angle) < fewest:
@@ -135,11 +137,11 @@ def check_curve(
             Fault(path, f"has {len(angle)} rows; {interpolation} interpolation needs at least {fewest}{hint}")
         )
     if len(angle) > MOST_ROWS:
-        what = f"has {len(angle):,} rows; at most {MOST_ROWS:,}: gather them by `fsm calibrate crease`"
+        what = f"has {len(angle):,} rows; at most {MOST_ROWS:,} are allowed: reduce them by `fsm calibrate crease`"
         raise CaseError(Fault(path, what))
     faults = _order_faults(angle, places, unit) or _size_faults(angle, places, unit)
     if faults:
-        raise CaseError(shorten(faults, path))
+        raise CaseError(first_row_faults(faults, path))
     turn = slice(None, None, -1 if angle[-1] < angle[0] else 1)
     radians = [to_si(f"{value!r} {unit}", "rad") for value in angle]
     return CreaseData(tuple(radians[turn]), tuple(moment[turn]))
@@ -157,13 +159,13 @@ def _columns(
     for cell in cells:
         name, unit = heading(cell, _SI)
         if name not in _SI:
-            known = nearest(name, _SI) or "; angle and moment, or angle, force and lever_arm, are read"
+            known = did_you_mean(name, _SI) or "; use angle and moment, or angle, force and lever_arm"
             faults.append(Fault(f"{path} row {number}", f'unknown column "{cell}"{known}'))
         columns.append(_Column(name, unit))
     names = [column.name for column in columns]
     if not faults and (set(names) not in _CHOICES or len(set(names)) < len(names)):
-        wanted = "wanted: angle and moment, or angle, force and lever_arm"
-        faults.append(Fault(f"{path} row {number}", f"columns are {', '.join(names)}; {wanted}"))
+        required = "use angle and moment, or angle, force and lever_arm"
+        faults.append(Fault(f"{path} row {number}", f"columns are {', '.join(names)}; {required}"))
     if faults:
         raise CaseError(faults)
     return columns, rows[1:]
@@ -175,14 +177,14 @@ def _bare_columns(cells: list[str], number: int, crease: SplineCrease, path: str
         raise CaseError(
             Fault(
                 f"{path} row {number}",
-                f"no header, and not 2 columns but {len(cells)}; write `angle (deg), moment (N mm)` above",
+                f"has {len(cells)} columns and no header; give a header, for example `angle (deg), moment (N mm)`",
             )
         )
     if not (crease.angle_unit and crease.moment_unit):
         raise CaseError(
             Fault(
                 f"{path} row {number}",
-                "no header; write a first row such as `angle (deg), moment (N mm)`, or give `angle_unit` and "
+                "has no header; give one, for example `angle (deg), moment (N mm)`, or give `angle_unit` and "
                 "`moment_unit` beside `data`",
             )
         )
@@ -190,7 +192,7 @@ def _bare_columns(cells: list[str], number: int, crease: SplineCrease, path: str
 
 
 def _with_units(columns: list[_Column], crease: SplineCrease, system: str, path: str) -> list[_Column]:
-    """Columns with a unit each: of the header, else of the case, else of plain numbers."""
+    """Columns with a unit each: from the header, else from the case, else from the unit system."""
     of_case = {"angle": crease.angle_unit, "moment": crease.moment_unit}
     full, faults = [], []
     for column in columns:
@@ -199,7 +201,7 @@ def _with_units(columns: list[_Column], crease: SplineCrease, system: str, path:
         try:
             to_si(f"1 {unit}", si)
         except ValueError as error:
-            faults.append(Fault(path, f"unit of the column {column.name}: {error}"))
+            faults.append(Fault(path, f"the unit of the column {column.name} is wrong: {error}"))
         full.append(_Column(column.name, unit))
     if faults:
         raise CaseError(faults)
@@ -215,11 +217,11 @@ def _numbers(
         values = [number_in(cell, separator) for cell in cells]
         good = [value for value in values if value is not None and math.isfinite(value)]
         if len(cells) != width:
-            faults.append(Fault(f"{path} row {row}", f"has {len(cells)} values; {width} are wanted"))
+            faults.append(Fault(f"{path} row {row}", f"has {len(cells)} values; the header has {width} columns"))
         elif len(good) < width:
             bad = next(c for c, v in zip(cells, values, strict=True) if v is None or not math.isfinite(v))
             faults.append(
-                Fault(f"{path} row {row}", f'"{bad}" is not a finite number; correct or delete the row')
+                Fault(f"{path} row {row}", f'"{bad}" is not a finite number; correct or remove the row')
             )
         else:
             numbers.append((row, good))
@@ -227,29 +229,29 @@ def _numbers(
 
 
 def _order_faults(angle: Sequence[float], places: Sequence[str], unit: str) -> list[Fault]:
-    """Rows whose angle does not go the way the whole column goes."""
+    """Rows whose angle breaks the increasing or decreasing order of the column."""
     sign = -1.0 if angle[-1] < angle[0] else 1.0
     faults = []
     for before, after, place in zip(angle, angle[1:], places[1:], strict=False):
         if sign * (after - before) > 0:
             continue
         if after == before:
-            what = f"angle {after:g} {unit} stands twice; leave one row of each angle, or their mean"
+            what = f"the angle {after:g} {unit} appears twice; keep one row for each angle, or the mean of its rows"
         else:
-            way = "goes back" if sign > 0 else "goes up again"
-            what = f"angle {way} ({after:g} {unit} after {before:g} {unit}); sort the rows, one branch only"
+            way = "decreases" if sign > 0 else "increases"
+            what = f"the angle {way} ({after:g} {unit} after {before:g} {unit}); sort the rows, and keep one branch only"
         faults.append(Fault(place, what))
     return faults
 
 
 def _size_faults(angle: Sequence[float], places: Sequence[str], unit: str) -> list[Fault]:
-    """The largest angle, if it is more than a turn: degrees that were taken for radians."""
+    """Fault of the largest angle if it exceeds one turn, probably because degrees were read as radians."""
     worst = max(range(len(angle)), key=lambda index: abs(angle[index]))
     if abs(to_si(f"{angle[worst]!r} {unit}", "rad")) <= 2 * math.pi * (1 + 1e-9):
         return []
     return [
         Fault(
             places[worst],
-            f"{angle[worst]:g} {unit} is more than a turn; if it is degrees, say so: `angle (deg)`",
+            f"{angle[worst]:g} {unit} is more than one turn; for degrees, write the header `angle (deg)`",
         )
     ]

@@ -1,15 +1,15 @@
-"""A family of crease curves over press time and opening number, kept in one HDF5 file that cases name.
+"""Family of crease curves over press time and opening number, in one HDF5 file for use in cases.
 
 Layout, all in SI::
 
     /            attributes: format, version, interpolation ("cubic" or "pchip"), width (m, NaN if not stated),
                  relaxation: theta_r0 (rad), A (rad), tau (s) and the longest time measured (s), NaN if not tested
-    /curves/NNN  attributes: press_time (s), opening, both NaN where the test does not state them; repeats
+    /curves/NNN  attributes: press_time (s) and opening (NaN if the test does not state them), repeats
         angle, loading, loading_error             (n,) rad, N m; standard errors
-        unloading, unloading_error                (n,), where the test came back
+        unloading, unloading_error                (n,), only if the test has an unloading branch
 
-`fsm calibrate crease` writes it. Between measured curves the moment at each angle is interpolated linearly in the logarithm
-of the press time and in the opening number; nothing is extrapolated.
+`fsm calibrate crease` writes this file. Between measured curves, the moment at each angle is interpolated linearly in the
+logarithm of the press time and in the opening number. There is no extrapolation.
 """
 
 from __future__ import annotations
@@ -40,28 +40,28 @@ __all__ = [
 FORMAT = "fsm crease family"
 VERSION = 1
 _POINTS = 201
-"""Angles that a curve between measured ones is given at."""
+"""Number of angles of an interpolated curve."""
 _MOST = 100_000
-"""Angles of a measured curve, at most."""
+"""Largest number of angles of a measured curve."""
 _OVERLAP = 0.5
-"""Part of the shorter range that curves must have in common to be interpolated between."""
+"""Smallest common range of two curves for interpolation, over the shorter of their ranges."""
 _COLUMNS = ("loading", "loading_error", "unloading", "unloading_error")
 
 
 @dataclass(frozen=True)
 class FamilyCurve:
-    """A curve of a family.
+    """Curve of a family.
 
     Attributes
     ----------
     angle : (n,) array, rad, increasing
     loading, loading_error : (n,) arrays, N m
-        Moment as the crease is opened, and its standard error.
+        Moment while the crease opens, and its standard error.
     unloading, unloading_error : (n,) arrays, N m, or None
-        The same on the way back.
-    press_time : s, or None where the test does not state it
+        Moment while the crease closes again, and its standard error.
+    press_time : s, or None if the test does not state it
     opening : -, or None
-        How many times the crease has been opened, this time included.
+        Number of openings of the crease, this one included.
     repeats : int
     """
 
@@ -76,7 +76,7 @@ class FamilyCurve:
 
     @property
     def name(self) -> str:
-        """What the curve is called in messages and figures."""
+        """Name of the curve in messages and figures."""
         parts = []
         if self.press_time is not None:
             parts.append(f"pressed {time_text(self.press_time)}")
@@ -87,7 +87,7 @@ class FamilyCurve:
 
 @dataclass(frozen=True)
 class Relaxation:
-    """The rest angle (rad from flat) after release, theta_r(t) = start + slope log(1 + t/tau), for t up to `longest` (s)."""
+    """Rest angle (rad from flat) after release: theta_r(t) = start + slope log(1 + t/tau), for t up to `longest` (s)."""
 
     start: float
     slope: float
@@ -95,21 +95,21 @@ class Relaxation:
     longest: float
 
     def at(self, time: float) -> float:
-        """Rest angle, rad, a time (s) after release."""
+        """Rest angle (rad) at a time (s) after release."""
         return self.start + self.slope * math.log1p(time / self.tau)
 
 
 @dataclass(frozen=True)
 class CreaseFamily:
-    """Creases that were tested.
+    """Measured curves of creases.
 
     Attributes
     ----------
     curves : tuple of FamilyCurve
     interpolation : "cubic" or "pchip"
-        In the angle.
-    width : m, of the creases tested, or None where it is not stated
-    relaxation : of the rest angle, or None
+        Interpolation of the moment in the angle.
+    width : m, of the tested creases; None if it is not stated
+    relaxation : relaxation of the rest angle, or None
     """
 
     curves: tuple[FamilyCurve, ...]
@@ -119,7 +119,7 @@ class CreaseFamily:
 
 
 def time_text(seconds: float) -> str:
-    """A time in the unit that suits it: 30 s, 10 min, 1.5 h, 2 day."""
+    """Time with a suitable unit: 30 s, 10 min, 1.5 h, 2 day."""
     for unit, size in (("day", 86400.0), ("h", 3600.0), ("min", 60.0)):
         if seconds >= size:
             return f"{seconds / size:.4g} {unit}"
@@ -127,7 +127,7 @@ def time_text(seconds: float) -> str:
 
 
 def write_family(family: CreaseFamily, file: Path) -> None:
-    """Write a family; the file is made new."""
+    """Write a family to a new file."""
     with written_from_memory(file) as target:
         target.attrs.update(
             format=fixed_text(FORMAT),
@@ -157,12 +157,12 @@ def read_family(file: Path, path: str = "crease.file") -> CreaseFamily:
     ----------
     file : Path
     path : str
-        Dotted path of the key that names the file, for faults.
+        Dotted path of the key that names the file, for messages.
 
     Raises
     ------
     CaseError
-        There is no such file, or it is no family.
+        The file does not exist, or it is not a valid family.
     """
     import h5py
 
@@ -170,14 +170,14 @@ def read_family(file: Path, path: str = "crease.file") -> CreaseFamily:
         raise CaseError(Fault(path, f"cannot read {file}: no such file; make it with `fsm calibrate crease`"))
     try:
         if not has_checksums(file):
-            raise ValueError("not HDF5, or of an old layout")
+            raise ValueError("not HDF5, or HDF5 of an old layout")
         with h5py.File(file, "r") as source:
             check_contents(source)
             if attribute(source, "format") != FORMAT or int(attribute(source, "version")) != VERSION:
                 raise ValueError("another format or version")
             groups = [source["curves"][name] for name in sorted(source["curves"].keys())]
             if not all(isinstance(group, h5py.Group) for group in groups):
-                raise ValueError("a curve is no group")
+                raise ValueError("a curve is not an HDF5 group")
             curves = tuple(_read_curve(group) for group in groups)
             law = [float(number) for number in attribute(source, "relaxation")]
             family = CreaseFamily(
@@ -190,22 +190,23 @@ def read_family(file: Path, path: str = "crease.file") -> CreaseFamily:
         text = " ".join(str(error).split())[:80]
         what = f"{file} is not a crease family of version {VERSION} ({text}); make it with `fsm calibrate crease`"
         raise CaseError(Fault(path, what)) from None
-    if not curves or not all(_sound(curve) for curve in curves):
-        raise CaseError(Fault(path, f"{file} has no curve, or one that is broken; make it anew with `fsm calibrate crease`"))
-    if family.relaxation is not None and not _possible(family.relaxation):
-        raise CaseError(Fault(path, f"{file} holds a relaxation that cannot be; make it anew with `fsm calibrate crease`"))
+    remedy = "make it again with `fsm calibrate crease`"
+    if not curves or not all(_is_valid(curve) for curve in curves):
+        raise CaseError(Fault(path, f"{file} has no curve, or an invalid one; {remedy}"))
+    if family.relaxation is not None and not _is_possible(family.relaxation):
+        raise CaseError(Fault(path, f"{file} has a relaxation with impossible parameters; {remedy}"))
     return family
 
 
 def family_curve(
     family: CreaseFamily, press_time: float | None, opening: float | None, path: str = "crease"
 ) -> FamilyCurve:
-    """The curve for a press time (s) and an opening number: a measured one, or one between measured ones.
+    """Curve for a press time (s) and an opening number, measured or interpolated between measured curves.
 
     Raises
     ------
     CaseError
-        A choice that has to be made was not, or it is outside what was measured.
+        A required press time or opening number is missing, or it is outside the measured range.
     """
     faults = [
         *_choice_faults([c.press_time for c in family.curves], press_time, f"{path}.press_time"),
@@ -225,20 +226,20 @@ def family_curve(
 
 
 def rest_angle(family: CreaseFamily, since_release: float, path: str = "crease") -> float:
-    """Rest angle, rad from flat, a time (s) after the crease was let go.
+    """Rest angle (rad from flat) at a time (s) after the release of the crease.
 
     Raises
     ------
     CaseError
-        Relaxation was not tested, or not for so long.
+        The file has no relaxation, or the time exceeds the longest measured time.
     """
     law, shown = family.relaxation, time_text(since_release)
     if law is None:
-        what = f"is {shown}, but the file holds no relaxation; calibrate it with the creases, or write rest_angle"
+        what = f"is {shown}, but the file has no relaxation; calibrate it with the creases, or give rest_angle"
         raise CaseError(Fault(f"{path}.since_release", what))
     if since_release > law.longest * (1.0 + 1e-9):
-        what = f"is {shown}; measured is up to {time_text(law.longest)}, and nothing is extrapolated: measure it, or write"
-        raise CaseError(Fault(f"{path}.since_release", f"{what} rest_angle"))
+        what = f"must be at most {time_text(law.longest)}, the longest measured time; it is {shown}: extend the test"
+        raise CaseError(Fault(f"{path}.since_release", f"{what}, or give rest_angle"))
     return law.at(since_release)
 
 
@@ -251,9 +252,9 @@ def _or_none(value: Any) -> float | None:
 
 
 def _read_curve(group: Any) -> FamilyCurve:
-    count = int(group["angle"].size)  # before anything is read: a file may say that it holds more than there is memory for
+    count = int(group["angle"].size)  # checked before reading: the declared size may exceed the memory
     if count > _MOST:
-        raise ValueError(f"{group.name}: {count} angles, at most {_MOST}")
+        raise ValueError(f"{group.name} has {count} angles; at most {_MOST} are allowed")
     columns = {name: numbers_in(group, name, (count,)) for name in _COLUMNS if name in group}
     return FamilyCurve(
         angle=numbers_in(group, "angle", (count,)),
@@ -266,40 +267,40 @@ def _read_curve(group: Any) -> FamilyCurve:
     )
 
 
-def _sound(curve: FamilyCurve) -> bool:
+def _is_valid(curve: FamilyCurve) -> bool:
     arrays = [curve.loading, curve.loading_error, *(a for a in (curve.unloading, curve.unloading_error) if a is not None)]
     angle = curve.angle
     same = all(array.shape == angle.shape and np.isfinite(array).all() for array in arrays)
     return angle.ndim == 1 and len(angle) >= 2 and bool(np.isfinite(angle).all() and np.all(np.diff(angle) > 0)) and same
 
 
-def _possible(law: Relaxation) -> bool:
+def _is_possible(law: Relaxation) -> bool:
     return all(map(math.isfinite, astuple(law))) and law.tau > 0.0 and law.longest >= 0.0
 
 
 def _choice_faults(measured: Sequence[float | None], wanted: float | None, path: str) -> list[Fault]:
-    """Whether a press time or an opening number can be had."""
+    """Fault of a press time or an opening number that is missing or outside the measured range."""
     stated = sorted({value for value in measured if value is not None})
     is_time = path.endswith("press_time")
     text = [time_text(value) if is_time else f"{value:g}" for value in stated]
     if wanted is None:
         if len(stated) < 2:
             return []
-        return [Fault(path, f"must be given; measured are {', '.join(text)}")]
+        return [Fault(path, f"missing; the measured values are {', '.join(text)}, give one of them or a value between")]
     shown = time_text(wanted) if is_time else f"{wanted:g}"
     if not stated:
-        return [Fault(path, f"is {shown}, but the tests of the file do not state it; leave it out")]
+        return [Fault(path, f"is {shown}, but the tests in the file do not state it; remove it")]
     if not stated[0] <= wanted <= stated[-1]:
         low, high = (text[0], text[-1])
-        where = f"only {low}" if low == high else f"{low} to {high}"
-        return [Fault(path, f"is {shown}; measured is {where}, and nothing is extrapolated: measure it, or choose one")]
+        where = low if low == high else f"between {low} and {high}"
+        return [Fault(path, f"must be {where}, as measured; it is {shown}: extend the test, or give a measured value")]
     return []
 
 
 def _between(
     measured: Sequence[float | None], wanted: float | None, logarithmic: bool
 ) -> list[tuple[float, float | None]]:
-    """Neighbours of a wanted value among the measured ones, with their weights."""
+    """Measured neighbours of a value, with their weights."""
     stated = sorted({value for value in measured if value is not None})
     if not stated:
         return [(1.0, None)]
@@ -320,13 +321,13 @@ def _measured(family: CreaseFamily, press_time: float | None, opening: float | N
             return curve
     wanted = FamilyCurve(np.zeros(0), np.zeros(0), np.zeros(0), press_time=press_time, opening=opening).name
     there = "; ".join(curve.name for curve in family.curves)
-    raise CaseError(Fault(path, f"needs the curve {wanted}, which was not measured; measured are: {there}"))
+    raise CaseError(Fault(path, f"requires the curve {wanted}, which was not measured; the measured curves are: {there}"))
 
 
 def _mixed(
     parts: Sequence[tuple[float, FamilyCurve]], press_time: float | None, opening: float | None, path: str
 ) -> FamilyCurve:
-    """Weighted mean of curves over the range that they have in common."""
+    """Weighted mean of curves over their common range."""
     low = max(curve.angle[0] for _, curve in parts)
     high = min(curve.angle[-1] for _, curve in parts)
     shortest = min(float(np.ptp(curve.angle)) for _, curve in parts)
@@ -334,7 +335,8 @@ def _mixed(
         ranges = ", ".join(
             f"{math.degrees(curve.angle[0]):.4g} to {math.degrees(curve.angle[-1]):.4g} deg" for _, curve in parts
         )
-        raise CaseError(Fault(path, f"lies between curves with too little in common ({ranges}); choose a measured one"))
+        text = f"lies between curves whose ranges ({ranges}) overlap by less than half; choose a measured curve"
+        raise CaseError(Fault(path, text))
     angle = np.linspace(low, high, _POINTS)
     columns = {}
     for name in _COLUMNS:

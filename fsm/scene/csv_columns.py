@@ -1,7 +1,7 @@
-"""Text files of measured columns: what a row, a cell and a heading are.
+"""Rows, cells and headings of text files with columns of measured values.
 
-Values are separated by commas, semicolons, tabs or blanks; lines that start with ``#`` are comments. A heading names a
-quantity and its unit: ``angle [deg]``, ``moment (N mm)``, ``force_N``.
+Commas, semicolons, tabs or blanks separate values. Lines that start with ``#`` are comments. A heading names a quantity and
+its unit: ``angle [deg]``, ``moment (N mm)``, ``force_N``.
 """
 
 from __future__ import annotations
@@ -14,23 +14,28 @@ from fsm.errors import CaseError, Fault
 from fsm.input_file import read_failure, read_input_file
 from fsm.scene.units import parse_unit
 
-__all__ = ["cells_of", "heading", "headings_of", "number_in", "separator_of", "shorten", "text_rows"]
+__all__ = ["cells_of", "first_row_faults", "heading", "headings_of", "number_in", "separator_of", "text_rows"]
 
 MOST_FAULTS = 8
 _HEADING = re.compile(r"\s*([A-Za-z_][\w -]*?)\s*(?:[(\[]\s*([^)\]]*?)\s*[)\]])?\s*$")
 _HEADING_AMONG_BLANKS = re.compile(r"[A-Za-z_]\w*(?:\s*[(\[][^)\]]*[)\]])?")
 
 
-def text_rows(file: Path, path: str, wanted: str) -> list[tuple[int, str]]:
-    """Lines with something in them, with their numbers as a text editor counts them.
+def text_rows(file: Path, path: str, required: str) -> list[tuple[int, str]]:
+    """Lines that are neither empty nor comments, with their numbers as in a text editor.
 
     Parameters
     ----------
     file : Path
     path : str
-        What faults are named by.
-    wanted : str
-        What an empty file should have held.
+        Path in messages.
+    required : str
+        Required content, for the message about an empty file.
+
+    Raises
+    ------
+    CaseError
+        The file cannot be read, is not text, or is empty.
     """
     try:
         raw = read_input_file(file)
@@ -47,17 +52,17 @@ def text_rows(file: Path, path: str, wanted: str) -> list[tuple[int, str]]:
         (number, line) for number, line in lines if line.strip(" \t,;") and not line.lstrip().startswith("#")
     ]
     if not rows:
-        raise CaseError(Fault(path, f"{file} is empty; {wanted}"))
+        raise CaseError(Fault(path, f"{file} is empty; {required}"))
     return rows
 
 
 def separator_of(line: str) -> str:
-    """What separates the values; a blank stands for any run of blanks."""
+    """Separator of the values; a blank means one blank or several."""
     return next((mark for mark in (";", "\t", ",") if mark in line), " ")
 
 
 def cells_of(line: str, separator: str) -> list[str]:
-    """The cells of a line; empty ones at its end go."""
+    """Cells of a line, without empty cells at its end."""
     if separator == " ":
         return line.split()
     cells = [cell.strip().strip('"').strip() for cell in line.split(separator)]
@@ -67,12 +72,12 @@ def cells_of(line: str, separator: str) -> list[str]:
 
 
 def headings_of(line: str, separator: str) -> list[str]:
-    """The cells of a header line; between blanks, a unit in brackets belongs to the name before it."""
+    """Cells of a header line; where blanks separate cells, a unit in brackets belongs to the name before it."""
     return _HEADING_AMONG_BLANKS.findall(line) if separator == " " else cells_of(line, separator)
 
 
 def number_in(cell: str, separator: str) -> float | None:
-    """The number in a cell; a decimal comma is one where commas do not separate."""
+    """Number in a cell, or None; a decimal comma is accepted unless commas separate values."""
     try:
         return float(cell if separator == "," else cell.replace(",", "."))
     except ValueError:
@@ -80,9 +85,9 @@ def number_in(cell: str, separator: str) -> float | None:
 
 
 def heading(cell: str, names: Iterable[str]) -> tuple[str, str]:
-    """Name, in small letters with underscores, and unit of a heading; no unit is an empty one.
+    """Name (lower case with underscores) and unit of a heading; the unit is empty if there is none.
 
-    A unit may follow the name of one of `names` as a suffix: ``moment_N_mm``.
+    A unit may also follow one of the `names` as a suffix: ``moment_N_mm``.
     """
     match = _HEADING.match(cell)
     if match is None:
@@ -102,7 +107,7 @@ def heading(cell: str, names: Iterable[str]) -> tuple[str, str]:
     return name, ""
 
 
-def shorten(faults: Sequence[Fault], path: str) -> list[Fault]:
-    """The first faults of a file; thousands of the same kind help nobody."""
+def first_row_faults(faults: Sequence[Fault], path: str) -> list[Fault]:
+    """First faults of the rows of a file, and the number of the others."""
     more = len(faults) - MOST_FAULTS
     return list(faults) if more <= 0 else [*faults[:MOST_FAULTS], Fault(path, f"and {more} more rows like these")]

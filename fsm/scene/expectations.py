@@ -1,11 +1,11 @@
-"""Names of the numbers that a summary may hold, which `[expect]` can name."""
+"""Names of the numbers of a summary, which are the keys of `[expect]`."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
 from fsm.errors import Fault
-from fsm.scene.units import nearest
+from fsm.scene.units import did_you_mean
 
 __all__ = ["SUMMARY_NUMBERS", "expectation_faults"]
 
@@ -20,10 +20,10 @@ _MOST_FAULTS = 10
 
 
 def expectation_faults(names: Iterable[str]) -> list[Fault]:
-    """Names in `[expect]` that no summary has."""
+    """Faults of names in `[expect]` that no summary has."""
     unknown = [name for name in names if name not in SUMMARY_NUMBERS]
-    there = f"; there are {', '.join(SUMMARY_NUMBERS)}"
+    there = f"; the summary has {', '.join(SUMMARY_NUMBERS)}"
     return [
-        Fault(f"expect.{name[:60]}", f"is not a number of the summary{nearest(name[:60], SUMMARY_NUMBERS) or there}")
+        Fault(f"expect.{name[:60]}", f"is not a number of the summary{did_you_mean(name[:60], SUMMARY_NUMBERS) or there}")
         for name in unknown[:_MOST_FAULTS]
     ]

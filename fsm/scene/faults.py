@@ -1,4 +1,4 @@
-"""What pydantic finds wrong, in plain words: path, value with its unit, what to do."""
+"""Translation of errors of pydantic to messages with path, value, unit and remedy."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from pydantic import ValidationError
 
 from fsm.errors import Fault
 from fsm.scene.schema import Place, locate, tags
-from fsm.scene.units import SYSTEMS, nearest, parse_unit, unit_in, with_unit
+from fsm.scene.units import SYSTEMS, did_you_mean, parse_unit, unit_in, with_unit
 
 __all__ = ["MOST_UNKNOWN", "dotted", "faults_of", "unknown_key"]
 
 MOST_UNKNOWN = 20
-"""Unknown keys that are told, at most."""
+"""Largest number of unknown keys with a message each."""
 _MOST_FAULTS = 40
-"""Mistakes of a section that are told, at most."""
+"""Largest number of messages about one section."""
 
 Details = Mapping[str, Any]
 
 
 def dotted(path: Sequence[str | int]) -> str:
-    """``drive.0.speed``: the path as `--set` takes it."""
+    """Path in the notation of `--set`, for example ``drive.0.speed``."""
     return ".".join(str(key) for key in path)
 
 
@@ -37,8 +37,8 @@ def faults_of(
     ----------
     error : ValidationError
     data : mapping
-        The whole case as read from its file.
-    prefix : path of the section that was validated
+        Complete case as read from its file.
+    prefix : path of the section
     system : unit system of plain numbers
     """
     faults, renamed = [], set()
@@ -53,19 +53,19 @@ def faults_of(
             faults.append((detail["type"], _translate(detail, place, path, system)))
     if len(details) > _MOST_FAULTS:
         faults.append(("", Fault(dotted(prefix), f"and {len(details) - _MOST_FAULTS:,} more mistakes")))
-    # a misspelt key is one mistake, not an unknown key and a missing one
+    # one misspelt key gives one message, and not one about an unknown key and one about a missing key
     hidden = {dotted(path) for path in renamed}
     return [fault for kind, fault in faults if not (kind == "missing" and fault.path in hidden)]
 
 
 def unknown_key(key: str, known: Sequence[str]) -> str:
-    """What to say of a key that nobody reads."""
-    near = nearest(key, known)
+    """Message about an unknown key."""
+    near = did_you_mean(key, known)
     return f"unknown key{near}" if near else f"unknown key; allowed here: {', '.join(known)}"
 
 
 def _extra(data: Mapping[str, Any], section: Sequence[str | int], path: list[str | int]) -> tuple[Fault, str]:
-    """Fault of an unknown key, and the key that was probably meant."""
+    """Fault of an unknown key, and the key that the user probably meant."""
     place, _ = locate(data, section)
     key, known = str(path[-1]), place.keys() if place else []
     if place and any(key in model.model_fields for model in place.all_models()):
@@ -90,9 +90,9 @@ def _translate(detail: Any, place: Place | None, path: list[str | int], system: 
         return Fault(dotted(path), str(context["error"]))
     if kind == "quantity":
         return Fault(dotted(path), detail["msg"])
-    said = _WANTED.get(kind)
-    wanted = said(context, place) if said else f"is not accepted ({detail['msg'].lower()})"
-    return Fault(dotted(path), f"{wanted}; it is {with_unit(value, unit, system)}")
+    requirement = _REQUIREMENTS.get(kind)
+    text = requirement(context, place) if requirement else f"is not accepted ({detail['msg'].lower()})"
+    return Fault(dotted(path), f"{text}; it is {with_unit(value, unit, system)}")
 
 
 _BOUNDS = {
@@ -117,21 +117,21 @@ def _out_of_bounds(kind: str, context: Details, value: Any, unit: str, system: s
 def _missing(path: list[str | int], unit: str, system: str) -> Fault:
     if isinstance(path[-1], int):
         return Fault(dotted(path[:-1]), f"has only {path[-1]} values; value number {path[-1] + 1} is missing")
-    what = f"missing; a value in {unit_in(unit, system)} is wanted" if unit else "missing; it must be given"
+    what = f"missing; give a value in {unit_in(unit, system)}" if unit else "missing; this key is required"
     return Fault(dotted(path), what)
 
 
 def _variant(place: Place | None, path: list[str | int], kind: str) -> Fault:
-    """Fault of a section that does not say, or not rightly, of which kind it is."""
+    """Fault of a section whose key for its kind is missing or has an unknown value."""
     if place is None:
-        return Fault(dotted(path), "is of no known kind")
+        return Fault(dotted(path), "has an unknown kind")
     key = place.discriminator()
     known = [str(tag) for model in place.all_models() for tag in tags(model, key)]
     choice = f"must be {_either(known)}"
     if kind == "union_tag_not_found":
         return Fault(dotted([*path, key]), f"missing; it {choice}")
     given = str(place.value.get(key))
-    return Fault(dotted([*path, key]), f"{choice}; it is {with_unit(given, None)}{nearest(given, known)}")
+    return Fault(dotted([*path, key]), f"{choice}; it is {with_unit(given, None)}{did_you_mean(given, known)}")
 
 
 def _literal(context: Details, place: Place | None) -> str:
@@ -149,21 +149,21 @@ def _list(context: Details, place: Place | None) -> str:
     return "must be a list, [a, b, ...]"
 
 
-_Words = Callable[[Details, Place | None], str]
+_Requirement = Callable[[Details, Place | None], str]
 
-_WANTED: dict[str, _Words] = {
+_REQUIREMENTS: dict[str, _Requirement] = {
     "literal_error": _literal,
     "model_type": _section,
     "model_attributes_type": _section,
     "dict_type": _section,
     "tuple_type": _list,
     "too_long": lambda context, place: (
-        f"must have {context['max_length']} values"
-        + (" at most" if context["actual_length"] is None else f", not {context['actual_length']}")
+        f"must have {'at most ' if context['actual_length'] is None else ''}{context['max_length']} values"
+        + ("" if context["actual_length"] is None else f", not {context['actual_length']}")
     ),
     "string_too_short": lambda context, place: "must not be empty",
     "string_pattern_mismatch": lambda context, place: "must be text without line breaks and control characters",
-    "string_too_long": lambda context, place: f"must have {context['max_length']} letters at most",
+    "string_too_long": lambda context, place: f"must have at most {context['max_length']} characters",
     "finite_number": lambda context, place: "must be a finite number",
     "string_type": lambda context, place: "must be text in quotes",
     "path_type": lambda context, place: "must be a file name in quotes",

@@ -1,4 +1,4 @@
-"""A planar lattice of rigid squares on compliant hinges: the section [lattice] of a case."""
+"""Section [lattice] of a case: planar lattice of rigid squares with compliant hinges."""
 
 from __future__ import annotations
 
@@ -17,31 +17,31 @@ Edge = Literal["bottom", "top", "left", "right"]
 
 
 class Lattice(Model):
-    """Rotating squares: columns (along x) by rows (along z) of equal squares, each turned against its neighbours.
+    """Rotating squares: columns (along x) by rows (along z) of equal squares, each rotated against its neighbours.
 
-    Square (i, j) is centred at (i, j) times the spacing and turned by (-1)^(i + j + 1) times the angle; its corners at
-    right, top, left and bottom point at those of its neighbours, `hinge_length` away, and a ligament joins each pair.
+    Square (i, j) has its centre at (i, j) times the spacing. It is rotated by (-1)^(i + j + 1) times the angle. Its corners
+    at right, top, left and bottom are `hinge_length` away from corners of its neighbours. A ligament joins each pair.
 
     Attributes
     ----------
     columns, rows : int
     spacing : m
-        Between centres of neighbours.
+        Distance between the centres of neighbours.
     hinge_length : m
-        Between the corners that a hinge joins, free of force.
+        Length of a hinge without force, between the two corners that it joins.
     angle : rad
-        That every square is turned by, from a square whose corners point along x and z.
+        Rotation of every square, from the position with corners along x and z.
     axial, shear : N/m
         Stiffness of a hinge against a change of its length, and against a displacement of its ends across it.
     rotational : N m/rad
-        Stiffness of a hinge against a turn of one square to the other.
+        Stiffness of a hinge against a relative rotation of its squares.
     depth : m
-        Across the plane.
+        Size of the squares normal to the plane.
     density : kg/m^3
-        Of the squares.
+        Density of the squares.
     damping : s
         Kelvin-Voigt time of the hinges.
-    held : edges whose squares do not move; absent means the bottom
+    held : edges whose squares do not move; absent: the bottom
     """
 
     columns: Annotated[Count, Field(ge=1, le=1000)]
@@ -60,12 +60,14 @@ class Lattice(Model):
     @model_validator(mode="after")
     def _sized(self) -> Self:
         if self.hinge_length >= self.spacing:
-            raise ValueError("hinge_length must be less than spacing: the squares are as large as it leaves them")
+            raise ValueError(
+                f"hinge_length = {self.hinge_length:g} m must be less than spacing = {self.spacing:g} m, or no square fits"
+            )
         if self.columns * self.rows > MOST_SQUARES:
-            raise ValueError(f"columns x rows = {self.columns * self.rows:,} squares; {MOST_SQUARES:,} at most")
+            raise ValueError(f"columns x rows = {self.columns * self.rows:,} squares; at most {MOST_SQUARES:,} are allowed")
         return self
 
     @property
     def held_edges(self) -> tuple[Edge, ...]:
-        """Those that are named, or the bottom."""
+        """Held edges; the bottom if none is given."""
         return ("bottom",) if self.held is None else self.held

@@ -1,4 +1,4 @@
-"""Sections whose keys depend on their law: what a law needs, what it may have, what it refuses."""
+"""Sections whose keys depend on their law: required, optional and refused keys of each law."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["MISSING", "LawKeys", "check_key", "mark_missing", "without_unused"]
 
 
 class LawKeys(NamedTuple):
-    """Keys that a law needs, and keys that it may have."""
+    """Required and optional keys of a law."""
 
     needed: tuple[str, ...]
     optional: tuple[str, ...] = ()
@@ -23,17 +23,17 @@ class LawKeys(NamedTuple):
 Laws = Mapping[str, LawKeys]
 
 MISSING: Final = object()
-"""Stands for a value that the law needs and nobody gave, so that it is told at its own path, with all other faults."""
+"""Placeholder for a missing value that the law requires; its fault is then reported at its own path."""
 
 
 def mark_missing(written: Mapping[str, Any], laws: Laws, law: object) -> dict[str, Any]:
-    """The section with `MISSING` for every needed key that it lacks."""
+    """Section with `MISSING` for every required key that is missing."""
     needed = laws[law].needed if isinstance(law, str) and law in laws else ()
     return {**dict.fromkeys(needed, MISSING), **written}
 
 
 def check_key(laws: Laws) -> Callable[[Any, ValidationInfo], Any]:
-    """Validator of every key of a section, to run before its own: needed but missing, or given but not used."""
+    """Validator of a key that runs before its own validation and refuses missing required keys and unused keys."""
     of_laws = {key for keys in laws.values() for key in _keys(keys)}
 
     def check(value: Any, info: ValidationInfo) -> Any:
@@ -50,7 +50,7 @@ def check_key(laws: Laws) -> Callable[[Any, ValidationInfo], Any]:
 
 
 def without_unused(data: Mapping[str, Any], laws: Laws) -> dict[str, Any]:
-    """The section without the defaults of keys that its law does not have."""
+    """Section without the keys that its law does not use."""
     of_laws = {key for keys in laws.values() for key in _keys(keys)}
     used = _keys(laws[data["law"]])
     return {key: value for key, value in data.items() if key not in of_laws or key in used}

@@ -1,4 +1,4 @@
-"""Case files: TOML in, a checked `Case` out, or all that is wrong with it at once."""
+"""Reading of case files: from TOML to a checked `Case`, or to the list of all its faults."""
 
 from __future__ import annotations
 
@@ -28,35 +28,35 @@ from fsm.scene.sections import Sections
 from fsm.scene.toml_text import case_text
 from fsm.scene.units import SYSTEMS
 
-__all__ = ["LoadedCase", "few", "load_case", "read_case", "read_text", "read_toml"]
+__all__ = ["LoadedCase", "first_faults", "load_case", "read_case", "read_text", "read_toml"]
 
 
 DEEPEST = 40
-"""Lists and sections within each other, at most; cases have fewer than ten."""
-_TOO_DEEP = f"lists or sections are nested more than {DEEPEST} deep; no key of a case is"
+"""Largest nesting depth of lists and sections; cases have fewer than ten levels."""
+_TOO_DEEP = f"lists or sections are nested more than {DEEPEST} levels deep; a case needs fewer than 10 levels"
 _MOST_TEXT = 16 * 2**20
-"""Size of a case file, bytes: 50,000 bodies written out."""
+"""Largest size of a case file, bytes; enough for 50,000 bodies."""
 _MOST_ITEMS = 20
-"""Items of a list of sections that are faulty until the others are no longer looked at."""
+"""Number of faulty items of a list of sections after which the other items are not checked."""
 _MOST_FAULTS = 50
-"""Mistakes that are told, at most."""
+"""Largest number of messages about a case."""
 _WORD = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
 _LONG_KEY = re.compile(rf"(?<![\w-])(?:{_WORD}[ \t]*+\.[ \t]*+){{{DEEPEST}}}")
-"""A dotted key that is nested too deep: the parser takes the square of its length."""
+"""Pattern of a dotted key that is nested too deep; the time of the parser grows with the square of its length."""
 
 
 @dataclass(frozen=True)
 class LoadedCase:
-    """A case and where it came from.
+    """Case with its source.
 
     Attributes
     ----------
     case : Case
-        SI throughout, measured crease curves included.
+        All values in SI, with measured crease curves.
     text : str
-        The same as TOML, overrides and defaults included; it gives the same case again without other files.
+        The case as TOML with overrides and defaults; this text gives the same case without other files.
     path : Path
-        The case file.
+        Case file.
     """
 
     case: Case
@@ -71,8 +71,8 @@ def load_case(path: str | Path, overrides: Sequence[str] = ()) -> LoadedCase:
     ----------
     path : str or Path
     overrides : sequence of str
-        ``"strip.fold_angle=75 deg"``: dotted path and value (a TOML value, or bare text). Items of a list by
-        number, ``drive.0.speed``. ``friction=none`` takes a section or a key out.
+        Dotted path and value, for example ``"strip.fold_angle=75 deg"``; the value is a TOML value or plain text. Items of a
+        list have a number, ``drive.0.speed``. The value ``none`` removes a section or a key.
 
     Raises
     ------
@@ -86,17 +86,17 @@ def load_case(path: str | Path, overrides: Sequence[str] = ()) -> LoadedCase:
     case, found = read_case(data, Path(path).parent)
     faults += unknown + found
     if faults or case is None:
-        raise CaseError(few(faults), str(path))
+        raise CaseError(first_faults(faults), str(path))
     return LoadedCase(case, case_text(case), Path(path))
 
 
 def read_toml(path: str | Path) -> dict[str, Any]:
-    """The tables of a TOML file.
+    """Tables of a TOML file.
 
     Raises
     ------
     CaseError
-        No such file, or not TOML; the message names the line.
+        The file does not exist, or it is not valid TOML; the message names the line.
     """
     text = read_text(path)
     if _LONG_KEY.search(text):
@@ -105,21 +105,21 @@ def read_toml(path: str | Path) -> dict[str, Any]:
         data = tomllib.loads(text.replace("\r\n", "\n"))
     except RecursionError:
         raise CaseError(_TOO_DEEP, str(path)) from None
-    except ValueError as error:  # numbers of thousands of digits are such, too
+    except ValueError as error:  # a number with thousands of digits also raises this
         raise CaseError(_syntax_fault(str(error), text), str(path)) from None
     if _depth_exceeds(data, DEEPEST):
         raise CaseError(_TOO_DEEP, str(path))
     return data
 
 
-def few(faults: Sequence[Fault]) -> list[Fault]:
-    """The first faults; hundreds help nobody."""
+def first_faults(faults: Sequence[Fault]) -> list[Fault]:
+    """First faults of a case, and the number of the others."""
     more = len(faults) - _MOST_FAULTS
     return list(faults) if more <= 0 else [*faults[:_MOST_FAULTS], Fault("", f"and {more:,} more mistakes")]
 
 
 def _depth_exceeds(data: object, most: int) -> bool:
-    """Whether lists and sections are nested deeper than so many levels."""
+    """Whether lists and sections are nested deeper than `most` levels."""
     level: list[object] = [data]
     for _ in range(most):
         level = [item for each in level for item in _below(each)]
@@ -139,7 +139,7 @@ def read_text(path: str | Path) -> str:
     Raises
     ------
     CaseError
-        It cannot be read, or is not text.
+        The file cannot be read, or it is not UTF-8 text.
     """
     try:
         return read_input_file(path, _MOST_TEXT).decode("utf-8-sig")
@@ -150,14 +150,14 @@ def read_text(path: str | Path) -> str:
 
 
 def read_case(data: Mapping[str, Any], folder: Path) -> tuple[Case | None, list[Fault]]:
-    """A case from the tables of its file, section by section, so that one fault does not hide another.
+    """Build a case from the tables of its file, section by section, so that all faults are found.
 
     Parameters
     ----------
     data : mapping
-        As read from TOML, overrides applied.
+        Tables from TOML, with overrides.
     folder : Path
-        Where the names of data files start.
+        Folder to which names of data files are relative.
 
     Returns
     -------
@@ -191,7 +191,7 @@ def read_case(data: Mapping[str, Any], folder: Path) -> tuple[Case | None, list[
 
 
 _LISTS = ("drive", "load", "obstacle", "patch", "cable", "support", "hold", "force")
-"""Sections that may stand several times."""
+"""Sections that may appear several times."""
 
 
 @cache
@@ -202,7 +202,7 @@ def _adapter(name: str, item: bool) -> TypeAdapter[Any]:
 
 
 def _read_section(name: str, data: Mapping[str, Any], system: str) -> tuple[Any, list[Fault]]:
-    """One section, or None; a list of sections as a dict of its valid items by number."""
+    """One validated section, or None if it has faults; for a list of sections, its valid items by number."""
     raw = data[name]
     if name not in _LISTS or not isinstance(raw, list):
         return _validate(_adapter(name, False), raw, data, (name,), system)
@@ -214,7 +214,8 @@ def _read_section(name: str, data: Mapping[str, Any], system: str) -> tuple[Any,
         faults += found
         wrong += bool(found)
         if wrong == _MOST_ITEMS and index + 1 < len(raw):
-            faults.append(Fault(name, f"{wrong} items are wrong; the {len(raw) - index - 1:,} after them were not checked"))
+            unchecked = len(raw) - index - 1
+            faults.append(Fault(name, f"{wrong} items have faults; the {unchecked:,} after them were not checked"))
             break
         if item is not None:
             items[index] = item
@@ -254,7 +255,7 @@ def _sections(data: Mapping[str, Any], valid: Mapping[str, Any]) -> Sections:
 
 
 def _stages(data: Mapping[str, Any], valid: Mapping[str, Any]) -> tuple[Analysis, ...]:
-    """The analyses of a case; none if they cannot be read."""
+    """Analyses of a case; empty if they cannot be read."""
     if "stages" in data:
         stages: tuple[Analysis, ...] | None = valid["stages"]
         return stages or ()
@@ -263,7 +264,7 @@ def _stages(data: Mapping[str, Any], valid: Mapping[str, Any]) -> tuple[Analysis
 
 
 def _read_curves(valid: Mapping[str, Any], folder: Path, system: str) -> tuple[dict[str, Any], list[Fault]]:
-    """The sections with every measured crease curve read and in order."""
+    """Sections with all measured crease curves read from their files."""
     result: dict[str, Any] = dict(valid)
     faults: list[Fault] = []
     if isinstance(result.get("crease"), _MEASURED):
@@ -281,7 +282,7 @@ def _read_curves(valid: Mapping[str, Any], folder: Path, system: str) -> tuple[d
 
 
 _MEASURED = (SplineCrease, FamilyCrease)
-"""Laws whose curve may stand in a file."""
+"""Crease laws with a curve that may be in a file."""
 
 
 def _read_curve(
@@ -290,7 +291,7 @@ def _read_curve(
     try:
         if isinstance(crease, FamilyCrease):
             found = _from_family(crease, folder, path)
-            return found, _beyond_fold(found, path)
+            return found, _rest_angle_faults(found, path)
         if crease.data is not None:
             curve = read_crease_data(folder / crease.data, crease, system, f"{path}.data")
         else:
@@ -309,28 +310,28 @@ def _read_curve(
     if crease.unloading is not None and crease.angle is not None and crease.angle[-1] < crease.angle[0]:
         read["unloading"] = crease.unloading[::-1]
     found = crease.model_copy(update=read)
-    return found, _beyond_fold(found, path)
+    return found, _rest_angle_faults(found, path)
 
 
-def _beyond_fold(crease: SplineCrease, path: str) -> list[Fault]:
-    """A rest angle that puts all data at fold angles which a crease cannot have."""
+def _rest_angle_faults(crease: SplineCrease, path: str) -> list[Fault]:
+    """Fault of a rest angle that places all data outside the possible fold angles, 0 to 180 degrees."""
     if crease.rest_angle is None or crease.angle is None:
         return []
     low, high = (math.degrees(crease.rest_angle - end) for end in (crease.angle[-1], crease.angle[0]))
     if low <= 180.0 and high >= 0.0:
         return []
-    what = f"{math.degrees(crease.rest_angle):.4g} deg puts the data at fold angles of {low:.4g} to {high:.4g} deg"
-    return [Fault(f"{path}.rest_angle", f"{what}; a crease has 0 (flat) to 180 deg (closed): correct it or the data")]
+    what = f"{math.degrees(crease.rest_angle):.4g} deg places the data at fold angles of {low:.4g} to {high:.4g} deg"
+    return [Fault(f"{path}.rest_angle", f"{what}; a fold angle is 0 (flat) to 180 deg (closed): correct it or the data")]
 
 
 def _from_family(crease: FamilyCrease, folder: Path, path: str) -> SplineCrease:
-    """The curve that a crease of a calibrated family has."""
-    from fsm.scene.crease_family import family_curve, read_family, rest_angle  # numpy: not for cases that name no such file
+    """Measured curve of a crease from its calibrated family."""
+    from fsm.scene.crease_family import family_curve, read_family, rest_angle  # imports numpy, only where it is needed
 
     family = read_family(folder / crease.file, f"{path}.file")
     curve = family_curve(family, crease.press_time, crease.opening, path)
     if crease.hysteresis and curve.unloading is None:
-        what = f"is true, but {curve.name} of {crease.file} was measured one way only; write false"
+        what = f"is true, but {curve.name} of {crease.file} has no unloading branch; set it to false"
         raise CaseError(Fault(f"{path}.hysteresis", what))
     back = curve.unloading if crease.hysteresis else None
     released = crease.since_release
@@ -348,13 +349,13 @@ def _from_family(crease: FamilyCrease, folder: Path, path: str) -> SplineCrease:
 
 
 def _syntax_fault(message: str, text: str) -> Fault:
-    """A TOML syntax error: line number, what is wrong, and the line itself."""
+    """Fault of a TOML syntax error, with line number, reason and the line itself."""
     match = re.search(r"^(.*?) \(at line (\d+), column (\d+)\)$", message)
     if match is None:
         return Fault("", f"is not valid TOML: {message[:1].lower()}{message[1:]}")
     what, number = match[1], int(match[2])
     line = text.splitlines()[number - 1].strip() if number <= len(text.splitlines()) else ""
     unquoted = "=" in line and (what == "Invalid value" or what.startswith("Expected newline"))
-    hint = "; text and numbers with a unit go in quotes" if unquoted else ""
+    hint = "; put text and numbers with a unit in quotes" if unquoted else ""
     shown = f" in `{line[:60]}`" if line else ""
     return Fault(f"line {number}", f"{what[:1].lower()}{what[1:]}{shown}{hint}")

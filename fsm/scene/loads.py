@@ -1,4 +1,4 @@
-"""What acts on a scene from outside: wrenches as functions of time, prescribed motion, gravity."""
+"""Loads and drives of a scene: wrenches as functions of time, and prescribed motions."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Constant(Model):
 
 
 class Ramp(Model):
-    """Factor from 0 at `start` to 1 at `end`, by the C1 step s^2 (3 - 2s)."""
+    """Factor that increases from 0 at `start` to 1 at `end` as s^2 (3 - 2s), with continuous slope."""
 
     kind: Literal["ramp"]
     start: Time = 0.0
@@ -38,7 +38,7 @@ class Ramp(Model):
 
 
 class Table(Model):
-    """Factor linear between the rows (time, value), constant outside."""
+    """Factor that is linear between the rows (time, value) and constant outside."""
 
     kind: Literal["table"]
     time: tuple[Time, ...]
@@ -48,7 +48,7 @@ class Table(Model):
     def _sorted(self) -> Self:
         if len(self.time) != len(self.value) or len(self.time) < 2:
             raise ValueError(
-                f"a table needs as many values as times, and at least two; it has {len(self.time)} times and "
+                f"a table needs one value for each time, and at least two; it has {len(self.time)} times and "
                 f"{len(self.value)} values"
             )
         if any(b <= a for a, b in zip(self.time, self.time[1:], strict=False)):
@@ -60,10 +60,10 @@ TimeFunction = Annotated[Constant | Ramp | Table, Field(discriminator="kind")]
 
 
 class Load(Model):
-    """A wrench on a body: force at a point and couple, times a function of time.
+    """Wrench on a body: a force at a point and a couple, times a function of time.
 
-    `point` in body axes from the centre of mass; `force` and `moment` in inertial axes, or in body axes when
-    `follower` is true.
+    `point` is given in body axes from the centre of mass. `force` and `moment` are given in inertial axes, or in body axes
+    if `follower` is true.
     """
 
     body: str
@@ -75,25 +75,29 @@ class Load(Model):
 
 
 class Drive(Model):
-    """Prescribed motion of a crease line (of a strip) or of a body; its reaction is the pull force.
+    """Prescribed motion of a crease line of a strip, of bodies, or of an edge of a lattice; its reaction is the drive force.
 
-    The travel grows at `speed` after a smooth start over the first `run_up` of travel, and ends at `travel`.
+    After a smooth start over the distance `run_up`, the speed is constant until the end of the travel. Give one of `crease`,
+    `body`, `bodies` and `edge`.
 
     Attributes
     ----------
-    crease : number of the crease, from 1; or
-    body : name of the body, translated without turning; or
-    bodies : names of bodies that are translated together without turning, the force is the sum of all; or
+    crease : int
+        Number of the crease, from 1.
+    body : str
+        Name of a body, which translates without rotation.
+    bodies : tuple of str
+        Names of bodies that translate together without rotation; the drive force is the sum over these bodies.
     edge : "bottom", "top", "left" or "right"
-        Squares of a lattice that are, likewise.
+        Edge of a lattice, whose squares translate together without rotation.
     direction : -
-        Need not be a unit vector.
+        Direction of the motion, of any length.
     speed, travel : m/s, m
     run_up : m
-        Travel over which the speed grows from zero (C1); absent means 1 % of the travel.
+        Travel over which the speed increases from zero, with continuous acceleration; absent: 1 % of the travel.
     guide : bool
-        Crease line only: held in all directions but the pulled one, and kept from turning as a line. Without
-        it the line is pulled along `direction` and free otherwise.
+        For a crease line only. True: the line moves along `direction` only and cannot rotate. False: only its motion along
+        `direction` is prescribed.
     """
 
     crease: Count | None = None
@@ -108,7 +112,7 @@ class Drive(Model):
 
     @property
     def moved(self) -> tuple[str, ...]:
-        """Names of the bodies that are moved; none of a crease or an edge."""
+        """Names of the driven bodies; empty for a crease or an edge."""
         return self.bodies or (() if self.body is None else (self.body,))
 
     @model_validator(mode="after")
@@ -117,9 +121,9 @@ class Drive(Model):
         if sum(target is not None for target in targets) != 1:
             raise ValueError("give either `crease` (its number), `body` (its name), `bodies`, or `edge` (of a lattice)")
         if not any(self.direction):
-            raise ValueError("direction [0, 0, 0] has no length; give for example [0, 0, 1]")
+            raise ValueError("direction [0, 0, 0] is not a direction; give for example [0, 0, 1]")
         if self.run_up is not None and self.run_up > self.travel:
             raise ValueError(
-                f"run_up = {self.run_up:g} m is longer than travel = {self.travel:g} m; make it shorter"
+                f"run_up = {self.run_up:g} m must be at most travel = {self.travel:g} m; reduce it"
             )
         return self

@@ -1,4 +1,4 @@
-"""Material of the plain sheet and the law of a crease."""
+"""Sections [material] and [crease] of a case."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["UNREAD", "Crease", "FamilyCrease", "LinearCrease", "Material", "Spli
 
 
 DAMPING = 1e-3
-"""Kelvin-Voigt time of a material that gives none, s."""
+"""Default Kelvin-Voigt time of a material, s."""
 
 
 class Material(Model):
@@ -28,10 +28,10 @@ class Material(Model):
     poisson : -
     density : kg/m^3
     plate : bool
-        Cylindrical bending of a wide strip: E -> E/(1 - nu^2) in bending about the crease direction.
+        Whether bending about the crease direction is cylindrical bending of a wide strip, with E/(1 - nu^2) instead of E.
     damping : s
-        Kelvin-Voigt time beta: every joint has the damping c = beta k. Absent: `DAMPING`, and less in a strip that is pulled
-        slowly, see `fsm.scene.builders.strip`.
+        Kelvin-Voigt time beta: every joint has the damping c = beta k. Absent: `DAMPING`, and less for a strip with a slow
+        drive (`fsm.scene.builders.strip.strip_damping`).
     """
 
     young: Annotated[Stress, Field(gt=0)]
@@ -41,25 +41,29 @@ class Material(Model):
     damping: Annotated[Time, Field(ge=0)] | None = None
 
     def bending(self, width: float, thickness: float) -> float:
-        """E w t^3/12 of a plain sheet, N m^2; over 1 - nu^2 where it bends as a plate."""
+        """Bending stiffness of a sheet, E w t^3/12, N m^2; divided by 1 - nu^2 if `plate` is true."""
         try:
             bending = self.young * width * thickness**3 / 12
-        except OverflowError:  # a power of Python raises where a product is infinite
+        except OverflowError:  # a power of floats raises an error instead of giving infinity
             return math.inf
         return bending / (1 - self.poisson**2) if self.plate else bending
 
 
 FoldAngle = Annotated[Angle, Field(ge=0, le=math.pi)]
-"""Angle of a crease from the flat sheet: 0 flat, pi closed, rad."""
+"""Angle of a crease from the flat sheet, rad: 0 flat, pi closed."""
 DataZero = Annotated[Angle, Field(ge=-2 * math.pi, le=2 * math.pi)]
-"""Angle of a crease from the flat sheet at which the angle of measured data is zero, rad; it may lie outside the data."""
+"""Angle of a crease from the flat sheet at which the angle of the data is zero, rad; it may be outside the data."""
 
 
 class LinearCrease(Model):
-    """M = k (psi - rest): `stiffness` over the whole width of the strip, N m/rad.
+    """Linear crease moment, M = k (psi - rest).
 
-    `rest_angle` is the fold angle at which the crease is free of moment, measured from the flat sheet
-    (0 flat, pi closed); absent means at rest as folded.
+    Attributes
+    ----------
+    stiffness : N m/rad
+        Stiffness k of the whole width of the strip.
+    rest_angle : rad
+        Angle from the flat sheet at which the moment is zero (0 flat, pi closed); absent: the angle as folded.
     """
 
     law: Literal["linear"] = "linear"
@@ -78,30 +82,30 @@ def _moment_unit(text: str) -> str:
 
 
 class SplineCrease(Model):
-    """M(psi) from a test, interpolated.
+    """Measured crease moment M(psi), interpolated.
 
-    Data come from a CSV file (see `fsm.scene.crease_data`) with the columns (angle, moment) or
-    (angle, force, lever_arm), or as lists. Angles are opening angles: how far the crease is turned from the
-    rest angle towards flat, moments resist it.
+    The data are in a CSV file (see `fsm.scene.crease_data`) with the columns (angle, moment) or (angle, force, lever_arm),
+    or in lists. An angle is the opening: the rotation of the crease from its rest angle towards flat. A positive moment
+    resists the opening.
 
     Attributes
     ----------
     data : path of the CSV file, relative to the case file
     angle_unit, moment_unit : str
-        Units of the file's columns where its header does not say, e.g. "deg" and "mN m"; absent means those
-        of plain numbers in the case: rad, and N m or N mm. A file without a header needs both.
-    angle, moment : the curve itself, rad and N m; instead of `data`
-    interpolation : "cubic" (not-a-knot) or "pchip" (monotone data stay monotone)
+        Units of columns without a unit in the header, e.g. "deg" and "mN m". Absent: the units of plain numbers in the case
+        (rad, and N m or N mm). A file without a header requires both.
+    angle, moment : curve as lists, rad and N m, instead of `data`
+    interpolation : "cubic" (not-a-knot spline) or "pchip" (keeps monotone data monotone)
     rest_angle : rad
-        Angle of the crease from the flat sheet at which the data's angle is zero; absent means as folded.
+        Angle from the flat sheet at which the angle of the data is zero; absent: the angle as folded.
     scale : -
-        Factor on the moment, for example to carry a test of another width over.
+        Factor on the moment, for example for a test of another width.
     unloading : N m
-        Moments at the same angles on the way back; what lies between the two curves is dissipated
+        Moments at the same angles while the crease closes; the crease dissipates the area between both curves
         (`fsm.laws.crease_hysteresis`). Absent: the crease is elastic.
     reversal : rad
-        Opening over which the moment goes from one curve to the other when the crease turns round; absent means
-        2 % of the range of angles.
+        Angle over which the moment changes from one curve to the other after a reversal; absent: 2 % of the range of
+        angles.
     """
 
     law: Literal["spline"]
@@ -122,35 +126,37 @@ class SplineCrease(Model):
         if (self.data is None) == (not listed) or (self.angle is None) != (self.moment is None):
             raise ValueError("give either `data` (a CSV file) or both `angle` and `moment`")
         if self.data is None and (self.angle_unit or self.moment_unit):
-            raise ValueError("`angle_unit` and `moment_unit` belong to `data`; lists carry their own units")
+            raise ValueError("`angle_unit` and `moment_unit` are used with `data` only; give units in the lists instead")
         return self
 
     @model_validator(mode="after")
     def _two_ways(self) -> Self:
         if self.unloading is None:
             if self.reversal is not None:
-                raise ValueError("`reversal` belongs to `unloading`; an elastic crease has no second curve")
+                raise ValueError("`reversal` is used with `unloading` only; remove it, or give `unloading`")
         elif self.angle is None:
-            raise ValueError("`unloading` belongs to the lists `angle` and `moment`; a CSV file holds one curve")
+            raise ValueError("`unloading` is used with the lists `angle` and `moment` only; a CSV file has one curve")
         elif len(self.unloading) != len(self.angle):
-            raise ValueError(f"`unloading` has {len(self.unloading)} moments for {len(self.angle)} angles")
+            raise ValueError(
+                f"`unloading` has {len(self.unloading)} moments and `angle` {len(self.angle)} angles; give as many of each"
+            )
         return self
 
 
 class FamilyCrease(Model):
-    """M(psi) out of a file that `fsm calibrate crease` wrote; reading the case puts the curve in its place.
+    """Crease moment M(psi) from a file of `fsm calibrate crease`; reading the case replaces it by a `SplineCrease`.
 
     Attributes
     ----------
     file : path of the HDF5 file, relative to the case file
     press_time : s
-        How long the crease was pressed; interpolated between measured times. Needed where the file has several.
+        Time for which the crease was pressed, interpolated between measured times. Required if the file has several.
     opening : -
-        How many times it has been opened, this time included. Needed where the file has several.
+        Number of openings of the crease, this one included. Required if the file has several.
     hysteresis : bool
-        Follow the unloading curve on the way back and dissipate what lies between; false: the loading curve, elastic.
+        Whether the crease follows the unloading curve while it closes; false: elastic along the loading curve.
     since_release : s
-        Time since the crease was let go: `rest_angle` by the relaxation in the file, from the flat sheet.
+        Time since the release of the crease; the relaxation in the file then gives `rest_angle`.
     reversal, rest_angle, scale : as in `SplineCrease`
     """
 
@@ -173,12 +179,12 @@ class FamilyCrease(Model):
         return self
 
 
-UNREAD = "is read with the case file; in Python, take the curve with `fsm.scene.crease_family`"
-"""What to say of a family whose curve was not put in its place."""
+UNREAD = "is read with a case file only; in Python, get the curve with `fsm.scene.crease_family`"
+"""Message about a family that was not replaced by its curve."""
 
 
 def _law_of_file(written: Any) -> Any:
-    """A section that names a file of calibrated curves need not say its law."""
+    """Section with law = "family" if it names a file and gives no law."""
     if isinstance(written, Mapping) and "file" in written and "law" not in written:
         return {"law": "family", **written}
     return written

@@ -1,6 +1,6 @@
-"""The tensioned film: what a case with `analysis = "vibrate"` is made of.
+"""Sections of a case with `analysis = "vibrate"`: the tensioned film.
 
-The film lies in the plane z = 0, its centre at the origin, its length along x and its width along y; z is its normal.
+The film lies in the plane z = 0 with its centre at the origin. Its length is along x, its width along y, its normal along z.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ __all__ = [
 
 Rate = Annotated[float, Unit("1/s")]
 Place = tuple[Length, Length]
-"""A point of the film by its distance from the centre along length and width, m."""
+"""Point of the film: coordinates from the centre along length and width, m."""
 
 
 class Membrane(Model):
-    """A rectangular film.
+    """Rectangular film.
 
     Attributes
     ----------
     length, width, thickness : m
-    mesh : elements along length and width
-        Lines are added where patches have their edges.
+    mesh : number of elements along length and width
+        Mesh lines are added at the edges of patches.
     """
 
     length: Annotated[Length, Field(gt=0)]
@@ -40,14 +40,14 @@ class Membrane(Model):
 
 
 class _Patch(Model):
-    """A square of another thickness and material than the film, its sides along the film's.
+    """Square of another thickness and material than the film, with sides parallel to those of the film.
 
     Attributes
     ----------
     size : m
-        Its side.
+        Side of the square.
     thickness : m
-        In place of the film's; its middle surface is that of the film.
+        Thickness instead of that of the film; the middle surfaces coincide.
     young, poisson, density : Pa, -, kg/m^3
     """
 
@@ -59,13 +59,13 @@ class _Patch(Model):
 
 
 class CentrePatch(_Patch):
-    """In the middle of the film."""
+    """Patch at the centre of the film."""
 
     place: Literal["centre"]
 
 
 class DiagonalPatch(_Patch):
-    """On a half diagonal, `distance` from the film's centre to its own; `arm` says towards which corner."""
+    """Patch on a half diagonal, at `distance` from the centre of the film towards the corner `arm`."""
 
     place: Literal["diagonal"]
     distance: Annotated[Length, Field(gt=0)]
@@ -73,7 +73,7 @@ class DiagonalPatch(_Patch):
 
 
 class DiagonalsPatch(_Patch):
-    """Evenly along all four half diagonals: `count` on each, at `distance`, twice `distance`, ... from the centre."""
+    """Patches on all four half diagonals: `count` on each, at 1, 2, ... times `distance` from the centre."""
 
     place: Literal["diagonals"]
     distance: Annotated[Length, Field(gt=0)]
@@ -81,14 +81,14 @@ class DiagonalsPatch(_Patch):
 
 
 class PositionPatch(_Patch):
-    """At `position`."""
+    """Patch at `position`."""
 
     place: Literal["position"]
     position: Place
 
 
 class GridPatch(_Patch):
-    """Periodic: `count` along length and width, `spacing` from one centre to the next, about the film's centre."""
+    """Grid of patches about the centre of the film: `count` along length and width, with the distance `spacing`."""
 
     place: Literal["grid"]
     count: tuple[Annotated[Count, Field(ge=1, le=100)], Annotated[Count, Field(ge=1, le=100)]]
@@ -101,7 +101,7 @@ Patch = Annotated[
 
 
 class _Cable(Model):
-    """A round cable, which can bend.
+    """Round cable with bending stiffness.
 
     Attributes
     ----------
@@ -115,7 +115,7 @@ class _Cable(Model):
 
 
 class CornerCable(_Cable):
-    """From every corner of the film outwards along its diagonal, of `length`, in so many `elements`."""
+    """Cable from every corner of the film outwards along the diagonal, with `length` and number of `elements`."""
 
     place: Literal["corners"]
     length: Annotated[Length, Field(gt=0)]
@@ -123,7 +123,7 @@ class CornerCable(_Cable):
 
 
 class EdgeCable(_Cable):
-    """Along the edges of the film, whose positions and slopes it shares."""
+    """Cable along all edges of the film; it shares the positions and slopes of the film."""
 
     place: Literal["edges"]
 
@@ -132,17 +132,17 @@ Cable = Annotated[CornerCable | EdgeCable, Field(discriminator="place")]
 
 
 class Support(Model):
-    """What is held, after the tension has been put on.
+    """Support of the film during the vibration, after the tension is applied.
 
     Attributes
     ----------
-    at : "edges", "left", "right", "bottom", "top" (all or one of the edges), "corners", "cables" (outer ends of the corner
+    at : "edges", "left", "right", "bottom", "top" (all edges or one), "corners", "cables" (outer ends of the corner
         cables) or "point"
     position : m
-        Of "point": the nearest node.
-    fixed : directions in which it cannot move
+        Position of a "point"; the closest node is supported.
+    fixed : directions without motion
     clamped : bool
-        Slopes are held as well.
+        Whether slopes are held as well.
     """
 
     at: Literal["edges", "left", "right", "bottom", "top", "corners", "cables", "point"]
@@ -153,23 +153,23 @@ class Support(Model):
     @model_validator(mode="after")
     def _one_point(self) -> Self:
         if (self.at == "point") != (self.position is not None):
-            raise ValueError('at = "point" needs `position`, and nothing else has it')
+            raise ValueError('at = "point" requires `position`, and other supports do not use it')
         return self
 
 
 class Tension(Model):
-    """What the film is stretched by before its supports are held.
+    """Tension of the film before its supports are fixed, by `pull` or by `strain`.
 
     Attributes
     ----------
     pull : N
-        Force that draws every corner (the outer end of its cable, if it has one) outwards along its diagonal; or
+        Force on every corner, or on the outer end of its cable, outwards along the diagonal.
     strain : -
-        The edges are moved outwards by this part of the film's length and width; one value, or one of each.
-    film : "plain" (carries compression), "tension-field" (none: wrinkled and slack regions) or "wrinkles" (those that the
-        mesh resolves)
+        Outward displacement of the edges over the length and width of the film; one value, or one for each direction.
+    film : "plain" (carries compression), "tension-field" (carries no compression, and has wrinkled and slack regions) or
+        "wrinkles" (wrinkles that the mesh resolves)
     imperfection : m
-        "wrinkles" only: height of the waves that the flat film starts from; a tenth of the thickness if absent.
+        Amplitude of the initial waves, "wrinkles" only; absent: a tenth of the thickness.
     """
 
     pull: Annotated[Force, Field(ge=0)] | None = None
@@ -182,18 +182,18 @@ class Tension(Model):
         if (self.pull is None) == (self.strain is None):
             raise ValueError("give either `pull` (force at the corners) or `strain` (of the edges)")
         if self.imperfection is not None and self.film != "wrinkles":
-            raise ValueError('`imperfection` belongs to film = "wrinkles"; take it out')
+            raise ValueError('`imperfection` is used with film = "wrinkles" only; remove it')
         return self
 
 
 class Air(Model):
-    """Air that moves with the film: 0.68 x density x length per unit area, on the motion normal to the film.
+    """Added mass of air, 0.68 x density x length per unit area, for the motion normal to the film (Minami, 1998).
 
     Attributes
     ----------
     density : kg/m^3
     length : m
-        The film's length if absent.
+        Absent: the length of the film.
     """
 
     density: Annotated[Density, Field(gt=0)] = 1.2
@@ -201,14 +201,15 @@ class Air(Model):
 
 
 class Damping(Model):
-    """What takes energy from the vibration.
+    """Damping of the vibration.
 
     Attributes
     ----------
     material : s
-        Kelvin-Voigt time beta of film, patches and cables: stress gets beta times the elastic stress of the strain rate.
+        Kelvin-Voigt time beta of film, patches and cables: the viscous stress is beta times the elastic stress of the
+        strain rate.
     air : 1/s
-        Force against the motion, this times the moving mass: amplitudes fall as exp(-air t/2).
+        Damping force over mass times velocity; amplitudes decay as exp(-air t/2).
     """
 
     material: Annotated[Time, Field(ge=0)] = 0.0
@@ -216,13 +217,13 @@ class Damping(Model):
 
 
 class _Pulse(Model):
-    """A short force normal to the film at `point`, from time zero on."""
+    """Short force normal to the film at `point`, from time zero."""
 
     point: Place = (0.0, 0.0)
 
 
 class HalfSine(_Pulse):
-    """Half a sine wave of `duration`, its top `force`."""
+    """Half sine wave with `duration` and the maximum `force`."""
 
     pulse: Literal["half-sine"]
     force: Force
@@ -230,7 +231,7 @@ class HalfSine(_Pulse):
 
 
 class Rectangle(_Pulse):
-    """`force` for `duration`."""
+    """Constant `force` for `duration`."""
 
     pulse: Literal["rectangle"]
     force: Force
@@ -238,7 +239,7 @@ class Rectangle(_Pulse):
 
 
 class Measured(_Pulse):
-    """A measured pulse: forces (N) at times (s), straight between them, zero outside."""
+    """Measured pulse: forces (N) at times (s), linear between them and zero outside."""
 
     pulse: Literal["table"]
     time: tuple[Time, ...]
@@ -248,11 +249,11 @@ class Measured(_Pulse):
     def _sorted(self) -> Self:
         if len(self.time) != len(self.force) or len(self.time) < 2:
             raise ValueError(
-                f"a pulse needs as many forces as times, and at least two; it has {len(self.time)} times and "
+                f"a pulse needs one force for each time, and at least two; it has {len(self.time)} times and "
                 f"{len(self.force)} forces"
             )
         if self.time[0] < 0.0 or any(b <= a for a, b in zip(self.time, self.time[1:], strict=False)):
-            raise ValueError("the times of a pulse must increase, from 0 or later on")
+            raise ValueError(f"the times of a pulse must increase and be at least 0 s; the first is {self.time[0]:g} s")
         return self
 
 
@@ -260,18 +261,18 @@ Impact = Annotated[HalfSine | Rectangle | Measured, Field(discriminator="pulse")
 
 
 class Vibration(Model):
-    """What is computed about the tensioned film.
+    """Vibration analysis of the tensioned film.
 
     Attributes
     ----------
     duration : s
     modes : number of natural modes
-    probes : points of the film by name whose motion is sampled; "center" and "patch" (of the first patch) are added
+    probes : points with sampled motion, by name; "center" and "patch" (the first patch) are added
     sampling : s
-        Time between two samples; a tenth of the period of the highest of the modes if absent.
-    model : "full" (the whole film), "reduced" (its modes) or "auto" (the modes where they are good enough)
+        Time between samples; absent: a tenth of the period of the highest mode.
+    model : "full" (all degrees of freedom), "reduced" (modes) or "auto" (modes if they are accurate enough)
     stretch : bool
-        Of the reduced model: with the cubic terms of the film's stretching by its own motion.
+        Whether the reduced model includes the cubic terms due to the stretching of the film by its motion.
     """
 
     duration: Annotated[Time, Field(gt=0)] = 1.0
@@ -283,14 +284,14 @@ class Vibration(Model):
 
 
 class Deployed(Model):
-    """How a deployed strip is taken for a film: its panels and creases as they are at the end of the travel.
+    """Film model of a deployed strip, with its panels and creases at the end of the travel.
 
     Attributes
     ----------
-    elements_per_panel : along a panel
-    elements_across : over the width of the strip
+    elements_per_panel : number of elements along a panel
+    elements_across : number of elements over the width of the strip
     crease_width : m
-        Width of the line along every crease whose bending stiffness is that of the crease; a tenth of a panel if absent.
+        Width of the zone with the bending stiffness of the crease, along each crease; absent: a tenth of a panel.
     """
 
     elements_per_panel: Annotated[Count, Field(ge=1, le=200)] = 6

@@ -1,7 +1,8 @@
-"""Which method `auto` takes, and why: equilibria for slow drives, dynamics for all else.
+"""Selection of the method for `method = "auto"`: statics for slow drives, dynamics otherwise.
 
-Measured (validation/benchmarks): on the pulled strip the quasi-static curve is that of the dynamics to 0.01 % of the peak
-at a pace of 1e-6, and takes a fifth of the time; at 1e-4 the dynamics shows spikes at first touch of twice the peak.
+The pace is the kinetic energy of the drive's speed over the elastic energy of a hinge. For the pulled strip at a pace of
+1e-6, static and dynamic force agree to 0.01 % of the peak, and statics takes a fifth of the time. At 1e-4 the dynamic force
+at first contact reaches twice the peak (validation/benchmarks).
 """
 
 from __future__ import annotations
@@ -12,10 +13,10 @@ from fsm.scene.loads import Constant
 from fsm.scene.materials import LinearCrease, SplineCrease
 from fsm.scene.scene import ForceElement, Scene
 
-__all__ = ["SLOW", "automatic_method", "pace"]
+__all__ = ["MAX_STATIC_PACE", "automatic_method", "pace"]
 
-SLOW = 1e-5
-"""Pace up to which inertia is dropped."""
+MAX_STATIC_PACE = 1e-5
+"""Largest pace for statics, which neglects inertia."""
 
 
 def automatic_method(scene: Scene, comes_to_rest: bool = False) -> tuple[str, str]:
@@ -25,7 +26,7 @@ def automatic_method(scene: Scene, comes_to_rest: bool = False) -> tuple[str, st
     ----------
     scene : Scene
     comes_to_rest : bool
-        What comes after begins at rest, so that inertia on the way there does not matter.
+        Whether a stage follows that starts at rest, so that inertia before it has no effect.
 
     Returns
     -------
@@ -33,23 +34,23 @@ def automatic_method(scene: Scene, comes_to_rest: bool = False) -> tuple[str, st
     """
     dynamics = "generalized-alpha"
     if not scene.drives:
-        return dynamics, "nothing is driven: the motion is free"
+        return dynamics, "there is no drive, so the motion is free"
     if any(any(body.velocity) or any(body.angular_velocity) for body in scene.bodies):
-        return dynamics, "bodies move at the start"
+        return dynamics, "bodies have initial velocities"
     if not all(isinstance(load.time, Constant) for load in scene.loads):
-        return dynamics, "loads change with time"
+        return dynamics, "loads depend on time"
     if comes_to_rest:
-        return "static", "the strip comes to rest before it vibrates: inertia on the way there does not matter"
-    number = pace(scene)
-    if number > SLOW:
-        return dynamics, f"the drive is fast: kinetic over elastic energy is {number:.1g}, above {SLOW:g}"
-    return "static", f"the drive is slow: kinetic over elastic energy is {number:.1g}, below {SLOW:g}"
+        return "static", "the strip is at rest before it vibrates, so inertia of the deployment has no effect"
+    number, limit = pace(scene), MAX_STATIC_PACE
+    if number > limit:
+        return dynamics, f"the drive is fast: kinetic over elastic energy is {number:.1g}, above {limit:g}"
+    return "static", f"the drive is slow: kinetic over elastic energy is {number:.1g}, below {limit:g}"
 
 
 def pace(scene: Scene) -> float:
-    """Kinetic energy of all free bodies at the drive's speed over the energy of the softest hinge turned by a radian.
+    """Ratio of the kinetic energy of all free bodies at drive speed to the energy of the softest hinge turned by 1 rad.
 
-    Infinite where no hinge has stiffness.
+    The ratio is infinite if no hinge has a stiffness.
     """
     speed = max((drive.speed for drive in scene.drives), default=0.0)
     mass = sum(body.mass for body in scene.bodies if not body.held)
@@ -58,7 +59,7 @@ def pace(scene: Scene) -> float:
 
 
 def _hinge_stiffness(element: ForceElement) -> float:
-    """Stiffness about the crease axis, N m/rad; of a tabulated crease the slope between the ends of its curve."""
+    """Stiffness about the crease axis, N m/rad; for a tabulated crease the slope between the ends of its curve."""
     crease = element.crease
     if crease is None:
         return element.rotation[1]

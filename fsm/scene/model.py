@@ -1,4 +1,4 @@
-"""The base of every description: frozen, strict about unknown keys, finite numbers only."""
+"""Base class of all sections of a case: frozen, without unknown keys, with finite numbers only."""
 
 from __future__ import annotations
 
@@ -9,24 +9,22 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 __all__ = ["Model", "Name"]
 
-__all__ = ["Model"]
-
 
 Name = Annotated[str, Field(min_length=1, max_length=100, pattern=r"^[^\x00-\x1f\x7f]*$")]
-"""Name of a thing: stands in messages of one line, in files and in figures."""
+"""Name of an object, without control characters, for messages, files and figures."""
 
 
 class Model(BaseModel):
-    """Frozen pydantic model; unknown keys and non-finite numbers are refused.
+    """Frozen pydantic model that refuses unknown keys and non-finite numbers.
 
-    Defaults are not validated: they are SI already, whatever the unit system of the file.
+    Defaults are not validated, because they are in SI, whatever the unit system of the file.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     @classmethod
     def completed(cls, written: Mapping[str, Any]) -> Mapping[str, Any]:
-        """The keys that are written and those that follow from them; a section may have its own way."""
+        """Keys of the file, completed by keys that follow from them; sections override this method."""
         return written
 
     @model_validator(mode="before")

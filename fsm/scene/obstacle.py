@@ -1,4 +1,4 @@
-"""Rigid obstacles that plates and panels can touch, at rest or fixed to a body."""
+"""Section [[obstacle]] of a case: rigid obstacles for plates and panels, at rest or fixed to a body."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ _Extent = Annotated[Length, Field(gt=0)]
 
 
 class Obstacle(Model):
-    """A solid shape.
+    """Rigid obstacle of a simple shape.
 
     Attributes
     ----------
     name : str
-    shape : "plane" (all below z = 0 of its own axes), "box", "cylinder" (along its own y axis), "sphere"
+    shape : "plane" (half space z < 0 in its own axes), "box", "cylinder" (along its own y axis) or "sphere"
     size : m
-        Of a box, along its own x, y, z.
+        Size of a box along its own x, y, z.
     radius : m
-        Of a cylinder or a sphere.
+        Radius of a cylinder or a sphere.
     length : m
-        Of a cylinder.
+        Length of a cylinder.
     position, orientation : m, unit quaternion (scalar first)
-        Of its centre, of a plane any point on it; in the axes of the body it is fixed to.
-    body : name of that body; absent means the ground
+        Position of the centre (plane: of any point on it) and orientation, in the axes of `body`.
+    body : name of the body to which the obstacle is fixed; absent: the ground
     """
 
     name: Name
@@ -44,7 +44,7 @@ class Obstacle(Model):
 
     @property
     def extent(self) -> float:
-        """Largest size, m; zero for a plane."""
+        """Largest dimension, m; zero for a plane."""
         return max([*(self.size or ()), 2.0 * (self.radius or 0.0), self.length or 0.0])
 
     @model_validator(mode="after")
@@ -55,5 +55,5 @@ class Obstacle(Model):
             if given and key not in needed:
                 raise ValueError(f"a {self.shape} has no `{key}`; remove it")
             if not given and key in needed:
-                raise ValueError(f"a {self.shape} needs its `{key}`")
+                raise ValueError(f"a {self.shape} requires `{key}`")
         return self

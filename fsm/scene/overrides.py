@@ -1,4 +1,4 @@
-"""Overrides: values put into a case by dotted path, from the command line or from a row of a table."""
+"""Overrides: values of a case by dotted path, from the command line or from a row of a table."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from typing import Any
 
 from fsm.errors import Fault
 from fsm.scene.faults import unknown_key
-from fsm.scene.schema import top
+from fsm.scene.schema import root
 
 __all__ = ["REMOVE", "apply_overrides", "check_path", "parse_value", "split_override"]
 
 REMOVE = "none"
-"""Bare word that takes a key or a section out of the case: ``--set friction=none``."""
+"""Value that removes a key or a section from the case: ``--set friction=none``."""
 
 
 def split_override(text: str) -> tuple[str, str] | Fault:
-    """``"a.b=value"`` as (path, value)."""
+    """Path and value of an override ``"a.b=value"``, or its fault."""
     path, sign, value = text.partition("=")
     if not sign or not path.strip() or not value.strip():
         return Fault(f"--set {text}", "write it as path=value, for example strip.thickness=0.0003")
@@ -27,7 +27,7 @@ def split_override(text: str) -> tuple[str, str] | Fault:
 
 
 def parse_value(text: str) -> Any:
-    """A TOML value (``3``, ``true``, ``[0, 0, 1]``, ``"80 deg"``), or else the bare text (``80 deg``)."""
+    """TOML value (``3``, ``true``, ``[0, 0, 1]``, ``"80 deg"``), or the text itself if it is not TOML (``80 deg``)."""
     try:
         parsed = tomllib.loads(f"value = {text}")
     except (ValueError, RecursionError):
@@ -38,22 +38,22 @@ def parse_value(text: str) -> Any:
 def apply_overrides(
     data: Mapping[str, Any], pairs: Iterable[tuple[str, str]], label: str = "--set "
 ) -> tuple[dict[str, Any], list[Fault]]:
-    """Put values into a copy of a case.
+    """Set values in a copy of a case.
 
     Parameters
     ----------
     data : mapping
-        The case as read from its file.
+        Case as read from its file.
     pairs : iterable of (path, text)
     label : str
-        Put in front of the path of a fault.
+        Text in front of the path of a fault.
 
     Returns
     -------
     dict
-        The case with all overrides that could be applied.
+        Case with all valid overrides.
     list of Fault
-        One for each that could not: nothing is read at its path.
+        Faults of overrides with an impossible path.
     """
     result: dict[str, Any] = copy.deepcopy(dict(data))
     faults: list[Fault] = []
@@ -65,8 +65,8 @@ def apply_overrides(
 
 
 def check_path(path: str) -> str:
-    """What is wrong with a path; empty if a value may stand there in some case."""
-    place, walked = top({}), ""
+    """Message about an impossible path; empty if a case can have a value there."""
+    place, walked = root({}), ""
     for key in _keys(path):
         following = place.step(key)
         if following is None:
@@ -89,11 +89,11 @@ def _no_such_place(known: list[str], is_list: bool, key: str | int, walked: str)
         return f"`{walked}` is a list; give the number of the item, from 0, before `{key}`"
     if is_list:
         return f"`{walked}` has no item {key}; items are counted from 0"
-    return f"`{walked}` is a value, nothing stands below it"
+    return f"`{walked}` is a value and has no keys; remove what follows it"
 
 
 def _put(data: dict[str, Any], keys: list[str | int], text: str) -> str:
-    """Set (or remove) one value in place; returns what went wrong."""
+    """Set or remove one value in place; return a message if this is impossible, else an empty text."""
     here: Any = data
     for key, following in itertools.pairwise(keys):
         empty: Any = [] if isinstance(following, int) else {}
@@ -102,7 +102,7 @@ def _put(data: dict[str, Any], keys: list[str | int], text: str) -> str:
             return problem
         here = here[key]
         if not isinstance(here, list if isinstance(following, int) else dict):
-            return f"the case says `{key} = {here!r}`, which has nothing below it"
+            return f"the case has `{key} = {here!r}`, which is a value and has no keys"
     last = keys[-1]
     if text.strip() == REMOVE:
         if isinstance(here, dict):
@@ -117,7 +117,7 @@ def _put(data: dict[str, Any], keys: list[str | int], text: str) -> str:
 
 
 def _reach(here: Any, key: str | int, empty: Any) -> str:
-    """Make sure that `here[key]` is there; a list may grow by one."""
+    """Create `here[key]` if it does not exist; a list can grow by one item."""
     if isinstance(here, dict):
         here.setdefault(key, empty)
     elif isinstance(key, int) and key == len(here):

@@ -1,4 +1,4 @@
-"""How many records a run makes, and how many are too many."""
+"""Number of records of a run, and its limit."""
 
 from __future__ import annotations
 
@@ -9,22 +9,24 @@ from fsm.errors import CaseError, Fault
 __all__ = ["MOST_RECORDS", "record_count"]
 
 MOST_RECORDS = 1_000_000
+"""Largest number of records of a run."""
 
 
 def record_count(span: float, interval: float, path: str) -> int:
-    """Whole intervals in a span, both in the same unit.
+    """Number of whole intervals in a span, both in the same unit.
 
     Parameters
     ----------
+    span, interval : float
     path : str
-        Dotted path of the key that says the interval.
+        Dotted path of the key of the interval, for messages.
 
     Raises
     ------
     CaseError
-        More than a million.
+        The number exceeds one million.
     """
     if span > MOST_RECORDS * interval:
-        text = f"asks for more than {MOST_RECORDS:,} records, one every {interval:.3g} of {span:.3g}; make it larger"
+        text = f"gives more than {MOST_RECORDS:,} records, one every {interval:.3g} of {span:.3g}; increase the interval"
         raise CaseError(Fault(path, text))
     return math.floor(span / interval * (1.0 + 1e-12))

@@ -1,7 +1,8 @@
-"""The scene: bodies, force elements, surfaces, loads and drives, as plain frozen models.
+"""Section [scene] of a case: bodies, force elements, surfaces, loads and drives.
 
-A builder (`fsm.scene.builders`) writes a scene from a few numbers; a scene can also be written by hand. Everything is
-SI, quaternions are scalar first, and body axes are x along a segment, y across it (the crease direction), z normal.
+A builder (`fsm.scene.builders`) makes a scene from a strip or a lattice; a case can also give a scene directly. All values
+are in SI, and quaternions have the scalar part first. Body axes of a segment: x along it, y across it (the crease
+direction), z normal to it.
 """
 
 from __future__ import annotations
@@ -33,14 +34,14 @@ from fsm.scene.units import (
 __all__ = ["GROUND", "Body", "ContactPair", "ForceElement", "Group", "Plate", "Scene", "Surface"]
 
 GROUND = "ground"
-"""Name of the fixed body every scene has: at the origin, axes as the inertial ones."""
+"""Name of the fixed body of every scene, at the origin with inertial axes."""
 
 Quaternion = tuple[Number, Number, Number, Number]
 Position = tuple[Length, Length, Length]
 
 
 class Plate(Model):
-    """Rectangular outline of a segment, centred in its body: what is drawn and what touches."""
+    """Rectangular plate centred in its body, for drawings and contact."""
 
     length: Annotated[Length, Field(gt=0)]
     width: Annotated[Length, Field(gt=0)]
@@ -48,7 +49,7 @@ class Plate(Model):
 
 
 class Body(Model):
-    """A rigid body.
+    """Rigid body.
 
     Attributes
     ----------
@@ -59,10 +60,10 @@ class Body(Model):
     position, orientation : m, unit quaternion (scalar first)
     velocity, angular_velocity : m/s in inertial axes, rad/s in body axes
     held : bool
-        Fixed where it is: no degrees of freedom, its reaction is reported.
-    plate : outline, or None for a body without one
+        Whether the body is fixed, without degrees of freedom.
+    plate : plate of the body, or None
     panel : int
-        Number of the panel the body is cut from, from 1; 0 for none.
+        Number of the panel of the body, from 1; 0 for none.
     """
 
     name: Name
@@ -78,10 +79,11 @@ class Body(Model):
 
 
 class ForceElement(Model):
-    """A 6-DOF spring force element between two bodies (seed 003, eqs. 1 to 14; docs/theory.md).
+    """Force element with six springs and dampers between two bodies (Li and Huang, 2025, eqs. 1 to 14; docs/theory.md).
 
-    It acts between P+ on the inner body and P- on the outer body. Translation Z = B_b^T A_b^T (p_a - p_b) in the joint
-    axes of the outer body; relative rotation split into swing (s1, s3) and twist psi about the joint's e2.
+    The element acts between P+ on the inner body and P- on the outer body. The translation is Z = B_b^T A_b^T (p_a - p_b),
+    in joint axes of the outer body. The relative rotation consists of a swing (s1, s3) and a twist psi about the joint
+    axis e2.
 
     Attributes
     ----------
@@ -91,24 +93,24 @@ class ForceElement(Model):
     translation, translation_damping : N/m, N s/m along e1, e2, e3
     rotation, rotation_damping : N m/rad, N m s/rad for s1, psi, s3
     rest_angle : rad
-        Twist at which the linear spring or the crease law is free of moment. Absent: the `rest_angle` of the crease law
-        on the side to which the scene is folded, or 0.
+        Twist at which the moment of the linear spring or of the crease is zero. Absent: the `rest_angle` of the crease law
+        with the sign of the initial fold, or 0.
     initial_angle : rad
-        Twist of the scene as given (flat 0, a strip folded at 80 degrees +-160 degrees). It must agree with the placed
-        bodies; absent, it is taken from them.
+        Twist at the start (0 flat; +-160 degrees for a strip folded at 80 degrees). It must agree with the positions of the
+        bodies; absent: it follows from them.
     frame : str
-        "outer": Z in the joint axes of the outer body. "chord" (in the plane): a ligament from P- to P+, which lie apart;
-        its first translation is the change of its length from that of the scene as given, its third that length times
-        the turn of the chord against the mean turn of both bodies. It looks the same from either body.
+        "outer": Z in the joint axes of the outer body. "chord" (planar only): a ligament from P- to P+. Its first
+        translation is the change of its length from the initial length. Its third translation is the initial length times
+        the rotation of the chord relative to the mean rotation of both bodies. It is symmetric in both bodies.
     swing_axes : str or None
-        Axes in which the swing (s1, s3) is measured. "outer": those of the outer body; of a hinge or a universal joint.
-        "half-way": those half-way between both bodies, turned by psi/2 about e2; of an elastic joint that is bent about
-        several axes at once. None: "half-way" where all three rotations have a stiffness and the joint starts within 45
-        degrees of unfolded, without a crease; else "outer". In a plane both are the same.
+        Axes of the swing (s1, s3). "outer": axes of the outer body, for a hinge or a universal joint. "half-way": axes
+        half-way between both bodies, rotated by psi/2 about e2, for an elastic joint with bending about several axes.
+        None: "half-way" if all three rotations have a stiffness, there is no crease, and the initial twist is below 45
+        degrees; else "outer". In planar motion both are equal.
     crease : law of the twist, instead of rotation[1]
     crease_flexibility : rad/(N m)
-        Half-cell flexibility in series with the crease law.
-    kind : what the element stands for
+        Flexibility of the half-cell correction, in series with the crease law.
+    kind : role of the element in the model
     """
 
     name: Name
@@ -132,27 +134,31 @@ class ForceElement(Model):
 
 
 class Surface(Model):
-    """A face that can touch: a row of plates, each joined to the next, in order along their x axes."""
+    """Surface for contact: a row of plates, each joined to the next, in order along their x axes."""
 
     name: Name
     bodies: tuple[str, ...]
 
 
 class Group(Model):
-    """Bodies with plates that contact pairs name together: a pile, say."""
+    """Group of bodies with plates for contact pairs, for example a pile."""
 
     name: Name
     bodies: tuple[str, ...]
 
 
 class ContactPair(Model):
-    """Two things that may touch: surfaces, bodies with a plate, groups of these, or one of these and an obstacle.
+    """Pair of objects with contact: surfaces, bodies with a plate or groups of these, and an obstacle on at most one side.
 
-    A surface touches a plate, a group or an obstacle as the rigid plates it is made of. Every plate of a group may touch all
-    of the other side; in a pair of a group with itself, every other plate of the group. `shared` names the common crease of
-    two surfaces, if they have one: "end-start" when the end of `first` is the start of `second`: there the layers are
-    joined, and the thickness in the gap is tapered to nothing. "chain": panels of one strip without a common crease, whose
-    ends meet as those of the panels between them do.
+    Contact of a surface with a plate, a group or an obstacle uses the rigid plates of the surface. Every plate of a group
+    has contact with the other side; in a pair of a group with itself, with every other plate of the group.
+
+    Attributes
+    ----------
+    first, second : names of both sides
+    shared : str
+        Connection of two surfaces. "end-start": the end of `first` is the start of `second`, so the layers are joined there
+        and the thickness in the gap decreases to zero. "chain": panels of one strip without a common crease. "none".
     """
 
     first: str
@@ -161,7 +167,7 @@ class ContactPair(Model):
 
 
 class Scene(Model):
-    """Everything there is before compilation; see the module docstring for conventions."""
+    """Complete model before compilation; see the module docstring for conventions."""
 
     bodies: tuple[Body, ...] = ()
     elements: tuple[ForceElement, ...] = ()

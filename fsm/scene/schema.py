@@ -1,7 +1,4 @@
-"""What may stand at a path of a case file: keys, units, variants.
-
-Read off the models, so that it cannot disagree with them.
-"""
+"""Allowed content at each path of a case file: keys, units and variants, taken from the models."""
 
 from __future__ import annotations
 
@@ -17,19 +14,19 @@ from fsm.scene.case import Case
 from fsm.scene.model import Model
 from fsm.scene.units import Unit
 
-__all__ = ["Place", "locate", "tags", "top"]
+__all__ = ["Place", "locate", "root", "tags"]
 
 
 @dataclass(frozen=True)
 class Place:
-    """A place in a case: the type that belongs there and what the file says there.
+    """Place in a case, with its type and its value in the file.
 
     Attributes
     ----------
     kind : type annotation
-    value : what the file says, None if nothing
+    value : value in the file, None if there is none
     beside : mapping
-        The fields of the section the value stands in, defaults included.
+        Fields of the surrounding section, with defaults.
     """
 
     kind: Any
@@ -37,20 +34,20 @@ class Place:
     beside: Mapping[str, Any]
 
     def variants(self) -> list[Any]:
-        """The types that may stand here, annotations and unions taken apart."""
+        """Allowed types, without annotations and unions."""
         return _leaves(self.kind)
 
     def discriminator(self) -> str:
-        """Key that says which variant a section is; empty for a section of one kind."""
+        """Key that selects the variant of a section; empty for a section without variants."""
         field = next((m for m in _metadata(self.kind) if isinstance(m, FieldInfo) and m.discriminator), None)
         return str(field.discriminator) if field else ""
 
     def all_models(self) -> list[type[BaseModel]]:
-        """The sections that may stand here."""
+        """Models of all allowed sections."""
         return [leaf for leaf in self.variants() if isinstance(leaf, type) and issubclass(leaf, BaseModel)]
 
     def models(self) -> list[type[BaseModel]]:
-        """Of the sections that may stand here, the one that the value names; all if it names none."""
+        """Model of the variant that the value selects; all models if it selects none."""
         models, key = self.all_models(), self.discriminator()
         if key and isinstance(self.value, Mapping):
             named = [model for model in models if self.value.get(key) in tags(model, key)]
@@ -58,21 +55,21 @@ class Place:
         return models
 
     def keys(self) -> list[str]:
-        """Keys that may stand in the section here; none for what is no section, or takes any key."""
+        """Allowed keys of a section; empty for other types, and for sections with arbitrary keys."""
         return list(dict.fromkeys(key for model in self.models() for key in model.model_fields))
 
     def unit(self) -> str:
-        """SI unit of a number here; empty for none."""
+        """SI unit of a number; empty if it has none."""
         unit = next((m for m in _metadata(self.kind) if isinstance(m, Unit)), None)
         return unit.text(self.beside) if unit else ""
 
     def is_list_of_sections(self) -> bool:
-        """True where TOML wants ``[[name]]``."""
+        """Whether TOML needs ``[[name]]`` here."""
         item = self.step(0)
         return item is not None and bool(item.all_models())
 
     def step(self, key: str | int) -> Place | None:
-        """The place one key further down, or None if nothing may stand there."""
+        """Place at a key of this section or list, or None if this key is not allowed."""
         value = _look_up(self.value, key)
         for model in self.models():
             if key in model.model_fields:
@@ -84,29 +81,29 @@ class Place:
         return None
 
 
-def top(data: Mapping[str, Any]) -> Place:
-    """The place of a whole case."""
+def root(data: Mapping[str, Any]) -> Place:
+    """Place of a whole case."""
     return Place(Case, data, {})
 
 
 def locate(data: Mapping[str, Any], location: Sequence[str | int]) -> tuple[Place | None, list[str | int]]:
-    """Follow a location of a pydantic error.
+    """Convert the location of a pydantic error to a place in a case.
 
     Parameters
     ----------
     data : mapping
-        The case as read from its file.
+        Case as read from its file.
     location : sequence
-        Keys and indices, with the tag of a variant after each section that has variants.
+        Keys and indices, with the tag of the variant after each section with variants.
 
     Returns
     -------
     Place or None
-        None if nothing may stand there.
+        None if the location is not allowed in a case.
     list
-        The path as the user wrote it, without tags, and without the number of a single value where a list may stand.
+        Path as in the file: without tags, and without the index of a single value in place of a list.
     """
-    place: Place | None = top(data)
+    place: Place | None = root(data)
     path: list[str | int] = []
     chosen = False
     for key in location:
@@ -121,13 +118,13 @@ def locate(data: Mapping[str, Any], location: Sequence[str | int]) -> tuple[Plac
 
 
 def tags(model: type[BaseModel], key: str) -> tuple[Any, ...]:
-    """Values of `key` that choose this variant."""
+    """Values of `key` that select this variant."""
     annotation = model.model_fields[key].annotation
     return get_args(annotation) if get_origin(annotation) is Literal else ()
 
 
 def _annotation(field: FieldInfo) -> Any:
-    """Type of a field with all that is said about it."""
+    """Type of a field with its annotations."""
     kind = field.rebuild_annotation()
     return Annotated[kind, field] if field.discriminator else kind
 
@@ -141,12 +138,12 @@ def _leaves(kind: Any) -> list[Any]:
 
 
 def _metadata(kind: Any) -> list[Any]:
-    """All that annotations say about a type, also about the parts of a union."""
+    """Metadata of all annotations of a type, and of the parts of a union."""
     if get_origin(kind) is Annotated:
-        inner, *said = get_args(kind)
-        return [*said, *_metadata(inner)]
+        inner, *metadata = get_args(kind)
+        return [*metadata, *_metadata(inner)]
     if get_origin(kind) in (Union, types.UnionType):
-        return [said for part in get_args(kind) for said in _metadata(part)]
+        return [item for part in get_args(kind) for item in _metadata(part)]
     return []
 
 
@@ -171,7 +168,7 @@ def _look_up(value: Any, key: str | int) -> Any:
 
 
 def _fields(model: type[BaseModel], value: Any) -> dict[str, Any]:
-    """What the file says in a section, with the defaults of what it leaves out."""
+    """Values of a section in the file, with defaults for absent keys."""
     defaults = {
         name: field.get_default() for name, field in model.model_fields.items() if not field.is_required()
     }

@@ -1,8 +1,8 @@
-"""A deployable array of scissor-like elements: two bars crossing at a hinge, units joined at their tips.
+"""Sections of a case with `analysis = "scissor"`: array of units of two crossing bars, joined at their tips.
 
-The points of an array of n units are a1 ... a(n+1) on its upper side, b1 ... b(n+1) on its lower side and h1 ... hn, the
-middle hinges. Bar k.1 runs from b(k) to a(k+1), bar k.2 from a(k) to b(k+1). The plane of an array is x, y; in the results,
-whose axes are those of all scenes, y is z.
+An array of n units has the points a1 ... a(n+1) on its upper side, b1 ... b(n+1) on its lower side, and the middle hinges
+h1 ... hn. Bar k.1 goes from b(k) to a(k+1), bar k.2 from a(k) to b(k+1). The array lies in the plane x, y. In results, which
+have the axes of all scenes, its y axis is z.
 """
 
 from __future__ import annotations
@@ -41,21 +41,22 @@ class Scissor(Model):
     Attributes
     ----------
     shape : str
-        "linear": straight bars, hinge in the middle; "arched": straight bars, hinge off the middle, the array bends as it
-        deploys; "ring": a closed ring of bars that are bent at their hinge by 2 pi/units, so that it opens radially.
+        "linear": straight bars with the hinge in the middle; "arched": straight bars with the hinge off the middle, so the
+        array becomes an arch; "ring": closed ring of bars with a kink of 2 pi/units at the hinge, which opens radially.
     units : int
     bar_length : m
-        Of a whole bar, along it.
+        Length of a whole bar, measured along it.
     hinge : -
-        Where on a bar its hinge is: part of the length from the bar's end on the lower side (of both bars of a unit).
+        Position of the hinge: distance from the end on the lower side, over the length of the bar.
     initial_angle : rad
-        Of the bars with the line across their unit: pi/2 folded up, 0 all out.
+        Angle of the bars with the long axis of the array (ring, arch: with the normal to the symmetry axis of their unit);
+        pi/2 stowed, 0 fully deployed.
     element : str
-        "section": shear-deformable beam, strains of the section (Reissner); "green": the same with Green's strain over
-        the section, as seed 004 has it; "cable": no shear.
+        "section": shear-deformable beam with the strains of its section (Reissner, 1972); "green": shear-deformable beam
+        with Green's strain over the section (Peng et al., 2019); "cable": beam without shear.
     elements_per_bar : int
     rigid : bool
-        Bars as rigid bodies, joined by stiff springs; for comparison.
+        Whether bars are rigid bodies joined by stiff springs, for comparison.
     """
 
     shape: Literal["linear", "arched", "ring"] = "linear"
@@ -71,43 +72,43 @@ class Scissor(Model):
     def _closed(self) -> Self:
         if self.units * self.elements_per_bar > MOST_ELEMENTS:
             count = self.units * self.elements_per_bar
-            raise ValueError(f"units x elements_per_bar = {count:,}; {MOST_ELEMENTS:,} at most")
+            raise ValueError(f"units x elements_per_bar = {count:,}; at most {MOST_ELEMENTS:,} are allowed")
         if self.shape == "ring" and self.units < 3:
-            raise ValueError(f"a ring closes with 3 units or more; units = {self.units}")
+            raise ValueError(f"a ring needs at least 3 units; units = {self.units}")
         if self.shape in ("linear", "ring") and self.hinge != 0.5:
-            what = "of a linear array" if self.shape == "linear" else "of a ring"
+            what = "linear array" if self.shape == "linear" else "ring"
             raise ValueError(
-                f'the bars {what} have their hinge in the middle; hinge = {self.hinge:g}: take it out, or shape = "arched"'
+                f'a {what} needs hinge = 0.5; it is {self.hinge:g}: remove it, or give shape = "arched"'
             )
         if self.shape == "arched" and self.hinge == 0.5:
             raise ValueError(
-                'an arched array needs a hinge off the middle, or it is straight; give hinge = 0.4, or shape = "linear"'
+                'an arched array with hinge = 0.5 is straight; give another value, for example 0.4, or shape = "linear"'
             )
         return self
 
 
 class BarSection(Model):
-    """Rectangular section of a bar: `height` in the plane of the array, `width` across it, m."""
+    """Rectangular section of a bar: `height` in the plane of the array, `width` normal to it, m."""
 
     width: Annotated[Length, Field(gt=0)]
     height: Annotated[Length, Field(gt=0)]
 
 
 class HingeJoint(Model):
-    """What every hinge resists with; all absent means free hinges.
+    """Springs, dampers and dry friction of hinges; without this section hinges are free.
 
     Attributes
     ----------
     stiffness : N m/rad
-        Torsional spring between the two bars at a hinge, at rest at `rest_turn` from the initial angle.
+        Torsional spring between the two bars at a hinge.
     rest_turn : rad
-        How far the bars must turn, in the sense in which the array deploys, for the spring to be at rest.
+        Rotation from the initial state, in the sense of the deployment, at which the moment of the spring is zero.
     damping : N m s/rad
     friction_moment : N m
-        Dry friction, M tanh(w/w_s).
+        Moment M of the regularised dry friction, M tanh(w/w_s).
     friction_speed : rad/s
-        w_s: how fast what should stick creeps.
-    at : which hinges
+        Regularisation speed w_s; a sticking hinge creeps at a part of it.
+    at : hinges to which the section applies
     """
 
     stiffness: Annotated[AngularStiffness, Field(ge=0)] = 0.0
@@ -119,16 +120,18 @@ class HingeJoint(Model):
 
 
 class Stop(Model):
-    """End stop of the middle hinges: from `angle` (of the bars, as `initial_angle`) on they resist with K turn^1.5.
+    """End stop of the middle hinges, with the moment K d^1.5 (1 + damping d') at a depth d beyond `angle`.
 
     Attributes
     ----------
     angle : rad
+        Angle of the bars at first contact of the stop, measured as `initial_angle`.
     stiffness : N m/rad^1.5
+        Stiffness K.
     damping : s/rad
-        Factor on the rate: K turn^1.5 (1 + damping rate), never pulling.
+        Factor on the rate d' of the depth; the moment of a stop without latch is never tensile.
     latch : bool
-        A hinge that has reached the stop is held there from both sides, for good, by the stop's spring and damping.
+        Whether the stop becomes bilateral after first contact, with the same stiffness and damping.
     """
 
     angle: Annotated[Angle, Field(gt=0, lt=RIGHT_ANGLE)]
@@ -138,14 +141,14 @@ class Stop(Model):
 
 
 class PointSupport(Model):
-    """A point that is held.
+    """Support of a point.
 
     Attributes
     ----------
     point : name
-    kind : "pinned" (to the ground, free to turn) or "slider" (moves along `direction` only)
+    kind : "pinned" (fixed position, free rotation) or "slider" (motion along `direction` only)
     direction : -
-        Of a slider.
+        Direction of a slider.
     """
 
     point: str
@@ -155,14 +158,14 @@ class PointSupport(Model):
     @model_validator(mode="after")
     def _directed(self) -> Self:
         if self.kind == "slider" and (self.direction is None or not any(self.direction)):
-            raise ValueError("a slider needs the `direction` it moves along, for example [0, 1]")
+            raise ValueError("a slider needs the `direction` of its motion, for example [0, 1]")
         if self.kind == "pinned" and self.direction is not None:
-            raise ValueError('a pinned point moves nowhere: take `direction` out, or kind = "slider"')
+            raise ValueError('a pinned point does not use `direction`; remove it, or give kind = "slider"')
         return self
 
 
 class PointForce(Model):
-    """A force on a point, N, times a function of time; `radial` acts away from the centre of a ring instead of `force`."""
+    """Force on a point (N) times a function of time: `force`, or `radial` away from the centre of a ring or an arch."""
 
     point: str
     force: tuple[Force, Force] | None = None

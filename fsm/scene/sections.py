@@ -1,4 +1,4 @@
-"""The sections of a case as the checks between them see them."""
+"""Sections of a case, for checks that involve several of them."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from fsm.scene.membrane import Cable, Impact, Membrane, Patch, Support, Tension,
 from fsm.scene.scene import Scene
 from fsm.scene.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
 
-__all__ = ["Sections", "keys_of_paths", "method_faults", "path_faults"]
+__all__ = ["Sections", "method_faults", "static_faults", "static_keys"]
 
 
 @dataclass(frozen=True)
 class Sections:
-    """The sections of a case that are valid by themselves, and which ones were written at all.
+    """Sections of a case that are valid by themselves, and the names of all sections in the file.
 
-    A section that was written but is not here is faulty, and is not judged again.
+    A section that is named in `written` and absent here has faults of its own, and needs no further checks.
 
     Attributes
     ----------
     written : names of the sections in the file
-    stages : the analyses; none if they cannot be read
-    analysis : what the key says
-    drives, patches, cables, supports, holds, forces : number of the item in the file, from 0, and the item
+    stages : analyses of the case; empty if they cannot be read
+    analysis : value of the key `analysis`
+    drives, patches, cables, supports, holds, forces : items by their number in the file, from 0
     """
 
     written: frozenset[str] = frozenset()
@@ -63,24 +63,25 @@ class Sections:
 
 
 def method_faults(solve: Solve | None) -> Iterable[Fault]:
-    """Keys that only one method has."""
+    """Faults of keys that the chosen method does not use."""
     if solve is None or solve.method == "generalized-alpha":
         return
-    only = 'only method = "generalized-alpha" has it'
     if solve.rho_inf is not None:
-        yield Fault("solve.rho_inf", f'{only}, not "{solve.method}"; take it out')
+        yield Fault("solve.rho_inf", f'is used by method = "generalized-alpha" only, not by "{solve.method}"; remove it')
     if solve.step is not None and solve.method != "newmark":
-        yield Fault("solve.step", f'{only} (and "newmark"), not "{solve.method}"; take it out')
+        used = 'is used by method = "generalized-alpha" and "newmark" only'
+        yield Fault("solve.step", f'{used}, not by "{solve.method}"; remove it')
 
 
-def path_faults(solve: Solve | None) -> Iterable[Fault]:
-    """Keys that only the following of equilibria has; "auto" may come to that."""
+def static_faults(solve: Solve | None) -> Iterable[Fault]:
+    """Faults of keys of statics with another method; "auto" may select statics."""
     if solve is None or solve.method in ("auto", "static"):
         return
-    for key in keys_of_paths(solve):
-        yield Fault(f"solve.{key}", f'only method = "static" has it (and "auto"), not "{solve.method}"; take it out')
+    for key in static_keys(solve):
+        used = 'is used by method = "static" and "auto" only'
+        yield Fault(f"solve.{key}", f'{used}, not by "{solve.method}"; remove it')
 
 
-def keys_of_paths(solve: Solve) -> list[str]:
-    """Keys that say something and are of the following of equilibria as drives move; resolved cases say every default."""
+def static_keys(solve: Solve) -> list[str]:
+    """Keys of statics with a value other than the default, which complete case files also contain."""
     return [key for key in ("increment", "imperfection") if getattr(solve, key)]

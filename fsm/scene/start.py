@@ -1,4 +1,4 @@
-"""State that a deployment starts from, and the reason for it."""
+"""Initial state of a deployment, and the reason for it."""
 
 from __future__ import annotations
 
@@ -11,34 +11,34 @@ from fsm.scene.scene import ForceElement, Scene
 __all__ = ["creases_at_rest", "start_of"]
 
 _SAME_ANGLE = 1e-9
-"""Angles that differ by less are the same, rad."""
+"""Difference below which two angles are the same, rad."""
 
 
 def start_of(case: Case, scene: Scene) -> tuple[Start, str]:
-    """Start of a case and the reason, `start` of the case if it is given.
+    """Initial state of a case, and the reason; the key `start` of the case decides if it is given.
 
-    A strip without a drive whose creases carry moment as folded is released: it starts as folded, at rest. Every other
-    strip starts in equilibrium, scenes and lattices as given.
+    A strip without a drive, whose creases carry moment as folded, starts as folded and at rest. All other strips start in
+    equilibrium. Scenes and lattices start as given.
 
     Parameters
     ----------
     case : Case
     scene : Scene
-        Of the case.
+        Scene of the case.
     """
     if case.start is not None:
-        return case.start, "asked for"
+        return case.start, "set by `start`"
     if case.strip is None:
-        return "as-folded", "the scene as given"
+        return "as-folded", "initial positions of the case"
     if scene.drives:
-        return "equilibrium", "the strip is driven"
+        return "equilibrium", "the strip has a drive"
     if creases_at_rest(scene):
-        return "equilibrium", "the creases are at rest as folded"
-    return "as-folded", "no drive, and the creases are not at rest as folded: the strip is released"
+        return "equilibrium", "the creases carry no moment as folded"
+    return "as-folded", "the strip has no drive, and its creases carry moment as folded"
 
 
 def creases_at_rest(scene: Scene) -> bool:
-    """Whether no crease of a scene carries a moment at its initial angle."""
+    """Whether all creases of a scene are free of moment at their initial angle."""
     return all(_at_rest(element) for element in scene.elements if element.kind == "crease")
 
 

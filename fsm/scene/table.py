@@ -1,17 +1,17 @@
-"""Tables of cases: a CSV whose columns are dotted paths into a base case.
+"""Tables of cases: a CSV file whose columns are dotted paths of a base case.
 
-The base is ``case.toml`` beside the CSV, or the file that the first line names::
+The base case is ``case.toml`` in the folder of the CSV file, or the file named in the first line::
 
     # base = other.toml
     case, strip.fold_angle, crease.stiffness
     80-low, 80 deg, 0.002
     83-low, 83 deg,
 
-A line ``# reference = paper.csv`` names percentages to compare with, see `load_reference`.
+A line ``# reference = paper.csv`` names a file of percentages for comparison, see `load_reference`.
 
-A cell holds what `--set` takes: a TOML value or bare text, ``none`` to take the key or section out; an empty
-cell leaves the base as it is. File names in cells count from the folder of the base. The column ``case``
-names the rows; without it names are made of the values.
+A cell contains a value as for `--set`: a TOML value, plain text, or ``none`` to remove the key or section. An empty cell
+keeps the value of the base case. File names in cells are relative to the folder of the base case. The column ``case`` gives
+the names of the rows; without it, names consist of the values.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from fsm.errors import CaseError, Fault
-from fsm.scene.load_case import LoadedCase, few, read_case, read_text, read_toml
+from fsm.scene.load_case import LoadedCase, first_faults, read_case, read_text, read_toml
 from fsm.scene.overrides import apply_overrides, check_path, split_override
 from fsm.scene.toml_text import case_text
 
@@ -34,22 +34,22 @@ NAME = "case"
 BASE = "case.toml"
 
 COLLECTED, OVERLAY, STUDY = "summary.csv", "overlay.png", "study.png"
-"""Files that a table writes beside the folders of its rows."""
+"""Files that a table writes next to the folders of its rows."""
 
 _LONGEST = 200
-"""Bytes of a row's name; file systems allow 255, and files that are being written have longer names."""
+"""Largest length of a row's name, bytes; file systems allow 255, and temporary files have longer names."""
 
 
 @dataclass(frozen=True)
 class TableCase:
-    """A row of a table.
+    """Row of a table.
 
     Attributes
     ----------
     name : str
-        Unique in its table, and fit for the name of a folder.
+        Unique name, which is also the name of the row's folder.
     overrides : dict
-        Path to text, of the cells that are not empty.
+        Text of each non-empty cell by its path.
     loaded : LoadedCase
     """
 
@@ -77,8 +77,8 @@ def load_table(path: str | Path, overrides: Sequence[str] = ()) -> list[TableCas
     Raises
     ------
     CaseError
-        All faults of all rows, with row numbers as a text editor counts them; what every row gets wrong in
-        the same way is told once, of the base.
+        All faults of all rows, with row numbers as in a text editor. A fault that all rows share appears once, for the base
+        case.
     """
     base, lines = _lines(path)
     rows, faults = _rows(lines)
@@ -90,19 +90,19 @@ def load_table(path: str | Path, overrides: Sequence[str] = ()) -> list[TableCas
     data, unknown = _base(file, [item for item in split if not isinstance(item, Fault)], str(path))
     cases, faults = _read_rows(rows, data, [item for item in split if not isinstance(item, Fault)], file)
     if unknown or faults:
-        raise CaseError(few([*unknown, *faults]), str(path))
+        raise CaseError(first_faults([*unknown, *faults]), str(path))
     return cases
 
 
 def _lines(path: str | Path) -> tuple[str, list[tuple[int, list[str]]]]:
-    """Name of the base and the rows of cells with their numbers, header first."""
+    """File name of the base case, and the rows of cells with their numbers, header first."""
     text = read_text(path)
     lines = text.splitlines()
     return _named(lines, "base") or BASE, _cells(lines)
 
 
 def _named(lines: Sequence[str], key: str) -> str:
-    """What a comment before the first row says of a file, ``# key = name``; empty if nothing does."""
+    """File name in a comment ``# key = name`` before the first row; empty if there is none."""
     for line in lines:
         if line.strip() and not line.lstrip().startswith("#"):
             break
@@ -113,7 +113,7 @@ def _named(lines: Sequence[str], key: str) -> str:
 
 
 def _cells(lines: Sequence[str]) -> list[tuple[int, list[str]]]:
-    """Cells of all lines but comments and empty ones, with their numbers."""
+    """Cells of all lines that are neither comments nor empty, with line numbers."""
     kept = [
         (n, line)
         for n, line in enumerate(lines, 1)
@@ -129,15 +129,15 @@ def _cells(lines: Sequence[str]) -> list[tuple[int, list[str]]]:
 
 
 def load_reference(path: str | Path) -> dict[str, dict[str, float]]:
-    """Changes that a table is compared with: of each row by name, numbers of the summary by name, in % of the first row.
+    """Reference changes of a table: for each row, numbers of the summary as changes from the first row in %.
 
-    The file that the table names has a column ``case`` and one for each number; a column ``<number> band`` says how far off
-    it may be by how it was measured, in %. An empty cell says nothing. Empty if the table names none.
+    The reference file has a column ``case`` and one column for each number. A column ``<number> band`` gives the uncertainty
+    of the reference in %. Empty cells are ignored. The result is empty if the table names no reference file.
 
     Raises
     ------
     CaseError
-        It cannot be read, or a cell is not a number.
+        The file cannot be read, or a cell is not a number.
     """
     name = _named(read_text(path).splitlines(), "reference")
     if not name:
@@ -145,7 +145,7 @@ def load_reference(path: str | Path) -> dict[str, dict[str, float]]:
     file = Path(path).parent / name
     rows = _cells(read_text(file).splitlines())
     if len(rows) < 2 or NAME not in rows[0][1]:
-        raise CaseError(f"needs a column `{NAME}` and a row for each case that is compared", str(file))
+        raise CaseError(f"needs a column `{NAME}` and one row for each compared case", str(file))
     header = rows[0][1]
     found: dict[str, dict[str, float]] = {}
     for number, cells in rows[1:]:
@@ -154,14 +154,14 @@ def load_reference(path: str | Path) -> dict[str, dict[str, float]]:
         try:
             found[name] = {key: float(value) for key, value in values.items() if value}
         except ValueError as error:
-            raise CaseError([Fault(f"row {number}", f"{error}; percentages are plain numbers")], str(file)) from None
+            raise CaseError([Fault(f"row {number}", f"{error}; give percentages as plain numbers")], str(file)) from None
     return found
 
 
 def _rows(lines: list[tuple[int, list[str]]]) -> tuple[list[_Row], list[Fault]]:
-    """Named rows of values, and the faults of header and names."""
+    """Rows with names and values, and the faults of header and names."""
     if len(lines) < 2:
-        return [], [Fault("", "has no rows; write a header of dotted paths and one row a case")]
+        return [], [Fault("", "has no rows; give a header of dotted paths and one row for each case")]
     header = lines[0][1]
     faults = _header_faults(header)
     rows = []
@@ -178,17 +178,17 @@ def _header_faults(header: Sequence[str]) -> list[Fault]:
     faults = []
     for index, column in enumerate(header):
         problem = (
-            "" if column == NAME else check_path(column) if column else "column without a name; give its path"
+            "" if column == NAME else check_path(column) if column else "has no name; give its path in the header"
         )
         if column and column in header[:index]:
-            problem = "stands twice in the header; leave one of them"
+            problem = "appears twice in the header; remove one of them"
         if problem:
             faults.append(Fault(f"column {column or index + 1}", problem))
     return faults
 
 
 def _name(values: Mapping[str, str]) -> str:
-    """Name of a row: the one given, or last part of the path and value of every cell; fit for a folder."""
+    """Name of a row for its folder: as given, or made from the last key of each path and the value of its cell."""
     name = values.get(NAME, "")
     if not name:
         name = "_".join(
@@ -199,27 +199,28 @@ def _name(values: Mapping[str, str]) -> str:
 
 
 def _name_faults(rows: Sequence[_Row], named: bool) -> list[Fault]:
-    """Rows whose name is taken by another row or by a file of the table; case does not distinguish folders everywhere."""
+    """Faults of rows whose name belongs to another row or to a file of the table, without regard to upper case."""
     faults: list[Fault] = []
     first: dict[str, int] = {}
     for row in rows:
         key = row.name.casefold()
         if key in (COLLECTED, OVERLAY, STUDY):
-            faults.append(Fault(f"row {row.number}", f'the name "{row.name}" is that of a file of the table; give another'))
+            text = f'the name "{row.name}" is that of a file of the table; give another name'
+            faults.append(Fault(f"row {row.number}", text))
         if key in first:
-            why = f'the name "{row.name}" is' if named else "the same values are"
+            what = f'the name "{row.name}" is' if named else "the same values are"
             hint = (
-                "give each row its own"
+                "give each row its own name"
                 if named
-                else f"give the rows names in a column `{NAME}`, or delete one"
+                else f"give the rows names in a column `{NAME}`, or remove one"
             )
-            faults.append(Fault(f"row {row.number}", f"{why} in row {first[key]} already; {hint}"))
+            faults.append(Fault(f"row {row.number}", f"{what} already in row {first[key]}; {hint}"))
         first.setdefault(key, row.number)
     return faults
 
 
 def _base(file: Path, pairs: Sequence[tuple[str, str]], source: str) -> tuple[dict[str, Any], list[Fault]]:
-    """Tables of the base, and the overrides for all rows that lead nowhere."""
+    """Tables of the base case, and faults of overrides for all rows."""
     try:
         data = read_toml(file)
     except CaseError as error:
@@ -242,7 +243,7 @@ def _read_rows(
 
 
 def _merge(faults: Iterable[tuple[int, list[Fault]]], file: Path) -> list[Fault]:
-    """Faults with their row; those that all rows share once, with the base."""
+    """Faults with their row numbers; a fault that all rows share appears once, for the base case."""
     by_row = list(faults)
     shared = (
         [fault for fault in by_row[0][1] if all(fault in found for _, found in by_row)]

@@ -1,4 +1,4 @@
-"""A case as TOML text that gives the same case when it is read again."""
+"""Conversion of a case to TOML text that gives the same case when it is read again."""
 
 from __future__ import annotations
 
@@ -15,22 +15,19 @@ _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def case_text(case: Case) -> str:
-    """The whole case, defaults included, as TOML in SI.
-
-    Numbers are written with all their digits; what is absent stays absent.
-    """
+    """Complete case with defaults as TOML text in SI; numbers have all their digits, and absent keys stay absent."""
     data = case.model_dump(mode="python", exclude_none=True)
     data["units"] = "SI"
     return tables_text(data)
 
 
 def tables_text(tables: Mapping[str, Any]) -> str:
-    """Nested tables as TOML text: numbers with all their digits, texts as they are."""
+    """Nested tables as TOML text; numbers have all their digits."""
     return "\n".join(_table(tables, "")).lstrip("\n") + "\n"
 
 
 def _table(table: Mapping[str, Any], path: str) -> list[str]:
-    """Lines of a table: first its own keys, then the tables below it."""
+    """Lines of a table: first its own keys, then its inner tables."""
     lines = [f"{_key(key)} = {_value(item)}" for key, item in table.items() if not _is_section(item)]
     for key, item in table.items():
         below = f"{path}.{_key(key)}" if path else _key(key)
@@ -64,5 +61,5 @@ def _value(item: Any) -> str:
 
 
 def _text(text: str) -> str:
-    # a JSON string is a TOML string, but for DEL
+    # a JSON string is also a TOML string, except for the character DEL
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

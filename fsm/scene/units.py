@@ -1,11 +1,11 @@
-"""Units of input: every number may be a plain number or a string with a unit.
+"""Units of input values: a value is a plain number, or text with a unit.
 
-A quantity is declared once, as a type (`Length`, `Angle`, ...). Reading it accepts
+Each quantity is a type (`Length`, `Angle`, ...). Its value is
 
-* a plain number, taken in the unit system of the file (``SI`` or ``mm-N-s``; angles in radians in both);
-* a string, ``"80 deg"``, ``"9 N mm/rad"``, ``"1e9 N/m^1.5"``; one without a unit is a plain number.
+* a plain number in the unit system of the file (``SI`` or ``mm-N-s``; angles are in radians in both), or
+* text, for example ``"80 deg"``, ``"9 N mm/rad"`` or ``"1e9 N/m^1.5"``; text without a unit is a plain number.
 
-Inside, everything is SI.
+Models hold SI values only.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, GetCoreSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-__all__ = ["Count", "Unit", "nearest", "parse_unit", "to_si", "unit_in", "with_unit"]
+__all__ = ["Count", "Unit", "did_you_mean", "parse_unit", "to_si", "unit_in", "with_unit"]
 
 # exponents of (length, mass, time, angle)
 Dimension = tuple[float, float, float, float]
@@ -51,7 +51,7 @@ UNITS: dict[str, tuple[float, Dimension]] = {
     "rpm": (2 * math.pi / 60, (0, 0, -1, 1)), "%": (1e-2, _NONE), "1": (1.0, _NONE),
 }  # fmt: skip
 
-# SI value of one (length, mass, time, angle) unit of a file's unit system
+# SI values of the units of length, mass, time and angle in each unit system
 SYSTEMS: dict[str, tuple[float, float, float, float]] = {
     "SI": (1.0, 1.0, 1.0, 1.0),
     "mm-N-s": (1e-3, 1e3, 1.0, 1.0),
@@ -60,7 +60,7 @@ SYSTEMS: dict[str, tuple[float, float, float, float]] = {
 _QUANTITY = re.compile(r"^\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*$")
 _FACTOR = re.compile(r"^([A-Za-zµ°%]+|1)(?:(?:\^|\*\*)?([-+]?\d+(?:\.\d+)?))?$")
 _TYPED = str.maketrans({"\u03bc": "µ", "²": "^2", "³": "^3", "−": "-"})
-# words for units, and what to write
+# common words for units, with the symbol to use instead
 _WORDS = {
     **dict.fromkeys(("sec", "secs", "second", "seconds"), "s"), **dict.fromkeys(("degree", "degrees"), "deg"),
     **dict.fromkeys(("meter", "metre", "meters", "metres"), "m"), **dict.fromkeys(("newton", "newtons"), "N"),
@@ -69,26 +69,26 @@ _WORDS = {
     **dict.fromkeys(("inch", "inches"), "in"), "days": "day", "pascal": "Pa", "radian": "rad", "radians": "rad",
     "percent": "%", "msec": "ms", "usec": "us",
 }  # fmt: skip
-# the names of the base units of mm-N-s in place of those of SI
+# units of mm-N-s in place of units of SI
 _NAMES_MM = {"m": "mm", "kg": "t", "Pa": "MPa"}
 
 
-@lru_cache(maxsize=1024)  # a scene names the same few a hundred thousand times
+@lru_cache(maxsize=1024)  # a large scene repeats the same few units many times
 def parse_unit(text: str) -> tuple[float, Dimension]:
     """SI value and dimension of a unit such as ``N mm/rad``, ``kg/m^3`` or ``N/m^1.5``.
 
-    Every ``/`` divides by the one factor after it (``N/m/s``); a blank, ``*`` or ``·`` multiplies.
+    Every ``/`` divides by the single factor after it (``N/m/s``); a blank, ``*`` or ``·`` multiplies.
 
     Raises
     ------
     ValueError
-        The unit is not known; the message says which part.
+        The unit is unknown; the message names the unknown part.
     """
     value, dimension = 1.0, [0.0, 0.0, 0.0, 0.0]
     for position, part in enumerate(text.translate(_TYPED).replace("**", "^").split("/")):
         factors = [f for f in re.split(r"[\s*·]+", part.strip()) if f]
         if not factors and (position > 0 or "/" in text):
-            raise ValueError(f"something is missing beside the / of the unit {text!r}")
+            raise ValueError(f"a factor is missing beside the / of the unit {text!r}")
         for index, factor in enumerate(factors):
             match = _FACTOR.match(factor)
             if match is None or match[1] not in UNITS:
@@ -104,62 +104,62 @@ def parse_unit(text: str) -> tuple[float, Dimension]:
 
 
 def to_si(value: float | str, unit: str, system: str = "SI") -> float:
-    """A number of the file in SI.
+    """Value of a file in SI.
 
     Parameters
     ----------
     value : float or str
-        Plain number in the file's unit system, or text with a unit.
+        Plain number in the unit system of the file, or text with a unit.
     unit : str
-        SI unit of the quantity, e.g. ``"N m/rad"``; gives the dimension that is wanted.
+        SI unit of the quantity, e.g. ``"N m/rad"``, which gives the required dimension.
     system : str
         Unit system of plain numbers, a key of `SYSTEMS`.
 
     Raises
     ------
     ValueError
-        Not a number, an unknown unit, or a unit of another kind of quantity.
+        The value is not a number, or its unit is unknown or has another dimension.
     """
-    wanted = f"a value in {unit_in(unit, system)} is wanted" if unit else "a plain number is wanted"
+    required = f"give a value in {unit_in(unit, system)}" if unit else "give a plain number"
     _, dimension = parse_unit(unit)
-    number, text = _split(value, wanted)
+    number, text = _split(value, required)
     if text:
-        scale, given = _given_unit(value, text, wanted)
+        scale, given = _given_unit(value, text, required)
         if "%" in text and dimension != _NONE:
-            raise ValueError(f'"{value}" is a percentage; {wanted}')
-        _check_dimension(given, dimension, f'"{value}" has the wrong unit; {wanted}')
+            raise ValueError(f'"{value}" is a percentage; {required}')
+        _check_dimension(given, dimension, f'"{value}" has the wrong unit; {required}')
         if dimension[3] != 0 and re.search(r"\bHz\b", text):
             raise ValueError(f'"{value}" may mean turns or radians; write rev/s or rad/s')
     else:
         scale = math.prod(base**power for base, power in zip(SYSTEMS[system], dimension, strict=True))
     result = number * scale
     if not math.isfinite(result):
-        raise ValueError(f"{value} is not a finite number; {wanted}")
+        raise ValueError(f"{value} is not a finite number; {required}")
     return result
 
 
-def _split(value: float | str, wanted: str) -> tuple[float, str]:
-    """Number and unit text of an input value."""
+def _split(value: float | str, required: str) -> tuple[float, str]:
+    """Number and unit of an input value."""
     if isinstance(value, str):
         match = _QUANTITY.match(value)
         comma = re.match(r"\s*[-+]?[\d.]*\d,\d[\d.,]*", value)
         if comma is not None:
-            raise ValueError(f"{with_unit(value, None)} has a comma; {_without_comma(value)}; {wanted}")
+            raise ValueError(f"{with_unit(value, None)} has a comma; {_without_comma(value)}; {required}")
         if match is None:
-            raise ValueError(f"{with_unit(value, None)} is not a number; {wanted}")
+            raise ValueError(f"{with_unit(value, None)} is not a number; {required}")
         if re.match(r"\d", match[2]) and not re.match(r"1(?!\d)", match[2]):
-            raise ValueError(f"{with_unit(value, None)} has a blank within the number; {wanted}")
+            raise ValueError(f"{with_unit(value, None)} has a blank within the number; {required}")
         return float(match[1]), match[2]
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise ValueError(f"{with_unit(value, None)} is not a number; {wanted}")
+        raise ValueError(f"{with_unit(value, None)} is not a number; {required}")
     try:
         return float(value), ""
     except OverflowError:
-        raise ValueError(f"a whole number of so many digits is too large; {wanted}") from None
+        raise ValueError(f"a whole number of so many digits is too large; {required}") from None
 
 
 def _without_comma(value: str) -> str:
-    """How a number with a comma should have been written."""
+    """Advice for a number that is written with a comma."""
     if re.match(r"\s*[-+]?\d+,\d+(?![\d.,])", value) is None:
         return "write a decimal point and no other separators"
     thousands = re.match(r"\s*[-+]?[1-9]\d{0,2},\d{3}(?!\d)", value) is not None
@@ -167,24 +167,24 @@ def _without_comma(value: str) -> str:
     return f'write {point} with a decimal point' + (f', or "{value.replace(",", "", 1)}" for thousands' if thousands else "")
 
 
-def _given_unit(value: float | str, text: str, wanted: str) -> tuple[float, Dimension]:
+def _given_unit(value: float | str, text: str, required: str) -> tuple[float, Dimension]:
     try:
         return parse_unit(text)
     except ValueError as error:
-        raise ValueError(f'"{value}": {error}; {wanted}') from None
+        raise ValueError(f'"{value}": {error}; {required}') from None
 
 
 def _meant(factor: str, name: str) -> str:
-    """``; did you mean `N m`?``, or nothing if no unit is near."""
+    """Suggestion ``; did you mean `N m`?`` for an unknown unit; empty if no unit is similar."""
     if name.lower() in _WORDS:
         return f"; did you mean `{_WORDS[name.lower()]}`?"
     factors = [part for part in re.split(r"[-._]", name) if part]
     product = factors if len(factors) > 1 and all(part in UNITS for part in factors) else _factors(name)
-    return f"; did you mean `{' '.join(product)}{factor.removeprefix(name)}`?" if product else nearest(name, UNITS)
+    return f"; did you mean `{' '.join(product)}{factor.removeprefix(name)}`?" if product else did_you_mean(name, UNITS)
 
 
 def _factors(name: str) -> list[str]:
-    """Units that were written without a blank between them (``Nmm``); none if there are none."""
+    """Units in a product without blanks (``Nmm``); empty if the name is not such a product."""
     for length in range(min(len(name) - 1, 3), 0, -1):
         first, rest = name[:length], name[length:]
         if first in UNITS and first != "1":
@@ -194,22 +194,22 @@ def _factors(name: str) -> list[str]:
     return []
 
 
-def _check_dimension(given: Dimension, wanted: Dimension, message: str) -> None:
-    same = [abs(a - b) < 1e-9 for a, b in zip(given, wanted, strict=True)]
-    # radians are often left out ("N m" for a torsional stiffness): no angle given means radians
+def _check_dimension(given: Dimension, required: Dimension, message: str) -> None:
+    same = [abs(a - b) < 1e-9 for a, b in zip(given, required, strict=True)]
+    # radians may be omitted ("N m" for a torsional stiffness)
     if not all(same[:3]) or not (same[3] or given[3] == 0):
         raise ValueError(message)
 
 
 def unit_in(unit: str, system: str = "SI") -> str:
-    """Name of an SI unit in a unit system: ``"kg/m^3"`` is ``"t/mm^3"`` in ``mm-N-s``."""
+    """Unit in a unit system for an SI unit: ``"kg/m^3"`` is ``"t/mm^3"`` in ``mm-N-s``."""
     if system == "SI":
         return unit
     return re.sub(r"[A-Za-z]+", lambda match: _NAMES_MM.get(match[0], match[0]), unit)
 
 
 def with_unit(value: object, unit: str | None, system: str = "SI") -> str:
-    """A value of the file as text: a plain number with the unit it is taken in, else as it stands."""
+    """Value of a file as text for messages; a plain number gets its unit."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, dict):
@@ -221,8 +221,8 @@ def with_unit(value: object, unit: str | None, system: str = "SI") -> str:
     return f"{text} {unit_in(unit, system)}" if unit and plain else text
 
 
-def nearest(name: str, names: Iterable[str]) -> str:
-    """``; did you mean `length`?``, or nothing if no name is near."""
+def did_you_mean(name: str, names: Iterable[str]) -> str:
+    """Suggestion ``; did you mean `length`?`` for an unknown name; empty if no name is similar."""
     found = [known for known in names if known.lower() == name.lower()]
     found = found or difflib.get_close_matches(name, list(names), n=1, cutoff=0.6)
     return f"; did you mean `{found[0]}`?" if found else ""
@@ -230,24 +230,23 @@ def nearest(name: str, names: Iterable[str]) -> str:
 
 @dataclass(frozen=True)
 class Unit:
-    """Annotation that makes a float field a physical quantity: ``Annotated[float, Unit("m")]``.
+    """Annotation of a float field as a physical quantity: ``Annotated[float, Unit("m")]``.
 
-    The unit system of plain numbers is taken from the validation context, ``{"units": "mm-N-s"}``; without
-    one it is SI.
+    The validation context gives the unit system of plain numbers, ``{"units": "mm-N-s"}``; without a context it is SI.
 
     Parameters
     ----------
     symbol : str
         SI unit.
     power : str
-        Name of an earlier field of the model; its value is the power of the unit's last factor.
+        Name of an earlier field of the model; its value is the exponent of the last factor of the unit.
     """
 
     symbol: str
     power: str = ""
 
     def text(self, fields: Mapping[str, Any]) -> str:
-        """SI unit, given the fields beside this one; empty if the one that says the power is not known."""
+        """SI unit for given fields of the same section; empty if the field of the exponent is invalid."""
         if not self.power:
             return self.symbol
         power = fields.get(self.power)
@@ -257,7 +256,7 @@ class Unit:
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         def read(value: Any, info: core_schema.ValidationInfo) -> float:
-            if type(value) is float and not info.context and math.isfinite(value):  # SI already, as builders have it
+            if type(value) is float and not info.context and math.isfinite(value):  # already in SI
                 return value
             system = (info.context or {}).get("units", "SI")
             try:
@@ -291,9 +290,9 @@ Number = Annotated[float, Unit("")]
 
 def _not_bool(value: object) -> object:
     if isinstance(value, bool):
-        raise PydanticCustomError("int_type", "a whole number is wanted")
+        raise PydanticCustomError("int_type", "must be a whole number")
     return value
 
 
 Count = Annotated[int, BeforeValidator(_not_bool)]
-"""A whole number; `true` is not one."""
+"""Whole number; `true` and `false` are refused."""

@@ -119,7 +119,7 @@ def test_check_says_what_the_start_is(tmp_path: Path) -> None:
     assert "as folded" in checked(tmp_path, moment)
     assert "(the strip is driven)" in checked(tmp_path, *MORE, DRIVE, "solve.end_time=none")
     asked = checked(tmp_path, 'start="equilibrium"', "gravity=[0,0,-9.81]")
-    assert "in equilibrium, at rest, with gravity and the loads at time zero (asked for)" in asked
+    assert "in equilibrium, at rest, with gravity and the loads at time zero (set by `start`)" in asked
 
 
 @pytest.mark.parametrize(

@@ -68,7 +68,7 @@ ONE_MISTAKE = {
         ("[material]", "[frition]\n[material]"),
         "frition: unknown key; did you mean `friction`?",
     ),
-    "missing key": (("width = 0.04\n", ""), "strip.width: missing; a value in m is wanted"),
+    "missing key": (("width = 0.04\n", ""), "strip.width: missing; give a value in m"),
     "missing section": (
         ("[material]\nyoung = 3e9\ndensity = 800\n", ""),
         "material: section [material] is missing; a strip needs it",
@@ -79,23 +79,23 @@ ONE_MISTAKE = {
     ),
     "wrong unit": (
         ("width = 0.04", 'width = "40 kg"'),
-        'strip.width: "40 kg" has the wrong unit; a value in m is wanted',
+        'strip.width: "40 kg" has the wrong unit; give a value in m',
     ),
     "unknown unit": (
         ("young = 3e9", 'young = "3 gpa"'),
-        "material.young: \"3 gpa\": unknown unit 'gpa'; did you mean `GPa`?; a value in Pa is wanted",
+        "material.young: \"3 gpa\": unknown unit 'gpa'; did you mean `GPa`?; give a value in Pa",
     ),
     "not a number": (
         ("width = 0.04", "width = nan"),
-        "strip.width: nan is not a finite number; a value in m is wanted",
+        "strip.width: nan is not a finite number; give a value in m",
     ),
     "infinite": (
         ("young = 3e9", "young = inf"),
-        "material.young: inf is not a finite number; a value in Pa is wanted",
+        "material.young: inf is not a finite number; give a value in Pa",
     ),
     "text": (
         ("young = 3e9", 'young = "stiff"'),
-        'material.young: "stiff" is not a number; a value in Pa is wanted',
+        'material.young: "stiff" is not a number; give a value in Pa',
     ),
     "degrees as a number": (
         ('fold_angle = "80 deg"', "fold_angle = 80"),
@@ -107,7 +107,7 @@ ONE_MISTAKE = {
     ),
     "percentage for an angle": (
         ('fold_angle = "80 deg"', 'fold_angle = "50 %"'),
-        'strip.fold_angle: "50 %" is a percentage; a value in rad is wanted',
+        'strip.fold_angle: "50 %" is a percentage; give a value in rad',
     ),
     "rest angle beyond closed": (
         ("stiffness = 9.0e-3", 'stiffness = 9.0e-3\nrest_angle = "400 deg"'),
@@ -144,25 +144,25 @@ ONE_MISTAKE = {
     ),
     "all panels held": (
         ("panels = 6", "panels = 6\nheld = [1, 2, 3, 4, 5, 6]"),
-        "strip.held: all 6 panels are held and nothing can move; leave some out",
+        "strip.held: all 6 panels are held, so none can move; hold fewer panels",
     ),
     "two panels, both held": (
         ("panels = 6", "panels = 2"),
-        "strip.held: all 2 panels are held (the first and the last, as it is not given) and nothing can move",
+        "strip.held: all 2 panels are held (by default the first and the last), so none can move",
     ),
     "drive against a support": (
         ("panels = 6", "panels = 6\nheld = [3, 4]"),
-        "drive.0.crease: crease 3 is an edge of panels 3 and 4, which are held (by `strip.held`) and "
+        "drive.0.crease: crease 3 is an edge of panels 3 and 4, which are held (by `strip.held`), so it "
         "cannot move; choose another",
     ),
     "drive at the end of a held panel": (
         ("crease = 3", "crease = 1"),
-        "drive.0.crease: crease 1 is an edge of panel 1, which is held (as no `strip.held` is given) and "
+        "drive.0.crease: crease 1 is an edge of panel 1, which is held (by default), so it "
         "cannot move; choose another",
     ),
     "two drives on one crease": (
         ("[[drive]]", "[[drive]]\ncrease = 3\nspeed = 1\ntravel = 0.1\n[[drive]]"),
-        "drive.1: crease 3 is driven by drive.0 already; leave one of them",
+        "drive.1: crease 3 is already driven by drive.0; remove one of them",
     ),
     "contact pair out of range": (
         ("[[drive]]", "[contact]\nstiffness = 1e9\npairs = [[1, 2], [1, 9]]\n[[drive]]"),
@@ -174,11 +174,11 @@ ONE_MISTAKE = {
     ),
     "increment of a method that integrates": (
         ("[[drive]]", '[solve]\nmethod = "Radau-blocks"\nincrement = "1 mm"\n[[drive]]'),
-        'solve.increment: only method = "static" has it (and "auto"), not "Radau-blocks"; take it out',
+        'solve.increment: is used by method = "static" and "auto" only, not by "Radau-blocks"; remove it',
     ),
     "imperfection of a method that integrates": (
         ("[[drive]]", '[solve]\nmethod = "generalized-alpha"\nimperfection = -1\n[[drive]]'),
-        'solve.imperfection: only method = "static" has it (and "auto"), not "generalized-alpha"; take it out',
+        'solve.imperfection: is used by method = "static" and "auto" only, not by "generalized-alpha"; remove it',
     ),
     "drive of nothing": (
         ("crease = 3\n", ""),
@@ -190,13 +190,13 @@ ONE_MISTAKE = {
     ),
     "no end": (
         ('[[drive]]\ncrease = 3\nspeed = "2 mm/s"\ntravel = "150 mm"\n', ""),
-        "solve.end_time: missing, and there is no [[drive]] either: nothing says when to stop; "
+        "solve.end_time: missing, and there is no [[drive]] either, so the run has no end; "
         "give one of them",
     ),
     "friction without contact": (
         ("[[drive]]", '[friction]\nlaw = "tanh"\nmu_dynamic = 0.2\nv_static = 0.001\n[[drive]]'),
-        "friction: [friction] acts where faces touch, but there is no [contact]; "
-        "add it, or remove [friction]",
+        "friction: [friction] requires [contact], which is missing; "
+        "add [contact], or remove [friction]",
     ),
     "unknown law": (
         ('law = "linear"', 'law = "liner"'),
@@ -221,16 +221,16 @@ ONE_MISTAKE = {
     ),
     "contact of another exponent": (
         ("[[drive]]", '[contact]\nexponent = 2\nstiffness = "1e9 N/m^1.5"\n[[drive]]'),
-        'contact.stiffness: "1e9 N/m^1.5" has the wrong unit; a value in N/m^2 is wanted',
+        'contact.stiffness: "1e9 N/m^1.5" has the wrong unit; give a value in N/m^2',
     ),
     "strip and scene": (
         ("[[drive]]", "[scene]\n[[drive]]"),
-        "scene: [scene] and [strip] both say what there is; give one of them",
+        "scene: [scene] and [strip] both define a model; give one of them",
     ),
     "unquoted unit": (
         ("width = 0.04", "width = 40 mm"),
         "line 4: expected newline or end of document after a statement in `width = 40 mm`; "
-        "text and numbers with a unit go in quotes",
+        "put text and numbers with a unit in quotes",
     ),
     "broken TOML": (("[material]", "[material"), "line 8: expected ']' at the end of a table declaration"),
 }
@@ -300,7 +300,7 @@ def test_not_a_case_at_all(tmp_path, content, words):
 
 
 CURVE_MISTAKES = {
-    "empty": ("", ["crease.data: .*crease.csv is empty; two columns are wanted, angle and moment"]),
+    "empty": ("", ["crease.data: .*crease.csv is empty; it must have two columns, angle and moment"]),
     "only a header": (
         "angle (deg), moment (N mm)\n",
         ["crease.data: has 0 rows; cubic .* needs at least 4$"],
@@ -311,19 +311,19 @@ CURVE_MISTAKES = {
     ),
     "unsorted": (
         CURVE.replace("20, 2", "5, 2"),
-        [r"crease.data row 4: angle goes back \(5 deg after 10 deg\); sort the rows"],
+        [r"crease.data row 4: the angle decreases \(5 deg after 10 deg\); sort the rows"],
     ),
     "unsorted, falling": (
         "angle (deg), moment (N mm)\n30, 3\n10, 1\n20, 2\n0, 0\n",
-        [r"crease.data row 4: angle goes up again \(20 deg after 10 deg\); sort the rows"],
+        [r"crease.data row 4: the angle increases \(20 deg after 10 deg\); sort the rows"],
     ),
-    "twice": (CURVE.replace("20, 2", "10, 2"), ["crease.data row 4: angle 10 deg stands twice"]),
+    "twice": (CURVE.replace("20, 2", "10, 2"), ["crease.data row 4: the angle 10 deg appears twice"]),
     "not a number": (
         CURVE.replace("10, 1", "10, nan").replace("30, 3", "30, -"),
         ['crease.data row 3: "nan" is not a finite number', 'crease.data row 5: "-" is not a finite number'],
     ),
-    "hole": (CURVE.replace("10, 1", "10,"), ["crease.data row 3: has 1 values; 2 are wanted"]),
-    "no header": (CURVE.split("\n", 1)[1], ["crease.data row 1: no header; write a first row such as"]),
+    "hole": (CURVE.replace("10, 1", "10,"), ["crease.data row 3: has 1 values; the header has 2 columns"]),
+    "no header": (CURVE.split("\n", 1)[1], ["crease.data row 1: has no header; give one, for example"]),
     "unknown column": (
         CURVE.replace("moment", "momnt"),
         ['crease.data row 1: unknown column "momnt .N mm."; did you mean `moment`'],
@@ -334,11 +334,11 @@ CURVE_MISTAKES = {
     ),
     "wrong unit": (
         CURVE.replace("N mm", "N"),
-        ["crease.data: unit of the column moment: .* has the wrong unit; a value in N m is wanted"],
+        ["crease.data: the unit of the column moment is wrong: .* has the wrong unit; give a value in N m"],
     ),
     "degrees for radians": (
         CURVE.replace("(deg)", "(rad)"),
-        ["crease.data row 5: 30 rad is more than a turn; if it is degrees, say so"],
+        ["crease.data row 5: 30 rad is more than one turn; for degrees, write the header"],
     ),
     "binary": ("\x00\x01", ["crease.data: .*crease.csv is not a text file"]),
 }
@@ -369,13 +369,13 @@ def test_bad_lists_of_a_crease(tmp_path):
         return faults(run(tmp_path, text), tmp_path / "case.toml")
 
     assert refused("[0, 1, 0.5, 2]", "[0, 1, 2, 3]")[0].startswith(
-        "crease.angle.2: angle goes back (0.5 rad after 1 rad)"
+        "crease.angle.2: the angle decreases (0.5 rad after 1 rad)"
     )
     assert refused("[0, 1, 2, 3]", "[0, 1, 2]") == [
-        "crease.angle: has 4 angles and 3 moments; give as many of each"
+        "crease.angle: has 4 angles and 3 moments; give one moment for each angle"
     ]
     assert refused("[0, 30, 60, 90]", "[0, 1, 2, 3]")[0].startswith(
-        "crease.angle.3: 90 rad is more than a turn"
+        "crease.angle.3: 90 rad is more than one turn"
     )
 
 

@@ -38,9 +38,9 @@ def test_check_of_every_shipped_case(case: Path) -> None:
 @pytest.mark.parametrize(
     ("case", "override", "words"),
     [
-        ("strip_pull", "save.every=1e-12", "save.every: asks for more than 1,000,000 records"),
-        ("strip_pull", "save={interval=1e-12}", "save.interval: asks for more than 1,000,000 records"),
-        ("scissor_array", "save.interval=1e-12", "save.interval: asks for more than 1,000,000 records"),
+        ("strip_pull", "save.every=1e-12", "save.every: gives more than 1,000,000 records"),
+        ("strip_pull", "save={interval=1e-12}", "save.interval: gives more than 1,000,000 records"),
+        ("scissor_array", "save.interval=1e-12", "save.interval: gives more than 1,000,000 records"),
         ("strip_pull", "strip.thickness=1e-200", "bending stiffness E w t^3/12 is 0 N m^2"),
         ("strip_pull", "strip.thickness=1e200", "bending stiffness E w t^3/12 is inf N m^2"),
         ("strip_pull", "strip.length=1.7e308", "strip.length: the strip has a moment of inertia of inf kg m^2"),

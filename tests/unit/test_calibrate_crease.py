@@ -193,9 +193,9 @@ def test_between_measured_curves(family: Path) -> None:
 @pytest.mark.parametrize(
     ("override", "message"),
     [
-        ("crease.press_time=none", "crease.press_time: must be given; measured are 10 min, 1 h"),
-        ("crease.press_time=2 h", "crease.press_time: is 2 h; measured is 10 min to 1 h, and nothing is extrapolated"),
-        ("crease.opening=3", "crease.opening: is 3; measured is 1 to 2"),
+        ("crease.press_time=none", "crease.press_time: missing; the measured values are 10 min, 1 h"),
+        ("crease.press_time=2 h", "crease.press_time: must be between 10 min and 1 h, as measured; it is 2 h"),
+        ("crease.opening=3", "crease.opening: must be between 1 and 2, as measured; it is 3"),
         ("crease.opening=0.5", "crease.opening: must be at least 1"),
         ("crease.file=no.h5", "crease.file: cannot read .*no.h5: no such file; make it with `fsm calibrate crease`"),
         ("crease.file=case.toml", "crease.file: .*case.toml is not a crease family"),
@@ -225,9 +225,9 @@ def test_a_family_without_unloading_has_no_hysteresis(tmp_path: Path) -> None:
     crease = load_case(tmp_path / "case.toml").case.crease
     assert isinstance(crease, SplineCrease)
     assert crease.interpolation == "pchip"
-    with pytest.raises(CaseError, match=r"crease.hysteresis: is true, but curve of crease.h5 was measured one way only"):
+    with pytest.raises(CaseError, match=r"crease.hysteresis: is true, but curve of crease.h5 has no unloading branch"):
         load_case(tmp_path / "case.toml", ["crease.hysteresis=true"])
-    with pytest.raises(CaseError, match=r"crease.opening: is 2, but the tests of the file do not state it"):
+    with pytest.raises(CaseError, match=r"crease.opening: is 2, but the tests in the file do not state it"):
         load_case(tmp_path / "case.toml", ["crease.opening=2"])
 
 
@@ -310,7 +310,7 @@ def test_relaxation_is_kept_with_the_curves(tmp_path: Path) -> None:
     crease = load_case(tmp_path / "out" / "case.toml", ["crease.since_release=1 h"]).case.crease
     assert isinstance(crease, SplineCrease)
     assert crease.rest_angle == pytest.approx((140.0 - 3.0 * math.log1p(180.0)) * DEG, rel=1e-6)
-    with pytest.raises(CaseError, match=r"crease.since_release: is 2 day; measured is up to 1.157 day, and"):
+    with pytest.raises(CaseError, match=r"crease.since_release: must be at most 1.157 day, the longest measured time"):
         load_case(tmp_path / "out" / "case.toml", ["crease.since_release=2 day"])
     with pytest.raises(CaseError, match="give `since_release` or `rest_angle`, not both"):
         load_case(tmp_path / "out" / "case.toml", ["crease.since_release=1 h", "crease.rest_angle=2"])
@@ -318,7 +318,7 @@ def test_relaxation_is_kept_with_the_curves(tmp_path: Path) -> None:
     with pytest.raises(CaseError, match=r"data: holds angles against time only; a family needs moments"):
         calibrate_crease(data, Options())
     calibrate_crease(tmp_path / "curve.csv", Options()).files[0][1](tmp_path / "out" / "crease.h5")
-    with pytest.raises(CaseError, match=r"crease.since_release: is 1 h, but the file holds no relaxation"):
+    with pytest.raises(CaseError, match=r"crease.since_release: is 1 h, but the file has no relaxation"):
         load_case(tmp_path / "out" / "case.toml", ["crease.since_release=1 h"])
 
 

@@ -86,7 +86,7 @@ FAULTS = {
     "unknown key": ("angle [deg], moment [N mm]\n0, 0\n", "unit = 1\n", "unit: unknown key; did you mean `units`"),
     "no unit beside": ("angle [deg], moment [N mm]\n0, 0\n", "values = { press_time = 3 }\n", "3 has no unit; .*\"3 s\""),
     "wrong unit beside": ("angle [deg], moment [N mm]\n0, 0\n", 'units = { angle = "N" }\n', "units.angle: .* wrong unit"),
-    "not TOML": ("angle [deg], moment [N mm]\n0, 0\n", "values = 1 h\n", "text and numbers with a unit go in quotes"),
+    "not TOML": ("angle [deg], moment [N mm]\n0, 0\n", "values = 1 h\n", "put text and numbers with a unit in quotes"),
 }  # fmt: skip
 
 

@@ -13,7 +13,7 @@ from fsm.errors import CaseError
 from fsm.scene.case import Case
 from fsm.scene.load_case import load_case
 from fsm.scene.materials import LinearCrease, SplineCrease
-from fsm.scene.schema import locate, top
+from fsm.scene.schema import locate, root
 
 CASE = """
 title = "a strip, 80°, \\"low\\""
@@ -291,7 +291,7 @@ def test_measured_hinge_without_a_header_from_the_top_down(tmp_path):
 
 
 def test_the_schema_knows_every_path_of_the_models():
-    assert set(top({}).keys()) == set(Case.model_fields)
+    assert set(root({}).keys()) == set(Case.model_fields)
     place, path = locate({"crease": {"law": "spline"}}, ("crease", "spline", "angle", 2))
     assert path == ["crease", "angle", 2]
     assert place is not None

@@ -107,11 +107,11 @@ def test_what_is_written_reads_the_same(contact: dict[str, Any], friction: dict[
 
 ONE_FAULT: list[tuple[dict[str, Any], dict[str, Any] | None, str]] = [
     ({"stifness": 1}, None, "contact.stifness: unknown key; did you mean `stiffness`?"),
-    ({"law": "impact", "damping": 3, **K}, None, "contact.ramp: missing; a value in m is wanted"),
+    ({"law": "impact", "damping": 3, **K}, None, "contact.ramp: missing; give a value in m"),
     ({"law": "impact", "dampng": 3, "ramp": 1, **K}, None, "contact.dampng: unknown key; did you mean `damping`?"),
-    ({"law": "flores", **K}, None, "contact.restitution: missing; it must be given"),
+    ({"law": "flores", **K}, None, "contact.restitution: missing; this key is required"),
     ({"law": "linear", "stiffness": -5}, None, "contact.stiffness: must be greater than 0; it is -5 N/m"),
-    ({"law": "linear", "stiffness": 5, "exponent": 1.5}, None, 'contact: law = "linear" has the exponent 1; it is 1.5'),
+    ({"law": "linear", "stiffness": 5, "exponent": 1.5}, None, 'contact: law = "linear" requires the exponent 1; it is 1.5'),
     (
         {"law": "hertz", "restitution": 0.5, **K},
         None,
@@ -126,27 +126,27 @@ ONE_FAULT: list[tuple[dict[str, Any], dict[str, Any] | None, str]] = [
     (
         {"restitution": 0, **K},
         None,
-        "contact.restitution: must be above 0 and at most 1; it is 0; without any rebound the damping would be infinite",
+        "contact.restitution: must be above 0 and at most 1; it is 0; a value of 0 needs infinite damping",
     ),
     ({"restitution": 1.2, **K}, None, "contact.restitution: must be above 0 and at most 1; it is 1.2"),
     ({"restitution": 0.5, "speed_floor": 0, **K}, None, "contact.speed_floor: must be greater than 0; it is 0 m/s"),
     ({"young": 3e9, "radius": 1e-3}, None, "contact.poisson: missing"),
     ({"young": -3e9, "poisson": 0.3, "radius": 1e-3}, None, "contact.young: must be greater than 0; it is -3000000000.0 Pa"),
     ({"young": [3e9, 0], "poisson": 0.3, "radius": 1}, None, "contact.young.1: must be greater than 0; it is 0 Pa"),
-    ({"young": [], "poisson": 0.3, "radius": 1}, None, "contact.young: has no value; give one for both bodies, or two"),
+    ({"young": [], "poisson": 0.3, "radius": 1}, None, "contact.young: has no value; give one value"),
     ({"young": 3e9, "poisson": 0.3, "radius": [1, 2, 3]}, None, "contact.radius: must have 2 values, not 3"),
     (
         {"young": 3e9, "poisson": 0.3, "radius": 1e-3, **K},
         None,
-        "contact.stiffness: give it, or `young`, `poisson` and `radius` for Hertz' formula, not both",
+        "contact.stiffness: is given together with `young`, `poisson` or `radius` of Hertz' formula; remove one of the two",
     ),
     (
         {"young": 3e9, "poisson": 0.3, "radius": 1e-3, "exponent": 2},
         None,
-        "contact.stiffness: Hertz' formula gives it for the exponent 1.5 only; the exponent is 2; give it",
+        "contact.stiffness: Hertz' formula requires the exponent 1.5; the exponent is 2; give `stiffness`",
     ),
     (K, {"mu_dynamic": 0.2, "v_static": 1, "v_dynamic": 2}, "friction.mu_static: missing"),
-    (K, {**MU, "v_static": 1}, "friction.v_dynamic: missing; a value in m/s is wanted"),
+    (K, {**MU, "v_static": 1}, "friction.v_dynamic: missing; give a value in m/s"),
     (
         K,
         {"law": "tanh", **MU, "v_static": 1},
@@ -167,7 +167,7 @@ ONE_FAULT: list[tuple[dict[str, Any], dict[str, Any] | None, str]] = [
         {"law": "stribeck", **MU, "v_static": 2, "v_stribeck": 1},
         'friction: law "stribeck" needs v_stribeck greater than v_static; v_stribeck = 1 m/s, v_static = 2 m/s',
     ),
-    (K, {"law": "lugre", **MU, "v_stribeck": 1}, "friction.presliding: missing; a value in m is wanted"),
+    (K, {"law": "lugre", **MU, "v_stribeck": 1}, "friction.presliding: missing; give a value in m"),
     (
         K,
         {"law": "lugre", **MU, "v_stribeck": 1, "presliding": 1, "v_static": 1},
@@ -181,12 +181,12 @@ ONE_FAULT: list[tuple[dict[str, Any], dict[str, Any] | None, str]] = [
     (
         K,
         {"law": "lugre", **MU, "v_stribeck": 1, "presliding": 1, "bristle_damping": 2},
-        "friction: bristle_damping = 2 s/m would feed energy in; it must be at most 9.3 mu_dynamic/v_stribeck = 1.86 s/m",
+        "friction: bristle_damping = 2 s/m would generate energy; it must be at most 9.3 mu_dynamic/v_stribeck = 1.86 s/m",
     ),
     (
         K,
         {"law": "lugre", **MU, "v_stribeck": 1, "presliding": 1, "viscous": "2 m/s"},
-        'friction.viscous: "2 m/s" has the wrong unit; a value in s/m is wanted',
+        'friction.viscous: "2 m/s" has the wrong unit; give a value in s/m',
     ),
     (K, {"law": "tanh", "mu_dynamic": 0.2, "v_static": 1, "across": 0}, "friction.across: "),
 ]
@@ -218,5 +218,5 @@ def test_pairs_of_panels_are_not_read_beside_a_scene() -> None:
     assert read_case(data, Path())[1] == []
     data["contact"]["pairs"] = [[1, 2]]
     assert [str(fault) for fault in read_case(data, Path())[1]] == [
-        "contact.pairs: panels are numbered in a [strip] only; give the pairs of a [scene] as `scene.pairs`"
+        "contact.pairs: only a [strip] has panel numbers; give the pairs of a [scene] as `scene.pairs`"
     ]

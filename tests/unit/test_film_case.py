@@ -57,23 +57,23 @@ def load_case_text(text: str) -> Any:
         (["tension=none"], "tension", "without it the film is slack"),
         (["tension.pull=0 N"], "tension.pull", "the film is slack"),
         (["tension.pull=none", "tension.strain=-1e-3"], "tension.strain", "the film is slack"),
-        (["tension.pull=none", "tension.strain=0.5"], "tension.strain", "no small strain"),
-        (["impact.point=[0.2, 0]"], "impact.point", "beside the film"),
-        (["solve.increment=1 mm"], "solve.increment", "of drives"),
-        (["solve.imperfection=0.5"], "solve.imperfection", "of drives"),
-        (["vibration.probes={ far = [0, 1] }"], "vibration.probes.far", "beside the film"),
+        (["tension.pull=none", "tension.strain=0.5"], "tension.strain", "must be at most 0.2"),
+        (["impact.point=[0.2, 0]"], "impact.point", "outside the film"),
+        (["solve.increment=1 mm"], "solve.increment", "has no drive"),
+        (["solve.imperfection=0.5"], "solve.imperfection", "has no drive"),
+        (["vibration.probes={ far = [0, 1] }"], "vibration.probes.far", "outside the film"),
         (["material.damping=2 ms"], "material.damping", "`damping.material`"),
         (["solve.method=static"], "solve.method", "a vibration is dynamic"),
         (["solve.end_time=1 s"], "solve.end_time", "`vibration.duration`"),
         (["save.every=1 mm"], "save.every", "travel of a drive"),
-        (["cable=none", 'support=[{at="cables"}]'], "support.0.at", "there are no cables"),
-        (['support=[{at="point"}]'], "support.0", "needs `position`"),
+        (["cable=none", 'support=[{at="cables"}]'], "support.0.at", "no corner cables"),
+        (['support=[{at="point"}]'], "support.0", "requires `position`"),
         (["strip.length=1"], "strip", 'not used with analysis = "vibrate"'),
         (["patch.0.place=corner"], "patch.0.place", '"centre" or "diagonal"'),
         (["impact.duration=none"], "impact.duration", "missing"),
         (["tension.strain=1e-3"], "tension", "give either `pull`"),
         (["cable=none", "tension.pull=none", "tension.strain=1e-3", 'support=[{at="left"}]'], "support",
-         'only the edge "left" is held'),
+         'only the edge "left" is supported'),
     ],
 )  # fmt: skip
 def test_what_is_refused(overrides: list[str], path: str, words: str) -> None:
@@ -91,7 +91,7 @@ def test_all_faults_at_once() -> None:
 def test_stages() -> None:
     case = load_case(STAGES).case
     assert case.steps == ("deploy", "vibrate")
-    assert any(line.startswith("analysis: `stages`") for line in faults("analysis=vibrate", case=STAGES))
+    assert any(line.startswith("analysis: is given together") for line in faults("analysis=vibrate", case=STAGES))
     assert any("membrane: not used with these stages" in line for line in faults("membrane.length=1", case=STAGES))
     assert any("vibration: not used" in line for line in faults("stages=none", case=STAGES))
 

@@ -171,10 +171,10 @@ def test_a_lattice_has_no_preview(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("override", "said"),
     [
-        ("solve.spatial=true", "of the plane"),
+        ("solve.spatial=true", "in its plane only"),
         ("drive.0.edge=bottom", "is held"),
-        ("contact.stiffness=1e5", "takes nothing from [contact]"),
-        ("strip.length=1", "both say what there is"),
+        ("contact.stiffness=1e5", "does not use [contact]"),
+        ("strip.length=1", "both define a model"),
         ("drive.0.body=block 1.6", "give either"),
     ],
 )
@@ -185,5 +185,5 @@ def test_what_a_lattice_cannot_have_is_refused(override: str, said: str) -> None
 
 
 def test_a_lattice_is_of_the_plane() -> None:
-    with pytest.raises(CaseError, match="of the plane"):
+    with pytest.raises(CaseError, match="in its plane only"):
         compile_scene(build_lattice(lattice()), spatial=True)

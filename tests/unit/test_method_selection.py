@@ -1,4 +1,4 @@
-"""Which method `auto` takes, and the reason it gives."""
+"""Method that `auto` selects, and the reason that it gives."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ import pytest
 
 from fsm.scene.loads import Constant, Drive, Load, Ramp, Table
 from fsm.scene.materials import LinearCrease, SplineCrease
-from fsm.scene.method_selection import SLOW, automatic_method, pace
+from fsm.scene.method_selection import MAX_STATIC_PACE, automatic_method, pace
 from fsm.scene.scene import Body, ForceElement, Scene
 
 MASS, STIFFNESS = 0.5, 2.0
-SLOW_SPEED = (0.5 * SLOW * STIFFNESS / MASS) ** 0.5
-"""m/s; half the pace up to which inertia is dropped."""
+SLOW_SPEED = (0.5 * MAX_STATIC_PACE * STIFFNESS / MASS) ** 0.5
+"""m/s; half the pace limit of statics."""
 FAST_SPEED = 2.0 * SLOW_SPEED
 
 
@@ -34,8 +34,8 @@ def scene(speed: float | None = SLOW_SPEED, **keys: Any) -> Scene:
 
 
 def test_pace_is_the_mass_that_is_free_at_the_drives_speed_over_the_softest_hinge() -> None:
-    assert pace(scene()) == pytest.approx(0.5 * SLOW)
-    assert pace(scene(FAST_SPEED)) == pytest.approx(2.0 * SLOW)
+    assert pace(scene()) == pytest.approx(0.5 * MAX_STATIC_PACE)
+    assert pace(scene(FAST_SPEED)) == pytest.approx(2.0 * MAX_STATIC_PACE)
     stiffer = hinge("second", rotation=(0.0, 10.0 * STIFFNESS, 0.0))
     idle = hinge("idle", rotation=(STIFFNESS, 0.0, 0.0))  # no stiffness about its crease axis
     assert pace(scene(elements=(stiffer, hinge(), idle))) == pace(scene())
@@ -52,7 +52,7 @@ def test_pace_is_the_mass_that_is_free_at_the_drives_speed_over_the_softest_hing
 )
 def test_pace_with_creases(crease: LinearCrease | SplineCrease) -> None:
     """A tabulated crease counts with the slope from one end of its curve to the other."""
-    assert pace(scene(elements=(hinge(crease=crease),))) == pytest.approx(0.5 * SLOW)
+    assert pace(scene(elements=(hinge(crease=crease),))) == pytest.approx(0.5 * MAX_STATIC_PACE)
 
 
 def test_slow_drive() -> None:
@@ -73,19 +73,19 @@ def test_no_hinge_is_stiff() -> None:
 
 
 def test_free_motion() -> None:
-    assert automatic_method(scene(None)) == ("generalized-alpha", "nothing is driven: the motion is free")
+    assert automatic_method(scene(None)) == ("generalized-alpha", "there is no drive, so the motion is free")
 
 
 @pytest.mark.parametrize("key", ["velocity", "angular_velocity"])
 def test_moving_start(key: str) -> None:
     moving = scene(arm={key: (0.0, 1e-3, 0.0)})
-    assert automatic_method(moving) == ("generalized-alpha", "bodies move at the start")
+    assert automatic_method(moving) == ("generalized-alpha", "bodies have initial velocities")
 
 
 @pytest.mark.parametrize("time", [Ramp(kind="ramp", end=1.0), Table(kind="table", time=(0.0, 1.0), value=(0.0, 1.0))])
 def test_changing_loads(time: Ramp | Table) -> None:
     changing = scene(loads=(Load(body="arm", force=(0.0, 0.0, 1.0)), Load(body="arm", force=(1.0, 0.0, 0.0), time=time)))
-    assert automatic_method(changing) == ("generalized-alpha", "loads change with time")
+    assert automatic_method(changing) == ("generalized-alpha", "loads depend on time")
 
 
 def test_constant_loads_are_statics() -> None:

@@ -218,7 +218,7 @@ def test_tabulated_creases() -> None:
 
 def test_unguided_is_spatial_and_says_why() -> None:
     text = text_of(pull={"guide": False})
-    said(text, "spatial: an unguided crease line can sway out of the plane", "unguided: the line is free across")
+    said(text, "spatial: a crease line without guide can move out of the plane", "unguided: the line is free across")
     not_said(text, "guide = false sets it free")
 
 

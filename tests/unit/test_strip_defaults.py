@@ -52,7 +52,7 @@ def test_contact_stiffness_that_is_given_stays() -> None:
 def test_only_a_strip_has_a_material_to_take_it_from() -> None:
     scene = {"bodies": [{"name": "one", "mass": 1.0, "inertia": [1.0, 1.0, 1.0]}]}
     _, faults = read_case({"scene": scene, "contact": {}, "solve": {"end_time": 1.0}}, Path())
-    assert [str(fault) for fault in faults] == ["contact.stiffness: missing; a value in N/m^1.5 is wanted"]
+    assert [str(fault) for fault in faults] == ["contact.stiffness: missing; give a value in N/m^1.5"]
 
 
 @pytest.mark.parametrize(

@@ -90,7 +90,7 @@ def test_all_faults_of_all_rows(tmp_path):
         f"base {tmp_path / 'case.toml'}: material.young: must be greater than 0; it is -3 Pa",
         "row 2: strip.thickness: must be greater than 0; it is -1 m",
         "row 3: drive.0.crease: must be a crease number from 1 to 5, with 6 panels; it is 9",
-        'row 4: strip.thickness: "1 kg" has the wrong unit; a value in m is wanted',
+        'row 4: strip.thickness: "1 kg" has the wrong unit; give a value in m',
     ]
 
 
@@ -100,11 +100,11 @@ def test_all_faults_of_all_rows(tmp_path):
         ("", "has no rows"),
         ("case,strip.length\n", "has no rows"),
         ("case,strip.lenght\na,1\n", "column strip.lenght: unknown key; did you mean `strip.length`?"),
-        ("case,strip.length,strip.length\na,1,2\n", "column strip.length: stands twice in the header"),
-        ("case,\na,1\n", "column 2: column without a name"),
+        ("case,strip.length,strip.length\na,1,2\n", "column strip.length: appears twice in the header"),
+        ("case,\na,1\n", "column 2: has no name"),
         ("case,strip.length\na,1,2\n", "row 2: has 3 cells; the header has 2"),
-        ("case,strip.length\na,1\nA,2\n", 'row 3: the name "A" is in row 2 already'),
-        ("strip.length\n1\n1\n", "row 3: the same values are in row 2 already"),
+        ("case,strip.length\na,1\nA,2\n", 'row 3: the name "A" is already in row 2'),
+        ("strip.length\n1\n1\n", "row 3: the same values are already in row 2"),
         ("# base = nowhere.toml\ncase\na\n", "base "),
     ],
 )

@@ -29,22 +29,22 @@ end_time = 0.1
 """
 UNUSED = {
     "scene": {
-        "material={ young = 1e9, density = 100 }": "material: a [scene] takes nothing from [material]",
-        "crease={ law = 'linear', stiffness = 1 }": "crease: a [scene] takes nothing from [crease]",
-        "contact={ stiffness = 1 }": "contact: is given here and as scene.contact; leave one of them",
-        "gravity=[0, 0, -1]": "gravity: is given here and as scene.gravity; leave one of them",
-        "scene.contact.pairs=[[1, 2]]": "scene.contact.pairs: panels are numbered in a [strip] only",
+        "material={ young = 1e9, density = 100 }": "material: a [scene] does not use [material]",
+        "crease={ law = 'linear', stiffness = 1 }": "crease: a [scene] does not use [crease]",
+        "contact={ stiffness = 1 }": "contact: is given here and as scene.contact; remove one of them",
+        "gravity=[0, 0, -1]": "gravity: is given here and as scene.gravity; remove one of them",
+        "scene.contact.pairs=[[1, 2]]": "scene.contact.pairs: only a [strip] has panel numbers",
         "scene.elements.0.crease_flexibility=3": "scene.elements.0.crease_flexibility: 3 rad/(N m) is in series",
         "scene.elements.0.axes_inner=[2, 0, 0, 0]": "scene.elements.0.axes_inner: length 2; give a unit quaternion",
-        "solve.increment=1 mm": "solve.increment: is of equilibria as a drive moves, but there is no [[drive]]",
-        "solve.imperfection=1": "solve.imperfection: is of equilibria as a drive moves",
+        "solve.increment=1 mm": "solve.increment: requires a [[drive]], which is missing",
+        "solve.imperfection=1": "solve.imperfection: requires a [[drive]]",
     },
     "scissor_array": {
-        "gravity=[0, 0, -9.81]": "gravity.2: -9.81 m/s^2 is across the plane x, y of the array",
-        "material.plate=true": "material.plate: is of wide strips",
+        "gravity=[0, 0, -9.81]": "gravity.2: -9.81 m/s^2 is normal to the plane x, y of the array",
+        "material.plate=true": "material.plate: applies to wide strips only",
         "solve.spatial=true": "solve.spatial: an array moves in its plane only",
     },
-    "membrane_impact": {"solve.spatial=true": "solve.spatial: a film is in space always"},
+    "membrane_impact": {"solve.spatial=true": "solve.spatial: a film always moves in space"},
 }
 
 
