@@ -111,13 +111,13 @@ def test_stowed_creases_start_as_folded_and_deploy(rest: str, tmp_path: Path) ->
 
 def test_check_says_what_the_start_is(tmp_path: Path) -> None:
     assert checked(tmp_path).endswith(
-        "as folded, at rest (no drive, and the creases are not at rest as folded: the strip is released)"
+        "as folded, at rest (the strip has no drive, and its creases carry moment as folded)"
     )
-    assert "in equilibrium, at rest (the creases are at rest as folded)" in checked(tmp_path, "crease.rest_angle=none")
+    assert "in equilibrium, at rest (the creases carry no moment as folded)" in checked(tmp_path, "crease.rest_angle=none")
     assert "in equilibrium, at rest (the creases are at rest" in checked(tmp_path, "crease.stiffness=0")
     moment = "crease={law='spline', angle=[-1.0, 0.0, 1.0, 2.0], moment=[0.0, 1e-3, 2e-3, 3e-3]}"
     assert "as folded" in checked(tmp_path, moment)
-    assert "(the strip is driven)" in checked(tmp_path, *MORE, DRIVE, "solve.end_time=none")
+    assert "(the strip has a drive)" in checked(tmp_path, *MORE, DRIVE, "solve.end_time=none")
     asked = checked(tmp_path, 'start="equilibrium"', "gravity=[0,0,-9.81]")
     assert "in equilibrium, at rest, with gravity and the loads at time zero (set by `start`)" in asked
 
