@@ -10,7 +10,7 @@ import numpy as np
 
 from fsm.analyses.analysis import Solver
 from fsm.analyses.deployed import DeployedFilm
-from fsm.analyses.film import build_film
+from fsm.analyses.film import build_film, mean_strain
 from fsm.analyses.natural import natural_modes
 from fsm.analyses.reduced import MODAL, ModelError, ReducedSolve, error_against_full, reduced_model
 from fsm.analyses.stretch import as_deployed, stretched
@@ -42,6 +42,8 @@ _PER_PERIOD = 10.0
 """Samples in a period of the highest mode asked for, if the case does not say."""
 _SLACKEST = 0.5
 """Part of the film that may be slack."""
+_RELEASED = 1e-3
+"""Largest stress over that of the tension asked for, below which the supports have let the film go."""
 _GOOD = 0.02
 """Error of the reduced model against the full one up to which it is taken."""
 _STEPS = 40.0
@@ -275,6 +277,16 @@ class VibrationAnalysis:
         if state.slack > _SLACKEST or not state.largest > 0.0:
             text = f"the film is slack: {100 * state.slack:.0f} % of it carries no tension; pull harder"
             raise CaseError([Fault("tension" if self.deployed is None else "drive", text)], self.source)
+        material = self.case.material
+        if self.deployed is not None or material is None:
+            return
+        asked = material.young * mean_strain(self.case)
+        if state.largest < _RELEASED * asked:
+            text = (
+                f"the film goes slack once it is held by the supports: its largest stress is {state.largest:.3g} Pa, that "
+                f"of the tension about {asked:.3g} Pa; hold what the tension draws at in x and y too (fixed)"
+            )
+            raise CaseError([Fault("support", text)], self.source)
 
     def _film(self) -> Film:
         q, _ = self._system.initial()

@@ -18,7 +18,7 @@ from fsm.ancf.membrane import (
     strains_at,
 )
 from fsm.ancf.shape import gauss, membrane_shape
-from fsm.ancf.tension_field import REMAINDER, film_releases, film_resultants, film_states
+from fsm.ancf.tension_field import REMAINDER, TAUT, WRINKLED, film_releases, film_resultants, film_states
 
 __all__ = ["FilmMaterial", "FilmStress", "MembraneGroup", "POINTS", "film_mass"]
 
@@ -31,6 +31,8 @@ stiffness, which tension along their slopes makes unstable. 3 in bending are exa
 
 _STRETCH = ((1, 0), (0, 1))
 _BEND = ((1, 0), (0, 1), (2, 0), (0, 2), (1, 1))
+_UNSTRESSED = 1e-6
+"""Strain over the largest, below which a compression is none: no wrinkle comes of it."""
 
 
 @dataclass(frozen=True)
@@ -173,6 +175,11 @@ class MembraneGroup:
         position, x, y = (np.einsum("si,mia->msa", shape, e) for shape in shapes)
         x, y = x / self.sides[:, :1, None], y / self.sides[:, 1:, None]
         states = film_states(strain, self.material.poisson)
+        # tension along one axis alone: round-off across it is no wrinkle
+        middle, half = 0.5 * (strain[..., 0] + strain[..., 1]), 0.5 * (strain[..., 0] - strain[..., 1])
+        radius, nu = np.hypot(half, strain[..., 2]), self.material.poisson
+        across = (1.0 + nu) * middle - (1.0 - nu) * radius
+        states[(states == WRINKLED) & (across > -_UNSTRESSED * np.abs(strain).max(initial=0.0))] = TAUT
         tensor = self._cauchy(strain, x, y)
         values, vectors = np.linalg.eigh(tensor)
         # the surface holds two of the three directions; the third has no stress
