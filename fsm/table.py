@@ -175,12 +175,12 @@ def format_table(rows: Sequence[Mapping[str, Any]]) -> str:
 
 def format_comparison(path: str | Path, rows: Sequence[Mapping[str, Any]]) -> str:
     """Comparison with the reference of a table, one line for each row and number; empty without a reference."""
-    from fsm.plots.study import STUDIED, changes
+    from fsm.plots.study import STUDY_RESULTS, relative_changes
 
     reference = load_reference(path)
     lines = []
-    for name in STUDIED:
-        for row, found in zip(rows, changes(rows, reference, name), strict=True):
+    for name in STUDY_RESULTS:
+        for row, found in zip(rows, relative_changes(rows, reference, name), strict=True):
             if found is not None:
                 ours, theirs, band = found
                 off = abs((100.0 + ours) / (100.0 + theirs) - 1.0)

@@ -1,1 +1,1 @@
-"""Plots of a solution, fit for a paper."""
+"""Plots of results and calibrations."""

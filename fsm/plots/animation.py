@@ -1,4 +1,4 @@
-"""The motion as a film: an animated GIF of the plane that it lies in."""
+"""Animated GIF of a plane motion."""
 
 from __future__ import annotations
 
@@ -12,24 +12,26 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from fsm.atomic_write import atomic_write
-from fsm.plots.plane import upright
+from fsm.plots.plane import vertical_axis
 from fsm.plots.style import COLOURS, STYLE, rounded
 from fsm.results.solution import Solution
 
 __all__ = ["animate"]
 
 _WIDTH, _DPI = 5.6, 100
+"""Width of a frame, inches, and its resolution."""
 _FRAMES, _MILLISECONDS = 100, 50
+"""Largest number of frames, and duration of each."""
 
 
 def animate(solution: Solution, path: str | Path) -> None:
-    """Write the shape over time, at most a hundred pictures evenly spread, as a GIF; plates are lines, seen from the side.
+    """Write an animated GIF of the shape over time, with at most 100 equally spaced records; plates appear as lines.
 
     Parameters
     ----------
     solution : Solution
-        In the x-z plane, or x-y of a scissor array.
-    path : of the file; its folder is made
+        Motion in the x-z plane, or of a scissor array in the x-y plane.
+    path : path of the file; its folder is created
     """
     corners = 1e3 * solution.shape[..., [0, 2]]
     ends = np.stack([corners[:, :, [0, 3]].mean(axis=2), corners[:, :, [1, 2]].mean(axis=2)], axis=2)
@@ -45,20 +47,20 @@ def animate(solution: Solution, path: str | Path) -> None:
         plates = LineCollection(list(ends[0]), colors=COLOURS[0], linewidths=2.2, capstyle="round")
         ax.add_collection(plates)
         ax.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin))
-        ax.set(xlabel="x (mm)", ylabel=f"{upright(solution)} (mm)")
+        ax.set(xlabel="x (mm)", ylabel=f"{vertical_axis(solution)} (mm)")
         ax.set_aspect("equal", adjustable="box")
         title = ax.set_title("0 s")
         canvas.draw()
-        # all but these two is laid out and drawn once: drawn as a whole, a picture takes several times as long
+        # plates and title alone are drawn again for every frame; drawing the whole figure takes several times as long
         fig.set_layout_engine("none")
         plates.set_animated(True)
         title.set_animated(True)
         canvas.draw()
-        still = canvas.copy_from_bbox(fig.bbox)
+        background = canvas.copy_from_bbox(fig.bbox)
         for record in chosen:
             plates.set_segments(list(ends[record]))
             title.set_text(f"{rounded(float(solution.time[record]))} s")
-            canvas.restore_region(still)
+            canvas.restore_region(background)
             ax.draw_artist(plates)
             ax.draw_artist(title)
             frames.append(Image.fromarray(np.asarray(canvas.buffer_rgba())[..., :3].copy()))

@@ -1,4 +1,4 @@
-"""Calibrated curves with their data and bands, residuals, and loops."""
+"""Figures of calibrations: curves with data and bands, residuals, hysteresis loops."""
 
 from __future__ import annotations
 
@@ -15,41 +15,47 @@ from fsm.results.solution import Floats
 
 __all__ = ["CurvePlot", "FitPlot", "plot_curves", "plot_fit", "plot_loops", "plot_residuals"]
 
-_ACROSS = 3
-"""Panels side by side."""
-MOST_POINTS = 2000
-"""Points drawn of a curve; a million make a figure of many megabytes that shows no more."""
+_MAX_COLUMNS = 3
+"""Largest number of panels in a row of the figure."""
+MAX_POINTS = 2000
+"""Largest number of points that are drawn of a curve; more would only enlarge the file."""
 
 
 class CurvePlot(NamedTuple):
-    """A curve with what it was fitted to.
+    """Fitted crease curve with its data.
 
     Attributes
     ----------
     panel, label : str
-        Curves of one panel are drawn together: a panel a press time, a label an opening.
-    loading, unloading : points (x, y), curve (x, y), its band (low, high); rad and N m. None: no such way
-    gap_reach : half the band of what unloading lies below loading by, N m
-    level : of the bands
+        Title of the panel (one per press time), and label of the curve in it (one per opening).
+    loading, unloading : tuple of arrays, rad and N m
+        Points (x, y), curve (x, y) and its band (low, high) of each branch; None for an absent unloading branch.
+    gap_half_width : (n,) array or None, N m
+        Half width of the band of loading minus unloading.
+    level : -
+        Confidence level of the bands.
     """
 
     panel: str
     label: str
     loading: tuple[Floats, ...]
     unloading: tuple[Floats, ...] | None
-    gap_reach: Floats | None
+    gap_half_width: Floats | None
     level: float
 
 
 class FitPlot(NamedTuple):
-    """A fit of one quantity against another, in the units that are drawn.
+    """Fit of one quantity against another, in the units of the figure.
 
     Attributes
     ----------
-    x, y : points
-    curves : (label, x, y, low, high), low and high None for a curve without a band
+    x, y : arrays
+        Measured points.
+    curves : sequence of (label, x, y, low, high)
+        Fitted curves; low and high are None for a curve without band.
     x_label, y_label : str
-    logarithmic : whether x is drawn so
+    logarithmic : bool
+        Whether the x axis is logarithmic.
     """
 
     x: Floats
@@ -61,45 +67,45 @@ class FitPlot(NamedTuple):
 
 
 def plot_curves(curves: Sequence[CurvePlot], path: str | Path) -> None:
-    """Moment against angle: points, curves, bands; the way back dashed."""
+    """Moment against angle: points, curves and bands; the unloading branch is dashed."""
     with figure(path, _size(curves)) as fig:
         factor, unit = _moment_unit(curves)
         for ax, curve, colour in _in_panels(fig, curves, f"moment ({unit})"):
-            _draw_way(ax, curve.loading, factor, colour, "-", curve.label)
+            _draw_branch(ax, curve.loading, factor, colour, "-", curve.label)
             if curve.unloading is not None:
-                _draw_way(ax, curve.unloading, factor, colour, "--", None)
+                _draw_branch(ax, curve.unloading, factor, colour, "--", None)
         title = f"band: {100 * curves[0].level:g} % interval of the curve"
         title += "; dashed: unloading" if any(curve.unloading is not None for curve in curves) else ""
         _legend(fig, title)
 
 
 def plot_residuals(curves: Sequence[CurvePlot], path: str | Path) -> None:
-    """What points are off their curve by; filled on the way up, open on the way back."""
+    """Residuals of the points; filled markers for loading, open markers for unloading."""
     with figure(path, _size(curves)) as fig:
         factor, unit = _moment_unit(curves)
-        for ax, curve, colour in _in_panels(fig, curves, f"measured less fitted moment ({unit})"):
-            for way, face, label in ((curve.loading, colour, curve.label), (curve.unloading, "none", None)):
-                if way is None:
+        for ax, curve, colour in _in_panels(fig, curves, f"measured minus fitted moment ({unit})"):
+            for branch, face, label in ((curve.loading, colour, curve.label), (curve.unloading, "none", None)):
+                if branch is None:
                     continue
-                angle, moment = _thinned(way[0], way[1])
-                inside = (angle >= way[2][0]) & (angle <= way[2][-1])
-                off = moment[inside] - np.interp(angle[inside], way[2], way[3])
+                angle, moment = _decimated(branch[0], branch[1])
+                inside = (angle >= branch[2][0]) & (angle <= branch[2][-1])
+                residual = moment[inside] - np.interp(angle[inside], branch[2], branch[3])
                 style = {"markersize": 3, "markeredgecolor": colour, "markerfacecolor": face, "label": label}
-                ax.plot(np.degrees(angle[inside]), off * factor, "o", linestyle="none", **style)
+                ax.plot(np.degrees(angle[inside]), residual * factor, "o", linestyle="none", **style)
             ax.axhline(0.0, color=GREY, linewidth=0.7)
-        back = any(curve.unloading is not None for curve in curves)
-        _legend(fig, "filled: loading; open: unloading" if back else None)
+        unloaded = any(curve.unloading is not None for curve in curves)
+        _legend(fig, "filled: loading; open: unloading" if unloaded else None)
 
 
 def plot_loops(curves: Sequence[CurvePlot], path: str | Path) -> None:
-    """What unloading lies below loading by: the area below each line is what a cycle dissipates."""
+    """Loading minus unloading moment; the area below each line is the energy that one cycle dissipates."""
     with figure(path, _size(curves)) as fig:
-        looped = [curve for curve in curves if curve.unloading is not None]
+        loops = [curve for curve in curves if curve.unloading is not None]
         factor, unit = _moment_unit(curves)
-        for ax, curve, colour in _in_panels(fig, looped, f"loading less unloading ({unit})"):
-            assert curve.unloading is not None and curve.gap_reach is not None
+        for ax, curve, colour in _in_panels(fig, loops, f"loading minus unloading ({unit})"):
+            assert curve.unloading is not None and curve.gap_half_width is not None
             angle, gap = curve.loading[2], curve.loading[3] - curve.unloading[3]
-            low, high = (gap - curve.gap_reach) * factor, (gap + curve.gap_reach) * factor
+            low, high = (gap - curve.gap_half_width) * factor, (gap + curve.gap_half_width) * factor
             ax.fill_between(np.degrees(angle), low, high, color=colour, alpha=0.2, linewidth=0)
             area = float(np.trapezoid(gap, angle))
             ax.plot(np.degrees(angle), gap * factor, color=colour, label=f"{curve.label}: {1e3 * area:.3g} mJ")
@@ -108,10 +114,10 @@ def plot_loops(curves: Sequence[CurvePlot], path: str | Path) -> None:
 
 
 def plot_fit(fit: FitPlot, path: str | Path) -> None:
-    """Points, curves and bands above, what points are off the first curve by below."""
+    """Points, curves and bands above; residuals of the first curve below."""
     with figure(path, (SINGLE[0], 1.25 * SINGLE[1])) as fig:
         top, bottom = fig.subplots(2, 1, sharex=True, height_ratios=(3, 1))
-        x, y = _thinned(fit.x, fit.y)
+        x, y = _decimated(fit.x, fit.y)
         top.plot(x, y, "o", color=GREY, markersize=3, label="measured")
         for k, (label, at, values, low, high) in enumerate(fit.curves):
             top.plot(at, values, color=COLOURS[k], label=label, linestyle="-" if k == 0 else "--")
@@ -123,24 +129,24 @@ def plot_fit(fit: FitPlot, path: str | Path) -> None:
         if fit.logarithmic:
             bottom.set_xscale("log")
         top.set_ylabel(fit.y_label)
-        bottom.set_ylabel("off by")
+        bottom.set_ylabel("residual")
         bottom.set_xlabel(fit.x_label)
         top.legend(loc="best")
 
 
 def _size(curves: Sequence[CurvePlot]) -> tuple[float, float]:
     panels = len({curve.panel for curve in curves})
-    columns, rows = min(panels, _ACROSS), -(-panels // _ACROSS)
+    columns, rows = min(panels, _MAX_COLUMNS), -(-panels // _MAX_COLUMNS)
     return (SINGLE[0], SINGLE[1] + 0.6) if panels == 1 else (1.0 + 3.0 * columns, 0.8 + 2.6 * rows)
 
 
 def _in_panels(
     fig: Figure, curves: Sequence[CurvePlot], y_label: str
 ) -> Iterator[tuple[Axes, CurvePlot, str]]:
-    """Every curve with its panel and its colour, which goes with its label."""
+    """Axes, curve and colour of every curve; curves of equal label have the same colour."""
     panels = list(dict.fromkeys(curve.panel for curve in curves))
     labels = list(dict.fromkeys(curve.label for curve in curves))
-    columns, rows = min(len(panels), _ACROSS), -(-len(panels) // _ACROSS)
+    columns, rows = min(len(panels), _MAX_COLUMNS), -(-len(panels) // _MAX_COLUMNS)
     axes = fig.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     for ax in axes.ravel()[len(panels) :]:
         ax.remove()
@@ -159,7 +165,7 @@ def _in_panels(
 
 
 def _legend(fig: Figure, title: str | None) -> None:
-    """One legend for all panels; none for a single curve without a label."""
+    """Add one legend for all panels, unless there is neither a label nor a title."""
     handles = {h.get_label(): h for ax in fig.axes for h in ax.get_legend_handles_labels()[0]}
     handles.pop("", None)
     if handles or title:
@@ -169,14 +175,14 @@ def _legend(fig: Figure, title: str | None) -> None:
         )  # fmt: skip
 
 
-def _draw_way(
-    ax: Axes, way: tuple[Floats, ...], factor: float, colour: str, dashes: str, label: str | None
+def _draw_branch(
+    ax: Axes, branch: tuple[Floats, ...], factor: float, colour: str, dashes: str, label: str | None
 ) -> None:
-    angle, moment = _thinned(way[0], way[1])
+    angle, moment = _decimated(branch[0], branch[1])
     ax.plot(np.degrees(angle), moment * factor, ".", color=colour, markersize=3, alpha=0.5)
-    at = np.degrees(way[2])
-    ax.fill_between(at, way[4] * factor, way[5] * factor, color=colour, alpha=0.2, linewidth=0)
-    ax.plot(at, way[3] * factor, dashes, color=colour, label=label)
+    at = np.degrees(branch[2])
+    ax.fill_between(at, branch[4] * factor, branch[5] * factor, color=colour, alpha=0.2, linewidth=0)
+    ax.plot(at, branch[3] * factor, dashes, color=colour, label=label)
 
 
 def _moment_unit(curves: Sequence[CurvePlot]) -> tuple[float, str]:
@@ -184,6 +190,6 @@ def _moment_unit(curves: Sequence[CurvePlot]) -> tuple[float, str]:
     return (1.0, "N m") if largest >= 1.0 else (1e3, "N mm")
 
 
-def _thinned(x: Floats, y: Floats) -> tuple[Floats, Floats]:
-    step = -(-len(x) // MOST_POINTS)
+def _decimated(x: Floats, y: Floats) -> tuple[Floats, Floats]:
+    step = -(-len(x) // MAX_POINTS)
     return x[::step], y[::step]

@@ -1,4 +1,4 @@
-"""Which panels touch, when and how hard: a band for every contact pair over the travel."""
+"""Contact map: a row for every contact pair that shows normal force and contact area over the travel."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ from fsm.results.solution import Floats, Solution
 __all__ = ["plot_contact_map"]
 
 COLOUR_MAP = "viridis_r"
-HALF, THIN = 0.4, 0.07
-"""Half heights of the band of the largest area, and of one that touches with next to none, in rows."""
-NAMED = 40
-"""More rows than this are too many to name each."""
+HALF_HEIGHT, MIN_HALF_HEIGHT = 0.4, 0.07
+"""Half height of the band for the largest contact area, and for a very small area, in rows."""
+MAX_NAMED_ROWS = 40
+"""Largest number of rows with names; if there are more rows, only every second, third, ... is named."""
 
 
 def plot_contact_map(solution: Solution, path: str | Path) -> None:
-    """A row for every pair that ever touches, over travel in mm, or over time without a drive.
+    """Draw a row for every pair that ever touches, over travel in mm, or over time without a drive.
 
-    The colour goes with the root of the normal force; the height of the band is the area that touches, over the
-    largest of any pair. Stages are shaded, snaps and bifurcations marked, as in the plot of the force.
+    The colour follows the square root of the normal force. The height of the band is the contact area over the largest
+    area of any pair. Stages are shaded, and snaps and bifurcations are marked, as in the figure of the force.
     """
     pairs = touching_pairs(solution.pair_force)
     height = float(np.clip(1.35 + 0.26 * len(pairs), 2.0, 9.0))
@@ -58,8 +58,8 @@ def plot_contact_map(solution: Solution, path: str | Path) -> None:
 
 
 def _name_rows(ax: Axes, names: Sequence[str]) -> None:
-    """The first pair on top; of very many every second, third ... is named."""
-    every = max(1, -(-len(names) // NAMED))
+    """Name the rows, with the first pair on top."""
+    every = max(1, -(-len(names) // MAX_NAMED_ROWS))
     rows = range(0, len(names), every)
     ax.set_yticks(list(rows), [shortened(names[row]) for row in rows])
     ax.set_ylim(max(len(names), 1) - 0.5, -0.5)
@@ -69,32 +69,33 @@ def _name_rows(ax: Axes, names: Sequence[str]) -> None:
 
 
 def _draw_bands(ax: Axes, x: Floats, force: Floats, area: Floats) -> PolyCollection:
-    """A rectangle for each record in which a pair touches, as wide as halfway to the records beside it."""
+    """Draw a rectangle for each pair in contact in a record; it extends halfway to the neighbouring records."""
     largest = np.nanmax(area, initial=0.0)
     known = np.isfinite(area) & (largest > 0.0)
-    half = np.where(known, THIN + (HALF - THIN) * area / (largest or 1.0), HALF)
+    height = MIN_HALF_HEIGHT + (HALF_HEIGHT - MIN_HALF_HEIGHT) * area / (largest or 1.0)
+    half = np.where(known, height, HALF_HEIGHT)
     edges = np.concatenate([x[:1], 0.5 * (x[1:] + x[:-1]), x[-1:]])
     record, row = np.nonzero(force > CONTACT_THRESHOLD * force.max())
-    left, right, reach = edges[record], edges[record + 1], half[record, row]
-    low, high = row - reach, row + reach
+    left, right, half_height = edges[record], edges[record + 1], half[record, row]
+    low, high = row - half_height, row + half_height
     corners = np.stack([left, low, right, low, right, high, left, high], axis=1).reshape(-1, 4, 2)
     bands = PolyCollection(list(corners), zorder=2)
     bands.set(array=force[record, row], cmap=COLOUR_MAP, norm=PowerNorm(0.5, 0.0, float(force.max())))
-    bands.set(edgecolor="face", linewidth=0.2)  # no seams
+    bands.set(edgecolor="face", linewidth=0.2)  # closes gaps between neighbouring rectangles
     ax.add_collection(bands, autolim=False)
     return bands
 
 
 def _area_note(area: Floats) -> list[Patch]:
-    """What the height of the bands means; nothing when areas are not known."""
+    """Legend entry for the height of the bands, if areas are known."""
     largest = float(np.nanmax(area, initial=0.0))
     if not largest > 0.0:
         return []
-    return [Patch(facecolor=GREY, label=f"full height: {rounded(largest * 1e6)} mm² touch")]
+    return [Patch(facecolor=GREY, label=f"full height: contact area {rounded(largest * 1e6)} mm²")]
 
 
 def _mark_events(ax: Axes, events: Sequence[dict[str, Any]]) -> list[Line2D]:
-    """Snaps and bifurcations as lines across all rows, markers on top; gives back what names them."""
+    """Mark snaps and bifurcations by lines across all rows with markers on top; return the legend entries."""
     handles: dict[str, Line2D] = {}
     for event in events:
         marker, label = EVENTS.get(event["kind"], ("o", event["kind"]))

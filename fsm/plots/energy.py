@@ -1,4 +1,4 @@
-"""Where the work goes: energies against travel, and how well they balance."""
+"""Energies over travel, and the energy balance residual."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ STACK = {
     "kinetic": ("kinetic", COLOURS[4]),
     "dissipated": ("dissipated", "#999999"),
 }
-"""What is stacked, from below: all of `ENERGIES` but work and the error, with its name and colour."""
+"""Label and colour of the stacked energies, from below: all of `ENERGIES` but work and error."""
 
 
 def plot_energy(solution: Solution, path: str | Path) -> None:
-    """Energies since the start, stacked, against the work done; below, the error of the balance.
+    """Draw the stacked energy changes since the start with the work done, and the energy balance residual below.
 
-    What has fallen since the start is stacked below zero and added to the work, since it was spent as well:
-    the dashed line is the top of the stack if all is well. Kinds that stay at zero are left out.
+    An energy that has fallen since the start is stacked below zero, and its decrease is added to the work.
+    If the energy is balanced, the dashed line is the top of the stack. Energies that stay zero are not drawn.
     """
     x, label = abscissa(solution)
     changes = {name: solution.energy[name] - solution.energy[name][0] for name in STACK}
@@ -43,8 +43,8 @@ def plot_energy(solution: Solution, path: str | Path) -> None:
         top, bottom = fig.subplots(2, 1, sharex=True, height_ratios=[3, 1])
         _draw_stack(top, x, {name: values * factor for name, values in changes.items()})
         released = -sum(np.minimum(values, 0.0) for values in changes.values())
-        noted = np.any(released > 1e-3 * np.max(np.abs(work)))
-        name = "work done and\nenergy released" if noted else "work done"
+        visible = np.any(released > 1e-3 * np.max(np.abs(work)))
+        name = "work done and\nenergy released" if visible else "work done"
         top.plot(x, (work + released) * factor, "--", color="black", linewidth=1.2, label=name)
         top.axhline(0, color=GREY, linewidth=0.6)
         top.set_ylabel(f"energy since the start ({unit})")
@@ -72,4 +72,4 @@ def _draw_error(ax: Axes, x: Floats, error: Floats) -> None:
     factor, unit = energy_unit(error)
     ax.axhline(0, color=GREY, linewidth=0.6)
     ax.plot(x, error * factor, color=COLOURS[6], linewidth=1.0)
-    ax.set_ylabel(f"balance error ({unit})")
+    ax.set_ylabel(f"balance residual ({unit})")

@@ -1,4 +1,4 @@
-"""Which figures a result has: the same ones after a run and by `fsm plot`."""
+"""Selection and drawing of the figures of a result, after a run and by `fsm plot`."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ _ALL: dict[str, Plot] = {
 
 
 def figures_of(solution: Solution) -> dict[str, Plot]:
-    """File names and what draws them."""
+    """File names of the figures of a result, with the functions that draw them."""
     film = solution.layout.film is not None
     array = solution.array
     moves = len(solution) > 1
-    wanted = {
+    applies = {
         "force.png": bool(solution.travel.shape[1]),
         "motion.png": not film,
         "energy.png": moves,
@@ -56,15 +56,21 @@ def figures_of(solution: Solution) -> dict[str, Plot]:
         "stress.png": array is not None and array.stress.shape[1] > 0,
         "motion.gif": array is not None,
     }
-    return {name: _ALL[name] for name, drawn in wanted.items() if drawn}
+    return {name: _ALL[name] for name, drawn in applies.items() if drawn}
 
 
 def draw(solution: Solution, folder: Path) -> list[Path]:
-    """Draw all figures of a result into a folder, and take out those that another run left there."""
-    wanted = figures_of(solution)
+    """Draw all figures of a result into a folder, and delete other figures of an earlier run.
+
+    Returns
+    -------
+    list of Path
+        Paths of the figures.
+    """
+    figures = figures_of(solution)
     for name in _ALL:
-        if name not in wanted:
+        if name not in figures:
             (folder / name).unlink(missing_ok=True)
-    for name, plot in wanted.items():
+    for name, plot in figures.items():
         plot(solution, folder / name)
-    return [folder / name for name in wanted]
+    return [folder / name for name in figures]

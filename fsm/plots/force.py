@@ -1,4 +1,4 @@
-"""Pull force against travel: one run with its stages and its peaks, or all curves of a table."""
+"""Drive force over travel: one run with its stages and peaks, or all runs of a table."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from fsm.results.solution import Floats, Solution
 __all__ = ["plot_force", "plot_overlay"]
 
 DASHES = ("-", "--", "-.", ":")
-_TALLEST = 1.5
-"""Dynamic forces farther out than so many times the quasi-static ones are cut off; their values are written."""
+_DYNAMIC_RANGE = 1.5
+"""Largest range of the force axis over that of the quasi-static forces; larger dynamic forces are cut off."""
 
 
 def plot_force(solution: Solution, path: str | Path) -> None:
-    """Force against travel in mm, the stages shaded and named, the quasi-static peak marked with its value.
+    """Draw force over travel in mm, with shaded stages and the value of the quasi-static peak.
 
-    Forces in snaps and other motions are thin and grey, their peak is marked apart. Without a drive: the normal forces
-    of the contact pairs against time.
+    Dynamic forces are thin grey lines with a marker at their peak. Without a drive the figure shows the normal forces
+    of the contact pairs over time.
     """
     with figure(path, SINGLE) as fig:
         ax = fig.add_subplot()
@@ -55,10 +55,9 @@ def plot_force(solution: Solution, path: str | Path) -> None:
 
 
 def plot_overlay(curves: Sequence[tuple[str, Solution]], path: str | Path) -> None:
-    """The curves of a table in one figure, quasi-static peaks marked, names and peak values in the legend.
+    """Draw the force curves of a table in one figure, with names and quasi-static peaks in the legend.
 
-    Forces between quasi-static paths are thin, and cut off where they are beyond all quasi-static ones. Runs without a
-    drive are left out.
+    Dynamic forces are thin lines, cut off at the range of the quasi-static forces. Runs without a drive are not drawn.
     """
     with figure(path, WIDE) as fig:
         ax = fig.add_subplot()
@@ -69,32 +68,34 @@ def plot_overlay(curves: Sequence[tuple[str, Solution]], path: str | Path) -> No
             force, travel = summary["peak_force"], summary["peak_travel"]
             label = f"{name}: {rounded(force)} N at {rounded(travel * 1e3)} mm"
             curve = Curve.of_solution(run)
-            _draw_curve(ax, curve, 0, beside=colour, cut=True, color=colour, linestyle=dashes, label=label)
+            _draw_curve(ax, curve, 0, dynamic_colour=colour, clip=True, color=colour, linestyle=dashes, label=label)
             ax.plot(travel * 1e3, force, "o", color=colour, markersize=4.5, markeredgecolor="white", zorder=4)
         ax.set_xlabel("travel (mm)")
         ax.set_ylabel("force (N)")
         ax.margins(x=0)
         if not drawn:
-            _say(ax, "no curve: none of the runs has a drive")
+            _write_note(ax, "no curve: none of the runs has a drive")
         else:
             add_legend(fig, ax)
 
 
 def _quasi_static(curve: Curve, drive: int) -> tuple[Floats, Floats]:
-    """Travel (mm) and quasi-static force (N) of a drive, NaN in between paths, so that no line joins them."""
+    """Travel (mm) and quasi-static force (N) of a drive; NaN between paths, so that no line joins them."""
     return 1e3 * curve.travel[:, drive], np.where(curve.dynamic, np.nan, curve.force[:, drive])
 
 
 def _range(curve: Curve) -> tuple[float, float]:
-    """Least and largest quasi-static force of all drives (N), or dynamic ones of a run that is dynamic throughout."""
+    """Smallest and largest quasi-static force of all drives, N; those of all forces if the whole run is dynamic."""
     force = curve.force[~curve.dynamic] if curve.has_quasi_static else curve.force
     return float(np.nanmin(force)), float(np.nanmax(force))
 
 
-def _draw_curve(ax: Axes, curve: Curve, drive: int, beside: str = GREY, cut: bool = False, **style: Any) -> None:
-    """One drive: its quasi-static force, and thin, in the colour `beside`, what lies between the paths.
+def _draw_curve(
+    ax: Axes, curve: Curve, drive: int, dynamic_colour: str = GREY, clip: bool = False, **style: Any
+) -> None:
+    """Draw the quasi-static force of one drive, and its dynamic force as a thin line.
 
-    `cut`: the latter no farther than quasi-static forces go.
+    `clip` limits the dynamic force to the range of the quasi-static forces.
     """
     travel, force = _quasi_static(curve, drive)
     if not curve.has_quasi_static:
@@ -104,24 +105,24 @@ def _draw_curve(ax: Axes, curve: Curve, drive: int, beside: str = GREY, cut: boo
     if curve.dynamic.any():
         edges = np.flatnonzero(np.diff(curve.dynamic.astype(int)))
         moving = curve.dynamic.copy()
-        moving[edges], moving[edges + 1] = True, True  # the ends of paths, so that both lines meet
+        moving[edges], moving[edges + 1] = True, True  # include the ends of the paths, so that both lines meet
         between = np.where(moving, curve.force[:, drive], np.nan)
-        if cut:
+        if clip:
             between = np.clip(between, *_range(curve))
-        ax.plot(travel, between, color=beside, linewidth=0.6, zorder=1.9)
+        ax.plot(travel, between, color=dynamic_colour, linewidth=0.6, zorder=1.9)
 
 
 def _limit(ax: Axes, curve: Curve) -> None:
-    """Set the force axis by the quasi-static forces, with room for dynamic ones up to `_TALLEST` times them."""
+    """Set the limits of the force axis from the quasi-static forces, with room for dynamic ones (`_DYNAMIC_RANGE`)."""
     low, high = _range(curve)
-    room = (_TALLEST - 1.0) * max(high - low, 1e-300)
+    room = (_DYNAMIC_RANGE - 1.0) * max(high - low, 1e-300)
     low, high = max(float(np.nanmin(curve.force)), low - room), min(float(np.nanmax(curve.force)), high + room)
     margin = 0.05 * ((high - low) or 1.0)
     ax.set_ylim(low - margin, high + margin)
 
 
 def _draw_pairs(ax: Axes, solution: Solution) -> None:
-    """Contact forces over time, for a scene that nothing pulls."""
+    """Draw contact forces over time, for a scene without a drive."""
     ax.set_ylabel("normal force of contact (N)")
     ax.margins(x=0)
     for k, name in enumerate(solution.layout.pair_names):
@@ -131,15 +132,15 @@ def _draw_pairs(ax: Axes, solution: Solution) -> None:
     if ax.lines:
         ax.legend(loc="best")
     else:
-        _say(ax, "no drive and no contact force")
+        _write_note(ax, "no drive and no contact force")
 
 
-def _say(ax: Axes, text: str) -> None:
+def _write_note(ax: Axes, text: str) -> None:
     ax.text(0.5, 0.5, text, transform=ax.transAxes, ha="center", va="center", color=GREY)
 
 
 def _mark_events(ax: Axes, events: Sequence[dict[str, Any]]) -> list[Line2D]:
-    """Snaps and bifurcations on the curve; gives back what names them."""
+    """Mark snaps and bifurcations on the curve; return the legend entries."""
     handles: list[Line2D] = []
     for marker, label in dict.fromkeys(EVENTS.values()):
         at = [event for event in events if EVENTS[event["kind"]] == (marker, label)]
@@ -156,7 +157,7 @@ def _mark_events(ax: Axes, events: Sequence[dict[str, Any]]) -> list[Line2D]:
 
 
 def _mark_peaks(ax: Axes, summary: dict[str, Any], last: float) -> list[Line2D]:
-    """The peaks of the summary: the quasi-static one with its value; the dynamic one in the legend, which it returns."""
+    """Mark the quasi-static peak with its value, and the dynamic peak; return the legend entry of the latter."""
     force, at = summary["peak_force"], 1e3 * summary["peak_travel"]
     ax.plot(at, force, "o", color=COLOURS[1], markersize=5, zorder=4, clip_on=False)
     bottom, top = ax.get_ylim()

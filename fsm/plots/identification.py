@@ -1,4 +1,4 @@
-"""Force-displacement tests with what was fitted to them, and predictions with their band."""
+"""Figures of force-displacement tests with their fit, and of predictions with their band."""
 
 from __future__ import annotations
 
@@ -15,15 +15,16 @@ __all__ = ["TestPlot", "plot_tests"]
 
 
 class TestPlot(NamedTuple):
-    """A curve with its band, and the test if there is one; m and N.
+    """Computed curve with its band, and the measured forces if there are any.
 
     Attributes
     ----------
     title : str
-    travel, force, low, high : (n,) arrays
-    measured : (n,) array or None
-        At the same travels.
-    half_band : (n,) array or None
+    travel, force, low, high : (n,) arrays, m and N
+    measured : (n,) array or None, N
+        Measured forces at the same travels.
+    half_band : (n,) array or None, N
+        Half width of the band of the measured forces.
     """
 
     title: str
@@ -36,7 +37,7 @@ class TestPlot(NamedTuple):
 
 
 def plot_tests(tests: Sequence[TestPlot], path: str | Path) -> None:
-    """A column a test: curves above, what the test is off the fit by below."""
+    """Draw one column per test, with the curves above and the residuals below."""
     residuals = any(test.measured is not None for test in tests)
     height = 1.35 * SINGLE[1] if residuals else SINGLE[1]
     with figure(path, (SINGLE[0] * len(tests), height)) as fig:
@@ -51,7 +52,7 @@ def plot_tests(tests: Sequence[TestPlot], path: str | Path) -> None:
                 top.errorbar(x, measured, test.half_band, label="test", **style)
                 column[1].errorbar(x, measured - test.force, test.half_band, **style)
                 column[1].axhline(0.0, color=COLOURS[0], linewidth=0.9)
-                column[1].set_ylabel("off by (N)")
+                column[1].set_ylabel("residual (N)")
             top.set_title(test.title)
             top.set_ylabel("force (N)")
             column[-1].set_xlabel("travel (mm)")

@@ -1,4 +1,4 @@
-"""A legend that names every curve and is never wider than its figure."""
+"""Legends that name all curves and fit the width of the figure."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from matplotlib.textpath import TextPath
 
 __all__ = ["add_legend", "add_legend_across"]
 
-_BESIDE = 4.8
-"""What stands beside a name in its column, in font sizes: the piece of line, and gaps."""
-_ROW = 1.6
-"""Height of a line of a name, in font sizes."""
-_AXIS = 70.0
-"""Width that the axis, its label and the margins take, points."""
+_HANDLE_WIDTH = 4.8
+"""Width of the line sample and the gaps of a legend entry, in font sizes."""
+_ROW_HEIGHT = 1.6
+"""Height of a text line in a legend entry, in font sizes."""
+_AXIS_WIDTH = 70.0
+"""Width of the axis, its label and the margins, points."""
 
 
 def add_legend(fig: Figure, ax: Axes) -> None:
-    """Name the curves of the axes: in them, beside them, or below them in a figure made taller, whichever has the room.
+    """Add a legend inside the axes, beside them, or below them, depending on the room.
 
-    Names too long for a line go on in the next one.
+    A legend below the axes increases the height of the figure. Long names are wrapped.
     """
     size = matplotlib.rcParams["legend.fontsize"]
-    room = 72.0 * fig.get_figwidth() - _AXIS
+    room = 72.0 * fig.get_figwidth() - _AXIS_WIDTH
     handles, names = ax.get_legend_handles_labels()
-    names = [_wrapped(name, size, room - _BESIDE * size) for name in names]
-    column = _BESIDE * size + max(_width(name, size) for name in names)
+    names = [_wrapped(name, size, room - _HANDLE_WIDTH * size) for name in names]
+    column = _HANDLE_WIDTH * size + max(_width(name, size) for name in names)
     inside, beside = min(2, len(names)), 1 + (len(names) - 1) // 20
     if len(names) <= 8 and inside * column <= room:
         ax.set_ylim(top=ax.get_ylim()[1] + 0.04 * (len(names) + 1) * (ax.get_ylim()[1] - ax.get_ylim()[0]))
@@ -41,14 +41,14 @@ def add_legend(fig: Figure, ax: Axes) -> None:
     else:
         columns = min(len(names), max(1, int(room / column)))
         lines = sum(name.count("\n") + 1 for name in names)
-        fig.set_figheight(fig.get_figheight() + _ROW * size * -(-lines // columns) / 72.0)
+        fig.set_figheight(fig.get_figheight() + _ROW_HEIGHT * size * -(-lines // columns) / 72.0)
         fig.legend(handles, names, loc="outside lower left", ncols=columns)
 
 
 def add_legend_across(fig: Figure, handles: Sequence[Artist], side: Literal["upper", "lower"], columns: int = 3) -> None:
-    """Name handles above or below all axes, in as many columns, up to `columns`, as the figure is wide.
+    """Add a legend above or below all axes, with at most `columns` columns that fit the width of the figure.
 
-    The figure is made taller by the legend, so that the axes keep their room.
+    The height of the figure grows by that of the legend, so the axes keep their size.
     """
     for ncols in range(min(columns, len(handles)), 0, -1):
         place = {"loc": f"outside {side} center", "ncols": ncols}
@@ -61,7 +61,7 @@ def add_legend_across(fig: Figure, handles: Sequence[Artist], side: Literal["upp
 
 
 def _wrapped(name: str, size: float, width: float) -> str:
-    """The name in lines of at most this width, points."""
+    """Wrap a name into lines of at most `width` points."""
     letters = len(name)
     lines = [name]
     while letters > 1 and max(_width(line, size) for line in lines) > width:
@@ -71,5 +71,5 @@ def _wrapped(name: str, size: float, width: float) -> str:
 
 
 def _width(name: str, size: float) -> float:
-    """Of the widest line, points."""
+    """Width of the widest line of a name, points."""
     return max(float(TextPath((0.0, 0.0), line, size=size).get_extents().width) for line in name.split("\n"))

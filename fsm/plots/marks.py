@@ -1,4 +1,4 @@
-"""Stages and events of a pull, marked alike in every figure over travel."""
+"""Marks of stages and events, common to all figures over travel."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ EVENTS = {
 
 
 def summary_with_stages(solution: Solution) -> dict[str, Any]:
-    """The summary of a solution with a drive; of one that has none, that of its records."""
+    """Summary of a solution with a drive; computed from its curve if the stored summary has no stages."""
     if "stages" in solution.summary:
         return solution.summary
     return summarise(Curve.of_solution(solution), solution.layout.pair_names)
 
 
 def stage_name(stage: dict[str, Any], first: bool = False) -> str:
-    """Name of a stage with the travel that it begins at; `first`: without."""
+    """Name of a stage with the travel at its beginning; the `first` stage has the name alone."""
     return str(stage["name"]) if first else f"{stage['name']} from {rounded(1e3 * stage['travel'])} mm"
 
 
@@ -41,7 +41,7 @@ def stage_colour(stage: dict[str, Any]) -> str:
 
 
 def shade_stages(ax: Axes, stages: Sequence[dict[str, Any]], last: float) -> list[Patch]:
-    """Bands over the travels of the stages, up to `last` (mm), behind all else; gives back what names them."""
+    """Shade the travels of the stages up to `last` (mm) in the background; return the legend entries."""
     begins = [1e3 * stage["travel"] for stage in stages]
     patches: list[Patch] = []
     for stage, begin, end in zip(stages, begins, [*begins[1:], last], strict=True):

@@ -1,4 +1,4 @@
-"""The motion as a row of pictures: what the structure looks like at six travels."""
+"""Figure of the motion: the shape of the structure at six travels."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from fsm.plots.legend import add_legend_across
 from fsm.plots.marks import stage_colour, stage_name, summary_with_stages
 from fsm.plots.obstacles import Outline, obstacle_outlines
-from fsm.plots.plane import lattice_squares, upright
+from fsm.plots.plane import lattice_squares, vertical_axis
 from fsm.plots.style import COLOURS, GREY, WIDE, abscissa, figure, rounded
 from fsm.results.solution import Floats, Integers, Solution
 
@@ -25,14 +25,12 @@ __all__ = ["leaves_plane", "pick_records", "plot_motion"]
 
 
 def plot_motion(solution: Solution, path: str | Path, views: int = 6) -> None:
-    """The shape at `views` travels evenly spread from start to end, the nearest one moved onto the peak.
+    """Draw the shape at up to `views` travels, see `pick_records`. All pictures have the same scale.
 
-    Of a pull, the colour of a title's background says which stage the picture is in, and two of the pictures in between
-    are those of first touch and of the onset of bending, as far as these are reached.
-
-    Motion in the x-z plane (x-y of a scissor array) is drawn in that plane, a line for each plate (its middle; the
-    thickness could not be seen) in the colour of its panel, a square for each of a lattice; anything else in space.
-    Obstacles are grey. All pictures have the same scale.
+    With a drive, the background colour of a title names the stage.
+    A plane motion is drawn in its plane, the x-z plane or for a scissor array the x-y plane. There a plate is a line in the
+    colour of its panel, without thickness, and a square of a lattice is a square. Other motions are drawn in space.
+    Obstacles are grey.
     """
     chosen = pick_records(solution, views)
     stages = _stages(solution)
@@ -48,23 +46,25 @@ def plot_motion(solution: Solution, path: str | Path, views: int = 6) -> None:
                 ax = fig.add_subplot(rows, columns, k + 1, sharex=first, sharey=first)
                 _draw_plane(ax, solution, record)
                 ax.set_xlabel("x (mm)" if k + columns >= len(chosen) else "")
-                ax.set_ylabel(f"{upright(solution)} (mm)" if k % columns == 0 else "")
+                ax.set_ylabel(f"{vertical_axis(solution)} (mm)" if k % columns == 0 else "")
                 ax.tick_params(labelbottom=k + columns >= len(chosen), labelleft=k % columns == 0)
             if stages:
                 _frame(fig.axes[-1], _stage_at(stages, float(solution.travel[record, 0])))
         if stages:
             handles = [_handle(stage, first=k == 0) for k, stage in enumerate(stages)]
             add_legend_across(fig, handles, "lower")
-        fig.draw_without_rendering()  # titles of axes whose scales are equal find their places at the second time only
+        fig.draw_without_rendering()  # titles of axes with equal scales get their position in the second drawing only
 
 
 def pick_records(solution: Solution, views: int = 6) -> list[int]:
-    """Numbers of `views` records or fewer: evenly spread, first and last, and the peak of the force."""
+    """Indices of `views` records or fewer: equally spaced, with the first and the last.
+
+    With a drive, the nearest of the others are replaced by the records at the peak force and at the beginning of stages.
+    """
     x, _ = abscissa(solution)
     if len(x) == 0:
         return []
-    wanted = np.linspace(x[0], x[-1], views)
-    chosen = [int(np.argmin(np.abs(x - value))) for value in wanted]
+    chosen = [int(np.argmin(np.abs(x - value))) for value in np.linspace(x[0], x[-1], views)]
     chosen[0], chosen[-1] = 0, len(x) - 1
     if solution.force.shape[1] and views > 2:
         summary = summary_with_stages(solution)
@@ -82,12 +82,12 @@ def pick_records(solution: Solution, views: int = 6) -> list[int]:
 
 
 def _stages(solution: Solution) -> list[dict[str, Any]]:
-    """Stages of a pull; none without a drive."""
+    """Stages of a run; none without a drive."""
     return list(summary_with_stages(solution)["stages"]) if solution.travel.shape[1] else []
 
 
 def _stage_at(stages: list[dict[str, Any]], travel: float) -> dict[str, Any]:
-    """The last stage that is reached at a travel."""
+    """Stage at a travel."""
     return [stage for stage in stages if stage["travel"] <= travel * (1.0 + 1e-9) + 1e-12][-1]
 
 
@@ -100,7 +100,7 @@ def _handle(stage: dict[str, Any], first: bool) -> Patch:
 
 
 def leaves_plane(shape: Floats) -> bool:
-    """Whether plates leave the one strip across the x-z plane, by more than 0.1 % of its size."""
+    """Whether plates move out of the x-z plane by more than 0.1 % of the size of the structure."""
     if shape.size == 0:
         return False
     size = float(np.max(np.ptp(shape.reshape(-1, 3), axis=0)))
@@ -109,7 +109,7 @@ def leaves_plane(shape: Floats) -> bool:
 
 
 def _height(points: Floats, columns: int, rows: int, space: bool) -> float:
-    """Of the figure, inches, so that pictures of equal scale, with these points (n, 3) in them, fill it."""
+    """Height of the figure, inches, for pictures of equal scale that contain the points (n, 3)."""
     if space or points.size == 0:
         return 3.0 * rows
     width, height = np.ptp(points[:, 0]), np.ptp(points[:, 2])
@@ -121,9 +121,9 @@ def _title(solution: Solution, record: int) -> str:
     if not solution.travel.shape[1]:
         return f"{rounded(solution.time[record])} s"
     force = solution.force[:, 0]
-    # noise of the solver at rest is no force
-    here = force[record] if abs(force[record]) > 1e-4 * np.max(np.abs(force)) else 0.0
-    return f"{rounded(solution.travel[record, 0] * 1e3)} mm, {rounded(here)} N"
+    # a residual of the solver is shown as zero
+    value = force[record] if abs(force[record]) > 1e-4 * np.max(np.abs(force)) else 0.0
+    return f"{rounded(solution.travel[record, 0] * 1e3)} mm, {rounded(value)} N"
 
 
 def _colours(panel: Integers, quads: int) -> list[str]:
@@ -132,7 +132,7 @@ def _colours(panel: Integers, quads: int) -> list[str]:
 
 
 def _view(solution: Solution) -> tuple[Floats, float]:
-    """Middle of all plates of all records, and how far from there planes are drawn, m."""
+    """Centre of all plates in all records, and half the size of drawn planes, m."""
     everything = solution.shape.reshape(-1, 3)
     if not len(everything):
         return np.zeros(3), 1.0
@@ -141,7 +141,7 @@ def _view(solution: Solution) -> tuple[Floats, float]:
 
 
 def _extent(solution: Solution) -> Floats:
-    """Points (n, 3), m, that have to be in all pictures: plates of all records, obstacles of the first if they end."""
+    """Points (n, 3), m, that all pictures contain: plates of all records, and bounded obstacles of the first record."""
     outlines = obstacle_outlines(solution, 0, *_view(solution)) if len(solution) else []
     bounded = [face for outline in outlines if outline.bounded for face in outline.faces]
     squares = lattice_squares(solution, solution.shape)
@@ -165,7 +165,7 @@ def _draw_plane(ax: Axes, solution: Solution, record: int) -> None:
 
 
 def _plates_in_plane(solution: Solution, record: int) -> LineCollection | PolyCollection:
-    """Plates as lines through their middles, those of a lattice as the squares that they stand for."""
+    """Plates as lines; plates of a lattice as squares."""
     quads = solution.shape[record] * 1e3
     colours = _colours(solution.layout.panel, len(quads))
     squares = lattice_squares(solution, quads)
@@ -176,11 +176,11 @@ def _plates_in_plane(solution: Solution, record: int) -> LineCollection | PolyCo
 
 
 def _cut(outline: Outline, low: Floats, high: Floats) -> list[Floats]:
-    """A plane's square where it is in the picture, moved to its bounds, mm; nothing of one that is outside."""
+    """Part of a plane within the bounds of the picture, mm; an empty list if the plane is outside."""
     face = 1e3 * outline.faces[0]
     margin = 0.05 * float(np.max(high - low))
     cut = np.clip(face, low - margin, high + margin)
-    # pushed in by the bounds along its normal, it would be somewhere else
+    # clipping must not shift the plane along its normal
     normal = np.cross(face[1] - face[0], face[3] - face[0])
     away = np.abs((cut - face[0]) @ normal) / np.linalg.norm(normal)
     return [cut] if away.max() < 0.5 * margin else []
@@ -190,7 +190,7 @@ def _draw_space(fig: Figure, place: tuple[int, int, int], solution: Solution, re
     ax: Any = fig.add_subplot(*place, projection="3d")
     quads = solution.shape[record] * 1e3
     colours = _colours(solution.layout.panel, len(quads))
-    # the limits are set below; taken from collections, they are now and then those of memory never written to
+    # the limits are set below, because automatic limits of collections sometimes come from uninitialised memory
     add = partial(ax.add_collection3d, autolim=False)
     add(Poly3DCollection(list(quads), facecolors=colours, edgecolors="white", linewidths=0.3, alpha=0.85))
     outlines = obstacle_outlines(solution, record, *_view(solution))

@@ -1,4 +1,4 @@
-"""Rigid obstacles of a run as polygons to draw, read from the case that the results keep."""
+"""Rigid obstacles of a run as polygons for figures, from the case in the results."""
 
 from __future__ import annotations
 
@@ -12,21 +12,22 @@ from fsm.results.solution import Floats, Solution
 
 __all__ = ["Outline", "obstacle_outlines"]
 
-_AROUND = 32
-"""Corners of a circle."""
+_CIRCLE_POINTS = 32
+"""Number of corners that represent a circle."""
 
 
 @dataclass(frozen=True)
 class Outline:
-    """An obstacle in a record.
+    """Outline of an obstacle in a record.
 
     Attributes
     ----------
     faces : list of (k, 3) arrays, m
-        Its surface; of a plane a square as wide as asked for.
+        Polygons of its surface; a square for a plane.
     section : (k, 3) array, m
-        Its cut by y = 0, of a plane the half on its solid side.
-    bounded : whether it ends somewhere
+        Its section at y = 0; for a plane, a rectangle on the solid side.
+    bounded : bool
+        Whether the obstacle is bounded; a plane is not.
     """
 
     faces: list[Floats]
@@ -35,17 +36,19 @@ class Outline:
 
 
 def obstacle_outlines(solution: Solution, record: int, centre: Floats, reach: float) -> list[Outline]:
-    """The obstacles of a record.
+    """Outlines of the obstacles in a record.
 
     Parameters
     ----------
+    solution : Solution
+    record : int
     centre, reach : (3,) array and float, m
-        What is looked at: planes are drawn as far as this around there.
+        Centre and half width of the square that represents a plane.
 
     Raises
     ------
     CaseError
-        The case that the result holds has obstacles that cannot be drawn.
+        The case in the result has obstacles that cannot be drawn.
     """
     try:
         return _outlines(solution, record, centre, reach)
@@ -56,9 +59,9 @@ def obstacle_outlines(solution: Solution, record: int, centre: Floats, reach: fl
 def _outlines(solution: Solution, record: int, centre: Floats, reach: float) -> list[Outline]:
     case = solution.layout.case
     scene = case.get("scene")
-    written = case.get("obstacle", []) or (scene.get("obstacles", []) if isinstance(scene, dict) else [])
+    obstacles = case.get("obstacle", []) or (scene.get("obstacles", []) if isinstance(scene, dict) else [])
     outlines = []
-    for obstacle in written:
+    for obstacle in obstacles:
         turn = _rotation(obstacle.get("orientation", (1.0, 0.0, 0.0, 0.0)))
         at = np.array(obstacle.get("position", (0.0, 0.0, 0.0)))
         body = _pose(solution, record, obstacle.get("body"))
@@ -74,17 +77,17 @@ def _outline(obstacle: dict[str, Any], turn: Floats, at: Floats, centre: Floats,
         normal = turn[:, 2]
         foot = centre - normal * float(normal @ (centre - at))
         x, y = reach * turn[:, 0], reach * turn[:, 1]
-        deep = reach * normal
+        depth = reach * normal
         return Outline([np.array([foot - x - y, foot + x - y, foot + x + y, foot - x + y])],
-                       np.array([foot - x, foot + x, foot + x - deep, foot - x - deep]), False)  # fmt: skip
-    angles = 2.0 * np.pi * np.arange(_AROUND) / _AROUND
+                       np.array([foot - x, foot + x, foot + x - depth, foot - x - depth]), False)  # fmt: skip
+    angles = 2.0 * np.pi * np.arange(_CIRCLE_POINTS) / _CIRCLE_POINTS
     if shape == "box":
         half = 0.5 * np.array(obstacle["size"])
         local = _box(half)
         section = np.array([[-1, 0, -1], [1, 0, -1], [1, 0, 1], [-1, 0, 1]]) * half
     else:
         radius = float(obstacle["radius"])
-        section = radius * np.column_stack([np.cos(angles), np.zeros(_AROUND), np.sin(angles)])
+        section = radius * np.column_stack([np.cos(angles), np.zeros(_CIRCLE_POINTS), np.sin(angles)])
         local = _cylinder(section, 0.5 * float(obstacle["length"])) if shape == "cylinder" else _sphere(radius)
         if shape == "sphere":
             turn = np.eye(3)
@@ -111,7 +114,7 @@ def _sphere(radius: float) -> list[Floats]:
 
 
 def _pose(solution: Solution, record: int, body: str | None) -> tuple[Floats, Floats] | None:
-    """Rotation and place of a body that moves; None for one that does not."""
+    """Rotation matrix and position of a moving body; None for a fixed one."""
     names = solution.layout.body_names
     if body not in names:
         return None
@@ -123,7 +126,7 @@ def _pose(solution: Solution, record: int, body: str | None) -> tuple[Floats, Fl
 
 
 def _rotation(quaternion: Any) -> Floats:
-    """Matrix of a unit quaternion, scalar first."""
+    """Rotation matrix of a unit quaternion, scalar first."""
     w, *vector = (float(c) for c in quaternion)
     v = np.array(vector)
     cross = np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])

@@ -1,4 +1,4 @@
-"""The plane that a run is drawn in: what its upright axis is called, and which plates are more than lines in it."""
+"""Plane of a plane figure: name of its vertical axis, and shapes of lattice squares in it."""
 
 from __future__ import annotations
 
@@ -6,27 +6,27 @@ import numpy as np
 
 from fsm.results.solution import Floats, Solution
 
-__all__ = ["lattice_squares", "upright"]
+__all__ = ["lattice_squares", "vertical_axis"]
 
 
-def upright(solution: Solution) -> str:
-    """Name of the upright axis, as the case has it: y of a scissor array, z of all else."""
+def vertical_axis(solution: Solution) -> str:
+    """Name of the vertical axis in the case: y for a scissor array, else z."""
     return "y" if "scissor" in solution.layout.case else "z"
 
 
 def lattice_squares(solution: Solution, shape: Floats) -> Floats | None:
-    """The squares of a lattice, whose middle planes are all that a result keeps of them; None of anything else.
+    """Corners of the squares of a lattice, from their middle planes in the result; None for other structures.
 
     Parameters
     ----------
-    solution : what was solved
+    solution : Solution
     shape : (..., squares, 4, 3) array, m
-        Of some of its records.
+        Middle planes in some of the records.
 
     Returns
     -------
     (..., squares, 4, 3) array, m
-        Their corners in turn, seen along y.
+        Corners in order around each square, seen along y.
     """
     if "lattice" not in solution.layout.case:
         return None

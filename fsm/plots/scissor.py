@@ -1,4 +1,4 @@
-"""Figures of a scissor array: its points beside those of rigid bars, how far neighbours part, stresses."""
+"""Figures of a scissor array: motion of its points, comparison with rigid bars, synchronism, stresses."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from fsm.results.solution import Solution
 __all__ = ["plot_points", "plot_rigid", "plot_stress", "plot_synchronism"]
 
 _DASHES = ("-", "--", ":", "-.")
-"""Styles of lines of one colour."""
+"""Line styles for curves of the same colour."""
 _MOTIONS = (("displacement", "m"), ("velocity", "m/s"), ("acceleration", "m/s²"))
 
 
 def plot_points(solution: Solution, path: str | Path) -> None:
-    """Displacement, velocity and acceleration along y of the upper points over time (figures 8 to 10 of seed 004)."""
+    """Draw displacement, velocity and acceleration along y of the upper points over time."""
     motion = _motion(solution)
     with figure(path, (WIDE[0], 6.4)) as fig:
         axes = fig.subplots(3, 1, sharex=True)
@@ -35,7 +35,7 @@ def plot_points(solution: Solution, path: str | Path) -> None:
 
 
 def plot_rigid(solution: Solution, path: str | Path) -> None:
-    """The first and the last upper point with bars that deform and with rigid ones (figure 7 of seed 004)."""
+    """Draw the motion of the first and the last upper point with flexible and with rigid bars."""
     motion = _motion(solution)
     first, last = motion.upper[0], motion.upper[-1]
     shown = ((first, 1, "y"), (last, 0, "x"))
@@ -48,7 +48,7 @@ def plot_rigid(solution: Solution, path: str | Path) -> None:
                 if motion.rigid is not None:
                     rigid = getattr(motion.rigid, name)[:, k, axis]
                     ax.plot(solution.time, rigid, "--", color=COLOURS[1], label="rigid", lw=1.0)
-                    _within(ax, rigid, getattr(motion.points, name)[:, k, axis])
+                    _set_limits(ax, rigid, getattr(motion.points, name)[:, k, axis])
                 ax.set_ylabel(f"{name} of {point} along {along} ({unit})")
         axes[0, 0].legend()
         for ax in axes[-1]:
@@ -56,12 +56,12 @@ def plot_rigid(solution: Solution, path: str | Path) -> None:
 
 
 def plot_synchronism(solution: Solution, path: str | Path) -> None:
-    """How far neighbours are apart that rigid bars would keep together, each across its own unit."""
+    """Draw the difference in deployment of neighbouring units over time; it is zero with rigid bars."""
     motion = _motion(solution)
     with figure(path) as fig:
         ax = fig.subplots()
-        for name, apart in asynchronism(motion).items():
-            ax.plot(solution.time, 1e3 * apart, label=name.replace("-", " \N{MINUS SIGN} "), lw=1.0)
+        for name, difference in asynchronism(motion).items():
+            ax.plot(solution.time, 1e3 * difference, label=name.replace("-", " \N{MINUS SIGN} "), lw=1.0)
         ax.axhline(0.0, color=GREY, lw=0.5)
         ax.set_xlabel("time (s)")
         ax.set_ylabel("difference across the units (mm)")
@@ -70,7 +70,7 @@ def plot_synchronism(solution: Solution, path: str | Path) -> None:
 
 
 def plot_stress(solution: Solution, path: str | Path) -> None:
-    """Largest normal stress of every bar over time."""
+    """Draw the largest normal stress of every bar over time."""
     motion = _motion(solution)
     with figure(path) as fig:
         ax = fig.subplots()
@@ -89,9 +89,9 @@ def _motion(solution: Solution) -> ArrayMotion:
     return solution.array
 
 
-def _within(ax: Axes, rigid: Floats, flexible: Floats) -> None:
-    """Limits that show the rigid curve well: vibration of bars may be many times as large as what it is about."""
-    middle = np.concatenate([rigid, np.percentile(flexible, [2.0, 98.0])])
-    low, high = float(middle.min()), float(middle.max())
+def _set_limits(ax: Axes, rigid: Floats, flexible: Floats) -> None:
+    """Set limits that show the rigid curve well, even if vibrations of flexible bars are many times larger."""
+    shown = np.concatenate([rigid, np.percentile(flexible, [2.0, 98.0])])
+    low, high = float(shown.min()), float(shown.max())
     margin = 0.08 * (high - low or 1.0)
     ax.set_ylim(low - margin, high + margin)

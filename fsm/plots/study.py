@@ -1,4 +1,4 @@
-"""A study of a film: frequency and amplitudes of the rows of a table against what is varied, beside reference values."""
+"""Figure of a film study: frequency and amplitudes over the varied quantity of a table, with reference values."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from matplotlib.axes import Axes
 
 from fsm.plots.style import COLOURS, GREY, WIDE, figure
 
-__all__ = ["STUDIED", "changes", "plot_study", "varied"]
+__all__ = ["STUDY_RESULTS", "plot_study", "relative_changes", "varied_column"]
 
-STUDIED: dict[str, tuple[float, str]] = {
+STUDY_RESULTS: dict[str, tuple[float, str]] = {
     "frequency_hz": (1.0, "frequency (Hz)"),
     "amplitude_center": (1e3, "largest amplitude, center (mm)"),
     "amplitude_patch": (1e3, "largest amplitude, patch (mm)"),
 }
-"""Numbers of a summary that a study is about, with factor and label."""
+"""Quantities of a summary that a study shows, with factor and label."""
 
 
-def varied(rows: Sequence[Mapping[str, Any]], columns: Sequence[str]) -> tuple[str, list[float | None]]:
-    """The first column whose cells are different numbers, with its numbers as written; rows without one have None.
+def varied_column(rows: Sequence[Mapping[str, Any]], columns: Sequence[str]) -> tuple[str, list[float | None]]:
+    """Label and numbers of the first column with different numbers in the same unit; None in rows without a number.
 
-    The unit of the first cell is taken for all; where units differ nothing is found.
+    If there is no such column, the label is empty and the numbers are those of the rows.
     """
     for column in columns:
         cells = [re.fullmatch(r"\s*([-+.\deE]+)\s*(.*?)\s*", str(row.get(column, ""))) for row in rows]
@@ -37,12 +37,12 @@ def varied(rows: Sequence[Mapping[str, Any]], columns: Sequence[str]) -> tuple[s
     return "", [float(k) for k in range(len(rows))]
 
 
-def changes(
+def relative_changes(
     rows: Sequence[Mapping[str, Any]], reference: Mapping[str, Mapping[str, float]], name: str
 ) -> list[tuple[float, float, float] | None]:
-    """Of every row: change of a number in % against the first row that the reference has, its change there, and the band.
+    """Change of a quantity, change in the reference, and band of the reference, in % for every row.
 
-    None where one of them is not known.
+    Changes are relative to the first row with a reference. Rows without result or reference have None.
     """
     known = [k for k, row in enumerate(rows) if name in reference.get(row["case"], {}) and row.get(name) is not None]
     found: list[tuple[float, float, float] | None] = [None] * len(rows)
@@ -51,36 +51,36 @@ def changes(
     first = rows[known[0]][name]
     origin = 1.0 + 0.01 * reference[rows[known[0]]["case"]][name]
     for k in known:
-        said = reference[rows[k]["case"]]
-        there = 100.0 * ((1.0 + 0.01 * said[name]) / origin - 1.0)
-        found[k] = (100.0 * (rows[k][name] / first - 1.0), there, said.get(f"{name} band", 0.0))
+        values = reference[rows[k]["case"]]
+        reference_change = 100.0 * ((1.0 + 0.01 * values[name]) / origin - 1.0)
+        found[k] = (100.0 * (rows[k][name] / first - 1.0), reference_change, values.get(f"{name} band", 0.0))
     return found
 
 
 def plot_study(
     rows: Sequence[Mapping[str, Any]], columns: Sequence[str], reference: Mapping[str, Mapping[str, float]], path: str | Path
 ) -> None:
-    """Frequency and amplitudes against what is varied; with a reference, changes in % below, its values with their band.
+    """Draw frequency and amplitudes over the varied quantity, and below the changes in % beside those of the reference.
 
     Parameters
     ----------
-    rows : of a table, those that have results
+    rows : rows of a table that have results
     columns : dotted paths of the table
     reference : see `fsm.scene.table.load_reference`
-    path : where the figure goes
+    path : path of the figure
     """
-    names = [name for name in STUDIED if any(row.get(name) is not None for row in rows)]
-    label, x = varied(rows, columns)
-    compared = any(any(changes(rows, reference, name)) for name in names)
+    names = [name for name in STUDY_RESULTS if any(row.get(name) is not None for row in rows)]
+    label, x = varied_column(rows, columns)
+    compared = any(any(relative_changes(rows, reference, name)) for name in names)
     with figure(path, (WIDE[0], 4.8 if compared else 2.8)) as fig:
         axes = fig.subplots(2 if compared else 1, len(names), squeeze=False, sharex=True)
         for column, name in enumerate(names):
-            factor, text = STUDIED[name]
+            factor, text = STUDY_RESULTS[name]
             values = [row[name] * factor if row.get(name) is not None else np.nan for row in rows]
             _draw_values(axes[0, column], rows, x, values)
             axes[0, column].set_title(text)
             if compared:
-                _draw_changes(axes[1, column], rows, x, changes(rows, reference, name))
+                _draw_changes(axes[1, column], rows, x, relative_changes(rows, reference, name))
         for ax in axes[-1]:
             ax.set_xlabel(label or "row")
         if compared:
@@ -90,7 +90,7 @@ def plot_study(
 
 
 def _draw_values(ax: Axes, rows: Sequence[Mapping[str, Any]], x: Sequence[float | None], values: Sequence[float]) -> None:
-    """The rows with a place on the axis as a line; the others, a film without what is varied, as a level."""
+    """Draw the rows with a value of the varied quantity as a curve, and the others as horizontal lines."""
     placed = [(a, b) for a, b in zip(x, values, strict=True) if a is not None]
     if placed:
         ax.plot(*zip(*sorted(placed), strict=True), "o-", color=COLOURS[0], markersize=4)
@@ -107,20 +107,21 @@ def _draw_changes(
     x: Sequence[float | None],
     found: Sequence[tuple[float, float, float] | None],
 ) -> None:
-    """Ours and the reference's changes, the latter with its band."""
+    """Draw the computed changes and those of the reference with their band."""
     places = [a for a in x if a is not None]
-    aside = max(places, default=1.0) + 0.15 * (float(np.ptp(places)) if places else 1.0)
-    points = [(aside if a is None else a, *one) for a, one in zip(x, found, strict=True) if one is not None]
+    right = max(places, default=1.0) + 0.15 * (float(np.ptp(places)) if places else 1.0)
+    points = [(right if a is None else a, *one) for a, one in zip(x, found, strict=True) if one is not None]
     ax.axhline(0, color=GREY, linewidth=0.6)
     if not points:
         ax.text(0.5, 0.5, "no reference", transform=ax.transAxes, ha="center", va="center", color=GREY)
         return
-    at, ours, theirs, band = (np.array(part) for part in zip(*points, strict=True))
-    reach = band * (1.0 + 0.01 * theirs)
-    ax.errorbar(at, theirs, yerr=reach, fmt="s", color=COLOURS[1], markersize=4, capsize=3, label="reference, with its band")
-    ax.plot(at, ours, "o", color=COLOURS[0], markersize=4, label="this run")
+    at, computed, expected, band = (np.array(part) for part in zip(*points, strict=True))
+    half_width = band * (1.0 + 0.01 * expected)
+    style = {"fmt": "s", "color": COLOURS[1], "markersize": 4, "capsize": 3}
+    ax.errorbar(at, expected, yerr=half_width, **style, label="reference, with its band")
+    ax.plot(at, computed, "o", color=COLOURS[0], markersize=4, label="this run")
     for a, one, row in zip(x, found, rows, strict=True):
         if a is None and one is not None:
-            beside = {"xytext": (0, -9), "textcoords": "offset points"}
-            ax.annotate(row["case"], (aside, min(one[:2])), **beside, ha="center", va="top", color=GREY, fontsize=7)
+            offset = {"xytext": (0, -9), "textcoords": "offset points"}
+            ax.annotate(row["case"], (right, min(one[:2])), **offset, ha="center", va="top", color=GREY, fontsize=7)
     ax.margins(x=0.12, y=0.2)

@@ -1,4 +1,4 @@
-"""One look for all figures: fit for a paper, colour-blind safe, no pyplot."""
+"""Common style of all figures: sizes, colours for colour-blind readers, units and rounding of labels."""
 
 from __future__ import annotations
 
@@ -30,20 +30,20 @@ __all__ = [
     "shortened",
 ]
 
-# Okabe and Ito's palette, told apart by all common kinds of colour blindness
+# palette of Okabe and Ito (2008), for all common kinds of colour blindness
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#F0E442")
 GREY = "#666666"
 STAGE_COLOURS = ("#56B4E9", "#E69F00", "#CC79A7")
 
 SINGLE = (4.8, 3.4)
 WIDE = (7.2, 4.6)
-"""Sizes in inches: a column, and the width of a page."""
+"""Figure sizes in inches, for a column and for the width of a page."""
 
 STYLE: dict[str, Any] = {
     "font.family": "sans-serif",
     "font.sans-serif": ["DejaVu Sans"],
     "font.size": 9.0,
-    "text.parse_math": False,  # names of users may hold a $
+    "text.parse_math": False,  # names may contain a $
     "axes.labelsize": 9.0,
     "axes.titlesize": 9.0,
     "xtick.labelsize": 8.0,
@@ -64,11 +64,11 @@ STYLE: dict[str, Any] = {
 
 @contextmanager
 def figure(path: str | Path, size: tuple[float, float] = SINGLE) -> Iterator[Figure]:
-    """A figure in our style, saved to `path` (png, pdf, svg) when the block ends without an error.
+    """Figure in the common style, saved to `path` (png, pdf, svg) if the block ends without an error.
 
     Parameters
     ----------
-    path : where it goes; its folder is made
+    path : path of the file; its folder is created
     size : (width, height), inches
     """
     path = Path(path)
@@ -78,29 +78,29 @@ def figure(path: str | Path, size: tuple[float, float] = SINGLE) -> Iterator[Fig
         yield fig
         path.parent.mkdir(parents=True, exist_ok=True)
         with atomic_write(path) as part, warnings.catch_warnings():
-            warnings.filterwarnings("ignore", r"Glyph \d+ .* missing", UserWarning)  # a name in another script: boxes
+            warnings.filterwarnings("ignore", r"Glyph \d+ .* missing", UserWarning)  # drawn as boxes
             fig.savefig(part)
 
 
 def abscissa(solution: Solution) -> tuple[Floats, str]:
-    """What curves are drawn over, with its label: travel of the first drive in mm; without a drive, time."""
+    """Abscissa of curves with its label: travel of the first drive in mm, or time without a drive."""
     if solution.travel.shape[1]:
         return solution.travel[:, 0] * 1e3, "travel (mm)"
     return solution.time, "time (s)"
 
 
 def shortened(name: str) -> str:
-    """A name of a user with 40 letters at most, so that it leaves room for the curves."""
+    """Shorten a name to at most 40 letters."""
     return name if len(name) <= 40 else f"{name[:25]}...{name[-12:]}"
 
 
 def rounded(value: float) -> str:
-    """Three significant digits, trailing zeros kept: 2.00, 27.1, 150."""
+    """Text of a number with three significant digits, including trailing zeros: 2.00, 27.1, 150."""
     return f"{value:#.3g}".rstrip(".") if value else "0"
 
 
 def energy_unit(values: Floats) -> tuple[float, str]:
-    """Factor from J and name of the unit that suits the largest of `values`: J, mJ, µJ, nJ or pJ."""
+    """Factor from J and name of the unit for the largest of `values`: J, mJ, µJ, nJ or pJ."""
     largest = float(np.max(np.abs(values), initial=0.0))
     for factor, unit in ((1.0, "J"), (1e3, "mJ"), (1e6, "µJ"), (1e9, "nJ")):
         if largest * factor >= 1.0:

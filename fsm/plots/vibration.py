@@ -1,4 +1,4 @@
-"""Plots of a film that vibrates: histories and spectrum, mode shapes, tension."""
+"""Figures of a vibrating film: histories, spectrum, mode shapes, tension."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ __all__ = ["plot_history", "plot_modes", "plot_spectrum", "plot_tension"]
 def _film(solution: Solution) -> Film:
     film = solution.layout.film
     if film is None:
-        raise ValueError("this result is not of a film")
+        raise ValueError("the result is not of a film")
     return film
 
 
 def plot_history(solution: Solution, path: str | Path) -> None:
-    """Normal displacement of every probe over time, one below the other, all on one scale; the fit of the center's decay."""
+    """Draw the normal displacement of every probe over time on a common scale; the title gives frequency and decay rate."""
     film = _film(solution)
     names = film.probe_names
     moved = solution.samples.displacement[:, :, 2] * 1e3
@@ -39,11 +39,11 @@ def plot_history(solution: Solution, path: str | Path) -> None:
             if moved.size:
                 top = float(np.abs(moved[:, k]).max())
                 ax.text(0.99, 0.95, f"largest {rounded(top)} mm", transform=ax.transAxes, ha="right", va="top")
-        axes[0].set_title(_of_frequency(solution))
+        axes[0].set_title(_frequency_title(solution))
         axes[-1].set_xlabel("time (s)")
 
 
-def _of_frequency(solution: Solution) -> str:
+def _frequency_title(solution: Solution) -> str:
     summary = solution.summary
     if summary.get("frequency_hz") is None:
         return ""
@@ -54,7 +54,7 @@ def _of_frequency(solution: Solution) -> str:
 
 
 def plot_spectrum(solution: Solution, path: str | Path) -> None:
-    """Amplitude spectrum of every probe's free motion, with the natural frequencies as ticks below."""
+    """Draw the amplitude spectrum of the free motion of every probe; ticks at the bottom mark natural frequencies."""
     film = _film(solution)
     begin = solution.samples.time >= float(solution.summary.get("free_from", 0.0))
     time = solution.samples.time[begin]
@@ -74,12 +74,12 @@ def plot_spectrum(solution: Solution, path: str | Path) -> None:
         ax.set_xlim(0.0, highest)
         ax.set_xlabel("frequency (Hz)")
         ax.set_ylabel("amplitude (mm)")
-        ax.set_title(_of_frequency(solution))
+        ax.set_title(_frequency_title(solution))
         ax.legend(loc="upper right")
 
 
 def plot_modes(solution: Solution, path: str | Path, count: int = 9) -> None:
-    """Normal motion of the first natural modes, seen from above; both colours of one scale, the largest motion full."""
+    """Draw the normal motion of the first natural modes, seen from above and scaled to a largest value of 1."""
     film = _film(solution)
     chosen = range(min(count, len(film.frequency)))
     columns = 3
@@ -97,7 +97,10 @@ def plot_modes(solution: Solution, path: str | Path, count: int = 9) -> None:
 
 
 def plot_tension(solution: Solution, path: str | Path) -> None:
-    """Both principal stresses of the tensioned film, the larger with its direction; wrinkled and slack parts hatched."""
+    """Draw both principal stresses of the tensioned film and the direction of the larger one.
+
+    Wrinkled and slack elements are hatched.
+    """
     film = _film(solution)
     corners = solution.shape[0][..., :2] * 1e3
     of_film = solution.layout.panel == 0
@@ -126,7 +129,7 @@ def plot_tension(solution: Solution, path: str | Path) -> None:
 
 
 def _ratio(corners: Floats) -> float:
-    """Height over width of what is drawn, within what still looks like something."""
+    """Height over width of the corner points, limited to 0.25 to 1.5."""
     width, height = np.ptp(corners.reshape(-1, 2), axis=0)
     return float(np.clip(height / width, 0.25, 1.5)) if width > 0.0 else 1.0
 
@@ -134,7 +137,7 @@ def _ratio(corners: Floats) -> float:
 def _map(
     ax: Axes, corners: Floats, values: Floats, colours: str, limits: tuple[float, float], solution: Solution
 ) -> PolyCollection:
-    """Elements seen from above in the colour of their value; the outlines of patches in black."""
+    """Draw elements from above, coloured by their value, with the outlines of patches in black."""
     drawn = PolyCollection(corners, array=values, cmap=colours, edgecolors="face", linewidths=0.2, antialiased=False)
     drawn.set_clim(*limits)
     ax.add_collection(drawn)
@@ -152,7 +155,7 @@ def _map(
 
 
 def _directions(ax: Axes, corners: Floats, direction: Floats) -> None:
-    """A short line along the larger principal stress in every element."""
+    """Draw a short line along the larger principal stress in every element."""
     middle = corners.mean(axis=1)
     size = 0.35 * np.sqrt(np.abs(_area(corners)))[:, None]
     ends = np.stack([middle - size * direction[:, :2], middle + size * direction[:, :2]], axis=1)

@@ -17,7 +17,7 @@ from PIL import Image
 
 from fsm.errors import CaseError
 from fsm.plots.animation import animate
-from fsm.plots.contact_map import HALF, plot_contact_map
+from fsm.plots.contact_map import HALF_HEIGHT, plot_contact_map
 from fsm.plots.energy import STACK, plot_energy
 from fsm.plots.figures import draw
 from fsm.plots.force import plot_force, plot_overlay
@@ -436,7 +436,7 @@ def test_energy(tmp_path: Path, figures: list[Figure]) -> None:
     run = strip_run()
     plot_energy(run, tmp_path / "energy.png")
     assert ink(tmp_path / "energy.png") > 0.1
-    assert labels(figures[0]) == ["travel (mm)", "energy since the start (mJ)", "balance error (nJ)"]
+    assert labels(figures[0]) == ["travel (mm)", "energy since the start (mJ)", "balance residual (nJ)"]
     written = words(figures[0])
     assert "panels" in written
     assert "kinetic" not in written  # it is zero throughout
@@ -477,7 +477,7 @@ def test_contact_map(tmp_path: Path, figures: list[Figure]) -> None:
     assert "3-4" in written
     assert "1-2" not in written  # never touches
     assert "contact from 13.0 mm" in written
-    assert "full height: 274 mm² touch" in written
+    assert "full height: contact area 274 mm²" in written
     (bands,) = (c for c in figures[0].axes[0].collections if c.get_array() is not None)
     touching = run.pair_force[:, 1] > 1e-9
     np.testing.assert_allclose(bands.get_array(), run.pair_force[touching, 1])
@@ -486,7 +486,7 @@ def test_contact_map(tmp_path: Path, figures: list[Figure]) -> None:
     np.testing.assert_allclose(left[1:], right[:-1])
     assert left[0] == pytest.approx(13.5)  # records are 1 mm apart, the first that touches is at 14 mm
     assert right[-1] == pytest.approx(150.0)
-    assert heights[-1] == pytest.approx(2 * HALF)
+    assert heights[-1] == pytest.approx(2 * HALF_HEIGHT)
     assert (np.diff(heights) > 0).all()
 
 
@@ -507,7 +507,7 @@ def test_contact_map_of_other_runs(tmp_path: Path, figures: list[Figure]) -> Non
     plot_contact_map(free, tmp_path / "contact.png")
     assert "full height" not in words(figures[1])
     (bands,) = (c for c in figures[1].axes[0].collections if c.get_array() is not None)
-    assert {round(float(np.ptp(path.vertices[:, 1])), 9) for path in bands.get_paths()} == {2 * HALF}
+    assert {round(float(np.ptp(path.vertices[:, 1])), 9) for path in bands.get_paths()} == {2 * HALF_HEIGHT}
     free.layout = Layout(pair_names=tuple(f"{k}-{k + 1}" for k in range(100)))
     free.pair_force = np.repeat(free.pair_force[:, 1:], 100, axis=1)
     free.pair_area = np.ones_like(free.pair_force)

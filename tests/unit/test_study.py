@@ -10,7 +10,7 @@ import pytest
 from matplotlib.image import imread
 
 from fsm.errors import CaseError
-from fsm.plots.study import changes, plot_study, varied
+from fsm.plots.study import plot_study, relative_changes, varied_column
 from fsm.scene.table import load_reference
 from fsm.table import format_comparison, format_table
 
@@ -25,18 +25,18 @@ ROWS: list[dict[str, Any]] = [
 
 
 def test_what_is_varied() -> None:
-    label, x = varied(ROWS, ["patch", "tension.pull"])
+    label, x = varied_column(ROWS, ["patch", "tension.pull"])
     assert label == "tension.pull (N)"
     assert x == [10.0, 12.5, 15.0, 20.0, None]
-    assert varied(ROWS, []) == ("", [0.0, 1.0, 2.0, 3.0, 4.0])
+    assert varied_column(ROWS, []) == ("", [0.0, 1.0, 2.0, 3.0, 4.0])
 
 
 def test_changes_count_from_the_first_row_of_the_reference() -> None:
     reference = {"12.5 N": {"frequency_hz": 10.0}, "15 N": {"frequency_hz": 20.58, "frequency_hz band": 2.5}}
-    found = changes(ROWS, reference, "frequency_hz")
+    found = relative_changes(ROWS, reference, "frequency_hz")
     assert found[0] is None and found[1] == pytest.approx((0.0, 0.0, 0.0))
     assert found[2] == pytest.approx((100 * (41 / 38 - 1), 100 * (1.2058 / 1.1 - 1), 2.5))
-    assert changes(ROWS, reference, "amplitude_center") == [None] * 5
+    assert relative_changes(ROWS, reference, "amplitude_center") == [None] * 5
 
 
 def test_the_references_of_the_case_are_whole_bins() -> None:
