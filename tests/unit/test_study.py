@@ -50,7 +50,7 @@ def test_the_references_of_the_case_are_whole_bins() -> None:
 def test_a_bad_reference(tmp_path: Path) -> None:
     (tmp_path / "t.csv").write_text("# reference = r.csv\ncase, title\na, b\n")
     (tmp_path / "r.csv").write_text("case, frequency_hz\na, much\n")
-    with pytest.raises(CaseError, match=r"r\.csv: row 2: .*percentages are plain numbers"):
+    with pytest.raises(CaseError, match=r"r\.csv: row 2: .*give percentages as plain numbers"):
         load_reference(tmp_path / "t.csv")
 
 
