@@ -61,6 +61,7 @@ def relaxed(
     tolerance: float = 1e-9,
     max_iterations: int = 300,
     renew: Callable[[np.ndarray], None] | None = None,
+    watched: bool = False,
 ) -> Relaxed:
     """A stable equilibrium near a configuration, at time t and at rest.
 
@@ -78,6 +79,8 @@ def relaxed(
     max_iterations : int
     renew : called with a configuration whose stiffness is not positive definite, before anything else is tried
         May change the forces there a little, so that it is; called once at a configuration.
+    watched : bool
+        Steps in which something passes through a face are not taken, and the system is told of every one that is.
 
     Raises
     ------
@@ -92,6 +95,7 @@ def relaxed(
     smallest = _SMALLEST * _fastest(linear.stiffness, inertia)
     mass = BlockMatrix(pattern, inertia)
     mu, negative, last, renewed = 0.0, 0, math.inf, False
+    rest = np.zeros(system.nu)
     for iteration in range(1, max_iterations + 1):
         if linear.stiffness.pattern is not pattern:  # contacts came near or went
             pattern = linear.stiffness.pattern
@@ -113,7 +117,7 @@ def relaxed(
         if mu == 0.0 and length <= tolerance:
             return Relaxed(system.retract(q, step), iteration, length)
         if mu == 0.0:
-            if length > _STALLED * last and _is_round_off(linear, q):
+            if length > _STALLED * last and _is_round_off(system, linear, q):
                 return Relaxed(q, iteration, length)
             last = length
         part = min(1.0, _LARGEST / length) if length else 1.0
@@ -130,13 +134,18 @@ def relaxed(
                 continue
             trial = corrected
             gained = promised
+        if watched:
+            if system.objection(t, trial, None, 1.0) is not None:
+                mu = max(_RAISED * mu, smallest)
+                continue
+            system.commit(t, trial, rest)
         if gained > _GOOD * promised:
             smallest = min(smallest, mu or smallest)
             mu = _LOWERED * mu if held_back > _LITTLE * work else 0.0
         q = trial
         linear, renewed = system.linearise(t, q, None), False
     left = float(np.abs(linear.force).max())
-    state = "converged" if _is_round_off(linear, q) else "not converged"
+    state = "converged" if _is_round_off(system, linear, q) else "not converged"
     pivots = f"the stiffness has {negative} negative pivot{'' if negative == 1 else 's'}"
     raise NotConverged(
         f"no stable equilibrium at t = {t:.6g} s after {max_iterations} iterations: {pivots}; residual {left:.3g} N "
@@ -173,10 +182,14 @@ def _corrected(
     return trial if gained > 0.0 else None
 
 
-def _is_round_off(linear: Linearised, q: np.ndarray) -> bool:
-    """Whether what is left of the forces is round-off of the stiffnesses times coordinates that it is the sum of."""
+def _is_round_off(system: System, linear: Linearised, q: np.ndarray) -> bool:
+    """Whether what is left of the forces is round-off of the stiffnesses times coordinates that it is the sum of.
+
+    Of bodies in space, whose quaternions are one number more, the span of the structure and a radian stand for coordinates.
+    """
     stiffness = linear.stiffness
-    at_work = BlockMatrix(stiffness.pattern, np.abs(stiffness.data)).times(np.abs(q))
+    coordinates = np.abs(q) if len(q) == system.nu else system.scales().span
+    at_work = BlockMatrix(stiffness.pattern, np.abs(stiffness.data)).times(coordinates)
     return bool(np.all(np.abs(linear.force) <= _ROUND_OFF * at_work))
 
 

@@ -11,12 +11,14 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
+from fsm.analyses.deploy import Deployment
 from fsm.cli import cli
 from fsm.errors import CaseError
 from fsm.results.solution import Solution
 from fsm.results.store import read_solution
 from fsm.run import run_case
-from fsm.scene.load_case import LoadedCase, load_case
+from fsm.scene.load_case import LoadedCase, load_case, read_case
+from fsm.solve.newton import negative_pivots
 
 LENGTH, WIDTH, THICKNESS, DENSITY, YOUNG, CREASE = 0.08, 0.04, 3e-4, 800.0, 3e9, 9e-3
 CASE = f"""
@@ -168,3 +170,27 @@ def test_summary_is_that_of_the_file(tmp_path: Path) -> None:
     summary, solution = solved(tmp_path, "solve.end_time=0.01")
     written = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert written["start"] == solution.summary["start"] == summary["start"]
+
+
+def test_a_limp_strip_sags_through_no_face_on_the_way_to_its_equilibrium() -> None:
+    """Ten panels of 34 um that weigh on each other; they passed through each other on the way, and the run was given up."""
+    described: dict[str, Any] = {
+        "gravity": [-1.62, 0, 0],
+        "strip": {
+            "length": 0.37, "width": 0.031, "thickness": 3.4e-5, "panels": 10, "fold_angle": math.radians(80),
+            "segments_per_panel": 12,
+        },
+        "material": {"young": 3.74e9, "poisson": 0.34, "density": 1400},
+        "crease": {"law": "linear", "stiffness": 1e-6},
+        "contact": {"stiffness": 1e9, "thickness_in_gap": False},
+        "drive": [{"crease": 5, "direction": [0, 0, 1], "speed": 0.002, "travel": 0.005}],
+    }  # fmt: skip
+    case, faults = read_case(described, Path())
+    assert case is not None, faults
+    deployment = Deployment(case, "", None)
+    system = deployment.system
+    _, q, _ = deployment.start([])
+    assert negative_pivots(system, 0.0, q) == 0
+    weight = 1400 * 0.37 * 0.031 * 3.4e-5 * 1.62
+    assert np.abs(system.force(0.0, q, None) / system.scales().of_forces).max() < 1e-6 * weight
+    assert system.observe(0.0, q, None).pairs.gap.min() > -1e-6

@@ -169,7 +169,8 @@ def _row(dice: Dice) -> tuple[Tables, float]:
         if dice.chance(0.5):
             bodies[-1] |= {"held": True}
     else:
-        bodies[-1] |= {"held": True}
+        if count > 2:  # of two masses, one driven and one held, nothing could move by itself
+            bodies[-1] |= {"held": True}
         travel = nice(0.1 * pitch)
         speed = nice(travel * frequency * dice.between(0.02, 0.5))
         tables["drive"] = [{"body": "m1", "direction": [-1, 0, 0], "speed": f"{speed:g} m/s", "travel": mm(travel)}]
