@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, cast
+from typing import NamedTuple, cast
 
 import numpy as np
 
-from fsm.blocks import BlockMatrix, BlockPattern
+from fsm.blocks import BlockMatrix
 from fsm.kernels.block_lu import multiply_blocks
-from fsm.solve.books import Books, TurnedOver
+from fsm.solve.books import Books
 from fsm.solve.generalized_alpha import GeneralizedAlpha
+from fsm.solve.in_air import InAir
 from fsm.solve.linear import LinearSolver
 from fsm.solve.newton import negative_pivots
-from fsm.system import Linearised, System
+from fsm.system import System
 
 __all__ = ["Calm", "move_until_calm", "slide"]
 
@@ -26,8 +27,6 @@ _TRIES = 4
 """How often a step is done again; what is lost still is numerical damping of what is too fast to be followed."""
 _RINGING = 500
 """Steps of a motion after which air takes from it what its own dampers do not."""
-_DECAY = 8.0
-"""Rate of that air times the time since the motion began: energies fall with this power of that time."""
 _RELAXATIONS = 3
 _RELAXATION_TIME = 1e-3
 """s"""
@@ -71,13 +70,13 @@ def move_until_calm(
         Newton iterations taken.
     """
     began, earliest = books.time, books.time + calm.wait
-    air: _InAir | None = None
+    air: InAir | None = None
     u = _relaxed(system, books.time, books.q, u)
     solver = GeneralizedAlpha(system, books.time, books.q, u, rtol, rho_inf=_RHO_INF)
     largest, iterations, tries, steps = 0.0, 0, 0, 0
     while books.time < until:
         if steps == _RINGING:
-            air = _InAir(system, began)
+            air = InAir(system, began)
             iterations += solver.iterations
             system = cast(System, air)
             solver = GeneralizedAlpha(system, books.time, books.q, books.u, rtol, rho_inf=_RHO_INF, max_step=solver.max_step)
@@ -86,7 +85,8 @@ def move_until_calm(
         seen = system.observe(solver.t, solver.q, solver.u)
         turned_over = books.turned_over_in_motion(solver.t, solver.q, seen)
         if air is not None:
-            turned_over = air.taken(before, (solver.t, solver.q), turned_over)
+            taken = air.taken(before[:2], (solver.t, solver.q))
+            turned_over = turned_over._replace(dissipated=turned_over.dissipated + taken)
         if books.loss(seen, turned_over) > _LOST and tries < _TRIES:
             tries, iterations = tries + 1, iterations + solver.iterations
             system.restore(memory)
@@ -108,48 +108,6 @@ def move_until_calm(
         if rests and books.time >= earliest:
             break
     return iterations + solver.iterations
-
-
-class _InAir:
-    """A system in air whose rate 1/s falls with the time since a motion began, c = `_DECAY`/(t - began).
-
-    At any time what swings faster than 1/c has died, and what is slower hardly feels it: no period needs to be known.
-    """
-
-    def __init__(self, system: System, began: float) -> None:
-        self.system, self.began = system, began
-        self._pattern: BlockPattern | None = None
-        self._inertia = np.zeros((0, 0, 0))
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self.system, name)
-
-    def _rate(self, t: float) -> float:
-        return _DECAY / (t - self.began)
-
-    def force(self, t: float, q: np.ndarray, u: np.ndarray | None) -> np.ndarray:
-        """See `System`."""
-        force = self.system.force(t, q, u)
-        return force if u is None else force - self._rate(t) * (self.system.mass(q) @ u)
-
-    def linearise(self, t: float, q: np.ndarray, u: np.ndarray | None) -> Linearised:
-        """See `System`."""
-        linear = self.system.linearise(t, q, u)
-        if u is None:
-            return linear
-        pattern = linear.damping.pattern
-        if pattern is not self._pattern:
-            self._pattern, self._inertia = pattern, self.system.inertia(q, pattern)
-        rate = self._rate(t)
-        damping = BlockMatrix(pattern, linear.damping.data + rate * self._inertia)
-        return Linearised(linear.force - rate * (self.system.mass(q) @ u), linear.stiffness, damping)
-
-    def taken(self, begin: tuple[float, np.ndarray, np.ndarray], end: tuple[float, np.ndarray], others: TurnedOver) -> TurnedOver:
-        """What a step turns over, with what the air takes at its mean velocity."""
-        step = end[0] - begin[0]
-        u = self.system.difference(begin[1], end[1]) / step
-        taken = self._rate(0.5 * (begin[0] + end[0])) * float(u @ (self.system.mass(end[1]) @ u)) * step
-        return others._replace(dissipated=others.dissipated + taken)
 
 
 def _relaxed(system: System, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:

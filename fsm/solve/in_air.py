@@ -1,0 +1,124 @@
+"""A system in air that thins out, in which every motion dies in a few of its own periods; what comes to rest in it."""
+
+from __future__ import annotations
+
+from typing import Any, cast
+
+import numpy as np
+
+from fsm.blocks import BlockMatrix, BlockPattern
+from fsm.errors import NotConverged
+from fsm.solve.generalized_alpha import GeneralizedAlpha
+from fsm.solve.status import StepFailed
+from fsm.system import Before, Linearised, Objection, System
+
+__all__ = ["InAir", "come_to_rest"]
+
+_DECAY = 8.0
+"""Rate of the air times the time since the motion began: energies fall with this power of that time."""
+_AT_FIRST = 1e-3
+"""Time before the start of a motion that its air counts from, over the time that it takes to move by its own size."""
+_RTOL, _STEPS = 1e-3, 5000
+_DEAD = 1e-8
+"""Kinetic energy over the largest of a motion, below which it has died."""
+
+
+class InAir:
+    """A system in air of rate c = 8/(t - began) 1/s: a force -c M u.
+
+    At any time what swings faster than c has died, and what is slower hardly feels it: no period needs to be known.
+
+    Parameters
+    ----------
+    system : System
+    began : s
+    stopped : s, or None
+        Time at which loads and drives stay, whatever the time is.
+    """
+
+    def __init__(self, system: System, began: float, stopped: float | None = None) -> None:
+        self.system, self.began, self.stopped = system, began, stopped
+        self._pattern: BlockPattern | None = None
+        self._inertia = np.zeros((0, 0, 0))
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.system, name)
+
+    def _at(self, t: float) -> float:
+        return t if self.stopped is None else self.stopped
+
+    def _rate(self, t: float) -> float:
+        return _DECAY / (t - self.began)
+
+    def break_times(self) -> list[float]:
+        """See `System`."""
+        return self.system.break_times() if self.stopped is None else []
+
+    def force(self, t: float, q: np.ndarray, u: np.ndarray | None) -> np.ndarray:
+        """See `System`."""
+        force = self.system.force(self._at(t), q, u)
+        return force if u is None else force - self._rate(t) * (self.system.mass(q) @ u)
+
+    def linearise(self, t: float, q: np.ndarray, u: np.ndarray | None) -> Linearised:
+        """See `System`."""
+        linear = self.system.linearise(self._at(t), q, u)
+        if u is None:
+            return linear
+        pattern = linear.damping.pattern
+        if pattern is not self._pattern:
+            self._pattern, self._inertia = pattern, self.system.inertia(q, pattern)
+        rate = self._rate(t)
+        damping = BlockMatrix(pattern, linear.damping.data + rate * self._inertia)
+        return Linearised(linear.force - rate * (self.system.mass(q) @ u), linear.stiffness, damping)
+
+    def commit(self, t: float, q: np.ndarray, u: np.ndarray) -> None:
+        """See `System`."""
+        self.system.commit(self._at(t), q, u)
+
+    def objection(self, t: float, q: np.ndarray, u: np.ndarray | None, step: float) -> Objection | None:
+        """See `System`."""
+        return self.system.objection(self._at(t), q, u, step)
+
+    def longest_step(self, t: float, q: np.ndarray, u: np.ndarray) -> float:
+        """See `System`."""
+        return self.system.longest_step(self._at(t), q, u)
+
+    def taken(self, begin: Before, end: Before) -> float:
+        """Energy that the air takes in a step, J, at its mean velocity."""
+        step = end[0] - begin[0]
+        u = self.system.difference(begin[1], end[1]) / step
+        return self._rate(0.5 * (begin[0] + end[0])) * float(u @ (self.system.mass(end[1]) @ u)) * step
+
+
+def come_to_rest(system: System, t: float, q: np.ndarray) -> np.ndarray:
+    """Configuration to which a motion comes that begins at rest, with loads and drives as they are at time t.
+
+    As an equilibrium it is rough: friction may hold it a little off, and dampers that are slow.
+
+    Raises
+    ------
+    NotConverged
+        The motion does not come to rest.
+    """
+    u = np.zeros(system.nu)
+    mass = system.mass(q)
+    pace = float(np.abs(_accelerated(system, t, q) / system.scales().span).max(initial=0.0)) ** 0.5
+    if pace == 0.0:
+        return q
+    air = InAir(system, -_AT_FIRST / pace, t)
+    solver = GeneralizedAlpha(cast(System, air), 0.0, q, u, _RTOL, rho_inf=0.0)
+    largest, until = 0.0, 1e6 / pace
+    try:
+        for _ in range(_STEPS):
+            solver.step(until)
+            kinetic = float(solver.u @ (mass @ solver.u))
+            largest = max(largest, kinetic)
+            if kinetic < _DEAD * largest:
+                return solver.q
+    except StepFailed as error:
+        raise NotConverged(f"the motion to it fails: {error.reason or error.outcome.value}") from None
+    raise NotConverged(f"the motion to it does not come to rest in {_STEPS} steps")
+
+
+def _accelerated(system: System, t: float, q: np.ndarray) -> np.ndarray:
+    return system.acceleration(t, q, np.zeros(system.nu))
