@@ -1,4 +1,4 @@
-"""What a vibration is made of and what is left out of it, in plain words, without compiling it (`fsm check`)."""
+"""Report of `fsm check` for a vibration: the model, the parts left out, and the approximations; nothing is compiled."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ __all__ = ["MINAMI", "describe_film"]
 
 _LABEL = 14
 MINAMI = 0.68
-"""Height of the air that moves along, over the length of the film; `fsm.ancf.air` says where it is from."""
+"""Height of the air of the added mass, over the length of the film; the source is in `fsm.ancf.air`."""
 
 
 def describe_film(case: Case) -> list[str]:
-    """What is computed, what is left out and why, and the approximations that apply, a line each."""
+    """Lines of the report: the model, the parts left out with the reason, and the approximations."""
     lines = []
     for label, section in _DEPLOYED if case.stages else _SECTIONS:
         for text in section(case):
@@ -58,8 +58,8 @@ def _mesh(case: Case) -> Iterator[str]:
     placed = place_patches(case.membrane, dict(enumerate(case.patch)))
     lines = mesh_lines(case.membrane, placed)
     columns, rows = len(lines.x) - 1, len(lines.y) - 1
-    asked = case.membrane.mesh
-    added = "" if (columns, rows) == asked else f" ({asked[0]} x {asked[1]} asked for; lines added at the patch edges)"
+    given = case.membrane.mesh
+    added = "" if (columns, rows) == given else f" ({given[0]} x {given[1]} by mesh, and lines at the edges of patches)"
     sides = [b - a for along in (lines.x, lines.y) for a, b in pairwise(along)]
     yield f"{columns} x {rows} ANCF elements of {_mm(min(sides))} to {_mm(max(sides))}{added}"
     cables = sum(4 * cable.elements for cable in case.cable if isinstance(cable, CornerCable))
@@ -84,33 +84,36 @@ def _patches(case: Case) -> Iterator[str]:
 
 def _cables(case: Case) -> Iterator[str]:
     for cable in case.cable:
-        kind = f"from each corner outwards, {_mm(cable.length)}" if isinstance(cable, CornerCable) else "along the edges"
+        if isinstance(cable, CornerCable):
+            kind, joined = f"from each corner outwards, {_mm(cable.length)} long", "joined to the film by position only"
+        else:
+            kind, joined = "along the edges", "joined to the film by position and slope"
         made = f"diameter {_mm(cable.diameter)}, E {1e-9 * cable.young:.4g} GPa, {cable.density:g} kg/m^3"
-        yield f"{kind}, {made}; positions are shared with the film, slopes are not"
+        yield f"{kind}, {made}; {joined}"
 
 
 def _support(case: Case) -> Iterator[str]:
     if not case.support:
         tips = any(isinstance(cable, CornerCable) for cable in case.cable)
         pulled = case.tension is not None and case.tension.pull is not None
-        yield ("outer ends of the cables" if tips else "corners" if pulled else "all edges") + ", as no [[support]] is given"
+        yield ("outer ends of the cables" if tips else "corners" if pulled else "all edges") + " (default support)"
     for support in case.support:
         where = "" if support.position is None else f" ({1e3 * support.position[0]:g}, {1e3 * support.position[1]:g}) mm"
-        yield f"{support.at}{where}, {', '.join(support.fixed)}" + (", slopes too" if support.clamped else "")
+        yield f"{support.at}{where}, {', '.join(support.fixed)}" + (", with slopes" if support.clamped else "")
 
 
 def _tension(case: Case) -> Iterator[str]:
     tension = case.tension
     assert tension is not None
     if tension.pull is not None:
-        yield f"{tension.pull:g} N at every corner, outwards along its diagonal; then held there"
+        yield f"{tension.pull:g} N at every corner, outwards along the diagonal; the supports then keep this state"
     else:
         strain = tension.strain if isinstance(tension.strain, tuple) else (tension.strain, tension.strain)
-        yield f"edges drawn apart by the strains {strain[0]:g}, {strain[1]:g}; then held there"
+        yield f"edges moved outwards by the strains {strain[0]:g}, {strain[1]:g}; the supports then keep this state"
     yield {
-        "plain": "the film carries compression: where it would wrinkle, the case is refused",
-        "tension-field": "tension field: no compression; wrinkled and slack parts carry what wrinkles do on average",
-        "wrinkles": "wrinkles are resolved by the mesh, from waves in the film at the start",
+        "plain": "plain film: it carries compression; if it is unstable to wrinkles, the run refuses the case",
+        "tension-field": "tension field: the film carries no compression; stresses are averages over wrinkles",
+        "wrinkles": "wrinkles: resolved by the mesh, starting from an initial imperfection",
     }[tension.film]
 
 
@@ -120,8 +123,8 @@ def _air(case: Case) -> Iterator[str]:
     mass = MINAMI * case.air.density * (case.air.length or case.membrane.length)
     ratio = mass / _areal(case)
     yield (
-        f"{mass:.4g} kg/m^2 on the normal motion, {ratio:.3g} times the film's own (Minami): bare film vibrates "
-        f"{(1.0 + ratio) ** -0.5:.3g} times as fast as in vacuum"
+        f"added mass {mass:.4g} kg/m^2 for the normal motion, {ratio:.3g} times that of the film (Minami); the frequency "
+        f"of a film without patches is {(1.0 + ratio) ** -0.5:.3g} times that in vacuum"
     )
 
 
@@ -131,7 +134,7 @@ def _damping(case: Case) -> Iterator[str]:
     if case.damping.material:
         yield f"Kelvin-Voigt, {case.damping.material:g} s, in film, patches and cables"
     if case.damping.air:
-        yield f"{case.damping.air:g} 1/s of the moving mass: amplitudes fall as exp(-{0.5 * case.damping.air:g} t)"
+        yield f"air: {case.damping.air:g} 1/s x mass x velocity; amplitudes decay as exp(-{0.5 * case.damping.air:g} t)"
 
 
 def _impact(case: Case) -> Iterator[str]:
@@ -140,42 +143,42 @@ def _impact(case: Case) -> Iterator[str]:
         return
     at = f"at ({1e3 * impact.point[0]:g}, {1e3 * impact.point[1]:g}) mm, normal to the film"
     if isinstance(impact, Measured):
-        yield f"measured pulse, {len(impact.time)} points until {impact.time[-1]:g} s, {at}"
+        yield f"measured pulse, {len(impact.time)} points up to {impact.time[-1]:g} s, {at}"
     else:
         yield f"{impact.pulse} of {impact.force:g} N for {1e3 * impact.duration:g} ms {at}"
 
 
 def _computed(case: Case) -> Iterator[str]:
     vibration = case.vibration or Vibration()
-    yield f"the tensioned state, and {_count(vibration.modes, 'natural mode')} about it"
+    yield f"tensioned state, and {_count(vibration.modes, 'natural mode')} about it"
     if case.impact is not None:
-        yield f"{vibration.duration:g} s after the impact; spectral lines {1.0 / vibration.duration:.3g} Hz apart or more"
+        yield f"{vibration.duration:g} s of vibration; resolution of spectra {1.0 / vibration.duration:.3g} Hz or coarser"
         names = {"center": None, **({"patch": None} if case.patch else {}), **vibration.probes}
         yield f"probes: {', '.join(names)}"
 
 
 def _left_out(case: Case) -> Iterator[str]:
     if case.impact is None:
-        yield "impact: no [impact]; nothing moves, and no frequency is measured"
+        yield "impact: no [impact]; only the tensioned state and its modes are computed"
     if case.air is None:
-        yield "air: no [air]; as in vacuum"
+        yield "air: no [air]; the film vibrates in vacuum"
     if case.damping is None or not (case.damping.material or case.damping.air):
-        yield "damping: none; vibrations do not die away"
+        yield "damping: none; vibrations do not decay"
     if not any(case.gravity):
-        yield "gravity: none given"
+        yield "gravity: not given"
 
 
 def _approximations(case: Case) -> Iterator[str]:
     yield "thin film: no shear across the thickness; slopes across element edges are not continuous (ACM rectangle)"
     if case.air is not None:
-        yield "air: an added mass, the same for all modes; true for the lowest ones"
+        yield "air: the same added mass for all modes, which is valid for the lowest modes"
     if case.tension is not None and case.tension.film == "tension-field":
-        yield "wrinkles themselves are not seen, nor that they stiffen the film across them"
+        yield "tension field: single wrinkles, and their bending stiffness, are not modelled"
 
 
 def _from_deployed(case: Case) -> Iterator[str]:
-    yield "the strip as it is at the end of the travel: its shape, its thickness, creases as lines with a spring"
-    yield "what held and drew the strip holds the film"
+    yield "the strip at the end of the travel: its shape and thickness, with creases as lines with springs"
+    yield "the supports and drives of the strip are the supports of the film"
 
 
 _Section = tuple[str, Callable[[Case], Iterator[str]]]

@@ -1,4 +1,4 @@
-"""What a scissor array is made of and what is left out of it, in plain words (`fsm check`)."""
+"""Report of `fsm check` for a scissor array: the model and its approximations."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _ELEMENTS = {
 
 
 def describe_array(case: Case) -> list[str]:
-    """What is computed, what is left out and why, and the approximations that apply, a line each."""
+    """Lines of the report: the model and the approximations."""
     sections = {
         "case": _title, "array": _array, "bars": _bars, "mesh": _mesh, "hold": _hold, "force": _force, "hinges": _hinges,
         "stop": _stop, "solve": _solve, "approximate": _approximations,
@@ -54,17 +54,18 @@ def _array(case: Case) -> Iterator[str]:
     array = array_at(scissor, scissor.initial_angle)
     xs, ys = ([at[axis] for at in array.points.values()] for axis in (0, 1))
     yield f"{scissor.units} units {kind}, {len(array.bars)} bars at {_degrees(scissor.initial_angle)}"
-    yield f"{_mm(max(xs) - min(xs))} x {_mm(max(ys) - min(ys))} at the start; points a1 ... , b1 ... , hinges h1 ..."
+    yield f"size at the start {_mm(max(xs) - min(xs))} x {_mm(max(ys) - min(ys))}; points a1 ..., b1 ..., hinges h1 ..."
 
 
 def _bars(case: Case) -> Iterator[str]:
     scissor, bar, material = case.scissor, case.bar, case.material
     assert scissor is not None and bar is not None and material is not None
     mass = material.density * bar.width * bar.height * scissor.bar_length
-    yield f"{_mm(scissor.bar_length)}, {_mm(bar.width)} across the plane x {_mm(bar.height)} in it, {mass:.4g} kg each"
+    size = f"{_mm(bar.width)} wide, {_mm(bar.height)} high in the plane"
+    yield f"{_mm(scissor.bar_length)} long, {size}, {mass:.4g} kg each"
     yield f"E {1e-9 * material.young:.4g} GPa, Poisson's ratio {material.poisson:g}, {material.density:g} kg/m^3"
     if scissor.shape != "linear":
-        bent = "bent there by 2 pi/units" if scissor.shape == "ring" else "straight"
+        bent = "with a kink of 2 pi/units at the hinge" if scissor.shape == "ring" else "straight"
         yield f"hinge at {scissor.hinge:g} of the length, {bent}"
 
 
@@ -72,17 +73,17 @@ def _mesh(case: Case) -> Iterator[str]:
     scissor = case.scissor
     assert scissor is not None
     if scissor.rigid:
-        yield "rigid bars: a body each, held together at hinges by springs of 1e10 N/m"
+        yield "rigid bars: one body for each bar, joined at hinges by springs of 1e10 N/m"
         return
-    yield f"{scissor.elements_per_bar} elements a bar: {_ELEMENTS[scissor.element]}"
-    yield "bars share positions at their points, and nothing else: no constraints"
+    yield f"{scissor.elements_per_bar} elements per bar: {_ELEMENTS[scissor.element]}"
+    yield "joined bars share their position and not their slope, without constraint equations"
 
 
 def _hold(case: Case) -> Iterator[str]:
     assert case.scissor is not None
     for hold in case.hold or default_holds(case.scissor):
         along = "" if hold.direction is None else f" along [{hold.direction[0]:g}, {hold.direction[1]:g}]"
-        yield f"{hold.point} {hold.kind}{along}" + ("" if case.hold else ", as no [[hold]] is given")
+        yield f"{hold.point} {hold.kind}{along}" + ("" if case.hold else " (default support)")
 
 
 def _force(case: Case) -> Iterator[str]:
@@ -90,9 +91,9 @@ def _force(case: Case) -> Iterator[str]:
         if force.force is not None:
             size = f"[{force.force[0]:g}, {force.force[1]:g}] N"
         else:
-            size = f"{force.radial:g} N from the centre"
-        how = ", at once" if isinstance(force.time, Constant) else ", changing with time"
-        yield f"{size} at {force.point}{how}"
+            size = f"{force.radial:g} N radially outwards"
+        how = "constant from the start" if isinstance(force.time, Constant) else "a function of time"
+        yield f"{size} at {force.point}, {how}"
     if any(case.gravity):
         yield f"gravity [{case.gravity[0]:g}, {case.gravity[1]:g}] m/s^2"
 
@@ -107,7 +108,7 @@ def _hinges(case: Case) -> Iterator[str]:
         f"dry friction {hinge.friction_moment:g} N m"
     )
     if hinge.stiffness:
-        yield f"springs are at rest when the bars have turned by {_degrees(hinge.rest_turn)}"
+        yield f"the moment of springs is zero after a rotation of {_degrees(hinge.rest_turn)}"
 
 
 def _stop(case: Case) -> Iterator[str]:
@@ -115,9 +116,9 @@ def _stop(case: Case) -> Iterator[str]:
     if stop is None:
         yield "none: no [stop]"
         return
-    yield f"at {_degrees(stop.angle)} of the bars, {stop.stiffness:g} N m/rad^1.5, damping {1e3 * stop.damping:g} ms"
+    yield f"at a bar angle of {_degrees(stop.angle)}, {stop.stiffness:g} N m/rad^1.5, damping {stop.damping:g} s/rad"
     if stop.latch:
-        yield "with a latch: middle hinges that have reached it are held there from both sides, for good"
+        yield "with a latch: a middle hinge that has reached the stop is held there in both directions"
 
 
 def _solve(case: Case) -> Iterator[str]:
@@ -125,31 +126,31 @@ def _solve(case: Case) -> Iterator[str]:
     method: str = case.solve.method
     if method == "auto":
         method = "Radau-blocks (rigid bars on stiff hinges)" if case.scissor.rigid else "generalized-alpha"
-    yield f"{method}{_steps(case)}, until {case.solve.end_time:g} s"
+    yield f"{method}{_steps(case)}, end time {case.solve.end_time:g} s"
     if not case.scissor.rigid and case.stop is None and (case.hinge is None or case.hinge.friction_moment == 0.0):
-        yield "the same with rigid bars is run along with it, for comparison"
+        yield "the same array with rigid bars is also solved, for comparison"
 
 
 def _steps(case: Case) -> str:
-    """What becomes of `solve.step`: only the stepwise methods take it."""
+    """Text on `solve.step`, which only methods with fixed steps use."""
     solve, scissor = case.solve, case.scissor
     assert scissor is not None
     if solve.step is None:
         return ""
     if solve.method in ("generalized-alpha", "newmark") or (solve.method == "auto" and not scissor.rigid):
         return f", steps of {1e3 * solve.step:g} ms"
-    return ", steps by its own error control: solve.step is not used"
+    return ", steps by error control (solve.step is not used)"
 
 
 def _approximations(case: Case) -> Iterator[str]:
     assert case.scissor is not None
-    yield "bars do not touch each other; the array stays in its plane"
+    yield "bars have no contact with each other; the motion is planar"
     if case.scissor.rigid:
         return
     if case.hinge is not None and case.hinge.friction_moment > 0.0:
-        yield f"dry friction creeps below {case.hinge.friction_speed:g} rad/s"
+        yield f"regularised dry friction creeps below {case.hinge.friction_speed:g} rad/s"
     if case.stop is not None and case.stop.latch:
-        yield "latches close at the ends of steps: up to a step late"
+        yield "a latch closes at the end of a step, so up to one step late"
     if any(isinstance(force.time, Constant) for force in case.force):
-        yield "a force that is there at once excites all frequencies the mesh has: accelerations depend on mesh and rho_inf"
-    yield "bars bent far: 1e-3 with 8 elements a bar, order 5; small bending is exact (docs/scissor.md)"
+        yield "a force with a jump excites all frequencies of the mesh: accelerations depend on the mesh and on rho_inf"
+    yield "error of strongly bent bars: 1e-3 with 8 elements per bar, order 5; small bending is exact (docs/scissor.md)"

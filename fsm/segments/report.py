@@ -1,4 +1,4 @@
-"""What a case is made of and what is left out of it, in plain words, without compiling it (`fsm check`)."""
+"""Report of `fsm check` for a deployment: the model, the parts left out, and the approximations; nothing is compiled."""
 
 from __future__ import annotations
 
@@ -42,13 +42,13 @@ _LABEL = 14
 
 
 def describe(case: Case, source: str = "") -> list[str]:
-    """What is computed, what is left out and why, and the approximations that apply, a line each.
+    """Lines of the report: the model, the parts left out with the reason, and the approximations.
 
     Parameters
     ----------
     case : Case
     source : str
-        Name of the case file, for the faults.
+        Name of the case file, for messages.
 
     Raises
     ------
@@ -85,7 +85,7 @@ def _overlaps(case: Case, scene: Scene) -> Iterator[Fault]:
 
 def _endless(case: Case, scene: Scene) -> Iterator[Fault]:
     if case.solve.end_time is None and not scene.drives:
-        yield Fault("solve.end_time", "missing, and there is no drive either: nothing says when to stop")
+        yield Fault("solve.end_time", "missing, and there is no drive either, so the run has no end; give one of them")
 
 
 # sections ---------------------------------------------------------------------------------------------------
@@ -98,18 +98,18 @@ def _title(view: View) -> Iterator[str]:
 
 def _dimension(view: View) -> Iterator[str]:
     if not view.spatial:
-        yield "planar: everything lies and moves in the plane y = 0"
+        yield "planar: all bodies move in the plane y = 0"
     elif view.reasons:
         yield f"spatial: {'; '.join(view.reasons)}"
     else:
-        yield "spatial: asked for, though everything lies in the plane y = 0"
+        yield "spatial: set by solve.spatial, although all bodies are in the plane y = 0"
 
 
 def _bodies(view: View) -> Iterator[str]:
     held = sum(body.held for body in view.scene.bodies)
     yield f"{len(view.free)} free, {held} held, {sum(len(drive.moved) for drive in view.scene.drives)} driven"
     each = 6 if view.spatial else 3
-    yield f"{each * len(view.free)} degrees of freedom, {each} a free body"
+    yield f"{each * len(view.free)} degrees of freedom, {each} for each free body"
 
 
 def _joints(view: View) -> Iterator[str]:
@@ -119,20 +119,20 @@ def _joints(view: View) -> Iterator[str]:
     if kinds["joint"]:
         yield f"{count(kinds['joint'], 'joint')}, linear springs"
     if kinds["drive"]:
-        yield f"{count(kinds['drive'], 'half joint')} from the pulled crease line to the segments beside it"
+        yield f"{count(kinds['drive'], 'half joint')} between the driven crease line and its neighbouring segments"
     creases = [element for element in view.elements if element.kind == "crease" or element.crease is not None]
     tabulated = [element for element in creases if element.crease is not None]
     if len(creases) > len(tabulated):
         ligaments = sum(element.frame == "chord" for element in creases)
         linear = len(creases) - len(tabulated) - ligaments
         if ligaments:
-            yield f"{count(ligaments, 'hinge')} of a length, measured along and across its chord, linear"
+            yield f"{count(ligaments, 'hinge')} with length, linear springs along and across the hinge"
         if linear:
             yield f"{count(linear, 'crease')}, linear"
     if tabulated:
         yield f"{count(len(tabulated), 'crease')}, tabulated: {_curve(tabulated[0])}"
     if not view.elements:
-        yield "none: the bodies move freely"
+        yield "none: bodies move freely"
 
 
 def _curve(element: ForceElement) -> str:
@@ -141,26 +141,26 @@ def _curve(element: ForceElement) -> str:
         return "linear law"
     kind = "cubic spline" if crease.interpolation == "cubic" else "monotone (PCHIP) curve"
     first, last = math.degrees(crease.angle[0]), math.degrees(crease.angle[-1])
-    back = "; unloading differs, what lies between is dissipated" if crease.unloading is not None else ""
-    return f"{kind} through {len(crease.angle)} points from {first:.4g} to {last:.4g} deg, straight outside{back}"
+    back = "; with hysteresis, by a second curve for unloading" if crease.unloading is not None else ""
+    return f"{kind} through {len(crease.angle)} points from {first:.4g} to {last:.4g} deg, linear outside{back}"
 
 
 def _half_cell(view: View) -> Iterator[str]:
     strip = view.case.strip
     if strip is None:
         corrected = sum(element.crease_flexibility > 0 for element in view.elements)
-        yield f"in {count(corrected, 'crease')}, as the scene gives it" if corrected else "none in the scene"
+        yield f"in {count(corrected, 'crease')}, by crease_flexibility" if corrected else "none in the scene"
     elif strip.half_cell:
-        yield "on: the half segments next to a crease bend too, in series with it"
+        yield "on: the half segments beside a crease are flexible, in series with the crease"
     else:
-        yield "off: the half segments next to a crease are rigid, which makes the strip too stiff"
+        yield "off: the half segments beside a crease are rigid, so the strip is too stiff"
 
 
 def _damping(view: View) -> Iterator[str]:
     material = view.case.material
     if view.case.strip is not None and material is not None:
         beta = strip_damping(view.case, view.scene)
-        yield f"every spring c = {1e3 * beta:.4g} ms x k (Kelvin-Voigt)" if beta else "none in the springs"
+        yield f"c = {1e3 * beta:.4g} ms x k for every spring (Kelvin-Voigt)" if beta else "none in the springs"
     else:
         damped = sum(any(e.translation_damping) or any(e.rotation_damping) for e in view.elements)
         yield f"in {damped} of {count(len(view.elements), 'force element')}"
@@ -170,12 +170,12 @@ def _drives(view: View) -> Iterator[str]:
     for drive, motion in zip(view.scene.drives, view.motions, strict=True):
         along = ", ".join(f"{x:.4g}" for x in motion.direction)
         yield (
-            f"{' + '.join(drive.moved)} pulled along ({along}) at {millimetres(drive.speed)}/s: "
-            f"run-up {millimetres(motion.run_up)}, travel {millimetres(drive.travel)}, {motion.end_time:.4g} s"
+            f"{' + '.join(drive.moved)} moves along ({along}) at {millimetres(drive.speed)}/s: "
+            f"run-up {millimetres(motion.run_up)}, travel {millimetres(drive.travel)}, duration {motion.end_time:.4g} s"
         )
         if view.case.strip is not None:
-            guided = "guided: the line moves along the pull only and does not turn"
-            yield guided if drive.guide else "unguided: the line is free across the pull"
+            guided = "guided: the crease line cannot move in other directions, and cannot rotate"
+            yield guided if drive.guide else "not guided: the crease line can move in other directions, and rotate"
 
 
 def _loads(view: View) -> Iterator[str]:
@@ -189,12 +189,12 @@ def _loads(view: View) -> Iterator[str]:
 
 def _start(view: View) -> Iterator[str]:
     start, reason = start_of(view.case, view.scene)
-    said = {"as-folded": "as folded, at rest", "equilibrium": "in equilibrium, at rest"}[start]
+    state = {"as-folded": "as folded, at rest", "equilibrium": "in equilibrium, at rest"}[start]
     if view.case.strip is None and start == "as-folded":
-        said = "as given"
+        state = "as given"
     loads = view.scene.loads or any(view.scene.gravity)
     with_loads = ", with gravity and the loads at time zero" if start == "equilibrium" and loads else ""
-    yield f"{said}{with_loads} ({reason})"
+    yield f"{state}{with_loads} ({reason})"
     if view.case.release is not None:
         yield f"held until {view.case.release.hold_time:.4g} s, then released"
 
@@ -203,11 +203,11 @@ def _method(view: View) -> Iterator[str]:
     solve = view.case.solve
     name, reason = automatic_method(view.scene, bool(view.case.stages))
     if solve.method == "auto":
-        yield f"{name}, chosen by auto: {reason}"
+        yield f"{name}, selected by auto: {reason}"
     else:
-        yield f"{solve.method}, asked for"
-    yield f"rtol {solve.rtol:g}, to {view.end:.4g} s"
-    yield f"stops when the energy balance is off by {100 * solve.energy_abort:g} %"
+        yield f"{solve.method}, set by solve.method"
+    yield f"rtol {solve.rtol:g}, end time {view.end:.4g} s"
+    yield f"the run stops if the energy balance residual exceeds {100 * solve.energy_abort:g} % of the energy turned over"
 
 
 def _saved(view: View) -> Iterator[str]:
@@ -215,12 +215,12 @@ def _saved(view: View) -> Iterator[str]:
     motion = view.motions[0] if view.motions else None
     records = len(save_times(view.case, motion, view.end))
     if save.every is not None and motion is not None:
-        what = f"one every {millimetres(save.every)} of travel"
+        spacing = f"one every {millimetres(save.every)} of travel"
     elif save.interval is not None:
-        what = f"one every {save.interval:.4g} s"
+        spacing = f"one every {save.interval:.4g} s"
     else:
-        what = "evenly over the travel" if motion else "evenly over the time"
-    yield f"{records} records, {what}"
+        spacing = "at equal intervals of travel" if motion else "at equal intervals of time"
+    yield f"{records} records, {spacing}"
 
 
 def _left_out(view: View) -> Iterator[str]:
@@ -228,11 +228,11 @@ def _left_out(view: View) -> Iterator[str]:
     if scene.contact is None:
         yield "contact: no [contact]; panels pass through each other"
     elif not view.pairs:
-        yield "contact: [contact] is there, but no two sides of its pairs can meet"
+        yield "contact: [contact] has no pair with a moving side"
     elif scene.friction is None:
-        yield "friction: no [friction]; faces slide freely"
+        yield "friction: no [friction]; faces slide without friction"
     if not any(element.crease is not None for element in view.elements):
-        yield "crease curves: no crease is tabulated"
+        yield "tabulated creases: none in this case"
     held = sum(body.held for body in scene.bodies)
     if held:
         yield f"degrees of freedom of {count(held, 'held body', 'held bodies')}"
@@ -240,11 +240,11 @@ def _left_out(view: View) -> Iterator[str]:
     if idle:
         yield f"{count(idle, 'force element')} without stiffness"
     if not any(scene.gravity):
-        yield "gravity: none given"
+        yield "gravity: not given"
     if not view.spatial:
-        yield "motion out of the plane: nothing pushes that way; --spatial lets it move there"
+        yield "motion out of the plane: no load acts in this direction; --spatial includes it"
         if view.case.strip is not None and scene.drives:
-            yield "sway of the crease line: it is guided; guide = false sets it free, in space"
+            yield "transverse motion of the driven crease line: it is guided; guide = false includes it, in space"
 
 
 def _approximations(view: View) -> Iterator[str]:
@@ -255,9 +255,9 @@ def _approximations(view: View) -> Iterator[str]:
         yield approximations_of_friction(view)
     yield from _of_damping(view)
     if view.scene.drives and view.method == "static":
-        yield "inertia is dropped but at snaps, where the motion is solved with it until it has died"
+        yield "inertia is neglected, except in a snap-through, which is solved as a motion until it comes to rest"
     elif view.scene.drives:
-        yield "the pull is slow but dynamic: halve the speed to check that the force stays"
+        yield "the force includes inertia: halve the speed, and check that the force does not change"
 
 
 def _of_damping(view: View) -> Iterator[str]:
@@ -266,10 +266,10 @@ def _of_damping(view: View) -> Iterator[str]:
     beta = strip_damping(view.case, view.scene)
     if not beta:
         return
-    yield "damping is Kelvin-Voigt, c = beta k, not measured: halve material.damping to see its part"
+    yield "damping is Kelvin-Voigt damping, c = beta k, not a measured value: halve material.damping to see its effect"
     if view.scene.drives and view.method == "static":
         delay = beta * max(drive.speed for drive in view.scene.drives)
-        yield f"dampers delay the force by beta v, {millimetres(delay)} of travel, which is seen where it rises steeply"
+        yield f"dampers delay the force by beta v = {millimetres(delay)} of travel, visible where the force rises steeply"
 
 
 def _of_segments(view: View) -> Iterator[str]:
@@ -277,11 +277,11 @@ def _of_segments(view: View) -> Iterator[str]:
     if strip is None or strip.segments_per_panel == 1 or not view.segment:
         return
     length = f"segments of {millimetres(view.segment)}"
-    trial = "the trial strip's peak force is off by"
+    trial = "for the peak of the trial strip"
     if strip.half_cell:
-        yield f"{length}: error O(l^2); {trial} 3.4, 0.7, 0.13 % with 10, 20, 40 a panel"
+        yield f"{length}: error O(l^2), {trial} 3.4, 0.7, 0.13 % with 10, 20, 40 per panel"
     else:
-        yield f"{length}: error O(l) without the half cell; {trial} 4, 2.4, 1.3 % with 10, 20, 40 a panel"
+        yield f"{length}: error O(l) without the half cell, {trial} 4, 2.4, 1.3 % with 10, 20, 40 per panel"
 
 
 def _warnings(view: View) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""The numbers of a case that `fsm check` says with their units, so that a slip shows."""
+"""Report of `fsm check` on the numbers of a case with their units, so that the user can find wrong values."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from fsm.segments.report_view import View, millimetres, triple
 __all__ = ["body_lines", "crease_lines", "element_lines", "lattice_lines", "material_lines", "strip_lines"]
 
 _LISTED = 8
-"""Bodies and elements of a scene that are listed one by one, at most."""
+"""Largest number of bodies or elements of a scene with a line each."""
 
 
 def strip_lines(view: View) -> Iterator[str]:
-    """Size, panels, fold angle and mass."""
+    """Lines on size, panels, fold angle and mass."""
     strip, material = view.case.strip, view.case.material
     if strip is None or material is None:
         return
@@ -29,7 +29,7 @@ def strip_lines(view: View) -> Iterator[str]:
 
 
 def material_lines(view: View) -> Iterator[str]:
-    """Elastic constants, density, and the bending stiffness that follows."""
+    """Lines on elastic constants, density and bending stiffness."""
     strip, material = view.case.strip, view.case.material
     if strip is None or material is None:
         return
@@ -40,33 +40,33 @@ def material_lines(view: View) -> Iterator[str]:
 
 
 def crease_lines(view: View) -> Iterator[str]:
-    """Stiffness of a crease, also against that of a panel, and its rest angle."""
+    """Lines on the stiffness of a crease, its ratio to that of a panel, and its rest angle."""
     strip, material, crease = view.case.strip, view.case.material, view.case.crease
     if strip is None or material is None or crease is None:
         return
     folded = 2.0 * strip.fold_angle
     stiffness = _stiffness(crease)
     ratio = stiffness * strip.length / strip.panels / bending_stiffness(strip, material)
-    rest = "as folded" if crease.rest_angle is None else f"folded at {_degrees(folded)}"
+    rest = "as folded" if crease.rest_angle is None else f"folded to {_degrees(folded)}"
     angle = _degrees(folded if crease.rest_angle is None else crease.rest_angle)
-    zero = "free of moment" if isinstance(crease, LinearCrease) else "zero of the data"
+    zero = "no moment" if isinstance(crease, LinearCrease) else "zero of the data"
     yield f"{_law(crease)}, {ratio:.3g} EI per panel length; {zero} at {angle} from flat ({rest})"
 
 
 def lattice_lines(view: View) -> Iterator[str]:
-    """Squares, hinges and density of a lattice."""
+    """Lines on squares, hinges and density of a lattice."""
     lattice = view.case.lattice
     if lattice is None:
         return
-    turned = f"turned by {_degrees(lattice.angle)}"
-    size = f"{lattice.columns} x {lattice.rows} squares, {millimetres(lattice.spacing)} apart"
+    turned = f"rotated by {_degrees(lattice.angle)}"
+    size = f"{lattice.columns} x {lattice.rows} squares, spacing {millimetres(lattice.spacing)}"
     yield f"{size}, {turned}, {millimetres(lattice.depth)} deep, {lattice.density:g} kg/m^3"
     springs = f"axial {lattice.axial:.4g} N/m, shear {lattice.shear:.4g} N/m, rotational {lattice.rotational:.4g} N m/rad"
     yield f"hinges of {millimetres(lattice.hinge_length)}: {springs}; damping {1e3 * lattice.damping:.4g} ms"
 
 
 def body_lines(view: View) -> Iterator[str]:
-    """Masses, sizes and speeds of the bodies of a scene that is written out."""
+    """Lines on masses, sizes and velocities of the bodies of a [scene]."""
     if view.case.scene is None:
         return
     free = view.free
@@ -74,11 +74,11 @@ def body_lines(view: View) -> Iterator[str]:
         yield from (_body(body) for body in free)
     elif free:
         masses = [body.mass for body in free]
-        yield f"{sum(masses):.4g} kg in all, {min(masses):.4g} to {max(masses):.4g} kg each"
+        yield f"total mass {sum(masses):.4g} kg, {min(masses):.4g} to {max(masses):.4g} kg each"
 
 
 def element_lines(view: View) -> Iterator[str]:
-    """Stiffness and angles of the elements of a scene that is written out."""
+    """Lines on stiffness and angles of the elements of a [scene]."""
     if view.case.scene is None or len(view.elements) > _LISTED:
         return
     initial = initial_twists(view.elements, view.scene.bodies)
@@ -111,16 +111,16 @@ def _element(element: ForceElement, start: float, rest: float) -> str:
     if element.crease is not None:
         parts.append(_law(element.crease))
     twists = element.frame == "outer" and (element.crease is not None or element.rotation[1])
-    angles = f"; twist {_degrees(start)} at the start, {_degrees(rest)} without moment" if twists else ""
+    angles = f"; twist {_degrees(start)} at the start, no moment at {_degrees(rest)}" if twists else ""
     return f"{element.name}: {', '.join(parts) or 'no stiffness'}{angles}"
 
 
 def _law(crease: Crease) -> str:
-    """Stiffness of a crease law in words; of a curve, that of the straight line through its ends."""
+    """Text on a crease law and its stiffness; the stiffness of a curve is the mean slope between its ends."""
     if isinstance(crease, LinearCrease):
         return f"crease {1e3 * crease.stiffness:.4g} N mm/rad"
     if not isinstance(crease, SplineCrease) or crease.angle is None or crease.moment is None:
-        return "crease of a file"
+        return "crease curve from a file"
     low, high = (1e3 * crease.scale * moment for moment in (min(crease.moment), max(crease.moment)))
     scaled = "" if crease.scale == 1.0 else f" (scale {crease.scale:g})"
     return f"crease {1e3 * _stiffness(crease):.4g} N mm/rad on average, {low:.4g} to {high:.4g} N mm{scaled}"

@@ -1,4 +1,4 @@
-"""What the lines of `fsm check` look at, and how they write numbers."""
+"""Data for the report of `fsm check`, and the format of its numbers."""
 
 from __future__ import annotations
 
@@ -20,35 +20,35 @@ __all__ = ["View", "count", "millimetres", "triple"]
 
 @dataclass(frozen=True)
 class View:
-    """A case and its scene, and what follows from them."""
+    """Case and scene, with values derived from them."""
 
     case: Case
     scene: Scene
 
     @cached_property
     def reasons(self) -> list[str]:
-        """Why the scene is not planar."""
+        """Reasons why the scene is not planar."""
         return out_of_plane(self.scene)
 
     @property
     def spatial(self) -> bool:
-        """Whether it is solved in space."""
+        """Whether the case is solved in space."""
         return self.case.solve.spatial or bool(self.reasons)
 
     @cached_property
     def bodies(self) -> dict[str, Body]:
-        """By name."""
+        """Bodies by name."""
         return {body.name: body for body in self.scene.bodies}
 
     @cached_property
     def free(self) -> list[Body]:
-        """Neither held nor driven."""
+        """Bodies that are neither held nor driven."""
         driven = {name for drive in self.scene.drives for name in drive.moved}
         return [body for body in self.scene.bodies if not body.held and body.name not in driven]
 
     @cached_property
     def elements(self) -> list[ForceElement]:
-        """Those that do something."""
+        """Elements with stiffness or damping."""
         return [
             e
             for e in self.scene.elements
@@ -57,13 +57,13 @@ class View:
         ]
 
     @cached_property
-    def parties(self) -> dict[str, ContactSide]:
-        """What the pairs name."""
+    def sides(self) -> dict[str, ContactSide]:
+        """Sides of contact pairs by name."""
         return contact_sides(self.scene)
 
     @cached_property
     def pairs(self) -> list[ContactPair]:
-        """Those that can meet."""
+        """Contact pairs with at least one moving side."""
         if self.scene.contact is None:
             return []
         return [
@@ -72,30 +72,30 @@ class View:
             if not all(
                 name == GROUND or self.bodies[name].held
                 for end in (pair.first, pair.second)
-                for name in self.parties[end].bodies
+                for name in self.sides[end].bodies
             )
         ]
 
     @property
     def segment(self) -> float:
-        """Median length of the plates that move, m; 0 without any."""
+        """Median length of the moving plates, m; 0 if there are none."""
         lengths = [body.plate.length for body in self.free if body.plate is not None]
         return float(np.median(lengths)) if lengths else 0.0
 
     @property
     def method(self) -> str:
-        """What solves it."""
+        """Method of the solver."""
         chosen = self.case.solve.method
         return automatic_method(self.scene, bool(self.case.stages))[0] if chosen == "auto" else chosen
 
     @cached_property
     def motions(self) -> list[PrescribedMotion]:
-        """Of the drives."""
+        """Motions of the drives."""
         return [_motion(number, drive) for number, drive in enumerate(self.scene.drives)]
 
     @property
     def end(self) -> float:
-        """When the solve ends, s."""
+        """End time of the solve, s."""
         if self.case.solve.end_time is not None:
             return self.case.solve.end_time
         return max(motion.end_time for motion in self.motions)
@@ -108,15 +108,15 @@ def _motion(number: int, drive: Drive) -> PrescribedMotion:
 
 
 def count(number: int, one: str, many: str = "") -> str:
-    """A number of things."""
+    """Number with a noun in singular or plural."""
     return f"{number} {one if number == 1 else many or one + 's'}"
 
 
 def millimetres(length: float) -> str:
-    """A length in mm."""
+    """Length as text in mm."""
     return f"{1e3 * length:.4g} mm"
 
 
 def triple(vector: tuple[float, float, float]) -> str:
-    """A vector."""
+    """Vector as text."""
     return "(" + ", ".join(f"{x:g}" for x in vector) + ")"

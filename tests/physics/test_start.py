@@ -127,8 +127,8 @@ def test_check_says_what_the_start_is(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        (["release.hold_time=0.2 s"], "release.hold_time: must be shorter than solve.end_time, 0.11 s; it is 0.2 s"),
-        ([*MORE, DRIVE, "release.hold_time=0.01 s"], "release: belongs to a motion without a [[drive]]"),
+        (["release.hold_time=0.2 s"], "release.hold_time: must be shorter than solve.end_time, 0.11 s, or nothing moves"),
+        ([*MORE, DRIVE, "release.hold_time=0.01 s"], "release: cannot be used with a [[drive]]"),
         (["start=folded"], 'start: must be "as-folded" or "equilibrium"'),
     ],
 )

@@ -50,9 +50,9 @@ def placed(scene: Scene, spatial: bool) -> tuple[tuple[Body, ...], np.ndarray]:
 @pytest.mark.parametrize(
     ("keys", "said"),
     [
-        ({"shape": "box"}, "a box needs its `size`"),
+        ({"shape": "box"}, "a box requires `size`"),
         ({"shape": "box", "size": [1, 1, 1], "radius": 2}, "a box has no `radius`"),
-        ({"shape": "cylinder", "radius": 1}, "a cylinder needs its `length`"),
+        ({"shape": "cylinder", "radius": 1}, "a cylinder requires `length`"),
         ({"shape": "sphere", "radius": 1, "length": 1}, "a sphere has no `length`"),
         ({"shape": "plane", "size": [1, 1, 1]}, "a plane has no `size`"),
         ({"shape": "sphere", "radius": -1}, "greater than 0"),
@@ -108,7 +108,7 @@ def test_an_obstacle_can_lie_out_of_the_plane() -> None:
     assert not reasons(shape="plane", position=(0.0, 3.0, 0.0))
     assert not reasons(shape="sphere", radius=1.0, orientation=(0.0, 1.0, 0.0, 0.0))
     assert "not centred" in reasons(shape="sphere", radius=1.0, position=(0.0, 0.1, 0.0))[0]
-    assert "turned" in reasons(shape="plane", orientation=(0.8, 0.6, 0.0, 0.0))[0]
+    assert "rotated" in reasons(shape="plane", orientation=(0.8, 0.6, 0.0, 0.0))[0]
 
 
 def test_a_strip_watches_every_panel_that_moves_against_an_obstacle() -> None:
