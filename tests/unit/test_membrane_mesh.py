@@ -87,7 +87,7 @@ def test_good_films_have_no_faults() -> None:
 
 def test_a_patch_outside() -> None:
     text = said(patch(place="diagonal", distance=0.25))
-    assert text.startswith("patch.0: reaches 31.78 mm beyond the film along its length")
+    assert text.startswith("patch.0: extends 31.78 mm beyond the film along its length")
     assert "(176.8, 176.8) mm" in text and "move or shrink it" in text
     assert "patch.1: " in said(patch(place="centre"), patch(place="position", position=(0.0, 0.146)))
 
@@ -107,4 +107,4 @@ def test_a_mesh_too_coarse() -> None:
     widths = np.diff(mesh_lines(fine, place_patches(fine, numbered(patch(place="centre", size=0.002)))).x)
     assert (widths[1:] / widths[:-1]).max() <= COARSEST
     sliver = said(patch(place="position", position=(0.0, 0.1)), patch(place="position", position=(0.0005, -0.1)))
-    assert "an element at its edge is 0.5 mm wide, the one beside it 24.17 mm" in sliver
+    assert "an element at its edge is 0.5 mm wide, its neighbour 24.17 mm" in sliver

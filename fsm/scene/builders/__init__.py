@@ -1,1 +1,1 @@
-"""Builders: a few numbers in, a scene out."""
+"""Builders of scenes from the sections of a case."""

@@ -1,4 +1,4 @@
-"""Rotating squares: rigid blocks whose facing corners are joined by ligaments (docs/calibration.md, "Hinged lattices")."""
+"""Scene of a lattice: rigid squares with ligaments between facing corners (docs/calibration.md, "Hinged lattices")."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["block_name", "build_lattice", "edge_blocks"]
 
 
 def block_name(column: int, row: int) -> str:
-    """Name of a square; columns and rows count from 1, from the left and from the bottom."""
+    """Name of a square; columns are numbered from 1 at the left, rows from 1 at the bottom."""
     return f"block {column}.{row}"
 
 
@@ -29,7 +29,7 @@ def edge_blocks(lattice: Lattice, edge: Edge) -> tuple[str, ...]:
 
 
 def build_lattice(case: Case) -> Scene:
-    """Scene of the case's lattice."""
+    """Scene of the lattice of a case."""
     assert case.lattice is not None
     lattice = case.lattice
     held = {name for edge in lattice.held_edges for name in edge_blocks(lattice, edge)}
@@ -54,18 +54,18 @@ def _radius(lattice: Lattice) -> float:
 
 
 def _turn(lattice: Lattice, column: int, row: int) -> float:
-    """Angle of the right corner above the x axis, rad."""
+    """Angle of the right corner of a square above the x axis, rad."""
     return lattice.angle * (-1.0 if (column + row) % 2 == 0 else 1.0)
 
 
 def _bodies(lattice: Lattice, held: set[str]) -> Iterator[Body]:
-    """Squares; their x axes are normal to an edge, an eighth of a turn above the right corner."""
+    """Bodies of the squares; their x axes are normal to an edge, 45 degrees above the right corner."""
     side = math.sqrt(2.0) * _radius(lattice)
     mass = lattice.density * side**2 * lattice.depth
     across = mass / 12.0 * (side**2 + lattice.depth**2)
     for row in range(1, lattice.rows + 1):
         for column in range(1, lattice.columns + 1):
-            half = -0.5 * (_turn(lattice, column, row) + math.pi / 4.0)  # about +y, which takes x towards -z
+            half = -0.5 * (_turn(lattice, column, row) + math.pi / 4.0)  # a rotation about +y moves x towards -z
             name = block_name(column, row)
             yield Body(
                 name=name,
@@ -79,7 +79,7 @@ def _bodies(lattice: Lattice, held: set[str]) -> Iterator[Body]:
 
 
 def _hinges(lattice: Lattice) -> Iterator[ForceElement]:
-    """From every square to its neighbours on the right and above."""
+    """Hinges from every square to its neighbours on the right and above."""
     side = math.sqrt(2.0) * _radius(lattice)
     right, top = (side / 2, 0.0, -side / 2), (side / 2, 0.0, side / 2)
     left, bottom = (-side / 2, 0.0, side / 2), (-side / 2, 0.0, -side / 2)

@@ -1,4 +1,4 @@
-"""From a film with patches to mesh lines that meet the patch edges, and what is wrong with it."""
+"""Mesh lines of a film along the edges of its patches, and the faults of its patches."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ from fsm.scene.membrane import (
 __all__ = ["COARSEST", "MeshLines", "PlacedPatch", "check_film", "mesh_lines", "place_patches"]
 
 COARSEST = 5.0
-"""How many times wider than an element of a patch the elements beside it may be."""
+"""Largest ratio of the widths of two neighbouring elements at the edge of a patch."""
 _SAME = 1e-9
-"""Lengths that differ by less, relative to the film, are the same."""
+"""Difference of two equal lengths, over the size of the film, at most."""
 
 
 @dataclass(frozen=True)
 class PlacedPatch:
-    """A patch where it is.
+    """Patch with its position.
 
     Attributes
     ----------
-    number : of its section in the case, from 0
+    number : number of its section in the case, from 0
     x, y : m
-        Its centre, from that of the film.
+        Coordinates of its centre from the centre of the film.
     size : m
-        Its side.
+        Side of the patch.
     """
 
     number: int
@@ -44,30 +44,30 @@ class PlacedPatch:
     size: float
 
     def covers(self, x: float, y: float) -> bool:
-        """Whether a point lies in it."""
+        """Whether a point lies in the patch."""
         return max(abs(x - self.x), abs(y - self.y)) < 0.5 * self.size
 
     def edges(self, axis: int) -> tuple[float, float]:
-        """Its ends along x (0) or y (1), m."""
+        """Coordinates of its edges along x (axis 0) or y (axis 1), m."""
         centre = (self.x, self.y)[axis]
         return centre - 0.5 * self.size, centre + 0.5 * self.size
 
 
 @dataclass(frozen=True)
 class MeshLines:
-    """Mesh lines across the length and across the width, m from the film's centre, increasing."""
+    """Coordinates of the mesh lines along length (x) and width (y), m from the centre of the film, increasing."""
 
     x: tuple[float, ...]
     y: tuple[float, ...]
 
     def patch_of(self, patches: Sequence[PlacedPatch], column: int, row: int) -> int | None:
-        """Number of the patch that an element is of; None for the film."""
+        """Number of the patch of an element; None if it belongs to the film."""
         x, y = 0.5 * sum(self.x[column : column + 2]), 0.5 * sum(self.y[row : row + 2])
         return next((patch.number for patch in patches if patch.covers(x, y)), None)
 
 
 def place_patches(membrane: Membrane, patches: Mapping[int, Patch]) -> list[PlacedPatch]:
-    """Every patch where it is; a section (by its number) that says several gives several."""
+    """All patches with their positions; one section can give several patches."""
     diagonal = math.hypot(membrane.length, membrane.width)
     along = (membrane.length / diagonal, membrane.width / diagonal)
     placed = []
@@ -100,7 +100,7 @@ def _on_arm(arm: str, distance: float, along: tuple[float, float]) -> tuple[floa
 
 
 def mesh_lines(membrane: Membrane, patches: Sequence[PlacedPatch]) -> MeshLines:
-    """Lines on the edges of film and patches, and between them evenly, no further apart than the mesh asks for."""
+    """Mesh lines on the edges of film and patches, and at equal distances between them, as fine as `mesh` requires."""
     return MeshLines(_lines(membrane, patches, 0), _lines(membrane, patches, 1))
 
 
@@ -123,7 +123,7 @@ def _sizes(membrane: Membrane) -> tuple[float, float]:
 
 
 def check_film(membrane: Membrane, patches: Mapping[int, Patch]) -> list[Fault]:
-    """Patches outside the film, patches that overlap, and meshes that are too coarse for a patch."""
+    """Faults of patches outside the film, of patches that overlap, and of meshes that are too coarse for a patch."""
     placed = place_patches(membrane, patches)
     faults = [*_outside(membrane, placed), *_overlapping(membrane, placed)]
     return faults or list(_coarse(membrane, placed))
@@ -142,7 +142,7 @@ def _outside(membrane: Membrane, placed: Sequence[PlacedPatch]) -> Iterator[Faul
                 told.add(patch.number)
                 yield Fault(
                     f"patch.{patch.number}",
-                    f"reaches {1e3 * (reach - 0.5 * size):.4g} mm beyond the film along its {name} ({_where(patch)}, its "
+                    f"extends {1e3 * (reach - 0.5 * size):.4g} mm beyond the film along its {name} ({_where(patch)}, its "
                     f"side {1e3 * patch.size:.4g} mm; the film ends at {500 * size:.4g} mm); move or shrink it",
                 )
 
@@ -165,7 +165,7 @@ def _overlapping(membrane: Membrane, placed: Sequence[PlacedPatch]) -> Iterator[
 
 
 def _coarse(membrane: Membrane, placed: Sequence[PlacedPatch]) -> Iterator[Fault]:
-    """Neighbouring elements of very different widths: the small one belongs to a patch, or lies between two."""
+    """Faults of neighbouring elements with very different widths at the edge of a patch."""
     told = set()
     for axis, (name, size) in enumerate(zip(("length", "width"), _sizes(membrane), strict=True)):
         lines = _lines(membrane, placed, axis)
@@ -183,5 +183,5 @@ def _coarse(membrane: Membrane, placed: Sequence[PlacedPatch]) -> Iterator[Fault
             yield Fault(
                 "membrane.mesh",
                 f"too coarse for patch.{patch.number} along the {name}: an element at its edge is {1e3 * small:.4g} mm "
-                f"wide, the one beside it {1e3 * large:.4g} mm; give at least {number} elements, or move the edges",
+                f"wide, its neighbour {1e3 * large:.4g} mm; give at least {number} elements, or move the edges",
             )

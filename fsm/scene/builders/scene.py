@@ -1,4 +1,4 @@
-"""The scene of any case."""
+"""Scene of a deployment case."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ __all__ = ["build_scene"]
 
 
 def build_scene(case: Case) -> Scene:
-    """The scene of a case: the strip's, the lattice's, or the one written out with the case's contact, loads and drives."""
+    """Scene of a case: from its strip, its lattice, or its [scene] with the contact, loads and drives of the case."""
     if case.strip is not None:
         return build_strip(case)
     if case.lattice is not None:

@@ -1,13 +1,13 @@
-"""From the numbers of a scissor array to its points and bars, by the kinematics of rigid units.
+"""Points and bars of a scissor array, by the kinematics of rigid units.
 
-One unit, hinge at the origin, symmetric about y: with semi-lengths p (hinge to the upper ends) and q (to the lower ends),
-the bars at angles phi with x, each bent at its hinge by kappa (towards the lower side), the ends are
+A unit has its hinge at the origin and is symmetric about y. Its semi-lengths are p (hinge to upper ends) and q (hinge to
+lower ends). Its bars have the angle phi with x, and a kink kappa at the hinge, towards the lower side. Its right ends are
 
-    right:  p (cos(phi - kappa/2), sin(phi - kappa/2)) above,   q (cos(phi + kappa/2), -sin(phi + kappa/2)) below,
+    p (cos(phi - kappa/2), sin(phi - kappa/2)) above,   q (cos(phi + kappa/2), -sin(phi + kappa/2)) below,
 
-and left their mirror images. A unit's right line joins its right ends; the next unit is put with its left line on it. With
-p = q and kappa = 0 the lines are parallel (linear array), with p = q and kappa = 2 pi/n they meet at 2 pi/n at every phi
-(the angulated element of a ring), else at an angle that changes with phi (arched array).
+and its left ends are their mirror images. The right line of a unit joins its right ends, and is the left line of the next
+unit. With p = q and kappa = 0 the lines are parallel (linear array). With p = q and kappa = 2 pi/n they meet at the angle
+2 pi/n for every phi (angulated element of a ring). Otherwise their angle depends on phi (arched array).
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ Point = tuple[float, float]
 
 @dataclass(frozen=True)
 class Bar:
-    """A bar and the names of its points: lower or upper end on the left, hinge, end on the right."""
+    """Bar with the names of its points: left end, hinge, right end."""
 
     name: str
     points: tuple[str, str, str]
@@ -33,7 +33,7 @@ class Bar:
 
 @dataclass(frozen=True)
 class Array:
-    """Points (m) by name and bars, unit by unit from left to right; `centre` of a ring or an arch, None if straight."""
+    """Points (m) by name, and bars from left to right; `centre` is that of a ring or an arch, None for a straight array."""
 
     points: dict[str, Point]
     bars: tuple[Bar, ...]
@@ -43,12 +43,12 @@ class Array:
 
 
 def build_array(scissor: Scissor) -> tuple[Array, list[Fault]]:
-    """The array in its initial state, and what is impossible about it."""
+    """Array in its initial state, and the faults of an impossible one."""
     array = array_at(scissor, scissor.initial_angle)
     faults = []
     least, given = math.pi / scissor.units, scissor.initial_angle
     if scissor.shape == "ring" and not least < given < 0.5 * math.pi - least:
-        why = "all out" if given <= least else "across the centre"
+        why = "fully deployed" if given <= least else "across the centre"
         faults.append(
             Fault(
                 "scissor.initial_angle",
@@ -62,20 +62,20 @@ def build_array(scissor: Scissor) -> tuple[Array, list[Fault]]:
         faults.append(
             Fault(
                 "scissor.units",
-                f"{scissor.units} units that turn by {math.degrees(turn):.4g} deg each go round more than once, into "
-                f"each other; at most {most} fit at this initial_angle",
+                f"{scissor.units} units with {math.degrees(turn):.4g} deg each exceed 360 deg and would overlap; at most "
+                f"{most} units fit at this initial_angle",
             )
         )
     return array, faults
 
 
 def array_at(scissor: Scissor, angle: float) -> Array:
-    """The array of rigid bars at an angle of the bars, b1 at the origin and a1 above it."""
+    """Array of rigid bars at an angle of the bars (rad), with b1 at the origin and a1 above it."""
     closed = scissor.shape == "ring"
     number = scissor.units
     (right_a, right_b), half = _right_ends(scissor, angle), _half_line(scissor, angle)
     height = math.dist(right_a, right_b)
-    # with the left line of a unit on y, b at the origin: where its hinge and its right line are
+    # positions of the hinge and of the right line, for a unit with its left line on y and b at the origin
     hinge = _turned((right_b[0], -right_b[1]), -half)
     rest = _turned(right_b, -half)
     away = (hinge[0] + rest[0], hinge[1] + rest[1])
@@ -103,7 +103,7 @@ def _semi_lengths(scissor: Scissor) -> tuple[float, float]:
 
 
 def _right_ends(scissor: Scissor, angle: float) -> tuple[Point, Point]:
-    """Upper and lower right end of a unit, from its hinge."""
+    """Upper and lower right end of a unit, relative to its hinge."""
     p, q = _semi_lengths(scissor)
     kink = 2.0 * math.pi / scissor.units if scissor.shape == "ring" else 0.0
     above, below = angle - 0.5 * kink, angle + 0.5 * kink
@@ -111,7 +111,7 @@ def _right_ends(scissor: Scissor, angle: float) -> tuple[Point, Point]:
 
 
 def _half_line(scissor: Scissor, angle: float) -> float:
-    """Angle of a unit's right line with its axis of symmetry, rad; positive where the lines meet below."""
+    """Angle between the right line of a unit and its axis of symmetry, rad; positive if the lines meet below."""
     above, below = _right_ends(scissor, angle)
     return math.atan2(above[0] - below[0], above[1] - below[1])
 
@@ -122,7 +122,7 @@ def _turned(point: Point, angle: float) -> Point:
 
 
 def _centre(below: Point, hinge: Point, half: float) -> Point | None:
-    """Where the lines of all units meet; it lies on the first one, x = 0."""
+    """Intersection of the lines of all units, which lies on the first line, x = 0; None for parallel lines."""
     if abs(math.sin(half)) < 1e-12:
         return None
     # on the axis of symmetry of the first unit, which passes through its hinge and makes the angle `half` with x = 0

@@ -1,7 +1,7 @@
-"""A scissor array of rigid bars as a scene: a body a bar, a stiff spring element a hinge. x, y of the array are x, z here.
+"""Scene of a scissor array with rigid bars: a body for each bar, and a stiff spring element for each hinge.
 
-The bars do not deform; their hinges give way by the force in them over `HINGE_STIFFNESS`, which is stiff enough to be
-nothing beside what bars of any metal do, and soft enough for double precision.
+The axes x, y of the array are x, z of the scene. A hinge opens by its force over `HINGE_STIFFNESS`. This stiffness is high
+compared with that of metal bars, and low enough for double precision.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from fsm.scene.scissor import BarSection, HingeJoint, PointForce, PointSupport, 
 __all__ = ["HINGE_STIFFNESS", "build_bodies"]
 
 HINGE_STIFFNESS = 1e10
-"""Of the springs that hold rigid bars together, N/m."""
+"""Stiffness of the springs that join rigid bars, N/m."""
 
 
 def build_bodies(
@@ -31,7 +31,7 @@ def build_bodies(
     hinge: HingeJoint | None = None,
     gravity: tuple[float, float] = (0.0, 0.0),
 ) -> Scene:
-    """The array with rigid bars. Springs and dampers of hinges are kept; dry friction and stops it does not have."""
+    """Scene of an array with rigid bars, including springs and dampers of hinges, without dry friction and stops."""
     array = array_at(scissor, scissor.initial_angle)
     bodies = {bar.name: _body(bar, array, section, material) for bar in array.bars}
     at_point: dict[str, list[Bar]] = {name: [] for name in array.points}
@@ -55,7 +55,7 @@ def build_bodies(
 
 
 def _body(bar: Bar, array: Array, section: BarSection, material: Material) -> Body:
-    """Both halves of a bar; its x axis from end to end."""
+    """Body of a bar from its two halves, with the x axis from end to end."""
     start, middle, end = (np.array(array.points[name]) for name in bar.points)
     halves = [(middle - start, 0.5 * (start + middle)), (end - middle, 0.5 * (middle + end))]
     area = section.width * section.height
@@ -81,7 +81,7 @@ def _body(bar: Bar, array: Array, section: BarSection, material: Material) -> Bo
 
 
 def _local(body: Body, point: tuple[float, float]) -> tuple[float, float, float]:
-    """A point of the plane in the axes of a body."""
+    """Coordinates of a point of the plane in the axes of a body."""
     angle = -2.0 * math.atan2(body.orientation[2], body.orientation[0])
     x, z = point[0] - body.position[0], point[1] - body.position[2]
     cosine, sine = math.cos(angle), math.sin(angle)
@@ -93,8 +93,8 @@ def _hinge(
 ) -> ForceElement:
     a, b = bodies[inner], bodies[outer]
     initial = 2.0 * (math.atan2(a.orientation[2], a.orientation[0]) - math.atan2(b.orientation[2], b.orientation[0]))
-    initial = math.remainder(initial, 2.0 * math.pi)  # of a ring some pairs of bars are either side of half a turn
-    sense = 1.0 if initial < 0.0 else -1.0  # about y, in which the first bar turns against the second as the array deploys
+    initial = math.remainder(initial, 2.0 * math.pi)  # in a ring the angles of two bars may differ by more than pi
+    sense = 1.0 if initial < 0.0 else -1.0  # rotation about y of the first bar relative to the second in the deployment
     resists = hinge is not None and (hinge.at == "all" or (hinge.at == "middle") == name.startswith("h"))
     stiffness = hinge.stiffness if hinge is not None and resists else 0.0
     damping = hinge.damping if hinge is not None and resists else 0.0
@@ -116,7 +116,7 @@ def _hinge(
 
 
 def _damping(mass: float) -> float:
-    """Damping of a hinge's stiff springs, N s/m: sudden forces would make bars of this mass (kg) ring on them."""
+    """Damping of the stiff springs of a hinge, N s/m, against vibrations of bars of this mass (kg) on the springs."""
     return math.sqrt(HINGE_STIFFNESS * mass)
 
 

@@ -1,8 +1,8 @@
-"""The pulled strip: a zig-zag of panels cut into rigid segments (seed 003, figures 5 to 7 and 18).
+"""Scene of a strip: a zig-zag of panels that consist of rigid segments (Li and Huang, 2025, figures 5 to 7 and 18).
 
-Panel i runs from crease i-1 to crease i, odd panels rise, even ones fall, at the fold angle. Segments are joined by 6-DOF
-springs, panels by creases; held panels are one rigid plate each, a pulled crease line is a massless body that each of its
-panels is hinged to by half a joint.
+Panel i goes from crease i-1 to crease i. At the fold angle odd panels rise and even panels fall. Springs with six degrees
+of freedom join the segments, and creases join the panels. A held panel is one rigid plate. A driven crease line is a
+massless body, and half a joint connects it to each of its panels.
 """
 
 from __future__ import annotations
@@ -23,17 +23,22 @@ from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surfa
 
 __all__ = ["bending_stiffness", "build_strip", "segment_lengths", "strip_damping"]
 
-_OF_DRIVE = 5e-5
-"""Kelvin-Voigt time over the time of the drive, where none is given."""
+_DAMPING_OF_DRIVE = 5e-5
+"""Default Kelvin-Voigt time over the duration of the drive."""
 
 
 def build_strip(case: Case) -> Scene:
-    """Scene of the case's strip.
+    """Scene of the strip of a case.
 
     Parameters
     ----------
     case : Case
-        With `strip`, `material` and `crease`.
+        Case with `strip`, `material` and `crease`.
+
+    Raises
+    ------
+    CaseError
+        The bending stiffness or the inertia is not a positive finite number.
     """
     assert case.strip is not None and case.material is not None and case.crease is not None
     given = case.material.damping
@@ -45,10 +50,10 @@ def build_strip(case: Case) -> Scene:
 
 
 def strip_damping(case: Case, scene: Scene) -> float:
-    """Kelvin-Voigt time of a case's strip, s: as given, or short against the time of the drives where the pull is slow.
+    """Kelvin-Voigt time beta of a strip, s: as given, or `DAMPING`, and less with a slow drive.
 
-    Dampers delay the force by beta. Where it rises steeply, as when panels touch, that is what they cost. Free and fast
-    motions die by them, and keep `DAMPING`.
+    Dampers delay the force by beta, which causes an error where the force rises steeply, for example at first contact. With
+    a slow drive beta is therefore a small part of the duration. Free and fast motions need dampers to come to rest.
     """
     assert case.material is not None
     if case.material.damping is not None:
@@ -56,14 +61,14 @@ def strip_damping(case: Case, scene: Scene) -> float:
     method = case.solve.method if case.solve.method != "auto" else automatic_method(scene)[0]
     if method != "static" or not scene.drives:
         return DAMPING
-    return min(DAMPING, _OF_DRIVE * min(drive.travel / drive.speed for drive in scene.drives))
+    return min(DAMPING, _DAMPING_OF_DRIVE * min(drive.travel / drive.speed for drive in scene.drives))
 
 
 def segment_lengths(strip: Strip) -> np.ndarray:
-    """Lengths of the segments of one panel that can bend, (segments_per_panel,), m.
+    """Lengths of the segments of a flexible panel, (segments_per_panel,), m.
 
-    Graded as 1 + (g - 1) |2 x - 1| over the panel and scaled to its length: the middle ones are g times shorter than the
-    end ones for g > 1.
+    The lengths are proportional to 1 + (g - 1) |2 x - 1| along the panel: for g > 1 the middle segments are g times shorter
+    than the end segments.
     """
     count = strip.segments_per_panel
     middle = (np.arange(count) + 0.5) / count
@@ -72,19 +77,19 @@ def segment_lengths(strip: Strip) -> np.ndarray:
 
 
 def bending_stiffness(strip: Strip, material: Material) -> float:
-    """Of the sheet, N m^2."""
+    """Bending stiffness of the sheet, N m^2."""
     return material.bending(strip.width, strip.thickness)
 
 
 def crease_point(strip: Strip, number: int) -> tuple[float, float]:
-    """(x, z) of crease `number` of the folded strip, m; 0 and `panels` are its ends."""
+    """Position (x, z) of crease `number` in the folded strip, m; the numbers 0 and `panels` are the ends of the strip."""
     panel = strip.length / strip.panels
     return number * panel * math.cos(strip.fold_angle), (number % 2) * panel * math.sin(strip.fold_angle)
 
 
 @dataclass(frozen=True)
 class _Segment:
-    """A segment while building: its body's name, length, panel (from 0), and whether it can bend."""
+    """Segment during construction: name of its body, length, panel number (from 0), and whether it is held."""
 
     name: str
     length: float
@@ -111,7 +116,7 @@ class _StripBuilder:
         self.panel_length = strip.length / strip.panels
 
     def scene(self) -> Scene:
-        """Put it together."""
+        """Complete scene."""
         panels = [self._segments(panel) for panel in range(self.strip.panels)]
         bodies = [body for panel, segments in enumerate(panels) for body in self._bodies(panel, segments)]
         elements = [joint for segments in panels for joint in self._joints(segments)]
@@ -145,7 +150,7 @@ class _StripBuilder:
         )
 
     def _pairs(self) -> tuple[ContactPair, ...]:
-        """The pairs the case names, or every panel with every other (seed 003 has every one with the next)."""
+        """Contact pairs of the case; default: every panel with every other (Li and Huang: with the next panel only)."""
         if self.case.contact is None:
             return ()
         every = combinations(range(1, self.strip.panels + 1), 2)
@@ -157,7 +162,7 @@ class _StripBuilder:
         )
 
     def _obstacle_pairs(self) -> tuple[ContactPair, ...]:
-        """Every panel that moves with every obstacle."""
+        """Contact pairs of every moving panel with every obstacle."""
         if self.case.contact is None:
             return ()
         moving = [panel + 1 for panel in range(self.strip.panels) if panel + 1 not in self.held]
@@ -178,14 +183,14 @@ class _StripBuilder:
         x, z = crease_point(self.strip, panel)
         axis = math.cos(turn), -math.sin(turn)
         bodies, at = [], 0.0
-        alike: dict[float, Body] = {}  # of one length: checked once, copied for the others
+        templates: dict[float, Body] = {}  # one validated body for each length, copied for the others
         for segment in segments:
             centre = at + segment.length / 2
             at += segment.length
             place = (x + axis[0] * centre, 0.0, z + axis[1] * centre)
-            if segment.length not in alike:
-                alike[segment.length] = self._body(panel, segment, place)
-            bodies.append(alike[segment.length].model_copy(update={"name": segment.name, "position": place}))
+            if segment.length not in templates:
+                templates[segment.length] = self._body(panel, segment, place)
+            bodies.append(templates[segment.length].model_copy(update={"name": segment.name, "position": place}))
         return bodies
 
     def _body(self, panel: int, segment: _Segment, place: tuple[float, float, float]) -> Body:
@@ -205,11 +210,11 @@ class _StripBuilder:
         )
 
     def _turn(self, panel: int) -> float:
-        """Angle of a panel's axis about +y: odd panels (from 1) rise, which is a negative turn."""
+        """Rotation of a panel about +y, rad; odd panels (from 1) rise, which is a negative rotation."""
         return self.strip.fold_angle * (1 if panel % 2 else -1)
 
     def _springs(self, distance: float) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-        """Translation and rotation stiffness of a piece of strip `distance` long (docs/theory.md)."""
+        """Translational and rotational stiffness of a piece of strip with the length `distance` (docs/theory.md)."""
         shear = 5 / 6 * self.shear * self.area / distance
         torsion = self.shear * self.strip.width * self.strip.thickness**3 / (3 * distance)
         return (
@@ -222,14 +227,14 @@ class _StripBuilder:
         return beta * stiffness[0], beta * stiffness[1], beta * stiffness[2]
 
     def _joints(self, segments: list[_Segment]) -> Iterator[ForceElement]:
-        """The springs between the segments of a panel; those between equal lengths are checked once and copied."""
-        alike: dict[tuple[float, float], ForceElement] = {}
+        """Springs between the segments of a panel; joints of equal lengths are validated once and copied."""
+        templates: dict[tuple[float, float], ForceElement] = {}
         for inner, outer in pairwise(segments):
             lengths = inner.length, outer.length
-            if lengths not in alike:
-                alike[lengths] = self._joint(inner, outer)
+            if lengths not in templates:
+                templates[lengths] = self._joint(inner, outer)
             ends = {"name": _joint_name(inner, outer), "inner": inner.name, "outer": outer.name}
-            yield alike[lengths].model_copy(update=ends)
+            yield templates[lengths].model_copy(update=ends)
 
     def _joint(self, inner: _Segment, outer: _Segment) -> ForceElement:
         translation, rotation = self._springs((inner.length + outer.length) / 2)
@@ -247,7 +252,7 @@ class _StripBuilder:
         )
 
     def _crease(self, number: int, inner: _Segment, outer: _Segment, drive: Drive | None) -> ForceElement:
-        """The crease itself; at a guided drive only its moment, the rest is in the half joints to the line."""
+        """Force element of a crease; at a guided drive it has only the moment, and half joints have the other springs."""
         distance = (self._flexible(inner) + self._flexible(outer)) / 2
         translation, rotation = self._springs(distance)
         if drive is not None and drive.guide:
@@ -277,7 +282,7 @@ class _StripBuilder:
         )
 
     def _crease_stiffness(self) -> float:
-        """Stiffness of the crease, N m/rad; of a measured curve the slope between its ends (it only sets the damping)."""
+        """Stiffness of the crease, N m/rad; for a measured curve its mean slope, which only affects the damping."""
         if isinstance(self.crease, LinearCrease):
             return self.crease.stiffness
         if not isinstance(self.crease, SplineCrease):
@@ -287,7 +292,7 @@ class _StripBuilder:
         return abs(moment[-1] - moment[0]) / (angle[-1] - angle[0]) * self.crease.scale
 
     def _flexible(self, segment: _Segment) -> float:
-        """Length of the segment that can bend: none of a held panel, which is clamped as a whole."""
+        """Flexible length of a segment, m; zero for a held panel, which is rigid."""
         return 0.0 if segment.held else segment.length
 
     def _line(self, number: int) -> Body:
@@ -295,10 +300,10 @@ class _StripBuilder:
         return Body(name=f"crease {number}", mass=0.0, inertia=(0.0, 0.0, 0.0), position=(x, 0.0, z))
 
     def _half_joints(self, number: int, inner: _Segment, outer: _Segment, drive: Drive) -> list[ForceElement]:
-        """Half a joint from the crease line to the segment on each side.
+        """Half joints from the crease line to the segment on each side.
 
-        Guided: the segment keeps its place and its direction along the line, and turns about it. Not guided: it is only
-        pulled along the drive's direction.
+        With a guide, a segment can only rotate about the line. Without a guide, the half joint acts along the direction of
+        the drive only.
         """
         elements = []
         for segment, end in ((inner, 1), (outer, -1)):

@@ -1,4 +1,4 @@
-"""Small cases that between them use every kernel, for compiling ahead."""
+"""Small cases that together use all kernels, for compilation in advance."""
 
 from __future__ import annotations
 
@@ -13,7 +13,14 @@ __all__ = [
 
 
 class WarmUp(NamedTuple):
-    """A case, and bodies (all whose names begin so) that touch something when they are moved by x and z, m."""
+    """Case with bodies that come into contact after a shift.
+
+    Attributes
+    ----------
+    case : Case
+    moved : prefix of the names of the bodies
+    shift : displacement in x and z, m
+    """
 
     case: Case
     moved: str
@@ -21,7 +28,7 @@ class WarmUp(NamedTuple):
 
 
 def warm_up_strip(spatial: bool) -> WarmUp:
-    """A strip with a tabulated crease that keeps something back, contact, also over the ends of panels, and friction."""
+    """Strip with tabulated creases and hysteresis, contact (also at the ends of panels), and friction."""
     strip: dict[str, Any] = {
         "strip": {
             "length": 0.48, "width": 0.04, "thickness": 1e-4, "panels": 6, "fold_angle": 1.4, "segments_per_panel": 2,
@@ -40,7 +47,7 @@ def warm_up_strip(spatial: bool) -> WarmUp:
 
 
 def warm_up_springs(spatial: bool) -> Case:
-    """A strip with linear creases whose panels pass through one another: springs and nothing else."""
+    """Strip with linear creases and without contact, so with springs only."""
     strip: dict[str, Any] = {
         "strip": {
             "length": 0.24, "width": 0.04, "thickness": 1e-4, "panels": 4, "fold_angle": 1.4, "segments_per_panel": 2,
@@ -54,7 +61,7 @@ def warm_up_springs(spatial: bool) -> Case:
 
 
 def warm_up_plates(spatial: bool) -> WarmUp:
-    """A plate that falls on another and on an obstacle."""
+    """Plate that falls on another plate and on an obstacle."""
     plate = {"length": 0.02, "width": 0.02, "thickness": 1e-3}
     body = {"mass": 1e-3, "inertia": [1e-7, 1e-7, 1.5e-7], "plate": plate}
     plates: dict[str, Any] = {
@@ -75,7 +82,7 @@ def warm_up_plates(spatial: bool) -> WarmUp:
 
 
 def warm_up_membrane(film: str) -> Case:
-    """A small film with a patch and cables, struck; `film` as of `fsm.scene.membrane.Tension`."""
+    """Small film with a patch, cables and an impact; `film` as in `fsm.scene.membrane.Tension`."""
     sheet = {"young": 2e11, "density": 7800.0}
     membrane: dict[str, Any] = {
         "analysis": "vibrate",
@@ -92,7 +99,7 @@ def warm_up_membrane(film: str) -> Case:
 
 
 def warm_up_scissor(bars: str) -> Case:
-    """A unit with hinges that resist; `bars`: "rigid", or the element that they are made of."""
+    """One scissor unit with friction in its hinges; `bars` is "rigid", or the type of element."""
     made_of = {"rigid": True} if bars == "rigid" else {"element": bars}
     return Case.model_validate(
         {
@@ -108,7 +115,7 @@ def warm_up_scissor(bars: str) -> Case:
 
 
 def warm_up_lattice() -> WarmUp:
-    """Two rows of squares, with dampers in the hinges; in the plane only."""
+    """Column of three squares with dampers in the hinges, planar only."""
     lattice: dict[str, Any] = {
         "lattice": {
             "columns": 1, "rows": 3, "spacing": 0.015, "hinge_length": 2e-3, "angle": 0.3, "axial": 1e5, "shear": 1e3,
