@@ -15,7 +15,7 @@ from fsm.analyses.deploy import Deployment
 from fsm.analyses.deployed import film_of_deployment
 from fsm.analyses.vibrate import VibrationAnalysis
 from fsm.atomic_write import remove_partial_files
-from fsm.errors import CaseError, ExpectationFailed
+from fsm.errors import CaseError, EnergyAbort, ExpectationFailed, NotConverged
 from fsm.folder_lock import locked_folder
 from fsm.kernels import jit
 from fsm.plots.figures import draw
@@ -115,7 +115,13 @@ def _run_analysis(
         analysis.make_ready(warnings)
     out.mkdir(parents=True, exist_ok=True)
     remove_partial_files(out)
-    solution = RecordedSolve(loaded, analysis, out, resume, warnings).run(progress, *begun)
+    solve = RecordedSolve(loaded, analysis, out, resume, warnings)
+    try:
+        solution = solve.run(progress, *begun)
+    except (NotConverged, EnergyAbort) as error:  # a warning about the case may name the cause
+        if not solve.warnings:
+            raise
+        raise type(error)(" ".join([f"{error}.", *(f"Warning: {text}." for text in solve.warnings)])) from error
     _write(solution, out)
     return solution
 

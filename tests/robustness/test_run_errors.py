@@ -96,6 +96,16 @@ def test_not_converged(method: str, blamed: str, tmp_path: Path) -> None:
     assert match[1] == "more steps than [solve] max_steps; raise it, loosen rtol, or pull faster"
 
 
+def test_a_run_that_fails_says_what_was_doubtful_before(tmp_path: Path) -> None:
+    """A curve through the scatter of a bench test is the likely cause, and only `fsm check` said so."""
+    angles = ", ".join(f'"{5 * k} deg"' for k in range(33))
+    moments = ", ".join(f'"{k + 1.2 * (-1) ** k} N mm"' for k in range(33))
+    curve = f'crease={{law="spline", interpolation="pchip", angle=[{angles}], moment=[{moments}]}}'
+    result, out = run(tmp_path, "solve.max_steps=3", "strip.half_cell=false", curve)
+    line = check_stopped(result, out, 3)
+    assert re.search(r"^at t = .*max_steps.*\. Warning: crease: the moment changes \d+ times .* `fsm calibrate crease", line)
+
+
 @pytest.mark.parametrize("method", ["Radau", "Radau-blocks", "generalized-alpha", "static"])
 def test_energy_lost(method: str, tmp_path: Path) -> None:
     """A bound on the energy balance that no method can keep."""

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fsm.scene.builders.scene import build_scene
+from fsm.scene.load_case import load_case
 from fsm.segments.drive import PrescribedMotion
 
 
@@ -61,3 +65,17 @@ def test_without_run_up_the_speed_is_there_at_once() -> None:
     m = motion(run_up=0.0)
     assert m.at(0.0) == (0.0, m.speed, 0.0)
     assert m.end_time == pytest.approx(m.travel / m.speed)
+
+
+def test_drives_of_a_strip_stay_in_the_order_of_the_case() -> None:
+    """The first one is the one that the force curve and the peak are of, whichever crease it pulls."""
+    drives = [{"crease": 4}, {"bodies": ["panel 3 segment 1"]}, {"crease": 2}, {"body": "panel 5 segment 2"}]
+    given = ", ".join(
+        f"{{{key} = {value!r}, speed = 1e-3, travel = {0.001 * k}}}".replace("'", '"')
+        for k, drive in enumerate(drives, 1)
+        for key, value in drive.items()
+    )
+    case = Path(__file__).parents[2] / "folding_cases" / "strip_trial" / "case.toml"
+    scene = build_scene(load_case(case, ["expect=none", "strip.segments_per_panel=2", f"drive=[{given}]"]).case)
+    assert [drive.moved[0] for drive in scene.drives] == ["crease 4", "panel 3 segment 1", "crease 2", "panel 5 segment 2"]
+    assert [drive.travel for drive in scene.drives] == [0.001, 0.002, 0.003, 0.004]

@@ -120,7 +120,7 @@ class _StripBuilder:
         panels = [self._segments(panel) for panel in range(self.strip.panels)]
         bodies = [body for panel, segments in enumerate(panels) for body in self._bodies(panel, segments)]
         elements = [joint for segments in panels for joint in self._joints(segments)]
-        drives = []
+        lines: dict[int, Drive] = {}
         driven = {drive.crease: drive for drive in self.case.drive if drive.crease is not None}
         for number in range(1, self.strip.panels):
             first, second = panels[number - 1][-1], panels[number][0]
@@ -131,8 +131,7 @@ class _StripBuilder:
             if drive is not None:
                 bodies.append(self._line(number))
                 elements += self._half_joints(number, first, second, drive)
-                drives.append(drive.model_copy(update={"crease": None, "body": f"crease {number}"}))
-        drives += [drive for drive in self.case.drive if drive.body is not None]
+                lines[number] = drive.model_copy(update={"crease": None, "body": f"crease {number}"})
         return Scene(
             bodies=tuple(bodies),
             elements=tuple(elements),
@@ -145,7 +144,8 @@ class _StripBuilder:
             contact=self.case.contact,
             friction=self.case.friction,
             loads=self.case.load,
-            drives=tuple(drives),
+            # in the order of the case, whose first drive the force curve and its peak are of
+            drives=tuple(drive if drive.crease is None else lines[drive.crease] for drive in self.case.drive),
             gravity=self.case.gravity,
         )
 
