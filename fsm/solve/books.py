@@ -68,7 +68,8 @@ class Books:
             self.pending = [t for t in save_times if t > time + self._nothing]
             return
         system.commit(time, q, u)
-        self.last = system.observe(time, q, u)
+        # what begins at rest is seen before drives without a run-up press on dampers, at full speed
+        self.last = system.observe(time, q, u if u.any() else None)
         self.ledger = Ledger.opened(self.last.energy) if ledger is None else ledger
         self.largest_reaction = self.last.reaction
         self.pending = [t for t in save_times if t >= time]

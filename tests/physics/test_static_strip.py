@@ -232,6 +232,16 @@ def test_pulled_beyond_taut() -> None:
     assert 0.157 < saved[-1].observation.drive.travel[0] < 0.18  # the last state, though no one asked for it then
 
 
+def test_a_drive_without_a_run_up_does_not_press_on_dampers_at_rest() -> None:
+    """The state at rest had the force of dampers at full speed, 3000 times that of the pull, and its work was lost."""
+    short = ("strip.segments_per_panel=2", "contact=none", 'drive.0.travel="2 mm"')
+    _, statistics, ledger = pulled(trial(*short, "drive.0.run_up=0"), first=1e-4)
+    force = curve(statistics)[1]
+    assert ledger.relative_error < 1e-3
+    assert force.max() == force[-1]
+    assert force[-1] == pytest.approx(curve(pulled(trial(*short), first=1e-4)[1])[1][-1], rel=1e-5)
+
+
 def test_friction_and_damping_keep_their_rates() -> None:
     """Halving the speed halves what dampers add to the force, and leaves friction's part alone."""
     forces = {}
