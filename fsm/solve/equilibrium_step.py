@@ -295,11 +295,19 @@ class EquilibriumStep:
         matrix: BlockMatrix,
         efforts: np.ndarray | None,
     ) -> Equilibrium:
-        """An equilibrium, with its stability by the matrix of the last iteration, a hair's breadth away."""
+        """An equilibrium, with its stability by the matrix of the last iteration, a hair's breadth away.
+
+        Where the symmetric part is not definite, the matrix itself says whether an equilibrium is being lost. Sliding
+        friction couples what slides to what presses, mu k, and not the other way round: the symmetric part of a body that
+        gives way less than mu^2 k/4 along a stiff contact has a negative eigenvalue, and nothing happens.
+        """
         duration = t - before[0]
         u = self.system.difference(before[1], q) / duration if duration > 0.0 else np.zeros(self.system.nu)
         if self.system.rate_dependent:  # not symmetric: friction, and dampers that turn
             self.solver.factorise(matrix.symmetric())
         negative = self.solver.negative_pivots()
+        if negative and self.system.rate_dependent:
+            self.solver.factorise(matrix)
+            negative = self.solver.negative_real_pivots()
         ending = Ending.UNSTABLE if negative else Ending.CONVERGED
         return Equilibrium(q, u, efforts, ending, iterations, residual, negative)

@@ -47,6 +47,10 @@ def _minimum_degree(pattern: BlockPattern) -> np.ndarray:
     return np.argsort(factors.perm_c)
 
 
+_REAL_TO = 1e-9
+"""Imaginary over real part of an eigenvalue that is real but for rounding."""
+
+
 class LinearSolver:
     """Factorises block matrices and solves with them.
 
@@ -147,6 +151,18 @@ class LinearSolver:
             return int(count_negative(self._elimination.diagonal, self._factors))
         values = np.linalg.eigvalsh(self._matrix.bsr().toarray())
         return int(np.sum(values < -1e-12 * np.abs(values).max(initial=0.0)))
+
+    def negative_real_pivots(self) -> int:
+        """Negative real eigenvalues of the pivot blocks; of a symmetric matrix the same as `negative_pivots`.
+
+        Of one that is not, their number is even or odd as that of the matrix' own negative real eigenvalues.
+        """
+        assert self._matrix is not None
+        if self._other is None and self._elimination is not None:
+            values = np.linalg.eigvals(self._factors[self._elimination.diagonal])
+        else:
+            values = np.linalg.eigvals(self._matrix.bsr().toarray())
+        return int(np.sum((values.real < 0.0) & (np.abs(values.imag) <= _REAL_TO * np.abs(values.real))))
 
     # inside ---------------------------------------------------------------------------------------------------------
 

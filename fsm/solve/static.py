@@ -2,7 +2,7 @@
 
 A step predicts the next configuration by extrapolation, corrects it by Newton's method, and is taken only if
 
-* the equilibrium is stable: K + D/dt has no negative pivots;
+* the equilibrium is stable: K + D/dt has no negative pivots, or none that is real where friction makes it unsymmetric;
 * it is near its prediction: a correction much larger than asked for has hopped to another branch;
 * inertia could be dropped: the kinetic energy is nothing against the energy turned over;
 * its energy balance closes: else the force has a kink on the way, such as a first touch.

@@ -77,6 +77,29 @@ def test_negative_pivots_are_negative_eigenvalues(count: int, size: int, links: 
     assert solver.negative_pivots() == int(np.sum(np.linalg.eigvalsh(matrix.bsr().toarray()) < 0.0))
 
 
+@settings(deadline=None, max_examples=60)
+@given(count=st.integers(1, 40), size=st.sampled_from([1, 3, 6]), links=st.integers(0, 30), seed=st.integers(0, 10**6))
+def test_negative_real_pivots_tell_the_sign_of_the_determinant(count: int, size: int, links: int, seed: int) -> None:
+    matrix = random_matrix(count, size, links, seed)
+    solver = LinearSolver()
+    solver.factorise(matrix)
+    sign = np.linalg.slogdet(matrix.bsr().toarray())[0]
+    assert (-1) ** solver.negative_real_pivots() == sign
+    symmetric = matrix.symmetric()
+    solver.factorise(symmetric)
+    assert solver.negative_real_pivots() == int(np.sum(np.linalg.eigvalsh(symmetric.bsr().toarray()) < 0.0))
+
+
+def test_sliding_friction_on_a_stiff_contact_is_no_negative_pivot() -> None:
+    """What slides has 1 N/m, what presses 1e6 N/m, mu = 0.3: the symmetric part has -mu^2 k/4, the matrix none below 0."""
+    stiffness = BlockMatrix(body_pattern(np.arange(1), [], 2), np.array([[[1.0, 0.3e6], [0.0, 1e6]]]))
+    solver = LinearSolver()
+    solver.factorise(stiffness.symmetric())
+    assert solver.negative_pivots() == 1
+    solver.factorise(stiffness)
+    assert solver.negative_real_pivots() == 0
+
+
 def test_a_pattern_is_analysed_once() -> None:
     first = random_matrix(20, 3, 4, 0)
     second = BlockMatrix(first.pattern, 2.0 * first.data)

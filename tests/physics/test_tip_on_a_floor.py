@@ -1,0 +1,63 @@
+"""A free tip that slides along a stiff floor is in equilibrium, though the symmetric part of its tangent is indefinite."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fsm.compile_case import compile_case
+from fsm.scene.load_case import load_case
+from fsm.solve.handed_over import Saved
+from fsm.solve.static import PathSettings, follow
+
+MU = 0.3
+CASE = f"""
+[strip]
+length = "440 mm"
+width = "36 mm"
+thickness = "0.35 mm"
+panels = 4
+fold_angle = "64 deg"
+segments_per_panel = 4
+held = [1]
+[material]
+young = "3.6 GPa"
+density = "1280 kg/m^3"
+damping = "4 ms"
+[crease]
+law = "linear"
+stiffness = "11 N mm/rad"
+[contact]
+[friction]
+law = "tanh"
+mu_dynamic = {MU}
+v_static = "10 um/s"
+[[obstacle]]
+name = "floor"
+shape = "plane"
+position = [0, 0, "-1 mm"]
+[[drive]]
+crease = 3
+direction = [1, 0, 0]
+speed = "1.5 mm/s"
+travel = "16 mm"
+"""
+
+
+@pytest.mark.parametrize("spatial", [False, True], ids=["plane", "space"])
+def test_a_sliding_tip_is_followed_without_a_snap(tmp_path: Path, spatial: bool) -> None:
+    """mu^2 k/4 of its contact is far more than the strip resists sliding with; each step was taken for a critical point."""
+    (tmp_path / "case.toml").write_text(CASE)
+    system = compile_case(load_case(tmp_path / "case.toml", [f"solve.spatial={str(spatial).lower()}"]).case)[1]
+    motion, saved = system.motions[0], list[Saved]()
+    settings = PathSettings(motion.end_time, motion.time_of(1e-4), rtol=1e-6)
+    statistics, ledger = follow(system, settings, [motion.time_of(8e-3), motion.end_time], saved.append)
+    assert statistics.events == []
+    assert statistics.steps < 300
+    assert ledger.relative_error < 1e-4
+    for state in saved:
+        pairs = state.observation.pairs
+        assert pairs.force.max() > 1e-3
+        np.testing.assert_allclose(pairs.friction.sum(), MU * pairs.force.sum(), rtol=1e-2)
