@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fsm.plots.style import COLOURS, GREY, SINGLE, figure
+from fsm.plots.style import COLOURS, GREY, SINGLE, figure, label_decades
 from fsm.results.solution import Floats
 
 __all__ = ["CurvePlot", "FitPlot", "plot_curves", "plot_fit", "plot_loops", "plot_residuals"]
@@ -128,6 +128,7 @@ def plot_fit(fit: FitPlot, path: str | Path) -> None:
         bottom.axhline(0.0, color=COLOURS[0], linewidth=0.9)
         if fit.logarithmic:
             bottom.set_xscale("log")
+            label_decades(bottom.xaxis)
         top.set_ylabel(fit.y_label)
         bottom.set_ylabel("residual")
         bottom.set_xlabel(fit.x_label)

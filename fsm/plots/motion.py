@@ -132,8 +132,8 @@ def _colours(panel: Integers, quads: int) -> list[str]:
 
 
 def _view(solution: Solution) -> tuple[Floats, float]:
-    """Centre of all plates in all records, and half the size of drawn planes, m."""
-    everything = solution.shape.reshape(-1, 3)
+    """Centre of all plates and moving obstacles, and half the size of drawn planes, m."""
+    everything = np.concatenate([solution.shape.reshape(-1, 3), *_moving_solids(solution)])
     if not len(everything):
         return np.zeros(3), 1.0
     low, high = everything.min(axis=0), everything.max(axis=0)
@@ -141,12 +141,23 @@ def _view(solution: Solution) -> tuple[Floats, float]:
 
 
 def _extent(solution: Solution) -> Floats:
-    """Points (n, 3), m, that all pictures contain: plates of all records, and bounded obstacles of the first record."""
+    """Points (n, 3), m, that all pictures contain: plates of all records, and bounded obstacles."""
     outlines = obstacle_outlines(solution, 0, *_view(solution)) if len(solution) else []
     bounded = [face for outline in outlines if outline.bounded for face in outline.faces]
     squares = lattice_squares(solution, solution.shape)
     seen = solution.shape if squares is None else squares
-    return np.concatenate([seen.reshape(-1, 3), *bounded])
+    return np.concatenate([seen.reshape(-1, 3), *bounded, *_moving_solids(solution)])
+
+
+def _moving_solids(solution: Solution) -> list[Floats]:
+    """Faces of the bounded obstacles that move with a body, in the records that are drawn."""
+    return [
+        face
+        for record in pick_records(solution)
+        for outline in obstacle_outlines(solution, record, np.zeros(3), 1.0)
+        if outline.bounded and outline.moves
+        for face in outline.faces
+    ]
 
 
 def _draw_plane(ax: Axes, solution: Solution, record: int) -> None:

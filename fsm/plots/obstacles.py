@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -28,11 +28,14 @@ class Outline:
         Its section at y = 0; for a plane, a rectangle on the solid side.
     bounded : bool
         Whether the obstacle is bounded; a plane is not.
+    moves : bool
+        Whether it is fixed to a body that moves.
     """
 
     faces: list[Floats]
     section: Floats
     bounded: bool
+    moves: bool = False
 
 
 def obstacle_outlines(solution: Solution, record: int, centre: Floats, reach: float) -> list[Outline]:
@@ -67,7 +70,7 @@ def _outlines(solution: Solution, record: int, centre: Floats, reach: float) -> 
         body = _pose(solution, record, obstacle.get("body"))
         if body is not None:
             turn, at = body[0] @ turn, body[1] + body[0] @ at
-        outlines.append(_outline(obstacle, turn, at, centre, reach))
+        outlines.append(replace(_outline(obstacle, turn, at, centre, reach), moves=body is not None))
     return outlines
 
 

@@ -10,8 +10,10 @@ from typing import Any
 
 import matplotlib
 import numpy as np
+from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogFormatter
 
 from fsm.atomic_write import atomic_write
 from fsm.results.solution import Floats, Solution
@@ -26,6 +28,7 @@ __all__ = [
     "abscissa",
     "energy_unit",
     "figure",
+    "label_decades",
     "rounded",
     "shortened",
 ]
@@ -60,6 +63,19 @@ STYLE: dict[str, Any] = {
     "svg.fonttype": "none",
     "pdf.fonttype": 42,
 }
+
+
+class _Plain(LogFormatter):
+    """Labels where Matplotlib puts them, as plain numbers: its own are formulas, which are not parsed here."""
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        return f"{x:g}" if super().__call__(x, pos) else ""
+
+
+def label_decades(axis: Axis) -> None:
+    """Label a logarithmic axis in plain numbers."""
+    axis.set_major_formatter(_Plain())
+    axis.set_minor_formatter(_Plain(minor_thresholds=(1.0, 0.4)))
 
 
 @contextmanager

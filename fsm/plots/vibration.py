@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 
-from fsm.plots.style import COLOURS, GREY, WIDE, figure, rounded
+from fsm.plots.style import COLOURS, GREY, WIDE, figure, label_decades, rounded
 from fsm.results.film import STATES, Film
 from fsm.results.solution import Floats, Solution
 from fsm.results.spectrum import spectrum
@@ -67,6 +67,7 @@ def plot_spectrum(solution: Solution, path: str | Path) -> None:
                 ax.semilogy(lines.frequency[1:], np.maximum(lines.amplitude[1:], 1e-30), label=name, linewidth=1.0)
             largest = max(float(line.get_ydata().max()) for line in ax.lines)
             ax.set_ylim(1e-5 * largest, 3.0 * largest)
+            label_decades(ax.yaxis)
             highest = min(1.2 * highest, float(lines.frequency[-1]))
         for frequency in film.frequency:
             ax.axvline(frequency, ymin=0.0, ymax=0.04, color=GREY, linewidth=0.8)

@@ -22,7 +22,7 @@ from fsm.plots.energy import STACK, plot_energy
 from fsm.plots.figures import draw
 from fsm.plots.force import plot_force, plot_overlay
 from fsm.plots.motion import leaves_plane, pick_records, plot_motion
-from fsm.plots.style import STYLE, WIDE, energy_unit, shortened
+from fsm.plots.style import STYLE, WIDE, energy_unit, figure, label_decades, shortened
 from fsm.results.curve import Curve
 from fsm.results.quantities import summarise
 from fsm.results.solution import ENERGIES, PAIRS, Layout, Record, Solution
@@ -385,6 +385,16 @@ def test_obstacles_in_the_plane(tmp_path: Path, figures: list[Figure]) -> None:
     assert len({ax.get_xlim() + ax.get_ylim() for ax in figures[0].axes}) == 1
 
 
+def test_obstacles_that_move_stay_in_the_picture(tmp_path: Path, figures: list[Figure]) -> None:
+    """A ball without a plate rolled out of it; here the block goes to x = 0.2 m, the post stands at 0.3 m."""
+    run = with_obstacles(strip_run())
+    alone = OBSTACLES.replace("position = [0.3, 0.0, 0.05]", "position = [0.1, 0.0, 0.05]")
+    layout = replace(run.layout, panel=np.zeros(0, dtype=np.int64), case_text=alone)
+    plot_motion(replace(run, shape=np.zeros((len(run), 0, 4, 3)), layout=layout), tmp_path / "motion.png")
+    low, high = figures[0].axes[0].get_xlim()
+    assert low < 80.0 < 210.0 < high
+
+
 @pytest.mark.parametrize(
     "text",
     [
@@ -430,6 +440,19 @@ def test_records_of_the_motion() -> None:
     assert int(np.argmax(run.force)) in chosen
     assert pick_records(strip_run(3)) == [0, 1, 2]
     assert pick_records(strip_run(1)) == [0]
+
+
+def test_decades_are_labelled_in_plain_text(tmp_path: Path, figures: list[Figure]) -> None:
+    """Labels of a spectrum read $\\mathdefault{10^{-3}}$, since names may hold a $ and formulas are not parsed."""
+    with figure(tmp_path / "log.png") as fig:
+        ax = fig.add_subplot()
+        ax.loglog([3e-5, 20.0], [2.0, 8.0])
+        label_decades(ax.xaxis)
+        label_decades(ax.yaxis)
+    x, y = ([label.get_text() for label in labels(which="both")] for labels in (ax.get_xticklabels, ax.get_yticklabels))
+    assert {"0.001", "0.1"} <= set(x)
+    assert len([text for text in y if text]) >= 2  # less than a decade has labels, too
+    assert not any("$" in text for text in (*x, *y))
 
 
 def test_energy(tmp_path: Path, figures: list[Figure]) -> None:
