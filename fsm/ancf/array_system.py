@@ -67,12 +67,14 @@ class ArraySystem(AncfSystem):
             self.latches.restore(memory)
 
     def stress(self, q: np.ndarray) -> np.ndarray:
-        """Largest normal stress of each bar, of stretch and bending at the Gauss points, (n_bars,), Pa."""
+        """Largest normal stress of each bar, at its surfaces in the sections of the Gauss points, (n_bars,), Pa."""
         strains, _ = self.beams.strains(self.beams.derivatives(q))
-        axial = np.abs(strains[..., 0])
-        if strains.shape[2] != 3:  # Green's strain is that of the point itself
+        if strains.shape[2] == 3:  # Green's strains at two points across, at 1/sqrt(3) of the surfaces' distance
+            lower, upper = strains[:, 0::2, 0], strains[:, 1::2, 0]
+            axial = 0.5 * (np.abs(lower + upper) + np.sqrt(3.0) * np.abs(upper - lower))
+        else:
             curvature = strains[..., 2] if strains.shape[2] == 4 else strains[..., 1]
-            axial = axial + 0.5 * self.material.height * np.abs(curvature)
+            axial = np.abs(strains[..., 0]) + 0.5 * self.material.height * np.abs(curvature)
         largest = self.material.young * axial.max(axis=1)
         return np.array([largest[bar.elements].max() for bar in self.bars])
 

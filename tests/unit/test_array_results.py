@@ -14,6 +14,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from fsm.analyses.choose import analysis_of
+from fsm.ancf.array_system import ArraySystem
 from fsm.plots import scissor
 from fsm.plots.style import figure
 from fsm.results.array import ArrayMotion, PointMotion, asynchronism
@@ -55,6 +56,29 @@ def test_a_straight_array_is_compared_along_its_own_direction() -> None:
     base = np.arange(4)[:, None] * np.array([-np.sin(0.3), np.cos(0.3)])
     heights = np.array([[0.5, 0.5, 0.5, 0.5], [0.4, 0.4, 0.37, 0.4]])
     assert asynchronism(array(angles, base, heights))["a2-a3"] == pytest.approx([0.0, 0.03])
+
+
+def test_stress_is_that_of_the_surface_with_every_element() -> None:
+    """With Green's strain it was that of the Gauss points across the bar, 1/sqrt(3) of the bending stress."""
+    stresses = []
+    for element in ("section", "green"):
+        case = Case.model_validate({
+            "analysis": "scissor", "bar": {"width": 0.02, "height": 0.012}, "solve": {"end_time": 1.0},
+            "scissor": {"shape": "linear", "units": 1, "bar_length": 1.0, "initial_angle": 1.2, "element": element},
+            "material": {"young": 2e11, "density": 7850.0, "poisson": 0.0},
+        })  # fmt: skip
+        system = analysis_of(case, "case.toml", []).system
+        assert isinstance(system, ArraySystem)
+        q, _ = system.initial()
+        for bar in system.bars:  # its ends stay, its middle goes by 1 mm across: 3 points on a parabola
+            first, *inside, last = q[bar.positions[:, None] + np.arange(2)]
+            across = np.array([-(last - first)[1], (last - first)[0]])
+            for node, position in zip(bar.positions[1:-1], inside, strict=True):
+                s = float((position - first) @ (last - first))
+                q[node : node + 2] += 1e-3 * 4.0 * s * (1.0 - s) * across
+        stresses.append(system.stress(q))
+    assert stresses[0].min() > 1e6
+    np.testing.assert_allclose(stresses[1], stresses[0], rtol=0.02)
 
 
 def test_units_of_a_stop() -> None:
