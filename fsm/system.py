@@ -36,7 +36,7 @@ class Energy:
     pair_power : (2, n_pairs) array, W
         Part of the dissipated power due to friction (first row) and damping (second row) of each contact pair.
     sliding_power : W
-        Part of the dissipated power that does not depend on rates: hysteresis of creases.
+        Part of the dissipated power whose forces hold at rest, too: hysteresis of creases, friction with bristles.
     driven : J
         Kinetic energy of driven bodies, which follows from the prescribed motion.
     """

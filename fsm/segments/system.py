@@ -81,6 +81,8 @@ class SegmentSystem(Configuration):
         self._springs = tuple(group for group in groups if isinstance(group, BushingGroup))
         self._others = tuple(group for group in groups if not isinstance(group, BushingGroup | ContactGroup))
         self._sliding = tuple(group for group in groups if isinstance(group, HysteresisGroup))
+        frictions = [group.friction for group in groups if isinstance(group, ContactGroup) and group.friction is not None]
+        self._bristles = any(friction.law.bristle for friction in frictions)
         # springs without dampers know where they are and no more
         self._looks_back = self.rate_dependent or self.groups != self._springs
         self._last_before: Before | None = None
@@ -509,6 +511,8 @@ class SegmentSystem(Configuration):
             power += gained
             sliding += lost if group in self._sliding else 0.0
         pair_power = self.contacts.pair_power(t, poses, rates, past, len(self.pair_names))
+        if self._bristles:  # they hold at rest, too
+            sliding += float(pair_power[0].sum())
         kinetic, driving, driven = motion_energy(self.bodies.inertia, rates, reactions, self.driven)
         return Energy(kinetic, potential, dissipated, power + driving, pair_power, sliding, driven)
 

@@ -97,18 +97,23 @@ def _limited(step: np.ndarray, size: np.ndarray) -> np.ndarray:
 
 
 def negative_pivots(system: System, t: float, q: np.ndarray, solver: LinearSolver | None = None) -> int:
-    """Number of negative eigenvalues of the symmetric part of the tangent stiffness at rest; 0 where stable.
+    """Number of negative pivots of the tangent stiffness at rest; 0 where stable.
 
-    By Sylvester's law, from the signs of the pivots of a factorisation without row exchanges between blocks. A solver that
-    knows the pattern already saves its analysis; what it has factorised is lost.
+    By Sylvester's law those of its symmetric part, from a factorisation without row exchanges between blocks. Where it has
+    some and bristles of friction make the stiffness unsymmetric, the real ones of the stiffness itself: see
+    `fsm.solve.equilibrium_step`. A solver that knows the pattern already saves its analysis; what it has factorised is lost.
     """
     if system.nu == 0:
         return 0
     solver = solver or LinearSolver()
-    matrix = system.linearise(t, q, None).stiffness.symmetric()
+    stiffness = system.linearise(t, q, None).stiffness
+    matrix = stiffness.symmetric()
     try:
         solver.factorise(matrix)
+        if solver.negative_pivots() == 0:
+            return 0
+        solver.factorise(stiffness)
     except NotConverged:  # exactly singular: a mechanism, or a body that nothing holds
         values = np.linalg.eigvalsh(matrix.bsr().toarray())
         return int(np.sum(values < -1e-12 * np.abs(values).max(initial=0.0)))
-    return solver.negative_pivots()
+    return solver.negative_real_pivots()

@@ -401,7 +401,8 @@ class _Follower:
         if reason is not _Reason.INERTIA:
             critical = critical_point(self.system, books.time, books.q, later)
             kind = "snap"
-            if critical.bifurcation and self._branch(critical):
+            # branches are looked for at rest, where nothing has friction
+            if critical.bifurcation and self._rests(books.time, books.q) and self._branch(critical):
                 kind = "bifurcation"
         if kind != "bifurcation":
             self._move(reason is _Reason.INERTIA)

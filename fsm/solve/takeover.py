@@ -11,6 +11,7 @@ from fsm.kernels.block_lu import multiply_blocks
 from fsm.solve.books import Books
 from fsm.solve.generalized_alpha import GeneralizedAlpha
 from fsm.solve.in_air import InAir
+from fsm.solve.ledger import JUDGED_FROM
 from fsm.solve.linear import LinearSolver
 from fsm.solve.newton import negative_pivots
 from fsm.system import System
@@ -101,7 +102,7 @@ def move_until_calm(
         rests = kinetic < min(quiet, calm.slow) and not negative_pivots(system, solver.t, solver.q)
         books.dynamic(solver.t, solver.q, solver.u, seen, turned_over, rests)
         largest = max(largest, kinetic)
-        if books.ledger.relative_error > worst:
+        if books.time >= JUDGED_FROM * until and books.ledger.relative_error > worst:
             break
         if kinetic < quiet and kinetic < _CALM * largest:
             break

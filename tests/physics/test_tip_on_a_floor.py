@@ -31,9 +31,8 @@ law = "linear"
 stiffness = "11 N mm/rad"
 [contact]
 [friction]
-law = "tanh"
+FRICTION
 mu_dynamic = {MU}
-v_static = "10 um/s"
 [[obstacle]]
 name = "floor"
 shape = "plane"
@@ -46,17 +45,26 @@ travel = "16 mm"
 """
 
 
-@pytest.mark.parametrize("spatial", [False, True], ids=["plane", "space"])
-def test_a_sliding_tip_is_followed_without_a_snap(tmp_path: Path, spatial: bool) -> None:
-    """mu^2 k/4 of its contact is far more than the strip resists sliding with; each step was taken for a critical point."""
-    (tmp_path / "case.toml").write_text(CASE)
+LAWS = {
+    "tanh": 'law = "tanh"\nv_static = "10 um/s"',
+    "lugre": f'law = "lugre"\nmu_static = {MU}\nv_stribeck = "5 mm/s"\npresliding = "1 um"',
+}
+
+
+@pytest.mark.parametrize(("law", "spatial"), [("tanh", False), ("tanh", True), ("lugre", False)])
+def test_a_sliding_tip_is_followed_without_a_snap(tmp_path: Path, law: str, spatial: bool) -> None:
+    """mu^2 k/4 of its contact is far more than the strip resists sliding with; each step was taken for a critical point.
+
+    The work of bristles, which hold at rest, too, was missing in the energy balance.
+    """
+    (tmp_path / "case.toml").write_text(CASE.replace("FRICTION", LAWS[law]))
     system = compile_case(load_case(tmp_path / "case.toml", [f"solve.spatial={str(spatial).lower()}"]).case)[1]
     motion, saved = system.motions[0], list[Saved]()
     settings = PathSettings(motion.end_time, motion.time_of(1e-4), rtol=1e-6)
     statistics, ledger = follow(system, settings, [motion.time_of(8e-3), motion.end_time], saved.append)
     assert statistics.events == []
-    assert statistics.steps < 300
-    assert ledger.relative_error < 1e-4
+    assert statistics.steps < (300 if law == "tanh" else 2000)
+    assert ledger.relative_error < (1e-4 if law == "tanh" else 2e-3)
     for state in saved:
         pairs = state.observation.pairs
         assert pairs.force.max() > 1e-3
