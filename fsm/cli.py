@@ -387,9 +387,10 @@ def summary_lines(summary: Mapping[str, Any], folder: Path) -> list[str]:
             f"peak force  {summary['peak_force']:.4g} N at {summary['peak_travel'] * 1e3:.2f} mm of travel"
             f" ({summary.get('peak_kind', 'quasi-static')})"
         )
-    if (summary.get("largest_magnitude") or 0.0) > summary.get("peak_force", 0.0):
+    magnitude = summary.get("largest_magnitude")
+    if magnitude is not None and magnitude > summary.get("peak_force", 0.0):
         at = summary["largest_magnitude_travel"] * 1e3
-        lines.append(f"            -{summary['largest_magnitude']:.4g} N at {at:.2f} mm of travel (largest magnitude)")
+        lines.append(f"            -{magnitude:.4g} N at {at:.2f} mm of travel (largest magnitude)")
     if summary.get("dynamic_peak_force") is not None and summary.get("peak_kind") != "dynamic":
         at = summary["dynamic_peak_travel"] * 1e3
         lines.append(f"dynamic     {summary['dynamic_peak_force']:.4g} N at {at:.2f} mm of travel (dynamic peak)")

@@ -11,6 +11,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from fsm.cli import summary_lines
 from fsm.results.solution import Solution
 from fsm.results.store import read_solution
 from fsm.round_off import RoundOff
@@ -132,3 +133,14 @@ def test_creases_within_their_data_raise_no_warning(tmp_path: Path) -> None:
     assert extrapolated(tmp_path, *wide)[0] == []
     linear = ["crease={law='linear', stiffness=9e-3}"]
     assert extrapolated(tmp_path, *linear)[0] == []
+
+
+@pytest.mark.parametrize(
+    ("peak", "magnitude", "told"), [(-0.17, None, False), (-0.17, 0.3, True), (0.5, 0.3, False), (0.0, None, False)]
+)
+def test_a_run_that_only_pushes_is_told_of(peak: float, magnitude: float | None, told: bool) -> None:
+    """Without any quasi-static part a negative peak has no largest magnitude beside it: it ended in an internal error."""
+    summary = {"peak_force": peak, "peak_travel": 0.01, "peak_kind": "dynamic", "largest_magnitude": magnitude,
+               "largest_magnitude_travel": None if magnitude is None else 0.02}  # fmt: skip
+    lines = summary_lines(summary, Path("out"))
+    assert any("-0.3 N at 20.00 mm" in line for line in lines) == told
