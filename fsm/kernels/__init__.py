@@ -1,1 +1,1 @@
-"""Compiled functions that the rest of the package is built on."""
+"""Compiled functions that several packages share, and the decorator that compiles them."""

@@ -1,12 +1,10 @@
 """LU factorisation of block-sparse matrices on a fixed pattern, without row exchanges between blocks.
 
-The rows of P A P^T are eliminated one after the other (IKJ); inside a pivot block rows are exchanged. What is exactly
-zero is skipped, block by block, so that a pattern may be a superset (contacts that could come) at little cost.
+The rows of P A P^T are eliminated one after the other (IKJ order). Rows are exchanged only inside a pivot block. Blocks that
+are exactly zero are skipped, so a pattern may contain blocks of possible contacts at little cost.
 
-Of a symmetric A only the right half of every row is worked out: what is left of the diagonal is the transpose of what is
-above it, which halves the work.
-
-For symmetric A, sum over pivot blocks of their negative eigenvalues is that of A (Sylvester's law of inertia).
+For a symmetric A only the upper triangle is computed, which halves the work; the lower triangle is its transpose. The
+number of negative eigenvalues of A is the sum over its pivot blocks (Sylvester's law of inertia).
 """
 
 from __future__ import annotations
@@ -25,44 +23,44 @@ from fsm.kernels.small_blocks import (
 )
 
 __all__ = [
-    "GOOD", "POOR", "SYMMETRIC", "backward_error", "count_negative", "factorise", "fill_in", "is_symmetric",
-    "multiply_blocks", "solve_refined",
+    "MAX_ERROR", "REFINE_ABOVE", "SYMMETRY_TOLERANCE", "backward_error", "count_negative", "factorise", "fill_in",
+    "is_symmetric", "multiply_blocks", "solve_refined",
 ]  # fmt: skip
 
-GOOD = 1e-10
+REFINE_ABOVE = 1e-10
 """Backward error above which a solution is refined."""
-SYMMETRIC = 1e-13
-"""Round-off, over the largest entry of a block, up to which a matrix counts as symmetric."""
-POOR = 1e-8
-"""Backward error after refinement above which the blocks' own pivots will not do."""
+SYMMETRY_TOLERANCE = 1e-13
+"""Largest asymmetry of a symmetric matrix, relative to the largest entry of a block."""
+MAX_ERROR = 1e-8
+"""Largest admissible backward error after refinement; above it, pivoting inside blocks is not sufficient."""
 
 
 @kernel
 def fill_in(
     indptr: np.ndarray, indices: np.ndarray, order: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Pattern of L + U in the order of elimination, and where the blocks of A go.
+    """Pattern of L + U in the order of elimination, and positions of the blocks of A in it.
 
     Parameters
     ----------
-    indptr, indices : pattern of A, symmetric in structure, with the diagonal
+    indptr, indices : pattern of A, structurally symmetric, with the diagonal
     order : (n,) int array
-        order[i] is the row of A that is eliminated as number i.
+        order[i] is the row of A that is eliminated in step i.
 
     Returns
     -------
     indptr, indices : int arrays
-        Rows of L + U, columns sorted.
+        Rows of L + U, with sorted columns.
     diagonal : (n,) int array
-        Place of each diagonal block.
+        Position of each diagonal block.
     place : (n_blocks,) int array
-        Place of each block of A.
+        Position of each block of A.
     """
     count = order.shape[0]
     position = np.empty(count, dtype=np.int64)
     for i in range(count):
         position[order[i]] = i
-    # columns right of the diagonal: those of A and those of the children in the elimination tree
+    # columns right of the diagonal come from A and from the children in the elimination tree
     start = np.zeros(count + 1, dtype=np.int64)
     columns = np.empty(4 * indices.shape[0] + 16, dtype=np.int64)
     first_child = np.full(count, -1, dtype=np.int64)
@@ -97,7 +95,7 @@ def fill_in(
             parent = columns[start[i]]
             next_child[i] = first_child[parent]
             first_child[parent] = i
-    # both halves as rows: the left of row j holds the i whose right holds j, already sorted
+    # full rows: row j has the columns i < j of all rows i that have column j, in sorted order
     length = np.ones(count, dtype=np.int64)
     for i in range(count):
         length[i] += start[i + 1] - start[i]
@@ -114,7 +112,7 @@ def fill_in(
             j = columns[k]
             filled[fill[j]] = i
             fill[j] += 1
-        # by now all columns left of the diagonal are there
+        # all columns left of the diagonal are in place now
         diagonal[i] = fill[i]
         filled[diagonal[i]] = i
         for k in range(start[i], start[i + 1]):
@@ -131,13 +129,15 @@ def fill_in(
 
 @kernel
 def is_symmetric(data: np.ndarray, transposed: np.ndarray, tolerance: float) -> bool:
-    """Whether block data are those of a symmetric matrix, to a tolerance relative to the largest entry of each block.
+    """Whether block data are those of a symmetric matrix.
 
     Parameters
     ----------
     data : (n_blocks, d, d) array
     transposed : (n_blocks,) int array
         Number of the block (j, i) for every block (i, j).
+    tolerance : -
+        Relative to the largest entry of each block.
     """
     size = data.shape[1]
     for k in range(data.shape[0]):
@@ -157,7 +157,7 @@ def is_symmetric(data: np.ndarray, transposed: np.ndarray, tolerance: float) -> 
 
 @kernel(inline=True)
 def _find(indices: np.ndarray, low: int, high: int, column: int) -> int:
-    """Place of a column that is there, in a row low to high."""
+    """Position of an existing column among `indices[low:high]`."""
     while low < high:
         middle = (low + high) // 2
         if indices[middle] < column:
@@ -177,20 +177,21 @@ def factorise(
     symmetric: bool,
     factors: np.ndarray,
 ) -> int:
-    """Factorise P A P^T = L U; the diagonal blocks of `factors` hold the inverse pivots, L has a unit diagonal.
+    """Factorise P A P^T = L U, where L has a unit diagonal and `factors` holds the inverse pivot blocks on its diagonal.
 
     Parameters
     ----------
     data : (n_blocks, d, d) array
         Blocks of A, real or complex.
-    place, indptr, indices, diagonal : of `fill_in`
-    symmetric : whether A is
+    place, indptr, indices, diagonal : results of `fill_in`
+    symmetric : bool
+        Whether A is symmetric.
     factors : (n_filled, d, d) array, changed in place
 
     Returns
     -------
     int
-        -1, or the number of the pivot block that is singular.
+        -1, or the number of a singular pivot block.
     """
     count, size = diagonal.shape[0], data.shape[1]
     factors[:] = 0.0
@@ -208,7 +209,7 @@ def factorise(
             pivot = indices[k]
             first = diagonal[pivot] + 1
             if symmetric:
-                # the block above the diagonal that this one is the transpose of; nothing left of it is needed
+                # start at the transposed block above the diagonal; blocks left of it are not needed
                 first = _find(indices, first, indptr[pivot + 1], i)
                 used[k] = used[first]
             if not used[k]:
@@ -231,7 +232,7 @@ def factorise(
 
 @kernel
 def count_negative(diagonal: np.ndarray, factors: np.ndarray) -> int:
-    """Negative eigenvalues of a symmetric A from its pivots (their inverses have the same signs)."""
+    """Number of negative eigenvalues of a symmetric A from its pivot blocks, whose inverses have the same signs."""
     work = np.empty((factors.shape[1], factors.shape[1]))
     total = 0
     for i in range(diagonal.shape[0]):
@@ -286,7 +287,7 @@ def _solve_symmetric(
     factors: np.ndarray,
     right: np.ndarray,
 ) -> np.ndarray:
-    """As `_solve_factorised` for a symmetric A: reads the right half of the factors only, which is half the memory."""
+    """Solve as `_solve_factorised` for a symmetric A; only the upper factors are read, half of the memory."""
     count, size = diagonal.shape[0], factors.shape[1]
     y = np.empty((count, size), dtype=factors.dtype)
     x = np.empty(count * size, dtype=factors.dtype)
@@ -333,7 +334,7 @@ def multiply_blocks(indptr: np.ndarray, indices: np.ndarray, data: np.ndarray, x
 def backward_error(
     indptr: np.ndarray, indices: np.ndarray, data: np.ndarray, x: np.ndarray, right: np.ndarray, residual: np.ndarray
 ) -> float:
-    """Largest |b - A x|_i / (|A| |x| + |b|)_i; `residual` (n d,) gets b - A x. Not a number where x is none."""
+    """Largest |b - A x|_i / (|A| |x| + |b|)_i, NaN if x contains NaN; b - A x is written to `residual` (n d,)."""
     size = data.shape[1]
     worst = 0.0
     total, scale = np.empty(size, dtype=residual.dtype), np.empty(size)
@@ -364,26 +365,30 @@ def solve_refined(
     columns: np.ndarray,
     data: np.ndarray,
     right: np.ndarray,
-    good: float,
+    refine_above: float,
     symmetric: bool,
     trusted: bool,
 ) -> tuple[np.ndarray, float, bool]:
-    """Solve A x = b with the factors of `factorise`, refined once if the backward error is above `good`.
+    """Solve A x = b with the factors of `factorise`, refined once if the backward error is above `refine_above`.
 
     Parameters
     ----------
-    order, indptr, indices, diagonal, factors : of `fill_in` and `factorise`
-    rows, columns, data : A
+    order, indptr, indices, diagonal, factors : results of `fill_in` and `factorise`
+    rows, columns, data : pattern (indptr and indices) and blocks of A
     right : (n d,) array
-    good : backward error that is not refined
-    symmetric : as told to `factorise`
-    trusted : whether to take x as it is, without its backward error
+        Right-hand side b.
+    refine_above : float
+        Largest backward error without refinement.
+    symmetric : bool
+        The value given to `factorise`.
+    trusted : bool
+        Whether to skip the backward error and refinement.
 
     Returns
     -------
     x : (n d,) array
     error : float
-        Backward error of x; 0 if that is not looked at.
+        Backward error of x; 0 if it is skipped.
     refined : bool
     """
     residual = np.empty(right.shape[0], dtype=factors.dtype)
@@ -394,7 +399,7 @@ def solve_refined(
     if trusted:
         return x, 0.0, False
     error = backward_error(rows, columns, data, x, right, residual)
-    refined = error > good
+    refined = error > refine_above
     if refined:
         if symmetric:
             x += _solve_symmetric(order, indptr, indices, diagonal, factors, residual)

@@ -1,4 +1,4 @@
-"""Block data on a pattern: stiffness and what velocities add to it, which increments turn."""
+"""Sums and products of block data: effective stiffness K + c D T, and multiplication by a block diagonal matrix."""
 
 from __future__ import annotations
 
@@ -6,27 +6,32 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["turn_blocks", "with_rates"]
+__all__ = ["effective_stiffness", "multiply_block_diagonal"]
 
 
 @kernel
-def with_rates(
-    stiffness: np.ndarray, damping: np.ndarray, factor: float, turned: np.ndarray | None, columns: np.ndarray
+def effective_stiffness(
+    stiffness: np.ndarray, damping: np.ndarray, factor: float, diagonal: np.ndarray | None, columns: np.ndarray
 ) -> np.ndarray:
-    """K + c D T of block data (n, s, s), where T is block diagonal.
+    """Effective stiffness K + c D T, where T is block diagonal.
 
     Parameters
     ----------
-    stiffness, damping : K, D
+    stiffness, damping : (n, s, s) arrays
+        Blocks of K and D.
     factor : c
-    turned : (order, s, s) array or None
-        Blocks of T; without them the identity.
+    diagonal : (order, s, s) array or None
+        Blocks of T; None for the identity.
     columns : (n,) int array
         Column of every block.
+
+    Returns
+    -------
+    (n, s, s) array
     """
     out = np.empty_like(stiffness)
     size = stiffness.shape[1]
-    if turned is None:
+    if diagonal is None:
         for k in range(stiffness.shape[0]):
             for i in range(size):
                 for j in range(size):
@@ -39,20 +44,20 @@ def with_rates(
             for m in range(size):
                 rate = factor * damping[k, i, m]
                 if rate == 0.0:
-                    continue  # most blocks: contacts without friction, and what does not damp
+                    continue  # most blocks: contacts without friction and elements without damping
                 for j in range(size):
-                    out[k, i, j] += rate * turned[columns[k], m, j]
+                    out[k, i, j] += rate * diagonal[columns[k], m, j]
     return out
 
 
 @kernel
-def turn_blocks(data: np.ndarray, turned: np.ndarray, columns: np.ndarray) -> None:
-    """Block data (n, s, s) times a block diagonal matrix (order, s, s), in place; what lies in columns behind it is left."""
+def multiply_block_diagonal(data: np.ndarray, diagonal: np.ndarray, columns: np.ndarray) -> None:
+    """Multiply block data (n, s, s) by a block diagonal matrix (order, s, s) in place; columns >= order are unchanged."""
     size = data.shape[1]
     row = np.empty(size)
     for k in range(data.shape[0]):
         column = columns[k]
-        if column >= turned.shape[0]:
+        if column >= diagonal.shape[0]:
             continue
         for i in range(size):
             for j in range(size):
@@ -60,6 +65,6 @@ def turn_blocks(data: np.ndarray, turned: np.ndarray, columns: np.ndarray) -> No
                 data[k, i, j] = 0.0
             for m in range(size):
                 if row[m] == 0.0:
-                    continue  # most blocks: contacts without friction, and what does not damp
+                    continue  # most blocks: contacts without friction and elements without damping
                 for j in range(size):
-                    data[k, i, j] += row[m] * turned[column, m, j]
+                    data[k, i, j] += row[m] * diagonal[column, m, j]

@@ -1,27 +1,27 @@
-"""The one decorator that compiles, and the cache that can be trusted.
+"""Decorator that compiles kernels with numba, and a disk cache whose entries always match the sources.
 
-numba keeps a compiled function on disk under a stamp of the file that *holds the function*. What the
-function calls from another file is compiled into it but is not part of the stamp: edit the callee, or
-install a new version of the package, and the old machine code runs in silence. Here each module has a
-cache folder named by a hash of its source, of every module of the package that it imports, directly or
-not, of the versions below them, and of the options they are compiled with. One changed byte means another
-folder for the modules that depend on it, and for no others. Copies of the package with the same sources
-share their compiled kernels.
+numba stores a compiled function with a stamp of the file that *defines the function*. Functions of other files that it calls
+are compiled into it, but are not part of the stamp. After an edit of such a file, or a new version of the package, numba
+runs the old machine code without a warning.
 
-What this module adds to ``numba.njit(cache=True)``:
+Here each module has a cache folder. Its name is a hash of the source of the module, of all modules of the package that it
+imports directly or indirectly, of the versions of the libraries, and of the compiler options. A changed byte gives a new
+folder to the modules that depend on it, and to no others. Copies of the package with equal sources share their compiled
+kernels.
 
-* the folder; other users of numba in the process keep their own;
-* a process whose sources were edited under it no longer writes to the cache (it would store new code under
-  an old name);
-* a damaged or foreign entry is compiled again. Two processes that compile two signatures of one kernel at
-  the same time can leave numba's index pointing at the other's machine code; numba calls it all the same,
-  here it is refused;
-* a folder that another user owns or can write to is refused, because machine code in it would be run;
-* a full disk is no error;
-* a count and a clock of compilations, and a hook for saying that one starts.
+This module adds to ``numba.njit(cache=True)``:
 
-The pure-Python run (``NUMBA_DISABLE_JIT=1``) is for coverage and debugging. Divisions of Python floats by
-zero raise there, where the compiled kernel gives inf or nan as NumPy does.
+* the folder; other users of numba in the process keep their own folders;
+* a process whose sources were edited since its start no longer writes to the cache, because it would store new code under an
+  old name;
+* a damaged or wrong entry is compiled again. Two processes that compile two signatures of one kernel at the same time can
+  exchange entries in numba's index; numba would call the wrong machine code;
+* a folder that another user owns or can write to is refused, because its machine code would be executed;
+* a full disk is not an error;
+* a counter and a timer of compilations, and a callback at the start of each compilation.
+
+The pure-Python mode (``NUMBA_DISABLE_JIT=1``) is for coverage and debugging. In this mode a division of Python floats by
+zero raises an error, while a compiled kernel returns inf or nan as NumPy does.
 """
 
 from __future__ import annotations
@@ -55,10 +55,10 @@ from numba.core.types import containers
 __all__ = ["cache_folder", "cache_misses", "compile_time", "kernel", "kernel_names", "on_compile"]
 
 OPTIONS: Final[dict[str, Any]] = {"error_model": "numpy", "fastmath": False}
-"""Options of every kernel. NumPy's error model: a division by zero is inf or nan, and loops vectorise."""
+"""Options of every kernel. In NumPy's error model a division by zero gives inf or nan, and loops can be vectorised."""
 
 KEEP_DAYS: Final = 30
-"""A folder that no process has used for so long is removed."""
+"""Age in days, since its last use, at which a folder is removed."""
 
 _NUMBA_SETTINGS: Final = (
     "OPT",
@@ -108,17 +108,17 @@ def kernel(*, inline: bool = False) -> Callable[[F], F]: ...
 def kernel(function: F | None = None, *, inline: bool = False) -> F | Callable[[F], F]:
     """Compile a pure function on numbers, contiguous arrays and NamedTuples of arrays.
 
-    Use as ``@kernel``, or as ``@kernel(inline=True)`` for a short function in the inner loop of others. The
-    first call with a new set of argument types compiles, or loads from the cache.
+    Use ``@kernel``, or ``@kernel(inline=True)`` for a short function in inner loops of other kernels. The first call with a
+    new set of argument types compiles the function, or loads it from the cache.
 
     Parameters
     ----------
     function : function
-        Defined at the top of a module of the package. A function defined elsewhere (a test, a user's own
-        law) is compiled as well but not cached, because the hash does not cover its source.
+        Function at the top level of a module of the package. A function defined elsewhere (a test, a user's law) is
+        compiled but not cached, because the hash does not cover its source.
     inline : bool
-        Have LLVM inline it into every caller, whatever its size. LLVM does so of its own accord where it
-        sees a gain, so this is for measured cases.
+        Make LLVM inline the function into every caller, for any size. LLVM often does so by itself, so use this only after
+        a measurement.
 
     Returns
     -------
@@ -127,8 +127,8 @@ def kernel(function: F | None = None, *, inline: bool = False) -> F | Callable[[
     Raises
     ------
     RuntimeError
-        The function is in the package, but inside another function, or its module imports by relative
-        names, which the hash does not follow.
+        A function of the package is defined inside another function, or its module has relative imports, which the hash
+        does not follow.
     """
     if function is None:
         return lambda f: _compile_lazily(f, inline)
@@ -142,22 +142,22 @@ def _compile_lazily(function: F, inline: bool) -> F:
     options = OPTIONS | ({"forceinline": True} if inline else {})
     dispatcher: Any = numba.njit(**options)(function)
     if _is_covered(function) and cache_folder() is not None:
-        with suppress(RuntimeError, OSError):  # folder lost since: stays uncached
+        with suppress(RuntimeError, OSError):  # if the folder has disappeared, the kernel is not cached
             dispatcher._cache = _KernelCache(function)
     _kernels[id(dispatcher)] = dispatcher
     return dispatcher
 
 
 def _is_covered(function: Callable[..., Any]) -> bool:
-    """Whether the source of `function`, and of all that it can call, is part of the hash."""
+    """Whether the hash covers the source of `function` and of all functions that it can call."""
     path = _source(function)
     if not path.is_relative_to(_PACKAGE):
         return False
     name = f"kernel {function.__qualname__} in {path.relative_to(_PACKAGE.parent).as_posix()}"
     if function.__closure__ is not None or "<locals>" in function.__qualname__:
-        raise RuntimeError(f"{name} is made inside another function: define it at the top of the module")
+        raise RuntimeError(f"{name} is defined inside another function: define it at the top level of the module")
     if _RELATIVE_IMPORT.search(path.read_bytes()):
-        raise RuntimeError(f"{name}: the kernel cache does not follow relative imports, import by full names")
+        raise RuntimeError(f"{name}: the kernel cache does not follow relative imports; import by full names")
     return True
 
 
@@ -167,7 +167,7 @@ def _source(function: Callable[..., Any]) -> Path:
 
 
 class _Locator(UserProvidedCacheLocator):  # type: ignore[misc, unused-ignore]
-    """Place of the cache entries of one function, in a folder that is named by a hash of its sources."""
+    """Location of the cache entries of one function: a folder named by a hash of its sources."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         self._py_file = str(_source(function))
@@ -178,11 +178,11 @@ class _Locator(UserProvidedCacheLocator):  # type: ignore[misc, unused-ignore]
         self._cache_path = str(parent / _key(_source(function)))
 
     def get_source_stamp(self) -> str:
-        """Return a constant: the name of the folder stands for the sources."""
+        """Return a constant, because the name of the folder already identifies the sources."""
         return ""
 
     def ensure_cache_path(self) -> None:
-        """Make the folder for this user alone."""
+        """Create the folder with permissions for this user only."""
         folder = Path(self._cache_path)
         with suppress(FileExistsError):
             folder.mkdir(_PRIVATE)
@@ -190,7 +190,7 @@ class _Locator(UserProvidedCacheLocator):  # type: ignore[misc, unused-ignore]
 
 
 class _CacheImpl(CompileResultCacheImpl):  # type: ignore[misc, unused-ignore]
-    """Serialisation as in numba; the place is that of `_Locator`, whatever numba's settings are."""
+    """Serialisation as in numba, at the location of `_Locator` for any settings of numba."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         self._lineno = function.__code__.co_firstlineno
@@ -200,7 +200,7 @@ class _CacheImpl(CompileResultCacheImpl):  # type: ignore[misc, unused-ignore]
 
 
 class _KernelCache(FunctionCache):
-    """numba's cache of one function; an entry that cannot be trusted or kept is compiled, never an error."""
+    """numba's cache of one function; instead of an error, an invalid entry causes a new compilation."""
 
     _impl_class = _CacheImpl
 
@@ -220,12 +220,12 @@ class _KernelCache(FunctionCache):
         try:
             stored = super().load_overload(sig, target_context)
         except Exception as fault:  # a damaged pickle can raise anything
-            _log.debug("cache entry of %s is damaged (%r), compiling again", self._name, fault)
+            _log.debug("cache entry of %s is damaged (%r); compiling again", self._name, fault)
             with suppress(OSError):
                 self.flush()
             return None
         if stored is not None and tuple(stored.signature.args) != tuple(sigutils.normalize_signature(sig)[0]):
-            _log.debug("cache entry of %s is for %s, compiling again", self._name, stored.signature)
+            _log.debug("cache entry of %s is for %s; compiling again", self._name, stored.signature)
             return None
         return stored
 
@@ -237,13 +237,12 @@ class _KernelCache(FunctionCache):
             super().save_overload(sig, data)
         except OSError as fault:
             self.disable()
-            _log.debug("cannot keep %s: %s", self._name, fault)
+            _log.debug("cannot store %s: %s", self._name, fault)
 
     def _index_key(self, sig: Any, codegen: Any) -> Any:
         """Return numba's key of a signature, and the field names of the NamedTuples among the arguments.
 
-        Machine code reads fields by their order, and a NamedTuple may be defined in a module that the
-        kernel's own does not import.
+        Machine code reads fields by their order, and the module of a NamedTuple is possibly not covered by the hash.
         """
         return (*super()._index_key(sig, codegen), _field_names(sig))
 
@@ -252,7 +251,7 @@ class _KernelCache(FunctionCache):
 
 
 def _field_names(argument_types: Any) -> tuple[Any, ...]:
-    """Field names of all NamedTuples among numba types, those inside tuples included."""
+    """Field names of all NamedTuples among numba types, including those inside tuples."""
     names: list[Any] = []
     for kind in argument_types:
         if isinstance(kind, containers.BaseNamedTuple):
@@ -264,17 +263,17 @@ def _field_names(argument_types: Any) -> tuple[Any, ...]:
 
 @cache
 def cache_folder() -> Path | None:
-    """Give the folder that holds the folders of compiled kernels, made on the first call.
+    """Return the parent folder of all folders of compiled kernels, and create it in the first call.
 
-    ``<base>/fsm/kernels``, with ``NUMBA_CACHE_DIR`` as the base where set, and else the user's cache folder
-    (``XDG_CACHE_HOME`` or ``~/.cache``; ``~/Library/Caches`` on macOS; ``%LOCALAPPDATA%`` on Windows). In
-    it, each module that defines kernels has a folder for each version of its sources.
+    The folder is ``<base>/fsm/kernels``. The base is ``NUMBA_CACHE_DIR`` if it is set, else the user's cache folder
+    (``XDG_CACHE_HOME`` or ``~/.cache``; ``~/Library/Caches`` on macOS; ``%LOCALAPPDATA%`` on Windows). Each module with
+    kernels has one folder per version of its sources there.
 
     Returns
     -------
     Path or None
-        None when there is nothing to keep (``NUMBA_DISABLE_JIT``), nowhere to keep it, or when others can
-        write there; the last two are logged, once, as a warning.
+        None with ``NUMBA_DISABLE_JIT``, if no folder can be created, or if other users can write to it. The last two cases
+        are logged once as a warning.
     """
     if numba.config.DISABLE_JIT:
         return None
@@ -292,17 +291,17 @@ def cache_folder() -> Path | None:
         _remove_unused(folder)
     except OSError as fault:
         reason = fault.strerror if fault.errno == errno.EPERM and fault.filename is None else fault
-        _log.warning("compiled kernels cannot be kept (%s); set NUMBA_CACHE_DIR to a writable folder of your own", reason)
+        _log.warning("compiled kernels cannot be stored (%s); set NUMBA_CACHE_DIR to a writable folder of your own", reason)
         return None
     return folder
 
 
 def _fault_of(folder: Path) -> str | None:
-    """Say why machine code in `folder` could be another user's, or None.
+    """Reason why another user could have written machine code to `folder`, or None.
 
-    The folder has to be the user's own, with no write permission for others. The folders above it have to
-    be the user's or root's; where others can write there, the sticky bit has to keep them from renaming
-    what is not theirs. Above the folder itself, the user's private group (named as the user) may write.
+    The user must own the folder, and others must not have write permission. The user or root must own the folders above it.
+    Others may have write permission there only with the sticky bit, which prevents renaming. The user's private group (with
+    the name of the user) may write to the folders above.
     """
     if sys.platform == "win32":
         return None
@@ -320,7 +319,7 @@ def _fault_of(folder: Path) -> str | None:
 
 
 def _private_group() -> int | None:
-    """Number of the user's primary group where it has the user's name, else None."""
+    """Number of the user's primary group if it has the name of the user, else None."""
     import grp
     import pwd
 
@@ -332,7 +331,7 @@ def _private_group() -> int | None:
 
 
 def _base_folder() -> Path:
-    """Give the folder that the user or the platform sets aside for caches."""
+    """Return the cache folder of the user or the platform."""
     if numba.config.CACHE_DIR:
         return Path(os.path.abspath(numba.config.CACHE_DIR))
     if sys.platform == "win32":
@@ -351,7 +350,7 @@ def _base_folder() -> Path:
 
 
 def _text(path: str) -> bytes | None:
-    """Content of a file, None where there is none."""
+    """Content of a file, or None if it does not exist."""
     try:
         with open(path, "rb") as file:
             return file.read()
@@ -364,12 +363,12 @@ _text_at_import: Final = cache(_text)
 
 @cache
 def _key(path: Path) -> str:
-    """Hash all that the machine code of kernels in `path` depends on, as it was when first asked for."""
+    """Hash of everything that the machine code of kernels in `path` depends on, as read at the first call."""
     return _key_now(path, _text_at_import)
 
 
 def _key_now(path: Path, read: Callable[[str], bytes | None] = _text) -> str:
-    """Hash all that the machine code of kernels in `path` depends on, as it is on disk now."""
+    """Hash of everything that the machine code of kernels in `path` depends on, as it is on disk now."""
     digest = hashlib.sha256()
     settings = {name: getattr(numba.config, name, None) for name in _NUMBA_SETTINGS}
     versions = (sys.version, numba.__version__, llvmlite.__version__, np.__version__)
@@ -387,7 +386,7 @@ def _machine() -> tuple[str, str]:
 
 
 def _imported(path: str, read: Callable[[str], bytes | None]) -> dict[str, bytes]:
-    """Files, with their contents, that the module at `path` imports from the package, and `path` itself."""
+    """Contents, by path, of the module at `path` and of all modules of the package that it imports."""
     contents: dict[str, bytes] = {}
     waiting = [path]
     while waiting:
@@ -400,7 +399,7 @@ def _imported(path: str, read: Callable[[str], bytes | None]) -> dict[str, bytes
 
 @cache
 def _candidates(text: bytes) -> tuple[str, ...]:
-    """Files of the package that the import statements in `text` may name; not all of them exist."""
+    """Paths in the package that the import statements in `text` may refer to; not all of them exist."""
     stems: set[str] = set()
     for statement in _IMPORT.finditer(text):
         stem = os.path.join(_PACKAGE.parent, *(statement[1] or statement[3]).decode().split("."))
@@ -410,7 +409,7 @@ def _candidates(text: bytes) -> tuple[str, ...]:
 
 
 def _mark_as_used(folder: Path) -> None:
-    """Date `folder`, at most once a day."""
+    """Update the time of last use of `folder`, at most once a day."""
     stamp = folder / _STAMP
     with suppress(OSError):
         if not stamp.exists() or time.time() - stamp.stat().st_mtime > _DAY:
@@ -418,10 +417,9 @@ def _mark_as_used(folder: Path) -> None:
 
 
 def _remove_unused(parent: Path) -> None:
-    """Remove, at most once a day, the folders in `parent` that are out of use for `KEEP_DAYS`.
+    """Remove the folders in `parent` that were not used for `KEEP_DAYS`, at most once a day.
 
-    A folder is first renamed, so that a process that comes back to it at that moment finds all of it or
-    nothing. What cannot be removed stays.
+    A folder is renamed first, so another process finds either the complete folder or none. Errors are ignored.
     """
     stamp = parent / _STAMP
     if stamp.exists() and time.time() - stamp.stat().st_mtime < _DAY:
@@ -442,17 +440,17 @@ def _remove_unused(parent: Path) -> None:
 
 
 class _Compilations(event.Listener):
-    """Counts and times the compilations of our kernels; numba's compiler lock keeps events in sequence."""
+    """Counter and timer of the compilations of kernels of this package; numba's compiler lock serialises the events."""
 
     def __init__(self) -> None:
         self.count = 0
         self.callbacks: list[Callable[[str], None]] = []
         self._seconds = 0.0
-        self._depth = 0  # a kernel that calls others compiles them while it is being compiled
+        self._depth = 0  # nesting depth: a kernel compiles its callees during its own compilation
         self._started = 0.0
 
     def on_start(self, happening: Any) -> None:
-        """A dispatcher, ours or not, starts to compile."""
+        """Handle the start of a compilation of any dispatcher in the process."""
         dispatcher = happening.data["dispatcher"]
         if id(dispatcher) not in _kernels:
             return
@@ -464,7 +462,7 @@ class _Compilations(event.Listener):
         self.count += 1
 
     def on_end(self, happening: Any) -> None:
-        """A dispatcher, ours or not, has compiled or failed to."""
+        """Handle the end of a compilation, successful or not, of any dispatcher in the process."""
         if id(happening.data["dispatcher"]) not in _kernels:
             return
         self._depth -= 1
@@ -472,7 +470,7 @@ class _Compilations(event.Listener):
             self._seconds += time.perf_counter() - self._started
 
     def seconds(self) -> float:
-        """Time in finished compilations and in the running one."""
+        """Time of the finished compilations and of the running one, s."""
         running = time.perf_counter() - self._started if self._depth else 0.0
         return self._seconds + running
 
@@ -487,40 +485,39 @@ def _name(dispatcher: Any) -> str:
 
 
 def kernel_names() -> tuple[str, ...]:
-    """Give the full names of the kernels that have been imported in this process, compiled or not."""
+    """Return the full names of all kernels that this process has imported, compiled or not."""
     return tuple(_name(dispatcher) for dispatcher in _kernels.values())
 
 
 def compile_time() -> float:
-    """Give the seconds that this process has spent compiling kernels.
+    """Return the time that this process has spent compiling kernels, s.
 
-    Loading from the cache is not compiling. A kernel that is compiled for the sake of another is counted
-    once.
+    Loading from the cache does not count. The compilation of a callee counts once.
     """
     return _compilations.seconds()
 
 
 def cache_misses() -> int:
-    """Give the number of times that this process had to compile a kernel for a set of argument types."""
+    """Return the number of compilations in this process, one for each kernel and set of argument types."""
     return _compilations.count
 
 
 def on_compile(callback: Callable[[str], None]) -> Callable[[], None]:
-    """Have `callback` called with the full name of every kernel that starts to compile.
+    """Register a callback that receives the full name of every kernel whose compilation starts.
 
     Parameters
     ----------
     callback : function of one string
-        Called in the thread that compiles, callees after their caller. An exception ends the compilation.
+        Called in the compiling thread, for a caller before its callees. An exception aborts the compilation.
 
     Returns
     -------
-    A function without arguments that ends the calls.
+    Function without arguments that removes the callback.
     """
     _compilations.callbacks.append(callback)
 
-    def forget() -> None:
+    def remove() -> None:
         with suppress(ValueError):
             _compilations.callbacks.remove(callback)
 
-    return forget
+    return remove

@@ -1,8 +1,8 @@
-"""Newton-Euler in space: gyroscopic moments, and quaternions whose norm is held at one.
+"""Newton-Euler terms: gyroscopic moments, energies, reactions, and rates of quaternions with a stabilised norm.
 
-    p' = 1/2 p (0, w) + 1/2 HOLD (1 - p.p) p
+    p' = 1/2 p (0, w) + 1/2 NORM_RATE (1 - p.p) p
 
-The last term is zero on the unit sphere and pulls a drifting quaternion back to it.
+The last term is zero for a unit quaternion, and returns a drifting norm to 1.
 """
 
 from __future__ import annotations
@@ -13,25 +13,25 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import find_slot
 
 __all__ = [
-    "HOLD",
+    "NORM_RATE",
     "add_gyroscopic",
+    "drive_reactions",
     "gyroscopic_damping",
-    "along",
     "largest_force",
     "motion_energy",
     "quaternion_jacobian",
     "quaternion_rates",
-    "reactions_to",
+    "support_reactions",
     "tangent_from_quaternion",
 ]
 
-HOLD = 50.0
-"""Rate at which the quaternion norm returns to one, 1/s."""
+NORM_RATE = 50.0
+"""Rate at which the quaternion norm returns to 1, 1/s."""
 
 
 @kernel
 def add_gyroscopic(rates: np.ndarray, inertia: np.ndarray, force: np.ndarray) -> None:
-    """Add -w x J w to the moments of all bodies; rates, inertia, force are (n_bodies, 6)."""
+    """Add the gyroscopic moments -w x J w to `force`; rates, inertia and force are (n_bodies, 6) arrays."""
     for i in range(rates.shape[0]):
         wx, wy, wz = rates[i, 3], rates[i, 4], rates[i, 5]
         jx, jy, jz = inertia[i, 3], inertia[i, 4], inertia[i, 5]
@@ -49,7 +49,7 @@ def gyroscopic_damping(
     indices: np.ndarray,
     damping_data: np.ndarray,
 ) -> None:
-    """Add d(w x J w)/dw of all free bodies to D."""
+    """Add d(w x J w)/dw of all free bodies to the blocks of the damping matrix D."""
     for i in range(rates.shape[0]):
         slot = find_slot(indptr, indices, dof[i], dof[i])
         if slot < 0:
@@ -65,8 +65,8 @@ def gyroscopic_damping(
 
 
 @kernel
-def reactions_to(force: np.ndarray, free: np.ndarray) -> np.ndarray:
-    """What holds the bodies without degrees of freedom against `force` (n_bodies, 3 or 6); zero for the free ones."""
+def support_reactions(force: np.ndarray, free: np.ndarray) -> np.ndarray:
+    """Reactions to `force` (n_bodies, 3 or 6) on the bodies without degrees of freedom; zero for the free bodies."""
     out = np.empty(force.shape)
     for i in range(force.shape[0]):
         for k in range(force.shape[1]):
@@ -79,7 +79,7 @@ def reactions_to(force: np.ndarray, free: np.ndarray) -> np.ndarray:
 
 @kernel
 def largest_force(wrenches: np.ndarray) -> float:
-    """Largest component of the forces in wrenches (n_bodies, 3 or 6), the moments left out."""
+    """Largest force component in wrenches (n_bodies, 3 or 6), without moments."""
     largest = 0.0
     for i in range(wrenches.shape[0]):
         for k in range(3 if wrenches.shape[1] == 6 else 2):
@@ -91,24 +91,36 @@ def largest_force(wrenches: np.ndarray) -> float:
 def motion_energy(
     inertia: np.ndarray, rates: np.ndarray, wrenches: np.ndarray, driven: np.ndarray
 ) -> tuple[float, float, float]:
-    """Kinetic energy (J) of all bodies, the power (W) of wrenches on them, and the kinetic energy of those driven, (n,).
+    """Kinetic energy (J) of all bodies, power (W) of the wrenches, and kinetic energy (J) of the driven bodies.
 
-    Inertia, rates and wrenches are (n_bodies, 3 or 6); driven bodies do not turn.
+    Parameters
+    ----------
+    inertia, rates, wrenches : (n_bodies, 3 or 6) arrays
+    driven : (n,) int array
+        Driven bodies, which do not rotate.
     """
-    kinetic = power = of_driven = 0.0
+    kinetic = power = kinetic_driven = 0.0
     for i in range(rates.shape[0]):
         for k in range(rates.shape[1]):
             kinetic += 0.5 * inertia[i, k] * rates[i, k] ** 2
             power += wrenches[i, k] * rates[i, k]
     for i in range(driven.shape[0]):
         for k in range(rates.shape[1] // 2 + rates.shape[1] % 2):
-            of_driven += 0.5 * inertia[driven[i], 0] * rates[driven[i], k] ** 2
-    return kinetic, power, of_driven
+            kinetic_driven += 0.5 * inertia[driven[i], 0] * rates[driven[i], k] ** 2
+    return kinetic, power, kinetic_driven
 
 
 @kernel
-def along(wrenches: np.ndarray, bodies: np.ndarray, motion: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """Forces (n_motions,) on the bodies (m,) of every motion (m,) along its direction, (n_motions, 2 or 3)."""
+def drive_reactions(wrenches: np.ndarray, bodies: np.ndarray, motion: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """Force of every drive along its direction, (n_motions,), N.
+
+    Parameters
+    ----------
+    wrenches : (n_bodies, 3 or 6) array
+    bodies, motion : (m,) int arrays
+        Driven bodies, and the number of the motion of each.
+    directions : (n_motions, 2 or 3) array
+    """
     out = np.zeros(directions.shape[0])
     for i in range(bodies.shape[0]):
         for k in range(directions.shape[1]):
@@ -118,19 +130,19 @@ def along(wrenches: np.ndarray, bodies: np.ndarray, motion: np.ndarray, directio
 
 @kernel
 def quaternion_rates(poses: np.ndarray, rates: np.ndarray) -> np.ndarray:
-    """(n, 7) rates of position and quaternion from poses (n, 7) and velocities (n, 6)."""
+    """Rates of position and quaternion, (n, 7), from poses (n, 7) and velocities (n, 6)."""
     out = np.empty(poses.shape)
     for i in range(poses.shape[0]):
         w, x, y, z = poses[i, 3], poses[i, 4], poses[i, 5], poses[i, 6]
         a, b, c = rates[i, 3], rates[i, 4], rates[i, 5]
-        hold = 0.5 * HOLD * (1.0 - w * w - x * x - y * y - z * z)
+        correction = 0.5 * NORM_RATE * (1.0 - w * w - x * x - y * y - z * z)
         out[i, 0] = rates[i, 0]
         out[i, 1] = rates[i, 1]
         out[i, 2] = rates[i, 2]
-        out[i, 3] = 0.5 * (-x * a - y * b - z * c) + hold * w
-        out[i, 4] = 0.5 * (w * a + y * c - z * b) + hold * x
-        out[i, 5] = 0.5 * (w * b + z * a - x * c) + hold * y
-        out[i, 6] = 0.5 * (w * c + x * b - y * a) + hold * z
+        out[i, 3] = 0.5 * (-x * a - y * b - z * c) + correction * w
+        out[i, 4] = 0.5 * (w * a + y * c - z * b) + correction * x
+        out[i, 5] = 0.5 * (w * b + z * a - x * c) + correction * y
+        out[i, 6] = 0.5 * (w * c + x * b - y * a) + correction * z
     return out
 
 
@@ -151,9 +163,9 @@ def quaternion_jacobian(poses: np.ndarray, rates: np.ndarray) -> tuple[np.ndarra
         m[2, 0], m[2, 1], m[2, 3] = 0.5 * b, -0.5 * c, 0.5 * a
         m[3, 0], m[3, 1], m[3, 2] = 0.5 * c, 0.5 * b, -0.5 * a
         for j in range(4):
-            m[j, j] += 0.5 * HOLD * excess
+            m[j, j] += 0.5 * NORM_RATE * excess
             for k in range(4):
-                m[j, k] -= HOLD * p[j] * p[k]
+                m[j, k] -= NORM_RATE * p[j] * p[k]
         for j in range(3):
             by_rate[i, j, j] = 1.0
         by_rate[i, 3, 3], by_rate[i, 3, 4], by_rate[i, 3, 5] = -0.5 * x, -0.5 * y, -0.5 * z
@@ -165,7 +177,7 @@ def quaternion_jacobian(poses: np.ndarray, rates: np.ndarray) -> tuple[np.ndarra
 
 @kernel
 def tangent_from_quaternion(poses: np.ndarray) -> np.ndarray:
-    """d(tangent increment)/d(pose), (n, 6, 7): dtheta = 2 conj(p) dp / p.p, the radial part of dp left out."""
+    """Derivatives d(tangent increment)/d(pose), (n, 6, 7): dtheta = 2 conj(p) dp / p.p without the radial part of dp."""
     count = poses.shape[0]
     out = np.zeros((count, 6, 7))
     for i in range(count):

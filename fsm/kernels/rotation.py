@@ -33,7 +33,7 @@ def fill_rotation(p: np.ndarray, out: np.ndarray) -> None:
 
 
 def rotation_matrix(p: np.ndarray) -> np.ndarray:
-    """Rotation matrix (3, 3) of a quaternion of any length."""
+    """Rotation matrix (3, 3) of a quaternion of any norm."""
     w, x, y, z = np.asarray(p, dtype=float) / np.linalg.norm(p)
     return np.array(
         [
@@ -62,19 +62,19 @@ def multiply(p: np.ndarray, r: np.ndarray) -> np.ndarray:
 def exponential(vector: np.ndarray) -> np.ndarray:
     """Quaternion of a rotation vector (..., 3), rad."""
     angle = np.linalg.norm(vector, axis=-1, keepdims=True)
-    # np.sinc(x) = sin(pi x)/(pi x), so this is sin(angle/2)/angle, right at zero too
+    # np.sinc(x) = sin(pi x)/(pi x); the factor is sin(angle/2)/angle, also at zero
     return np.concatenate([np.cos(angle / 2), 0.5 * np.sinc(angle / (2 * np.pi)) * vector], axis=-1)
 
 
 def rotate_by(p: np.ndarray, vector: np.ndarray) -> np.ndarray:
-    """Vectors (..., 3) turned by unit quaternions (..., 4)."""
+    """Vectors (..., 3) rotated by unit quaternions (..., 4)."""
     axis = p[..., 1:]
     across = _cross(axis, vector)
     return vector + 2.0 * (p[..., :1] * across + _cross(axis, across))
 
 
 def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """`np.cross` takes ten times as long for a few vectors."""
+    """Vector product of arrays (..., 3); for a few vectors ten times faster than `np.cross`."""
     a0, a1, a2 = a[..., 0], a[..., 1], a[..., 2]
     b0, b1, b2 = b[..., 0], b[..., 1], b[..., 2]
     return np.stack([a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0], axis=-1)
@@ -82,7 +82,7 @@ def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 @kernel
 def fill_inverse_tangent(x: float, y: float, z: float, out: np.ndarray) -> None:
-    """Write T^-1 of a rotation vector, see `inverse_tangent_map`, into `out` (3, 3)."""
+    """Write T^-1 of a rotation vector into `out` (3, 3); see `inverse_tangent_map`."""
     square = x * x + y * y + z * z
     half = 0.5 * np.sqrt(square)
     factor = (1.0 - half / np.tan(half)) / square if half > 1e-3 else 1.0 / 12.0 + square / 720.0
@@ -96,9 +96,9 @@ def fill_inverse_tangent(x: float, y: float, z: float, out: np.ndarray) -> None:
 
 @kernel
 def inverse_tangent_map(vector: np.ndarray) -> np.ndarray:
-    """Change of a rotation vector by a small rotation d applied after it: log(exp(v) exp(d)) = v + T^-1(v) d.
+    """Inverse tangent map T^-1 of a rotation vector v: log(exp(v) exp(d)) = v + T^-1(v) d for a small rotation d.
 
-    T^-1(v) = I + 1/2 [v] + (1 - a/2 cot(a/2))/a^2 [v]^2 with a = |v|           (Arnold, Bruls 2007, in body axes)
+    T^-1(v) = I + 1/2 [v] + (1 - a/2 cot(a/2))/a^2 [v]^2 with a = |v|       (Arnold and Bruls 2007, in body axes)
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Sums element forces into body forces and element tangents into the block matrix."""
+"""Assembly of element forces into body forces, and of element tangents into the block matrix."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ __all__ = [
 def scatter_efforts(
     bodies: np.ndarray, gradient: np.ndarray, effort: np.ndarray, count: int, force: np.ndarray
 ) -> None:
-    """Add the generalised forces -e_k dm_k/dx of a batch of interactions to their bodies.
+    """Add the generalised forces -e_k dm_k/dx of several interactions to the forces on their bodies.
 
     Parameters
     ----------
     bodies : (m, b) int array
-        Bodies of each interaction; its coordinates are theirs in this order.
+        Bodies of each interaction. Its coordinates x are those of the bodies in this order.
     gradient : (m, k, b d) array
-        dm_k/dx of each measure.
+        dm_k/dx of each measure of deformation.
     effort : (m, k) array
-        Effort conjugate to each measure, positive where it resists growth.
+        Effort conjugate to each measure; a positive effort resists an increase of the measure.
     count : int
-        Only the first `count` interactions are summed.
+        Number of interactions to add, from the first.
     force : (n_bodies, d) array, changed in place
     """
     size = force.shape[1]
@@ -50,7 +50,7 @@ def scatter_efforts(
 
 @kernel
 def find_slot(indptr: np.ndarray, indices: np.ndarray, row: int, column: int) -> int:
-    """Position of block (row, column) in a block-sparse pattern with sorted columns; -1 if it is not there."""
+    """Position of block (row, column) in a block-sparse pattern with sorted columns; -1 if it is absent."""
     if row < 0 or column < 0:
         return -1
     low, high = indptr[row], indptr[row + 1]
@@ -74,7 +74,7 @@ def add_block(
     indices: np.ndarray,
     data: np.ndarray,
 ) -> None:
-    """Add one element matrix to the block-sparse matrix; rows and columns of bodies that cannot move are dropped.
+    """Add one element matrix to the block-sparse matrix, without the bodies that have no degrees of freedom.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def add_block(
     dof : (n_bodies,) int array
         Block number of each body, -1 for a body without degrees of freedom.
     bodies : (b,) int array
-        The same body may stand twice; its blocks add up.
+        Bodies of the element. The blocks of a repeated body add up.
     indptr, indices : block-sparse pattern
     data : (n_blocks, d, d) array, changed in place
     """
@@ -99,7 +99,7 @@ def add_block(
 
 @kernel
 def pair_slots(bodies: np.ndarray, dof: np.ndarray, indptr: np.ndarray, indices: np.ndarray) -> np.ndarray:
-    """Positions (m, 4) of the blocks (a, a), (a, b), (b, a), (b, b) of pairs of bodies (m, 2); -1 where there is none."""
+    """Positions (m, 4) of the blocks (a, a), (a, b), (b, a), (b, b) of pairs of bodies (m, 2); -1 for an absent block."""
     slots = np.empty((bodies.shape[0], 4), dtype=np.int64)
     for i in range(bodies.shape[0]):
         for j in range(2):
@@ -113,7 +113,7 @@ def _add_planar(
     flat: np.ndarray, slot: int, sign_row: float, sign_column: float,
     xx: float, xz: float, zx: float, zz: float, xt: float, zt: float, tx: float, tz: float, tt: float,
 ) -> None:  # fmt: skip
-    """Add a block (x, z, turn) to the block data, flattened; the signs are those of its positions."""
+    """Add a block (x, z, rotation) to the flattened block data; the signs multiply its displacement rows and columns."""
     if slot < 0:
         return
     block = flat[9 * slot : 9 * slot + 9]
@@ -137,16 +137,16 @@ def add_quarters_planar(
     ax: float, az: float, bx: float, bz: float,
     aa: float, ab: float, ba: float, bb: float,
 ) -> None:  # fmt: skip
-    """Add the matrix of one element between two bodies in the plane that depends on where they are to each other only.
+    """Add the matrix of a plane element between bodies a and b that depends on their relative displacement and rotations.
 
     Parameters
     ----------
     flat : (9 n_blocks,) array, changed in place
-        The block data.
+        Flattened block data.
     slots : (4,) int array, a row of `pair_slots`
     xx, ... bb : floats
-        Rows and columns of the relative displacement x, z, and of the turns of the bodies a and b; what belongs to the
-        outer body's displacement has the opposite sign.
+        Entries by row and column: relative displacement x, z, and rotations of the bodies a and b. Entries of the
+        displacement of body b have the opposite sign.
     """
     _add_planar(flat, slots[0], 1.0, 1.0, xx, xz, zx, zz, xa, za, ax, az, aa)
     _add_planar(flat, slots[1], 1.0, -1.0, xx, xz, zx, zz, xb, zb, ax, az, ab)
@@ -158,7 +158,7 @@ def add_quarters_planar(
 def _add_spatial(
     flat: np.ndarray, slot: int, sign_row: float, sign_column: float, vv: Matrix, vt: Matrix, tv: Matrix, tt: Matrix
 ) -> None:
-    """Add a block (displacement, turn) to the block data, flattened; the signs are those of its positions."""
+    """Add a block (displacement, rotation) to the flattened block data; the signs are as in `_add_planar`."""
     if slot < 0:
         return
     block = flat[36 * slot : 36 * slot + 36]
@@ -176,7 +176,7 @@ def add_quarters_spatial(
     flat: np.ndarray, slots: np.ndarray,
     vv: Matrix, va: Matrix, vb: Matrix, av: Matrix, bv: Matrix, aa: Matrix, ab: Matrix, ba: Matrix, bb: Matrix,
 ) -> None:  # fmt: skip
-    """As `add_quarters_planar`, in space: `flat` (36 n_blocks,), v the relative displacement, a and b the turns."""
+    """Spatial version of `add_quarters_planar`: `flat` (36 n_blocks,), relative displacement v, rotations a and b."""
     _add_spatial(flat, slots[0], 1.0, 1.0, vv, va, av, aa)
     _add_spatial(flat, slots[1], 1.0, -1.0, vv, vb, av, ab)
     _add_spatial(flat, slots[2], -1.0, 1.0, vv, va, bv, ba)
@@ -185,7 +185,7 @@ def add_quarters_spatial(
 
 @kernel(inline=True)
 def add_turn_planar(flat: np.ndarray, slots: np.ndarray, value: float) -> None:
-    """As `add_quarters_planar`, of an element that knows the turn of one body to the other only."""
+    """Add the matrix of a plane element that depends only on the relative rotation; see `add_quarters_planar`."""
     for j in range(4):
         if slots[j] >= 0:
             flat[9 * slots[j] + 8] += value if j == 0 or j == 3 else -value
@@ -193,7 +193,7 @@ def add_turn_planar(flat: np.ndarray, slots: np.ndarray, value: float) -> None:
 
 @kernel(inline=True)
 def add_turns_spatial(flat: np.ndarray, slots: np.ndarray, aa: Matrix, ab: Matrix, ba: Matrix, bb: Matrix) -> None:
-    """As `add_quarters_spatial`, of an element that knows turns only."""
+    """Add the matrix of a spatial element that depends only on rotations; see `add_quarters_spatial`."""
     _add_turns(flat, slots[0], aa)
     _add_turns(flat, slots[1], ab)
     _add_turns(flat, slots[2], ba)
@@ -202,7 +202,7 @@ def add_turns_spatial(flat: np.ndarray, slots: np.ndarray, aa: Matrix, ab: Matri
 
 @kernel(inline=True)
 def _add_turns(flat: np.ndarray, slot: int, tt: Matrix) -> None:
-    """Add the block of the turns."""
+    """Add the block of the rotations."""
     if slot < 0:
         return
     block = flat[36 * slot : 36 * slot + 36]

@@ -1,4 +1,4 @@
-"""Products, inverses and inertia of small dense blocks: what block LU does inside a block."""
+"""Products, inverses and inertia of small dense blocks, for the block LU factorisation."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = [
 
 @kernel(inline=True)
 def subtract_product(out: np.ndarray, a: np.ndarray, b: np.ndarray) -> None:
-    """out -= a b; loops of fixed length are unrolled, so the sizes of every day have their own."""
+    """out -= a b; common sizes have loops of fixed length, which the compiler unrolls."""
     size = out.shape[0]
     if size == 3:
         for i in range(3):
@@ -27,7 +27,7 @@ def subtract_product(out: np.ndarray, a: np.ndarray, b: np.ndarray) -> None:
                     out[i, j] -= factor * b[k, j]
     elif size == 9:
         for i in range(9):
-            # a row in registers; as a loop over j it is stored and loaded again for every k
+            # keeps a row in registers; a loop over j would store and load it again for every k
             r0, r1, r2, r3, r4 = out[i, 0], out[i, 1], out[i, 2], out[i, 3], out[i, 4]
             r5, r6, r7, r8 = out[i, 5], out[i, 6], out[i, 7], out[i, 8]
             for k in range(9):
@@ -53,7 +53,7 @@ def subtract_product(out: np.ndarray, a: np.ndarray, b: np.ndarray) -> None:
 
 @kernel(inline=True)
 def _add_product_of_9(out: np.ndarray, block: np.ndarray, v: np.ndarray) -> None:
-    """Sums as trees, whose parts do not wait for one another. As a branch below its loop is not unrolled."""
+    """out += block v for size 9, with sums as trees of independent parts; inside `add_product` it is not unrolled."""
     v0, v1, v2, v3, v4, v5, v6, v7, v8 = v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], v[8]
     for a in range(9):
         first = (block[a, 0] * v0 + block[a, 1] * v1) + (block[a, 2] * v2 + block[a, 3] * v3)
@@ -69,15 +69,15 @@ def add_product(out: np.ndarray, block: np.ndarray, v: np.ndarray) -> None:
         _add_product_of_9(out, block, v)
     else:
         for a in range(size):
-            whole = out[a]
+            total = out[a]
             for b in range(size):
-                whole += block[a, b] * v[b]
-            out[a] = whole
+                total += block[a, b] * v[b]
+            out[a] = total
 
 
 @kernel(inline=True)
 def _subtract_transposed_of_9(out: np.ndarray, block: np.ndarray, v: np.ndarray) -> None:
-    """In registers, as in `subtract_product`."""
+    """out -= block^T v for size 9, in registers as in `subtract_product`."""
     r0, r1, r2, r3, r4, r5, r6, r7, r8 = out[0], out[1], out[2], out[3], out[4], out[5], out[6], out[7], out[8]
     for a in range(9):
         factor = v[a]
@@ -107,7 +107,7 @@ def subtract_transposed(out: np.ndarray, block: np.ndarray, v: np.ndarray) -> No
 
 @kernel(inline=True)
 def _subtract_terms_of_9(total: np.ndarray, scale: np.ndarray, block: np.ndarray, v: np.ndarray) -> None:
-    """Sums as in `_add_product_of_9`."""
+    """Size 9 of `subtract_terms`, with sums as in `_add_product_of_9`."""
     v0, v1, v2, v3, v4, v5, v6, v7, v8 = v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], v[8]
     for a in range(9):
         p0, p1, p2, p3 = block[a, 0] * v0, block[a, 1] * v1, block[a, 2] * v2, block[a, 3] * v3
@@ -126,17 +126,17 @@ def subtract_terms(total: np.ndarray, scale: np.ndarray, block: np.ndarray, v: n
         _subtract_terms_of_9(total, scale, block, v)
     else:
         for a in range(size):
-            left, largest = total[a], scale[a]
+            difference, magnitude = total[a], scale[a]
             for b in range(size):
                 term = block[a, b] * v[b]
-                left -= term
-                largest += abs(term)
-            total[a], scale[a] = left, largest
+                difference -= term
+                magnitude += abs(term)
+            total[a], scale[a] = difference, magnitude
 
 
 @kernel(inline=True)
 def is_zero(block: np.ndarray) -> bool:
-    """Whether all of a block is exactly zero."""
+    """Whether all entries of a block are exactly zero."""
     for i in range(block.shape[0]):
         for j in range(block.shape[1]):
             if block[i, j] != 0.0:
@@ -146,7 +146,7 @@ def is_zero(block: np.ndarray) -> bool:
 
 @kernel
 def invert(block: np.ndarray, work: np.ndarray) -> bool:
-    """Inverse of a small block in place (Gauss-Jordan, rows exchanged); False if it is singular."""
+    """Invert a small block in place (Gauss-Jordan with row exchanges); False if it is singular."""
     size = block.shape[0]
     for i in range(size):
         for j in range(size):
@@ -180,7 +180,7 @@ def invert(block: np.ndarray, work: np.ndarray) -> bool:
 
 @kernel
 def negative_eigenvalues(block: np.ndarray, work: np.ndarray) -> int:
-    """Negative eigenvalues of the symmetric part of a small block: signs of its LDL^T pivots, the largest first."""
+    """Number of negative eigenvalues of the symmetric part of a small block, from LDL^T with diagonal pivoting."""
     size = block.shape[0]
     for i in range(size):
         for j in range(size):

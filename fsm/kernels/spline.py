@@ -1,4 +1,4 @@
-"""Piecewise cubic curves M(x) with their exact integral and linear continuation outside."""
+"""Piecewise cubic curves M(x) with exact integral and linear extrapolation."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ def evaluate_curve(
     ----------
     x : float
     start, end : int
-        The curve's knots are ``knots[start:end]``.
+        The knots of the curve are ``knots[start:end]``.
     knots : (n,) array, increasing within a curve
     coefficients : (n, 4) array
-        Cubic of the interval that begins at each knot, highest power first; the last row continues linearly.
+        Cubic of the interval that begins at each knot, highest power first; the last row is the linear extrapolation.
     energies : (n,) array
         Integral of M from the origin of the energy to each knot.
 
@@ -31,7 +31,7 @@ def evaluate_curve(
     energy, moment, slope : float
     """
     if x < knots[start]:
-        # linear continuation below: the value and slope of the first cubic at its beginning
+        # linear extrapolation below the first knot
         step = x - knots[start]
         slope = coefficients[start, 2]
         value = coefficients[start, 3]

@@ -1,4 +1,4 @@
-"""3-vectors and 3x3 matrices (row by row) as tuples of floats, which a compiled loop keeps in registers."""
+"""Operations on 3-vectors and 3x3 matrices as tuples of floats (row by row), which compiled loops keep in registers."""
 
 from __future__ import annotations
 
@@ -139,7 +139,7 @@ def with_product(m: Matrix, g: Vector, hx: float, hy: float, hz: float) -> Matri
 
 @kernel(inline=True)
 def quaternion_product(p: Quaternion, r: Quaternion) -> Quaternion:
-    """p r."""
+    """Quaternion product p r."""
     return (
         p[0] * r[0] - p[1] * r[1] - p[2] * r[2] - p[3] * r[3],
         p[0] * r[1] + p[1] * r[0] + p[2] * r[3] - p[3] * r[2],

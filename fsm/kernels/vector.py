@@ -1,4 +1,4 @@
-"""Products of 3-vectors, and the size of a long vector, without allocation."""
+"""Products of 3-vectors, and comparisons of long vectors, without allocation."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["cross", "dot", "largest_ratio", "rotate", "same"]
+__all__ = ["cross", "dot", "equal_vectors", "largest_ratio", "rotate"]
 
 
 @kernel
 def rotate(rotation: np.ndarray, vector: np.ndarray, out: np.ndarray) -> None:
-    """Matrix times vector into `out` (3,)."""
+    """Write the product of a matrix (3, 3) and a vector into `out` (3,)."""
     for i in range(3):
         out[i] = rotation[i, 0] * vector[0] + rotation[i, 1] * vector[1] + rotation[i, 2] * vector[2]
 
@@ -24,7 +24,7 @@ def dot(a: np.ndarray, b: np.ndarray) -> float:
 
 @kernel
 def cross(a: np.ndarray, b: np.ndarray, out: np.ndarray) -> None:
-    """Vector product of two 3-vectors into `out` (3,)."""
+    """Write the vector product of two 3-vectors into `out` (3,)."""
     out[0] = a[1] * b[2] - a[2] * b[1]
     out[1] = a[2] * b[0] - a[0] * b[2]
     out[2] = a[0] * b[1] - a[1] * b[0]
@@ -32,7 +32,7 @@ def cross(a: np.ndarray, b: np.ndarray, out: np.ndarray) -> None:
 
 @kernel
 def largest_ratio(vector: np.ndarray, scale: np.ndarray) -> float:
-    """Largest |v|/s of two (n,) arrays, 0 without any; not a number if one is none."""
+    """Largest ratio |v|/s of two (n,) arrays; 0 for empty arrays, NaN if a ratio is NaN."""
     largest = 0.0
     for i in range(vector.shape[0]):
         ratio = abs(vector[i]) / scale[i]
@@ -44,8 +44,8 @@ def largest_ratio(vector: np.ndarray, scale: np.ndarray) -> float:
 
 
 @kernel
-def same(a: np.ndarray, b: np.ndarray) -> bool:
-    """Whether two vectors are equal; what is no number equals nothing."""
+def equal_vectors(a: np.ndarray, b: np.ndarray) -> bool:
+    """Whether two vectors are equal; NaN equals nothing."""
     equal = a.shape[0] == b.shape[0]
     i = 0
     while equal and i < a.shape[0]:

@@ -1,1 +1,1 @@
-"""Scalar laws: deformations and rates in, effort and slopes out; no geometry."""
+"""Scalar laws: efforts and their slopes from deformations and rates, without geometry."""

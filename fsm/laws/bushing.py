@@ -13,12 +13,12 @@ __all__ = ["bushing", "bushing_energy"]
 def bushing(
     value: np.ndarray, rate: np.ndarray, rest: np.ndarray, stiffness: np.ndarray, damping: np.ndarray
 ) -> np.ndarray:
-    """Effort k (x - x0) + c x' of every measure.
+    """Effort k (x - x0) + c x' of every component.
 
     Parameters
     ----------
     value, rate, rest, stiffness, damping : (m, k) arrays
-        Deformations and rates, the value free of effort, k and c.
+        Deformation x, its rate x', its force-free value x0, stiffness k and damping c.
 
     Returns
     -------
@@ -32,7 +32,7 @@ def bushing(
 def bushing_energy(
     value: np.ndarray, rate: np.ndarray, rest: np.ndarray, stiffness: np.ndarray, damping: np.ndarray
 ) -> tuple[np.ndarray, float]:
-    """Potential energy 1/2 k (x - x0)^2 of each element (m,), J, and the dissipated power c x'^2 of all, W."""
+    """Potential energy of each element, sum of 1/2 k (x - x0)^2, (m,), J, and dissipated power of all, sum of c x'^2, W."""
     energy = np.zeros(value.shape[0])
     power = 0.0
     for i in range(value.shape[0]):

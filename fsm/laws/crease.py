@@ -1,7 +1,7 @@
-"""Moment of a crease against its opening, from a table.
+"""Moment of a crease as a function of its opening, from a table.
 
-A curve is M(o), where the opening o = rest - s psi is how far the crease has turned from its rest angle towards flat
-(s: the side it is folded to). Series flexibility of half cells is put into the table once (`add_flexibility`).
+A curve is M(o). The opening o = rest - s psi is the rotation of the crease from its rest angle towards flat, where the sign
+s is the side to which the crease is folded. The table includes the series flexibility of half cells (`add_flexibility`).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Curve:
-    """One piecewise cubic M(o): `knots` (n,) rad, `coefficients` (n, 4), `energies` (n,) J; see `evaluate_curve`."""
+    """Piecewise cubic M(o): `knots` (n,) rad, `coefficients` (n, 4), `energies` (n,) J; see `evaluate_curve`."""
 
     knots: np.ndarray
     coefficients: np.ndarray
@@ -38,24 +38,24 @@ class Curve:
 
 
 def curve_from_data(angle: np.ndarray, moment: np.ndarray, interpolation: str = "cubic") -> Curve:
-    """Interpolate measured (angle, moment); continue linearly outside; integrate exactly.
+    """Interpolation of measured moments with linear extrapolation and exact integral.
 
     Parameters
     ----------
     angle : (n,) array, rad, increasing
     moment : (n,) array, N m
-    interpolation : "cubic" (not-a-knot, C2) or "pchip" (C1, monotone where the data are)
+    interpolation : "cubic" (not-a-knot, C2) or "pchip" (C1, monotone where the data are monotone)
 
     Notes
     -----
-    The energy is counted from zero opening, so it is zero there even if the data begin elsewhere.
+    The energy is zero at zero opening, even if the data begin elsewhere.
     """
     polynomial = CubicSpline(angle, moment) if interpolation == "cubic" else PchipInterpolator(angle, moment)
     return curve_from_polynomial(polynomial)
 
 
 def curve_from_polynomial(polynomial: PPoly) -> Curve:
-    """A cubic PPoly over its own range as a curve that continues linearly outside."""
+    """Curve from a cubic PPoly, with linear extrapolation."""
     knots = np.ascontiguousarray(polynomial.x, dtype=float)
     last_value = float(polynomial(knots[-1]))
     last_slope = float(polynomial(knots[-1], 1))
@@ -66,21 +66,23 @@ def curve_from_polynomial(polynomial: PPoly) -> Curve:
 
 
 def add_flexibility(curve: Curve, flexibility: float, subdivisions: int = 32) -> Curve:
-    """The curve of a crease in series with a linear flexibility (the half-cell correction).
+    """Curve of a crease in series with a linear flexibility (half-cell correction).
 
     o_total = o + M(o) f                                               docs/theory.md
 
     Parameters
     ----------
-    curve : Curve of the crease alone
+    curve : Curve
+        Curve of the crease alone.
     flexibility : f, rad/(N m)
     subdivisions : int
-        New knots in each old interval; values and slopes at them are exact, cubic Hermite between (error O(h^4)).
+        New intervals per old interval. Values and slopes are exact at the knots; cubic Hermite interpolation between
+        them has an error of O(h^4).
 
     Raises
     ------
     ValueError
-        1 + M' f <= 0: the crease softens faster than the flexibility beside it can follow (it would snap).
+        1 + M' f <= 0: the crease softens so fast that the half segments snap.
     """
     if flexibility == 0.0:
         return curve
@@ -93,8 +95,9 @@ def add_flexibility(curve: Curve, flexibility: float, subdivisions: int = 32) ->
     if stretch.min() <= 0.0:
         worst = int(np.argmin(stretch))
         raise ValueError(
-            f"at an opening of {np.degrees(opening[worst]):.4g} deg the crease softens by {slope[worst]:.4g} N m/rad, "
-            "more than the half segments beside it can follow; use shorter segments or half_cell = false"
+            f"at an opening of {np.degrees(opening[worst]):.4g} deg the crease softens by {slope[worst]:.4g} N m/rad; with "
+            f"the half segments its slope must be above {-1.0 / flexibility:.4g} N m/rad; use shorter segments or "
+            "half_cell = false"
         )
     total = opening + moment * flexibility
     return _hermite(total, moment, slope / stretch)
@@ -106,7 +109,7 @@ def _hermite(x: np.ndarray, y: np.ndarray, dydx: np.ndarray) -> Curve:
 
 @dataclass(frozen=True)
 class CurveTable:
-    """Several curves end to end: curve i has the knots ``bounds[i]:bounds[i + 1]``."""
+    """Several curves in common arrays: curve i has the knots ``bounds[i]:bounds[i + 1]``."""
 
     bounds: np.ndarray
     knots: np.ndarray
@@ -115,7 +118,7 @@ class CurveTable:
 
 
 def join_curves(curves: list[Curve]) -> CurveTable:
-    """One table of many curves, for the kernels."""
+    """Common table of several curves, for the kernels."""
     bounds = np.concatenate([[0], np.cumsum([len(c.knots) for c in curves])]).astype(np.int64)
     return CurveTable(
         bounds,
@@ -138,7 +141,7 @@ def crease_moment(
     coefficients: np.ndarray,
     energies: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Moment dU/dpsi + c psi' of every crease and its slope d2U/dpsi2.
+    """Moment dU/dpsi + c psi' of every crease and its stiffness d2U/dpsi2.
 
     Parameters
     ----------
@@ -149,7 +152,7 @@ def crease_moment(
     damping : (m,) array, N m s/rad
     curve : (m,) int array
         Number of each crease's curve in the table.
-    bounds, knots, coefficients, energies : the `CurveTable`
+    bounds, knots, coefficients, energies : arrays of the `CurveTable`
 
     Returns
     -------

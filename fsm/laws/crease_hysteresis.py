@@ -1,21 +1,22 @@
-"""What a crease keeps back on its way: dry friction beside its elastic curve, so that opening and closing differ.
+"""Hysteresis of a crease: dry friction in parallel with the elastic curve, for a moment that differs in opening and closing.
 
-Of two measured branches, loading L(o) and unloading U(o), the crease itself follows (L + U)/2 as an elastic curve, and a
-spring of stiffness k in series with a slider of strength h(o) = (L - U)/2 acts beside it:
+Measured are a loading branch L(o) and an unloading branch U(o). The elastic curve is (L + U)/2. In parallel acts a spring of
+stiffness k in series with a slider of strength h(o) = (L - U)/2:
 
-    M = k z,   z = o - p,   |k z| <= h(o),   the slider gives way only at |k z| = h(o)
+    M = k z,   z = o - p,   |k z| <= h(o),   the slider moves only at |k z| = h(o)
 
-p is where the slider stands, the only thing remembered: plasticity in one dimension with a yield moment that depends on
-the opening. Opened steadily the crease is on L, closed steadily on U; where it turns round, the moment goes from one to the
-other over about 2 h/k of opening. Its energy is k z^2/2, and the slider dissipates k z p' >= 0, since while it slips forward
+The slider position p is the only memory. This is plasticity in one dimension with a yield moment that depends on the
+opening. In monotonic opening the crease follows L, in monotonic closing U. After a reversal the moment changes from one
+branch to the other over about 2 h/k of opening. The stored energy is k z^2/2. The slider dissipates k z p' >= 0, because
+during forward slip
 
-    p' = o' (1 - h'/k),   k > |h'| as `hysteresis_stiffness` makes it.
+    p' = o' (1 - h'/k),   with k > |h'| from `hysteresis_stiffness`.
 
-The law knows no time. Over an opening from o_1 to o_2 without turning, the part from o_y on slipping, what is dissipated is
+The law is independent of rates. In a monotonic step from o_1 to o_2 with slip from o_y on, the dissipated energy is exactly
 
-    |int_{o_y}^{o_2} h do| - (h(o_2)^2 - h(o_y)^2)/(2k)
+    |int_{o_y}^{o_2} h do| - (h(o_2)^2 - h(o_y)^2)/(2k) .
 
-exactly, so that stored + dissipated = work done, however long the steps.
+The sum of stored and dissipated energy therefore equals the work for any step size.
 """
 
 from __future__ import annotations
@@ -29,13 +30,14 @@ from fsm.laws.crease import Curve, curve_from_polynomial
 
 __all__ = ["hysteresis_stiffness", "slip_energy", "slip_moment", "slip_power", "strength_curve"]
 
-_STEEPER = 1.25
-"""Least stiffness of the spring over the steepest slope of the strength."""
+_MIN_STIFFNESS = 1.25
+"""Smallest stiffness of the spring over the steepest slope of the strength."""
 _BISECTIONS = 60
+"""Bisection steps for the opening at which slip begins."""
 
 
 def strength_curve(opening: np.ndarray, strength: np.ndarray) -> Curve:
-    """The strength h(o) of the slider: monotone between the points, and constant outside them.
+    """Strength h(o) of the slider: monotone between the points, and constant outside them.
 
     Parameters
     ----------
@@ -43,20 +45,20 @@ def strength_curve(opening: np.ndarray, strength: np.ndarray) -> Curve:
     strength : (n,) array, N m, >= 0
     """
     slope = PchipInterpolator(opening, strength).derivative()(opening)
-    slope[[0, -1]] = 0.0  # nothing grows, or falls below zero, where nothing was measured
+    slope[[0, -1]] = 0.0  # constant outside the measured range, so that the strength never becomes negative
     return curve_from_polynomial(CubicHermiteSpline(opening, strength, slope))
 
 
 def hysteresis_stiffness(strength: Curve, reversal: float) -> float:
-    """Stiffness k, N m/rad, of the spring: half of `reversal` (rad) stretches it to the largest strength.
+    """Stiffness k of the spring, N m/rad: half of `reversal` (rad) loads it to the largest strength.
 
-    At least 1.25 times the steepest slope of the strength, without which the law would not be dissipative.
+    It is at least 1.25 times the steepest slope of the strength, because a softer spring would generate energy.
     """
     steps = np.linspace(0.0, 1.0, 9)
     openings = (strength.knots[:-1, None] + np.diff(strength.knots)[:, None] * steps).ravel()
     steepest = max(abs(strength(opening)[2]) for opening in openings)
     largest = max(strength(opening)[1] for opening in strength.knots)
-    return max(2.0 * largest / reversal, _STEEPER * steepest)
+    return max(2.0 * largest / reversal, _MIN_STIFFNESS * steepest)
 
 
 @kernel
@@ -70,17 +72,17 @@ def slip_moment(
     coefficients: np.ndarray,
     energies: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Moment, its slope dM/do and where the slider stands then.
+    """Moment of the slider, its slope dM/do, and the new slider position.
 
     Parameters
     ----------
     opening : (m,) array, rad
     slider : (m,) array, rad
-        Where the sliders stood when a step was accepted last.
+        Slider positions in the last accepted state.
     stiffness : (m,) array, N m/rad
     curve : (m,) int array
         Number of each crease's strength in the table.
-    bounds, knots, coefficients, energies : the `CurveTable` of strengths
+    bounds, knots, coefficients, energies : arrays of the `CurveTable` of strengths
 
     Returns
     -------
@@ -116,15 +118,15 @@ def slip_energy(
     coefficients: np.ndarray,
     energies: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Energy stored at an opening, and dissipated on the straight way to it, (m,) arrays, J.
+    """Energy stored at an opening, and energy dissipated in the monotonic step to it, (m,) arrays, J.
 
     Parameters
     ----------
     begin : (m,) array, rad
-        Openings where the sliders stood at `slider`.
+        Openings in the last accepted state.
     opening, slider, ... : as in `slip_moment`
     """
-    stored, lost = np.empty(opening.shape[0]), np.zeros(opening.shape[0])
+    stored, dissipated = np.empty(opening.shape[0]), np.zeros(opening.shape[0])
     for i in range(opening.shape[0]):
         first, last = bounds[curve[i]], bounds[curve[i] + 1]
         end_area, strength, _ = evaluate_curve(opening[i], first, last, knots, coefficients, energies)
@@ -134,7 +136,7 @@ def slip_energy(
             continue
         stored[i] = 0.5 * strength * strength / stiffness[i]
         sign = 1.0 if spring > 0.0 else -1.0
-        # the slider begins to slip where k (o - p) = +-h(o), once on the way since k > |h'|
+        # slip begins where k (o - p) = +-h(o); this opening is unique because k > |h'|
         inside, outside = begin[i], opening[i]
         for _ in range(_BISECTIONS):
             middle = 0.5 * (inside + outside)
@@ -144,8 +146,8 @@ def slip_energy(
             else:
                 inside = middle
         area, there, _ = evaluate_curve(inside, first, last, knots, coefficients, energies)
-        lost[i] = sign * (end_area - area) - 0.5 * (strength * strength - there * there) / stiffness[i]
-    return stored, lost
+        dissipated[i] = sign * (end_area - area) - 0.5 * (strength * strength - there * there) / stiffness[i]
+    return stored, dissipated
 
 
 @kernel
@@ -160,7 +162,7 @@ def slip_power(
     coefficients: np.ndarray,
     energies: np.ndarray,
 ) -> np.ndarray:
-    """Power that every slider dissipates, (m,), W, at a rate of opening (m,), rad/s; the rest as in `slip_moment`."""
+    """Power that every slider dissipates, (m,), W; `rate` of the opening (m,), rad/s, other arguments: `slip_moment`."""
     power = np.zeros(opening.shape[0])
     for i in range(opening.shape[0]):
         _, strength, steepness = evaluate_curve(

@@ -1,4 +1,4 @@
-"""STEP, the cubic from 0 to 1 that laws are ramped with."""
+"""Cubic step function STEP of ADAMS, from 0 to 1."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ __all__ = ["step"]
 
 @kernel(inline=True)
 def step(x: float) -> tuple[float, float]:
-    """STEP(x, 0, 0, 1, 1) = x^2 (3 - 2 x) on [0, 1], 0 below and 1 above, and its slope; C1 (docs/theory.md)."""
+    """Value of STEP(x, 0, 0, 1, 1) = x^2 (3 - 2 x) on [0, 1], 0 below and 1 above, and its slope; C1 (docs/theory.md)."""
     if x <= 0.0:
         return 0.0, 0.0
     if x >= 1.0:

@@ -10,15 +10,15 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from fsm.kernels.newton_euler import quaternion_jacobian, quaternion_rates, tangent_from_quaternion
-from fsm.kernels.place import (
+from fsm.kernels.body_poses import (
     increment_blocks,
     place_bodies,
     pose_difference,
     retract_poses,
 )
+from fsm.kernels.newton_euler import quaternion_jacobian, quaternion_rates, tangent_from_quaternion
 from fsm.kernels.rotation import rotate_by
-from fsm.kernels.vector import same
+from fsm.kernels.vector import equal_vectors
 from fsm.scene.scene import Plate
 from fsm.segments.drive import PrescribedMotion
 from fsm.system import Before
@@ -142,7 +142,7 @@ class Configuration:
             return poses, self.at_rest
         since = None if before is None else before[0]
         at, known, known_since, rates = self._moving
-        if t == at and since == known_since and same(u, known):
+        if t == at and since == known_since and equal_vectors(u, known):
             return poses, rates
         if since is None:
             speeds = np.array([motion.at(t)[1] for motion in self.motions])
@@ -155,11 +155,11 @@ class Configuration:
     def _poses(self, t: float, q: np.ndarray) -> np.ndarray:
         """Poses of all bodies; asked for one of the last two states again, those of that time."""
         at, known, poses = self._placed
-        if t == at and same(q, known):
+        if t == at and equal_vectors(q, known):
             return poses
         self._placed, self._placed_before = self._placed_before, self._placed
         at, known, poses = self._placed
-        if t == at and same(q, known):
+        if t == at and equal_vectors(q, known):
             return poses
         poses = place_bodies(self.bodies.pose, self.bodies.free, q, self.spatial, *self._drives, self._travels(t))
         self._placed = t, q.copy(), poses

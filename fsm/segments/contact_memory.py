@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsm.kernels.keys import places_among
+from fsm.kernels.keys import find_keys
 
 __all__ = ["Remembered"]
 
@@ -45,7 +45,7 @@ class Remembered(NamedTuple):
 
     def of(self, keys: np.ndarray) -> Remembered:
         """What is remembered of these slots, in their order. Not to be written to."""
-        place = places_among(self.key, keys)
+        place = find_keys(self.key, keys)
         if (place >= 0).all():  # nearly always: contacts of the last step
             return Remembered(keys, *(values[place] for values in self[1:]))
         beyond = (np.concatenate([values, np.zeros((1, *values.shape[1:]))]) for values in self[1:])

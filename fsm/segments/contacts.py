@@ -19,8 +19,8 @@ from fsm.interactions.pair_sums import (
     smallest_gaps,
     sums_of_pairs,
 )
-from fsm.kernels.keys import places_among
-from fsm.kernels.place import pose_difference
+from fsm.kernels.body_poses import pose_difference
+from fsm.kernels.keys import find_keys
 from fsm.kernels.scatter import scatter_efforts
 from fsm.segments.contact_geometry import ContactForces, ContactGeometry, Measured, Tapered, Touching
 from fsm.segments.contact_memory import Remembered
@@ -208,11 +208,11 @@ class ContactGroup:
     def _held_closed(self, poses: np.ndarray, pressed: Pressed) -> Touching:
         """What touches, and what is to go on touching although the iterations have opened it by a little."""
         touching = self._touching(poses, 0.0)
-        among = places_among(pressed.key, self.geometry.keys(touching.slot))
+        among = find_keys(pressed.key, self.geometry.keys(touching.slot))
         if np.count_nonzero(among >= 0) == len(pressed.key):
             return touching
         near = self._touching(poses, self.geometry.margin)
-        kept = (near.gap < 0.0) | (places_among(pressed.key, self.geometry.keys(near.slot)) >= 0)
+        kept = (near.gap < 0.0) | (find_keys(pressed.key, self.geometry.keys(near.slot)) >= 0)
         return Touching(near.slot[kept], near.gap[kept], tuple(values[kept] for values in near.at))
 
     def _kept_of(self, touching: Touching) -> Remembered:

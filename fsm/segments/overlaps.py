@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fsm.interactions.face_overlap import COLUMNS, weigh_units
-from fsm.kernels.keys import places_among
+from fsm.kernels.keys import find_keys
 from fsm.segments.shape_tables import Kit, Units
 
 __all__ = ["Overlaps"]
@@ -44,7 +44,7 @@ class Overlaps(NamedTuple):
 
     def of(self, units: Units) -> Overlaps:
         """Of other units; what is not known of them is to be found."""
-        place = places_among(self.key, units.key)
+        place = find_keys(self.key, units.key)
         kept = np.flatnonzero(place >= 0)
         place, count = place[kept], len(units.key)
         new = Overlaps(

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fsm.interactions.pressed import advance_depths
-from fsm.kernels.keys import places_among
+from fsm.kernels.keys import find_keys
 from fsm.segments.contact_geometry import ContactForces, Measured
 from fsm.segments.normal_force import NormalForce
 
@@ -40,7 +40,7 @@ class Pressed(NamedTuple):
         normal: NormalForce,
     ) -> np.ndarray:
         """Depths (count,) for contacts that are `depth` deep; other arguments as in `NormalLaw`."""
-        place = places_among(self.key, key)
+        place = find_keys(self.key, key)
         known = place >= 0
         if known.all():
             return np.asarray(self.depth[place])

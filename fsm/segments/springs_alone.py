@@ -11,11 +11,11 @@ import numpy as np
 
 from fsm.interactions.bushing_planar import advance_efforts_planar, force_pose_planar, linearise_pose_planar
 from fsm.interactions.bushing_spatial import advance_efforts_spatial, force_pose_spatial, linearise_pose_spatial
-from fsm.kernels.block_lu import GOOD, POOR, SYMMETRIC, factorise, is_symmetric, solve_refined
-from fsm.kernels.block_sum import turn_blocks, with_rates
+from fsm.kernels.block_lu import MAX_ERROR, REFINE_ABOVE, SYMMETRY_TOLERANCE, factorise, is_symmetric, solve_refined
+from fsm.kernels.block_sum import effective_stiffness, multiply_block_diagonal
+from fsm.kernels.body_poses import gather_free, increment_blocks, pose_difference, retract_poses, scatter_free
 from fsm.kernels.jit import kernel
 from fsm.kernels.newton_euler import add_gyroscopic, gyroscopic_damping
-from fsm.kernels.place import increment_blocks, place_free, pose_difference, retract_poses, take_free
 from fsm.kernels.vector import largest_ratio
 
 __all__ = ["settle_springs"]
@@ -75,7 +75,7 @@ def _linearise(
         if moving:
             add_gyroscopic(rates, inertia, force)
             gyroscopic_damping(rates, inertia, dof, rows, columns, damping)
-            turn_blocks(damping, increment_blocks(since), columns)
+            multiply_block_diagonal(damping, increment_blocks(since), columns)
         linearise_pose_spatial(
             poses, rates, bodies, constants, before, per_second, efforts, slots, force, stiffness, damping
         )
@@ -212,14 +212,14 @@ def settle_springs(
     work = lost = 0.0
     size = last_size = np.inf
     for iteration in range(most + 1):
-        place_free(free, q, spatial, poses)
+        scatter_free(free, q, spatial, poses)
         if moving:
             since = _difference(q_before, q, inertia)
-            place_free(free, since / duration, no, rates)
+            scatter_free(free, since / duration, no, rates)
         found = False
         if size < nearly and iteration > 0:
             _forces(moving, poses, rates, inertia, bodies, constants, before, per_second, force)
-            residual = take_free(free, force)
+            residual = gather_free(free, force)
             found = largest_ratio(residual, to_force) <= max(tolerance * largest_reaction, balanced)
             if found and iteration > 1:
                 change[:] = 0.0
@@ -232,7 +232,7 @@ def settle_springs(
             force, stiffness, damping,
         )  # fmt: skip
         if not found:
-            residual = take_free(free, force)
+            residual = gather_free(free, force)
             left_over = largest_ratio(residual, to_force)
             if iteration == 0:
                 lost = max(far * largest_reaction, hardly * left_over)
@@ -240,16 +240,16 @@ def settle_springs(
             wandering = (iteration > 7 and size > 2.0 * last_size) or (iteration >= late and left_over > lost)
             if not np.isfinite(left_over) or overshot or wandering or iteration == most:
                 return gave_up
-        matrix = with_rates(stiffness, damping, 1.0 / duration, None, columns) if moving else stiffness
+        matrix = effective_stiffness(stiffness, damping, 1.0 / duration, None, columns) if moving else stiffness
         if iteration == 0:
             balanced = round_off * widest * _largest(matrix.reshape(-1))
-        symmetric = is_symmetric(matrix, transposed, SYMMETRIC)
+        symmetric = is_symmetric(matrix, transposed, SYMMETRY_TOLERANCE)
         if factorise(matrix, place, indptr, indices, diagonal, symmetric, factors) >= 0:
             return gave_up
         step, error, _ = solve_refined(
-            order, indptr, indices, diagonal, factors, rows, columns, matrix, residual, GOOD, symmetric, no
+            order, indptr, indices, diagonal, factors, rows, columns, matrix, residual, REFINE_ABOVE, symmetric, no
         )
-        if not error <= POOR:
+        if not error <= MAX_ERROR:
             return gave_up
         if found:
             change[:] = 0.0
@@ -261,7 +261,7 @@ def settle_springs(
             return gave_up
         if size > reach:
             step = step * (reach / size)
-        place_free(free, step, no, change)
+        scatter_free(free, step, no, change)
         efforts = _advance(poses, change, inertia, bodies, constants, before, per_second)
         q = _retract(q, step, inertia)
     return gave_up

@@ -13,16 +13,16 @@ import numpy as np
 from scipy import sparse
 
 from fsm.blocks import BlockMatrix, BlockPattern, Elimination
-from fsm.kernels.block_sum import turn_blocks
+from fsm.kernels.block_sum import multiply_block_diagonal
+from fsm.kernels.body_poses import gather_free, shift_body
 from fsm.kernels.newton_euler import (
     add_gyroscopic,
-    along,
+    drive_reactions,
     gyroscopic_damping,
     largest_force,
     motion_energy,
-    reactions_to,
+    support_reactions,
 )
-from fsm.kernels.place import shift_body, take_free
 from fsm.segments.all_contacts import Contacts
 from fsm.segments.configuration import Bodies, Configuration
 from fsm.segments.contacts import ContactGroup
@@ -167,7 +167,7 @@ class SegmentSystem(Configuration):
     def force(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> np.ndarray:
         """See `System`."""
         forces = self._all_forces(t, *self.place(t, q, u, before), self._past(t, before))
-        return np.asarray(take_free(self.bodies.free, forces))
+        return np.asarray(gather_free(self.bodies.free, forces))
 
     def tangent(self, t: float, q: np.ndarray, u: np.ndarray | None) -> tuple[sparse.bsr_matrix, sparse.bsr_matrix]:
         """See `System`. The pattern is fixed until the broad phase of contact is renewed."""
@@ -211,7 +211,7 @@ class SegmentSystem(Configuration):
         for contacts in by_rates:
             contacts.add_linearised(t, poses, rates, pattern, force, stiffness, damping, past)
         if by_rates and turned is not None:
-            turn_blocks(damping, turned, pattern.indices)
+            multiply_block_diagonal(damping, turned, pattern.indices)
         for group in others:
             group.add_linearised(t, poses, rates, pattern, force, stiffness, damping, past)
         return pattern, stiffness, damping
@@ -231,8 +231,8 @@ class SegmentSystem(Configuration):
                 group.add_force(t, poses, rates, forces, past)
         if self.spatial and u is not None and not contacts:
             add_gyroscopic(rates, self.bodies.inertia, forces)
-        reactions = np.asarray(reactions_to(forces, self.bodies.free))
-        return np.asarray(take_free(self.bodies.free, forces)), self._drive_state(t, reactions).force
+        reactions = np.asarray(support_reactions(forces, self.bodies.free))
+        return np.asarray(gather_free(self.bodies.free, forces)), self._drive_state(t, reactions).force
 
     def drive_tangent(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> np.ndarray:
         """d(reaction)/dx of every drive, (n_drives, nu); with `before`, the last state stays where it is."""
@@ -354,7 +354,7 @@ class SegmentSystem(Configuration):
         # these know velocities, which are increments over the time; all others know deformations of the last state
         turned = self._turned(q, u, before)
         if turned is not None:
-            turn_blocks(damping, turned, pattern.indices)
+            multiply_block_diagonal(damping, turned, pattern.indices)
         first = 0
         for springs in self._springs:
             last = first + springs.rest.size
@@ -364,7 +364,7 @@ class SegmentSystem(Configuration):
         for group in self._others:
             group.add_linearised(t, poses, rates, pattern, *sums, past)
         return Linearised(
-            take_free(self.bodies.free, force), BlockMatrix(pattern, stiffness), BlockMatrix(pattern, damping)
+            gather_free(self.bodies.free, force), BlockMatrix(pattern, stiffness), BlockMatrix(pattern, damping)
         )
 
     def energy(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Energy:
@@ -484,7 +484,7 @@ class SegmentSystem(Configuration):
 
     def _reactions(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None) -> np.ndarray:
         """Reactions of held and driven bodies, but for what accelerates the driven ones."""
-        return np.asarray(reactions_to(self._all_forces(t, poses, rates, past), self.bodies.free))
+        return np.asarray(support_reactions(self._all_forces(t, poses, rates, past), self.bodies.free))
 
     def _accelerate(self, t: float, reactions: np.ndarray) -> None:
         """Add what accelerates the driven bodies: in motion, not in statics."""
@@ -496,7 +496,8 @@ class SegmentSystem(Configuration):
                     shift_body(reactions, body, self.bodies.inertia[body, :n] * motion.direction, acceleration)
 
     def _drive_state(self, t: float, reactions: np.ndarray) -> DriveState:
-        return DriveState(self._travels(t).copy(), np.asarray(along(reactions, self.driven, self._motion, self._directions)))
+        force = np.asarray(drive_reactions(reactions, self.driven, self._motion, self._directions))
+        return DriveState(self._travels(t).copy(), force)
 
     def _energy(
         self, t: float, poses: np.ndarray, rates: np.ndarray, reactions: np.ndarray, past: Past | None = None

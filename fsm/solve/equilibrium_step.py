@@ -20,7 +20,7 @@ import numpy as np
 
 from fsm.blocks import BlockMatrix
 from fsm.errors import NotConverged
-from fsm.kernels.block_sum import with_rates
+from fsm.kernels.block_sum import effective_stiffness
 from fsm.kernels.vector import largest_ratio
 from fsm.solve.linear import LinearSolver
 from fsm.system import Before, Depths, Linearised, MixedSystem, NewtonRules, System
@@ -271,7 +271,7 @@ class EquilibriumStep:
         if dx is None:
             return linear.stiffness
         stiffness, damping = linear.stiffness, linear.damping.data
-        together = with_rates(stiffness.data, damping, 1.0 / duration, None, stiffness.pattern.indices)
+        together = effective_stiffness(stiffness.data, damping, 1.0 / duration, None, stiffness.pattern.indices)
         return BlockMatrix(stiffness.pattern, together)
 
     def _left_over(self, residual: np.ndarray) -> float:

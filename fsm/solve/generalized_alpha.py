@@ -33,7 +33,7 @@ import numpy as np
 
 from fsm.blocks import BlockMatrix, BlockPattern
 from fsm.errors import NotConverged
-from fsm.kernels.block_sum import with_rates
+from fsm.kernels.block_sum import effective_stiffness
 from fsm.solve.linear import LinearSolver
 from fsm.solve.renewal import State
 from fsm.solve.status import Outcome, StepFailed
@@ -469,7 +469,7 @@ class GeneralizedAlpha:
         c = self.coefficients
         moving = c.gamma / (c.beta * h) * linear.damping.data + _inertial(c, h) * self._inertia
         self._map = None if x is None else self.system.increment_map(x)
-        data = with_rates(linear.stiffness.data, moving, 1.0, self._map, self._pattern.indices)
+        data = effective_stiffness(linear.stiffness.data, moving, 1.0, self._map, self._pattern.indices)
         self.linear.factorise(BlockMatrix(self._pattern, data))
         self._size = h
 

@@ -17,9 +17,9 @@ from scipy.sparse.linalg import splu
 from fsm.blocks import BlockMatrix, BlockPattern, Elimination
 from fsm.errors import FsmError, NotConverged
 from fsm.kernels.block_lu import (
-    GOOD,
-    POOR,
-    SYMMETRIC,
+    MAX_ERROR,
+    REFINE_ABOVE,
+    SYMMETRY_TOLERANCE,
     count_negative,
     factorise,
     fill_in,
@@ -97,7 +97,7 @@ class LinearSolver:
             self._other = self._library_factors(matrix)
             return
         known, _ = self.ready(matrix.pattern, matrix.data.dtype)
-        self._symmetric = bool(is_symmetric(matrix.data, matrix.pattern.transposed, SYMMETRIC))
+        self._symmetric = bool(is_symmetric(matrix.data, matrix.pattern.transposed, SYMMETRY_TOLERANCE))
         failed = factorise(
             matrix.data, known.place, known.indptr, known.indices, known.diagonal, self._symmetric, self._factors
         )
@@ -135,9 +135,9 @@ class LinearSolver:
         assert known is not None
         x, error, refined = solve_refined(
             known.order, known.indptr, known.indices, known.diagonal, self._factors,
-            pattern.indptr, pattern.indices, matrix.data, right, GOOD, self._symmetric, self._trusted,
+            pattern.indptr, pattern.indices, matrix.data, right, REFINE_ABOVE, self._symmetric, self._trusted,
         )  # fmt: skip
-        if not error <= POOR:
+        if not error <= MAX_ERROR:
             self.fallbacks += 1
             self._other = self._library_factors(matrix)
             return np.asarray(self._other(right))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from fsm.kernels.place import pose_difference, retract_poses
+from fsm.kernels.body_poses import pose_difference, retract_poses
 from fsm.kernels.rotation import inverse_tangent_map, multiply, rotation_matrix
 
 

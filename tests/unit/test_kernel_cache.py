@@ -424,7 +424,7 @@ INNER = """
 
 @pytest.mark.parametrize(
     ("module", "text", "complaint"),
-    [("laws.near", RELATIVE, "import by full names"), ("laws.inner", INNER, "top of the module")],
+    [("laws.near", RELATIVE, "import by full names"), ("laws.inner", INNER, "top level of the module")],
 )
 def test_kernel_that_the_hash_cannot_cover_is_refused(toy: Toy, module: str, text: str, complaint: str) -> None:
     name = module.replace(".", "/") + ".py"

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fsm.kernels.keys import places_among
+from fsm.kernels.keys import find_keys
 from fsm.segments.contact_memory import Remembered
 
 KEYS = st.lists(st.integers(0, 40), max_size=30, unique=True).map(lambda keys: np.array(keys, dtype=np.int64))
@@ -14,7 +14,7 @@ KEYS = st.lists(st.integers(0, 40), max_size=30, unique=True).map(lambda keys: n
 
 @given(KEYS.map(np.sort), KEYS)
 def test_places_are_those_of_equal_keys_and_no_others(known: np.ndarray, keys: np.ndarray) -> None:
-    place = places_among(known, keys)
+    place = find_keys(known, keys)
     there = np.isin(keys, known)
     assert np.array_equal(place >= 0, there)
     assert np.array_equal(known[place[there]], keys[there])

@@ -13,7 +13,7 @@ from fsm.interactions.hinge_planar import measure_hinge_planar, tangent_hinge_pl
 from fsm.interactions.hinge_spatial import measure_hinge_spatial, tangent_hinge_spatial
 from fsm.interactions.pose_planar import measure_pose_planar, tangent_pose_planar
 from fsm.interactions.pose_spatial import measure_pose_spatial, tangent_pose_spatial
-from fsm.kernels.place import retract_poses
+from fsm.kernels.body_poses import retract_poses
 from fsm.kernels.scatter import scatter_efforts
 from fsm.laws.bushing import bushing, bushing_energy
 from fsm.laws.crease import crease_moment, curve_from_data, join_curves

@@ -118,8 +118,8 @@ STRIPS = (
     Mutant(
         "drive reaction lost by a factor of two",
         "fsm/segments/system.py",
-        "np.asarray(along(reactions, self.driven, self._motion, self._directions)))",
-        "0.5 * np.asarray(along(reactions, self.driven, self._motion, self._directions)))",
+        "np.asarray(drive_reactions(reactions, self.driven, self._motion, self._directions))",
+        "0.5 * np.asarray(drive_reactions(reactions, self.driven, self._motion, self._directions))",
         _physics("rigid_zigzag", "test_static_pull_with_the_strips_own_springs"),
     ),
     Mutant(

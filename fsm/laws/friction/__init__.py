@@ -1,7 +1,6 @@
-"""Friction laws of a contact, by the names that case files use.
+"""Friction laws of a contact, by their names in case files.
 
-A new law is one file here and one line below; the scene's table of names is `fsm.scene.contact`.
-`fsm.laws.friction.coefficient` is what the contact group of surfaces still calls.
+A new law needs one file here, one line below, and its keys in `fsm.scene.contact`.
 """
 
 from __future__ import annotations

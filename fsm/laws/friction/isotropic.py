@@ -1,4 +1,4 @@
-"""From a coefficient mu(|v|) to the effort mu(|v|) N v/|v| and its derivatives."""
+"""Isotropic friction: effort mu(|v|) N v/|v| and its derivatives from a coefficient mu(|v|)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ __all__ = ["length", "set_effort"]
 
 @kernel(inline=True)
 def length(vectors: np.ndarray, i: int) -> float:
-    """Length of row i."""
+    """Euclidean length of row i."""
     total = 0.0
     for c in range(vectors.shape[1]):
         total += vectors[i, c] ** 2
@@ -30,7 +30,7 @@ def set_effort(
     by_slip: np.ndarray,
     by_normal: np.ndarray,
 ) -> None:
-    """Row i of the effort f = mu N v/|v|, of df/dv = N [r 1 + (mu' - r) v v^T/|v|^2] and of df/dN.
+    """Write row i of the effort f = mu N v/|v|, of df/dv = N [r 1 + (mu' - r) v v^T/|v|^2], and of df/dN.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def set_effort(
     speed : |v|, m/s
     normal : N
     ratio, slope : r = mu/|v| (its limit at rest) and mu' = d mu/d|v|, s/m
-    effort, by_slip, by_normal : (m, c), (m, c, c), (m, c) arrays, written
+    effort, by_slip, by_normal : (m, c), (m, c, c), (m, c) arrays, changed in place
     """
     components = slip.shape[1]
     for c in range(components):

@@ -1,4 +1,4 @@
-"""What every friction law is made of."""
+"""Protocol of a friction law."""
 
 from __future__ import annotations
 
@@ -11,22 +11,23 @@ __all__ = ["FrictionDescription", "FrictionLaw"]
 
 
 class FrictionDescription(Protocol):
-    """What a case says of friction; of a law's parameters only those are read that the law has.
+    """Parameters of friction in a case; a law reads only its own ones.
 
     Attributes
     ----------
     mu_static, mu_dynamic : -
     v_static : m/s
-        Speed up to which what should stick creeps.
+        Regularisation speed: a sticking contact creeps below it.
     v_dynamic : m/s
-        Speed from which the coefficient is mu_dynamic.
+        Speed above which the coefficient is mu_dynamic.
     v_stribeck : m/s
-        Speed over which the coefficient falls from mu_static to mu_dynamic.
+        Speed scale over which the coefficient falls from mu_static to mu_dynamic.
     viscous : s/m
+        Viscous part of the coefficient per slip velocity.
     presliding : m
-        How far bristles bend before they give way.
+        Bristle deflection at which a contact begins to slide.
     bristle_damping : s/m
-        None: mu_dynamic/v_stribeck.
+        Damping of the bristles; None: mu_dynamic/v_stribeck.
     """
 
     @property
@@ -48,26 +49,26 @@ class FrictionDescription(Protocol):
 
 
 class FrictionLaw(NamedTuple):
-    """A law of the friction of contact points.
+    """Friction law of contact points.
 
     Attributes
     ----------
     effort : kernel
-        ``effort(slip, normal, params) -> effort, by_slip, by_normal``; with `bristle`
+        ``effort(slip, normal, params) -> effort, by_slip, by_normal``; for a law with bristles
         ``effort(slip, mean, normal, deflection, duration, params) -> effort, by_slip, by_mean, by_normal,
         new_deflection``.
 
-        `slip` (m, c), m/s: velocity of slip, one component in the plane, three of a tangent vector in space; `normal`
-        (m,), N. `effort` (m, c), N, has the direction of slip: the force on the body that slips is minus it.
-        `by_slip` (m, c, c), N s/m, and `by_normal` (m, c) are its derivatives.
+        `slip` (m, c), m/s, is the slip velocity: one component in the plane, a tangent vector of three in space.
+        `normal` (m,), N, is the normal force. `effort` (m, c), N, has the direction of slip; the friction force on the
+        slipping body is its negative. `by_slip` (m, c, c), N s/m, and `by_normal` (m, c) are its derivatives.
 
-        `mean` (m, c), m/s: mean velocity of slip since the last accepted state, `duration` (s) ago, when `deflection`
-        (m, c), m, was that of the bristles. `by_mean` (m, c, c), N s/m: the derivative by it.
-        `new_deflection` (m, c): the deflection now.
+        `mean` (m, c), m/s, is the mean slip velocity since the last accepted state, `duration` (s) ago.
+        `deflection` (m, c), m, is the bristle deflection in that state, `new_deflection` (m, c) the present one.
+        `by_mean` (m, c, c), N s/m, is the derivative of the effort by `mean`.
     params : function
-        Array of the law's parameters, from a description.
+        Array of the law's parameters from a description.
     bristle : bool
-        Whether the law remembers a deflection.
+        Whether the law has a bristle deflection as memory.
     """
 
     effort: Callable[..., Any]

@@ -1,20 +1,21 @@
-"""LuGre friction: bristles that bend and give way; what sticks stays (docs/theory.md).
+"""LuGre friction: a bristle model in which a sticking contact does not creep (docs/theory.md).
 
     dz/dt = v - a z,  a = alpha(r) sigma_0 |v|/g(v),  g = mu_d + (mu_s - mu_d) exp(-(v/v_S)^2),  r = sigma_0 |z|/g(v)
     f = N (sigma_0 z + sigma_1 exp(-(v/v_S)^2) dz/dt + sigma_2 v)
 
-Canudas de Wit, Olsson, Astrom and Lischinsky, IEEE Trans. Autom. Control 40 (1995) 419-425, with z, v and f vectors in the
-tangent plane and the bristles' effort in proportion to N. Their damping fades as they slide (Olsson's form): so the law
-is dissipative for sigma_1 < 9.3 mu_d/v_S, which with a constant sigma_1 no law is at all speeds.
+The source is Canudas de Wit, Olsson, Astrom and Lischinsky (1995, IEEE Trans. Autom. Control 40, 419-425). Here z, v and f
+are vectors in the tangent plane, and the effort of the bristles is proportional to N. The bristle damping decreases with the
+slip velocity (Olsson's form), so the law is dissipative for sigma_1 < 9.3 mu_d/v_S. A constant sigma_1 is not dissipative at
+all speeds.
 
-alpha, a cubic from 0 at r = 0.8 to 1 at r = 1, and 0 where z shrinks (Dupont, Hayward, Armstrong and Altpeter, IEEE Trans.
-Autom. Control 47 (2002) 787-792): below 0.8 of what they can hold bristles are springs. With alpha = 1 everywhere, which is
-the law of 1995, they give way a little at every vibration, and what should stick creeps.
+The factor alpha is a cubic from 0 at r = 0.8 to 1 at r = 1, and 0 if z decreases (Dupont, Hayward, Armstrong and Altpeter
+2002, IEEE Trans. Autom. Control 47, 787-792). Bristles below 0.8 of their largest deflection are therefore elastic. With
+alpha = 1 everywhere (the law of 1995), each vibration causes a small slip, and a sticking contact creeps.
 
-Over a step of length h with the mean slip w the deflection goes to z = E z_0 + h phi w, with x = a h, E = exp(-x),
-phi = (1 - E)/x, alpha taken where the bristles would be as springs, z_0 + h w: exact for a constant slip of springs and of
-bristles that give way, and never beyond the larger of |z_0| and g/sigma_0. The rest of the force is of the end of the
-step. Second order in h for springs, first where they begin to give way. At h = 0 the deflection is the old one.
+In a step of length h with the mean slip velocity w, the deflection becomes z = E z_0 + h phi w, with x = a h, E = exp(-x)
+and phi = (1 - E)/x. alpha is evaluated at the elastic deflection z_0 + h w. This is exact for a constant slip velocity, both
+of elastic and of fully sliding bristles. The deflection never exceeds the larger of |z_0| and g/sigma_0. The other terms of
+the force are those at the end of the step. The order in h is two for elastic bristles, and one at the transition to sliding.
 """
 
 from __future__ import annotations
@@ -31,14 +32,14 @@ __all__ = ["LUGRE", "lugre"]
 
 
 _ELASTIC = 0.8
-"""Part of what bristles can hold up to which they are springs."""
+"""Elastic limit of the bristle deflection, over its largest value."""
 
 
 @kernel(inline=True)
 def _relaxation(
     slip: np.ndarray, speed: float, bent: np.ndarray, size: float, params: np.ndarray
 ) -> tuple[float, float, float]:
-    """a, 1/s, and its slopes by |v|, 1/m, and by |z|, 1/(m s); `slip` and `bent` are v and z, then their lengths."""
+    """Relaxation rate a, 1/s, and its slopes by |v|, 1/m, and |z|, 1/(m s); `slip`, `bent` are v, z, followed by lengths."""
     g, fall = stribeck_curve(speed, params[0], params[1], params[2])
     along = 0.0
     for c in range(slip.shape[0]):
@@ -55,7 +56,7 @@ def _relaxation(
 
 @kernel(inline=True)
 def _mean_decay(x: float) -> tuple[float, float]:
-    """phi(x) = (1 - exp(-x))/x and its slope."""
+    """Function phi(x) = (1 - exp(-x))/x and its slope."""
     if x < 1e-3:
         return 1.0 - x * (0.5 - x * (1.0 / 6.0 - x / 24.0)), -0.5 + x * (1.0 / 3.0 - x * (0.125 - x / 30.0))
     phi = -np.expm1(-x) / x
@@ -73,8 +74,8 @@ def lugre(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Effort, its derivatives and the new deflection, see `FrictionLaw`.
 
-    `params`: mu_s, mu_d, v_S (m/s), sigma_0 (1/m), sigma_1 (s/m), sigma_2 (s/m). |v| has a kink at v = 0 where
-    bristles are bent beyond springs: there the derivatives are those of unbending, the stiffer ones.
+    `params`: mu_s, mu_d, v_S (m/s), sigma_0 (1/m), sigma_1 (s/m), sigma_2 (s/m). If the deflection is beyond its elastic
+    limit, |v| has a kink at v = 0. The derivatives there are those of unloading bristles, which are stiffer.
     """
     v_stribeck, sigma_0, sigma_2 = params[2], params[3], params[5]
     count, components = slip.shape

@@ -1,9 +1,9 @@
-"""Stribeck friction, smooth through rest (docs/theory.md).
+"""Regularised Stribeck friction (docs/theory.md).
 
     mu(v) = g(v) tanh(v/v_0) + mu_v v,    g(v) = mu_d + (mu_s - mu_d) exp(-(v/v_S)^2)
 
-v_0 is `v_static`, v_S `v_stribeck`. The greatest coefficient is a little below mu_s: with v_S = 10 v_0 by 3 % for
-mu_s = 1.5 mu_d, by 6 % for mu_s = 5 mu_d. It creeps as all laws without bristles do.
+v_0 is `v_static` and v_S is `v_stribeck`. The largest coefficient is slightly below mu_s: with v_S = 10 v_0 by 3 % for
+mu_s = 1.5 mu_d, and by 6 % for mu_s = 5 mu_d. A sticking contact creeps, as in all laws without bristles.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ __all__ = ["STRIBECK", "stribeck", "stribeck_curve"]
 
 @kernel(inline=True)
 def stribeck_curve(speed: float, mu_static: float, mu_dynamic: float, v_stribeck: float) -> tuple[float, float]:
-    """Coefficient of steady sliding g(|v|), and its slope, s/m."""
+    """Coefficient g(|v|) of steady sliding, and its slope, s/m."""
     x = speed / v_stribeck
     excess = (mu_static - mu_dynamic) * np.exp(-x * x)
     return mu_dynamic + excess, -2.0 * x * excess / v_stribeck

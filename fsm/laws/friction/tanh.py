@@ -1,6 +1,6 @@
-"""One coefficient, smooth through rest: mu(v) = mu_d tanh(v/v_s) (docs/theory.md).
+"""Regularised Coulomb friction with one coefficient: mu(v) = mu_d tanh(v/v_s) (docs/theory.md).
 
-Under a steady load f < mu_d N it creeps at v_s artanh(f/(mu_d N)).
+Under a constant load f < mu_d N the contact creeps at v = v_s artanh(f/(mu_d N)).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ __all__ = ["TANH", "smooth_sign", "tanh"]
 
 @kernel(inline=True)
 def smooth_sign(speed: float, v_static: float) -> tuple[float, float]:
-    """tanh(v/v_s) over v, s/m, and its slope by v."""
+    """Ratio tanh(v/v_s)/v, s/m, and the slope of tanh(v/v_s) by v, s/m."""
     x = speed / v_static
     value = np.tanh(x)
     return (value / speed if x > 1e-8 else 1.0 / v_static), (1.0 - value * value) / v_static

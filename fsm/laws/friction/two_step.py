@@ -1,8 +1,8 @@
-"""Friction by two STEPs, the ADAMS law (docs/theory.md).
+"""Regularised friction of ADAMS with two STEP functions (docs/theory.md).
 
     mu(v) = STEP(v, -v_s, -mu_s, v_s, mu_s) for |v| < v_s,  STEP(v, v_s, mu_s, v_d, mu_d) beyond
 
-Below mu_s N what should stick creeps, at a part of v_s.
+Under a load below mu_s N the contact creeps slower than v_s.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def two_step(
     for i in range(count):
         speed = length(slip, i)
         if speed < v_static:
-            # STEP from -v_s to v_s is odd about rest: mu_s x (3 - x^2)/2 with x = v/v_s
+            # STEP from -v_s to v_s is an odd function: mu_s x (3 - x^2)/2 with x = v/v_s
             x = speed / v_static
             ratio = 0.5 * mu_static * (3.0 - x * x) / v_static
             slope = 1.5 * mu_static * (1.0 - x * x) / v_static

@@ -1,13 +1,14 @@
-"""The kernel that all laws with a coefficient of restitution share (docs/theory.md).
+"""Common kernel of all laws with a coefficient of restitution (docs/theory.md).
 
     N = w K d^e max(0, 1 + h d'/v0),    v0 = sqrt(onset^2 + floor^2)
 
-h follows from the coefficient of restitution, each law in its own way. v0 is the closing speed with which the contact
-began; for one that began within the step it is the closing speed itself, sqrt(d'^2 + floor^2), smooth through d' = 0.
+Each law computes the damping factor h from the coefficient of restitution. v0 is the closing speed at the onset of the
+contact. For a contact that began within the step it is the present closing speed, sqrt(d'^2 + floor^2), which is smooth at
+d' = 0.
 
-The floor is there because h d'/v0 knows no scale of speed: a contact that begins at rest and is pressed on later, as in
-statics, would be damped without bound. Far below the floor the law is K d^e (1 + h d'/floor), elastic in the limit; an
-impact at ten times the floor has h less than it should be by 0.5 %.
+Without the floor, a contact that begins at rest and is pressed later, as in statics, would have unbounded damping.
+Far below the floor the law is K d^e (1 + h d'/floor), which tends to the elastic law. In an impact at ten times the floor,
+the effective h is 0.5 % too small.
 """
 
 from __future__ import annotations
@@ -51,11 +52,11 @@ def dissipative(
 
 
 def restitution_law(damping_factor: Callable[[float], float]) -> NormalLaw:
-    """The law whose h is this function of the coefficient of restitution."""
+    """Law whose damping factor h is the given function of the coefficient of restitution."""
 
     def params(contact: ContactDescription) -> np.ndarray:
         if contact.restitution is None:
-            raise ValueError("a law of restitution needs the coefficient of restitution")
+            raise ValueError("this law needs a coefficient of restitution")
         return np.array([contact.stiffness, contact.exponent, damping_factor(contact.restitution), contact.speed_floor])
 
     return NormalLaw(dissipative, power_energy, params, restitution=True, rate_dependent=_damped)

@@ -1,4 +1,4 @@
-"""Flores, Machado, Silva and Martins, Multibody Syst. Dyn. 25 (2011) 357-375: close to what is asked at any restitution."""
+"""Law of Flores, Machado, Silva and Martins (2011, Multibody Syst. Dyn. 25, 357-375), for any coefficient of restitution."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ __all__ = ["FLORES", "damping_factor"]
 
 
 def damping_factor(restitution: float) -> float:
-    """h = 8 (1 - c)/(5 c)."""
+    """Damping factor h = 8 (1 - c)/(5 c)."""
     return 1.6 * (1.0 - restitution) / restitution
 
 

@@ -1,8 +1,8 @@
-"""Hertz' power law with damping that is ramped up by STEP (docs/theory.md).
+"""Hertz power law with damping that STEP ramps up (docs/theory.md).
 
     N = w max(0, K d^e + STEP(d, 0, 0, ramp, C) d')
 
-w is the point's share of its face. With e > 1 the law starts C1 at d = 0; it never pulls. Undamped by default.
+The weight w is the point's share of its face. With e > 1 the law is C1 at d = 0. It is unilateral, and by default undamped.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def hertz(
 
 @kernel
 def power_energy(depth: np.ndarray, share: np.ndarray, params: np.ndarray) -> np.ndarray:
-    """Energy w K d^(e+1)/(e+1) of each contact, (m,), J, of every law whose `params` begin with K and e."""
+    """Energy w K d^(e+1)/(e+1) of each contact, (m,), J, for all laws whose `params` begin with K and e."""
     energy = np.zeros(depth.shape[0])
     for i in range(depth.shape[0]):
         if depth[i] > 0.0:

@@ -1,4 +1,7 @@
-"""Hunt and Crossley, J. Appl. Mech. 42 (1975) 440-445: for restitution near 1; delivers more than asked below."""
+"""Law of Hunt and Crossley (1975, J. Appl. Mech. 42, 440-445).
+
+It is accurate for a coefficient of restitution near 1. For smaller coefficients the restitution is too large.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,7 @@ __all__ = ["HUNT_CROSSLEY", "damping_factor"]
 
 
 def damping_factor(restitution: float) -> float:
-    """h = 3/2 (1 - c)."""
+    """Damping factor h = 3/2 (1 - c)."""
     return 1.5 * (1.0 - restitution)
 
 

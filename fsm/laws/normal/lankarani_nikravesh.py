@@ -1,4 +1,7 @@
-"""Lankarani and Nikravesh, J. Mech. Des. 112 (1990) 369-376: for restitution near 1; delivers more than asked below."""
+"""Law of Lankarani and Nikravesh (1990, J. Mech. Des. 112, 369-376).
+
+It is accurate for a coefficient of restitution near 1. For smaller coefficients the restitution is too large.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,7 @@ __all__ = ["LANKARANI_NIKRAVESH", "damping_factor"]
 
 
 def damping_factor(restitution: float) -> float:
-    """h = 3/4 (1 - c^2)."""
+    """Damping factor h = 3/4 (1 - c^2)."""
     return 0.75 * (1.0 - restitution**2)
 
 

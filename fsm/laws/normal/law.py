@@ -1,4 +1,4 @@
-"""What every law of the normal force is made of."""
+"""Protocol of a law of the normal force."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ Energy = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 
 
 class ContactDescription(Protocol):
-    """What a case says of a contact; of a law's parameters only those are read that the law has.
+    """Parameters of a contact in a case; a law reads only its own ones.
 
     Attributes
     ----------
     stiffness : K of a whole face, N/m^exponent
     exponent : e, -
-    damping, ramp : C of a whole face, N s/m, and the depth (m) at which it is fully on
-    restitution : c, -; None for a law without it
-    speed_floor : m/s
+    damping, ramp : C of a whole face, N s/m, and the penetration (m) at which it reaches its full value
+    restitution : coefficient of restitution c, -; None for a law without it
+    speed_floor : smallest speed in the denominator of the damping term, m/s
     """
 
     @property
@@ -40,23 +40,25 @@ class ContactDescription(Protocol):
 
 
 class NormalLaw(NamedTuple):
-    """A law N(d, d') of the normal force of contact points.
+    """Law N(d, d') of the normal force of contact points.
 
     Attributes
     ----------
     force : kernel
-        ``force(depth, closing, onset, share, params) -> force (m,) N, slopes (m, 2)``: dN/d depth, N/m, and
-        dN/d closing, N s/m. `depth` (m,), m; `closing` (m,), m/s, positive when approaching; `onset` (m,), m/s: the
-        closing speed with which the contact began, 0 for one that began within this step; `share` (m,): the part of
-        its face that a point stands for. The force at `closing` 0 is the elastic one.
+        ``force(depth, closing, onset, share, params) -> force, slopes``. The force is (m,), N. The slopes (m, 2) are
+        dN/d depth, N/m, and dN/d closing, N s/m. Without closing speed the force is the elastic one.
+
+        `depth` (m,), m, is the penetration. `closing` (m,), m/s, is the closing speed, positive in approach.
+        `onset` (m,), m/s, is the closing speed at the onset of the contact, and 0 if it began within this step.
+        `share` (m,) is the part of the face that a point represents.
     energy : kernel
-        ``energy(depth, share, params) -> (m,) J``, of the elastic force.
+        ``energy(depth, share, params)``: energy of the elastic force, (m,), J.
     params : function
-        Array of the law's parameters, from a description.
+        Array of the law's parameters from a description.
     restitution : bool
-        Whether the law is made from a coefficient of restitution; only such a law looks at `onset`.
+        Whether the law has a coefficient of restitution; only such a law uses `onset`.
     rate_dependent : function
-        Whether the force depends on `closing`, given the array of parameters.
+        Whether the force depends on `closing` for a given array of parameters.
     """
 
     force: Force

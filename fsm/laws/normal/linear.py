@@ -2,7 +2,7 @@
 
     N = w max(0, K s(d) + STEP(d, 0, 0, ramp, C) d'),   s(d) = d^2/(2 ramp) up to the ramp, d - ramp/2 beyond
 
-C1 at d = 0 and at the ramp. With a ramp well below the depth it is the Kelvin-Voigt contact.
+The law is C1 at d = 0 and at the ramp. With a ramp well below the penetration it is the Kelvin-Voigt law.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Poses and rates of all bodies from the coordinates of the free ones, and poses in space moved by increments."""
+"""Poses and rates of all bodies from the coordinates of the free bodies, and increments of poses in space."""
 
 from __future__ import annotations
 
@@ -8,21 +8,21 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_inverse_tangent
 
 __all__ = [
+    "gather_free",
     "increment_blocks",
     "place_bodies",
-    "place_free",
     "pose_difference",
     "retract_poses",
+    "scatter_free",
     "shift_body",
-    "take_free",
 ]
 
 
 @kernel
-def place_free(free: np.ndarray, values: np.ndarray, unit: bool, out: np.ndarray) -> None:
+def scatter_free(free: np.ndarray, values: np.ndarray, unit: bool, out: np.ndarray) -> None:
     """Write coordinates (n_free * size,) into the rows of the free bodies of `out` (n_bodies, size).
 
-    With `unit`, the last four of a row are a quaternion, which is brought to unit norm.
+    With `unit`, the last four numbers of a row are a quaternion, which is normalised.
     """
     size = out.shape[1]
     for i in range(free.shape[0]):
@@ -40,7 +40,7 @@ def place_free(free: np.ndarray, values: np.ndarray, unit: bool, out: np.ndarray
 
 @kernel
 def shift_body(out: np.ndarray, body: int, direction: np.ndarray, distance: float) -> None:
-    """Move one row of `out` along a direction (n,)."""
+    """Add `distance` along a direction (n,) to one row of `out`."""
     for k in range(direction.shape[0]):
         out[body, k] += distance * direction[k]
 
@@ -56,32 +56,32 @@ def place_bodies(
     directions: np.ndarray,
     sizes: np.ndarray,
 ) -> np.ndarray:
-    """Poses or rates (n_bodies, size) of all bodies.
+    """Poses or rates of all bodies, (n_bodies, size).
 
     Parameters
     ----------
     start : (n_bodies, size) array
-        Those of the bodies without degrees of freedom, where nothing has moved.
-    free, values, unit : of the free bodies, see `place_free`
+        Initial poses or rates; those of the bodies without degrees of freedom are used.
+    free, values, unit : free bodies and their coordinates, see `scatter_free`
     driven, motion : (m,) int arrays
-        Driven bodies, and which motion each has part in.
+        Driven bodies, and the number of the motion of each.
     directions : (n_motions, 2 or 3) array
     sizes : (n_motions,) array
-        How far, or how fast, every motion is.
+        Travel or velocity of every motion.
     """
     out = np.empty(start.shape)
     for i in range(start.shape[0]):
         for k in range(start.shape[1]):
             out[i, k] = start[i, k]
-    place_free(free, values, unit, out)
+    scatter_free(free, values, unit, out)
     for i in range(driven.shape[0]):
         shift_body(out, driven[i], directions[motion[i]], sizes[motion[i]])
     return out
 
 
 @kernel
-def take_free(free: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Rows of the free bodies of `values` (n_bodies, size), one after the other, (n_free * size,)."""
+def gather_free(free: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Concatenated rows of the free bodies of `values` (n_bodies, size), (n_free * size,)."""
     size = values.shape[1]
     out = np.empty(free.shape[0] * size)
     for i in range(free.shape[0]):
@@ -92,7 +92,7 @@ def take_free(free: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 @kernel
 def retract_poses(q: np.ndarray, dx: np.ndarray) -> np.ndarray:
-    """Positions and quaternions (n * 7,) moved by increments (n * 6,), rotations in body axes; unit norm."""
+    """Positions and unit quaternions (n * 7,) after increments (n * 6,), with rotation vectors in body axes."""
     out = np.empty(q.shape[0])
     for i in range(q.shape[0] // 7):
         a, b = 7 * i, 6 * i
@@ -100,7 +100,7 @@ def retract_poses(q: np.ndarray, dx: np.ndarray) -> np.ndarray:
             out[a + k] = q[a + k] + dx[b + k]
         x, y, z = dx[b + 3], dx[b + 4], dx[b + 5]
         half = 0.5 * np.sqrt(x * x + y * y + z * z)
-        # sin(half)/(2 half), by its series where half is small
+        # sin(half)/(2 half), with a series for small angles
         factor = 0.5 * np.sin(half) / half if half > 1e-4 else 0.5 - half * half / 12.0
         w, x, y, z = np.cos(half), factor * x, factor * y, factor * z
         p, r, s, t = q[a + 3], q[a + 4], q[a + 5], q[a + 6]
@@ -115,7 +115,7 @@ def retract_poses(q: np.ndarray, dx: np.ndarray) -> np.ndarray:
 
 @kernel
 def pose_difference(start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """Increments (n * 6,) from poses to poses (n * 7,): the inverse of `retract_poses`; rotations up to pi."""
+    """Increments (n * 6,) between poses (n * 7,), the inverse of `retract_poses`; rotations are at most pi."""
     count = start.shape[0] // 7
     out = np.empty(6 * count)
     for i in range(count):
@@ -138,7 +138,7 @@ def pose_difference(start: np.ndarray, end: np.ndarray) -> np.ndarray:
 
 @kernel
 def increment_blocks(dx: np.ndarray) -> np.ndarray:
-    """Change of increments dx (n * 6,) by small ones after them, (n, 6, 6); see `fsm.system.System.increment_map`."""
+    """Derivatives (n, 6, 6) of increments dx (n * 6,) by a subsequent small increment; see `System.increment_map`."""
     count = dx.shape[0] // 6
     out = np.zeros((count, 6, 6))
     for i in range(count):
