@@ -32,6 +32,9 @@ _NAMED = 3
 """Pairs of panels that a warning names."""
 
 
+_STRETCHED = 0.01
+"""Opening of a joint over the length of a segment, above which a strip is pulled beyond its reach: sheets yield before."""
+
 _HOLD = 0.01
 """Part of the time of the pull for which its drives hold what is to vibrate: forces of dampers die away."""
 
@@ -146,6 +149,22 @@ class Deployment:
         summary["contact_stats"] = self.system.contacts.stats()
         return summary
 
+    def _stretched(self, solution: Solution) -> list[str]:
+        """Whether a drive stretches the panels of a strip, which turn and bend long before, and from which travel on."""
+        if self.case.strip is None or not solution.travel.shape[1]:
+            return []
+        length = self.system.scales().length
+        for time, q, travel in zip(solution.time, solution.q, solution.travel[:, 0], strict=True):
+            apart, _ = self.system.widest_joint(float(time), q)
+            if apart > _STRETCHED * length:
+                apart, joint = self.system.widest_joint(float(solution.time[-1]), solution.q[-1])
+                return [
+                    f"panels are stretched by over {100 * _STRETCHED:g} % from {1e3 * travel:.4g} mm of travel on, by "
+                    f"{100 * apart / length:.2g} % at its end ({joint}): a drive pulls beyond the reach of the strip; "
+                    "reduce its travel"
+                ]
+        return []
+
     def warnings(self, solution: Solution, summary: dict[str, Any]) -> list[str]:
         """Deep contacts, panels that cross, creases beyond their data, a pull that is not slow, a peak at the end."""
         found = []
@@ -157,6 +176,7 @@ class Deployment:
                 "raise contact.stiffness"
             )
         found += _crossed(unwatched_crossings(solution, self.scene), driven=solution.travel.shape[1] > 0)
+        found += self._stretched(solution)
         meeting = lattice_overlap(solution, self.scene)
         if meeting:
             found.append(meeting)

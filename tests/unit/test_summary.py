@@ -144,3 +144,38 @@ def test_a_run_that_only_pushes_is_told_of(peak: float, magnitude: float | None,
                "largest_magnitude_travel": None if magnitude is None else 0.02}  # fmt: skip
     lines = summary_lines(summary, Path("out"))
     assert any("-0.3 N at 20.00 mm" in line for line in lines) == told
+
+
+TAUT = """
+[strip]
+length = 0.3
+width = 0.04
+thickness = 0.2e-3
+panels = 3
+fold_angle = "60 deg"
+segments_per_panel = 4
+held = [1]
+[material]
+young = "4 GPa"
+density = "1380 kg/m^3"
+[crease]
+law = "linear"
+stiffness = "9 N mm/rad"
+[[drive]]
+body = "panel 3 segment 4"
+direction = [1, 0, 0]
+speed = "4 mm/s"
+travel = "TRAVEL mm"
+"""
+
+
+@pytest.mark.parametrize(("travel", "told"), [(40, False), (94.1, True)])
+def test_a_strip_that_is_stretched_is_told_of(tmp_path: Path, travel: float, told: bool) -> None:
+    """From crease 1 to the driven segment, 94 mm along and 11 mm down, it reaches to 93 mm, less at its bend of 60 deg."""
+    (tmp_path / "case.toml").write_text(TAUT.replace("TRAVEL", str(travel)))
+    warnings = run_case(load_case(tmp_path / "case.toml"), tmp_path / "out", progress=False)["warnings"]
+    pattern = r"stretched by over 1 % from ([\d.]+) mm of travel on, by ([\d.]+) % at its end"
+    matches = [match for text in warnings if (match := re.search(pattern, text))]
+    assert bool(matches) == told
+    if told:
+        assert 80.0 < float(matches[0][1]) <= 94.1 and 1.0 < float(matches[0][2]) < 10.0
