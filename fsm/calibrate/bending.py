@@ -1,7 +1,7 @@
 """Bending stiffness EI of the plain panel from a cantilever test, by inverse simulation with the segment model.
 
 A strip of free length L is clamped at one end. A transverse force F of constant direction deflects the other end by w
-(Li and Huang 2025, section 4.1). The joint springs of the segment model are proportional to EI, so for all sizes
+(Li and Huang 2025). The joint springs of the segment model are proportional to EI, so for all sizes
 
     w/L = g(F L^2/EI) .
 

@@ -1,7 +1,7 @@
 """Family of crease curves M(o) over press time and opening number, from tests of creases.
 
-The data have the columns `angle` and `moment`, or `angle`, `force` and `lever_arm`. In the second case one side is clamped
-and a force normal to the other side turns it, M = F L (Li and Huang 2025, section 4.1).
+The data have the columns `angle` and `moment`, or `angle`, `force` and `lever_arm`. In the second case one side is clamped,
+and a force normal to the other side turns it: M = F L (Li and Huang 2025).
 Optional columns are `press_time`, `opening`, `repeat`, `branch` and `width`.
 The angle is the opening o: the rotation of the crease from its rest angle towards flat.
 The data are one CSV file or a folder of CSV files. One of them may hold `angle` against `time`, the relaxation of the rest

@@ -14,9 +14,9 @@ The variances s_k^2 explain the squared residuals:
 
     |e_k|^2 = sum_j tr(P_kj (S_j + s_j^2 C_j) P_kj^T) ,     P_kj = delta_kj - J_k H_j ,
 
-with S_j the covariance of the mean curve of test j. Like scatter, the discrepancy adds to the variance of the parameters.
-It also widens every predicted force. A discrepancy in the shape of a parameter change leaves no residual; the process
-includes an estimate of this part.
+with S_j the covariance of the mean curve of test j. Like scatter, the discrepancy adds to the variance of the parameters. It
+also widens every predicted force. A discrepancy with the same effect on the force as a parameter change leaves no residual;
+the process includes an estimate of this part.
 """
 
 from __future__ import annotations

@@ -47,7 +47,7 @@ def with_values(case: Case, values: Mapping[str, float]) -> Case:
 
 
 def unit_of(case: Case, path: str) -> str:
-    """SI unit of the value at a path of a case, empty without unit; it may depend on other keys, such as an exponent."""
+    """SI unit of the value at a path of a case (empty without unit); other keys, such as an exponent, may determine it."""
     place: Place | None = root(case.model_dump())
     for key in _keys(path):
         place = place.step(key) if place is not None else None

@@ -41,7 +41,7 @@ class Spectrum:
 
 @dataclass(frozen=True)
 class DampedSinusoid:
-    """A exp(-decay (t - t0)) cos(2 pi f (t - t0) + phase) + offset, t0 the first sample.
+    """Damped sinusoid A exp(-decay (t - t0)) cos(2 pi f (t - t0) + phase) + offset, with t0 the first sample.
 
     Attributes
     ----------
