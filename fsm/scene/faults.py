@@ -108,6 +108,8 @@ def _out_of_bounds(kind: str, context: Details, value: Any, unit: str, system: s
     scale = math.prod(b**p for b, p in zip(SYSTEMS[system], parse_unit(unit)[1], strict=True))
     limit = context[key] / scale if unit else context[key]
     shown = f"{limit:.6g} {unit_in(unit, system)}" if unit and limit else f"{limit:.6g}"
+    if unit == "rad" and limit and isinstance(value, str) and "deg" in value:
+        shown = f"{math.degrees(context[key]):.6g} deg"
     message = f"must be {words} {shown}; it is {with_unit(value, unit, system)}"
     if unit == "rad" and not isinstance(value, str) and abs(value) > abs(context[key]):
         message += f'; write degrees as text, "{value:g} deg"'

@@ -103,7 +103,7 @@ ONE_MISTAKE = {
     ),
     "fold angle too large": (
         ('fold_angle = "80 deg"', 'fold_angle = "95 deg"'),
-        'strip.fold_angle: must be less than 1.5708 rad; it is "95 deg"',
+        'strip.fold_angle: must be less than 90 deg; it is "95 deg"',
     ),
     "percentage for an angle": (
         ('fold_angle = "80 deg"', 'fold_angle = "50 %"'),
@@ -111,7 +111,7 @@ ONE_MISTAKE = {
     ),
     "rest angle beyond closed": (
         ("stiffness = 9.0e-3", 'stiffness = 9.0e-3\nrest_angle = "400 deg"'),
-        'crease.rest_angle: must be at most 3.14159 rad; it is "400 deg"',
+        'crease.rest_angle: must be at most 180 deg; it is "400 deg"',
     ),
     "rest angle in degrees as a number": (
         ("stiffness = 9.0e-3", "stiffness = 9.0e-3\nrest_angle = 160"),

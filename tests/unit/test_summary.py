@@ -11,6 +11,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from fsm.analyses.deploy import _of_the_pull
 from fsm.cli import summary_lines
 from fsm.results.solution import Solution
 from fsm.results.store import read_solution
@@ -179,3 +180,12 @@ def test_a_strip_that_is_stretched_is_told_of(tmp_path: Path, travel: float, tol
     assert bool(matches) == told
     if told:
         assert 80.0 < float(matches[0][1]) <= 94.1 and 1.0 < float(matches[0][2]) < 10.0
+
+
+@pytest.mark.parametrize(("final", "told"), [(2.0, True), (1.999, True), (1.3, False)])
+def test_a_force_that_falls_after_the_travel_has_ended_is_not_rising(final: float, told: bool) -> None:
+    """The first of two drives ends first, with its peak, and the other one takes the load."""
+    energy = dict.fromkeys(("panels", "creases", "kinetic"), np.zeros(3))
+    solution: Any = SimpleNamespace(travel=np.array([[0.0, 0.0], [9e-3, 9e-3], [9e-3, 0.01]]), energy=energy)
+    summary = {"peak_kind": "quasi-static", "peak_travel": 9e-3, "peak_force": 2.0, "final_force": final}
+    assert any("still rising" in line for line in _of_the_pull(solution, summary)) == told
