@@ -140,7 +140,7 @@ def _points(sweep: Sweep, rows: np.ndarray, excluded: set[tuple[str, int]]) -> t
 def _fit_branch(
     points: Sequence[tuple[np.ndarray, np.ndarray]], options: Options, grid: np.ndarray | None
 ) -> Branch:
-    """Fit to every repeat of a branch, with their mean and its covariance."""
+    """Fits to all repeats of a branch, with the mean of the fits and its covariance."""
     angle = np.concatenate([a for a, _ in points])
     moment = np.concatenate([m for _, m in points])
     if len(points) == 1:

@@ -36,7 +36,7 @@ _UNSOLVED = 1e3
 _FALSE_ALARM = 0.01
 """Probability that scatter alone causes the warning of a misfit."""
 _SAME_MINIMUM = 1e-3
-"""Largest relative difference of the sums of squares of two starts that reached the same minimum."""
+"""Relative difference of the sums of squares above which two starts count as different minima."""
 
 
 @dataclass(frozen=True)

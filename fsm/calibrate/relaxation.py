@@ -1,7 +1,7 @@
 """Relaxation of the rest angle of a crease, theta_r(t) = theta_r0 + A log(1 + t/tau), from angles measured over time.
 
 The data have the columns `angle` and `time`, and `repeat` if several creases were measured. The fit is by least squares.
-For a given tau it is linear in theta_r0 and A, so a grid of values of tau gives its start.
+For a given tau it is linear in theta_r0 and A. The best tau on a grid gives the start values.
 """
 
 from __future__ import annotations

@@ -187,7 +187,7 @@ class _Path:
     def derivatives(
         self, sensitivity: PathSensitivity, first: int, rows: Sequence[int], count: int
     ) -> tuple[np.ndarray, float]:
-        """Derivatives d(force)/d(parameter) (rows, count) with a start at state `first`, and their relative start error."""
+        """Derivatives d(force)/d(parameter) (rows, count), computed from state `first`, and their relative start error."""
         jacobian = np.full((len(rows), count), np.nan)
         for row in range(first, rows[-1] + 1):
             found = sensitivity.advance(*self.restore(row), row in rows)
