@@ -4,9 +4,9 @@ numba stores a compiled function with a stamp of the file that *defines the func
 are compiled into it, but are not part of the stamp. After an edit of such a file, or a new version of the package, numba
 runs the old machine code without a warning.
 
-Here each module has a cache folder. Its name is a hash of the source of the module, of all modules of the package that it
-imports directly or indirectly, of the versions of the libraries, and of the compiler options. A changed byte gives a new
-folder to the modules that depend on it, and to no others. Copies of the package with equal sources share their compiled
+Here each module has a cache folder. Its name is a hash of the sources, the versions of the libraries and the compiler
+options. The sources are the module and all modules of the package that it imports, directly or indirectly. A changed byte
+gives a new folder to the modules that depend on it, and to no others. Copies of the package with equal sources share their
 kernels.
 
 This module adds to ``numba.njit(cache=True)``:
@@ -14,8 +14,8 @@ This module adds to ``numba.njit(cache=True)``:
 * the folder; other users of numba in the process keep their own folders;
 * a process whose sources were edited since its start no longer writes to the cache, because it would store new code under an
   old name;
-* a damaged or wrong entry is compiled again. Two processes that compile two signatures of one kernel at the same time can
-  exchange entries in numba's index; numba would call the wrong machine code;
+* a damaged or wrong entry is compiled again. If two processes compile two signatures of one kernel at the same time, numba's
+  index can refer to the wrong machine code, which numba would call;
 * a folder that another user owns or can write to is refused, because its machine code would be executed;
 * a full disk is not an error;
 * a counter and a timer of compilations, and a callback at the start of each compilation.

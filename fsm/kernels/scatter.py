@@ -137,7 +137,9 @@ def add_quarters_planar(
     ax: float, az: float, bx: float, bz: float,
     aa: float, ab: float, ba: float, bb: float,
 ) -> None:  # fmt: skip
-    """Add the matrix of a plane element between bodies a and b that depends on their relative displacement and rotations.
+    """Add the matrix of a plane element between bodies a and b to the block data.
+
+    The forces of the element depend only on the relative displacement and on the rotations of both bodies.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Products, inverses and inertia of small dense blocks, for the block LU factorisation."""
+"""Products, inverses and eigenvalue signs of small dense blocks, for the block LU factorisation."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Moment of a crease as a function of its opening, from a table.
 
-A curve is M(o). The opening o = rest - s psi is the rotation of the crease from its rest angle towards flat, where the sign
-s is the side to which the crease is folded. The table includes the series flexibility of half cells (`add_flexibility`).
+A curve is M(o). The opening o = rest - s psi is the rotation of the crease from its rest angle towards flat. The sign s is
+the side to which the crease is folded. The table includes the series flexibility of half cells (`add_flexibility`).
 """
 
 from __future__ import annotations

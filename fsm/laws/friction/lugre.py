@@ -5,17 +5,18 @@
 
 The source is Canudas de Wit, Olsson, Astrom and Lischinsky (1995, IEEE Trans. Autom. Control 40, 419-425). Here z, v and f
 are vectors in the tangent plane, and the effort of the bristles is proportional to N. The bristle damping decreases with the
-slip velocity (Olsson's form), so the law is dissipative for sigma_1 < 9.3 mu_d/v_S. A constant sigma_1 is not dissipative at
-all speeds.
+slip velocity (Olsson's form), so the law is dissipative for sigma_1 < 9.3 mu_d/v_S. No law with a constant sigma_1 is
+dissipative at all speeds.
 
 The factor alpha is a cubic from 0 at r = 0.8 to 1 at r = 1, and 0 if z decreases (Dupont, Hayward, Armstrong and Altpeter
 2002, IEEE Trans. Autom. Control 47, 787-792). Bristles below 0.8 of their largest deflection are therefore elastic. With
 alpha = 1 everywhere (the law of 1995), each vibration causes a small slip, and a sticking contact creeps.
 
-In a step of length h with the mean slip velocity w, the deflection becomes z = E z_0 + h phi w, with x = a h, E = exp(-x)
-and phi = (1 - E)/x. alpha is evaluated at the elastic deflection z_0 + h w. This is exact for a constant slip velocity, both
-of elastic and of fully sliding bristles. The deflection never exceeds the larger of |z_0| and g/sigma_0. The other terms of
-the force are those at the end of the step. The order in h is two for elastic bristles, and one at the transition to sliding.
+In a step of length h with the mean slip velocity w, the deflection becomes z = E z_0 + h phi w. Here x = a h, E = exp(-x)
+and phi = (1 - E)/x. The factor alpha is evaluated at the elastic deflection z_0 + h w. The step is exact for a constant slip
+velocity, both of elastic and of fully sliding bristles. The deflection never exceeds the larger of |z_0| and g/sigma_0.
+The other terms of the force are those at the end of the step. The order in h is two for elastic bristles, and one at the
+transition to sliding.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
     mu(v) = g(v) tanh(v/v_0) + mu_v v,    g(v) = mu_d + (mu_s - mu_d) exp(-(v/v_S)^2)
 
-v_0 is `v_static` and v_S is `v_stribeck`. The largest coefficient is slightly below mu_s: with v_S = 10 v_0 by 3 % for
-mu_s = 1.5 mu_d, and by 6 % for mu_s = 5 mu_d. A sticking contact creeps, as in all laws without bristles.
+v_0 is `v_static` and v_S is `v_stribeck`. The largest coefficient is slightly below mu_s. With v_S = 10 v_0 the difference
+is 3 % for mu_s = 1.5 mu_d, and 6 % for mu_s = 5 mu_d. A sticking contact creeps, as in all laws without bristles.
 """
 
 from __future__ import annotations
