@@ -1,6 +1,6 @@
 """Hysteresis of a crease: dry friction in parallel with the elastic curve, for a moment that differs in opening and closing.
 
-Measured are a loading branch L(o) and an unloading branch U(o). The elastic curve is (L + U)/2. In parallel acts a spring of
+A test gives a loading branch L(o) and an unloading branch U(o). The elastic curve is (L + U)/2. In parallel acts a spring of
 stiffness k in series with a slider of strength h(o) = (L - U)/2:
 
     M = k z,   z = o - p,   |k z| <= h(o),   the slider moves only at |k z| = h(o)
