@@ -17,6 +17,8 @@ import numpy as np
 from fsm.errors import EnergyAbort, NotConverged
 from fsm.solve.handed_over import Beginning, CurvePoint, Saved, Statistics, StepEnd, Wanted, inertia_counts
 from fsm.solve.ledger import JUDGED_FROM, Ledger
+from fsm.solve.linear import LinearSolver
+from fsm.solve.newton import negative_pivots
 from fsm.solve.renewal import State, steps_between
 from fsm.solve.settings import Settings
 from fsm.solve.status import TORN, Outcome
@@ -24,6 +26,8 @@ from fsm.system import Observation, System
 
 __all__ = ["Run"]
 
+_FAST = 1e-2
+"""Kinetic energy over the energy turned over, above which a force of the drives is dynamic."""
 _ROUNDING = 1e-13
 """Times that differ by less, relative to themselves, were meant to be the same."""
 
@@ -37,6 +41,7 @@ class Run(ABC):
         self.begun = time.perf_counter()
         self.statistics = Statistics(settings.method, seen=beginning.seen)
         self.every = steps_between(system.nu)
+        self._pivots = LinearSolver()
         breaks = [*system.break_times(), settings.end_time]
         if after is not None:
             assert ledger is not None
@@ -108,7 +113,14 @@ class Run(ABC):
 
     def _look(self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation) -> None:
         points = self.statistics.seen
-        points.append(CurvePoint.after(points, t, seen, inertia_counts(self.system, t, q, u, seen)))
+        points.append(CurvePoint.after(points, t, seen, self._moves(t, q, u, seen)))
+
+    def _moves(self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation) -> bool:
+        """Whether a force of the drives is dynamic: of a fast motion, or on the way out of an unstable equilibrium."""
+        if not len(seen.drive.force):
+            return False
+        fast = seen.energy.kinetic > _FAST * self.ledger.turnover or inertia_counts(self.system, t, q, u, seen)
+        return fast or negative_pivots(self.system, t, q, self._pivots) > 0
 
     def _balance(self, seen: Observation) -> None:
         self.ledger.balance(seen.energy.stored, seen.energy.kinetic)

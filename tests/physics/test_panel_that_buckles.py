@@ -11,6 +11,8 @@ from fsm.compile_case import compile_case
 from fsm.results.curve import Curve
 from fsm.results.quantities import peaks
 from fsm.scene.load_case import load_case
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
 from fsm.solve.static import PathSettings, follow
 
 CASE = """
@@ -51,3 +53,15 @@ def test_no_more_than_the_critical_load_is_quasi_static(tmp_path: Path) -> None:
     curve = Curve.from_points(statistics.seen)
     assert peaks(curve).largest.force == pytest.approx(event.force, rel=1e-2)
     assert curve.force.max() > 1.5 * event.force
+
+
+def test_nor_is_it_of_a_run_by_dynamics(tmp_path: Path) -> None:
+    """Twice the critical load was its quasi-static peak; what is left is the motion as it dies."""
+    (tmp_path / "case.toml").write_text(CASE)
+    system = compile_case(load_case(tmp_path / "case.toml").case)[1]
+    statistics, _ = simulate(system, Settings("generalized-alpha", 1e-6, 2.0), [], lambda state: None)
+    curve = Curve.from_points(statistics.seen)
+    critical = 1.75
+    assert curve.force.max() > 2.0 * critical
+    assert critical < peaks(curve).largest.force < 1.4 * critical
+    assert np.all(curve.force[~curve.dynamic, 0] < 1.4 * critical)
