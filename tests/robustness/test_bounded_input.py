@@ -51,7 +51,7 @@ def test_much_input_gives_few_messages(name: str, tmp_path: Path) -> None:
 
 def test_deep_input_is_said_to_be_deep(tmp_path: Path) -> None:
     for name in ("lists", "sections", "dotted", "quoted"):
-        assert "nested more than 40 deep" in check(MUCH[name], tmp_path).stderr
+        assert "nested more than 40 levels deep" in check(MUCH[name], tmp_path).stderr
 
 
 def test_an_override_may_not_be_deep_either(tmp_path: Path) -> None:
