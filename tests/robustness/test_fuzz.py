@@ -44,7 +44,7 @@ def test_check_of_every_shipped_case(case: Path) -> None:
         ("strip_pull", "strip.thickness=1e-200", "bending stiffness E w t^3/12 is 0 N m^2"),
         ("strip_pull", "strip.thickness=1e200", "bending stiffness E w t^3/12 is inf N m^2"),
         ("strip_pull", "strip.length=1.7e308", "strip.length: the strip has a moment of inertia of inf kg m^2"),
-        ("strip_pull", "strip.panels=1000 strip.segments_per_panel=5000", "= 5,000,000 segments; at most 50,000 are allowed"),
+        ("strip_pull", "strip.panels=1000 strip.segments_per_panel=5000", "= 5,000,000 segments; at most 50,000"),
         ("rotating_squares", "lattice.hinge_length=100", "less than spacing"),
     ],
 )
@@ -159,7 +159,7 @@ def test_a_family_whose_relaxation_cannot_be_is_refused(law: Relaxation, tmp_pat
 
 @pytest.mark.parametrize(
     ("name", "count", "words"),
-    [("angle", 200_000, "200000 angles; at most 100000 are allowed"), ("loading", 10**8, r"/loading has the shape \(100000000,\)")],
+    [("angle", 200_000, "200000 angles; at most 100000"), ("loading", 10**8, r"/loading has the shape \(100000000,\)")],
 )
 def test_a_curve_of_more_points_than_there_are_is_not_read(name: str, count: int, words: str, tmp_path: Path) -> None:
     """They take room in the file, without anything being written to it."""
