@@ -214,6 +214,8 @@ class System(Protocol):
     """Whether forces depend on velocities: dampers, friction."""
     fixed_pattern: bool
     """Whether the pattern of K and D is constant, because no bodies can come into contact."""
+    of_vectors: bool
+    """Whether coordinates are slopes, not angles: a straight path between two states strains the elements."""
 
     def initial(self) -> tuple[np.ndarray, np.ndarray]:
         """Configuration and velocity at time zero."""
@@ -354,6 +356,10 @@ class System(Protocol):
 
         In statics u is None, and impacts are not resolved.
         """
+        ...
+
+    def shortest_step(self) -> float:
+        """Step (s) below which errors cut no step, because the mesh does not resolve faster waves; 0 for none."""
         ...
 
     def longest_step(self, t: float, q: np.ndarray, u: np.ndarray) -> float:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from functools import cached_property
+
 import numpy as np
 
 from fsm.ancf.bars import BarMaterial, BarNodes
@@ -11,9 +14,14 @@ from fsm.ancf.latch import Latches
 from fsm.ancf.loading import Loading
 from fsm.ancf.mesh import Mesh
 from fsm.ancf.system import AncfSystem
-from fsm.system import Before
+from fsm.system import Before, Scales
 
 __all__ = ["ArraySystem"]
+
+_RESOLVED = 1e-10
+"""Strain to which Newton's method resolves forces at any tolerance, so that accelerations are smooth."""
+_FOLLOWED = 0.1
+"""Shortest step times omega of the shortest wave that the mesh resolves; the error of its amplitude is then 1e-4 a step."""
 
 
 class ArraySystem(AncfSystem):
@@ -43,6 +51,31 @@ class ArraySystem(AncfSystem):
         self.points, self.bars, self.material, self.hinges, self.latches = points, bars, material, hinges, latches
         self.beams: BeamGroup = next(group for group in mesh.groups if isinstance(group, BeamGroup))
         super().__init__(mesh, loading)
+
+    @cached_property
+    def _scales(self) -> Scales:
+        """Typical sizes: the length is that of an element.
+
+        The velocity is that of an axial wave with this amplitude and the length of an element. So errors of waves that the
+        mesh resolves are measured by their displacements.
+        """
+        length = float(np.median(np.concatenate([np.diff(bar.at) for bar in self.bars])))
+        reach = float(np.ptp(self.mesh.positions(self.start), axis=0).max())
+        is_position = self.mesh.is_position
+        size = np.where(is_position, length, 1.0)
+        wave = math.sqrt(self.material.young / self.material.density) / length
+        span = np.where(is_position, max(reach, length), 1.0)
+        return Scales(length, size, wave * size, size, span, _RESOLVED * size)
+
+    def shortest_step(self) -> float:
+        """See `System`: a part of 1/omega of a bending wave four elements long, the shortest that a mesh resolves.
+
+        omega = k^2 sqrt(EI/(rho A)), k = pi/(2 L), or that of the axial wave, k sqrt(E/rho), where it is less (deep bars).
+        Waves of shear and of the section's stretch are much faster, carry little energy, and start wherever a moment jumps.
+        """
+        length = self._scales.length
+        number, speed = 0.5 * math.pi / length, math.sqrt(self.material.young / self.material.density)
+        return _FOLLOWED / (number * speed * min(1.0, number * self.material.height / math.sqrt(12.0)))
 
     def place(
         self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None

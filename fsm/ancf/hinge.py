@@ -35,10 +35,11 @@ def _slopes(vectors: np.ndarray, q: np.ndarray) -> tuple[float, float, float, fl
 
 @kernel(inline=True)
 def _turn(px: float, py: float, qx: float, qy: float, initial: float, sign: float) -> float:
-    """How far a hinge has turned, within half a turn of where it was at the start."""
+    """Rotation of a hinge since the start, between -90 and 270 degrees: also beyond full deployment."""
     cosine, sine = np.cos(initial), np.sin(initial)
     along, across = px * qx + py * qy, px * qy - py * qx
-    return sign * np.arctan2(across * cosine - along * sine, along * cosine + across * sine)
+    ahead, aside = along * cosine + across * sine, sign * (across * cosine - along * sine)
+    return np.arctan2(-ahead, aside) + 0.5 * np.pi
 
 
 @kernel(inline=True)

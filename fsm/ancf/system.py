@@ -44,7 +44,7 @@ class AncfSystem:
         Coordinates at the start, those of the mesh if absent, and their rates, zero if absent.
     """
 
-    fixed_pattern = True
+    fixed_pattern = of_vectors = True
 
     def __init__(
         self, mesh: Mesh, loading: Loading | None = None, start: np.ndarray | None = None, rate: np.ndarray | None =
@@ -251,6 +251,10 @@ class AncfSystem:
     def objection(self, t: float, q: np.ndarray, u: np.ndarray | None, step: float) -> Objection | None:
         """See `System`."""
         return None
+
+    def shortest_step(self) -> float:
+        """See `System`."""
+        return 0.0
 
     def longest_step(self, t: float, q: np.ndarray, u: np.ndarray) -> float:
         """See `System`."""

@@ -73,7 +73,7 @@ class SegmentSystem(Configuration):
         self.groups = groups
         self.contacts = Contacts(contacts)
         self.pair_names = pair_names
-        self.fixed_pattern = not contacts
+        self.fixed_pattern, self.of_vectors = not contacts, False
         self.rate_dependent = any(group.rate_dependent for group in groups)
         self._mass = bodies.inertia[bodies.free].ravel()
         self._dof = np.full(len(bodies.names), -1, dtype=np.int64)
@@ -436,6 +436,10 @@ class SegmentSystem(Configuration):
         if not self.contacts:
             return None
         return self.contacts.objection(t, *self.place(t, q, u), None if u is None else step, self.pair_names)
+
+    def shortest_step(self) -> float:
+        """See `System`."""
+        return 0.0
 
     def longest_step(self, t: float, q: np.ndarray, u: np.ndarray) -> float:
         """See `System`: that of impacts."""

@@ -9,14 +9,23 @@ from fsm.system import Before, System
 __all__ = ["mean_dissipation"]
 
 
-def mean_dissipation(system: System, begin: Before, end: Before, pairs: int) -> tuple[float, np.ndarray]:
+def mean_dissipation(
+    system: System, begin: Before, end: Before, pairs: int, halfway: bool = False
+) -> tuple[float, np.ndarray]:
     """Mean dissipated power (W) of a step between two states (time, configuration), and that of so many contact pairs.
 
-    Of the mean rates, and of the contact forces at both ends. Rates at the ends hold what is left of stiff vibrations,
+    Of the mean rates, and of the forces at both ends. Rates at the ends hold what is left of stiff vibrations,
     and its square: far more than was dissipated on the way. That of the pairs is as in `Energy.pair_power`.
+
+    With `halfway` the forces are those in the middle of the step, where the chord of a rotation is no strain rate. At the
+    ends of a step that rotates slopes by an angle d it looks like a strain of d^2/2, which a stiff material dissipates.
     """
     if not system.rate_dependent:
         return 0.0, np.zeros((2, pairs))
-    mean = system.difference(begin[1], end[1]) / (end[0] - begin[0])
+    way = system.difference(begin[1], end[1])
+    mean = way / (end[0] - begin[0])
+    if halfway:
+        seen = system.energy(0.5 * (begin[0] + end[0]), system.retract(begin[1], 0.5 * way), mean, begin)
+        return seen.dissipated_power, seen.pair_power
     first, last = (system.energy(*here, mean, there) for here, there in ((begin, end), (end, begin)))
     return 0.5 * (first.dissipated_power + last.dissipated_power), 0.5 * (first.pair_power + last.pair_power)

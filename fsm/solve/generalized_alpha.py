@@ -16,6 +16,8 @@ Choices:
 * a_n belongs to t_n + (alpha_m - alpha_f) h, so a - u' grows with h: it is rescaled when h changes, which keeps order 2 [4].
 * The local error is C h^3 times a derivative of u', taken from differences of u'. In modes too stiff to be resolved those
   differences are noise that moves nothing; S^-1 c_m M takes them out and leaves the others as they are.
+* A step as short as the system's `shortest_step` is taken whatever its error. Shorter ones would follow waves that the mesh
+  does not resolve; these are damped instead.
 * M is constant, as it is for segments and ANCF, and taken once.
 
 References
@@ -63,6 +65,8 @@ _CUT = 0.25
 """Factor on a step whose equations were not solved."""
 _FIRST = 1e-4
 """First step over the time to go, at most."""
+_FLOOR_AT = 1e-6
+"""Relative tolerance below which the system's shortest step falls, with its cube root as errors do."""
 _FINEST = 64
 """Parts, at most, of a fixed step whose equations were not solved."""
 _SAME = 1e-9
@@ -198,6 +202,7 @@ class GeneralizedAlpha:
         self._slope = np.zeros_like(u)
         self._before = self._present = 0.0
         self._longest = math.inf
+        self._shortest = min(1.0, rtol / _FLOOR_AT) ** (1.0 / 3.0) * system.shortest_step()
         self._division = 1
 
     def step(self, until: float) -> None:
@@ -232,13 +237,16 @@ class GeneralizedAlpha:
                 self.step_size = _CUT * h
             else:
                 error = self._error(trial)
-                objection = self.system.objection(trial.t, trial.q, trial.u, h) if error <= 1.0 else None
-                if error <= 1.0 and objection is None:
+                small = error <= 1.0 or h <= self._shortest
+                objection = self.system.objection(trial.t, trial.q, trial.u, h) if small else None
+                if small and objection is None:
                     self._adapt(h, error, grow)
                     break
                 self.rejected += 1
-                factor = max(_SHRINK, _SAFETY * error ** (-1.0 / 3.0)) if objection is None else objection.part
-                self.step_size = h * factor
+                if objection is None:
+                    self.step_size = max(h * max(_SHRINK, _SAFETY * error ** (-1.0 / 3.0)), min(h, self._shortest))
+                else:
+                    self.step_size = h * objection.part
             grow = False
             if self.step_size < _SMALLEST * max(abs(self.t), until - self.t):
                 outcome = Outcome.NO_SOLUTION if trial is None else Outcome.STEP_TOO_SMALL
@@ -445,8 +453,9 @@ class GeneralizedAlpha:
         error = max(error, 1e-8)
         factor = _SAFETY * error ** (-0.2) * self._last_error ** (1.0 / 15.0)
         self._last_error = error
-        factor = min(max(factor, _SHRINK), self._growth if grow else 1.0)
-        wanted = h * factor
+        most = self._growth if grow else 1.0
+        factor = min(max(factor, _SHRINK), most)
+        wanted = max(h * factor, min(h * most, self._shortest))
         # a step cut short by a time that had to be hit says nothing against the size before it
         if grow and h < self.step_size and error * (self.step_size / h) ** 3 <= 1.0:
             wanted = max(wanted, self.step_size)

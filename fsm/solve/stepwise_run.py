@@ -84,7 +84,7 @@ class StepwiseRun(Run):
             self.ledger.add(solver.work, solver.dissipated, np.zeros((2, len(seen.pairs.force))))
         else:
             dissipated, of_pairs = mean_dissipation(
-                self.system, (self.time, self.q), (solver.t, solver.q), len(seen.pairs.force)
+                self.system, (self.time, self.q), (solver.t, solver.q), len(seen.pairs.force), self.system.of_vectors
             )
             work = 0.5 * step * (begin.input_power + seen.energy.input_power) + seen.energy.driven - driven
             self.ledger.add(work, step * dissipated, step * of_pairs)

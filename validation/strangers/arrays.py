@@ -73,7 +73,7 @@ def draw_array(dice: Dice) -> Drawn:
             ramp = dice.one_of(("10 ms", "20 ms", "50 ms", "100 ms"))
             load["time"] = {"kind": "ramp", "end": ramp}
         tables["force"] = [load]
-    late = 0.6e-3 * float(ramp.split()[0]) if ramp else 0.0
+    late = 0.6e-3 * float(ramp.split()[0]) if ramp and not springs else 0.0  # springs act at once, whatever a force does
     if dice.chance(0.4):
         part = dice.between(0.3, 0.8)
         stop = digits(start - part * (start - last))
