@@ -1,1 +1,1 @@
-"""Measures of batches of deformations, and how efforts scatter into forces and tangents."""
+"""Kinematic measures of elements and contacts, and the assembly of their forces and tangents."""

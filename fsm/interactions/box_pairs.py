@@ -1,16 +1,17 @@
-"""Which boxes overlap, and which of these are of things that may touch: the broad phase of rigid shapes.
+"""Broad phase of contact between rigid shapes: pairs of overlapping boxes that are allowed to touch.
 
-Boxes are put in the order of a curve that fills space (Morton's), so that neighbours in the row are neighbours in space, and
-the tree of `fsm.interactions.box_tree` goes over them: n boxes of which each overlaps a few take O(n log n), however they
-lie, and boxes of all sizes may be mixed.
+The boxes are sorted along Morton's space-filling curve, so that neighbours in the table are neighbours in space. The tree
+of `fsm.interactions.box_tree` then searches them. If each of n boxes overlaps a few others, the cost is O(n log n),
+whatever the arrangement and the sizes of the boxes.
 
-What may touch is listed by sides: a side is some shapes, a listed pair is two sides, and every shape of one may touch every
-shape of the other. A side with itself: every shape in it may touch every other. The pairs of shapes that this makes are
-never gone through nor kept: those whose boxes overlap are looked up. So memory grows with what is listed, and with what is
-near.
+Allowed contacts are listed by sides. A side is a set of shapes, and a listed pair names two sides: every shape of one side
+may touch every shape of the other. If a side is paired with itself, each of its shapes may touch every other one.
+The pairs of shapes are not stored. Only the pairs whose boxes overlap are looked up. Memory therefore grows with the
+number of listed pairs and of nearby shapes.
 """
 
 from __future__ import annotations
+
 
 from collections.abc import Sequence
 
@@ -23,18 +24,18 @@ __all__ = ["ListedPairs", "overlapping_boxes"]
 
 
 class ListedPairs:
-    """Pairs of shapes that may touch.
+    """Table of the pairs of shapes that are allowed to touch.
 
     Parameters
     ----------
     sides : sequence of int arrays
         Shapes of each side.
     pairs : (m, 2) int array
-        Sides.
+        Indices of the two sides of each pair.
     count : int
-        How many shapes there are.
+        Number of shapes.
     numbers : (m,) int array
-        Contact pair of the scene that each is; by default its own row.
+        Number of the scene's contact pair for each row; default: the row number.
 
     Attributes
     ----------
@@ -56,7 +57,7 @@ class ListedPairs:
         self._keys, self._numbers = keys[order], order if numbers is None else numbers[order]
 
     def overlapping(self, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Those whose boxes have a point in common: see `among`.
+        """Find the allowed pairs whose boxes have a point in common; returns as `among`.
 
         Parameters
         ----------
@@ -66,12 +67,12 @@ class ListedPairs:
         return self.among(overlapping_boxes(low, high))
 
     def among(self, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The listed ones among pairs (m, 2) of shapes, each given once.
+        """Select the allowed pairs among pairs (m, 2) of shapes, each given once.
 
         Returns
         -------
         members : (k, 2) int array
-            In the order of the first, then of the second.
+            Sorted by the first column, then by the second.
         numbers : (k,) int array
         """
         members, numbers = _listed(
@@ -89,7 +90,7 @@ def overlapping_boxes(low: np.ndarray, high: np.ndarray) -> np.ndarray:
 
 @kernel
 def _places_on_curve(low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Where the middles of boxes are on Morton's curve through the box around them, (n,) int; infinite boxes are last."""
+    """Positions (n,) of the box centres along Morton's curve through their bounding box; infinite boxes come last."""
     count, size = low.shape
     bits = 62 // size
     least, most = np.full(size, np.inf), np.full(size, -np.inf)
@@ -127,7 +128,7 @@ def _apart(low: np.ndarray, high: np.ndarray, other_low: np.ndarray, other_high:
 
 @kernel
 def _overlapping(low: np.ndarray, high: np.ndarray, names: np.ndarray) -> np.ndarray:
-    """Pairs of names of boxes in a row; each looks for those after it."""
+    """Pairs of the `names` of sorted boxes that overlap; each box is compared with the boxes after it."""
     count, size = low.shape
     tree = fit_tree(low, high)
     leaves = tree.shape[0] // 2
@@ -173,7 +174,7 @@ def _listed(
                 for way in range(2):
                     if way == 1:
                         one, two = two, one
-                    # a side with itself is listed one way, and met both ways
+                    # a side paired with itself is listed once but found in both orders
                     if side[one] == side[two] and one > two:
                         continue
                     key = side[one] * sides + side[two]

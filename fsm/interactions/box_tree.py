@@ -1,30 +1,30 @@
-"""Broad phase of contact: a balanced tree of boxes over things in a row, and what of them is near a point.
+"""Broad phase of contact: a balanced tree of boxes over an ordered table, and the search for boxes near a point.
 
-The things keep their order: pieces of surfaces follow each other along the chain, so neighbours in the array are neighbours
-in space and nothing is sorted. `LEAF` of them in a row share a leaf. Nodes are numbered as in a heap, the root 1 and the
-children of k being 2 k and 2 k + 1, all leaves at one depth, which makes the tree an array without pointers that a walk
-crosses without a stack: down is 2 k, past a node is k + 1 after climbing out of right children. A box holds what is below it
-whatever the sizes, so a plate of 80 mm beside segments of 0.1 mm only makes the few boxes above it large.
+The table keeps its order. Pieces of surfaces follow each other along the chain, so neighbours in the table are neighbours
+in space and no sorting is needed. `LEAF` consecutive entries share a leaf. Nodes are numbered as in a heap: the root is 1,
+and the children of node k are 2 k and 2 k + 1. All leaves have the same depth, so the tree is an array without pointers
+and a search needs no stack. The search goes down to 2 k. To skip a node it climbs out of right children and goes to
+k + 1. Each box encloses all entries below it, so entries of very different sizes may be mixed.
 
-Fitting costs O(n), a search of points near the chain O(log n).
+Fitting costs O(n); a search for a point near the chain costs O(log n).
 
-How a client with surfaces uses it, at every renewal of its broad phase (in space `chords_spatial`):
+Use with surfaces, at every renewal of the broad phase (in space with `chords_spatial`):
 
     chords = chords_planar(poses, owners, stations)
     tree = fit_tree(*chord_boxes(chords))
     window_pieces(points, first_piece, last_piece, chords, tree, reach, margin, nearest, window)
 
-`nearest` is kept from one renewal to the next (-1 at first), which saves work and changes nothing. A piece outside its
-window cannot become the nearest before some distance has changed by half the margin. A surface is not its chord: its
-closest point is on a piece whose chord is farther than the nearest by at most twice what surfaces depart from chords. So
+`nearest` is reused from one renewal to the next (-1 at first); this saves work and does not change the result. A piece
+outside its window cannot become the nearest before some distance has changed by half the margin. A surface differs from
+its chords: the chord of the closest piece is farther than the nearest chord by at most twice the deviation. Hence
 
-    margin = 2 (change of distances until the next renewal + departure from chords)
-    reach  = largest gap or depth that counts + change of distances + departure, tips at the ends of surfaces included
+    margin = 2 (change of distances until the next renewal + deviation of surfaces from chords)
+    reach  = largest gap or depth of a contact + change of distances + deviation, tips at the ends of surfaces included
 
-where the change is the sum of what a probe and a piece move. The tips are no part of the margin: a point beside a tip has
-the piece that the tip belongs to as its nearest.
+The change of distances is the sum of the displacements of a probe and of a piece. The margin does not include the tips: for
+a point beside a tip, the nearest piece is the one that carries the tip.
 
-With the tree fitted anew for a state, which is cheap, `nearest_piece` gives the nearest piece itself without a window.
+If the tree is fitted for the present state, which is cheap, `nearest_piece` finds the nearest piece without a window.
 """
 
 from __future__ import annotations
@@ -37,26 +37,26 @@ from fsm.kernels.jit import kernel
 __all__ = ["LEAF", "fit_tree", "nearest_of_few", "nearest_piece", "next_node", "window_pieces"]
 
 LEAF = 4
-"""Things in a leaf: looking at so many costs about as much as two more nodes."""
+"""Entries in a leaf; testing them costs about as much as two more nodes."""
 FEW = 12
-"""Pieces up to which looking at all of them is faster than the tree."""
+"""Number of pieces up to which testing all of them is faster than the tree."""
 MANY = 64
-"""Pieces up to which looking at all of their leaves is faster than coming down the tree."""
+"""Number of pieces up to which testing all their leaves is faster than descending the tree."""
 
 
 @kernel
 def fit_tree(lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
-    """Boxes of all nodes over the boxes of things in a row.
+    """Boxes of all nodes over an ordered table of boxes.
 
     Parameters
     ----------
     lower, upper : (n, D) arrays, m
-        Corners. A box with anything that is not a number is in no box of the tree.
+        Corners. A box with NaN in a corner is left out of the tree.
 
     Returns
     -------
     (2 leaves, 2 D) array, m
-        Lowest, then highest corner of each node; `leaves` is a power of two. Node 0 is not used. A node without things has
+        Lowest, then highest corner of each node; `leaves` is a power of two. Node 0 is not used. A node without entries has
         its lowest corner at infinity and its highest at minus infinity.
     """
     count, size = lower.shape
@@ -69,7 +69,7 @@ def fit_tree(lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
     for j in range(count):
         node = leaves + j // LEAF
         for i in range(size):
-            # in this order, what is not a number is passed over
+            # the order of the comparison skips NaN
             tree[node, i] = lower[j, i] if lower[j, i] < tree[node, i] else tree[node, i]
             tree[node, size + i] = upper[j, i] if upper[j, i] > tree[node, size + i] else tree[node, size + i]
     for node in range(leaves - 1, 0, -1):
@@ -81,7 +81,7 @@ def fit_tree(lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
 
 @kernel(inline=True)
 def next_node(node: int, span: int) -> tuple[int, int]:
-    """The node after all that is below this one, from the left, and how many things it spans; node 0 at the end."""
+    """Node that follows this one and its subtree, from the left, and the number of entries it spans; 0 at the end."""
     while node & 1:
         node >>= 1
         span *= 2
@@ -90,7 +90,7 @@ def next_node(node: int, span: int) -> tuple[int, int]:
 
 @kernel(inline=True)
 def _previous_node(node: int, span: int) -> tuple[int, int]:
-    """`next_node` from the right."""
+    """Node that follows from the right; see `next_node`."""
     while node > 1 and not node & 1:
         node >>= 1
         span *= 2
@@ -110,7 +110,7 @@ def _box_distance(box: np.ndarray, point: np.ndarray) -> float:
 
 @kernel
 def _likely_piece(point: np.ndarray, first: int, last: int, tree: np.ndarray) -> int:
-    """First piece of the leaf that one comes to by always taking the nearer child that has pieces first ... last - 1."""
+    """First piece of the leaf reached by descending to the nearer child with pieces first ... last - 1."""
     leaves = tree.shape[0] // 2
     node, span = 1, leaves * LEAF
     while node < leaves:
@@ -123,7 +123,7 @@ def _likely_piece(point: np.ndarray, first: int, last: int, tree: np.ndarray) ->
 
 @kernel(inline=True)
 def _nearer(point: np.ndarray, low: int, high: int, chords: np.ndarray, piece: int, best: float) -> tuple[int, float]:
-    """The nearest of the pieces low ... high - 1 and one that is known, with their squared distances."""
+    """Nearest piece among low ... high - 1 and a known piece, and its squared distance."""
     for j in range(low, high):
         distance = chord_distance(chords[j], point)
         if distance < best or (distance == best and j < piece):
@@ -135,7 +135,7 @@ def _nearer(point: np.ndarray, low: int, high: int, chords: np.ndarray, piece: i
 def nearest_piece(
     point: np.ndarray, first: int, last: int, chords: np.ndarray, tree: np.ndarray, start: int, bound: float
 ) -> tuple[int, float]:
-    """The piece whose chord is nearest to a point; of several equally near ones the first.
+    """Find the piece whose chord is nearest to a point; the first of several equally near ones.
 
     Parameters
     ----------
@@ -145,10 +145,10 @@ def nearest_piece(
     chords : see `fsm.interactions.chord`
     tree : `fit_tree` of the boxes of all these chords
     start : int
-        Where to look first, for example the nearest piece of the last time; anything else than a piece of the surface leaves
-        it to the tree. Changes nothing of the result.
+        Piece to test first, for example the nearest piece of the last search. A value outside the surface is ignored.
+        The result does not depend on it.
     bound : m^2
-        Only pieces nearer than this, squared.
+        Square of the largest distance that counts.
 
     Returns
     -------
@@ -191,7 +191,7 @@ def nearest_piece(
 def nearest_of_few(
     point: np.ndarray, first: int, last: int, chords: np.ndarray, tree: np.ndarray, start: int, bound: float
 ) -> tuple[int, float]:
-    """As `nearest_piece`, faster where the pieces are few."""
+    """Find the nearest piece as `nearest_piece` does; faster for few pieces."""
     if last - first > FEW:
         return nearest_piece(point, first, last, chords, tree, start, bound)
     return _nearer(point, first, last, chords, -1, bound)
@@ -201,7 +201,7 @@ def nearest_of_few(
 def _first_within(
     point: np.ndarray, first: int, last: int, chords: np.ndarray, tree: np.ndarray, bound: float
 ) -> int:
-    """First of the pieces first ... last - 1 with a squared distance below the bound; `last` if there is none."""
+    """First piece of first ... last - 1 whose squared distance is below the bound; `last` if there is none."""
     leaves = tree.shape[0] // 2
     node, span = 1, leaves * LEAF
     while node > 0:
@@ -223,7 +223,7 @@ def _first_within(
 def _last_within(
     point: np.ndarray, first: int, last: int, chords: np.ndarray, tree: np.ndarray, bound: float
 ) -> int:
-    """Last of the pieces first ... last - 1 with a squared distance below the bound; first - 1 if there is none."""
+    """Last piece of first ... last - 1 whose squared distance is below the bound; first - 1 if there is none."""
     leaves = tree.shape[0] // 2
     node, span = 1, leaves * LEAF
     while node > 0:
@@ -253,28 +253,28 @@ def window_pieces(
     nearest: np.ndarray,
     window: np.ndarray,
 ) -> None:
-    """The pieces of its surface that may be the nearest to each probe before the next renewal.
+    """Find the pieces that may become the nearest to each probe before the next renewal.
 
     Parameters
     ----------
     points : (n, D) array, m
         Probes.
     first_piece, last_piece : (n,) int arrays
-        Pieces of the surface that each watches, the last one excluded.
+        Pieces of the surface that each probe may touch, the last one excluded.
     chords, tree : see `nearest_piece`
     reach : (n,) array, m
-        Pieces from here on are not seen.
+        Pieces at this distance or farther are ignored.
     margin : m
     nearest : (n,) int array, changed in place
-        Nearest piece, -1 if it is out of reach; what was in it is where to look first.
+        Nearest piece, -1 if it is out of reach; the previous content is tested first.
     window : (n, 2) int array, changed in place
-        From the first to one past the last piece within reach that is farther than the nearest by less than the margin; all
-        between them are in it, however far. Equal when the nearest is out of reach.
+        First and one past the last piece that is within reach and farther than the nearest by less than the margin. All
+        pieces between them are included. Both are equal if the nearest piece is out of reach.
     """
     piece = -1
     for i in range(points.shape[0]):
         first, last = first_piece[i], last_piece[i]
-        # a new probe starts where the one before it ended: they too follow each other along a chain
+        # a new probe starts at the previous probe's piece: probes also follow each other along a chain
         start = nearest[i] if nearest[i] >= 0 else piece
         piece, square = nearest_piece(points[i], first, last, chords, tree, start, reach[i] * reach[i])
         nearest[i] = piece

@@ -1,4 +1,4 @@
-"""Bristles of friction: they turn with the body that carries them, and follow the way slipped."""
+"""Friction bristles: rotation with the body that carries them, and stiffness with respect to the slip distance."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["add_way_stiffness", "carried"]
 
 @kernel
 def carried(vectors: np.ndarray, before: np.ndarray, after: np.ndarray, bodies: np.ndarray) -> np.ndarray:
-    """Vectors turned as their bodies have turned from one set of poses to another.
+    """Rotate vectors with their bodies from one set of poses to another.
 
     Parameters
     ----------
@@ -47,14 +47,14 @@ def add_way_stiffness(
     indices: np.ndarray,
     stiffness: np.ndarray,
 ) -> None:
-    """Add what the friction of bristles changes by as positions do: G^T (df/dway) G for every contact.
+    """Add the stiffness of bristle friction, G^T (df/ds) G for every contact; s is the slip distance, m.
 
     Parameters
     ----------
     bodies : (m, k) int array
     gradient : (m, 1 + c, k size) array
-        G in the rows from 1 on: way slipped by moves of the bodies. How G itself turns in a step is left out.
-    by_way : (m, c, c) array, N/m
+        G in the rows from 1 on: slip distance per displacement of the bodies. The change of G in a step is neglected.
+    by_way : (m, c, c) array df/ds, N/m
     dof, indptr, indices : see `fsm.segments.pattern.BodyPattern`
     stiffness : block data, changed in place
     """

@@ -1,14 +1,14 @@
-"""Linear springs and dampers between poses in the plane: measure, law and scatter in one pass over the elements.
+"""Linear springs and dampers between poses in the plane: deformation, law and assembly in one loop over the elements.
 
-The deformations are those of `fsm.interactions.pose_planar`, the law is that of `fsm.laws.bushing` and stands here as one
-line, e = k (x - x0) + c x'. Everything is worked out in the joint axes (e1, e3) of the outer body, in which K is diagonal:
+The deformations are those of `fsm.interactions.pose_planar`. The law of `fsm.laws.bushing`, e = k (x - x0) + c x', is
+evaluated inline. All vectors are resolved in the joint axes (e1, e3) of the outer body, in which K has a simple form:
 
     a = (a1, a3) from the inner body's centre to P+,   z = (z1, z3) from the outer body's centre to P+,
     Z1' = v1 + a3 w_a - z3 w_b,    Z3' = v3 - a1 w_a + z1 w_b,    psi' = w_a - w_b,    v = v_a - v_b,
     K = G^T (k G + c N) + B,       D = G^T c G,
 
-with the gradients G (as read off Z'), their change N at the present rates, and the geometric stiffness B of the efforts.
-The rows and columns of v_b are those of v_a with the other sign.
+with the gradients G (the coefficients of Z'), their change N at the present rates, and the geometric stiffness B.
+The rows and columns of v_b are those of v_a with the opposite sign.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def pose_constants_planar(
     stiffness: np.ndarray,
     damping: np.ndarray,
 ) -> np.ndarray:
-    """What the kernels need of each element, in one row of an (m, 16) array; arguments as in `measure_pose_planar`.
+    """Constants (m, 16) of all elements for the kernels; arguments as in `measure_pose_planar`.
 
     Columns: inner point (2), cosine and sine of the axes' angle, outer point in the joint axes (2), psi_0, and x0, k, c
     of (Z1, Z3, psi).
@@ -63,7 +63,7 @@ def _turns(poses: np.ndarray) -> np.ndarray:
 def _measure(
     poses: np.ndarray, rates: np.ndarray, turns: np.ndarray, a: int, b: int, row: np.ndarray
 ) -> tuple[float, float, float, float, float, float, float, float, float, float, float]:
-    """Axes (ct, st) with e1 = (ct, -st), e3 = (st, ct); a, z, psi, and v, w_a, w_b, all in joint axes."""
+    """Axes (ct, st) with e1 = (ct, -st), e3 = (st, ct); a, z, psi; v, w_a, w_b. All in joint axes."""
     ct = turns[b, 0] * row[2] - turns[b, 1] * row[3]
     st = turns[b, 1] * row[2] + turns[b, 0] * row[3]
     armx = turns[a, 0] * row[0] + turns[a, 1] * row[1]
@@ -82,7 +82,7 @@ def _efforts(
     a1: float, a3: float, z1: float, z3: float, psi: float, v1: float, v3: float, wa: float, wb: float,
     row: np.ndarray, before: np.ndarray, per_second: float,
 ) -> tuple[float, float, float]:  # fmt: skip
-    """Efforts k (x - x0) + c x' of (Z1, Z3, psi); x' is the difference from `before` if `per_second` is not zero."""
+    """Efforts k (x - x0) + c x' of (Z1, Z3, psi); if `per_second` is not zero, x' is (x - before) per_second."""
     x1, x3 = z1 - row[4], z3 - row[5]
     if per_second != 0.0:
         r1, r3, rp = (x1 - before[0]) * per_second, (x3 - before[1]) * per_second, (psi - before[2]) * per_second
@@ -100,7 +100,7 @@ def _scatter(
     ct: float, st: float, a1: float, a3: float, z1: float, z3: float, f1: float, f3: float, m: float,
     a: int, b: int, force: np.ndarray,
 ) -> None:  # fmt: skip
-    """Forces -e dm/dx of one element."""
+    """Add the forces -e dx/dq of one element."""
     fx, fz = ct * f1 + st * f3, ct * f3 - st * f1
     force[a, 0] -= fx
     force[a, 1] -= fz
@@ -131,7 +131,7 @@ def force_pose_planar(
     before : (m, 3) array
         Deformations at a past state; not read if `per_second` is zero.
     per_second : float, 1/s
-        One over the time since then, or zero: rates are those of the bodies.
+        Inverse of the time since the past state. If zero, the rates are those of the bodies.
     force : (n_bodies, 3) array, changed in place
     """
     turns = _turns(poses)
@@ -158,13 +158,13 @@ def linearise_pose_planar(
 ) -> None:
     """Add the forces of all elements, and K = -dh/dx and D = -dh/du to the block data.
 
-    A difference from a past state has no rate that would change as the bodies turn: N is zero then.
+    If the rate is a difference from a past state, it does not depend on the axes, and N is zero.
 
     Parameters
     ----------
     poses ... per_second, force : as in `force_pose_planar`
     efforts : (m, 3) array, or (0, 3)
-        Efforts that the geometric stiffness is to be of, instead of those at the poses; see `advance_efforts_planar`.
+        Efforts for the geometric stiffness instead of those at the poses; see `advance_efforts_planar`.
     slots : (m, 4) int array of `pair_slots`
     stiffness_data, damping_data : (n_blocks, 3, 3) arrays, changed in place
     """
@@ -181,7 +181,7 @@ def linearise_pose_planar(
         k1, k3, kp = row[_STIFFNESS], row[_STIFFNESS + 1], row[_STIFFNESS + 2]
         c1, c3, cp = row[_DAMPING], row[_DAMPING + 1], row[_DAMPING + 2]
 
-        # k G + c N, a row a measure: columns v (in joint axes), w_a, w_b
+        # k G + c N, one row for each deformation; columns v (in joint axes), w_a, w_b
         h11, h13, h1a, h1b = k1, 0.0, k1 * a3, -k1 * z3
         h31, h33, h3a, h3b = 0.0, k3, -k3 * a1, k3 * z1
         if per_second == 0.0 and (c1 != 0.0 or c3 != 0.0):
@@ -191,7 +191,7 @@ def linearise_pose_planar(
             h3a -= c3 * a3 * (wa - wb)
             h1b += c1 * (a1 * wa - z1 * wb - v3)
             h3b += c3 * (a3 * wa - z3 * wb + v1)
-        # G^T times that, with the geometric stiffness; s = a f, t = z f
+        # G^T (k G + c N) + B; s = a f, t = z f
         s, t = a1 * f1 + a3 * f3, z1 * f1 + z3 * f3
         av1, av3 = a3 * h11 - a1 * h31, a3 * h13 - a1 * h33
         bv1, bv3 = z1 * h31 - z3 * h11 + f3, z1 * h33 - z3 * h13 - f1
@@ -201,7 +201,7 @@ def linearise_pose_planar(
         bb = z1 * h3b - z3 * h1b + kp - t
         h1b += f3
         h3b -= f1
-        # into inertial axes
+        # rotate into inertial axes
         l11, l13 = ct * h11 + st * h31, ct * h13 + st * h33
         l31, l33 = ct * h31 - st * h11, ct * h33 - st * h13
         add_quarters_planar(
@@ -229,7 +229,7 @@ def linearise_pose_planar(
 def _measure_all(
     poses: np.ndarray, rates: np.ndarray, turns: np.ndarray, a: int, b: int, row: np.ndarray
 ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    """(Z1, Z3, psi), and G times the bodies' rates."""
+    """Deformations (Z1, Z3, psi), and their rates from the bodies' rates."""
     _, _, a1, a3, z1, z3, psi, v1, v3, wa, wb = _measure(poses, rates, turns, a, b, row)
     return (z1 - row[4], z3 - row[5], psi), (v1 + a3 * wa - z3 * wb, v3 - a1 * wa + z1 * wb, wa - wb)
 
@@ -279,7 +279,7 @@ def stored_pose_planar(
     Parameters
     ----------
     poses ... per_second : as in `force_pose_planar`
-    category, categories : (m,) int array, and how many there are
+    category, categories : (m,) int array, and the number of categories
     """
     energy, power = np.zeros(categories), 0.0
     turns = _turns(poses)
@@ -297,9 +297,10 @@ def stored_pose_planar(
 def widest_pose_planar(
     poses: np.ndarray, bodies: np.ndarray, constants: np.ndarray, structural: np.ndarray
 ) -> tuple[int, float]:
-    """Which of the structural elements (m,) has its ends farthest apart, and how far, m; the first where none is apart.
+    """Index of the structural element (m,) with the largest separation of its ends, and the separation, m.
 
-    Axes without a stiffness do not count. Other arguments as in `force_pose_planar`.
+    Axes without stiffness are ignored. The index is 0 if all separations are zero.
+    Other arguments as in `force_pose_planar`.
     """
     worst, widest = 0, 0.0
     turns = _turns(poses)

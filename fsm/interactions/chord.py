@@ -1,16 +1,17 @@
-"""Straight stand-ins of the pieces of surfaces (`fsm.interactions.surface`): from what search looks at first.
+"""Chords: straight approximations of the pieces of surfaces (`fsm.interactions.surface`), for the contact search.
 
-In the plane a piece is the line between its ends; in space a rectangle, that line across the width. With D = 2 or 3, the
-columns of a table of chords, (n_pieces, 6) in the plane and (n_pieces, 12) in space, are
+In the plane a chord is the line between the ends of a piece; in space it is a rectangle that spans the width. Let D be 2 or
+3. A table of chords is (n_pieces, 6) in the plane and (n_pieces, 12) in space, with the columns
 
     0 ... D-1      start, m
-    D ... 2D-1     direction up to the other end, m; in space without what of it lies across
-    2D             one over its square; 0 where both ends are one point
-    2D+1           how far the surface may be from the chord, m (`chords_planar`)
+    D ... 2D-1     vector to the other end, m; in space without its component across
+    2D             1/(length squared), 1/m^2; 0 if both ends coincide
+    2D+1           bound of the distance between surface and chord, m (`chords_planar`)
     8, 9, 10       in space: unit vector across, e2 of the first body
-    11             in space: half of what the piece covers across, m
+    11             in space: half width of the piece, m
 
-The distance of a point from a chord in space does not count what lies across within the width; beyond the sides it does.
+In space the distance of a point from a chord ignores the component across within the width. Beyond the sides that component
+counts.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ __all__ = [
 ]
 
 ROUNDING = 1e-12
-"""By this part of its coordinates a box is larger than its chord, so that no rounding puts a point of it outside."""
+"""Relative enlargement of a box, so that round-off leaves no point of the chord outside it."""
 
 
 @kernel
@@ -54,15 +55,15 @@ def chords_planar(poses: np.ndarray, owners: np.ndarray, stations: np.ndarray) -
     Returns
     -------
     (n_pieces, 6) array
-        The bound of the distance, column 5: the piece lies in the hull of its control points, and beyond its ends it goes
-        on by its tip.
+        Column 5, the bound of the distance: the piece lies in the convex hull of its control points, and an end piece is
+        extended by its tip.
     """
     return chords_of_planar(control_points_planar(poses, turned_planar(poses), owners, stations), stations)
 
 
 @kernel
 def chords_of_planar(controls: np.ndarray, stations: np.ndarray) -> np.ndarray:
-    """The same from the control points, see `fsm.interactions.control_points`."""
+    """Chords from the control points of `fsm.interactions.control_points`; returns as `chords_planar`."""
     out = np.empty((controls.shape[0], 6))
     for j in range(controls.shape[0]):
         x0, z0 = controls[j, 0, 0], controls[j, 0, 1]
@@ -85,7 +86,7 @@ def chords_spatial(poses: np.ndarray, owners: np.ndarray, stations: np.ndarray, 
     ----------
     poses : (n_bodies, 7) array
     half_width : (n_pieces,) array, m
-        The lines across turn from the first body's to the second's, which the bound covers.
+        The bound includes the change of the direction across between both bodies.
     """
     controls = control_points_spatial(poses, turned_spatial(poses), owners, stations)
     return chords_of_spatial(controls, stations, half_width)
@@ -93,7 +94,7 @@ def chords_spatial(poses: np.ndarray, owners: np.ndarray, stations: np.ndarray, 
 
 @kernel
 def chords_of_spatial(controls: np.ndarray, stations: np.ndarray, half_width: np.ndarray) -> np.ndarray:
-    """The same from the control points, see `fsm.interactions.control_points`."""
+    """Chords from the control points of `fsm.interactions.control_points`; returns as `chords_spatial`."""
     out = np.empty((controls.shape[0], 12))
     line, one, other = np.empty(3), np.empty(3), np.empty(3)
     for j in range(controls.shape[0]):
@@ -140,7 +141,7 @@ def chord_distance(chord: np.ndarray, point: np.ndarray) -> float:
 
 @kernel(inline=True)
 def along_chord(chord: np.ndarray, point: np.ndarray) -> float:
-    """Where on a chord the point nearest to a point (D,) is, 0 ... 1 from its start; the s of a straight piece."""
+    """Position on a chord, 0 ... 1 from its start, nearest to a point (D,); equal to s for a straight piece."""
     size = point.shape[0]
     total = 0.0
     for i in range(size):
@@ -150,7 +151,7 @@ def along_chord(chord: np.ndarray, point: np.ndarray) -> float:
 
 @kernel(inline=True)
 def over_chord(chord: np.ndarray, point: np.ndarray) -> float:
-    """Which side of a chord a point (D,) is on: positive along the normal of the surface; times the chord's length, m^2."""
+    """Signed height of a point (D,) over a chord times the chord's length, m^2; positive along the surface normal."""
     if point.shape[0] == 2:
         return chord[2] * (point[1] - chord[1]) - chord[3] * (point[0] - chord[0])
     x, y, z = point[0] - chord[0], point[1] - chord[1], point[2] - chord[2]
@@ -163,7 +164,7 @@ def over_chord(chord: np.ndarray, point: np.ndarray) -> float:
 
 @kernel
 def largest_bulge(chords: np.ndarray, stations: np.ndarray) -> float:
-    """How far the surface between its ends may be from its chords, m: the bounds without the tips."""
+    """Bound of the distance between a surface and its chords, m, tips excluded."""
     column = 5 if chords.shape[1] == 6 else 7
     largest = 0.0
     for j in range(chords.shape[0]):
@@ -176,7 +177,7 @@ def largest_bulge(chords: np.ndarray, stations: np.ndarray) -> float:
 
 @kernel
 def chord_boxes(chords: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Lowest and highest corners (n, D) of the boxes along the axes that hold the chords; for `box_tree.fit_tree`."""
+    """Lowest and highest corners (n, D), m, of axis-aligned boxes around the chords, for `box_tree.fit_tree`."""
     count, size = chords.shape[0], 2 if chords.shape[1] == 6 else 3
     lower, upper = np.empty((count, size)), np.empty((count, size))
     for j in range(count):

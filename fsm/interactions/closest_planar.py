@@ -1,7 +1,7 @@
-"""Where points are nearest to surfaces in the plane: which contacts there are, and on which side of what each probe is.
+"""Closest points of surfaces in the plane: contact search, and the side of a surface on which each probe lies.
 
-Search goes from the chords (`fsm.interactions.chord`) to Newton's method on (p - C(s)) . C_s(s) = 0, with the control points
-turned once (`fsm.interactions.control_points`). How gaps change with the bodies is in `fsm.interactions.gap_planar`.
+The search tests the chords first (`fsm.interactions.chord`). Newton's method then solves (p - C(s)) . C_s(s) = 0 with the
+control points of `fsm.interactions.control_points`. `fsm.interactions.gap_planar` gives the derivatives of the gaps.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ from fsm.kernels.jit import kernel
 __all__ = ["find_contacts_planar", "heights_planar", "probe_points_planar"]
 
 _EXACT, _ROUGH = 1e-14, 1e-3
-"""Tolerance in s of a closest point that forces come from, and of one that only tells where things are."""
+"""Tolerances in s of closest points: for forces, and for heights only."""
 
 
 @kernel
 def probe_points_planar(poses: np.ndarray, probe_body: np.ndarray, probe_x: np.ndarray) -> np.ndarray:
-    """Where the probes are, (n, 2), m."""
+    """Positions (n, 2) of the probes, m."""
     points, axes = np.empty((probe_body.shape[0], 2)), turned_planar(poses)
     for i in range(probe_body.shape[0]):
         point_planar(poses, axes, probe_body[i], probe_x[i], points[i])
@@ -50,9 +50,9 @@ def _closest(
     tolerance: float,
     curve: np.ndarray,
 ) -> tuple[int, float]:
-    """Closest point (piece, s) of pieces [first, last) to a point, by Newton's method from a place on a piece.
+    """Find the closest point (piece, s) of pieces [first, last) by Newton's method from a given piece and s.
 
-    `curve` (3, 2) is left at C, C_s, C_ss there. s is outside of its piece when the point is beyond the tips.
+    On return `curve` (3, 2) holds C, C_s, C_ss there. s is outside its piece if the point is beyond the tips.
     """
     for _ in range(40):
         curve_at(at, controls, piece, curve)
@@ -98,22 +98,22 @@ def find_contacts_planar(
     found_s: np.ndarray,
     found_gap: np.ndarray,
 ) -> int:
-    """Closest points of all probes whose gap is below a bound.
+    """Find the closest points of all probes whose gap is below a bound.
 
     Parameters
     ----------
     side : (n,) array
-        +1 or -1: the side of the surface the probe is on; 0 for one that has just come: the side it is on now.
+        Side of the surface on which the probe lies, +1 or -1; 0 for a new probe, whose side is found here.
     no_share : (n,) array, m
-        So near to an end of the surface the probe has no share; negative for one that always has.
+        Distance from an end of the surface below which the probe's share is zero; negative: no taper.
     below : float, m
-        0 for contacts; larger to see how near others are.
-    found_probe, found_piece, found_side, found_s, found_gap : arrays as long as the probes, changed in place
+        Largest gap; 0 for contacts only.
+    found_probe, found_piece, found_side, found_s, found_gap : (n,) arrays, changed in place
 
     Returns
     -------
     int
-        How many were found. A probe beyond the ends of its surface, or deeper than its depth limit, touches nothing.
+        Number of contacts. A probe beyond the ends of its surface, or deeper than its depth limit, has no contact.
     """
     curve, point = np.empty((3, 2)), np.empty(2)
     axes = turned_planar(poses)
@@ -133,7 +133,7 @@ def find_contacts_planar(
         distance = np.sqrt(nearest)
         if distance > max(clearance[i] + below, depth_limit[i]) + bound:
             continue
-        # farther than anything that is found, and on the side where that is a gap
+        # gap larger than the bound: no contact
         if distance > max(clearance[i] + below, 0.0) + bound and side[i] * over_chord(chords[piece], point) >= 0.0:
             continue
         px, pz = point[0], point[1]
@@ -177,11 +177,11 @@ def heights_planar(
     nearest: np.ndarray,
     height: np.ndarray,
 ) -> None:
-    """How high each probe stands over its surface, m, along the normal (-z', x') of the curve, (n,).
+    """Heights (n,) of all probes over their surfaces, m, along the normal (-z', x') of the curve.
 
-    Nothing (nan) beyond its ends and tips, and farther from all pieces than `reach` (n,), m. `nearest` (n,) is where the
-    search for the nearest pieces begins, changed to where it ends. Where the chord tells the side, and whether the probe is
-    deeper than its limit, the height is that over the chord.
+    The height is nan beyond the ends and tips, and farther from all pieces than `reach` (n,), m. `nearest` (n,), changed
+    in place, holds the piece where each search starts and then the nearest piece. Where the chord determines the side,
+    and whether the probe is deeper than its limit, the height over the chord is returned.
     """
     curve, point = np.empty((3, 2)), np.empty(2)
     axes = turned_planar(poses)

@@ -1,6 +1,6 @@
-"""Where points are nearest to surfaces in space; see `fsm.interactions.closest_planar`.
+"""Closest points of surfaces in space; see `fsm.interactions.closest_planar`.
 
-Newton's method is on (p - S(s, y)) . S_a = 0 for a = s, y. How gaps change is in `fsm.interactions.gap_spatial`.
+Newton's method solves (p - S(s, y)) . S_a = 0 for a = s, y. `fsm.interactions.gap_spatial` gives the derivatives of gaps.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ from fsm.kernels.vector import cross, dot
 __all__ = ["find_contacts_spatial", "heights_spatial", "probe_points_spatial"]
 
 _EXACT, _ROUGH = 1e-14, 1e-3
-"""Tolerance in s of a closest point that forces come from, and of one that only tells where things are."""
+"""Tolerances in s of closest points: for forces, and for heights only."""
 _WELL_WITHIN = 0.9
-"""Part of the half width within which a point is over a surface, whatever that does within a segment."""
+"""Fraction of the half width within which a point certainly lies over the surface."""
 
 
 @kernel
 def probe_points_spatial(poses: np.ndarray, probe_body: np.ndarray, place: np.ndarray) -> np.ndarray:
-    """Where the probes are, (n, 3), m."""
+    """Positions (n, 3) of the probes, m."""
     points, axes = np.empty((probe_body.shape[0], 3)), turned_spatial(poses)
     for i in range(probe_body.shape[0]):
         point_spatial(poses, axes, probe_body[i], place[i], points[i])
@@ -64,8 +64,8 @@ def _closest(
     curve: np.ndarray,
     surface: np.ndarray,
 ) -> tuple[int, float, float]:
-    """Closest point (piece, s, y) of pieces [first, last) to a point, from s, y on one; `surface` (5, 3) is left there."""
-    gap = curve[0]  # C itself is needed no longer once the surface is known
+    """Find the closest point (piece, s, y) of pieces [first, last); on return `surface` (5, 3) is evaluated there."""
+    gap = curve[0]  # C is not needed after the surface is evaluated
     for _ in range(40):
         surface_at(s, y, controls, piece, curve, surface)
         for m in range(3):
@@ -119,7 +119,7 @@ def find_contacts_spatial(
     found_at: np.ndarray,
     found_gap: np.ndarray,
 ) -> int:
-    """Closest points of all probes whose gap is below a bound; see `find_contacts_planar`. `found_at` holds (s, y)."""
+    """Find the closest points of all probes with gaps below a bound, as `find_contacts_planar`; `found_at`: (s, y)."""
     curve, surface, point, normal = np.empty((3, 3)), np.empty((5, 3)), np.empty(3), np.empty(3)
     axes = turned_spatial(poses)
     controls = control_points_spatial(poses, axes, owners, stations)
@@ -138,7 +138,7 @@ def find_contacts_spatial(
         distance = np.sqrt(nearest)
         if distance > max(clearance[i] + below, depth_limit[i]) + bound:
             continue
-        # farther than anything that is found, and on the side where that is a gap
+        # gap larger than the bound: no contact
         if distance > max(clearance[i] + below, 0.0) + bound and side[i] * over_chord(chords[piece], point) >= 0.0:
             continue
         s = along_chord(chords[piece], point)
@@ -170,7 +170,7 @@ def find_contacts_spatial(
 
 @kernel(inline=True)
 def _height(point: np.ndarray, surface: np.ndarray, normal: np.ndarray) -> float:
-    """Distance of a point from the surface along S_s x S_y."""
+    """Height of a point over the surface along S_s x S_y, m."""
     cross(surface[ROW_S], surface[ROW_Y], normal)
     total = 0.0
     for m in range(3):
@@ -194,7 +194,7 @@ def heights_spatial(
     nearest: np.ndarray,
     height: np.ndarray,
 ) -> None:
-    """How high each probe stands over its surface; see `heights_planar`."""
+    """Heights (n,) of all probes over their surfaces, m; see `heights_planar`."""
     curve, surface, point, normal = np.empty((3, 3)), np.empty((5, 3)), np.empty(3), np.empty(3)
     axes = turned_spatial(poses)
     controls = control_points_spatial(poses, axes, owners, stations)

@@ -1,13 +1,13 @@
-"""A contact of two bodies in space at one point: gap and slip by the motion of both bodies' material there.
+"""Contact of two bodies in space at one point: gap and slip from the motion of both bodies' material there.
 
-With the unit normal n (from body B to body A) and the point x_c, both functions of the poses,
+The unit normal n points from body B to body A. n and the contact point x_c are functions of the poses. Then
 
     M_m = velocity of A's material at x_c less that of B's, by coordinate m
     dg_m = n.M_m,        V_m = M_m - n (n.M_m)
 
-This is the gradient of the gap for any x_c on the line along n through the two closest points. Force and friction act on
-both bodies at x_c, so that action and reaction have the same moment. What differs from one geometry to another is only
-dn and dx_c; second derivatives follow from them:
+n.M_m is the gradient of the gap for any x_c on the line along n through the two closest points. Force and friction act on
+both bodies at x_c, so that action and reaction have the same moment. Only dn and dx_c depend on the geometry. The second
+derivatives follow from them:
 
     dM_m for a turn about a_j of a body at r:   da_j x (x_c - r) + a_j x (dx_c - dr),    da_j = a_k x a_j for a turn a_k
 
@@ -26,14 +26,14 @@ __all__ = ["contact_derivatives", "contact_gradient", "relative_motion"]
 
 @kernel
 def relative_motion(frames: np.ndarray, arms: np.ndarray, motion: np.ndarray) -> None:
-    """M (12, 3) at a point.
+    """Relative motion M (12, 3) of both bodies' material at a point, by every coordinate.
 
     Parameters
     ----------
     frames : (2, 3, 3) array
         Rotation matrices of A and B.
     arms : (2, 3) array, m
-        The point less the bodies' centres; inertial axes.
+        Vectors from the bodies' centres to the point; inertial axes.
     motion : (12, 3) array, changed in place
     """
     motion[:] = 0.0
@@ -51,7 +51,7 @@ def relative_motion(frames: np.ndarray, arms: np.ndarray, motion: np.ndarray) ->
 def contact_gradient(
     rates: np.ndarray, bodies: np.ndarray, normal: np.ndarray, motion: np.ndarray, rate: np.ndarray, gradient: np.ndarray
 ) -> None:
-    """Rates (4,) and gradients (4, 12) of gap and slip from n and M, changed in place."""
+    """Compute rates (4,) and gradients (4, 12) of gap and slip from n and M, changed in place."""
     for m in range(12):
         along = dot(normal, motion[m])
         gradient[0, m] = along
@@ -75,7 +75,7 @@ def contact_derivatives(
     hessian: np.ndarray,
     slip_second: np.ndarray,
 ) -> None:
-    """Second derivatives of the gap, and derivatives of the slip's V.
+    """Compute second derivatives of the gap, and derivatives of the slip gradient V.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""K and D of one contact of two bodies, from the derivatives of its gap and its slip."""
+"""Stiffness K and damping D of one contact from the derivatives of its gap and slip."""
 
 from __future__ import annotations
 

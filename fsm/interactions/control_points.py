@@ -1,7 +1,7 @@
-"""Surfaces (`fsm.interactions.surface`) by their control points in inertial axes: nothing is turned again at every look.
+"""Control points of surfaces (`fsm.interactions.surface`) in inertial axes, for the contact search.
 
-In the plane piece j is C(s) = sum_k B_k(s) P_k; in space S(s, y) = sum_k B_k(s) (P_k + y e2_k), where P_0, P_1 and e2 are of
-body a, P_2, P_3 and e2 of body b. For search; variations by the bodies' coordinates are taken in the gaps' own modules.
+In the plane piece j is C(s) = sum_k B_k(s) P_k; in space S(s, y) = sum_k B_k(s) (P_k + y e2_k). P_0, P_1 and their e2 belong
+to body a; P_2, P_3 and their e2 belong to body b. The gap modules compute the derivatives by the bodies' coordinates.
 """
 
 from __future__ import annotations
@@ -53,14 +53,14 @@ def turned_spatial(poses: np.ndarray) -> np.ndarray:
 
 @kernel(inline=True)
 def point_planar(poses: np.ndarray, axes: np.ndarray, body: int, x: float, out: np.ndarray) -> None:
-    """Where a point of a body is, `out` (2,), m."""
+    """Position of a point of a body into `out` (2,), m."""
     out[0] = poses[body, 0] + axes[body, 0] * x
     out[1] = poses[body, 1] + axes[body, 1] * x
 
 
 @kernel(inline=True)
 def point_spatial(poses: np.ndarray, axes: np.ndarray, body: int, place: np.ndarray, out: np.ndarray) -> None:
-    """Where a point (x, y) of a body is, `out` (3,), m."""
+    """Position of a point (x, y) of a body into `out` (3,), m."""
     for m in range(3):
         out[m] = poses[body, m] + axes[body, 0, m] * place[0] + axes[body, 1, m] * place[1]
 
@@ -96,7 +96,7 @@ def control_points_spatial(
 
 @kernel(inline=True)
 def curve_at(s: float, controls: np.ndarray, piece: int, out: np.ndarray) -> None:
-    """C, C_s, C_ss of a piece in the rows of `out` (3, D)."""
+    """Evaluate C, C_s, C_ss of a piece into the rows of `out` (3, D), m."""
     r = 1.0 - s
     b0, b1, b2, b3 = r * r * r, 3.0 * s * r * r, 3.0 * s * s * r, s * s * s
     d0, d1, d2 = 3.0 * r * r, 6.0 * s * r, 3.0 * s * s
@@ -110,7 +110,7 @@ def curve_at(s: float, controls: np.ndarray, piece: int, out: np.ndarray) -> Non
 
 @kernel(inline=True)
 def surface_at(s: float, y: float, controls: np.ndarray, piece: int, curve: np.ndarray, out: np.ndarray) -> None:
-    """S, S_s, S_y, S_ss, S_sy of a piece in the rows of `out` (5, 3); `curve` (3, 3) is overwritten."""
+    """Evaluate S, S_s, S_y, S_ss, S_sy of a piece into the rows of `out` (5, 3); `curve` (3, 3) is scratch."""
     curve_at(s, controls, piece, curve)
     weight, slope, bend = s * s * (3.0 - 2.0 * s), 6.0 * s * (1.0 - s), 6.0 - 12.0 * s
     for m in range(3):

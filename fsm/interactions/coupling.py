@@ -1,4 +1,4 @@
-"""Which bodies contacts may couple until the broad phase is renewed."""
+"""Pairs of bodies that contacts may couple until the next renewal of the broad phase."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ __all__ = ["coupled_bodies"]
 
 @kernel
 def coupled_bodies(probe_body: np.ndarray, window: np.ndarray, owners: np.ndarray, count: int) -> np.ndarray:
-    """Pairs of bodies: that of a probe with those of the pieces in its window, and those of a piece with each other.
+    """Pairs of bodies: each probe's body with the bodies of the pieces in its window, and both bodies of each piece.
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ def coupled_bodies(probe_body: np.ndarray, window: np.ndarray, owners: np.ndarra
     Returns
     -------
     (k, 2) int array
-        Each pair once a run of probes of one body.
+        A pair occurs once for each run of consecutive probes of one body.
     """
     seen, known = np.full(count, -1, dtype=np.int64), np.zeros(owners.shape[0], dtype=np.bool_)
     out, found, run = np.empty((256, 2), dtype=np.int64), 0, 0

@@ -1,7 +1,7 @@
-"""Creases in the plane: hinge angle, tabulated moment and scatter in one pass over the elements.
+"""Creases in the plane: hinge angle, tabulated moment and assembly in one loop over the elements.
 
-The angle is that of `fsm.interactions.hinge_planar`, the law is that of `fsm.laws.crease` and stands here as one line,
-e = -s M(o) + c psi'.
+The angle is that of `fsm.interactions.hinge_planar`. The law of `fsm.laws.crease`, e = -s M(o) + c psi', is evaluated
+inline.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def force_crease_planar(
     before : (m,) array
         Angles at a past state; not read if `per_second` is zero.
     per_second : float, 1/s
-        One over the time since then, or zero: rates are those of the bodies.
+        Inverse of the time since the past state. If zero, the rates are those of the bodies.
     force : (n_bodies, 3) array, changed in place
     """
     for i in range(bodies.shape[0]):

@@ -1,7 +1,7 @@
-"""Creases in space: twist, tabulated moment and scatter in one pass over the elements.
+"""Creases in space: twist angle, tabulated moment and assembly in one loop over the elements.
 
-The angle is that of `fsm.interactions.hinge_spatial`, the law is that of `fsm.laws.crease` and stands here as one line,
-e = -s M(o) + c psi'. In the joint axes of the outer body and with the notation of `fsm.interactions.bushing_spatial`,
+The angle is that of `fsm.interactions.hinge_spatial`. The law of `fsm.laws.crease`, e = -s M(o) + c psi', is evaluated
+inline. In the joint axes of the outer body and with the notation of `fsm.interactions.bushing_spatial`,
 
     K_aa = -K_ab = g (k g + c N)^T + e S + e [g]/2,    K_bb = -K_ba = g (k g + c N)^T + e S - e [g]/2,    D_aa = c g g^T.
 """
@@ -78,7 +78,7 @@ def force_crease_spatial(
     before : (m,) array
         Angles at a past state; not read if `per_second` is zero.
     per_second : float, 1/s
-        One over the time since then, or zero: rates are those of the bodies.
+        Inverse of the time since the past state. If zero, the rates are those of the bodies.
     force : (n_bodies, 6) array, changed in place
     """
     for i in range(bodies.shape[0]):

@@ -1,25 +1,25 @@
-"""Two rounded edges against each other, in space: plates that cross like an X.
+"""Contact of two rounded edges in space, for example of plates that cross like an X.
 
     d = min |x_1(s) - x_2(sigma)| over both segments,     x_i = m_i + s t_i,  |s| <= l_i,      n = (x_1 - x_2)/d
     gap = d - r_1 - r_2 outside,     gap = w (d - r_1 - r_2) inside
 
-The closest points are clamped to the segments, so that an edge that slides past the end of the other goes on as a point
-against an edge or a corner, without a jump of the gap or its gradient.
+The closest points are limited to the segments. If an edge slides past the end of the other, the contact becomes one of a
+point with an edge or a corner, and the gap and its gradient stay continuous.
 
-Of parallel edges no two points are the closest, and near that the closest points run along the edges as these turn. There
-the corners and the points along the edges carry the contact (`point_shape_spatial`), and the edges' depth is scaled down
-to nothing by a function of the sine of their angle alone,
+The closest points of parallel edges are not unique. Near parallel they move along the edges as the edges turn. There the
+corners and the points along the edges carry the contact (`point_shape_spatial`). The depth of the edges is scaled down to
+zero by a function of the sine of their angle alone,
 
-    w = y (2 - y),  y = min(1, |t_1 x t_2|^2/e)             the mollifier of Incremental Potential Contact, Li et al. 2020
+    w = y (2 - y),  y = min(1, |t_1 x t_2|^2/e)             mollifier of Li et al. (2020), Incremental Potential Contact
 
-The scaled depth is a function of the poses with a continuous gradient, and the contact's energy one of this depth: forces
-stay conservative, and w's own gradient is a couple between the two bodies. N w vanishes faster than the closest points
-run, so that the moment is continuous through parallel too.
+The scaled depth is a function of the poses with a continuous gradient, and the contact energy is a function of this depth.
+The forces are therefore conservative, and the gradient of w is a couple between the two bodies. N w vanishes faster than
+the closest points move, so the moment is continuous through the parallel position.
 
-Slip is that at x_c = x_1 - r_1 n, on the face of edge 1; see `contact_frame`. With d_i the relative motion of the two bodies
-at x_1 and x_2,
+Slip is measured at x_c = x_1 - r_1 n, on the face of edge 1; see `contact_frame`. With d_i the relative motion of the two
+bodies at x_1 and x_2,
 
-    ds, dsigma from (x_1 - x_2).t_i = 0 where not clamped,   dn = (I - n n^T)(d + t_1 ds - t_2 dsigma)/d
+    ds, dsigma from (x_1 - x_2).t_i = 0 where s and sigma are not at an end,   dn = (I - n n^T)(d + t_1 ds - t_2 dsigma)/d
 
 Coordinates: (dr, dtheta) of the body of edge 1, then of edge 2; dtheta in body axes.
 """
@@ -50,7 +50,7 @@ def _place(
     arm: np.ndarray,
     along: np.ndarray,
 ) -> None:
-    """Frame of a body, arm of the middle of its edge from its centre, direction of the edge; inertial axes."""
+    """Body frame, arm from the body's centre to the middle of its edge, and direction of the edge; inertial axes."""
     fill_rotation(poses[body, 3:], frame)
     rotate(frame, middle, arm)
     rotate(frame, direction, along)
@@ -58,7 +58,7 @@ def _place(
 
 @kernel
 def _closest(apart: np.ndarray, t_1: np.ndarray, t_2: np.ndarray, half_1: float, half_2: float) -> tuple[float, float]:
-    """Places s, sigma of the closest points, m from the middles, which are `apart`; s = 0 is tried on parallel edges."""
+    """Coordinates s, sigma of the closest points from the middles, m; `apart` joins the middles; parallel edges: s = 0."""
     c, a, b = dot(t_1, t_2), dot(apart, t_1), dot(apart, t_2)
     square = 1.0 - c * c
     s = (c * b - a) / square if square > 1e-14 else 0.0
@@ -126,7 +126,7 @@ def _edge_boxes(
     edge_half: np.ndarray,
     edge_radius: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Low and high corners of the boxes around all edges, (e, 3)."""
+    """Lowest and highest corners (e, 3) of the boxes around all edges, m."""
     low, high = np.empty(edge_middle.shape), np.empty(edge_middle.shape)
     frame, arm, along = np.empty((3, 3)), np.empty(3), np.empty(3)
     for i in range(edge_middle.shape[0]):
@@ -151,13 +151,13 @@ def find_edges(
     edge_radius: np.ndarray,
     below: float,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs of edges whose gap is below a bound.
+    """Find the pairs of edges whose gap is below a bound.
 
     Parameters
     ----------
     poses : (n_bodies, 7) array
     slots : (m,) int array
-        Rows of `pairs` to look at.
+        Rows of `pairs` to test.
     pairs : (k, 2) int array
         Edges.
     parallel : (k,) array
@@ -217,7 +217,7 @@ def measure_edges(
     edge_half: np.ndarray,
     edge_radius: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Rates and gradients of gap and slip.
+    """Compute rates and gradients of gap and slip.
 
     Returns
     -------
@@ -254,7 +254,7 @@ def measure_edges(
 
 @kernel(inline=True)
 def _move_to_contact(vectors: np.ndarray, distance: float, radius: float) -> None:
-    """Arms of x_1 and x_2 become those of x_c."""
+    """Replace the arms of x_1 and x_2 by the arms of x_c."""
     for c in range(3):
         vectors[_ARM_2, c] += (distance - radius) * vectors[_NORMAL, c]
         vectors[_ARM_1, c] -= radius * vectors[_NORMAL, c]
@@ -272,7 +272,7 @@ def _changes(
     normal_change: np.ndarray,
     point_change: np.ndarray,
 ) -> None:
-    """dn and dx_c (12, 3); `motion` (12, 3) holds the motions of x_1 and x_2 with their bodies, that of x_2 negative."""
+    """Compute dn and dx_c (12, 3); `motion` (12, 3) holds the motion of x_1 and the negative motion of x_2."""
     turn_1, turn_2, apart = np.empty(3), np.empty(3), np.empty(3)
     t_1, t_2, normal = vectors[_T_1], vectors[_T_2], vectors[_NORMAL]
     c = dot(t_1, t_2)
@@ -316,7 +316,7 @@ def _scale(
     cosine: np.ndarray,
     hessian: np.ndarray,
 ) -> None:
-    """Second derivatives of w (d - r) in place of those of d: w H + dw dg + dg dw + gap d2w."""
+    """Replace the second derivatives of d by those of w (d - r): w H + dw dg + dg dw + gap d2w."""
     weight, slope, curve = _weight(square, parallel)
     _cosine_gradient(frames, vectors[_ACROSS], cosine)
     c = dot(vectors[_T_1], vectors[_T_2])

@@ -1,18 +1,19 @@
-"""The share of a point that comes in over the end of a surface, or goes out.
+"""Weight of a contact point near the end of a surface.
 
-A point stands for a cell of its panel, a to both sides. As the end of another panel passes, its share must grow as the
-part of the cell does that is over the other face, or forces would jump by a whole share. With S the distance of the point
-from the end, inwards, the share is that at full weight times
+A point represents a cell of its panel that extends by a to both sides. As the end of another panel passes, the weight of
+the point grows with the part of its cell over the other face. Otherwise the force would jump by the whole weight. Let S
+be the distance of the point from the end, positive inwards. The full weight is multiplied by
 
     f(S) = 2 c(S - b/2) - c(S - 5b/4),     c(x) = [G(x + a) - G(x - a)]/(2a),     G'' = 2/b within 0 < x < b/2, else 0
 
-b is the largest cell of the panel. G is max(0, x) with a rounded foot, so f is C1, zero over the end itself and beyond, and
-one from 9b/4 on. Between, points count for more than their cells for a while: so much that a panel pressed evenly on
-another one carries what it would if its cells were cut off right at the end. Cells follow each other without gaps, so
-sums of c over all of them telescope: the sum of all shares does not know where the points stand, whatever their weights.
+b is the largest cell of the panel. G is max(0, x) with a rounded corner, so f is C1. f is zero over the end itself and
+beyond, and one from 9b/4 on. In between, f exceeds the covered part of the cell. The excess makes the total force of an
+evenly pressed panel equal to the force of cells that are cut off at the end. The cells adjoin each other, so sums of c
+over all cells telescope: the sum of the weights does not depend on the positions of the points.
 
-Energy w f U of a contact of energy w U then gives forces -w f dU/dx and -w U df/dx: the overlap as such pushes. Within the
-half segment at the end of a surface, where f is not constant, S is a coordinate of that segment's own body.
+A contact energy w f U, with w U the energy at full weight, gives the forces -w f dU/dx and -w U df/dx. The change of the
+overlap thus causes a force of its own. f varies only within the half segment at the end of a surface. There S is a
+coordinate of that segment's own body.
 """
 
 from __future__ import annotations
@@ -27,12 +28,12 @@ from fsm.kernels.vector import cross, dot, rotate
 __all__ = ["TAPER", "add_taper_tangent", "end_taper", "inside_of_end", "tapered_planar", "tapered_spatial"]
 
 TAPER = 2.25
-"""Length of a taper over the largest cell."""
+"""Ratio of the taper's length to the largest cell."""
 
 
 @kernel(inline=True)
 def _foot(x: float, width: float) -> tuple[float, float, float]:
-    """G and its derivatives."""
+    """G and its first two derivatives."""
     if x <= 0.0:
         return 0.0, 0.0, 0.0
     if x >= width:
@@ -42,7 +43,7 @@ def _foot(x: float, width: float) -> tuple[float, float, float]:
 
 @kernel
 def end_taper(inside: float, half_cell: float, largest: float) -> tuple[float, float, float]:
-    """f and its derivatives by S.
+    """f and its first two derivatives by S.
 
     Parameters
     ----------
@@ -63,7 +64,7 @@ def end_taper(inside: float, half_cell: float, largest: float) -> tuple[float, f
 
 @kernel(inline=True)
 def inside_of_end(s: float, stations: np.ndarray) -> tuple[float, float]:
-    """S of a point at s of a piece, m, and its sign along the body's axis; infinite for pieces that are at no end."""
+    """S of a point at s of a piece, m, and its sign along the body's axis; infinite if the piece is not at an end."""
     half = stations[3] - stations[0]
     if stations[4] < 0.0:
         return s * half, 1.0
@@ -81,7 +82,7 @@ def _rows(
     cell: np.ndarray,
     stations: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Contacts that are tapered, (m,), f with its derivatives (m, 3), and signs of S (m,)."""
+    """Rows (m,) of the tapered contacts, f with its derivatives (m, 3), and signs of S (m,)."""
     rows, shape, signs = np.empty(count, dtype=np.int64), np.empty((count, 3)), np.empty(count)
     found = 0
     for i in range(count):
@@ -109,15 +110,15 @@ def tapered_planar(
     cell: np.ndarray,
     stations: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Contacts of which the share is tapered.
+    """Find the contacts with tapered weights; compute the weights and their derivatives.
 
     Parameters
     ----------
     bodies : (count, 3) int array
-        Of the contacts, as measured.
-    found_probe, found_piece, found_s : of the contacts, as found
+        Bodies of the contacts, as measured.
+    found_probe, found_piece, found_s : (count,) arrays of the contact search
     cell : (n, 2) array, m
-        a and b of every probe; zeros for one that is not tapered.
+        a and b of every probe; zeros for a probe without taper.
 
     Returns
     -------
@@ -134,7 +135,7 @@ def tapered_planar(
         i = rows[k]
         own, end, sign, x = bodies[i, 0], bodies[i, 1], signs[k], probe_x[found_probe[i]]
         c, s = np.cos(poses[own, 2]), np.sin(poses[own, 2])
-        ax, az = np.cos(poses[end, 2]), -np.sin(poses[end, 2])  # the axis of the end segment, and its derivative:
+        ax, az = np.cos(poses[end, 2]), -np.sin(poses[end, 2])  # axis of the end segment and its derivative:
         bx, bz = az, -ax
         dx = poses[own, 0] + c * x - poses[end, 0]
         dz = poses[own, 1] - s * x - poses[end, 1]
@@ -153,7 +154,7 @@ def tapered_planar(
 
 @kernel
 def _of_taper(shape: np.ndarray, gradient: np.ndarray, hessian: np.ndarray) -> None:
-    """From the derivatives of S to those of f, changed in place."""
+    """Convert the derivatives of S to the derivatives of f, in place."""
     for m in range(gradient.shape[0]):
         for n in range(gradient.shape[0]):
             hessian[m, n] = shape[1] * hessian[m, n] + shape[2] * gradient[m] * gradient[n]
@@ -173,12 +174,12 @@ def tapered_spatial(
     cell: np.ndarray,
     stations: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """As `tapered_planar`, with 18 coordinates; hessian[m, n] is the derivative of df/dx_m by coordinate n."""
+    """Tapered contacts in space, as `tapered_planar` with 18 coordinates; hessian[m, n]: derivative of df/dx_m by n."""
     rows, shape, signs = _rows(count, found_probe, found_piece, found_at[:, 0].copy(), cell, stations)
     gradient, hessian = np.zeros((len(rows), 18)), np.zeros((len(rows), 18, 18))
     frames, arm, unit, turned = np.empty((2, 3, 3)), np.zeros(3), np.empty(3), np.empty(3)
     axis, away = np.empty(3), np.empty(3)
-    own_turn, end_turn = np.empty((3, 3)), np.empty((3, 3))  # what turns about body axes do to the arm and to the axis
+    own_turn, end_turn = np.empty((3, 3)), np.empty((3, 3))  # derivatives of arm and axis by rotations
     first_axis = np.zeros(3)
     first_axis[0] = 1.0
     for k in range(len(rows)):
@@ -216,7 +217,7 @@ def tapered_spatial(
 def _twice(
     frame: np.ndarray, arm: np.ndarray, j: int, n: int, along: np.ndarray, unit: np.ndarray, turned: np.ndarray
 ) -> float:
-    """along . A (e_n x (e_j x arm))."""
+    """Second derivative along . A (e_n x (e_j x arm)) of a coordinate by two rotations."""
     unit[:] = 0.0
     unit[j] = 1.0
     cross(unit, arm, turned)
@@ -248,14 +249,14 @@ def add_taper_tangent(
     indices: np.ndarray,
     stiffness: np.ndarray,
 ) -> None:
-    """Add to K what tapered shares change.
+    """Add to K the terms from the change of tapered weights.
 
     Parameters
     ----------
-    bodies, gradient : of all contacts, as measured
+    bodies, gradient : (count, ...) arrays of all contacts, as measured
     rows, part_gradient, part_hessian : see `tapered_planar`
     energy, elastic, normal : (m,) arrays, J, N, N
-        Energy, elastic and whole normal force of the tapered contacts at full share.
+        Energy, elastic and total normal force of the tapered contacts at full weight.
     by_normal : (count, c) array
         df/dN of the friction of all contacts.
     dof, indptr, indices : see `fsm.segments.pattern.BodyPattern`
@@ -266,7 +267,7 @@ def add_taper_tangent(
     for k in range(rows.shape[0]):
         i = rows[k]
         for m in range(order):
-            # the force that grows with the share: normal, less friction
+            # force that grows with the weight: normal force less friction
             along = gradient[i, 0, m]
             for c in range(by_normal.shape[1]):
                 along -= by_normal[i, c] * gradient[i, 1 + c, m]

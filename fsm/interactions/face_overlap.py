@@ -1,12 +1,12 @@
-"""How much of a face lies on another: what the points and edges of two shapes stand for where their faces meet flat.
+"""Weights of the contact points and edges of two shapes whose faces lie flat on each other.
 
-Two faces that lie on each other push as much as their overlap is of the smaller one, T = O/A. The points of each that are
-over the other, and the edges that cross, have that between them in proportion to their weights: those of the face of which
-more is covered have most of it. Faces that are tilted by more than their roundings over their size do not meet as faces;
-their corners and edges have shares of their own then, and between both the shares change smoothly.
+The contact force of two faces is proportional to T = O/A, the ratio of their overlap area O to the area A of the smaller
+face. The points of each face over the other face, and the crossing edges, share T in proportion to their weights. The face
+with the larger covered fraction gets most of T. Faces tilted by more than rounding/size do not meet as faces. Their corners
+and edges then have separate weights. The weights change smoothly from one case to the other.
 
-All this is seen with the faces as they were when a step was accepted, and not changed while an impact goes on. So what the
-points stand for is constant in a step: force, energy and tangent belong together.
+The weights belong to the last accepted step, and do not change during an impact. They are constant within a step, so that
+force, energy and tangent are consistent.
 """
 
 from __future__ import annotations
@@ -20,28 +20,28 @@ from fsm.kernels.rotation import fill_rotation
 __all__ = ["COLUMNS", "weigh_units"]
 
 COLUMNS = 5
-"""What is weighed in a pair of shapes: face points and axis points of the first, the same of the second, pairs of edges."""
+"""Number of weights of a pair: face and axis points of the first shape, the same of the second, pairs of edges."""
 
 _FIRST, _FIRST_AXIS, _SECOND, _SECOND_AXIS, _EDGES = 0, 1, 2, 3, 4
 _SLIDE = 1e-4
-"""Way on a face, over half the smallest size, after which the overlap is looked at again."""
+"""Relative displacement of faces, over half the smallest size, after which the overlap is computed again."""
 _TURN = 1e-4
-"""Turn after which it is, rad."""
+"""Relative rotation after which the overlap is computed again, rad."""
 _ASIDE = 0.02
-"""A point so far outside a face, over the roundings, still touches it."""
+"""Distance outside a face, over the sum of the roundings, up to which a point touches the face."""
 _NONE = 1e-9
-"""Share of what does not push; not zero, so that nothing is divided by it."""
+"""Weight of points without contact force; not zero, to avoid a division by zero."""
 _SHARPER = 16
-"""Power of the covered part of a face by which it has more of the load than the other."""
+"""Exponent of the covered fraction of a face in the distribution of the load on both faces."""
 _SIDES = 32
-"""Sides of the polygon of a disc's area that stands for it."""
+"""Number of sides of the polygon that replaces a disc; both have the same area."""
 _CROSSING, _CROSSING_INSIDE = 0.2, 1e-3
-"""Shares of edges that cross, over those of tilted faces: where faces overlap in part, and where one covers the other."""
+"""Weights of crossing edges over those of tilted faces: for partial overlap, and where one face covers the other."""
 
 
 @kernel
 def _corners(x: float, y: float, out: np.ndarray) -> int:
-    """Corners of a rectangle of half sizes x, y, in turn."""
+    """Write the corners of a rectangle of half sizes x, y into `out`, in cyclic order; returns their number."""
     out[0, 0], out[0, 1] = -x, -y
     out[1, 0], out[1, 1] = x, -y
     out[2, 0], out[2, 1] = x, y
@@ -51,7 +51,7 @@ def _corners(x: float, y: float, out: np.ndarray) -> int:
 
 @kernel
 def _clipped_area(points: np.ndarray, count: int, x: float, y: float, other: np.ndarray) -> float:
-    """Area of a convex polygon within a rectangle of half sizes x, y; both tables of points are changed."""
+    """Area of a convex polygon within a rectangle of half sizes x, y; `points` and `other` are overwritten."""
     for side in range(4):
         axis, sign, limit = side // 2, 1.0 - 2.0 * (side % 2), x if side < 2 else y
         kept = 0
@@ -77,7 +77,7 @@ def _clipped_area(points: np.ndarray, count: int, x: float, y: float, other: np.
 
 @kernel
 def _crossings(corners: np.ndarray, x: float, y: float, aside: float, parallel: float) -> int:
-    """How many edges of a rectangle, given by its corners, cross edges of one of half sizes x, y; but for parallel ones."""
+    """Number of crossings of a rectangle's edges with those of another of half sizes x, y, parallel edges excluded."""
     found = 0
     for i in range(4):
         start, along = corners[i], corners[(i + 1) % 4] - corners[i]
@@ -85,7 +85,7 @@ def _crossings(corners: np.ndarray, x: float, y: float, aside: float, parallel: 
         for side in range(4):
             axis, sign, limit = side // 2, 1.0 - 2.0 * (side % 2), x if side < 2 else y
             reach = y if side < 2 else x
-            # the other edge is where coordinate `axis` is sign * limit
+            # on the other edge, coordinate `axis` is sign * limit
             if (along[axis] / length) ** 2 <= parallel:
                 continue
             part = (sign * limit - start[axis]) / along[axis]
@@ -107,7 +107,7 @@ def _relative(
     turn: np.ndarray,
     shift: np.ndarray,
 ) -> None:
-    """Axes of a shape in those of another (3, 3), and its centre there (3,)."""
+    """Axes (3, 3) and centre (3,) of a shape in the axes of another shape."""
     arms = np.zeros((2, 3))
     for k in range(2):
         shape = one if k == 0 else two
@@ -143,7 +143,7 @@ def _flat(sine: float, limit: float) -> float:
 
 @kernel
 def _touches(out_u: float, out_v: float, height: float, rounding: float) -> float:
-    """Force of a point so far outside a face, over that of a point on it; it is rounded there."""
+    """Force of a point outside a rounded face, relative to a point on the face."""
     outside = np.sqrt(max(0.0, out_u) ** 2 + max(0.0, out_v) ** 2)
     if outside == 0.0:
         return 1.0
@@ -175,20 +175,20 @@ def _weigh(
     polygon: np.ndarray,
     other: np.ndarray,
 ) -> None:
-    """Shares (5,) by which weights of points, and shares of edges, are multiplied; see `weigh_units`."""
+    """Factors (5,) of the weights of points and edges of one pair; see `weigh_units`."""
     for c in range(COLUMNS):
         out[c] = base[c]
     kind_a, kind_b = kinds
     if kind_b == HALF_SPACE:
         if kind_a == CYLINDER and size_a[1] >= size_a[0] and spatial:
-            # lying on its side, or standing on a cap
+            # cylinder on its side, or on a cap
             lies, stands = _flat(abs(turn[2, 1]), 1e-3), _flat(np.sqrt(max(0.0, 1.0 - turn[2, 1] ** 2)), 1e-3)
             out[_FIRST] += lies * (_NONE - base[_FIRST])
             out[_FIRST_AXIS] += stands * (_NONE - base[_FIRST_AXIS])
         return
     if kind_a != RECTANGLE:
         return
-    # the face of the second that looks at the first: its normal k, its axes i and j
+    # face of the second shape towards the first: normal k, axes i and j
     k, i, j = 2, 0, 1
     if kind_b == BOX:
         for c in range(2):
@@ -202,7 +202,7 @@ def _weigh(
     if not spatial and k == 1:
         return
     half_i, half_j = size_b[i], size_b[j]
-    if kind_b == BOX and not spatial:  # it goes on across the plane
+    if kind_b == BOX and not spatial:  # in a plane motion the box is unlimited across the plane
         if i == 1:
             half_i = size_a[1]
         else:
@@ -213,7 +213,7 @@ def _weigh(
         smallest = min(size_a[0], half_i if i != 1 else half_j)
     limit = min(0.2, max(1e-3, rounding / smallest))
     aside = _ASIDE * rounding
-    upper = 1.0 if shift[k] < 0.0 else -1.0  # where the second is from the first, along its normal
+    upper = 1.0 if shift[k] < 0.0 else -1.0  # side of the second shape along the normal of the first
     if kind_b == CYLINDER and spatial and size_b[1] >= size_b[0]:
         flat = _flat(abs(turn[1, 2]), limit)
         if flat > 0.0:
@@ -295,7 +295,7 @@ def _weigh_line(
     out: np.ndarray,
     scratch: np.ndarray,
 ) -> None:
-    """A cylinder that lies on a rectangle: its line pushes by its part on it, over the shorter of line and rectangle."""
+    """Weights of a cylinder lying on a rectangle: length of its line on the rectangle over the shorter of both."""
     low, high, chord = -size_b[1], size_b[1], np.inf
     for c in range(2):
         # the axis in the rectangle's axes: middle + s * along
@@ -344,28 +344,28 @@ def weigh_units(
     shifts: np.ndarray,
     shares: np.ndarray,
 ) -> int:
-    """Shares of units (pairs of shapes) whose faces have moved on each other, or of which none are known.
+    """Update the weights of units (pairs of shapes) that have moved relative to each other or have no weights yet.
 
     Parameters
     ----------
     poses : (n_bodies, 3 or 7) array
     units : (m,) int array
-        Rows of the units to look at.
+        Rows of the units to test.
     shapes : (u, 2) int array
     body, kind, size, radius, offset, axes : tables of shapes
-        (s,), (s,), (s, 3), (s,), (s, 3), (s, 3, 3), in space also where the motion is plane.
+        (s,), (s,), (s, 3), (s,), (s, 3), (s, 3, 3); three-dimensional also in a plane motion.
     start, place, weight, on_axis : (s + 1,), (p, 3), (p,), (p,) arrays
-        Points of shapes in their axes, m, and whether they are of the axis of a cylinder.
+        Points of shapes in the shapes' axes, m, and whether each point lies on the axis of a cylinder.
     whole : (u, 2) array, m^2
-        Faces that plates are parts of.
+        Areas of the complete faces to which plates belong.
     base : (u, 5) array
-        Shares where faces are tilted.
+        Weights for tilted faces.
     known, turns, shifts, shares : (u,) bool, (u, 3, 3), (u, 3), (u, 5) arrays, changed in place
-        What is known, how the shapes lay then, and the shares.
+        Whether weights exist, the relative pose at which they were computed, and the weights.
 
     Returns
     -------
-    int : how many have changed
+    int : number of changed units
     """
     changed, spatial = 0, poses.shape[1] == 7
     frames, turn, shift = np.empty((2, 3, 3)), np.empty((3, 3)), np.empty(3)

@@ -2,17 +2,17 @@
 
     g = n . (p - C(s)) - clearance,     (p - C(s)) . C_s(s) = 0,     n = side * normal of the curve
 
-The signed distance and its derivatives follow from the closest-point condition; with t = C_s/|C_s|, L = |C_s|, d the
+The signed distance and its derivatives follow from the closest-point condition. With t = C_s/|C_s|, L = |C_s|, d the
 distance and A = L^2 - d n.C_ss,
 
     ds = [L t.(dp - dC) + d n.dC_s]/A,   dn = -t beta,   beta = n.(dC_s + C_ss ds)/L,   dg = n.(dp - dC)
 
-Past the straight part of its tip, by x, the surface is a disc of radius R (`fsm.interactions.surface`):
+At a distance x past the straight part of its tip, the surface is a disc of radius R (`fsm.interactions.surface`):
 
     g_round = sqrt(x^2 + y^2) - R,   y = g + R,   dx = t.(dp - dC) + distance n.dC_s/L
 
-Slip is the relative velocity along t of the two bodies' material at ONE point, x_c = p - inset n, so that action and
-reaction keep the angular momentum.
+Slip is the relative velocity of the two bodies' material along t at one common point, x_c = p - inset n. Action and
+reaction therefore conserve the angular momentum.
 
 Coordinates of a contact: (x, z, phi) of the probe's body, then of the piece's bodies a and b.
 """
@@ -32,7 +32,7 @@ __all__ = ["measure_gap_planar", "tangent_gap_planar"]
 def _curve(
     poses: np.ndarray, a: int, b: int, weights: np.ndarray, out: np.ndarray
 ) -> None:
-    """C, C_s, C_ss in the rows of `out` (3, 2) from the blend weights (3, 4)."""
+    """Evaluate C, C_s, C_ss into the rows of `out` (3, 2) from the blend weights (3, 4)."""
     ca, sa = np.cos(poses[a, 2]), np.sin(poses[a, 2])
     cb, sb = np.cos(poses[b, 2]), np.sin(poses[b, 2])
     for d in range(3):
@@ -53,7 +53,7 @@ def _geometry(
     curve: np.ndarray,
     vectors: np.ndarray,
 ) -> tuple[float, float, float, float, float, float, float]:
-    """First variations at a closest point.
+    """Compute the first variations at a closest point.
 
     Rows of `vectors` (5, 9), changed in place: t.(dp - dC), n.(dp - dC), t.dC_s, n.dC_s, n.dC_ss (dC_ss at fixed s).
     Returns tx, tz, nx, nz, L, distance, n.C_ss.
@@ -104,7 +104,7 @@ def measure_gap_planar(
     owners: np.ndarray,
     stations: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Rates and gradients of gap and slip of the contacts found.
+    """Compute rates and gradients of gap and slip of all contacts.
 
     Returns
     -------
@@ -112,7 +112,7 @@ def measure_gap_planar(
     rate : (count, 2) array, m/s
         Rate of the gap and slip velocity.
     gradient : (count, 2, 9) array
-        dg/dx, and the vector whose product with the rates is the slip velocity.
+        dg/dx, and the slip gradient V: V.u is the slip velocity at the rates u.
     """
     bodies = np.empty((count, 3), dtype=np.int64)
     rate = np.empty((count, 2))
@@ -159,7 +159,7 @@ def _slip_gradient(
     turn: float,
     out: np.ndarray,
 ) -> None:
-    """Derivative (9, 9) of the slip gradient t.(dp - dC) + lever n.dC_s, but for the inset."""
+    """Derivative (9, 9) of the slip gradient t.(dp - dC) + lever n.dC_s, without the term of the inset."""
     for m in range(9):
         for n in range(9):
             stretch = vec[2, n] + turn * ds[n]
@@ -204,7 +204,7 @@ def tangent_gap_planar(
     stiffness_data: np.ndarray,
     damping_data: np.ndarray,
 ) -> None:
-    """Add K and D of the contacts found; forces and their slopes are those of `fsm.segments.contact_geometry`."""
+    """Add K and D of all contacts; forces and their slopes as in `fsm.segments.contact_geometry`."""
     weights = np.empty((3, 4))
     curve = np.empty((3, 2))
     vec = np.empty((5, 9))
@@ -228,7 +228,7 @@ def tangent_gap_planar(
             body = bodies[i, b]
             for c in range(3):
                 speed[3 * b + c] = rates[body, c]
-            # second derivatives of p - C and of C_s by the body's own angle: -arm
+            # second derivatives of p - C and of C_s by the angle of their body: -arm
             cb, sb = np.cos(poses[body, 2]), np.sin(poses[body, 2])
             place = 3 * b + 2
             if b == 0:
@@ -250,7 +250,7 @@ def tangent_gap_planar(
             hessian[m, m] += curvature[1, m]
         over, radius = overshoot(found_s[i], stations[piece], length, straight[probe], clearance[probe])
         if over != 0.0:
-            # the second derivative of x is the gradient of a slip at the surface itself
+            # the second derivative of x equals the derivative of the slip gradient at the surface
             _slip_gradient(vec, ds, beta, curvature, distance / length, length, turn, slip_gradient)
             for m in range(9):
                 along[m] = vec[0, m] + distance / length * vec[3, m]

@@ -2,13 +2,13 @@
 
     g = n . (p - S(s, y)) - clearance,     (p - S) . S_a = 0  for a = s, y
 
-The surface is ruled: the curve of `fsm.interactions.surface` with y e2 added to its control points. With d_i the variation
+The surface is ruled: y e2 is added to the control points of the curve of `fsm.interactions.surface`. With d_i the variation
 of p - S by coordinate i at fixed (s, y), m_ab = S_a.S_b - distance n.S_ab and S^a the contravariant base,
 
     a_i = m^-1 (S_a.d_i + distance n.dS_a,i),   dn_i = -S^a B_a,i,   B_a,i = n.(dS_a,i + S_ab a^b_i),   dg_i = n.d_i
 
 Slip is the tangential relative velocity of the two bodies' material at one point, x_c = p - inset n. Tips are rounded as in
-`gap_planar`; in a plane motion all this is that. Points beyond the sides |y| > width/2 touch nothing.
+`gap_planar`. In a plane motion both formulations are identical. Points beyond the sides |y| > width/2 have no contact.
 
 Coordinates of a contact: (dr, dtheta) of the probe's body, then of the piece's bodies a and b; dtheta in body axes.
 """
@@ -30,7 +30,7 @@ __all__ = ["measure_gap_spatial", "variations"]
 def _tables(
     s: float, y: float, stations: np.ndarray, weights: np.ndarray, shift: np.ndarray, local: np.ndarray
 ) -> None:
-    """How S and its derivatives hang on the two bodies: D = sum_k shift[D, k] r_k + A_k local[D, k].
+    """Coefficients of S and its derivatives in the poses of both bodies: D = sum_k shift[D, k] r_k + A_k local[D, k].
 
     Rows: S, S_s, S_y, S_ss, S_sy; `shift` (5, 2), `local` (5, 2, 3).
     """
@@ -51,7 +51,7 @@ def _tables(
 def _surface(
     poses: np.ndarray, a: int, b: int, shift: np.ndarray, local: np.ndarray, frames: np.ndarray, out: np.ndarray
 ) -> None:
-    """S, S_s, S_y, S_ss, S_sy in the rows of `out` (5, 3); `frames` (3, 3, 3) rows 1 and 2 get A_a and A_b."""
+    """Evaluate S, S_s, S_y, S_ss, S_sy into the rows of `out` (5, 3), and A_a and A_b into rows 1 and 2 of `frames`."""
     fill_rotation(poses[a, 3:], frames[1])
     fill_rotation(poses[b, 3:], frames[2])
     for row in range(5):
@@ -79,7 +79,7 @@ def variations(
     dual: np.ndarray,
     change: np.ndarray,
 ) -> float:
-    """First variations at a closest point; returns the distance of the point from the surface along the normal.
+    """Compute the first variations at a closest point; return the distance from the surface along the normal, m.
 
     `normal` (3,), `dual` (2, 3) the contravariant base S^s, S^y, and `change` (5, 18, 3): d_i = d(p - S), dS_s, dS_y,
     dS_ss, dS_sy by every coordinate at fixed (s, y).
@@ -146,7 +146,7 @@ def measure_gap_spatial(
     stations: np.ndarray,
     half_width: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Rates and gradients of gap and slip of the contacts found.
+    """Compute rates and gradients of gap and slip of all contacts.
 
     Returns
     -------

@@ -18,7 +18,7 @@ __all__ = ["tangent_gap_spatial"]
 def _second_variation(
     frame: np.ndarray, arm: np.ndarray, row: int, column: int, unit: np.ndarray, turned: np.ndarray, out: np.ndarray
 ) -> None:
-    """A (e_column x (e_row x arm)): how the variation by rotation `row` changes with rotation `column` of a body."""
+    """A (e_column x (e_row x arm)): derivative of the variation by rotation `row` with respect to rotation `column`."""
     unit[:] = 0.0
     unit[row] = 1.0
     cross(unit, arm, turned)
@@ -59,7 +59,7 @@ def tangent_gap_spatial(
     stiffness_data: np.ndarray,
     damping_data: np.ndarray,
 ) -> None:
-    """Add K and D of the contacts found; arguments as in `tangent_gap_planar`, slip and friction are 3-vectors."""
+    """Add K and D of all contacts; arguments as in `tangent_gap_planar`, slip and friction are 3-vectors."""
     weights, shift, local = np.empty((3, 4)), np.empty((5, 2)), np.empty((5, 2, 3))
     frames, surface = np.empty((3, 3, 3)), np.empty((5, 3))
     normal, dual, change = np.empty(3), np.empty((2, 3)), np.empty((5, 18, 3))
@@ -191,7 +191,7 @@ def tangent_gap_spatial(
 def _sliding_derivatives(
     poses: np.ndarray, bodies: np.ndarray, place: np.ndarray, frames: np.ndarray, out: np.ndarray
 ) -> None:
-    """Second derivatives (18, 18) of x = e1.(p - r_a), how far a point p has slid along the flat plate a."""
+    """Second derivatives (18, 18) of x = e1.(p - r_a), distance of a point p along the flat plate a."""
     out[:] = 0.0
     unit, turned, second, point = np.empty(3), np.empty(3), np.empty(3), np.zeros(3)
     axis, arm, offset = np.zeros(3), np.zeros(3), np.empty(3)
@@ -200,7 +200,7 @@ def _sliding_derivatives(
     rotate(frames[0], point, arm)
     for c in range(3):
         offset[c] = poses[bodies[0], c] + arm[c] - poses[bodies[1], c]
-    # how e1 and p move as their bodies turn about e_j
+    # derivatives of e1 and p by rotations of their bodies about e_j
     axis_turned, point_turned = np.empty((3, 3)), np.empty((3, 3))
     for j in range(3):
         unit[:] = 0.0
@@ -239,11 +239,11 @@ def _slip_derivatives(
     dual_change: np.ndarray,
     out: np.ndarray,
 ) -> None:
-    """Derivative (18, 18, 3) of the slip's gradient V_m by coordinate n, without the second variations by rotations.
+    """Derivative (18, 18, 3) of the slip gradient V_m by coordinate n, without the second variations by rotations.
 
     V_m = d_m - n (n.d_m) - inset (R_m x n) + lever S^a (n.dS_a,m)
 
-    `along_normal` is n.d_n, the gradient of the distance; on a rounded tip that is not the gradient of the gap.
+    `along_normal` is n.d_n, the gradient of the distance; on a rounded tip it differs from the gradient of the gap.
     """
     for n in range(18):
         for a in range(2):
@@ -285,7 +285,7 @@ def _slip_derivatives(
                         + dual[1, c] * tilt_y_n
                     )
                 )
-    # R_m x n: the probe body's axes turn too, d(A e_m)/dtheta_n = A (e_n x e_m)
+    # R_m x n: the probe body's axes also turn, d(A e_m)/dtheta_n = A (e_n x e_m)
     axis = np.empty(3)
     for m in range(3):
         for n in range(18):

@@ -1,4 +1,4 @@
-"""Friction that depends on the direction of slip in the axes of the body that carries the contact point."""
+"""Anisotropic friction: dependence on the slip direction in the axes of the body that carries the contact point."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["add_turn_stiffness", "axes_of"]
 
 @kernel
 def axes_of(poses: np.ndarray, bodies: np.ndarray) -> np.ndarray:
-    """Rotation matrices (m, 3, 3) of some of the bodies (m,); their columns are the axes."""
+    """Rotation matrices (m, 3, 3) of the bodies (m,); their columns are the body axes."""
     axes = np.empty((bodies.shape[0], 3, 3))
     for i in range(bodies.shape[0]):
         fill_rotation(poses[bodies[i], 3:], axes[i])
@@ -30,15 +30,15 @@ def add_turn_stiffness(
     indices: np.ndarray,
     stiffness: np.ndarray,
 ) -> None:
-    """Add what friction changes by as the first body of every contact turns: V^T df/dtheta in that body's columns.
+    """Add the stiffness V^T df/dtheta of friction with respect to rotations of the first body of every contact.
 
     Parameters
     ----------
     bodies : (m, k) int array
     gradient : (m, 4, 6 k) array
-        V in the rows from 1 on: slip by the bodies' rates.
+        V in the rows from 1 on: slip velocity per rate of the bodies.
     by_turn : (m, 3, 3) array, N
-        df_c by a turn about axis j of the body.
+        Derivative of f_c by a rotation about axis j of the body.
     dof, indptr, indices : see `fsm.segments.pattern.BodyPattern`
     stiffness : block data, changed in place
     """

@@ -31,7 +31,7 @@ def measure_hinge_spatial(
     poses, rates : (n_bodies, 7) and (n_bodies, 6) arrays
     bodies : (m, 2) int array
     axes_inner, axes_outer : (m, 4) arrays
-        Quaternions of the joint axes in the bodies, the inner ones turned back by the initial angle.
+        Quaternions of the joint axes in the bodies; the inner ones are rotated back by the initial angle.
     angle_offset : (m,) array, rad
         The initial angle.
     """
@@ -127,8 +127,8 @@ def rotation_derivatives(
 ) -> None:
     """Gradient (12,) and its derivative (12, 12) by body increments of a measure m(q).
 
-    Row m, column n of `hessian` is d(gradient_m)/dx_n; it is not symmetric, since increments of rotations do not commute.
-    `change` and `joint_second` are scratch; the parts of positions stay as they are (zero).
+    Row m, column n of `hessian` is d(gradient_m)/dx_n; it is not symmetric, because rotation increments do not commute.
+    `change` and `joint_second` are scratch; the entries of positions are not changed (zero).
     """
     for r in range(6):
         for c in range(6):

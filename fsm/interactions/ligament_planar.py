@@ -1,12 +1,12 @@
-"""Ligaments between two bodies in the plane: length, turn of the chord, relative turn; law and scatter in one pass.
+"""Ligaments between two bodies in the plane: deformations, linear law and assembly in one loop.
 
-The chord d = p_a - p_b runs from P- on the outer body b to P+ on the inner body a; free of force it has the length l and the
-direction that it has in the scene as given. The deformations look the same from either body:
+The chord d = p_a - p_b runs from P- on the outer body b to P+ on the inner body a. In the stress-free state it has the
+length l and the direction of the given scene. The deformations are symmetric in both bodies:
 
     x1 = |d| - l ,      x3 = l (alpha - (phi_a + phi_b)/2 - gamma_0) ,      psi = phi_a - phi_b + psi_0
 
 alpha is the angle of the chord, d = |d| (cos alpha, -sin alpha). The law is e = k (x - x0) + c x' with x0 = 0.
-With n = d/|d|, w = (n_z, -n_x), and the arms s_a, s_b of the two points, whose ends turn by W s = (s_z, -s_x),
+With n = d/|d|, w = (n_z, -n_x), the arms s_a, s_b of the two points, and W s = (s_z, -s_x),
 
     D = d(d)/dx = (I, W s_a, -I, -W s_b)                             coordinates (x, z, phi) of a, then of b
     d|d|/dx = n.D          d2|d| = D^T w w^T D / |d| + n.dD
@@ -41,7 +41,7 @@ def ligament_constants_planar(
     stiffness: np.ndarray,
     damping: np.ndarray,
 ) -> np.ndarray:
-    """What the kernels need of each ligament, free of force at the poses given, in one row of an (m, 13) array.
+    """Constants (m, 13) of all ligaments for the kernels; the given poses are the stress-free state.
 
     Columns: inner point (2), outer point (2), l, gamma_0, psi_0, and k, c of (x1, x3, psi).
     """
@@ -70,7 +70,7 @@ def _chord(poses: np.ndarray, a: int, b: int, row: np.ndarray) -> tuple[float, f
 def _measure(
     poses: np.ndarray, a: int, b: int, row: np.ndarray, value: np.ndarray, gradient: np.ndarray
 ) -> tuple[float, float, float, float, float, float, float]:
-    """Deformations (3,) and their gradients (3, 6), changed in place; s_a, s_b, n and |d| for the second derivatives."""
+    """Compute deformations (3,) and gradients (3, 6) in place; return s_a, s_b, n and |d|."""
     ax, az, bx, bz, dx, dz = _chord(poses, a, b, row)
     length = np.hypot(dx, dz)
     nx, nz = dx / length, dz / length
@@ -93,7 +93,7 @@ def _measure(
 def measure_ligament_planar(
     poses: np.ndarray, rates: np.ndarray, bodies: np.ndarray, constants: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Deformations and their rates (m, 3), m, rad, m/s and rad/s, and gradients (m, 3, 6) of all ligaments.
+    """Deformations (m and rad) and rates (m/s and rad/s), (m, 3), and gradients (m, 3, 6) of all ligaments.
 
     Parameters
     ----------
@@ -132,7 +132,7 @@ def force_ligament_planar(
     before : (m, 3) array
         Deformations at a past state; not read if `per_second` is zero.
     per_second : float, 1/s
-        One over the time since then, or zero: rates are those of the bodies.
+        Inverse of the time since the past state. If zero, the rates are those of the bodies.
     force : (n_bodies, 3) array, changed in place
     """
     value, rate, gradient = measure_ligament_planar(poses, rates, bodies, constants)
@@ -151,8 +151,8 @@ def _second(
     ax: float, az: float, bx: float, bz: float, nx: float, nz: float, length: float, rest: float,
     gradient: np.ndarray, stretch: np.ndarray, shear: np.ndarray,
 ) -> None:  # fmt: skip
-    """Second derivatives (6, 6) of x1 and x3, changed in place."""
-    # n.D and w.D: the first is the gradient of x1, the second that of x3 without the mean turn
+    """Compute second derivatives (6, 6) of x1 and x3, changed in place."""
+    # n.D and w.D: gradients of x1, and of x3 without the mean rotation
     across = np.empty(6)
     for j in range(6):
         across[j] = gradient[1, j] * length / rest
@@ -186,8 +186,8 @@ def linearise_ligament_planar(
 ) -> None:
     """Add the forces of all ligaments, and K = -dh/dx and D = -dh/du to the block data.
 
-    K = sum_k g_k (k_k g_k + c_k H_k u)^T + e_k H_k,  D = sum_k c_k g_k g_k^T. A difference from a past state has no rate
-    that would change as the bodies turn: H u is left out then.
+    K = sum_k g_k (k_k g_k + c_k H_k u)^T + e_k H_k,  D = sum_k c_k g_k g_k^T. If the rate is a difference from a past
+    state, it does not depend on the directions, and H u is omitted.
 
     Parameters
     ----------

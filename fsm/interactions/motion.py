@@ -1,4 +1,4 @@
-"""How far bodies have moved: when the broad phase of contact has to be renewed."""
+"""Bounds of the displacement of bodies, which decide when the broad phase of contact is renewed."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ def moved_beyond(
     poses, reference : (n_bodies, 3 or 7) arrays
     bodies : (m,) int array
     radii : (m,) array, m
-        Distance of the farthest point of each from its centre.
+        Distance of the farthest point of each body from its centre.
     """
     planar = poses.shape[1] == 3
     n_position = 2 if planar else 3
-    # a quaternion changes by half the angle turned; twice its change bounds the angle closely enough (x 1.1)
+    # a quaternion changes by half the rotation angle; 2.2 times its change is a safe bound of the angle
     factor = 1.0 if planar else 2.2
     for i in range(bodies.shape[0]):
         body = bodies[i]
@@ -33,7 +33,7 @@ def moved_beyond(
             moved += (poses[body, k] - reference[body, k]) ** 2
         for k in range(n_position, poses.shape[1]):
             turned += (poses[body, k] - reference[body, k]) ** 2
-        # not a number is beyond any bound
+        # NaN counts as beyond the bound
         if not np.sqrt(moved) + factor * np.sqrt(turned) * radii[i] < bound:
             return True
     return False
@@ -41,9 +41,9 @@ def moved_beyond(
 
 @kernel
 def furthest_motion(before: np.ndarray, after: np.ndarray, bodies: np.ndarray, radii: np.ndarray) -> float:
-    """How far any point of any of the bodies may have moved at most between poses, m; arguments as in `moved_beyond`."""
+    """Upper bound of the displacement of any point of the bodies between two poses, m; arguments as `moved_beyond`."""
     n_position = 2 if before.shape[1] == 3 else 3
-    # a quaternion changes by half the angle turned
+    # a quaternion changes by half the rotation angle
     factor = 1.0 if before.shape[1] == 3 else 2.2
     furthest = 0.0
     for i in range(bodies.shape[0]):

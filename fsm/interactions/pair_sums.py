@@ -1,4 +1,4 @@
-"""What the contacts of every pair of faces add up to."""
+"""Sums of forces, areas and powers over the contacts of every pair of faces."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from fsm.kernels.jit import kernel
 __all__ = ["AREA", "CARRIED", "DAMPING", "FORCE", "FRICTION", "SLIDING", "smallest_gaps", "sums_of_pairs"]
 
 FORCE, AREA, FRICTION, CARRIED, SLIDING, DAMPING = range(6)
-"""Rows of the sums."""
+"""Number of rows of the sums."""
 
 
 @kernel
@@ -29,9 +29,9 @@ def sums_of_pairs(
     Parameters
     ----------
     pair, area : (n_slots,) arrays
-        Number of the pair of every slot, and the area it stands for, m^2.
+        Pair number and represented area (m^2) of every slot.
     slot, part, normal, elastic : (count,) arrays
-        Of every contact its slot, what of its area counts, the normal force and what it would be at rest, N.
+        Slot, weight of its area, normal force (N), and normal force at rest (N) of every contact.
     rate : (count, 1 + c) array, m/s
         Rate of the gap, slip velocity.
     effort : (count, c) array, N
@@ -40,8 +40,8 @@ def sums_of_pairs(
     Returns
     -------
     (6, n_pairs) array
-        Normal force (N); area (m^2); magnitudes of friction (N); slip speeds times normal forces (W); power that friction
-        takes, and that the damping of the normal force does (W).
+        Normal force (N); area (m^2); magnitudes of friction (N); slip speed times normal force (W); power dissipated by
+        friction, and power of the damping of the normal force (W).
     """
     sums = np.zeros((6, n_pairs))
     for i in range(slot.shape[0]):
@@ -61,7 +61,7 @@ def sums_of_pairs(
 
 @kernel
 def smallest_gaps(pair: np.ndarray, slot: np.ndarray, value: np.ndarray, gap: np.ndarray) -> None:
-    """Lower the gaps (n_pairs,) of pairs to the smallest value (count,) of their slots."""
+    """Reduce the gaps (n_pairs,) of pairs to the smallest value (count,) of their slots."""
     for i in range(slot.shape[0]):
         of = pair[slot[i]]
         gap[of] = min(gap[of], value[i])

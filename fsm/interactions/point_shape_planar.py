@@ -1,7 +1,7 @@
-"""A rounded point of one body against a shape fixed in another, in the plane; shapes are cut by y = 0.
+"""Contact of a rounded point of one body with a shape of another body in the plane y = 0.
 
-The formulas are those of `point_shape_spatial` and `contact_frame`. In the plane a turn by phi moves what is at (x, z) from
-the body's centre by (z, -x), and slip is that along t = (n_z, -n_x):
+The formulas are those of `point_shape_spatial` and `contact_frame`. In the plane, a rotation dphi displaces the point (x, z)
+from the body's centre by dphi (z, -x). Slip is measured along t = (n_z, -n_x):
 
     dg_m = n.M_m,   V_m = t.M_m,   dn = H M + dphi_b t,   dt = (dn_z, -dn_x)
 
@@ -30,16 +30,16 @@ def local_points_planar(
     shape_offset: np.ndarray,
     shape_angle: np.ndarray,
 ) -> np.ndarray:
-    """Places of probes in the axes of their shapes, (m, 3), m; y is zero.
+    """Positions (m, 3) of probes in the axes of their shapes, m; y is zero.
 
     Parameters
     ----------
     poses : (n_bodies, 3) array
     slots : (m,) int array
-        Rows of the probes wanted.
+        Rows of the selected probes.
     probe_body, probe_place, probe_shape : (n,) int, (n, 2), (n,) int arrays
     shape_body, shape_offset, shape_angle : (s,) int, (s, 2), (s,) arrays
-        The angle is a turn about +y, as that of a body.
+        The angle is a rotation about +y, as for a body.
     """
     out = np.zeros((slots.shape[0], 3))
     for i in range(slots.shape[0]):
@@ -72,7 +72,7 @@ def find_points_planar(
     shape_radius: np.ndarray,
     below: float,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Probes whose gap is below a bound; as `find_points_spatial`."""
+    """Find the probes whose gap is below a bound; see `find_points_spatial`."""
     local = local_points_planar(
         poses, slots, probe_body, probe_place, probe_shape, shape_body, shape_offset, shape_angle
     )
@@ -120,7 +120,7 @@ def _state(
 
 @kernel
 def _motion(arms: np.ndarray, shift_x: float, shift_z: float, motion: np.ndarray) -> None:
-    """M (6, 2) at the probe's centre plus a shift."""
+    """Relative motion M (6, 2) at the probe's centre plus a shift."""
     motion[:] = 0.0
     for side in range(2):
         sign = 1.0 if side == 0 else -1.0
@@ -146,12 +146,12 @@ def measure_points_planar(
     shape_angle: np.ndarray,
     shape_radius: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Rates and gradients of gap and slip.
+    """Compute rates and gradients of gap and slip.
 
     Returns
     -------
     bodies : (count, 2) int array
-        Of the probe and of the shape.
+        Bodies of the probe and of the shape.
     rate : (count, 2) array, m/s
     gradient : (count, 2, 6) array
     """
@@ -206,7 +206,7 @@ def _derivatives(
         for m in range(6):
             moved_x, moved_z = 0.0, 0.0
             if m % 3 == 2:
-                # the arm's change less the body's own
+                # change of the arm less the change due to the body's rotation
                 side = m // 3
                 arm_x, arm_z = shift_x, shift_z
                 if n == 3 * side:

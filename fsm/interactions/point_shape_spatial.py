@@ -1,10 +1,10 @@
-"""A rounded point of one body against a shape fixed in another, in space.
+"""Contact of a rounded point of one body with a shape of another body, in space.
 
     g = phi(xi) - r_point - r_shape,    xi = F^T (A_b^T (p - r_b) - c)          phi: `fsm.interactions.shape_distance`
 
-with the point p = r_a + A_a x, and c, F the shape's place and axes in body b. The normal n = A_b F grad phi points from the
-shape to the point; contact is at x_c = p - r_point n, on the point's own face. With H the Hessian of phi in inertial axes
-and M the relative motion at p (`fsm.interactions.contact_frame`),
+with the point p = r_a + A_a x, and the shape's position c and axes F in body b. The normal n = A_b F grad phi points from
+the shape to the point. The contact point is x_c = p - r_point n, on the point's own face. With H the Hessian of phi in
+inertial axes and M the relative motion at p (`fsm.interactions.contact_frame`),
 
     dn = H M + dtheta_b x n,      dx_c = dp - r_point dn
 """
@@ -34,13 +34,13 @@ def local_points_spatial(
     shape_offset: np.ndarray,
     shape_frame: np.ndarray,
 ) -> np.ndarray:
-    """Places of probes in the axes of their shapes, (m, 3), m.
+    """Positions (m, 3) of probes in the axes of their shapes, m.
 
     Parameters
     ----------
     poses : (n_bodies, 7) array
     slots : (m,) int array
-        Rows of the probes wanted.
+        Rows of the selected probes.
     probe_body, probe_place, probe_shape : (n,) int, (n, 3), (n,) int arrays
     shape_body, shape_offset, shape_frame : (s,) int, (s, 3), (s, 3, 3) arrays
     """
@@ -65,7 +65,7 @@ def local_points_spatial(
 
 @kernel
 def _into(frame: np.ndarray, offset: np.ndarray, axes: np.ndarray, arm: np.ndarray, out: np.ndarray) -> None:
-    """A place (3,) from the body's centre, inertial axes, as one in the axes of a shape of the body."""
+    """Transform a vector (3,) from the body's centre in inertial axes to a position in the axes of the body's shape."""
     for c in range(3):
         out[c] = 0.0
     for k in range(3):
@@ -90,7 +90,7 @@ def find_points_spatial(
     shape_radius: np.ndarray,
     below: float,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Probes whose gap is below a bound.
+    """Find the probes whose gap is below a bound.
 
     Parameters
     ----------
@@ -178,12 +178,12 @@ def measure_points_spatial(
     shape_frame: np.ndarray,
     shape_radius: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Rates and gradients of gap and slip.
+    """Compute rates and gradients of gap and slip.
 
     Returns
     -------
     bodies : (count, 2) int array
-        Of the probe and of the shape.
+        Bodies of the probe and of the shape.
     rate : (count, 4) array, m/s
         Rate of the gap, and the slip velocity in inertial axes.
     gradient : (count, 4, 12) array
@@ -219,7 +219,7 @@ def _changes(
     normal_change: np.ndarray,
     point_change: np.ndarray,
 ) -> None:
-    """dn and dx_c (12, 3) from M at the probe's centre, see the module."""
+    """dn and dx_c (12, 3) from M at the probe's centre; see the module docstring."""
     turned = np.empty(3)
     for m in range(12):
         for i in range(3):

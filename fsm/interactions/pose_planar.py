@@ -1,8 +1,8 @@
-"""Relative pose of two bodies in the plane: (Z1, Z3, psi) in the joint axes of the outer body (seed 003, eqs. 5 to 7).
+"""Relative pose of two bodies in the plane: (Z1, Z3, psi) in the joint axes of the outer body.
 
     Z_k = e_k . (A_b^T (r_a + A_a c_a - r_b) - c_b),      psi = phi_a - phi_b + psi_0
 
-A pose is (x, z, phi); phi turns about +y, so it takes the x axis towards -z. W v = (v_z, -v_x) is that turn's generator.
+A pose is (x, z, phi). phi is a rotation about +y, which turns the x axis towards -z; its generator is W v = (v_z, -v_x).
 Coordinates of an element: (x, z, phi) of the inner body a, then of the outer body b.
 """
 
@@ -26,7 +26,7 @@ def measure_pose_planar(
     axes_angle: np.ndarray,
     angle_offset: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Deformations of all force elements, their rates and gradients.
+    """Compute the deformations of all force elements, their rates and gradients.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def measure_pose_planar(
         turn = poses[b, 2] + axes_angle[i]
         ct, st = np.cos(turn), np.sin(turn)
         cb, sb = np.cos(axes_angle[i]), np.sin(axes_angle[i])
-        # world axes e1 = (ct, -st), e3 = (st, ct); the same in the body with the axes' own angle
+        # world axes e1 = (ct, -st), e3 = (st, ct); the same formulas give the body axes, with the angle of the axes
         for k in range(2):
             ex, ez = (ct, -st) if k == 0 else (st, ct)
             bx, bz = (cb, -sb) if k == 0 else (sb, cb)
@@ -101,8 +101,8 @@ def tangent_pose_planar(
 ) -> None:
     """Add K = -dh/dx and D = -dh/du of all force elements to the block matrices.
 
-    K = sum_k g_k (k_k g_k + c_k H_k u)^T + e_k H_k,  D = sum_k c_k g_k g_k^T, with H_k the second derivative of Z_k:
-    the geometric stiffness, and what the damper's rate gains when the bodies turn.
+    K = sum_k g_k (k_k g_k + c_k H_k u)^T + e_k H_k,  D = sum_k c_k g_k g_k^T, with H_k the second derivative of Z_k. H_k
+    gives the geometric stiffness, and the change of the damper's rate as the bodies turn.
     """
     second = np.zeros((6, 6))
     block_k = np.zeros((6, 6))

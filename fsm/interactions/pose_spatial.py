@@ -1,10 +1,10 @@
 """Relative pose of two bodies in space: (Z1, Z2, Z3, s1, psi, s3) in the joint axes of the outer body.
 
-    Z_k = e_k . (A_b^T (r_a + A_a c_a - r_b) - c_b)                  seed 003, eqs. (5) to (9); docs/theory.md
+    Z_k = e_k . (A_b^T (r_a + A_a c_a - r_b) - c_b)                  docs/theory.md
 
-The swing (s1, s3) is measured in the same axes, or in those half-way between both bodies (`fsm.interactions.swing_twist`).
+The swing (s1, s3) is measured in the same axes, or half-way between both bodies (`fsm.interactions.swing_twist`).
 
-The force of Z acts at ONE point, P+ of the inner body, on both: the outer body's arm is A_b^T (p_a - r_b), not c_b.
+The force of Z acts on both bodies at one point, P+ of the inner body. The outer arm is A_b^T (p_a - r_b), not c_b.
 Coordinates of an element: (dr, dtheta) of the inner body a, then of the outer body b; dtheta in body axes.
 """
 
@@ -26,7 +26,7 @@ __all__ = ["measure_pose_spatial", "tangent_pose_spatial"]
 def _translation(
     pose_a: np.ndarray, pose_b: np.ndarray, point: np.ndarray, rot_a: np.ndarray, rot_b: np.ndarray, place: np.ndarray
 ) -> None:
-    """Rotation matrices of both bodies, and y = A_b^T (r_a + A_a c_a - r_b) into `place` (3,)."""
+    """Compute the rotation matrices of both bodies, and y = A_b^T (r_a + A_a c_a - r_b) into `place` (3,)."""
     fill_rotation(pose_a[3:], rot_a)
     fill_rotation(pose_b[3:], rot_b)
     for k in range(3):
@@ -73,7 +73,7 @@ def measure_pose_spatial(
     angle_offset: np.ndarray,
     half_way: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Deformations of all force elements, their rates and gradients.
+    """Compute the deformations of all force elements, their rates and gradients.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def measure_pose_spatial(
         Inner and outer body.
     point_inner, point_outer : (m, 3) arrays, m, body axes
     axes_inner, axes_outer : (m, 4) arrays
-        Quaternions of the joint axes in the bodies, the inner ones turned back by the initial angle.
+        Quaternions of the joint axes in the bodies; the inner ones are rotated back by the initial angle.
     angle_offset : (m,) array, rad
         The initial angle.
     half_way : (m,) bool array

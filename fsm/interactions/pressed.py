@@ -1,9 +1,10 @@
-"""Depths of contacts as unknowns of Newton's method beside the positions (docs/theory.md).
+"""Depths of contacts as additional unknowns of Newton's method (docs/theory.md).
 
-A stiff contact is micrometres deep where an iteration moves bodies by millimetres, and the slope of K d^e at the depth that
-an iteration happens to leave means nothing: with e = 3/2 each takes a third off a depth that is too large, and a contact
-that has opened by a little is lost. So the law is linearised at a depth d* of its own, that of the force as it is advanced
-from one iteration to the next, to first order, as the efforts of stiff springs are (Magisano, Leonetti, Garcea 2017).
+A stiff contact is micrometres deep, while an iteration may move bodies by millimetres. The slope of K d^e at the depth of
+an intermediate iterate is then useless. With e = 3/2 each iteration reduces a depth that is too large by only one third,
+and a contact that opens slightly is lost. The law is therefore linearised at a separate depth d*. d* follows from the
+contact force, advanced to first order from one iteration to the next, as for stiff springs (Magisano, Leonetti, Garcea
+2017).
 """
 
 from __future__ import annotations
@@ -28,20 +29,20 @@ def advance_depths(
     by_depth: np.ndarray,
     by_closing: np.ndarray,
 ) -> np.ndarray:
-    """Depths d* (count,) after a change of the poses; zero where the force, to first order, would pull.
+    """Depths d* (count,), m, after a change of the poses; zero where the first-order force would be tensile.
 
     Parameters
     ----------
     bodies, gradient : as in `fsm.segments.contact_geometry.Measured`
     change : (n_bodies, 3 or 6) array
     per_second : 1/s
-        One over the time since the last state; zero at rest.
+        Inverse of the time since the last state; zero in statics.
     exponent : -
-        Of the law: d* goes as the force to the power of one over it.
+        Exponent e of the law: d* is proportional to the force to the power 1/e.
     depth, normal, by_depth, by_closing : (count,) arrays
-        d*, and the law there.
+        d*, and the normal force and its slopes at d*.
     acting : (count,) array, N
-        The law, linearised at d*, at the contact's own depth.
+        Normal force of the law linearised at d*, evaluated at the geometric depth.
     """
     out = np.zeros(depth.shape[0])
     size = change.shape[1]

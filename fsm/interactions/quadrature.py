@@ -1,4 +1,4 @@
-"""Points and weights for sums over a length."""
+"""Nodes and weights of quadrature over a length."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ __all__ = ["gauss_lobatto"]
 
 @cache
 def gauss_lobatto(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes and weights (count,) on [-1, 1], at least two: both ends are nodes, the weights add to 2. Read-only."""
+    """Gauss-Lobatto nodes and weights (count,) on [-1, 1], count >= 2; both ends are nodes. Read-only arrays."""
     legendre = np.polynomial.legendre.Legendre.basis(count - 1)
     nodes = np.concatenate([[-1.0], np.sort(legendre.deriv().roots().real), [1.0]])
     weights = 2.0 / (count * (count - 1) * legendre(nodes) ** 2)

@@ -1,4 +1,4 @@
-"""Boxes, along the inertial axes, around rounded shapes."""
+"""Axis-aligned boxes around rounded shapes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def shape_boxes_planar(
     angle: np.ndarray,
     radius: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Low and high corners (s, 2), m; half-planes have infinite boxes. Arguments: `fsm.segments.shape_tables.Shapes`."""
+    """Lowest and highest corners (s, 2), m; infinite for half-planes. Arguments: `fsm.segments.shape_tables.Shapes`."""
     low, high = np.full((body.shape[0], 2), -np.inf), np.full((body.shape[0], 2), np.inf)
     for i in range(body.shape[0]):
         if kind[i] == HALF_SPACE:
@@ -47,7 +47,7 @@ def shape_boxes_spatial(
     axes: np.ndarray,
     radius: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """As `shape_boxes_planar`, (s, 3)."""
+    """Lowest and highest corners (s, 3), m; see `shape_boxes_planar`."""
     low, high = np.full((body.shape[0], 3), -np.inf), np.full((body.shape[0], 3), np.inf)
     frame = np.empty((3, 3))
     for i in range(body.shape[0]):

@@ -6,14 +6,14 @@
     sphere       radius R:                                                        sizes (R, R, R)
     rectangle    half sizes (a, b, 0): a box without height; phi is unsigned, a plate's thickness is a radius around it
 
-Outside phi is the exact distance; it is C1 there, its Hessian jumps where the closest feature changes from a face to an
-edge or a corner. Inside phi is minus the distance to the nearest face, side or cap.
+Outside the shape phi is the exact distance. It is C1 there; its Hessian jumps where the closest feature changes from a face
+to an edge or a corner. Inside the shape phi is minus the distance to the nearest face, side or cap.
 
-Kinks, all inside or on the surface: box and cylinder where two faces are equally near; the axis of a cylinder and the
-centre of a sphere; the rectangle itself, through which phi = |z|. A rounded point (radius r) that is less than r deep never
-sees them.
+All kinks are inside the shape or on its surface. A box and a cylinder have kinks where two faces are equally near. The axis
+of a cylinder, the centre of a sphere and the rectangle itself (phi = |z|) are kinks. A rounded point of radius r does not
+reach a kink if its depth is less than r.
 
-A half size may be infinite: the shape then has no end in that direction, as in the plane, where shapes are cut by y = 0.
+A half size may be infinite; the shape is then unlimited in that direction, as across the plane in a plane motion.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def shape_distance(kind: int, size: np.ndarray, point: np.ndarray) -> float:
     ----------
     kind : HALF_SPACE, BOX, CYLINDER, SPHERE or RECTANGLE
     size : (3,) array, m
-        See the module; not read for a half-space.
+        Sizes as in the module docstring; not read for a half-space.
     point : (3,) array, m, axes of the shape
     """
     if kind == HALF_SPACE:
@@ -57,12 +57,12 @@ def shape_distance(kind: int, size: np.ndarray, point: np.ndarray) -> float:
 def shape_derivatives(
     kind: int, size: np.ndarray, point: np.ndarray, gradient: np.ndarray, hessian: np.ndarray
 ) -> float:
-    """Distance as `shape_distance`, with its derivatives.
+    """Compute the distance as `shape_distance`, with its derivatives.
 
     Parameters
     ----------
     gradient : (3,) array, changed in place
-        A unit vector everywhere; on a kink, that of one of the sides.
+        Unit vector; on a kink, the gradient of one side.
     hessian : (3, 3) array, 1/m, changed in place
 
     Returns
@@ -84,7 +84,7 @@ def shape_derivatives(
 
 @kernel
 def _radial(point: np.ndarray, along: float, gradient: np.ndarray, hessian: np.ndarray) -> None:
-    """Derivatives of sqrt(x^2 + along y^2 + z^2), along = 0 or 1; +z is taken for the direction at zero."""
+    """Derivatives of sqrt(x^2 + along y^2 + z^2), along = 0 or 1; the direction at zero is +z."""
     far = np.sqrt(point[0] ** 2 + along * point[1] ** 2 + point[2] ** 2)
     if far == 0.0:
         gradient[2] = 1.0
@@ -99,7 +99,7 @@ def _radial(point: np.ndarray, along: float, gradient: np.ndarray, hessian: np.n
 
 @kernel
 def _cylinder(size: np.ndarray, point: np.ndarray, gradient: np.ndarray, hessian: np.ndarray) -> None:
-    """Side, cap, or the rim between them: the distance from the rim is sqrt(u^2 + v^2), u past the side, v past the cap."""
+    """Distance from side, cap or rim of a cylinder; from the rim it is sqrt(u^2 + v^2), u past the side, v past the cap."""
     over_side = np.sqrt(point[0] ** 2 + point[2] ** 2) - size[0]
     over_cap = abs(point[1]) - size[1]
     sign = 1.0 if point[1] >= 0.0 else -1.0
@@ -114,7 +114,7 @@ def _cylinder(size: np.ndarray, point: np.ndarray, gradient: np.ndarray, hessian
     for i in range(3):
         gradient[i] *= side
     gradient[1] = sign * cap
-    # the side's own curvature, and that of the circle around the rim: (I2 - n n)/far in the plane of (u, v)
+    # curvature of the side, and of the circle around the rim: (I2 - n n)/far in the plane of (u, v)
     for i in range(3):
         for j in range(3):
             hessian[i, j] *= side
@@ -133,7 +133,7 @@ def _cylinder(size: np.ndarray, point: np.ndarray, gradient: np.ndarray, hessian
 
 @kernel
 def _box(size: np.ndarray, point: np.ndarray, gradient: np.ndarray, hessian: np.ndarray) -> None:
-    """Face (one coordinate is past it), edge (two) or corner (three); inside, the nearest face."""
+    """Distance from a box: one coordinate is past a face, two past an edge, three past a corner; inside, nearest face."""
     past, nearest, square = 0, 2, 0.0
     for i in range(3):
         over = abs(point[i]) - size[i]

@@ -2,28 +2,29 @@
 
 Piece j of a surface of N segments (j = 0 ... N) is a cubic Bezier curve between the middles of segments j-1 and j, whose
 inner control points lie on the axes of the two segments, two thirds of the way to the joint. With the joint closed this
-is the quadratic B-spline whose control points are the joints; it stays C1 when the joint's springs give, and every
-control point belongs to one body. Pieces 0 and N are the straight half segments at the ends. It departs from the polygon
-of segments by l alpha/8 at a joint turned by alpha.
+is the quadratic B-spline whose control points are the joints. The surface stays C1 when the joint's springs deform, and
+every control point belongs to one body. At a joint turned by alpha the surface deviates from the polygon of segments by
+l alpha/8.
 
-At its ends the surface goes on for a tip of `TIP` of its length that is rounded off. Past the end of its straight part, by
-x, the gap g over the straight line becomes that over a disc of radius R that the line touches there,
+At each end the surface is extended by a tip of `TIP` times its length, which is rounded. At a distance x past the end of the
+straight part, the gap g over the straight line is replaced by the gap over a disc of radius R tangent to that line,
 
     sqrt(x^2 + (g + R)^2) - R,     R = half the tip,
 
-so that what slides off an end is let go gently, and an edge that stands on a face pushes along the face's normal. Two
-creases that meet tip to tip (panels 3 and 4 of the pulled strip do, on their mirror plane) must not slip past each other:
-for the ends of another panel the first half of the tip is straight; for all other points none of it.
+The rounding releases a body gradually when it slides off an end. An edge that stands on a face is pushed along the face's
+normal. Two creases that meet tip to tip (panels 3 and 4 of the pulled strip do, on their mirror plane) must not slip past
+each other. Therefore the first half of the tip is straight for the ends of another panel; for all other points no part is.
 
-That is for panels that share a crease, which must be told on which side of each other they are. Other surfaces end in a cap
-for the ends of panels: R is the clearance and x counts from the end itself, so g = sqrt(x^2 + h^2) - clearance with h the
-height over the middle line, the same from both sides, and what comes head on is met. For points between ends they end
-where they end, and the share of these points is tapered (`fsm.interactions.end_taper`). Ends of panels of one chain pass
-each other's ends, which are met as those of the panels between; their shares are tapered over a short way.
+These tips are for panels that share a crease; the side on which they lie must be given. The ends of other surfaces have a
+cap for the ends of panels: R is the clearance and x starts at the end itself. With h the height over the middle line,
+g = sqrt(x^2 + h^2) - clearance, which is the same from both sides and also holds for frontal contact. For points between
+the ends of a panel, these surfaces stop at their ends, and the weight of the points is tapered
+(`fsm.interactions.end_taper`). Ends of panels of one chain pass each other's ends. They touch as the panels between them
+do; their weights are tapered over a short distance.
 
     C(s) = sum_k B_k(s) (r_k + A_k (X_k, 0)),     k = 0 ... 3, the first two on body a, the last two on body b
 
-In space the same with y e2 added to every control point: a ruled surface S(s, y).
+In space y e2 is added to every control point, which gives a ruled surface S(s, y).
 """
 
 from __future__ import annotations
@@ -35,16 +36,16 @@ from fsm.kernels.jit import kernel
 __all__ = ["BARE", "CAP", "STRAIGHT", "TIP", "beyond_end", "blend", "overshoot", "pieces_of"]
 
 TIP = 0.025
-"""Length by which a surface goes on beyond its ends, as a fraction of its own."""
+"""Extension of a surface beyond its ends, as a fraction of its length."""
 
 STRAIGHT = 0.5
-"""Part of a tip that is straight for the ends of another panel."""
+"""Straight fraction of a tip for the ends of another panel."""
 CAP, BARE = -1.0, -2.0
-"""In place of that part: the end has a cap about its own line, as thick as the faces stand apart; or nothing beyond it."""
+"""Values in place of `STRAIGHT`: the end has a round cap with the clearance as radius; or the surface stops there."""
 
 
 def pieces_of(bodies: np.ndarray, half_lengths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Pieces of one surface.
+    """Divide one surface into pieces.
 
     Parameters
     ----------
@@ -78,7 +79,7 @@ def pieces_of(bodies: np.ndarray, half_lengths: np.ndarray) -> tuple[np.ndarray,
 
 @kernel(inline=True)
 def blend(s: float, stations: np.ndarray, out: np.ndarray) -> None:
-    """Weights and stations of a piece at s with two derivatives.
+    """Compute the weights and stations of a piece at s with two derivatives.
 
     `out` (3, 4), changed in place: row d holds the d-th derivative of (W_a, W_a-weighted X, W_b, W_b-weighted X), so
     that C^(d) = W_a r_a + A_a (x_a, 0) + W_b r_b + A_b (x_b, 0).
@@ -103,7 +104,7 @@ def blend(s: float, stations: np.ndarray, out: np.ndarray) -> None:
 
 @kernel(inline=True)
 def beyond_end(s: float, straight: float) -> bool:
-    """Whether a point at s of an end piece is beyond an end without a tip, one with a cap or a bare one."""
+    """Whether a point at s of an end piece is beyond an end without a tip (CAP or BARE)."""
     return straight < 0.0 and (s < -1e-12 or s > 1.0 + 1e-12)
 
 
@@ -111,9 +112,9 @@ def beyond_end(s: float, straight: float) -> bool:
 def overshoot(
     s: float, stations: np.ndarray, length: float, straight: float, clearance: float
 ) -> tuple[float, float]:
-    """How far a point at s is past the straight part of a tip, m (negative at the surface's beginning), and R there, m.
+    """Distance x of a point at s past the straight part of a tip, m (negative at the beginning of the surface), and R, m.
 
-    `straight` is the part of the tip that is straight, or CAP or BARE, `length` is |C_s|. Zero elsewhere.
+    `straight` is the straight fraction of the tip, CAP or BARE; `length` is |C_s|. Both results are zero elsewhere.
     """
     if straight < 0.0:
         if s < 0.0:

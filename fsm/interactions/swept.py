@@ -1,6 +1,6 @@
-"""What passed through what while bodies moved from one pose to another: swept boxes, and exact tests on straight paths.
+"""Detection of bodies that passed through each other between two poses: swept boxes, exact tests on straight paths.
 
-A turn is cut into steps, and in each the moving thing goes on a straight line in the axes of the other.
+A rotation is divided into steps. In each step the moving point or edge follows a straight line in the other's axes.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from fsm.kernels.vector import cross, dot, rotate
 __all__ = ["edges_pass", "local_edges", "path_poses", "points_pass", "turn_between"]
 
 STEP = 0.2
-"""Largest turn of a step, rad."""
+"""Largest rotation of a step, rad."""
 
 INSIDE = 1.0 - 1e-6
-"""Part of a face or edge that counts: what is joined at an edge touches it for ever, and passes through nothing."""
+"""Fraction of a face or edge that is tested; bodies joined at an edge always touch it there."""
 
 
 def turn_between(start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """Angle (n_bodies,) that each body has turned, rad, from poses (n_bodies, 3 or 7)."""
+    """Rotation angle (n_bodies,) of each body between two sets of poses (n_bodies, 3 or 7), rad."""
     if start.shape[1] == 3:
         return np.abs(end[:, 2] - start[:, 2])
     half = np.minimum(1.0, np.abs(np.einsum("ij,ij->i", start[:, 3:], end[:, 3:])))
@@ -30,7 +30,7 @@ def turn_between(start: np.ndarray, end: np.ndarray) -> np.ndarray:
 
 
 def path_poses(start: np.ndarray, end: np.ndarray) -> list[np.ndarray]:
-    """Poses on the way, both ends included: places on straight lines, turns in equal parts or nearly so."""
+    """Intermediate poses, both ends included: positions on straight lines, rotations in (nearly) equal parts."""
     turn = turn_between(start, end).max(initial=0.0)
     count = max(1, int(np.ceil(turn / STEP)))
     if start.shape[1] == 3:
@@ -53,9 +53,9 @@ def points_pass(
     Parameters
     ----------
     kind, size : (m,) int and (m, 3) arrays
-        As in `fsm.interactions.shape_distance`. A rectangle is passed when the height over it changes sign inside it.
+        As in `fsm.interactions.shape_distance`. A rectangle is passed if the height over it changes sign inside it.
     limit : (m,) array, m
-        A solid shape is passed when the path goes deeper than this.
+        Depth of the path above which a solid shape counts as passed.
     start, end : (m, 3) arrays, m
 
     Returns
@@ -86,7 +86,7 @@ def points_pass(
                 break
             if part >= 1.0:
                 break
-            # the distance changes by no more than the way; a graze is stepped over in thousandths
+            # the distance changes by at most the path length; near a graze the smallest step is a thousandth
             part = min(1.0, part + max(above / length if length > 0.0 else 1.0, 1e-3))
     return out
 
@@ -101,7 +101,7 @@ def local_edges(
     edge_direction: np.ndarray,
     edge_half: np.ndarray,
 ) -> np.ndarray:
-    """Both ends (m, 2, 3) of the first edges of pairs, in axes fixed to the second with x along it, from its middle, m."""
+    """Ends (m, 2, 3) of the first edges of pairs, m, in axes of the second edges: origin at the middle, x along the edge."""
     out = np.empty((slots.shape[0], 2, 3))
     frame, axes = np.empty((3, 3)), np.empty((3, 3))
     unit, point, local = np.zeros(3), np.empty(3), np.empty(3)

@@ -2,19 +2,19 @@
 
 q = swing(s1, 0, s3) twist(psi about e2):   psi = 2 atan2(q2, q0),   (s1, s3) = the swing's rotation vector.
 
-With the same psi, the swing can be measured in the axes half-way between both bodies instead of those of the outer one:
+With the same psi, the swing can be measured in the axes half-way between both bodies instead of the outer body's axes:
 
     q = twist(psi/2) swing(s1, 0, s3) twist(psi/2):   (s1, s3) = f(n) (q1, q3),   n = sqrt(q0^2 + q2^2)
 
-All three change their sign where the bodies change places (q becomes its conjugate), so none holds a product of two others.
-In the axes of the outer body, s1 holds half the product of psi and s3, and s3 that of psi and s1.
+All three change their sign if the bodies are exchanged (q becomes its conjugate). Hence none of them contains a product of
+the two others. In the axes of the outer body, s1 contains psi s3/2, and s3 contains psi s1/2.
 
 The relative quaternion of two joint frames is q = conj(q_b) q_a. For body-axis increments d_a, d_b (in joint axes)
 
     dq = 1/2 q d_a - 1/2 d_b q ,    d(dq_a,i)/dd_a,j = 1/4 q e_j e_i ,   d(dq_a,i)/dd_b,j = -1/4 e_j q e_i , ...
 
-A quaternion that evolves continuously carries psi through +-180 degrees; joint axes are anchored at the initial angle, so
-the range is the initial angle +-360 degrees.
+A quaternion that evolves continuously carries psi through +-180 degrees. The joint axes are anchored at the initial angle,
+so the range is the initial angle +-360 degrees.
 """
 
 from __future__ import annotations
@@ -43,14 +43,14 @@ __all__ = [
 ]
 
 Slopes = tuple[float, float, float, float, float, float, float, float, float, float, float]
-"""Derivatives of a measure by q: by q0, q1, q2, q3, then by 00, 02, 22, 01, 12, 03, 23; those by 11, 13, 33 are zero."""
+"""Derivatives of a measure by q: by q0, q1, q2, q3, then by 00, 02, 22, 01, 12, 03, 23; zero by 11, 13, 33."""
 
 _SERIES: Final = tuple(2.0 * math.prod(k / (2 * k + 1) for k in range(1, order + 1)) for order in range(12))
 
 
 @kernel(inline=True)
 def product(p: np.ndarray, r: np.ndarray, out: np.ndarray) -> None:
-    """Quaternion product p r into `out` (4,)."""
+    """Write the quaternion product p r into `out` (4,)."""
     out[0] = p[0] * r[0] - p[1] * r[1] - p[2] * r[2] - p[3] * r[3]
     out[1] = p[0] * r[1] + p[1] * r[0] + p[2] * r[3] - p[3] * r[2]
     out[2] = p[0] * r[2] - p[1] * r[3] + p[2] * r[0] + p[3] * r[1]
@@ -61,7 +61,7 @@ def product(p: np.ndarray, r: np.ndarray, out: np.ndarray) -> None:
 def relative_quaternion(
     pose_a: np.ndarray, pose_b: np.ndarray, axes_a: np.ndarray, axes_b: np.ndarray, work: np.ndarray, out: np.ndarray
 ) -> None:
-    """conj(q_b axes_b) q_a axes_a into `out` (4,); `work` (2, 4) is scratch."""
+    """Write conj(q_b axes_b) q_a axes_a into `out` (4,); `work` (2, 4) is scratch."""
     product(pose_a[3:], axes_a, work[0])
     product(pose_b[3:], axes_b, work[1])
     work[1, 1] = -work[1, 1]
@@ -72,7 +72,7 @@ def relative_quaternion(
 
 @kernel
 def increments(q: np.ndarray, out: np.ndarray) -> None:
-    """dq/d(increments) into `out` (6, 4): rows 0-2 by the inner body, 1/2 q e_i; rows 3-5 by the outer, -1/2 e_i q."""
+    """Write dq/d(increments) into `out` (6, 4): rows 0-2 inner body, 1/2 q e_i; rows 3-5 outer body, -1/2 e_i q."""
     w, x, y, z = 0.5 * q[0], 0.5 * q[1], 0.5 * q[2], 0.5 * q[3]
     out[0, 0], out[0, 1], out[0, 2], out[0, 3] = -x, w, z, -y
     out[1, 0], out[1, 1], out[1, 2], out[1, 3] = -y, -z, w, x
@@ -84,7 +84,7 @@ def increments(q: np.ndarray, out: np.ndarray) -> None:
 
 @kernel
 def second_increment(row: int, column: int, steps: np.ndarray, out: np.ndarray) -> None:
-    """d(dq_row)/d(increment column) into `out` (4,), from the `increments`.
+    """Write d(dq_row)/d(increment column) into `out` (4,), from the `increments`.
 
     dq_row = 1/2 q e_i for the inner body, so its change is 1/2 (dq_column) e_i; likewise -1/2 e_i (dq_column).
     """
@@ -136,7 +136,7 @@ def _fill(slopes: Slopes, first: np.ndarray, second: np.ndarray) -> None:
 
 @kernel
 def _stretch(n: float) -> tuple[float, float, float]:
-    """f = 2 acos(n)/sqrt(1 - n^2) and two derivatives: turns the swing's vector part into its rotation vector."""
+    """f = 2 acos(n)/sqrt(1 - n^2), ratio of the swing's rotation vector to its vector part, and two derivatives."""
     e = 1.0 - n
     if e < 0.02:
         # f = 2 sum_k k!/(2k+1)!! e^k
@@ -155,9 +155,9 @@ def _stretch(n: float) -> tuple[float, float, float]:
 
 @kernel(inline=True)
 def swing_slopes(q: Quaternion, half_way: bool) -> tuple[float, float, Slopes, Slopes]:
-    """s1 and s3, in the axes of the outer body or in those half-way between both, and their derivatives by q.
+    """s1 and s3, in the axes of the outer body or half-way between both bodies, and their derivatives by q.
 
-    n = sqrt(q0^2 + q2^2),  s1 = f(n) (q1 q0 + q3 q2)/n,  s3 = f(n) (q3 q0 - q1 q2)/n  in those of the outer body.
+    n = sqrt(q0^2 + q2^2),  s1 = f(n) (q1 q0 + q3 q2)/n,  s3 = f(n) (q3 q0 - q1 q2)/n  in the axes of the outer body.
     Written as s = f(n)/n * B(q) with a bilinear form B; h(n) = f/n. Half-way, B is linear and h = f.
     """
     n = np.sqrt(q[0] * q[0] + q[2] * q[2])
@@ -190,7 +190,7 @@ def _swing_slopes(
     form: float, b0: float, b1: float, b2: float, b3: float,
     h: float, h1: float, h2: float, n: float, n0: float, n2: float, first: float, third: float,
 ) -> Slopes:  # fmt: skip
-    """Derivatives of h(n) B from B (`form`) and its gradient; `first`, `third` are one for the B that is in question."""
+    """Derivatives of h(n) B from B (`form`) and its gradient; `first` or `third` is 1 to select s1 or s3."""
     n00, n22, n02 = n2 * n2 / n, n0 * n0 / n, -n0 * n2 / n
     return (
         h1 * n0 * form + h * b0,
@@ -211,7 +211,7 @@ def _swing_slopes(
 def swing_measures(
     q: np.ndarray, half_way: bool, values: np.ndarray, first: np.ndarray, second: np.ndarray
 ) -> None:
-    """s1 and s3 into `values` (2,), gradients `first` (2, 4) and Hessians `second` (2, 4, 4) by q."""
+    """Write s1 and s3 into `values` (2,), their gradients into `first` (2, 4), Hessians by q into `second` (2, 4, 4)."""
     values[0], values[1], slopes_1, slopes_3 = swing_slopes((q[0], q[1], q[2], q[3]), half_way)
     _fill(slopes_1, first[0], second[0])
     _fill(slopes_3, first[1], second[1])
@@ -219,7 +219,7 @@ def swing_measures(
 
 @kernel(inline=True)
 def _along(f: Quaternion, q: Quaternion) -> Vector:
-    """f . dq for the turns dq = 1/2 e_i q about the joint axes."""
+    """f . dq for the rotations dq = 1/2 e_i q about the joint axes."""
     return (
         0.5 * (f[1] * q[0] - f[0] * q[1] + f[3] * q[2] - f[2] * q[3]),
         0.5 * (f[2] * q[0] - f[3] * q[1] - f[0] * q[2] + f[1] * q[3]),
@@ -229,13 +229,13 @@ def _along(f: Quaternion, q: Quaternion) -> Vector:
 
 @kernel(inline=True)
 def turn_gradient(slopes: Slopes, q: Quaternion) -> Vector:
-    """g of a measure of q."""
+    """Gradient g of a measure of q by rotations about the joint axes."""
     return _along((slopes[0], slopes[1], slopes[2], slopes[3]), q)
 
 
 @kernel(inline=True)
 def turn_curvature(slopes: Slopes, q: Quaternion, w: Vector) -> Vector:
-    """S w of a measure of q; its second derivatives with d2q = 1/8 (e_i e_j + e_j e_i) q, -q/4 for i = j and zero else."""
+    """Product S w of a measure's second derivatives S with w; d2q = 1/8 (e_i e_j + e_j e_i) q, which is -q/4 or zero."""
     d = quaternion_product((0.0, 0.5 * w[0], 0.5 * w[1], 0.5 * w[2]), q)
     f0, f1, f2, f3, s00, s02, s22, s01, s12, s03, s23 = slopes
     change = (
@@ -251,7 +251,7 @@ def turn_curvature(slopes: Slopes, q: Quaternion, w: Vector) -> Vector:
 
 @kernel(inline=True)
 def curvature_matrix(slopes: Slopes, q: Quaternion) -> Matrix:
-    """S of a measure of q, or of a sum of them."""
+    """Second derivatives S of a measure of q, or of a sum of measures."""
     x = turn_curvature(slopes, q, (1.0, 0.0, 0.0))
     y = turn_curvature(slopes, q, (0.0, 1.0, 0.0))
     z = turn_curvature(slopes, q, (0.0, 0.0, 1.0))
