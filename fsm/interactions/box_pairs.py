@@ -12,7 +12,6 @@ number of listed pairs and of nearby shapes.
 
 from __future__ import annotations
 
-
 from collections.abc import Sequence
 
 import numpy as np
