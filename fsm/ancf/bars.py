@@ -1,7 +1,7 @@
 """Builds planar meshes of bars that share points: nothing but vectors and who uses them, so no constraint is left to solve.
 
 Every bar has a position and slopes of its own at each of its nodes, but for the points it shares: there all bars use one
-position (master and slaves of seed 004, eq. 13, on positions only) and keep their own slopes, and that is a hinge. A bar
+position (master and slaves, Peng et al. 2019, eq. 13, positions only) and keep their own slopes, and that is a hinge. A bar
 goes through its middle point with one set of slopes; bent there, its second half uses them turned by a constant angle, a
 mix of r_x and r_y with constant coefficients that goes into the shape functions.
 """

@@ -1,4 +1,4 @@
-"""Planar beam without shear, 8 coordinates (r1, r1x, r2, r2x): the cable of PHYSICS section 6 in a plane, the cheap choice.
+"""Planar beam without shear, 8 coordinates (r1, r1x, r2, r2x): the ANCF cable (Sun et al. 2024) in a plane.
 
     eps = (r'.r' - 1)/2,   kappa = (r' x r'')/|r'|^2,   U = 1/2 int EA eps^2 + EI kappa^2 dx.
 

@@ -1,4 +1,4 @@
-"""Shear-deformable beam with Green's strain over its section: the continuum element of seed 004, eqs. 5 to 10, corrected.
+"""Shear-deformable beam with Green's strain over its section: continuum element of Peng et al. 2019, eqs. 5 to 10.
 
     E11 = (r_x.r_x - 1)/2,   E22 = (r_y.r_y - 1)/2,   E12 = r_x.r_y/2,
     U = 1/2 int E E11^2 + E E22^2 + 4 k mu E12^2 dV.

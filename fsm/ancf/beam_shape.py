@@ -1,4 +1,4 @@
-"""Shape functions of the planar shear-deformable beam with 14 coordinates (seed 004, eqs. 1 and 2; PHYSICS order).
+"""Shape functions of the planar shear-deformable beam with 14 coordinates (Peng et al. 2019, eqs. 1, 2).
 
 Coordinates, seven vectors of the plane: e = (r1, r1x, r1y, r2, r2x, r2y, r1xy), node 1 at x = 0, node 2 at x = L, and
 with xi = x/L

@@ -1,4 +1,4 @@
-"""ANCF cable: a thin beam of two nodes with positions and slopes, 12 coordinates (seed 000, eqs. 2 to 10).
+"""ANCF cable: a thin beam of two nodes with positions and slopes, 12 coordinates (Sun et al. 2024, eqs. 2 to 10).
 
     eps = (r'.r' - 1)/2,   kappa = |r' x r''|/|r'|^2,   U = 1/2 int EA eps^2 + EI kappa^2 dX
 

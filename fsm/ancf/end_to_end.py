@@ -1,4 +1,4 @@
-"""Numbering of an array end to end: the specification matrix method of seed 004, section 3, as the permutation it is.
+"""Numbering of an array end to end: the specification matrix method of Peng et al. (2019), section 3, as a permutation.
 
 In every unit the coordinates of its left boundary come first, those within it next, those of its right boundary, which it
 shares with the next unit, last. B, with one 1 in each row and column, takes numbered coordinates to those as they were made;
@@ -32,7 +32,7 @@ def end_to_end(units: Sequence[Sequence[int]]) -> np.ndarray:
 
 
 def specification_matrix(order: np.ndarray) -> np.ndarray:
-    """B with q = B q', q' numbered by `order`: (n, n), seed 004, eqs. 17 to 19."""
+    """B with q = B q', q' numbered by `order`: (n, n), Peng et al. 2019, eqs. 17 to 19."""
     matrix = np.zeros((len(order), len(order)))
     matrix[order, np.arange(len(order))] = 1.0
     return matrix

@@ -1,4 +1,4 @@
-"""ANCF membrane: a thin rectangle of four nodes with position and two slopes, 36 coordinates (seed 000, eqs. 11 to 23).
+"""ANCF membrane: a thin rectangle of four nodes with position and two slopes, 36 coordinates (Sun et al. 2024).
 
     eps_ij = (r_i.r_j - R_i.R_j)/2,   kappa_ij = r_ij.n/|n| - kappa0_ij,   n = r_X x r_Y
     U = C/2 int ex^2 + ey^2 + 2 nu ex ey + 2 (1 - nu) exy^2 + D/2 int kx^2 + ky^2 + 2 nu kx ky + 2 (1 - nu) kxy^2

@@ -1,4 +1,4 @@
-"""The System of ANCF meshes: M u' = h(t, q, u), q' = u, with a constant sparse mass matrix (seed 000, eqs. 23 and 36).
+"""System of ANCF meshes: M u' = h(t, q, u), q' = u with a constant sparse M (Sun et al. 2024, eqs. 23, 36).
 
 Coordinates are positions and slopes in inertial axes, so the configuration is a vector space: retract is a sum, and
 there are no gyroscopic forces. Coordinates that are held, moved or not used stay in q and u, whose blocks are nodes.

@@ -1,4 +1,4 @@
-"""Wrinkles in closed form: of a sheared strip, and at the corners of a film pulled there (seed 000, eqs. 28 to 32).
+"""Closed form of wrinkles: sheared strip, and film pulled at its corners (Sun et al. 2024, eqs. 28 to 32).
 
 Across tension sigma over a length L a thin film wrinkles with the half-wavelength that bending and tension make
 cheapest,

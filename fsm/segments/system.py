@@ -1,4 +1,4 @@
-"""The System of rigid segments: poses from q, groups of interactions, Newton-Euler (seed 003, eqs. 15 and 16).
+"""The System of rigid segments: poses from q, groups of interactions, Newton-Euler (Li and Huang 2025, eqs. 15, 16).
 
 u holds inertial velocities and body rates, so the mass matrix is diagonal and constant (principal axes). Held and driven
 bodies have no degrees of freedom; the forces on them are summed like all others and are their reactions.
