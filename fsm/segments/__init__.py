@@ -1,1 +1,1 @@
-"""Finite segments: compilation of a scene into arrays, and the System made of them."""
+"""Finite segments: compilation of a scene into arrays, and the system of equations of motion."""

@@ -1,4 +1,4 @@
-"""All contact groups of a scene as one: what they remember, what they object to, what they report."""
+"""Set of all contact groups of a scene: memory, step control and results."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ __all__ = ["Contacts"]
 
 
 class Contacts(tuple[ContactGroup, ...]):
-    """The contact groups of a scene; none in most. Poses and rates are of all bodies."""
+    """Contact groups of a scene; may be empty. Poses and rates are of all bodies."""
 
     __slots__ = ()
 
     # memory ---------------------------------------------------------------------------------------------------------
 
     def commit(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None) -> None:
-        """A step was accepted."""
+        """Update the memory of all groups after an accepted step."""
         for group in self:
             group.commit(t, poses, rates, past)
 
     def memory(self) -> np.ndarray:
-        """What all remember, each with its length before it."""
+        """Memory of all groups, each preceded by its length."""
         parts = [group.memory() for group in self]
         return np.concatenate([array for part in parts for array in ([float(len(part))], part)] or [[]])
 
     def restore(self, memory: np.ndarray) -> None:
-        """Remember that again; nothing: forget all."""
+        """Restore the memory; an empty array clears it."""
         at = 0
         for group in self:
             end = at + 1 + int(memory[at]) if len(memory) else 0
@@ -40,11 +40,11 @@ class Contacts(tuple[ContactGroup, ...]):
             at = end
 
     def counted(self) -> np.ndarray:
-        """States looked at and renewals of the broad phase of every group, flat."""
+        """Numbers of evaluated states and of renewals of the broad phase of every group, flat."""
         return np.array([float(count) for group in self for count in (group.evaluations, group.renewals)])
 
     def forget(self, counted: np.ndarray) -> None:
-        """Drop what was kept to be faster, and count on from there; nothing: from zero."""
+        """Clear all caches and continue the counters from `counted`; empty: from zero."""
         counts = counted if len(counted) else np.zeros(2 * len(self))
         for group, (evaluations, renewals) in zip(self, counts.reshape(-1, 2).tolist(), strict=True):
             group.forget(int(evaluations), int(renewals))
@@ -53,17 +53,17 @@ class Contacts(tuple[ContactGroup, ...]):
 
     @property
     def resolution(self) -> float:
-        """Error of positions that the forces of all can bear, m."""
+        """Smallest tolerance of positions that the contact forces require, m."""
         return min((group.resolution for group in self), default=math.inf)
 
     def parted(self) -> bool:
-        """Whether contacts that pushed where the tangents were taken last do not at the state looked at last."""
+        """Whether contacts that were active at the last linearisation are inactive at the last evaluated state."""
         return any(group.parted() for group in self)
 
     def objection(
         self, t: float, poses: np.ndarray, rates: np.ndarray, step: float | None, names: tuple[str, ...]
     ) -> Objection | None:
-        """What stands against a step of that length, s; None in statics, where no impacts are resolved."""
+        """Reason to reject a step of this length, s, or None. In statics the length is None: impacts are not resolved."""
         for group in self:
             crossed = group.geometry.crossed(poses)
             if crossed:
@@ -72,13 +72,13 @@ class Contacts(tuple[ContactGroup, ...]):
         return Objection(part) if part < 1.0 else None
 
     def longest_step(self, t: float, poses: np.ndarray, rates: np.ndarray) -> float:
-        """Longest step that resolves the impacts of all, s."""
+        """Longest step that resolves the impacts of all groups, s."""
         return min((group.longest_step(t, poses, rates) for group in self), default=math.inf)
 
     # results --------------------------------------------------------------------------------------------------------
 
     def observe(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None, pairs: int) -> PairState:
-        """The contact pairs, what all groups have of them put together."""
+        """State of all contact pairs, combined from all groups."""
         if not self:
             return _apart(pairs)
         first, *others = (group.observe(t, poses, rates, past) for group in self)
@@ -96,7 +96,7 @@ class Contacts(tuple[ContactGroup, ...]):
         return total
 
     def stats(self) -> dict[str, int]:
-        """Slots, states that they were found in, renewals of the broad phase."""
+        """Numbers of slots, of evaluated states, and of renewals of the broad phase."""
         return {
             "slots": sum(len(group.geometry.share) for group in self),
             "evaluations": sum(group.evaluations for group in self),
@@ -106,7 +106,7 @@ class Contacts(tuple[ContactGroup, ...]):
 
 @cache
 def _apart(pairs: int) -> PairState:
-    """Pairs that nothing looks after; shared, not to be changed."""
+    """State of pairs without contact; shared, read-only."""
     none, far = np.zeros(pairs), np.full(pairs, np.inf)
     none.flags.writeable = far.flags.writeable = False
     return PairState(none, far, none, none, none, none, none)

@@ -1,4 +1,4 @@
-"""What is wrong with the surfaces, groups, obstacles and contact pairs of a scene."""
+"""Faults of the surfaces, groups, obstacles and contact pairs of a scene."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ __all__ = ["contact_faults", "nearest"]
 
 
 _NAMED = 8
-"""Names that a message lists, at most."""
+"""Largest number of names in a message."""
 
 
 def contact_faults(scene: Scene) -> Iterator[Fault]:
-    """All faults of what can touch."""
+    """All faults of contact and friction."""
     yield from _surfaces(scene)
     yield from _groups(scene)
     yield from _obstacles(scene)
@@ -48,7 +48,7 @@ def _members(names: tuple[str, ...], bodies: dict[str, Body], path: str) -> Iter
 
 
 def _names(path: str, names: list[str], taken: set[str], what: str) -> Iterator[Fault]:
-    """Names that are taken, for `what`, or that stand more than once."""
+    """Faults of names that are already used, by `what`, or that occur more than once."""
     counts = Counter(names)
     for i, name in enumerate(names):
         if name in taken:
@@ -83,7 +83,7 @@ def _obstacles(scene: Scene) -> Iterator[Fault]:
 
 
 def _solids(pair: ContactPair, shapes: Mapping[str, str], path: str) -> Iterator[Fault]:
-    """Two obstacles: one is a sphere, or one a plane and the other none."""
+    """Faults of a pair of obstacles: one must be a sphere, or exactly one a plane."""
     kinds = sorted((shapes[pair.first], shapes[pair.second]))
     if "sphere" not in kinds and kinds.count("plane") != 1:
         text = f"a {shapes[pair.first]} and a {shapes[pair.second]} do not touch each other; give one of them a plate"
@@ -120,7 +120,7 @@ def _pair(
 
 
 def nearest(name: str, names: list[str]) -> str:
-    """'; did you mean ...?', or the names that there are."""
+    """Text '; did you mean ...?', or a list of the known names."""
     close = difflib.get_close_matches(name, names, n=1)
     if close:
         return f"; did you mean {close[0]!r}?"

@@ -1,4 +1,4 @@
-"""What is wrong with a scene, all of it, before anything is built."""
+"""All faults of a scene, found before it is compiled."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""A scene becomes a system: names to indices, models to arrays, and only the groups that the scene needs.
+"""Compile a scene to a system: names become indices, models become arrays, and only the needed groups are created.
 
-Everything that can be refused is refused here, all faults at once.
+All faults of the scene are found first and raised together.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def compile_scene(scene: Scene, spatial: bool = False) -> SegmentSystem:
     ----------
     scene : Scene
     spatial : bool
-        Six degrees of freedom a body even if the scene lies in one plane.
+        Six degrees of freedom per body even if the scene lies in one plane.
 
     Returns
     -------
@@ -51,7 +51,7 @@ def compile_scene(scene: Scene, spatial: bool = False) -> SegmentSystem:
     Raises
     ------
     CaseError
-        With all faults of the scene.
+        All faults of the scene.
     """
     faults = check_scene(scene)
     if faults:
@@ -135,7 +135,7 @@ class _Compiler:
         )
 
     def _motion(self, drive: Drive) -> PrescribedMotion:
-        assert drive.moved  # check_scene has seen to it
+        assert drive.moved  # checked by check_scene
         direction = np.array(self._vector(drive.direction), dtype=float)
         run_up = 0.01 * drive.travel if drive.run_up is None else drive.run_up
         return PrescribedMotion(
@@ -233,7 +233,7 @@ class _Compiler:
         )
 
     def _hysteresis(self, creases: CreaseGroup) -> HysteresisGroup | None:
-        """Sliders of the creases whose two branches differ."""
+        """Friction sliders of the creases whose loading and unloading curves differ."""
         elements = [e for e in self.scene.elements if e.crease is not None]
         found: dict[tuple[object, float], Hysteresis | None] = {}
         for element in elements:
@@ -265,7 +265,7 @@ class _Compiler:
         return np.array([[self.index[e.inner], self.index[e.outer]] for e in elements], dtype=np.int64)
 
     def _joint_axes(self, elements: list[ForceElement]) -> tuple[np.ndarray, ...]:
-        """Planar: angle of the outer axes, and psi_0. Spatial: axes matrices, psi_0 and the quaternions' sign."""
+        """Planar: angle of the outer axes and psi_0. Spatial: axes matrices, psi_0 and the sign of the quaternions."""
         initial = initial_twists(elements, self.scene.bodies)
         if not self.spatial:
             angles = np.array([[2 * math.atan2(q[2], q[0]) for q in (e.axes_inner, e.axes_outer)] for e in elements])
@@ -275,7 +275,7 @@ class _Compiler:
             turns = 2 * np.pi * np.round((wanted - raw) / (2 * np.pi))
             return angles[:, 1], angles[:, 0] - angles[:, 1] + turns
         inner, outer, offset = [], [], []
-        # axes half-way between both bodies are those of the whole twist, which is then counted from zero
+        # with half-way axes the whole twist counts from zero, not from the initial angle
         anchors = np.where(half_way_swings(elements, initial), 0.0, initial)
         for element, start, anchor in zip(elements, initial, anchors.tolist(), strict=True):
             half, left = 0.5 * anchor, 0.5 * (start - anchor)
@@ -293,7 +293,7 @@ class _Compiler:
 
 
 def _has_bushing(element: ForceElement) -> bool:
-    """Whether any linear spring or damper acts; the twist of a tabulated crease is not one."""
+    """Whether any linear spring or damper acts; the twist of a tabulated crease does not count."""
     turning = [0, 2] if element.crease is not None else [0, 1, 2]
     return (
         any(element.translation)

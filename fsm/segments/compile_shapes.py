@@ -1,6 +1,6 @@
-"""Contact pairs of rigid plates and obstacles of a scene become geometries of contact.
+"""Compile contact pairs of rigid plates and obstacles to contact geometries.
 
-Pairs of two surfaces are not here: panels cut into segments touch on smooth surfaces of their own.
+Pairs of two surfaces are compiled elsewhere: panels divided into segments have smooth contact surfaces.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ __all__ = ["compile_shapes"]
 def compile_shapes(
     scene: Scene, bodies: tuple[Body, ...], poses: np.ndarray, spatial: bool
 ) -> tuple[ShapeContacts, ...]:
-    """Geometries of all pairs that are not of two surfaces; none where nothing can touch or move.
+    """Compile the geometries of all pairs except pairs of two surfaces; pairs that cannot move are left out.
 
     Parameters
     ----------
@@ -31,13 +31,13 @@ def compile_shapes(
         Without faults.
     bodies : all bodies in the system's order, the ground first
     poses : (n_bodies, 3 or 7) array
-        Of the scene as given; what is joined touches there for ever.
+        Poses of the given scene; joined bodies have no contact where they touch in these poses.
     spatial : bool
 
     Notes
     -----
-    Without the thickness in the gap plates have no rounding, and nothing would be inside anything: these pairs always have
-    the thickness.
+    The gap always includes the thickness of these plates. Without it plates have no rounding, and a point could not
+    penetrate.
     """
     if scene.contact is None:
         return ()
@@ -54,13 +54,13 @@ class _ShapeCompiler:
         self.index = {body.name: i for i, body in enumerate(bodies)}
         self.obstacle_list = scene.obstacles
         self.joined = _joined(scene, bodies)
-        # plates that are part of something that touches, in the order in which they are named
+        # plates of all contact sides, in the order of their names in the pairs
         self.rectangles: list[Shape] = []
         self.number: dict[str, int] = {}
-        # what pairs name: sides with their numbers
+        # contact sides and their numbers
         self.sides: list[Side] = []
         self.side_number: dict[str, int] = {}
-        # side and side, side and obstacle, each with the pair's number
+        # side and side, side and obstacle, each with the number of the pair
         self.plate_pairs: list[tuple[int, int, int]] = []
         self.obstacle_pairs: list[tuple[int, int, int]] = []
         self.solid_pairs: list[tuple[int, int, int]] = []
@@ -92,7 +92,7 @@ class _ShapeCompiler:
         return self.number[name]
 
     def _side(self, name: str, party: ContactSide) -> int:
-        """Number of a side; plates of a surface are parts of its length, those of a group are each whole."""
+        """Number of a side. Plates of a surface are fractions of its length; each plate of a group is a whole face."""
         if name not in self.side_number:
             plates = np.array([self._rectangle(body) for body in party.bodies], dtype=np.int64)
             lengths = np.array([self.rectangles[plate].size[0] for plate in plates])
@@ -103,11 +103,11 @@ class _ShapeCompiler:
 
     @property
     def _margin(self) -> float:
-        """How near things are before they are watched: a quarter of the mean plate."""
+        """Distance below which the search includes a pair: a quarter of the mean plate size, m."""
         return 0.25 * float(np.mean([2 * plate.size[0] for plate in self.rectangles]))
 
     def plates(self, poses: np.ndarray, spatial: bool) -> PlateContacts | None:
-        """Pairs of plates; None if there are none."""
+        """Contacts of pairs of plates; None if there are none."""
         if not self.plate_pairs:
             return None
         rows = np.array(self.plate_pairs)
@@ -116,7 +116,7 @@ class _ShapeCompiler:
         )
 
     def obstacles(self, poses: np.ndarray, spatial: bool) -> ObstacleContacts | None:
-        """Plates and obstacles; None if there are no such pairs."""
+        """Contacts of plates with obstacles; None if there are none."""
         if not self.obstacle_pairs:
             return None
         shapes = [self._shape(obstacle) for obstacle in self.obstacle_list]
@@ -127,7 +127,7 @@ class _ShapeCompiler:
         )  # fmt: skip
 
     def solids(self, poses: np.ndarray, spatial: bool) -> SolidContacts | None:
-        """Obstacles and obstacles; None if there are no such pairs."""
+        """Contacts of obstacles with obstacles; None if there are none."""
         if not self.solid_pairs:
             return None
         rows = np.array(self.solid_pairs)

@@ -1,4 +1,4 @@
-"""Contact pairs of panels cut into segments become probes on pieces of surfaces (docs/theory.md)."""
+"""Compile contact pairs of segmented panels to probe points on pieces of surfaces (docs/theory.md)."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ from fsm.segments.surface_contacts import Probes, SurfaceContacts, SurfaceKernel
 __all__ = ["compile_surfaces"]
 
 _DEEPEST = 0.05
-"""Depth at which a point counts as having gone through a panel, over the panel's length."""
+"""Depth above which a point counts as passed through a panel, over the panel's length."""
 _SEGMENTS_DEEP = 4.0
-"""The same over the length of a segment; the smaller of both holds. Pieces farther away need not be watched."""
+"""The same depth over the length of a segment; the smaller of both bounds holds and limits the search."""
 
 _EDGE = TIP / 4.0
-"""Length over which the end of a panel comes in over the end of another one of its chain, over the length of that."""
+"""Taper length at the ends of two panels of one chain, over the length of the other panel."""
 
 _TIPS = {"end-start": (0.0, STRAIGHT), "chain": (BARE, BARE), "none": (BARE, CAP)}
-"""Tips of a surface for the points of another one, and for its ends, by what the two share. What comes head on is met by
-its end. Points that end where the surface does are tapered there."""
+"""Tips of a surface for the points of another surface and for its ends, for each kind of connection of the two. Ends touch
+a body in frontal contact. Points beyond the end of the surface are tapered there."""
 
 _PLANAR = SurfaceKernels(
     chords_planar,
@@ -55,25 +55,25 @@ _SPATIAL = SurfaceKernels(
 def compile_surfaces(
     scene: Scene, contact: Contact, bodies: tuple[Body, ...], spatial: bool
 ) -> tuple[SurfaceContacts, ...]:
-    """The geometry of all pairs of surfaces; none where nothing of them can move."""
+    """Compile the geometry of all pairs of surfaces that can move; empty if there are none."""
     compiler = _SurfaceCompiler(scene, contact, bodies, spatial)
     return (compiler.geometry(),) if compiler.pairs else ()
 
 
 class _Face(NamedTuple):
-    """A panel that probes another one.
+    """Panel whose points are tested against another panel.
 
     Attributes
     ----------
     panel : name
-    number, second : of the contact pair, and 1 for its second panel
+    number, second : number of the contact pair; 1 for its second panel, else 0
     side : +1 or -1, of the other surface
     elsewhere, at_ends : tips of the other surface, for points within the panel and for its ends (`_TIPS`)
-    thickness, deepest : half thickness of the other panel, m; deeper than that a point has gone through it, m
+    thickness, deepest : half thickness of the other panel, m; depth limit of a point, m
     smaller : length of the smaller face, m
-    edge, narrow : length over which ends come in, over the taper's, m; what other cells are narrowed by
+    edge, narrow : taper length at ends, m; reduction of the other cells, m
     crease : +1 if the end of the panel lies on a crease that both share, -1 if its start does, 0 for none
-    opening : sine of the angle between the two
+    opening : sine of the angle between both panels
     first, last : pieces of the other surface
     """
 
@@ -95,13 +95,13 @@ class _Face(NamedTuple):
 
 
 class _SurfaceCompiler:
-    """Pairs of panels as probes on surfaces."""
+    """Compiler of pairs of panels to probes on surfaces."""
 
     def __init__(self, scene: Scene, contact: Contact, bodies: tuple[Body, ...], spatial: bool) -> None:
         self.scene, self.contact, self.all_bodies, self.spatial = scene, contact, bodies, spatial
         self.index = {body.name: i for i, body in enumerate(bodies)}
         self.members_of = {surface.name: surface.bodies for surface in scene.surfaces}
-        # pairs of surfaces of which something can move, with their numbers
+        # pairs of surfaces with a moving body, and their numbers
         self.pairs = [
             (number, pair)
             for number, pair in enumerate(scene.pairs)
@@ -121,7 +121,7 @@ class _SurfaceCompiler:
         }
 
     def geometry(self) -> SurfaceContacts:
-        """Everything put together."""
+        """Contact geometry of all pairs."""
         first_piece, owners, stations = {}, [], []
         total = 0
         for name, bodies in self.members.items():
@@ -147,7 +147,7 @@ class _SurfaceCompiler:
         )
 
     def _fixed(self, pair: ContactPair) -> bool:
-        """Nothing of the pair can move."""
+        """Whether no body of the pair can move."""
         names = (*self.members_of[pair.first], *self.members_of[pair.second])
         return all(self.all_bodies[self.index[name]].held for name in names)
 
@@ -157,14 +157,14 @@ class _SurfaceCompiler:
         return plate
 
     def _faces(self, number: int, pair: ContactPair, first_piece: dict[str, tuple[int, int]]) -> Iterator[_Face]:
-        """Both panels probe each other, each with half the weight."""
+        """Both panels of a pair as probes on each other, each with half the weight."""
         elsewhere, at_ends = _TIPS[pair.shared]
         for second, (own, other) in enumerate(((pair.first, pair.second), (pair.second, pair.first))):
             panel, facing = self.panels[own], self.panels[other]
             yield _Face(
                 own, number, second, _side(panel, facing), elsewhere, at_ends, facing.thickness / 2,
                 max(_DEEPEST * facing.length, facing.thickness),
-                min(panel.length, facing.length),  # the stiffness is that of the smaller face
+                min(panel.length, facing.length),  # the contact stiffness belongs to the smaller face
                 _EDGE * facing.length / end_taper.TAPER,
                 min(1.0, min(facing.ends) / 2.0 / (end_taper.TAPER * panel.largest_cell)),
                 (1.0, -1.0)[second] if pair.shared == "end-start" else 0.0,
@@ -173,7 +173,7 @@ class _SurfaceCompiler:
             )  # fmt: skip
 
     def _probes(self, faces: list[_Face]) -> tuple[Probes, Corners]:
-        """All points of all faces, and what the sides of them have to do with each other."""
+        """Probe points of all faces, and the relations of sides between them."""
         own = [self.panels[face.panel] for face in faces]
         body, place, along, inset, weight, area, half_cell, at_end = (
             np.concatenate(columns) for columns in zip(*(panel.columns for panel in own), strict=True)
@@ -187,18 +187,18 @@ class _SurfaceCompiler:
         if not self.contact.thickness_in_gap:
             inset = thickness = np.zeros_like(inset)
         clearance = inset + thickness
-        # towards a crease that the panels share thickness grows from nothing with the distance from it
+        # beside a common crease the thickness grows from zero with the distance from the crease
         from_crease = np.where(crease > 0.0, length - along, along)
         reduced = np.where(crease == 0.0, clearance, np.minimum(clearance, 0.5 * from_crease * opening))
         inset = inset * np.divide(reduced, clearance, out=np.ones_like(clearance), where=clearance > 0.0)
-        # cells are narrowed to be tapered at the ends of the other panel: a taper has the half segment there for itself
+        # cells are reduced for the taper at the ends of the other panel, so that it fits in the end half segment
         cell = np.where(at_end, np.array([0.5 * edge, edge]), np.array([narrow * half_cell, narrow * largest]))
         probes = Probes(
             body, place if self.spatial else place[:, 0], side, straight, inset, reduced,
             np.minimum(deepest, self._shallowest + reduced), 0.5 * weight / smaller, 0.5 * area, number,
             np.where(straight == BARE, cell, 0.0).T, first, last,
         )  # fmt: skip
-        # the crease itself: the layers are one there, and their gap is noise
+        # no probe on the crease itself: the layers are joined there, and the gap is round-off
         apart = (crease == 0.0) | (from_crease >= 1e-9 * length)
         probes = Probes._make(np.ascontiguousarray(column[apart]) for column in probes)
         point = np.concatenate([np.arange(points) for points in count])
@@ -208,10 +208,10 @@ class _SurfaceCompiler:
 
 
 def _sine(a: np.ndarray, b: np.ndarray) -> float:
-    """Sine of the angle between two directions; `numpy.cross` takes ten times as long."""
+    """Sine of the angle between two directions; ten times faster than `numpy.cross`."""
     return math.hypot(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
 def _side(panel: PanelPoints, facing: PanelPoints) -> float:
-    """Side of the opposite surface that the middle of this one is on: +1 along its z axis."""
+    """Side of the opposite surface on which the middle of this panel lies; +1 along the surface's z axis."""
     return 1.0 if (panel.middle - facing.middle) @ facing.normal >= 0 else -1.0

@@ -1,6 +1,6 @@
-"""Where rigid bodies are and how they move: poses from q, rates from u, and back (the configuration half of `System`).
+"""Configuration of rigid bodies: poses from q, rates from u, and the inverse (the kinematic part of `System`).
 
-Held and driven bodies have no degrees of freedom: they stand where they are held, or where their drive has them at a time.
+Held and driven bodies have no degrees of freedom. Their poses are constant, or given by the drive as a function of time.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ from fsm.system import Before
 __all__ = ["Bodies", "Configuration"]
 
 _TIMES = 8
-"""Times whose travels are kept."""
+"""Number of times whose travels are cached."""
 
 
 @dataclass(frozen=True)
 class Bodies:
-    """All bodies, the ground first.
+    """Table of all bodies; the ground is the first.
 
     Attributes
     ----------
@@ -39,12 +39,12 @@ class Bodies:
     pose : (n, 3) or (n, 7) array
         (x, z, phi), or position and unit quaternion, at time zero.
     rate : (n, 3) or (n, 6) array
-        At time zero.
+        Rates at time zero.
     inertia : (n, 3) or (n, 6) array
-        Mass and moments of inertia, one a degree of freedom.
+        Mass or moment of inertia of every degree of freedom.
     free : int array
         Bodies with degrees of freedom.
-    plates : (body, plate, panel) of what is drawn
+    plates : (body, plate, panel) of every drawn plate
     solids : (body, largest size in m) of boxes, cylinders and spheres
     """
 
@@ -58,14 +58,14 @@ class Bodies:
 
 
 class Configuration:
-    """Bodies and their prescribed motions; see `System` for the methods.
+    """Configuration of bodies with prescribed motions; `System` describes the methods.
 
     Attributes
     ----------
     size : degrees of freedom of a body
     spatial : bool
     at_rest : (n, 3) or (n, 6) array
-        Rates of all bodies where nothing moves; shared, not to be changed.
+        Zero rates of all bodies; shared, read-only.
     driven : (m,) int array
         Bodies of all motions.
     """
@@ -133,9 +133,9 @@ class Configuration:
     def place(
         self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Poses and rates of all bodies, the driven ones at time t included; quaternions of unit norm. No u: at rest.
+        """Poses and rates of all bodies, driven bodies at time t; unit quaternions. Without u the rates are zero.
 
-        With `before`, driven bodies have their mean speed since then. Poses and rates are shared: not to be changed.
+        With `before`, driven bodies have their mean speed since that time. Poses and rates are shared, read-only.
         """
         poses = self._poses(t, q)
         if u is None:
@@ -153,7 +153,7 @@ class Configuration:
         return poses, rates
 
     def _poses(self, t: float, q: np.ndarray) -> np.ndarray:
-        """Poses of all bodies; asked for one of the last two states again, those of that time."""
+        """Poses of all bodies; the last two states are cached."""
         at, known, poses = self._placed
         if t == at and equal_vectors(q, known):
             return poses
@@ -166,7 +166,7 @@ class Configuration:
         return poses
 
     def _travels(self, t: float) -> np.ndarray:
-        """Travel of every motion at a time, m; shared, not to be changed. The last few times are asked for again."""
+        """Travel of every motion at a time, m; shared, read-only. The last few times are cached."""
         travels = self._travelled.get(t)
         if travels is None:
             if len(self._travelled) >= _TIMES:
@@ -175,7 +175,7 @@ class Configuration:
         return travels
 
     def change(self, dx: np.ndarray) -> np.ndarray:
-        """Increments (n_bodies, 3 or 6) of all bodies; those that are held or driven stay."""
+        """Increments (n_bodies, 3 or 6) of all bodies; zero for held and driven bodies."""
         return np.asarray(place_bodies(self.at_rest, self.bodies.free, dx, False, *self._drives, self._standing))
 
     def shape(self, t: float, q: np.ndarray) -> np.ndarray:
@@ -196,7 +196,7 @@ class Configuration:
 
 
 def _corners(plates: list[Plate]) -> np.ndarray:
-    """Corners of plates in body axes, (n, 4, 3), in turn around each."""
+    """Corners (n, 4, 3) of plates in body axes, in cyclic order, m."""
     corners = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]) / 2
     sizes = np.array([[plate.length, plate.width, 0.0] for plate in plates]).reshape(-1, 1, 3)
     return np.asarray(corners * sizes)

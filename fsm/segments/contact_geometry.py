@@ -1,8 +1,8 @@
-"""What a geometry of contact owes the contact group: where things touch, and how that changes.
+"""Protocol of a contact geometry: contact points, gaps, slip, and their derivatives.
 
 A geometry has *slots*, places that may carry a contact: a probe point on a surface, a corner on a plate, an edge on an edge.
-It may number them anew whenever its broad phase is renewed, but each has a key that stays. What contacts remember is kept
-by key, and changes only when a step is accepted.
+Slots may be renumbered at each renewal of the broad phase, but each slot has a constant key. The memory of contacts is
+stored by key and changes only when a step is accepted.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class Touching(NamedTuple):
     gap : (count,) array, m
         Negative when they touch.
     at : tuple of arrays
-        The geometry's own: where on its faces.
+        Positions on the faces, in a form private to the geometry.
     """
 
     slot: np.ndarray
@@ -34,16 +34,16 @@ class Touching(NamedTuple):
 
 
 class Tapered(NamedTuple):
-    """Contacts of points that come in over the end of a face, `fsm.interactions.end_taper`.
+    """Contacts with tapered weights at the end of a face, `fsm.interactions.end_taper`.
 
     Attributes
     ----------
     rows : (m,) int array
-        Which of the contacts.
+        Rows of the contacts.
     part : (m,) array
-        What of its share each has there.
+        Factor of each contact's weight.
     gradient, hessian : (m, k size) and (m, k size, k size) arrays
-        Derivatives of the part by the coordinates of the contact's bodies.
+        Derivatives of the factor by the coordinates of the contact's bodies.
     """
 
     rows: np.ndarray
@@ -53,7 +53,7 @@ class Tapered(NamedTuple):
 
 
 class Measured(NamedTuple):
-    """Rates of contacts and how they hang on the bodies.
+    """Rates of contacts and their gradients by the bodies' coordinates.
 
     Attributes
     ----------
@@ -87,7 +87,7 @@ class ContactForces(NamedTuple):
     by_normal : (count, c) array
         df by N.
     friction : bool
-        False: effort and its slopes are zero, and nothing need be done for them.
+        If false, effort and its slopes are zero and may be skipped.
     """
 
     normal: np.ndarray
@@ -100,23 +100,23 @@ class ContactForces(NamedTuple):
 
 
 class ContactGeometry(Protocol):
-    """Contacts of one kind. Poses and rates are of all bodies, (n_bodies, 3 or 7) and (n_bodies, 3 or 6)."""
+    """Protocol of the contacts of one kind. Poses and rates are of all bodies, (n_bodies, 3 or 7) and (n_bodies, 3 or 6)."""
 
     slips: int
-    """Components of a slip: 1 in the plane, 3 in space."""
+    """Number of slip components: 1 in the plane, 3 in space."""
     margin: float
-    """How far away others are still seen, m."""
+    """Largest gap that `find` returns, m."""
 
     @property
     def share(self) -> np.ndarray:
-        """Part of its face that each slot stands for, (n_slots,)."""
+        """Fraction of the face that each slot represents, (n_slots,)."""
         ...
 
     @property
     def area(self) -> np.ndarray:
-        """Area that each slot stands for, m^2, (n_slots,).
+        """Area that each slot represents, (n_slots,), m^2.
 
-        Where both faces of a pair watch each other, each has half its weight, so that faces in full contact add up to one.
+        If both faces of a pair probe each other, each has half its weight. The areas then sum to the contact area.
         """
         ...
 
@@ -127,23 +127,23 @@ class ContactGeometry(Protocol):
 
     @property
     def refreshes(self) -> int:
-        """How often the broad phase was renewed; slots have the same numbers as long as this does not change."""
+        """Number of renewals of the broad phase; slots keep their numbers until it changes."""
         ...
 
     def keys(self, slots: np.ndarray) -> np.ndarray:
-        """Names of slots, whole numbers that outlive all renewals."""
+        """Keys of slots: integers that do not change at a renewal."""
         ...
 
     def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:
-        """Pairs of bodies that a contact could couple until the broad phase is renewed, and a number that changes then."""
+        """Pairs of bodies that contacts may couple until the next renewal, and a version number that changes then."""
         ...
 
     def find(self, poses: np.ndarray, below: float) -> Touching:
-        """Slots whose gap is below a bound, m; at most the margin."""
+        """Find the slots whose gap is below a bound, m; the bound is at most the margin."""
         ...
 
     def measure(self, poses: np.ndarray, rates: np.ndarray, touching: Touching) -> Measured:
-        """Rates and gradients of what `find` found at the same poses."""
+        """Compute rates and gradients of the contacts that `find` returned at the same poses."""
         ...
 
     def add_tangent(
@@ -161,24 +161,24 @@ class ContactGeometry(Protocol):
         ...
 
     def commit(self, poses: np.ndarray, young: np.ndarray | None = None) -> None:
-        """A step was accepted: remember what has to be, such as the side that a point is on.
+        """Update the memory after an accepted step, for example the side on which a point lies.
 
-        `young` are the slots of contacts that may be impacts that go on; absent: all that touch.
+        `young` lists the slots of contacts that may be continuing impacts; None: all contacts.
         """
         ...
 
     def memory(self) -> np.ndarray:
-        """All that is remembered, as one flat array."""
+        """Memory as one flat array."""
         ...
 
     def restore(self, memory: np.ndarray) -> None:
-        """Remember that again; nothing: what there is at the start."""
+        """Restore the memory; an empty array gives the initial memory."""
         ...
 
     def forget(self) -> None:
-        """Drop what the broad phase has found: it is renewed at the next poses."""
+        """Discard the results of the broad phase; it is renewed at the next poses."""
         ...
 
     def crossed(self, poses: np.ndarray) -> tuple[int, ...]:
-        """Numbers of the pairs of which one has passed through the other since the last commit."""
+        """Numbers of the pairs whose sides have passed through each other since the last commit."""
         ...

@@ -1,4 +1,4 @@
-"""What contacts remember between accepted steps: few slots of very many, by their keys."""
+"""Memory of contacts between accepted steps, stored by the keys of the few slots concerned."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ __all__ = ["Remembered"]
 
 
 class Remembered(NamedTuple):
-    """Of some slots; of all others nothing is remembered, which is zeros.
+    """Memory of some slots; the memory of all other slots is zero.
 
     Attributes
     ----------
     key : (k,) int array
-        Names of the slots, `ContactGeometry.keys`.
+        Keys of the slots, `ContactGeometry.keys`.
     onset : (k,) array, m/s
         Closing speed at which each contact began.
     began : (k,) array, s
     depth : (k,) array, m
-        How deep it was.
+        Depth in the last accepted state.
     deflection : (k, slips) array, m
-        Of the bristles.
+        Deflection of the bristles.
     """
 
     key: np.ndarray
@@ -35,16 +35,16 @@ class Remembered(NamedTuple):
 
     @classmethod
     def nothing(cls, slips: int) -> Remembered:
-        """Of no slot."""
+        """Empty memory."""
         return cls(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0), np.zeros(0), np.zeros((0, slips)))
 
     def ordered(self) -> Remembered:
-        """The same with ascending keys, as `of` needs it."""
+        """Copy with ascending keys, as `of` requires."""
         order = np.argsort(self.key, kind="stable")
         return Remembered(*(values[order] for values in self))
 
     def of(self, keys: np.ndarray) -> Remembered:
-        """What is remembered of these slots, in their order. Not to be written to."""
+        """Memory of these slots, in their order; read-only."""
         place = find_keys(self.key, keys)
         if (place >= 0).all():  # nearly always: contacts of the last step
             return Remembered(keys, *(values[place] for values in self[1:]))
@@ -52,12 +52,12 @@ class Remembered(NamedTuple):
         return Remembered(keys, *(values[place] for values in beyond))  # place -1: the row of zeros
 
     def flat(self) -> np.ndarray:
-        """As one array with its number of slots first; keys are exact in it up to 2^53."""
+        """Flat array that starts with the number of slots; keys are exact up to 2^53."""
         return np.concatenate([[float(len(self.key))], *(values.ravel() for values in self)])
 
     @classmethod
     def from_flat(cls, flat: np.ndarray, slips: int) -> tuple[Remembered, np.ndarray]:
-        """What `flat` gave, and what comes after it."""
+        """Memory from the array of `flat`, and the rest of the array."""
         count = int(flat[0])
         key, onset, began, depth, deflection, rest = np.split(
             flat[1:].copy(), np.cumsum([count] * 4 + [count * slips])

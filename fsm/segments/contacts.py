@@ -1,4 +1,4 @@
-"""Contact and friction as a group: a geometry finds, laws push, and what has to be remembered is."""
+"""Contact and friction as a group: geometry, force laws and memory of the contacts."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ from fsm.system import PairState
 __all__ = ["ContactGroup"]
 
 _PRESLIDING = 1e-6
-"""Part of the way that bristles bend by before they give way, to which positions have to be solved for."""
+"""Tolerance of positions, over the deflection at which bristles slip."""
 
 
 @dataclass
 class _Found:
-    """Contacts of one state, with forces; `sums` of every pair, once they were asked for.
+    """Contacts of one state with their forces; `sums` of every pair are computed on demand.
 
-    `at` are the depths that the law is taken at, `acting` the normal forces: those of the law, linearised at `at`.
+    `at` holds the depths of linearisation. `acting` holds the normal forces of the linearised law.
     """
 
     touching: Touching
@@ -62,9 +62,9 @@ class _Found:
 class ContactGroup:
     """Contacts of one geometry.
 
-    What is remembered, by the keys of slots: the closing speed at which a contact began, for laws with a restitution; the
-    deflection of the bristles, for friction that sticks; what the geometry remembers. It changes when a step is accepted
-    and at no other time, so forces between are functions of the state.
+    The memory is stored by the keys of slots. It holds the closing speed at the start of a contact (for laws with a
+    coefficient of restitution), the deflection of the bristles (for sticking friction), and the memory of the geometry. It
+    changes only when a step is accepted, so forces between steps are functions of the state.
 
     Parameters
     ----------
@@ -72,9 +72,9 @@ class ContactGroup:
     normal : NormalForce
     friction : FrictionForce or None
     mobility : (n_bodies, 3 or 6) array
-        One over masses and moments of inertia; zero for what cannot move.
+        Inverse masses and moments of inertia; zero for fixed degrees of freedom.
     loose : (n_bodies,) bool array
-        Bodies that can move and that no force element holds.
+        Bodies that can move and have no force element.
     n_pairs : int
     """
 
@@ -110,7 +110,7 @@ class ContactGroup:
     def _contacts(
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None, pressed: Pressed | None = None
     ) -> _Found | None:
-        """Contacts of a state; asked for the very same arrays again (force, then energy), those of the last time."""
+        """Contacts of a state; cached for the same arrays (force, then energy)."""
         _, version = self.geometry.pairs(poses)
         last = self._last
         same = last is not None and last[0] is poses and last[1] is rates and last[2] == version
@@ -123,7 +123,7 @@ class ContactGroup:
     ) -> _Found | None:
         geometry = self.geometry
         self.evaluations += 1
-        touching = self._touching(poses, 0.0) if pressed is None else self._held_closed(poses, pressed)
+        touching = self._touching(poses, 0.0) if pressed is None else self._active(poses, pressed)
         slot = touching.slot
         if not len(slot):
             return None
@@ -131,11 +131,11 @@ class ContactGroup:
         depth, slip, share = -touching.gap, np.ascontiguousarray(measured.rate[:, 1:]), geometry.share[slot]
         if measured.tapered is not None:
             share[measured.tapered.rows] *= measured.tapered.part
-        kept = self._kept_of(touching)
+        kept = self._memory_of(touching)
         closing, at = -measured.rate[:, 0], depth
         if pressed is not None:
             at = pressed.at(kept.key, depth, closing, kept.onset, share, self.normal)
-            if measured.tapered is not None:  # what counts in part, over an end, is taken as deep as it is
+            if measured.tapered is not None:  # tapered contacts are linearised at their geometric depth
                 at[measured.tapered.rows] = depth[measured.tapered.rows]
         normal, slopes = self.normal.law.force(at, closing, kept.onset, share, self.normal.params)
         acting = normal if pressed is None else normal + slopes[:, 0] * (depth - at)
@@ -154,7 +154,7 @@ class ContactGroup:
         )
 
     def pressed(self, most: float) -> Pressed:
-        """Depths when the last step was accepted, see `Pressed`."""
+        """Depths in the last accepted state; see `Pressed`."""
         return Pressed(self._kept.key, self._kept.depth, most)
 
     def press(
@@ -179,7 +179,7 @@ class ContactGroup:
         normal: np.ndarray,
         deflection: np.ndarray,
     ) -> tuple[Pull, np.ndarray | None]:
-        """Friction, with what its bristles change by with the way slipped (N/m)."""
+        """Friction, and its stiffness by the slip distance of the bristles (N/m)."""
         friction, (count, slips) = self.friction, slip.shape
         if friction is None:
             nothing = np.zeros((count, slips))
@@ -198,15 +198,15 @@ class ContactGroup:
         return pull, pull.by_mean / duration if duration > 0.0 else None
 
     def _touching(self, poses: np.ndarray, below: float) -> Touching:
-        """What is nearer than a bound (m); asked for the same poses again with other rates, that of the last time."""
-        _, version = self.geometry.pairs(poses)  # with its broad phase renewed for these poses, slots keep their numbers
+        """Slots with a gap below a bound (m); cached for the same poses with other rates."""
+        _, version = self.geometry.pairs(poses)  # renews the broad phase first, so that slots keep their numbers
         known = self._known.get(below)
         if known is None or known[1] != version or not (known[0] is poses or np.array_equal(known[0], poses)):
             known = self._known[below] = poses, version, self.geometry.find(poses, below)
         return known[2]
 
-    def _held_closed(self, poses: np.ndarray, pressed: Pressed) -> Touching:
-        """What touches, and what is to go on touching although the iterations have opened it by a little."""
+    def _active(self, poses: np.ndarray, pressed: Pressed) -> Touching:
+        """Active contacts, including contacts that an iteration has opened slightly but that still have a force."""
         touching = self._touching(poses, 0.0)
         among = find_keys(pressed.key, self.geometry.keys(touching.slot))
         if np.count_nonzero(among >= 0) == len(pressed.key):
@@ -215,14 +215,14 @@ class ContactGroup:
         kept = (near.gap < 0.0) | (find_keys(pressed.key, self.geometry.keys(near.slot)) >= 0)
         return Touching(near.slot[kept], near.gap[kept], tuple(values[kept] for values in near.at))
 
-    def _kept_of(self, touching: Touching) -> Remembered:
-        """What is remembered of contacts."""
+    def _memory_of(self, touching: Touching) -> Remembered:
+        """Memory of the contacts."""
         return self._kept.of(self.geometry.keys(touching.slot))
 
     def _mean_slip(self, poses: np.ndarray, measured: Measured, slip: np.ndarray, duration: float) -> np.ndarray:
-        """Way slipped since the last accepted state over the time: bristles follow it, and what holds is where it was.
+        """Mean slip velocity since the last accepted state, which bends the bristles; a sticking contact stays in place.
 
-        Bent by velocities, they and the positions would drift apart by the errors of the steps.
+        If the present velocity bent the bristles, deflections and positions would drift apart by the integration error.
         """
         if duration == 0.0 or self._poses is None:
             return slip
@@ -252,7 +252,7 @@ class ContactGroup:
         past: Past | None = None,
         pressed: Pressed | None = None,
     ) -> None:
-        """See `Group`; with `pressed`, the law of the normal force linearised at those depths."""
+        """See `Group`; with `pressed`, the normal law is linearised at those depths."""
         found = self._contacts(t, poses, rates, past, pressed)
         self._stiff = self._pushing(found)
         if found is None:
@@ -277,7 +277,7 @@ class ContactGroup:
                 pull = pull + found.forces.by_normal * (found.acting - found.forces.normal)[:, None]
             effort = np.concatenate([effort, pull], axis=1)
         scatter_efforts(measured.bodies, measured.gradient, effort, len(effort), force)
-        if tapered is not None:  # the overlap as such pushes
+        if tapered is not None:  # force from the change of the overlap
             rows = tapered.rows
             whole = self.geometry.share[found.touching.slot[rows]]
             energy = self.normal.law.energy(found.depth[rows], whole, self.normal.params)
@@ -297,18 +297,18 @@ class ContactGroup:
         )  # fmt: skip
 
     def parted(self) -> bool:
-        """Whether contacts that pushed where the tangents were taken last do not at the state looked at last."""
+        """Whether contacts that were active at the last linearisation are inactive at the last evaluated state."""
         found = None if self._last is None else self._last[4]
         return not np.isin(self._stiff, self._pushing(found)).all()
 
     def _pushing(self, found: _Found | None) -> np.ndarray:
-        """Keys of contacts with a force; one that parts fast may be closed and have none."""
+        """Keys of contacts with a force; a closed contact that opens fast may have none."""
         if found is None:
             return np.zeros(0, dtype=np.int64)
         return found.kept.key[found.forces.normal > 0.0]
 
     def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
-        """See `Group`; contacts do not know the time."""
+        """See `Group`; contact forces do not depend explicitly on time."""
 
     def energy(
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None
@@ -328,7 +328,7 @@ class ContactGroup:
         return self._sums(found)[SLIDING:]
 
     def _sums(self, found: _Found) -> np.ndarray:
-        """Sums over the contacts of every pair, (6, n_pairs), see `sums_of_pairs`."""
+        """Sums (6, n_pairs) over the contacts of every pair; see `sums_of_pairs`."""
         if found.sums is None:
             geometry, forces, slot = self.geometry, found.forces, found.touching.slot
             part, elastic = found.share / geometry.share[slot], self.normal.elastic(found.depth, found.share)
@@ -345,7 +345,7 @@ class ContactGroup:
         return self.geometry.pairs(poses)
 
     def observe(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None) -> PairState:
-        """The pairs as this group has them; gaps are at most the margin."""
+        """State of the pairs in this group; gaps are at most the margin."""
         geometry = self.geometry
         gap = np.full(self.n_pairs, geometry.margin)
         near = self._touching(poses, geometry.margin)
@@ -355,7 +355,7 @@ class ContactGroup:
             none = np.zeros(self.n_pairs)
             return PairState(none, gap, none, none, none, none, none)
         slot = found.touching.slot
-        # a point that comes in over an end is as deep as it counts
+        # the depth of a tapered point is multiplied by its factor
         deep = found.depth * np.minimum(found.share / geometry.share[slot], 1.0)
         smallest_gaps(geometry.pair, slot, -deep, gap)
         sums = self._sums(found)
@@ -365,18 +365,18 @@ class ContactGroup:
 
     @property
     def renewals(self) -> int:
-        """How often the broad phase was renewed."""
+        """Number of renewals of the broad phase."""
         return self.geometry.refreshes - self._not_counted
 
     # memory ---------------------------------------------------------------------------------------------------------
 
     def commit(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None) -> None:
-        """A step was accepted: remember how contacts began, and how far bristles are bent."""
+        """Update the memory after an accepted step: onset of contacts and deflection of bristles."""
         found = self._contacts(t, poses, rates, past)
         kept = Remembered.nothing(self.geometry.slips)
         if found is not None:
             before = found.kept
-            # an impact that is pressed on from outside may close faster than it began
+            # an external force may close an impact faster than its initial speed
             closing = np.maximum(-found.measured.rate[:, 0], self.normal.speed_floor)
             deflection = found.deflection
             if self._poses is not None and self.geometry.slips == 3 and self.friction is not None:
@@ -390,17 +390,17 @@ class ContactGroup:
             young = found.touching.slot[self.impacts.young(t - began, found.measured, np.maximum(before.onset, closing))]
         self.geometry.commit(poses, young)
         self._last = None
-        self._known.clear()  # the geometry may see sides otherwise now
+        self._known.clear()  # the sides of points may have changed
 
     def memory(self) -> np.ndarray:
-        """All that is remembered, as one flat array; nothing before the first commit."""
+        """Memory as one flat array; empty before the first commit."""
         if self._poses is None:
             return np.zeros(0)
         own = (self._kept.flat(), self._poses.ravel(), self._rates.ravel())
         return np.concatenate([[self._time], *own, self.geometry.memory()])
 
     def restore(self, memory: np.ndarray) -> None:
-        """Remember that again; nothing: forget all."""
+        """Restore the memory; an empty array clears it."""
         self._last = None
         self._known.clear()
         if not len(memory):
@@ -417,7 +417,7 @@ class ContactGroup:
         self.geometry.restore(of_geometry)
 
     def forget(self, evaluations: int, renewals: int) -> None:
-        """Drop what was kept to be faster, and count on from there."""
+        """Clear all caches and continue the counters from these values."""
         self._last = None
         self._known.clear()
         self._stiff = np.zeros(0, dtype=np.int64)
@@ -428,15 +428,15 @@ class ContactGroup:
 
     @property
     def resolution(self) -> float:
-        """Error of positions that the forces can bear, m.
+        """Tolerance of positions that the contact forces require, m.
 
-        What an iteration leaves bends the bristles, and what bends them too far is never taken back: a plate at rest would
-        walk by the tolerance of Newton's method.
+        The error of an iteration bends the bristles. A deflection beyond the slip limit is not recovered, so that a plate at
+        rest would creep by the tolerance of Newton's method in each step.
         """
         return np.inf if self.friction is None else _PRESLIDING * self.friction.presliding
 
     def late(self, t: float, poses: np.ndarray, rates: np.ndarray, step: float) -> float:
-        """Part of a step that ends before its impacts begin, see `Impacts`."""
+        """Fraction of a step that ends before its impacts begin; see `Impacts`."""
         found = self._contacts(t, poses, rates, None) if self._poses is not None and self.resolves else None
         if found is None:
             return 1.0
@@ -444,12 +444,12 @@ class ContactGroup:
         return self.impacts.late(found.touching, found.measured, found.forces.normal, new, self._rates, step)
 
     def longest_step(self, t: float, poses: np.ndarray, rates: np.ndarray) -> float:
-        """Longest step that resolves the impacts that go on or are about to begin, s."""
+        """Longest step that resolves present and imminent impacts, s."""
         near = self._touching(poses, self.geometry.margin) if self.resolves else None
         if near is None or not len(near.slot):
             return np.inf
         return self.impacts.longest_step(
-            t, near, self.geometry.measure(poses, rates, near), self._kept_of(near), rates
+            t, near, self.geometry.measure(poses, rates, near), self._memory_of(near), rates
         )
 
     @property

@@ -1,6 +1,6 @@
-"""Tabulated crease curves that are too steep for the half segments beside them, or that follow scatter of the data.
+"""Checks of tabulated crease curves: softening too steep for the adjacent half segments, and scatter in the data.
 
-Nothing is compiled here: `fsm check` says what a run would.
+The checks need no compilation. `fsm check` and `fsm run` use the same checks.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ from fsm.scene.scene import ForceElement, Scene
 __all__ = ["crease_faults", "crease_warnings"]
 
 _SUBDIVISIONS = 32
-"""Points in each interval of the data at which the slope is looked at; as many as `add_flexibility` has."""
+"""Number of points in each interval of the data where the slope is checked; as in `add_flexibility`."""
 _LEVEL = 0.01
-"""Slopes below this part of the mean slope count as neither rising nor falling."""
+"""Fraction of the mean slope below which a slope counts as zero."""
 _SCATTER = 3
-"""Changes between rising and falling from which on a curve is taken to follow scatter: a snapping crease has two."""
+"""Number of changes between rising and falling that indicates scatter; a bistable crease has two."""
 _SLIGHT = 0.05
-"""Fall of the data against their trend, as a part of their range, that is taken for scatter."""
+"""Decrease of the data against their trend, over their range, that counts as scatter."""
 _CALIBRATE = "smooth it by `fsm calibrate crease DATA.csv --out DIR`, write crease = {{ file = \"DIR/crease.h5\" }}{where}"
 _PCHIP = 'write interpolation = "pchip"'
 
 
 def crease_faults(scene: Scene, of_strip: bool) -> Iterator[Fault]:
-    """Curves that soften faster than the half segments in series with them can follow, 1 + M' f <= 0."""
+    """Faults of curves that soften too steeply for the half segments in series with them, 1 + M' f <= 0."""
     for path, element, branches in _tabulated(scene, of_strip):
         steepest = min((branch.steepest for branch in branches), key=lambda found: found[1])
         opening, slope = steepest
@@ -53,7 +53,7 @@ def crease_faults(scene: Scene, of_strip: bool) -> Iterator[Fault]:
 
 
 def crease_warnings(scene: Scene, of_strip: bool) -> list[str]:
-    """A line for each curve that turns round where the data scatter, or between data that do not turn."""
+    """Warning for each curve with an extremum caused by scatter, or between data without an extremum."""
     lines = []
     for path, _, branches in _tabulated(scene, of_strip):
         branch = max(branches, key=lambda each: each.changes)
@@ -70,7 +70,7 @@ def crease_warnings(scene: Scene, of_strip: bool) -> list[str]:
 
 @dataclass(frozen=True)
 class _Branch:
-    """A measured branch: angle (rad), moment (N m) and its interpolation."""
+    """Measured branch of a curve: angle (rad), moment (N m) and its interpolation."""
 
     angle: np.ndarray
     moment: np.ndarray
@@ -83,7 +83,7 @@ class _Branch:
 
     @cached_property
     def slopes(self) -> tuple[np.ndarray, np.ndarray]:
-        """Openings and slopes at them."""
+        """Openings (rad) and slopes there (N m/rad)."""
         spline = CubicSpline if self.interpolation == "cubic" else PchipInterpolator
         parts = np.arange(_SUBDIVISIONS) / _SUBDIVISIONS
         inner = (self.angle[:-1, None] + np.diff(self.angle)[:, None] * parts).ravel()
@@ -99,17 +99,17 @@ class _Branch:
 
     @property
     def changes(self) -> int:
-        """How often the curve changes between rising and falling."""
+        """Number of changes of the curve between rising and falling."""
         return self._changes(self.slopes[1])
 
     @property
     def overshoots(self) -> bool:
-        """Whether the curve turns round, but the straight lines between the data do not."""
+        """Whether the curve has an extremum that the straight lines between the data do not have."""
         return self.changes > 0 and self._changes(np.diff(self.moment) / np.diff(self.angle)) == 0
 
     @property
     def scattered(self) -> bool:
-        """Whether it turns round often, or against the trend by little."""
+        """Whether the curve has many extrema, or a small decrease against its trend."""
         steps = np.diff(self.moment)
         against = min(steps[steps > 0].sum(), -steps[steps < 0].sum())
         slight = self.changes > 0 and against < _SLIGHT * np.ptp(self.moment)
@@ -122,7 +122,7 @@ class _Branch:
 
 
 def _tabulated(scene: Scene, of_strip: bool) -> Iterator[tuple[str, ForceElement, list[_Branch]]]:
-    """Each curve once with the most flexible half segments that are in series with it, its path, and its branches."""
+    """Each curve once: its path, the element with the most flexible half segments in series, and its branches."""
     found: dict[int, tuple[str, ForceElement]] = {}
     for index, element in enumerate(scene.elements):
         crease = element.crease

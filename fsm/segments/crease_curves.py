@@ -1,4 +1,4 @@
-"""The curves of a crease as its law wants them, half segments in series with it included."""
+"""Curves of a crease for its law, with the half segments in series."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from fsm.scene.scene import ForceElement
 __all__ = ["Hysteresis", "curve_of", "hysteresis_of"]
 
 _POINTS = 400
-"""Openings that both branches are looked at to find what is between them."""
+"""Number of openings at which the branches are compared."""
 _REVERSAL = 0.02
-"""Opening over which a crease turns round, over the range of its data."""
+"""Opening over which a crease passes from one branch to the other, over the range of its data."""
 _CROSSING = 0.02
-"""Part of the largest distance between the branches by which the lower may lie above the upper: scatter."""
+"""Tolerance of scatter: amount by which the lower branch may exceed the upper, over their largest distance."""
 
 
 class Hysteresis(NamedTuple):
-    """Strength (N m over rad) and stiffness (N m/rad) of what makes opening and closing differ."""
+    """Strength (N m as a function of rad) and stiffness (N m/rad) of the hysteresis of a crease."""
 
     strength: Curve
     stiffness: float
 
 
 def curve_of(element: ForceElement) -> Curve:
-    """The elastic curve of a tabulated crease; with two branches, the middle between them."""
+    """Elastic curve of a tabulated crease; with two branches, their mean."""
     branches = _branches(element)
     if len(branches) == 1:
         return branches[0]
@@ -41,10 +41,10 @@ def curve_of(element: ForceElement) -> Curve:
 
 
 def hysteresis_of(element: ForceElement) -> Hysteresis | None:
-    """What lies between the branches of a tabulated crease; None if it has but one, or they are the same.
+    """Hysteresis between the branches of a tabulated crease; None with one branch or equal branches.
 
-    With half segments in series (`add_flexibility`) both branches are exact, and the way from one to the other is longer by
-    what these give. So `reversal` is that of the crease alone.
+    With half segments in series (`add_flexibility`) both branches are exact. The transition from one to the other is longer
+    by the rotation of the half segments; `reversal` is the opening of the crease alone.
     """
     branches = _branches(element)
     if len(branches) == 1:
@@ -68,7 +68,7 @@ def hysteresis_of(element: ForceElement) -> Hysteresis | None:
 
 
 def _branches(element: ForceElement) -> list[Curve]:
-    """Loading and, where it was measured, unloading."""
+    """Loading curve and, if measured, unloading curve."""
     crease = element.crease
     if isinstance(crease, LinearCrease):
         k = crease.stiffness

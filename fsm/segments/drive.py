@@ -1,4 +1,4 @@
-"""Prescribed travel along a line: a smooth run-up, constant speed, then rest."""
+"""Prescribed motion along a line: smooth run-up, constant speed, then rest."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ __all__ = ["PrescribedMotion"]
 
 @dataclass(frozen=True)
 class PrescribedMotion:
-    """Motion of one body, or of several together, without turning.
+    """Translation of one body, or of several bodies together, without rotation.
 
-    The speed rises as x^2 (3 - 2x) over the first `run_up` of travel, so the velocity is C1 and the start is no shock.
+    The speed rises as x^2 (3 - 2x) over the travel `run_up`. The velocity is C1, so the start causes no shock.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class PrescribedMotion:
 
     @cached_property
     def end_time(self) -> float:
-        """Time at which the travel is done, s."""
+        """Time at which the travel is complete, s."""
         return self.run_up_time + (self.travel - self.run_up) / self.speed
 
     def at(self, t: float) -> tuple[float, float, float]:

@@ -1,4 +1,4 @@
-"""Twist angles of force elements: as placed, at the start, and free of moment."""
+"""Twist angles of force elements: in the given poses, at the start, and at zero moment."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from fsm.scene.scene import GROUND, Body, ForceElement, Scene
 __all__ = ["angle_faults", "half_way_swings", "initial_twists", "rest_twists", "side_of"]
 
 _AGREED = 1e-3
-"""Difference between `initial_angle` and the placed bodies that is taken for rounding, rad."""
+"""Tolerance of `initial_angle` against the given poses of the bodies, rad."""
 _FLAT = 1e-9
-"""Twist below which a crease starts flat: round-off of quaternions, rad."""
+"""Twist below which a crease counts as flat at the start (round-off of quaternions), rad."""
 
 _FOLDED = 0.25 * math.pi
-"""Twist at the start from which on a joint is a fold, rad."""
+"""Initial twist above which a joint counts as a fold, rad."""
 
 _Quaternion = tuple[float, float, float, float]
 _GROUNDED: _Quaternion = (1.0, 0.0, 0.0, 0.0)
 
 
 def initial_twists(elements: Sequence[ForceElement], bodies: Sequence[Body]) -> list[float]:
-    """Twist of each element at the start, rad: `initial_angle`, or that of the bodies as placed, from -pi to pi."""
+    """Twist of each element at the start, rad: `initial_angle`, or the twist of the given poses, from -pi to pi."""
     turned = _orientations(bodies)
     return [_placed(e, turned) if e.initial_angle is None else e.initial_angle for e in elements]
 
 
 def rest_twists(elements: Sequence[ForceElement], initial: Sequence[float]) -> list[float]:
-    """Twist of each element without moment, rad: `rest_angle`, or that of its crease on the side of the start, or 0."""
+    """Twist of each element at zero moment, rad: `rest_angle`, or its crease's on the initial side, or 0."""
     return [_rest(element, start) for element, start in zip(elements, initial, strict=True)]
 
 
@@ -49,7 +49,7 @@ def _is_half_way(element: ForceElement, start: float) -> bool:
 
 
 def angle_faults(scene: Scene) -> Iterator[Fault]:
-    """Angles that contradict the placed bodies or each other, of elements whose bodies exist."""
+    """Faults of angles that contradict the given poses or each other, for elements whose bodies exist."""
     turned = _orientations(scene.bodies)
     for i, element in enumerate(scene.elements):
         if element.frame != "outer" or element.inner not in turned or element.outer not in turned:
@@ -89,12 +89,12 @@ def _rest(element: ForceElement, start: float) -> float:
 
 
 def side_of(start: float, rest: float = 0.0) -> float:
-    """Side to which a crease is folded: 1 or -1, by its rest angle if it starts flat."""
+    """Side to which a crease is folded, 1 or -1; the sign of the rest angle if it starts flat."""
     return math.copysign(1.0, start if abs(start) > _FLAT else rest)
 
 
 def _placed(element: ForceElement, turned: Mapping[str, _Quaternion]) -> float:
-    """Twist of the bodies as placed, psi = 2 atan2(q2, q0) of q = conj(q_b axes_b) q_a axes_a, from -pi to pi, rad."""
+    """Twist of the given poses, psi = 2 atan2(q2, q0) of q = conj(q_b axes_b) q_a axes_a, from -pi to pi, rad."""
     w, x, y, z = _product(turned[element.outer], element.axes_outer)
     q = _product((w, -x, -y, -z), _product(turned[element.inner], element.axes_inner))
     return math.remainder(2.0 * math.atan2(q[2], q[0]), 2 * math.pi)

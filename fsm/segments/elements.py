@@ -1,4 +1,4 @@
-"""Force elements and creases as groups: measure, law, scatter."""
+"""Groups of force elements and creases: deformations, laws, and assembly of forces and tangents."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ Kernel = Callable[..., Any]
 
 
 class _OnePass(NamedTuple):
-    """Kernels that do all in one pass over the elements."""
+    """Kernels that compute and assemble in one loop over the elements."""
 
     constants: Kernel
     force: Kernel
@@ -58,34 +58,34 @@ _ONE_PASS = {
         widest_pose_spatial,
     ),
 }  # fmt: skip
-"""By rows of a block."""
+"""Kernels by the number of rows of a block."""
 
 _ONE_PASS_CREASE: dict[int, tuple[Kernel, Kernel]] = {
     3: (force_crease_planar, linearise_crease_planar),
     6: (force_crease_spatial, linearise_crease_spatial),
 }
-"""By rows of a block: moments, and moments with tangents."""
+"""Kernels by the number of rows of a block: moments, and moments with tangents."""
 
 
 @dataclass(frozen=True)
 class BushingGroup:
     """Linear springs and dampers between relative poses.
 
-    All goes through the kernels of `fsm.interactions.bushing_planar` or `bushing_spatial`, which take one pass.
+    The kernels of `fsm.interactions.bushing_planar` or `bushing_spatial` compute forces and tangents.
 
     Attributes
     ----------
     measure, tangent : kernels of `fsm.interactions.pose_planar` or `pose_spatial`
-        What the tests hold the one pass against; the measure also gives deformations in the past.
+        References for the tests of the combined kernels; `measure` also gives past deformations.
     bodies : (m, 2) int array
     geometry : arrays the two kernels take after `bodies`
     rest, stiffness, damping : (m, 3 or 6) arrays
     category : (m,) int array
-        Index into `categories` of what each element's energy counts as.
+        Index into `categories` for the energy of each element.
     categories : names
     names : names of the elements
     structural : (m,) bool array
-        Joints of the structure itself, which cannot come apart; others may be springs of any length.
+        Joints of the structure, whose ends must stay together; other elements may be springs of any length.
     """
 
     measure: Kernel
@@ -116,11 +116,11 @@ class BushingGroup:
 
     @cached_property
     def _own(self) -> np.ndarray:
-        """No efforts given: those at the poses."""
+        """Empty efforts: the geometric stiffness uses the efforts at the poses."""
         return np.zeros((0, self.rest.shape[1]))
 
     def _before(self, rates: np.ndarray, past: Past | None) -> tuple[np.ndarray, float]:
-        """Deformations in the past and one over the time since, where there are dampers."""
+        """Past deformations and the inverse of the elapsed time; used only with dampers."""
         return self._kept.before(self, rates, past if self.rate_dependent else None)
 
     def add_force(
@@ -141,7 +141,7 @@ class BushingGroup:
         past: Past | None = None,
         efforts: np.ndarray | None = None,
     ) -> None:
-        """See `Group`. With `efforts` (m, 3 or 6), the geometric stiffness is of those."""
+        """See `Group`. If `efforts` (m, 3 or 6) is given, the geometric stiffness uses it."""
         self._kernels.linearise(
             poses, rates, self.bodies, self._constants, *self._before(rates, past),
             self._own if efforts is None else efforts, self._kept.slots(self, pattern), force, stiffness, damping,
@@ -150,7 +150,7 @@ class BushingGroup:
     def elements(
         self, rates: np.ndarray, past: Past | None, pattern: BodyPattern
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, float, np.ndarray]:
-        """Bodies, constants, deformations in the past, one over the time since, and slots: as the kernels take them."""
+        """Arguments of the kernels: bodies, constants, past deformations, inverse of the elapsed time, and slots."""
         return self.bodies, self._constants, *self._before(rates, past), self._kept.slots(self, pattern)
 
     def efforts(self, poses: np.ndarray, change: np.ndarray, past: Past | None = None) -> np.ndarray:
@@ -164,7 +164,7 @@ class BushingGroup:
         return apart, self.names[worst]
 
     def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
-        """See `Group`; springs do not know the time."""
+        """See `Group`; springs do not depend explicitly on time."""
 
     def energy(
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None
@@ -182,12 +182,12 @@ class BushingGroup:
 
 @dataclass(frozen=True)
 class CreaseGroup:
-    """Hinges whose moment is a tabulated curve. Energies and forces take different ways as in `BushingGroup`.
+    """Hinges whose moment is a tabulated curve. Energies and forces use different kernels, as in `BushingGroup`.
 
     Attributes
     ----------
     measure, tangent : kernels of `fsm.interactions.hinge_planar` or `hinge_spatial`
-        The tangent is what the tests hold the one pass against.
+        `tangent` is the reference for the tests of the combined kernel.
     bodies : (m, 2) int array
     geometry : arrays the two kernels take after `bodies`
     rest, side : (m,) arrays
@@ -221,7 +221,7 @@ class CreaseGroup:
 
     @cached_property
     def _arguments(self) -> tuple[np.ndarray, ...]:
-        """What both kernels take after poses and rates."""
+        """Arguments of both kernels after poses and rates."""
         return self.bodies, *self.geometry, self.rest, self.side, self.damping, *self._curves
 
     def add_force(
@@ -250,7 +250,7 @@ class CreaseGroup:
         )  # fmt: skip
 
     def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
-        """See `Group`; springs do not know the time."""
+        """See `Group`; springs do not depend explicitly on time."""
 
     def energy(
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None

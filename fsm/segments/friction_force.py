@@ -1,12 +1,12 @@
-"""The friction of a group's contacts: a law, its parameters, and how much harder it is across the grain than along it.
+"""Friction of a contact group: a law, its parameters, and the ratio of the coefficients across and along a plate.
 
-With the unit vector e of the second axis of the body that carries the point, and A = 1 + (a - 1) e e^T, the law sees the
-slip A v, and A times its effort is the friction:
+e is the unit vector of the second axis of the body that carries the point, and A = 1 + (a - 1) e e^T. The law receives the
+slip A v; the friction is A times its effort:
 
     f = A f_law(A v)        f.v = f_law(A v).(A v) >= 0
 
-So it dissipates as the law does, and is derived from a potential of v where the law is: for a coefficient mu(s), s = |A v|,
-f = mu N A^2 v/s, whose size is mu N along the first axis and a mu N along the second.
+The friction therefore dissipates energy if the law does. If the law has a potential of v, so has the friction. For a
+coefficient mu(s), s = |A v|, f = mu N A^2 v/s; its magnitude is mu N along the first axis and a mu N along the second.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ class Pull:
     ----------
     effort : (m, c) array, N
     by_slip, by_mean : (m, c, c) arrays, N s/m
-        By the slip and by the mean slip since the last accepted state; the latter None for laws without bristles.
+        Derivatives by the slip and by the mean slip since the last accepted state; `by_mean` is None without bristles.
     by_normal : (m, c) array
     deflection : (m, c) array, m
-        Of the bristles, as the law sees it.
+        Deflection of the bristles in the stretched coordinates of the law.
     by_turn : (m, c, 3) array or None, N
-        By turns about the axes of the body that carries the point; None where all directions are alike.
+        Derivative by rotations about the axes of the body that carries the point; None for isotropic friction.
     """
 
     effort: np.ndarray
@@ -51,9 +51,9 @@ class FrictionForce:
     Attributes
     ----------
     law : FrictionLaw
-    params : of the law
-    presliding : how far bristles bend, m, infinite without any
-    across : the coefficient across the length of a plate over that along it
+    params : parameters of the law
+    presliding : largest deflection of the bristles, m; infinite without bristles
+    across : coefficient across the length of a plate over the coefficient along it
     """
 
     law: FrictionLaw
@@ -70,17 +70,17 @@ class FrictionForce:
         duration: float,
         axes: np.ndarray | None,
     ) -> Pull:
-        """Friction of contacts.
+        """Compute the friction of contacts.
 
         Parameters
         ----------
         slip, mean : (m, c) arrays, m/s
-            Now, and the mean since the last accepted state.
+            Present slip velocity, and the mean since the last accepted state.
         normal : (m,) array, N
         deflection : (m, c) array, m
-            Of the bristles in the last accepted state, `duration` (s) ago.
+            Deflection of the bristles in the last accepted state, `duration` (s) earlier.
         axes : (m, 3, 3) array or None
-            Axes of the bodies that carry the points, in columns; None if all directions are alike.
+            Axes of the bodies that carry the points, in columns; None for isotropic friction.
         """
         if axes is None:
             return self._of_law(slip, mean, normal, deflection, duration)
@@ -111,9 +111,9 @@ class FrictionForce:
         return Pull(effort, by_slip, by_mean, by_normal, bent)
 
     def _turned(self, vectors: np.ndarray, axes: np.ndarray) -> np.ndarray:
-        """dA v by turns about the three axes, (m, 3, 3)."""
+        """Derivative (m, 3, 3) of A v by rotations about the three axes."""
         first, e, third = axes[:, :, 0], axes[:, :, 1], axes[:, :, 2]
-        # de: towards the third axis about the first, away from the first about the third
+        # de = e3 for a rotation about the first axis, -e1 for one about the third
         change = np.stack([third, np.zeros_like(e), -first], axis=2)
         along, by_change = _dot(e, vectors), np.einsum("mck,mc->mk", change, vectors)
         return (self.across - 1.0) * (change * along[:, None, None] + e[:, :, None] * by_change[:, None, :])
@@ -124,18 +124,18 @@ def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def _stretched(vectors: np.ndarray, axes: np.ndarray, across: float) -> np.ndarray:
-    """A v."""
+    """Product A v."""
     e = axes[:, :, 1]
     return vectors + (across - 1.0) * e * _dot(e, vectors)[:, None]
 
 
 def _stretched_rows(matrices: np.ndarray, axes: np.ndarray, across: float) -> np.ndarray:
-    """A M."""
+    """Product A M."""
     e = axes[:, :, 1]
     return matrices + (across - 1.0) * e[:, :, None] * np.einsum("mc,mck->mk", e, matrices)[:, None, :]
 
 
 def _stretched_both(matrices: np.ndarray, axes: np.ndarray, across: float) -> np.ndarray:
-    """A M A."""
+    """Product A M A."""
     rows = _stretched_rows(matrices, axes, across)
     return np.ascontiguousarray(_stretched_rows(rows.transpose(0, 2, 1), axes, across).transpose(0, 2, 1))

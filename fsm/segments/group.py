@@ -1,4 +1,4 @@
-"""What a group of interactions owes the system."""
+"""Protocol of a group of interactions."""
 
 from __future__ import annotations
 
@@ -12,21 +12,23 @@ __all__ = ["Group", "Past"]
 
 
 class Past(NamedTuple):
-    """The last state of a quasi-static path: poses of all bodies, and the time since, s."""
+    """Last state of a quasi-static path: poses of all bodies, and the elapsed time, s."""
 
     poses: np.ndarray
     duration: float
 
 
 class Group(Protocol):
-    """A batch of interactions of one kind. Poses and rates are of all bodies, (n_bodies, 3 or 7) and (n_bodies, 3 or 6).
+    """Protocol of a batch of interactions of one kind.
 
-    With a past, rates of deformation are differences from it: free of what chords and arcs differ by.
+    Poses and rates are of all bodies, (n_bodies, 3 or 7) and (n_bodies, 3 or 6).
+
+    With a past state, rates of deformation are differences from it, exact also for finite rotations.
     """
 
     @property
     def rate_dependent(self) -> bool:
-        """Whether its forces depend on velocities."""
+        """Whether the forces depend on velocities."""
         ...
 
     def add_force(
@@ -50,15 +52,15 @@ class Group(Protocol):
         ...
 
     def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
-        """Add what the forces at rest change by in time of their own accord, N/s and N m/s."""
+        """Add the explicit time derivative of the forces at rest, N/s and N m/s."""
         ...
 
     def energy(
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None
     ) -> tuple[dict[str, float], float, float]:
-        """Potential energy by what stores it (J), dissipated power (W), input power (W)."""
+        """Potential energy by category (J), dissipated power (W), input power (W)."""
         ...
 
     def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:
-        """Pairs of bodies that act on each other, (m, 2), and a number that changes when they do."""
+        """Pairs (m, 2) of coupled bodies, and a version number that changes with them."""
         ...

@@ -1,4 +1,4 @@
-"""Sliders beside the elastic curves of creases: what makes opening and closing differ, and remembers the way."""
+"""Friction sliders parallel to the elastic curves of creases, which cause hysteresis between opening and closing."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ __all__ = ["HysteresisGroup"]
 Kernel = Callable[..., Any]
 
 _SAME = 1e-9
-"""Times that differ by less, relative to a step, are the same."""
+"""Tolerance of equal times, relative to a step."""
 
 
 @dataclass
 class _State:
-    """What sliders remember of the last accepted state.
+    """Memory of the sliders from the last accepted state.
 
-    `time` (s), openings and sliders there (rad), and what was dissipated in the step that led there (J): it is asked for
-    after the step too. No time before the first accepted state.
+    `time` (s), openings and sliders there (rad), and the energy dissipated in the last step (J), which may be requested
+    after the step. `time` is None before the first accepted state.
     """
 
     time: float
@@ -39,7 +39,7 @@ class _State:
 
 @dataclass
 class HysteresisGroup:
-    """Sliders of the law `fsm.laws.crease_hysteresis`, each between two bodies. They begin on the loading curve.
+    """Sliders of the law `fsm.laws.crease_hysteresis`, each between two bodies. They start on the loading curve.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class HysteresisGroup:
     rest, side : (m,) arrays
         Opening o = rest - side psi.
     start : (m,) array, rad
-        Openings at the beginning.
+        Openings at the start.
     stiffness : (m,) array, N m/rad
     curve : (m,) int array
         Strength of each slider in `table`.
@@ -70,7 +70,7 @@ class HysteresisGroup:
 
     @property
     def rate_dependent(self) -> bool:
-        """See `Group`: the way counts, not how fast it is gone."""
+        """See `Group`: the moment depends on the path, not on the speed."""
         return False
 
     @cached_property
@@ -84,9 +84,9 @@ class HysteresisGroup:
 
     @property
     def _state(self) -> _State:
-        """The last accepted state; the beginning if there was none."""
+        """Last accepted state; initially the start of the loading curve."""
         if self._last is None:
-            far = np.full(len(self.start), -np.inf)  # stretched beyond its strength, a slider ends on the loading curve
+            far = np.full(len(self.start), -np.inf)  # a slider stretched beyond its strength lies on the loading curve
             _, _, slider = slip_moment(self.start, far, *self._law)
             self._last = _State(np.nan, self.start.copy(), slider, np.zeros(len(slider)))
         return self._last
@@ -99,7 +99,7 @@ class HysteresisGroup:
         return self.rest - self.side * angle, -self.side * rate, gradient
 
     def _efforts(self, opening: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Efforts that resist the hinge angle and their slopes by it, (m, 1) arrays."""
+        """Moments against the hinge angle and their slopes by it, (m, 1) arrays, N m and N m/rad."""
         moment, slope, _ = slip_moment(opening, self._state.slider, *self._law)
         return (-self.side * moment)[:, None], slope[:, None]
 
@@ -131,21 +131,21 @@ class HysteresisGroup:
         )
 
     def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
-        """See `Group`; sliders do not know the time."""
+        """See `Group`; sliders do not depend explicitly on time."""
 
     # energy -----------------------------------------------------------------------------------------------------------
 
     def energy(
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None
     ) -> tuple[dict[str, float], float, float]:
-        """See `Group`. With a past, the dissipated power is the mean of the step, exactly."""
+        """See `Group`. With a past state, the dissipated power is the exact mean of the step."""
         opening, rate, _ = self._measured(poses, rates)
         state = self._state
         stored, lost = slip_energy(state.opening, opening, state.slider, *self._law)
         if past is None:
             power = slip_power(opening, rate, state.slider, *self._law)
         else:
-            # a step is looked at from either end, before it is accepted or after
+            # a step may be evaluated before or after it is accepted
             end = t if past.duration > 0.0 else t - past.duration
             if abs(state.time - end) <= _SAME * abs(past.duration):
                 lost = state.lost
@@ -161,7 +161,7 @@ class HysteresisGroup:
     # memory -----------------------------------------------------------------------------------------------------------
 
     def commit(self, t: float, poses: np.ndarray, rates: np.ndarray) -> None:
-        """A step was accepted: the sliders stand where they are now."""
+        """Store the positions of the sliders after an accepted step."""
         opening, _, _ = self._measured(poses, rates)
         state = self._state
         _, lost = slip_energy(state.opening, opening, state.slider, *self._law)
@@ -170,16 +170,16 @@ class HysteresisGroup:
 
     @property
     def remembered(self) -> int:
-        """How many numbers `memory` holds."""
+        """Length of `memory`."""
         return 1 + 3 * len(self.bodies)
 
     def memory(self) -> np.ndarray:
-        """All that is remembered, as one flat array."""
+        """Memory as one flat array."""
         state = self._state
         return np.concatenate([[state.time], state.opening, state.slider, state.lost])
 
     def restore(self, memory: np.ndarray) -> None:
-        """Remember that again; nothing: forget all."""
+        """Restore the memory; an empty array clears it."""
         self._last = None
         if len(memory):
             time, opening, slider, lost = np.split(memory.copy(), np.cumsum([1, len(self.bodies), len(self.bodies)]))

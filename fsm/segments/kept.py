@@ -1,4 +1,4 @@
-"""What force elements find once and use again: where their blocks are, how they were deformed in the past."""
+"""Cache of force elements: positions of their matrix blocks, and past deformations."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["Deformed", "Kept"]
 
 
 class Deformed(Protocol):
-    """A group of elements between two bodies each."""
+    """Protocol of a group of elements that each join two bodies."""
 
     @property
     def bodies(self) -> np.ndarray:
@@ -28,7 +28,7 @@ class Deformed(Protocol):
 
     @property
     def rest(self) -> np.ndarray:
-        """Deformations without a past."""
+        """Zero deformations, for use without a past state."""
         ...
 
     @property
@@ -38,7 +38,7 @@ class Deformed(Protocol):
 
 
 class Kept:
-    """What has been found for the last pattern and for the last past state; both are known by their identity."""
+    """Cache for the last pattern and the last past state, which are compared by identity."""
 
     def __init__(self) -> None:
         self._pattern: BodyPattern | None = None
@@ -47,14 +47,14 @@ class Kept:
         self._before: np.ndarray | None = None
 
     def slots(self, group: Deformed, pattern: BodyPattern) -> np.ndarray:
-        """Where the blocks of every element are."""
+        """Positions of the blocks of every element."""
         if self._slots is None or self._pattern is not pattern:
             self._slots = np.asarray(pair_slots(group.bodies, *pattern.index))
             self._pattern = pattern
         return self._slots
 
     def before(self, group: Deformed, rates: np.ndarray, past: Past | None) -> tuple[np.ndarray, float]:
-        """Deformations in the past, and one over the time since, 1/s; zero without a past."""
+        """Past deformations and the inverse of the elapsed time, 1/s; zero without a past state."""
         if past is None:
             return group.rest, 0.0
         if self._before is None or self._past is not past.poses:

@@ -1,4 +1,4 @@
-"""Ligaments as a group: the hinges of lattices, which have a length."""
+"""Group of ligaments: hinges of finite length in lattices."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class LigamentGroup:
         stiffness: np.ndarray,
         damping: np.ndarray,
     ) -> LigamentGroup:
-        """Ligaments that are free of force at the poses given."""
+        """Create ligaments that are stress-free at the given poses."""
         return cls(bodies, ligament_constants_planar(poses, bodies, point_inner, point_outer, stiffness, damping))
 
     @cached_property
@@ -57,16 +57,16 @@ class LigamentGroup:
 
     @property
     def geometry(self) -> tuple[np.ndarray, ...]:
-        """What the kernels take after `bodies`."""
+        """Arguments of the kernels after `bodies`."""
         return (self.constants,)
 
     @cached_property
     def rest(self) -> np.ndarray:
-        """Deformations without a past, (m, 3)."""
+        """Zero deformations (m, 3), for use without a past state."""
         return np.ascontiguousarray(self.constants[:, 7:10])
 
     def _before(self, rates: np.ndarray, past: Past | None) -> tuple[np.ndarray, float]:
-        """Deformations in the past and one over the time since, where there are dampers."""
+        """Past deformations and the inverse of the elapsed time; used only with dampers."""
         return self._kept.before(self, rates, past if self.rate_dependent else None)
 
     def add_force(
@@ -92,12 +92,12 @@ class LigamentGroup:
         )
 
     def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
-        """See `Group`; springs do not know the time."""
+        """See `Group`; springs do not depend explicitly on time."""
 
     def energy(
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None
     ) -> tuple[dict[str, float], float, float]:
-        """See `Group`; hinges count as creases."""
+        """See `Group`; the energy of hinges counts as that of creases."""
         before = self._before(rates, past)
         energy, power = stored_ligament_planar(poses, rates, self.bodies, self.constants, *before)
         return {"creases": energy}, power, 0.0

@@ -1,4 +1,4 @@
-"""Wrenches on bodies and gravity as a group, in the plane and in space."""
+"""Groups of applied wrenches and of gravity, in the plane and in space."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _TURN = np.array([[0.0, 1.0], [-1.0, 0.0]])
 
 @dataclass(frozen=True)
 class AppliedLoad:
-    """One wrench: body index, point (body axes, m), force (N), moment (N m), follower or dead, function of time.
+    """Wrench on one body: body index, point (body axes, m), force (N), moment (N m), follower or dead, function of time.
 
     Vectors have the components of the dimension: (x, z) and one moment in the plane, three each in space.
     """
@@ -34,7 +34,7 @@ class AppliedLoad:
 
 @dataclass(frozen=True)
 class LoadGroup:
-    """All applied wrenches. Dead ones keep their direction in space, followers turn with their body."""
+    """All applied wrenches. Dead loads keep their direction in space; follower loads rotate with their body."""
 
     loads: tuple[AppliedLoad, ...]
 
@@ -83,7 +83,7 @@ class LoadGroup:
     def energy(
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None
     ) -> tuple[dict[str, float], float, float]:
-        """See `Group`; loads are work done from outside, not potential."""
+        """See `Group`; loads count as input power, not as potential energy."""
         power = sum(
             factor(load.time, t) * float(_wrench(load, poses[load.body]) @ rates[load.body]) for load in self.loads
         )

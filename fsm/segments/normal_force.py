@@ -1,4 +1,4 @@
-"""A normal law with its parameters, as contacts of one kind have it."""
+"""Normal contact law with its parameters."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["NormalForce"]
 
 
 class NormalForce(NamedTuple):
-    """A normal law with its parameters; `exponent` and `speed_floor` (m/s) are those of `fsm.scene.contact.Contact`."""
+    """Normal law with its parameters; `exponent` and `speed_floor` (m/s) as in `fsm.scene.contact.Contact`."""
 
     law: NormalLaw
     params: np.ndarray

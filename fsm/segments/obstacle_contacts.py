@@ -1,14 +1,14 @@
-"""Plates against rigid obstacles: half-spaces, boxes, cylinders and spheres, at rest or fixed to a body.
+"""Contacts of plates with rigid obstacles: half-spaces, boxes, cylinders and spheres, fixed to the ground or to a body.
 
-A sphere touches at one point, wherever that is: it probes the plate's rectangle by its centre, rounded by its radius, which
-is exact, with the whole stiffness; so does a cylinder in the plane. All others are probed by the points of the plate's grid.
-A curved or pointed obstacle can meet the plate between these, so it probes the rectangle in turn, and each has half the
-weight then:
+A sphere touches at one point. Its centre, rounded by its radius, is a probe on the plate's rectangle. This is exact, and the
+point has the whole stiffness. A cylinder in the plane is treated in the same way. All other obstacles are probed by the
+points of the plate's grid. A curved or pointed obstacle can touch the plate between these points. It therefore has probes on
+the rectangle too, and each side has half the weight:
 
-* a box by the points of a grid over its faces, and in space its edges against those of the plate;
-* a cylinder by points along its axis, rounded by its radius and no nearer to the caps than that, and by points of its caps.
+* a box has the points of a grid over its faces; in space its edges are also paired with those of the plate;
+* a cylinder has points along its axis, rounded by its radius and at least that far from the caps, and points on its caps.
 
-Where faces lie on each other, they share the load as they overlap (`fsm.interactions.face_overlap`).
+Faces that lie on each other share the load in proportion to their overlap (`fsm.interactions.face_overlap`).
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ class ObstacleContacts(ShapeContacts):
     Parameters
     ----------
     plates : rectangles, `fsm.segments.shape_tables.as_rectangle`
-    obstacles : shapes of any other kind
+    obstacles : shapes of any kind except rectangles
     pairs : (m, 2) int array
-        Side and obstacle. A plate's own body is no pair: it cannot touch what is fixed to it.
+        Side and obstacle. A plate has no contact with obstacles fixed to its own body.
     spatial, margin, points, sides, numbers, joined, reference : as in `PlateContacts`
     """
 
@@ -60,7 +60,7 @@ class ObstacleContacts(ShapeContacts):
         add_plates(builder, plates, points)
         for obstacle in obstacles:
             number = builder.add_shape(obstacle)
-            # as close together as the points of the smallest plate are, so that none of it fits between them
+            # spacing of the points of the smallest plate, so that no plate fits between the points
             spacing = 0.5 * min(min(plate.size[:2]) for plate in plates)
             add_probes(builder, number, obstacle, spacing, points)
             if spatial and obstacle.kind == BOX:
@@ -80,7 +80,7 @@ class ObstacleContacts(ShapeContacts):
         part = self._part[members[:, 0]]
         shapes = self.listed.shape[members]
         kind = self.kit.shapes.kind[shapes[:, 1]]
-        # a half-space has no points of its own; what is round there touches at one point, which has all of the stiffness
+        # a half-space has no points; a round obstacle touches at one point with the whole stiffness
         round_ = is_round(kind, self.spatial)
         plate = np.where(round_, 0.0, np.where(kind == HALF_SPACE, part, 0.5 * part))
         other = np.where(round_, 1.0, 0.5 * part)
@@ -90,17 +90,17 @@ class ObstacleContacts(ShapeContacts):
 
 
 def is_round(kind: np.ndarray, spatial: bool) -> np.ndarray:
-    """Which kinds of shapes are a point with a rounding; cylinders only where shapes are cut by y = 0."""
+    """Mask of the shapes that are a rounded point; cylinders only in a plane motion."""
     return np.asarray((kind == SPHERE) | ((kind == CYLINDER) & (not spatial)))
 
 
 def add_probes(builder: TableBuilder, number: int, obstacle: Shape, spacing: float, points: int) -> None:
-    """Points with which an obstacle meets others: of every face, and of a cylinder's line, the weights add to one.
+    """Add the probe points of an obstacle; the weights of each face, and of a cylinder's line, sum to one.
 
     Parameters
     ----------
-    builder, number, obstacle : where to, and the obstacle with its number there
-    spacing : how far points along an axis are apart at most, m
+    builder, number, obstacle : builder, number of the obstacle in it, and the obstacle
+    spacing : largest distance of points along an axis, m
     points : as in `plate_grid`
     """
     x, y, _ = obstacle.size
@@ -112,7 +112,7 @@ def add_probes(builder: TableBuilder, number: int, obstacle: Shape, spacing: flo
         builder.add_points(number, places, rounding, weights)
     elif obstacle.kind == CYLINDER:
         angle = 2 * np.pi * np.arange(RIM_POINTS) / RIM_POINTS
-        # one third on the rim and two half way: mean r and r^2 are those of the cap
+        # weight 1/3 on the rim and 2/3 half-way: the means of r and r^2 equal those of the cap
         caps = [
             (np.column_stack([part * x * np.cos(angle), np.full(RIM_POINTS, side * y), part * x * np.sin(angle)]), weight)
             for side in (-1, 1)
@@ -129,7 +129,7 @@ def add_probes(builder: TableBuilder, number: int, obstacle: Shape, spacing: flo
 
 
 def _box_points(box: Shape, points: int, spatial: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Points of all faces of a box, each once, and their weights in a face."""
+    """Points of all faces of a box, without duplicates, and their weights in a face."""
     size = np.array(box.size)
     found: dict[tuple[float, ...], float] = {}
     for k in range(3):

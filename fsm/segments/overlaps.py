@@ -1,4 +1,4 @@
-"""How the faces of pairs of shapes lay on each other when their shares were found, and these shares."""
+"""Weights of the faces of pairs of shapes, and the relative poses at which they were computed."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ _ROW = 1 + 9 + 3 + 2 * COLUMNS
 
 
 class Overlaps(NamedTuple):
-    """Of units, see `fsm.interactions.face_overlap.weigh_units`.
+    """Weights of units; see `fsm.interactions.face_overlap.weigh_units`.
 
     Attributes
     ----------
     key : (u,) int array, ascending
     known : (u,) bool array
-        Whether the next three are of their faces; else the shares are those of tilted ones.
+        Whether the next three fields are valid; if not, the weights are those of tilted faces.
     turns, shifts, shares : (u, 3, 3), (u, 3), (u, 5) arrays
     in_force : (u, 5) array
-        Shares that hold until anything moves.
+        Weights in use until a body moves.
     """
 
     key: np.ndarray
@@ -37,13 +37,13 @@ class Overlaps(NamedTuple):
 
     @classmethod
     def nothing(cls) -> Overlaps:
-        """Of no unit."""
+        """Empty set of weights."""
         none = np.zeros(0, dtype=np.int64)
         shares = np.zeros((2, 0, COLUMNS))
         return cls(none, np.zeros(0, dtype=np.bool_), np.zeros((0, 3, 3)), np.zeros((0, 3)), *shares)
 
     def of(self, units: Units) -> Overlaps:
-        """Of other units; what is not known of them is to be found."""
+        """Weights of other units; unknown weights are marked for computation."""
         place = find_keys(self.key, units.key)
         kept = np.flatnonzero(place >= 0)
         place, count = place[kept], len(units.key)
@@ -58,7 +58,7 @@ class Overlaps(NamedTuple):
         return new
 
     def look(self, poses: np.ndarray, kit: Kit, units: Units, near: np.ndarray) -> bool:
-        """Look at some of the units again, where they have moved; whether anything has changed."""
+        """Update the weights of units that have moved; return whether any weight has changed."""
         shapes, solids = kit.shapes, kit.solids
         return bool(
             weigh_units(
@@ -68,7 +68,7 @@ class Overlaps(NamedTuple):
         )  # fmt: skip
 
     def flat(self) -> np.ndarray:
-        """As one array."""
+        """Weights as one flat array."""
         rows = np.flatnonzero(self.known)
         count = len(rows)
         turns = self.turns[rows].reshape(count, 9)
@@ -77,7 +77,7 @@ class Overlaps(NamedTuple):
 
     @classmethod
     def from_flat(cls, flat: np.ndarray) -> Overlaps:
-        """From what `flat` gave."""
+        """Weights from the array of `flat`."""
         rows = flat.reshape(-1, _ROW)
         count = len(rows)
         return cls(

@@ -1,4 +1,4 @@
-"""The contact points of one panel cut into segments: places, weights, and what of them depends on that panel alone."""
+"""Contact points of one segmented panel: positions, weights and other data that depend on this panel alone."""
 
 from __future__ import annotations
 
@@ -16,28 +16,28 @@ __all__ = ["PanelPoints"]
 
 @dataclass(frozen=True)
 class PanelPoints:
-    """Points of a panel, row by row of its bodies; in space two lines of them.
+    """Points of a panel in the order of its bodies; in space two lines of points.
 
     Attributes
     ----------
     bodies : (b,) int array
-        Of the panel, along it.
+        Bodies of the panel, in order along it.
     length, thickness : m
     ends : lengths of the first and of the last body, m
     middle : (3,) array, m
     normal, direction : (3,) arrays
-        Third axis of the body in its middle; first axis of its first body.
+        Third axis of the middle body; first axis of the first body.
     body : (n,) int array
     place : (n, 2) array
         x and y in the body's axes, m.
     along : (n,) array
-        From the start of the panel, m.
+        Distance from the start of the panel, m.
     inset : (n,) array
-        Half the thickness there, m.
+        Half the thickness at each point, m.
     weight, area : (n,) arrays
-        Length of the panel (m) and area of it (m^2) that a point stands for.
+        Length (m) and area (m^2) of the panel that a point represents.
     half_cell : (n,) array
-        Half the length of the cell around the point, m: that of an end of a segment goes on into the next.
+        Half the length of the cell around the point, m; a cell at a segment end extends into the next segment.
     at_end : (n,) bool array
         Points at an end of the panel.
     """
@@ -67,14 +67,14 @@ class PanelPoints:
         rule: tuple[np.ndarray, np.ndarray],
         spatial: bool,
     ) -> PanelPoints:
-        """Points of a panel.
+        """Create the points of a panel.
 
         Parameters
         ----------
         numbers : (b,) int array
-        bodies : of the panel, plates all
+        bodies : bodies of the panel; all have a plate
         mean_length : m
-            Of the segments that move. A held panel is one long plate: it is cut into cells about as long.
+            Mean length of the moving segments. A held panel is divided into cells of this length.
         rule : nodes and weights of a quadrature on -1..1, ends included
         spatial : two lines of points across the width instead of one
         """
@@ -93,7 +93,7 @@ class PanelPoints:
         zero = np.zeros_like(x, dtype=np.int64)
 
         def rows(column: np.ndarray) -> np.ndarray:
-            """(cells, nodes), or something a cell, as something a point."""
+            """Values per point from an array (cells, nodes) or (cells,)."""
             return np.repeat((column + zero).ravel(), len(lanes))
 
         width = rows(np.array([plate.width for plate in plates])[which][:, None])
@@ -114,7 +114,7 @@ class PanelPoints:
 
     @property
     def columns(self) -> tuple[np.ndarray, ...]:
-        """What it has of every point: body, place, along, inset, weight, area, half cell, at an end."""
+        """Columns of the table of points: body, place, along, inset, weight, area, half cell, at an end."""
         return (self.body, self.place, self.along, self.inset, self.weight, self.area, self.half_cell, self.at_end)
 
     @property

@@ -1,4 +1,4 @@
-"""The block-sparse pattern of K and D of bodies: one block a pair of bodies that act on each other."""
+"""Block-sparse pattern of K and D of bodies: one block for each pair of coupled bodies."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ class BodyPattern(BlockPattern):
 
     @property
     def index(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """What the tangent kernels take."""
+        """Arguments of the tangent kernels: dof, indptr, indices."""
         return self.dof, self.indptr, self.indices
 
     def holds(self, pairs: np.ndarray) -> bool:
-        """Whether there is a block for each of these pairs of bodies, (m, 2)."""
+        """Whether the pattern has a block for each of these pairs (m, 2) of bodies."""
         return bool(_holds(self.dof, self.indptr, self.indices, pairs))
 
 
@@ -47,7 +47,7 @@ def _holds(dof: np.ndarray, indptr: np.ndarray, indices: np.ndarray, pairs: np.n
 
 
 def body_pattern(dof: np.ndarray, pairs: list[np.ndarray], size: int) -> BodyPattern:
-    """Pattern of all pairs of bodies (both ways) and of every free body with itself.
+    """Pattern of all pairs of bodies (in both orders) and of the diagonal blocks.
 
     Parameters
     ----------

@@ -1,15 +1,15 @@
-"""Pairs of rigid plates that may touch.
+"""Contacts of pairs of rigid plates.
 
-A plate is a rectangle rounded by half its thickness. Two of them touch where a point of one meets the other's rectangle or
-where two edges cross, so
+A plate is a rectangle rounded by half its thickness. Two plates touch where a point of one meets the rectangle of the other,
+or where two edges cross. Hence
 
-* each plate probes the other with the points of a grid over its face, corners and edges among them: a small plate in the
-  middle of a large one is found by its own points. Faces that lie on each other share the load as they overlap
-  (`fsm.interactions.face_overlap`), else each has half the weight;
-* in space every edge of one is watched against every edge of the other (`fsm.interactions.edge_edge`).
+* each plate has a grid of points over its face, corners and edges included, as probes on the other plate. A small plate in
+  the middle of a large one is thus found by its own points. Faces that lie on each other share the load in proportion to
+  their overlap (`fsm.interactions.face_overlap`); otherwise each has half the weight;
+* in space every edge of one plate is paired with every edge of the other (`fsm.interactions.edge_edge`).
 
-The distance is that of the middle surfaces and has no sign: plates must not go deeper than both half thicknesses. When they
-do, `crossed` says so.
+The distance is that of the middle surfaces and has no sign. The depth must not exceed the sum of both half thicknesses.
+`crossed` reports pairs that exceed it.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ from fsm.segments.shape_tables import Shape, TableBuilder, shape_edges
 __all__ = ["EDGE_SHARE", "PlateContacts", "Side", "add_plates", "plate_grid", "whole_plates"]
 
 EDGE_SHARE = 0.25
-"""Part of a face that a pair of edges of tilted plates stands for: the four edges of a face have it between them."""
+"""Fraction of a face that a pair of edges of tilted plates represents, divided among the four edges of a face."""
 
 
 def plate_grid(shape: Shape, points: int, spatial: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Places (n, 3) on a plate, m, and the parts (n,) of its face that they stand for; one line along x in the plane.
+    """Points (n, 3) of a plate, m, and their fractions (n,) of its face; in the plane one line along x.
 
     Parameters
     ----------
@@ -42,12 +42,12 @@ def plate_grid(shape: Shape, points: int, spatial: bool) -> tuple[np.ndarray, np
     corner[1:-1] = 2.0
     between = 0.5 * (steps[1:] + steps[:-1])
     if spatial:
-        # of every cell: its corners and its middle, 1/12 and 2/3 of it, exact for polynomials of degree 3
+        # corners (1/12 each) and centre (2/3) of every cell; exact for polynomials of degree 3
         corners, middles = np.outer(corner, corner).ravel() / 12.0, np.outer(middle, middle).ravel() / 1.5
         x, y = (np.concatenate(both) for both in zip(_grid(steps), _grid(between), strict=True))
         weights = np.concatenate([corners, middles]) / points**2
     else:
-        # what is left of it in the plane: Simpson's rule
+        # the same rule in the plane: Simpson's rule
         x, weights = np.concatenate([steps, between]), np.concatenate([corner / 6.0, middle / 1.5]) / points
         y = np.zeros(len(x))
     return np.column_stack([x * shape.size[0], y * shape.size[1], np.zeros(len(x))]), weights
@@ -59,13 +59,13 @@ def _grid(steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 class Side(NamedTuple):
-    """What a contact pair names on one side.
+    """One side of a contact pair.
 
     Attributes
     ----------
     shapes : (k,) int array
     parts : (k,) array
-        Fraction of its panel that each is, 1 for one that is alone.
+        Fraction of its panel that each plate represents; 1 for a separate plate.
     """
 
     shapes: np.ndarray
@@ -73,7 +73,7 @@ class Side(NamedTuple):
 
 
 def whole_plates(count: int) -> list[Side]:
-    """A side for each of some plates."""
+    """Create one side for each plate."""
     return [Side(np.array([number]), np.ones(1)) for number in range(count)]
 
 
@@ -96,18 +96,18 @@ class PlateContacts(ShapeContacts):
     pairs : (m, 2) int array of sides
     spatial : bool
     margin : float, m
-        How near plates are before they are watched.
+        Distance below which the search includes a pair.
     points : int
         Cells of a plate's grid along each side.
     sides : sequence of Side
-        By default every plate is one, in their order.
+        Default: one side for each plate, in order.
     numbers : (m,) int array
-        Contact pair of the scene that each is; by default its own row.
+        Number of the scene's contact pair for each row; default: the row number.
     joined : (j, 2) int array
-        Bodies that are joined, along an edge as a rule: points and edges that lie in the other plate in the poses
-        `reference` never touch it.
+        Joined bodies, usually joined along an edge. Points and edges that lie in the other plate in the poses `reference`
+        have no contact.
     reference : (n_bodies, 3 or 7) array
-        Needed only where bodies are joined.
+        Required only for joined bodies.
     """
 
     def __init__(
@@ -138,6 +138,6 @@ class PlateContacts(ShapeContacts):
     def _factors(self, members: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         area, part = self._area[members], self._part[members]
         whole = area / part
-        points = 0.5 * area / whole.min(axis=1, keepdims=True)  # the stiffness is that of the smaller face
+        points = 0.5 * area / whole.min(axis=1, keepdims=True)  # the contact stiffness belongs to the smaller face
         edges = EDGE_SHARE * part.min(axis=1, keepdims=True)
         return np.concatenate([np.repeat(points, 2, axis=1), edges], axis=1), whole, 0.5 * area

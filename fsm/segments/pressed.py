@@ -1,4 +1,4 @@
-"""Depths of contacts as unknowns beside the positions, for Newton's method of statics: see `fsm.interactions.pressed`."""
+"""Depths of contacts as additional unknowns of Newton's method in statics; see `fsm.interactions.pressed`."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ class Pressed(NamedTuple):
     Attributes
     ----------
     key : (k,) int array
-        Contacts that have one, `ContactGeometry.keys`, ascending. They are held closed until their force would pull.
+        Keys of the contacts with a depth, ascending. They stay closed until their force would be tensile.
     depth : (k,) array, m
     most : N
-        A contact that has none is linearised no deeper than this force would press it, if there is one.
+        Limit of the normal force, and thus of the depth of linearisation, for contacts without a stored depth.
     """
 
     key: np.ndarray
@@ -39,7 +39,7 @@ class Pressed(NamedTuple):
         share: np.ndarray,
         normal: NormalForce,
     ) -> np.ndarray:
-        """Depths (count,) for contacts that are `depth` deep; other arguments as in `NormalLaw`."""
+        """Depths of linearisation (count,) for contacts of geometric depth `depth`; other arguments as in `NormalLaw`."""
         place = find_keys(self.key, key)
         known = place >= 0
         if known.all():
@@ -63,16 +63,16 @@ class Pressed(NamedTuple):
         per_second: float,
         exponent: float,
     ) -> Pressed:
-        """The same after a change (n_bodies, 3 or 6) of the poses, forces to first order; what would pull is let go.
+        """Depths after a change (n_bodies, 3 or 6) of the poses, to first order; contacts with tensile force are released.
 
         Parameters
         ----------
-        key, at, acting : of contacts
-            `acting` (N) is the law, linearised at `at`, at the contacts' own depths.
+        key, at, acting : (count,) arrays of contacts
+            `acting` (N) is the law linearised at `at`, evaluated at the geometric depths.
         measured, forces : Measured and ContactForces
-            Forces by the law at `at`.
+            Forces of the law at `at`.
         per_second : 1/s
-            One over the time since the last state; zero at rest.
+            Inverse of the time since the last state; zero in statics.
         """
         depth = advance_depths(
             measured.bodies, measured.gradient, change, per_second, exponent, at, forces.normal, acting,

@@ -1,4 +1,4 @@
-"""When a run saves its states."""
+"""Times at which a run saves its states."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["save_times"]
 
 
 def save_times(case: Case, motion: PrescribedMotion | None, end: float) -> list[float]:
-    """Times (s) that a run saves at; the first and the last are always among them.
+    """Times (s) at which a run saves states; the first and the last time are always included.
 
     Parameters
     ----------
@@ -23,7 +23,7 @@ def save_times(case: Case, motion: PrescribedMotion | None, end: float) -> list[
     Raises
     ------
     CaseError
-        So many that they could not be kept.
+        Too many times to store.
     """
     save = case.save
     if save.every is not None and motion is not None:

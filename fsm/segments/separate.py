@@ -1,4 +1,4 @@
-"""Bodies that overlap at the start: which, how deep, and how to move them apart."""
+"""Overlaps of bodies at the start: names, depths, and displacements that remove them."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from fsm.segments.system import SegmentSystem
 __all__ = ["overlaps", "separate", "shallowest"]
 
 _NOTHING = 1e-6
-"""Depth over the typical length that is no overlap."""
+"""Tolerance of overlaps, over the typical length."""
 _ROUNDS = 50
 
 
 def shallowest(system: SegmentSystem) -> float:
-    """Depth from which on bodies count as overlapping, m."""
+    """Depth above which bodies count as overlapping, m."""
     return _NOTHING * system.scales().length
 
 
 def overlaps(system: SegmentSystem) -> list[tuple[str, float]]:
-    """Names of the pairs that overlap at the start, and how deep at the worst place, m; the deepest first."""
+    """Names of the pairs that overlap at the start, and their largest depths, m; deepest first."""
     poses, _ = system.place(0.0, system.initial()[0], None)
     depth = np.zeros(len(system.pair_names))
     for group in system.contacts:
@@ -31,15 +31,15 @@ def overlaps(system: SegmentSystem) -> list[tuple[str, float]]:
 
 
 def separate(system: SegmentSystem) -> np.ndarray:
-    """Initial configuration with overlaps taken out by moving bodies apart, the lighter ones more.
+    """Initial configuration after overlaps are removed by displacements; lighter bodies move farther.
 
-    Every round makes the move of the least kinetic energy that closes all overlaps as they look from here, and opens no
-    others; since gaps are curved a few rounds are needed. Springs are not asked: they are strained by the move.
+    Each iteration computes the displacement of least kinetic energy that closes all linearised overlaps and opens no new
+    one. Gaps are nonlinear, so a few iterations are needed. Forces of springs are ignored; the displacement strains them.
 
     Returns
     -------
     (nq,) array
-        With overlaps left if the rounds do not do, or there is no such move.
+        Some overlaps remain if the iterations do not converge or no such displacement exists.
     """
     q, _ = system.initial()
     deepest = shallowest(system)
@@ -60,7 +60,7 @@ def separate(system: SegmentSystem) -> np.ndarray:
 def _constraints(
     system: SegmentSystem, poses: np.ndarray, rates: np.ndarray, reach: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Gradients (m, bodies * size) and gaps (m,), m, of all contacts that are nearer than `reach`."""
+    """Gradients (m, bodies * size) and gaps (m,), m, of all contacts with gaps below `reach`."""
     slopes, gaps = [np.zeros((0, rates.size))], [np.zeros(0)]
     for group in system.contacts:
         near = group.geometry.find(poses, min(reach, group.geometry.margin))
@@ -69,7 +69,7 @@ def _constraints(
         measured = group.geometry.measure(poses, rates, near)
         rows = np.zeros((len(near.slot), *rates.shape))
         gradient = measured.gradient[:, 0].reshape(*measured.bodies.shape, rates.shape[1])
-        # the two bodies of a piece of surface may be one
+        # both bodies of a piece of surface may be the same
         np.add.at(rows, (np.arange(len(rows))[:, None], measured.bodies), gradient)
         slopes.append(rows.reshape(len(rows), -1))
         gaps.append(near.gap)
@@ -77,7 +77,7 @@ def _constraints(
 
 
 def _shortest(slopes: np.ndarray, least: np.ndarray) -> np.ndarray | None:
-    """The shortest y with slopes y >= least; None if there is none (Lawson and Hanson 1974, chapter 23)."""
+    """Shortest vector y with slopes y >= least; None if no solution exists (Lawson and Hanson 1974, chapter 23)."""
     norms = np.linalg.norm(slopes, axis=1)
     moves = norms > 1e-12 * norms.max(initial=0.0)
     if np.any(least[~moves] > 0.0) or not moves.any():

@@ -1,4 +1,4 @@
-"""Rounded points against shapes and edges against edges as a geometry of contact."""
+"""Contact geometry of rounded points with shapes, and of edges with edges."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Kernel = Callable[..., Any]
 
 
 class _PointKernels(NamedTuple):
-    """The kernels of `point_shape_planar` or `point_shape_spatial`."""
+    """Kernels of `point_shape_planar` or `point_shape_spatial`."""
 
     find: Kernel
     measure: Kernel
@@ -53,17 +53,17 @@ _SPATIAL = _PointKernels(
 
 
 GROUND = 0
-"""Number of the body that never moves."""
+"""Index of the ground."""
 _RENEWAL = 0.4
-"""Part of the margin that anything may move by before the broad phase is renewed."""
+"""Displacement, over the margin, after which the broad phase is renewed."""
 
 
 class ShapeContacts:
-    """Contacts of the points and edges of shapes that are listed together.
+    """Contacts of the points and edges of listed pairs of shapes.
 
-    The broad phase finds the units, pairs of shapes, whose boxes are so near that their gap may come below the margin
-    before the next renewal, and lays out tables of their slots: memory grows with what is near. It is renewed when a body
-    has moved by 0.4 of the margin since, so what is found never depends on when that happened.
+    The broad phase finds the units (pairs of shapes) whose gap may come below the margin before the next renewal. It builds
+    tables of their slots, so memory grows with the number of nearby pairs. It is renewed when a body has moved by 0.4 of
+    the margin. The contacts found do not depend on the time of the renewal.
 
     Parameters
     ----------
@@ -72,8 +72,8 @@ class ShapeContacts:
     spatial : bool
     margin : float, m
     depth_limit : float, m
-        A point with no rounding passes into a solid shape when it goes deeper than this; one with a rounding, when its
-        centre goes in.
+        Depth above which a point without rounding counts as passed into a solid shape. A rounded point has passed when its
+        centre is inside.
     """
 
     def __init__(self, kit: Kit, listed: ListedPairs, spatial: bool, margin: float, depth_limit: float) -> None:
@@ -82,7 +82,7 @@ class ShapeContacts:
         self.slips = 3 if spatial else 1
         self._kernels = _SPATIAL if spatial else _PLANAR
         shapes = kit.shapes
-        # a half-space has no end; where a shape is cut there is none either, but none that moves it
+        # unlimited sizes do not count: half-spaces, and the direction y in the plane
         size = np.where(np.isinf(shapes.size), 0.0, shapes.size)
         size[shapes.kind == HALF_SPACE] = 0.0
         self._reach = np.linalg.norm(size, axis=1) + shapes.radius
@@ -96,7 +96,7 @@ class ShapeContacts:
         self._version = 0
         self._overlaps, self._changes = Overlaps.nothing(), False
         none = np.zeros((0, 2), dtype=np.int64)
-        self._lay_out(self._units_of(none, np.zeros(0, dtype=np.int64)))
+        self._set_up_tables(self._units_of(none, np.zeros(0, dtype=np.int64)))
         self._near, self._bodies = np.zeros(0, dtype=np.int64), none
         self._near_slots = self._slots_of(self._near)
 
@@ -122,38 +122,38 @@ class ShapeContacts:
     # broad phase ----------------------------------------------------------------------------------------------------
 
     def _factors(self, members: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Of units, by the members (u, 2) that they are of: `share`, `whole` and `area` of `Units`."""
+        """Fields `share`, `whole` and `area` of `Units` from their members (u, 2)."""
         return np.ones((len(members), COLUMNS)), np.ones(members.shape), np.zeros(members.shape)
 
     def _units_of(self, members: np.ndarray, numbers: np.ndarray) -> Units:
-        """Units from what the list of pairs has found."""
+        """Create units from the result of `ListedPairs`."""
         key = members[:, 0] * len(self.listed.shape) + members[:, 1]
         return Units(self.listed.shape[members], *self._factors(members), numbers, key)
 
     def _boxes(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Boxes around all shapes, low and high corners (s, 2 or 3); those of half-spaces are infinite."""
+        """Lowest and highest corners (s, 2 or 3) of boxes around all shapes, m; infinite for half-spaces."""
         shapes = self.kit.shapes
         low, high = self._kernels.boxes(
             poses, shapes.body, shapes.kind, shapes.size, shapes.offset, shapes.frame, shapes.radius
         )
         return low, high
 
-    def _lay_out(self, units: Units) -> None:
-        """Watch these units."""
+    def _set_up_tables(self, units: Units) -> None:
+        """Set up the tables of these units."""
         self._overlaps = self._overlaps.of(units)
         self._units, self.tables = units, self.kit.tables(units)
-        self._share_out()
+        self._apply_weights()
         self._count = len(self.tables.points.body)
         self._open = ~np.isin(self.tables.key, self._closed)
         self._slots = self._slots_of(np.arange(len(units.key)))
 
     def _slots_of(self, units: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Points, and pairs of edges (numbered from 0), of some of the units watched, but for those that never touch."""
+        """Points and pairs of edges (numbered from 0) of some active units, without excluded slots."""
         points, edges = ranges(self.tables.point_start, units), ranges(self.tables.pair_start, units)
         return points[self._open[points]], edges[self._open[edges + self._count]]
 
     def leave_out(self, poses: np.ndarray, joined: np.ndarray) -> None:
-        """Points and edges that lie in each other in these poses never touch, where pairs (m, 2) of bodies are joined."""
+        """Exclude points and edges of joined bodies (m, 2) that touch in these poses."""
         owner = self.kit.shapes.body
         by_body = np.argsort(owner, kind="stable")
         start = np.searchsorted(owner[by_body], np.arange(joined.max(initial=-1) + 2))
@@ -163,7 +163,7 @@ class ShapeContacts:
             for one in by_body[start[a] : start[a + 1]]
             for two in by_body[start[b] : start[b + 1]]
         ]
-        self._lay_out(self._units_of(*self.listed.among(np.array(shapes, dtype=np.int64).reshape(-1, 2))))
+        self._set_up_tables(self._units_of(*self.listed.among(np.array(shapes, dtype=np.int64).reshape(-1, 2))))
         inside = self._find(poses, *self._slots, 0.0, as_they_are=True).slot
         self._closed = np.sort(self.tables.key[inside])
         self._reference = None
@@ -173,16 +173,16 @@ class ShapeContacts:
         if self._reference is not None and not moved_beyond(poses, self._reference, self._moving, self._radii, bound):
             return
         low, high = self._boxes(poses)
-        # both may move; what is seen within the margin then is watched, and what may touch is near
+        # both bodies may move, so the search distance is the margin plus both displacements
         apart = self.margin + 2.0 * bound
         units = self._units_of(*self.listed.overlapping(low - 0.5 * apart, high + 0.5 * apart))
         same = self._reference is not None and np.array_equal(units.key, self._units.key)
         if not same:
-            self._lay_out(units)
+            self._set_up_tables(units)
         self._reference = poses.copy()
         near = np.flatnonzero(
             _overlap(low - 0.5 * self.margin, high + 0.5 * self.margin, units.shapes)
-            & ~self._high_above(poses, units.shapes)
+            & ~self._far_above(poses, units.shapes)
         )
         if same and np.array_equal(near, self._near):
             self._weigh(poses)
@@ -193,27 +193,27 @@ class ShapeContacts:
         self._version += 1
 
     def _weigh(self, poses: np.ndarray) -> None:
-        """Share out what is new, by the faces of the last accepted state; before there is one, by these."""
+        """Compute the weights of new units from the last accepted state, or from these poses if there is none."""
         at, new = poses if self._committed is None else self._committed, self._near[~self._overlaps.known[self._near]]
         if len(new) and self._overlaps.look(at, self.kit, self._units, new):
             self._overlaps.in_force[new] = self._overlaps.shares[new]
-            self._share_out()
+            self._apply_weights()
 
-    def _share_out(self) -> None:
+    def _apply_weights(self) -> None:
         tables = self.tables
         tables.share[:] = tables.weight * self._overlaps.in_force[tables.unit, tables.column]
 
-    def _move_on(self, poses: np.ndarray) -> None:
-        """Put shares in force that the last accepted state gave, if this is another one: that one had the ones before."""
+    def _activate_weights(self, poses: np.ndarray) -> None:
+        """Use the weights of the last accepted state, unless the poses are still those of that state."""
         if self._changes and self._committed is not None and not np.array_equal(poses, self._committed):
             self._overlaps.in_force[:] = self._overlaps.shares
-            self._share_out()
+            self._apply_weights()
             self._changes = False
 
-    def _high_above(self, poses: np.ndarray, pairs: np.ndarray) -> np.ndarray:
-        """Whether the second of two shapes is a half-space of the ground, and the first higher over it than the margin.
+    def _far_above(self, poses: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+        """Whether the second shape is a half-space of the ground and the first is farther above it than the margin.
 
-        Boxes of half-spaces say nothing; one on a body that turns goes far away from it by any distance.
+        Boxes of half-spaces are infinite. For a half-space on a moving body, a small rotation causes a large displacement.
         """
         shapes = self.kit.shapes
         out = np.zeros(len(pairs), dtype=bool)
@@ -227,19 +227,19 @@ class ShapeContacts:
 
     @property
     def refreshes(self) -> int:
-        """How often the broad phase was renewed and found something else."""
+        """Number of renewals of the broad phase with a changed result."""
         return self._version
 
     def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:
-        """Pairs (m, 2) of bodies that may touch before the next renewal, and a number that changes when they do."""
+        """Pairs (m, 2) of bodies that may touch before the next renewal, and a version number that changes with them."""
         self._refresh(poses)
         return self._bodies, self._version
 
     # narrow phase ---------------------------------------------------------------------------------------------------
 
     def find(self, poses: np.ndarray, below: float) -> Touching:
-        """Slots with a gap below a bound, m: 0 for contacts, larger (up to the margin) to see how near others are."""
-        self._move_on(poses)
+        """Find the slots with a gap below a bound, m: 0 for contacts, larger (up to the margin) for gaps."""
+        self._activate_weights(poses)
         self._refresh(poses)
         near = below <= (1.0 - 2.0 * _RENEWAL) * self.margin
         return self._find(poses, *(self._near_slots if near else self._slots), below)
@@ -247,7 +247,7 @@ class ShapeContacts:
     def _find(
         self, poses: np.ndarray, points: np.ndarray, edges: np.ndarray, below: float, as_they_are: bool = False
     ) -> Touching:
-        """Those of some points and pairs of edges; with edges that are nearly parallel as deep as any if so wanted."""
+        """Find contacts among some points and pairs of edges; optionally without the scaling of nearly parallel edges."""
         tables, pairs = self.tables, self.tables.edge_pairs
         slot, gap = self._kernels.find(poses, points, *self._point_arguments, below)
         if len(edges):
@@ -261,12 +261,12 @@ class ShapeContacts:
         return (*self.tables.points, *self.tables.shapes)
 
     def _split(self, touching: Touching) -> tuple[int, np.ndarray, np.ndarray]:
-        """How many are points; rows of the points and of the pairs of edges."""
+        """Number of points; rows of the points and of the pairs of edges."""
         count = int(np.searchsorted(touching.slot, self._count))
         return count, touching.slot[:count].copy(), touching.slot[count:] - self._count
 
     def measure(self, poses: np.ndarray, rates: np.ndarray, touching: Touching) -> Measured:
-        """Rates and gradients of gap and slip of what was found."""
+        """Compute rates and gradients of gap and slip of all contacts."""
         tables = self.tables
         count, points, edges = self._split(touching)
         parts = []
@@ -306,12 +306,12 @@ class ShapeContacts:
                 *(array[count:] for array in arrays), forces.friction, *pattern.index, stiffness, damping,
             )  # fmt: skip
 
-    # what stays in mind ---------------------------------------------------------------------------------------------
+    # memory ------------------------------------------------------------------------------------------------------------
 
     def commit(self, poses: np.ndarray, young: np.ndarray | None = None) -> None:
-        """A step was accepted: what passes through something from here on is found by `crossed`.
+        """Update the memory after an accepted step; `crossed` then refers to these poses.
 
-        Faces that have moved on each other share out anew, but for those of impacts that go on: these keep their energy.
+        Weights of faces that have moved are computed again. Faces in continuing impacts keep theirs, to conserve energy.
         """
         self._committed = poses.copy()
         slots = self.find(poses, 0.0).slot if young is None else young
@@ -319,13 +319,13 @@ class ShapeContacts:
         self._changes = self._overlaps.look(poses, self.kit, self._units, free) or self._changes
 
     def memory(self) -> np.ndarray:
-        """The committed poses with how many numbers these are, and how faces overlap; empty before the first commit."""
+        """Length of the committed poses, the poses, and the overlaps of faces; empty before the first commit."""
         if self._committed is None:
             return np.zeros(0)
         return np.concatenate([[float(self._committed.size)], self._committed.ravel(), self._overlaps.flat()])
 
     def restore(self, memory: np.ndarray) -> None:
-        """Go back to what `memory` gave."""
+        """Restore the memory."""
         if not len(memory):
             self._committed, self._overlaps = None, Overlaps.nothing().of(self._units)
         else:
@@ -333,24 +333,24 @@ class ShapeContacts:
             self._committed = memory[1:end].reshape(-1, 7 if self.spatial else 3).copy()
             self._overlaps = Overlaps.from_flat(memory[end:]).of(self._units)
         self._changes = bool((self._overlaps.in_force != self._overlaps.shares).any())
-        self._share_out()
+        self._apply_weights()
 
     def forget(self) -> None:
         """See `ContactGeometry`."""
         self._reference = None
 
     def crossed(self, poses: np.ndarray) -> tuple[int, ...]:
-        """Numbers of the pairs of which something passed through a face since the last commit."""
+        """Numbers of the pairs with a slot that passed through a face since the last commit."""
         tables, slots = self.passed(poses)
         return tuple(int(pair) for pair in np.unique(tables.pair[slots]))
 
     def passed(self, poses: np.ndarray) -> tuple[Tables, np.ndarray]:
-        """Slots that passed through a face since the last commit, and the tables that they are in."""
+        """Slots that passed through a face since the last commit, and their tables."""
         self._refresh(poses)
         start = self._committed
         if start is None:
             return self.tables, np.zeros(0, dtype=np.int64)
-        tables, points, edges = self._on_the_way(start, poses)
+        tables, points, edges = self._swept_candidates(start, poses)
         if not len(points) and not len(edges):
             return tables, np.zeros(0, dtype=np.int64)
         shape = tables.points.shape[points]
@@ -367,12 +367,12 @@ class ShapeContacts:
             before = here
         return tables, np.concatenate([points[point_passed], edges[edge_passed] + len(tables.points.body)])
 
-    def _on_the_way(self, start: np.ndarray, end: np.ndarray) -> tuple[Tables, np.ndarray, np.ndarray]:
-        """Points and pairs of edges of units that may meet on the way from one pose to the other, and their tables."""
+    def _swept_candidates(self, start: np.ndarray, end: np.ndarray) -> tuple[Tables, np.ndarray, np.ndarray]:
+        """Points and pairs of edges of units that may meet between two poses, and their tables."""
         low, high = self._swept(start, end)
         bound = _RENEWAL * self.margin
         if self._reference is not None and not moved_beyond(start, self._reference, self._moving, self._radii, bound):
-            # neither end of the way is farther from where units were looked for than they may be
+            # both poses are within the allowed displacement from the last search
             meet = _overlap(low, high, self._units.shapes[self._near])
             return self.tables, *self._slots_of(self._near[meet])
         units = self._units_of(*self.listed.overlapping(low, high))
@@ -383,7 +383,7 @@ class ShapeContacts:
     def _locals(
         self, tables: Tables, poses: np.ndarray, points: np.ndarray, edges: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Points in the axes of their shapes, and first edges in those of the second."""
+        """Points in the axes of their shapes, and first edges in the axes of the second edges."""
         probes, shapes = tables.points, tables.shapes
         local = self._kernels.local(
             poses, points, probes.body, probes.place, probes.shape, shapes.body, shapes.offset, shapes.frame
@@ -396,10 +396,10 @@ class ShapeContacts:
         )
 
     def _swept(self, start: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Boxes around all shapes on the way from one pose to the other."""
+        """Boxes around all shapes swept between two poses."""
         low, high = self._boxes(start)
         other_low, other_high = self._boxes(end)
-        # on an arc a point departs from its chord by no more than this
+        # bound of the distance of an arc from its chord
         turn = np.minimum(turn_between(start[self._moving], end[self._moving]), np.pi)
         bulge = np.zeros(len(start))
         bulge[self._moving] = self._radii * (1.0 - np.cos(turn / 2))

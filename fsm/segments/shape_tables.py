@@ -1,4 +1,4 @@
-"""Tables of rounded points, shapes and edges that may touch, put together from plates and obstacles."""
+"""Tables of rounded points, shapes and edges for contact, built from plates and obstacles."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Shape:
-    """A shape fixed in a body.
+    """Shape fixed to a body.
 
     Attributes
     ----------
     body : int
     kind, size : as in `fsm.interactions.shape_distance`, m
     radius : m
-        What is added all around; half the thickness of a plate.
+        Rounding, added on all sides; half the thickness of a plate.
     offset : m, body axes
     orientation : unit quaternion, the shape's axes in the body's
     """
@@ -49,13 +49,13 @@ class Shape:
     orientation: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
 
     def in_body(self, local: np.ndarray) -> np.ndarray:
-        """Points (..., 3) of the shape's axes in the body's."""
+        """Transform points (..., 3) from the shape's axes to the body's axes."""
         turned = local @ rotation_matrix(np.array(self.orientation)).T
         return np.asarray(self.offset + turned)
 
 
 class Shapes(NamedTuple):
-    """All shapes; what the kernels of `point_shape_planar` and `point_shape_spatial` take.
+    """Table of all shapes for the kernels of `point_shape_planar` and `point_shape_spatial`.
 
     Attributes
     ----------
@@ -75,7 +75,7 @@ class Shapes(NamedTuple):
 
 
 class Points(NamedTuple):
-    """Rounded points, each against one shape.
+    """Rounded points, each paired with one shape.
 
     Attributes
     ----------
@@ -92,7 +92,7 @@ class Points(NamedTuple):
 
 
 class Edges(NamedTuple):
-    """Straight edges; see `fsm.interactions.edge_edge`. Attributes have a row an edge."""
+    """Straight edges; see `fsm.interactions.edge_edge`. Attributes have one row per edge."""
 
     body: np.ndarray
     middle: np.ndarray
@@ -115,17 +115,16 @@ class Units(NamedTuple):
     ----------
     shapes : (u, 2) int array
     share : (u, 5) array
-        What weights are multiplied by for their share of a face, where faces are tilted: of the points of the first shape,
-        of those on its axis, of both of the second; and the share of a pair of edges. A shape with no share does not probe
-        the other.
+        Factors of weights for tilted faces: of the points of the first shape, of the points on its axis, of both kinds of
+        the second shape; and the weight of a pair of edges. A shape with factor zero has no probes on the other.
     whole : (u, 2) array, m^2
-        The faces of which the shapes are parts, if they are plates.
+        Areas of the complete faces to which the shapes belong, for plates.
     area : (u, 2) array
-        What weights of either shape are multiplied by for the area that points stand for, m^2.
+        Factor of the weights of either shape that gives the area of a point, m^2.
     pair : (u,) int array
         Contact pair of the scene.
     key : (u,) int array
-        Name that outlives all renewals, ascending.
+        Constant key that does not change at a renewal, ascending.
     """
 
     shapes: np.ndarray
@@ -148,10 +147,9 @@ class Tables(NamedTuple):
     point_start, pair_start : (u + 1,) int arrays
         First point and first pair of edges of every unit.
     unit, column, weight : (n_slots,) arrays
-        Row of the unit, column of its shares, and what that is multiplied by for the share.
+        Row of the unit, column of its factors, and weight of the slot.
     share, area, pair, key : (n_slots,) arrays
-        Fraction of a face, area that it stands for (m^2), number of the contact pair, and a name that outlives all
-        renewals.
+        Fraction of a face, area that the slot represents (m^2), number of the contact pair, and constant key.
     """
 
     shapes: Shapes
@@ -171,7 +169,7 @@ class Tables(NamedTuple):
 
 
 class TableBuilder:
-    """Collects shapes with the points and edges that each meets others with, and lays out tables of units of two.
+    """Builder of the tables of shapes, points and edges.
 
     Shapes are cut by y = 0 in the plane, and there are no edges there (they are points).
     """
@@ -183,12 +181,12 @@ class TableBuilder:
         self._points: list[tuple[int, np.ndarray, float, np.ndarray, bool]] = []
 
     def add_shape(self, shape: Shape) -> int:
-        """Number of the new shape."""
+        """Add a shape; returns its number."""
         self.shapes.append(shape)
         return len(self.shapes) - 1
 
     def add_edges(self, number: int, ends: np.ndarray) -> None:
-        """Edges of a shape, from their ends (n, 2, 3) in its axes."""
+        """Add edges to a shape by their ends (n, 2, 3) in its axes, m."""
         shape = self.shapes[number]
         for start, end in shape.in_body(ends):
             along = end - start
@@ -198,11 +196,11 @@ class TableBuilder:
     def add_points(
         self, number: int, local: np.ndarray, radius: float, weight: np.ndarray, on_axis: bool = False
     ) -> None:
-        """Points (n, 3) of a shape in its axes, with rounding, m, and weights (n,); a cylinder's may be on its axis."""
+        """Add points (n, 3) to a shape in its axes, with rounding, m, and weights (n,); `on_axis` for a cylinder's axis."""
         self._points.append((number, local, radius, weight, on_axis))
 
     def kit(self) -> Kit:
-        """All of it."""
+        """Build the tables."""
         points = sorted(self._points, key=lambda row: row[0])
         edges = sorted(self._edges, key=lambda row: row[0])
         lengths = [len(local) for _, local, *_ in points]
@@ -252,7 +250,7 @@ class TableBuilder:
 
 
 class Solids(NamedTuple):
-    """Shapes in space, also where the motion is plane: half sizes, places and axes in their bodies."""
+    """Shapes in space, also for a plane motion: half sizes, positions and axes in their bodies."""
 
     size: np.ndarray
     offset: np.ndarray
@@ -260,17 +258,17 @@ class Solids(NamedTuple):
 
 
 class Kit(NamedTuple):
-    """Shapes with the points and edges that each meets others with, from which tables of units are laid out.
+    """Shapes with their points and edges, from which the tables of units are built.
 
     Attributes
     ----------
     point_start, edge_start : (s + 1,) int arrays
         First point and first edge of every shape.
     place, radius, weight : (p, 2 or 3), (p,), (p,) arrays
-        Of the points: place in body axes, m, rounding, m, and weight.
+        Position in body axes (m), rounding (m) and weight of the points.
     local, on_axis : (p, 3), (p,) arrays
-        Their places in the axes of their shapes, m, and whether they are of the axis of a cylinder.
-    solids : the shapes as they are in space
+        Positions of the points in the axes of their shapes, m, and whether they lie on the axis of a cylinder.
+    solids : shapes in space
     """
 
     shapes: Shapes
@@ -285,7 +283,7 @@ class Kit(NamedTuple):
     edges: Edges
 
     def tables(self, units: Units) -> Tables:
-        """The slots of some units: points of the first shape, then of the second; each edge with each of the other's."""
+        """Slots of some units: points of the first shape, then of the second; all pairs of edges."""
         owner, other = units.shapes.ravel(), units.shapes[:, ::-1].ravel()
         probes = (units.share[:, [0, 2]] > 0.0).ravel()
         lengths = np.where(probes, np.diff(self.point_start)[owner], 0)
@@ -314,7 +312,7 @@ class Kit(NamedTuple):
 
     @property
     def _most_slots(self) -> int:
-        """Slots that a unit has at most."""
+        """Largest number of slots in a unit."""
         points, edges = np.diff(self.point_start).max(initial=0), np.diff(self.edge_start).max(initial=0)
         return int(2 * points + edges**2)
 
@@ -331,17 +329,17 @@ class Kit(NamedTuple):
 
 
 def nearly_parallel(edges: Edges, one: np.ndarray, two: np.ndarray) -> np.ndarray:
-    """|t_1 x t_2|^2 of pairs of edges below which they count as nearly parallel.
+    """Bound of |t_1 x t_2|^2 below which pairs of edges count as nearly parallel.
 
-    They do when one rises over the other by less than both roundings, from its middle to its end: there the points along it
-    touch.
+    The bound is reached if one edge rises over the other, from its middle to its end, by the sum of both roundings. Below
+    it the points along the edges have contact.
     """
     sine = (edges.radius[one] + edges.radius[two]) / np.minimum(edges.half[one], edges.half[two])
     return np.asarray(np.clip(sine, 1e-3, 0.2) ** 2)
 
 
 def ranges(start: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """All numbers from start[r] to start[r + 1] - 1, row after row."""
+    """Concatenated integer ranges start[r] ... start[r + 1] - 1 of the given rows."""
     lengths = start[rows + 1] - start[rows]
     offsets = np.arange(lengths.sum()) - np.repeat(np.cumsum(lengths) - lengths, lengths)
     return np.repeat(start[rows], lengths) + offsets
@@ -366,5 +364,5 @@ def shape_edges(shape: Shape) -> np.ndarray:
 
 
 def as_rectangle(body: int, length: float, width: float, thickness: float) -> Shape:
-    """A plate centred in its body's x-y plane, its edges rounded by half its thickness."""
+    """Plate centred in its body's x-y plane, with edges rounded by half its thickness."""
     return Shape(body, RECTANGLE, (length / 2, width / 2, 0.0), thickness / 2)

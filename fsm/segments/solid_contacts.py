@@ -1,7 +1,7 @@
-"""Rigid solids against each other: spheres against all, boxes and cylinders against half-spaces.
+"""Contacts between rigid solids: spheres with all shapes, boxes and cylinders with half-spaces.
 
-A sphere touches at one point, wherever that is: its centre, rounded by its radius, probes the other shape, which is exact,
-with the whole stiffness. A box and a cylinder probe a half-space with their points.
+A sphere touches at one point. Its centre, rounded by its radius, is a probe on the other shape, which is exact. The point
+has the whole stiffness. A box and a cylinder have points as probes on a half-space.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ class SolidContacts(ShapeContacts):
     ----------
     solids : shapes that are not rectangles
     pairs : (m, 2) int array
-        Solids; one of each pair is a sphere, or the one a half-space and the other not.
+        Solids; one of each pair is a sphere, or exactly one is a half-space.
     spatial, margin, points : as in `PlateContacts`
     numbers : (m,) int array
-        Contact pair of the scene that each is; by default its own row.
+        Number of the scene's contact pair for each row; default: the row number.
     joined, reference : as in `PlateContacts`
     """
 
@@ -60,7 +60,7 @@ class SolidContacts(ShapeContacts):
 
 
 def _probing_first(solids: Sequence[Shape], one: int, two: int) -> tuple[int, int]:
-    """A sphere before what is none, a half-space last."""
+    """Order a pair: a sphere comes first, a half-space last."""
     kinds = solids[one].kind, solids[two].kind
     turned = kinds[0] == HALF_SPACE or (kinds[1] == SPHERE and kinds[0] != SPHERE)
     return (two, one) if turned else (one, two)

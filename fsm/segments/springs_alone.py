@@ -1,8 +1,8 @@
-"""Newton's method of one quasi-static step in one call, for bodies that nothing but springs and dampers join.
+"""Newton's method of one quasi-static step in one kernel, for bodies joined by springs and dampers only.
 
-It is that of `fsm.solve.equilibrium_step`, iteration by iteration with the same kernels and to the last bit, as long as all
-goes well: to call them one by one takes several times as long as they do in a small model. Where a step overshoots, wanders
-or meets a singular matrix it gives up, and the whole of it is done there, with all the care it takes.
+It repeats the iterations of `fsm.solve.equilibrium_step` with the same kernels, and the results agree to the last bit. In a
+small model, separate calls of the kernels cost several times as much as the kernels. If a step overshoots, diverges or
+meets a singular matrix, this kernel returns without a result. `fsm.solve.equilibrium_step` then solves the whole step.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def _forces(
     per_second: float,
     force: np.ndarray,
 ) -> None:
-    """Forces on all bodies, into `force`."""
+    """Compute the forces on all bodies into `force`."""
     force[:] = 0.0
     if inertia is None:
         force_pose_planar(poses, rates, bodies, constants, before, per_second, force)
@@ -63,7 +63,7 @@ def _linearise(
     stiffness: np.ndarray,
     damping: np.ndarray,
 ) -> None:
-    """Forces on all bodies, K and D, into the last three; `since`: increments from the last state, where they matter."""
+    """Compute the forces, K and D into the last three arguments; `since` holds the increments from the last state."""
     force[:] = 0.0
     stiffness[:] = 0.0
     damping[:] = 0.0
@@ -92,7 +92,7 @@ def _largest(values: np.ndarray) -> float:
 
 @kernel
 def _difference(start: np.ndarray, end: np.ndarray, inertia: np.ndarray | None) -> np.ndarray:
-    """Increments from one configuration to another."""
+    """Increments (nu,) from one configuration to another."""
     if inertia is None:
         return end - start
     else:
@@ -101,7 +101,7 @@ def _difference(start: np.ndarray, end: np.ndarray, inertia: np.ndarray | None) 
 
 @kernel
 def _retract(q: np.ndarray, dx: np.ndarray, inertia: np.ndarray | None) -> np.ndarray:
-    """A configuration moved by increments."""
+    """Configuration (nq,) displaced by increments."""
     if inertia is None:
         return q + dx
     else:
@@ -164,24 +164,24 @@ def settle_springs(
     late: float,
     most: int,
 ) -> tuple[bool, np.ndarray, np.ndarray, np.ndarray, np.ndarray, bool, int, float]:
-    """Equilibrium with u the mean velocity since the last state.
+    """Find the equilibrium with u as the mean velocity since the last state.
 
     Parameters
     ----------
-    q, efforts : configuration (nq,), and efforts (m, 3 or 6) of the springs, to begin with
-    q_before, duration : configuration of the last state and the time since, s; a time of zero: rates do not matter
-    poses, rates : (n_bodies, 3 or 7) and (n_bodies, 3 or 6) arrays, the rows of the free ones changed in place
-        Those of held and driven bodies; left as they are at the end.
+    q, efforts : initial configuration (nq,) and efforts (m, 3 or 6) of the springs
+    q_before, duration : configuration of the last state, and elapsed time, s; zero: rates are ignored
+    poses, rates : (n_bodies, 3 or 7) and (n_bodies, 3 or 6) arrays, rows of free bodies changed in place
+        Rows of held and driven bodies are input and do not change.
     free, dof, inertia : see `fsm.segments.configuration.Bodies` and `fsm.segments.pattern.BodyPattern`
-        No inertia in the plane, where nothing is gyroscopic: by that the compiler knows which kernels to leave out. For that
-        branches have to be written as if and else.
-    bodies, constants, before, per_second, slots : as `linearise_pose_planar` takes them
-    rows, columns, transposed : the pattern
-    order, indptr, indices, diagonal, place : its `Elimination`
+        None in the plane, where there is no gyroscopic term: the type selects the kernels at compile time. Such branches
+        must be written with `if` and `else`.
+    bodies, constants, before, per_second, slots : as in `linearise_pose_planar`
+    rows, columns, transposed : block-sparse pattern of the matrix
+    order, indptr, indices, diagonal, place : `Elimination` of the pattern
     factors : (n_filled, 3 or 6, 3 or 6) array, changed in place
-        Those of the last matrix.
+        Factors of the last matrix.
     span, to_force : (nu,) arrays
-        What increments and forces left over are measured by.
+        Scales of the increments and of the residual.
     widest : m or rad, largest of `span`
     largest_reaction : N
     tolerance ... most : see `fsm.system.NewtonRules`
@@ -189,25 +189,25 @@ def settle_springs(
     Returns
     -------
     settled : bool
-        False if it gave up; nothing else means anything then.
-    q, efforts : configuration, and the efforts there
+        False if the iterations failed; the other results are then undefined.
+    q, efforts : configuration and efforts at the equilibrium
     residual : (nu,) array, N and N m
     matrix : (n_blocks, 3 or 6, 3 or 6) array
         K + D/dt of the last iteration.
     symmetric : bool
-        Whether it is.
+        Whether the matrix is symmetric.
     iterations : int
     balanced : N
         Forces smaller than this are round-off.
     """
     spatial, moving = inertia is not None, duration > 0.0
-    no = duration < 0.0  # as a constant it would have kernels compiled anew
+    no = duration < 0.0  # a variable, because a constant would compile the kernels again
     change, force = np.zeros(rates.shape), np.empty(rates.shape)
     blocks = (columns.shape[0], rates.shape[1], rates.shape[1])
     stiffness, damping = np.empty(blocks), np.empty(blocks)
     own = np.empty((0, rates.shape[1]))
     matrix, symmetric, balanced = stiffness, False, 0.0
-    gave_up = (False, q, efforts, q, matrix, False, 0, 0.0)
+    failed = (False, q, efforts, q, matrix, False, 0, 0.0)
     step = since = np.zeros(span.shape[0])
     work = lost = 0.0
     size = last_size = np.inf
@@ -225,7 +225,7 @@ def settle_springs(
                 change[:] = 0.0
                 efforts = _advance(poses, change, inertia, bodies, constants, before, per_second)
                 return True, q, efforts, residual, matrix, symmetric, iteration, balanced
-        # of a state found at once the efforts were but predicted: its matrix has those at the state itself
+        # if the first iterate converged, its efforts were only predicted; the matrix uses the efforts at the state
         given = own if found else efforts
         _linearise(
             moving, poses, rates, inertia, since, dof, rows, columns, bodies, constants, before, per_second, given, slots,
@@ -239,18 +239,18 @@ def settle_springs(
             overshot = work > 0.0 and np.sum(step * residual) < -overshoot * work
             wandering = (iteration > 7 and size > 2.0 * last_size) or (iteration >= late and left_over > lost)
             if not np.isfinite(left_over) or overshot or wandering or iteration == most:
-                return gave_up
+                return failed
         matrix = effective_stiffness(stiffness, damping, 1.0 / duration, None, columns) if moving else stiffness
         if iteration == 0:
             balanced = round_off * widest * _largest(matrix.reshape(-1))
         symmetric = is_symmetric(matrix, transposed, SYMMETRY_TOLERANCE)
         if factorise(matrix, place, indptr, indices, diagonal, symmetric, factors) >= 0:
-            return gave_up
+            return failed
         step, error, _ = solve_refined(
             order, indptr, indices, diagonal, factors, rows, columns, matrix, residual, REFINE_ABOVE, symmetric, no
         )
         if not error <= MAX_ERROR:
-            return gave_up
+            return failed
         if found:
             change[:] = 0.0
             efforts = _advance(poses, change, inertia, bodies, constants, before, per_second)
@@ -258,10 +258,10 @@ def settle_springs(
         work = np.sum(step * residual)
         last_size, size = size, largest_ratio(step, span)
         if not np.isfinite(size):
-            return gave_up
+            return failed
         if size > reach:
             step = step * (reach / size)
         scatter_free(free, step, no, change)
         efforts = _advance(poses, change, inertia, bodies, constants, before, per_second)
         q = _retract(q, step, inertia)
-    return gave_up
+    return failed

@@ -1,4 +1,4 @@
-"""Functions of time that loads are multiplied by."""
+"""Functions of time that multiply loads."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def breaks(function: TimeFunction) -> tuple[float, ...]:
 
 
 def slope(function: TimeFunction, t: float) -> float:
-    """Derivative of a time function at t, 1/s; of a table, of the piece that begins there."""
+    """Derivative of a time function at t, 1/s; at a point of a table, the slope of the following interval."""
     if isinstance(function, Constant):
         return 0.0
     if isinstance(function, Ramp):
