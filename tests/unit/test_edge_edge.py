@@ -58,8 +58,8 @@ def turned(vector: tuple[float, float, float], base: np.ndarray | None = None) -
 class Unscaled(PlateContacts):
     """No pair of edges counts as nearly parallel."""
 
-    def _lay_out(self, units: Units) -> None:
-        super()._lay_out(units)
+    def _set_up_tables(self, units: Units) -> None:
+        super()._set_up_tables(units)
         self.tables.edge_pairs.parallel[:] = 0.0
 
 
