@@ -28,7 +28,7 @@ def contact_faults(scene: Scene) -> Iterator[Fault]:
     for i, pair in enumerate(scene.pairs):
         yield from _pair(pair, known, bodies, shapes, f"scene.pairs.{i}")
     if scene.friction is not None and scene.contact is None:
-        yield Fault("friction", "needs a [contact] section to act in")
+        yield Fault("friction", "friction needs a [contact] section; add one, or remove [friction]")
 
 
 def _surfaces(scene: Scene) -> Iterator[Fault]:
@@ -39,7 +39,7 @@ def _surfaces(scene: Scene) -> Iterator[Fault]:
 
 def _members(names: tuple[str, ...], bodies: dict[str, Body], path: str) -> Iterator[Fault]:
     if not names:
-        yield Fault(path, "there are none")
+        yield Fault(path, "the list is empty; give at least one body")
     for name in names:
         if name not in bodies:
             yield Fault(path, f"no body is called {name!r}{nearest(name, list(bodies))}")
@@ -66,7 +66,7 @@ def _groups(scene: Scene) -> Iterator[Fault]:
         yield from _members(group.bodies, bodies, f"{path}.bodies")
         for name, number in Counter(group.bodies).items():
             if number > 1:
-                yield Fault(f"{path}.bodies", f"body {name!r} is there {number} times")
+                yield Fault(f"{path}.bodies", f"body {name!r} is listed {number} times; list it once")
 
 
 def _obstacles(scene: Scene) -> Iterator[Fault]:

@@ -27,7 +27,7 @@ def check_scene(scene: Scene) -> list[Fault]:
 
 def _bodies(scene: Scene) -> Iterator[Fault]:
     if not scene.bodies:
-        yield Fault("scene.bodies", "there are none; give at least one body")
+        yield Fault("scene.bodies", "the scene has no bodies; give at least one")
     for name, count in Counter(body.name for body in scene.bodies).items():
         if count > 1:
             yield Fault("scene.bodies", f"the name {name!r} is used {count} times; names must differ")

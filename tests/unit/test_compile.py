@@ -196,7 +196,7 @@ def test_all_faults_at_once() -> None:
         "scene.elements.0.inner: no body is called 'arn'; did you mean 'arm'?",
         "scene.elements.1: joins 'leg' to itself",
         "scene.surfaces.0.bodies: body 'leg' has no plate",
-        "scene.surfaces.1.bodies: there are none",
+        "scene.surfaces.1.bodies: the list is empty; give at least one body",
         "scene.pairs.0.second: no surface, plate, group or obstacle is called 'topp'; did you mean 'top'?",
         "load.0.body: no body is called 'haed'; did you mean 'head'?",
         "drive.0.body: 'post' is held; a held body cannot be driven",
@@ -208,7 +208,7 @@ def test_all_faults_at_once() -> None:
 
 
 def test_an_empty_scene_is_refused() -> None:
-    assert faults_of(Scene()) == ["scene.bodies: there are none; give at least one body"]
+    assert faults_of(Scene()) == ["scene.bodies: the scene has no bodies; give at least one"]
 
 
 def test_a_faultless_scene_has_no_faults() -> None:

@@ -151,10 +151,10 @@ def _below_or_beyond(system: SegmentSystem, poses: np.ndarray, body: int) -> boo
 @pytest.mark.parametrize(
     ("groups", "pairs", "said"),
     [
-        ([("all", ())], [], "there are none"),
+        ([("all", ())], [], "the list is empty; give at least one body"),
         ([("all", ("a", "x"))], [], "no body is called 'x'"),
         ([("all", ("a", "bare"))], [], "'bare' has no plate"),
-        ([("all", ("a", "b", "a"))], [], "body 'a' is there 2 times"),
+        ([("all", ("a", "b", "a"))], [], "body 'a' is listed 2 times; list it once"),
         ([("a", ("a", "b"))], [], "'a' is the name of something else already"),
         ([("all", ("a",)), ("all", ("b",))], [], "'all' is used 2 times"),
         ([("all", ("a", "b"))], [("all", "b")], "both part of body 'b'"),
