@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fsm.ancf.array_system import ArraySystem
-from fsm.ancf.bars import BarMaterial, BarMesh
+from fsm.ancf.bars import BarMaterial, BarMesh, BarNodes
 from fsm.ancf.end_to_end import end_to_end
 from fsm.ancf.group import ElementGroup
 from fsm.ancf.hinge import HingeGroup
@@ -122,7 +122,7 @@ def _hinges(
     found = [
         (slopes, kind, name)
         for kind, names in points_of.items()
-        for name, slopes in ((name, _slopes_at(mesh, points[name])) for name in names)
+        for name, slopes in ((name, _directions_at(mesh, points[name])) for name in names)
         if len(slopes) == 2
     ]
     if not found:
@@ -143,9 +143,14 @@ def _hinges(
     return group, tuple(name for _, _, name in found)
 
 
-def _slopes_at(mesh: BarMesh, point: int) -> tuple[int, ...]:
-    """First coordinates of the slopes of the bars that meet at a point, the one that rises first."""
-    return tuple(int(bar.slopes[i]) for bar in mesh.bars for i in np.flatnonzero(bar.positions == point))
+def _directions(bar: BarNodes) -> np.ndarray:
+    """First coordinates of what takes moments at the nodes of a bar: its sections, the slopes of a cable."""
+    return bar.sections if len(bar.sections) else bar.slopes
+
+
+def _directions_at(mesh: BarMesh, point: int) -> tuple[int, ...]:
+    """First coordinates of the directions of the bars that meet at a point, the one that rises first."""
+    return tuple(int(_directions(bar)[i]) for bar in mesh.bars for i in np.flatnonzero(bar.positions == point))
 
 
 def _senses(
@@ -156,11 +161,11 @@ def _senses(
     named = {first: name for name, first in points.items()}
     direction: dict[int, np.ndarray] = {}
     for bar in mesh.bars:
-        start, middle, end = (i for i, first in enumerate(bar.positions) if int(first) in named)
-        # through its middle a bar has the slope of its first half
-        for at, a, b in ((start, start, middle), (middle, start, middle), (end, middle, end)):
-            from_, to = (later[named[int(bar.positions[i])]] for i in (a, b))
-            direction[int(bar.slopes[at])] = np.subtract(to, from_)
+        nodes = [i for i, first in enumerate(bar.positions) if int(first) in named]
+        # bars are rigid here, and all their sections are kept as those of the first half
+        from_, to = (later[named[int(bar.positions[i])]] for i in nodes[:2])
+        for at in nodes:
+            direction[int(_directions(bar)[at])] = np.subtract(to, from_)
     p, q = (np.array([direction[int(first)] for first in vectors[:, side]]) for side in (0, 1))
     angle = np.arctan2(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0], np.sum(p * q, axis=1))
     turn = np.remainder(angle - initial + math.pi, 2.0 * math.pi) - math.pi

@@ -2,8 +2,9 @@
 
 Every bar has a position and slopes of its own at each of its nodes, but for the points it shares: there all bars use one
 position (master and slaves, Peng et al. 2019, eq. 13, positions only) and keep their own slopes, and that is a hinge. A bar
-goes through its middle point with one set of slopes; bent there, its second half uses them turned by a constant angle, a
-mix of r_x and r_y with constant coefficients that goes into the shape functions.
+goes through its middle point with one section r_y, which carries the moment, and an r_x on either side, as the hinge makes
+axial and shear forces jump. The sections of a second half that is bent off the first are kept turned back by this angle, so
+they share r_y as well. A cable has no section: it goes through with one r_x.
 """
 
 from __future__ import annotations
@@ -69,7 +70,7 @@ class BarNodes:
     positions, slopes : (n + 1,) int arrays
         First coordinates of r and r_x at the nodes.
     sections : (n + 1,) int array
-        Of r_y; empty for a cable.
+        Of r_y, turned back to the first half; empty for a cable.
     at : (n + 1,) array, m
         Along the bar.
     elements : slice of the group's elements
@@ -101,7 +102,7 @@ class BarMesh:
     bars: list[BarNodes] = field(default_factory=list)
     _vectors: list[list[int]] = field(default_factory=list)
     _lengths: list[float] = field(default_factory=list)
-    _kinks: list[float] = field(default_factory=list)
+    _bends: list[float] = field(default_factory=list)
 
     def position(self, at: tuple[float, float], name: str) -> int:
         """A position, its first coordinate."""
@@ -124,20 +125,22 @@ class BarMesh:
         nodes: list[tuple[int, list[int], float]] = []
         for k, ((a, b), angle, count) in enumerate(zip(pieces, angles, elements, strict=True)):
             length = float(np.linalg.norm(b - a)) / count
-            kink = math.remainder(angle - angles[k - 1], 2.0 * math.pi) if k else 0.0
             if k == 0:
-                nodes.append((points[0], self._slopes(angle, f"{name} start"), 0.0))
+                nodes.append((points[0], self._slopes(angle, angle, f"{name} start"), 0.0))
             for i in range(1, count + 1):
-                start = nodes[-1]
+                begin, slopes, _ = nodes[-1]
+                if i == 1 and k and self.element != "cable":
+                    after = self._vector((math.cos(angle), math.sin(angle)), f"{name} node {len(nodes) - 1}")
+                    slopes = [after, slopes[1]]
                 mixed = [self._vector((0.0, 0.0), f"{name} element {len(nodes)}")] if self.element != "cable" else []
                 last = i == count
                 label = f"{name} node {len(nodes)}"
                 here = points[k + 1] if last else self.position(tuple(a + (b - a) * i / count), label)
                 at += length
-                nodes.append((here, self._slopes(angle, label), at))
-                self._vectors.append([start[0], *start[1], here, *nodes[-1][1], *mixed])
+                nodes.append((here, self._slopes(angle, angles[0], label), at))
+                self._vectors.append([begin, *slopes, here, *nodes[-1][1], *mixed])
                 self._lengths.append(length)
-                self._kinks.append(kink if i == 1 else 0.0)
+                self._bends.append(angle - angles[0])
         self.bars.append(
             BarNodes(
                 np.array([node[0] for node in nodes]),
@@ -152,14 +155,19 @@ class BarMesh:
     def group(self) -> BeamGroup:
         """All elements of all bars."""
         build = {"section": self._section, "green": self._green, "cable": self._cable}[self.element]
-        lengths, kinks = np.array(self._lengths), np.array(self._kinks)
-        unlike, same = np.unique(np.column_stack([lengths, kinks]).round(15), axis=0, return_inverse=True)
-        parts = [build(float(length), float(kink)) for length, kink in unlike]
+        lengths = np.array(self._lengths)
+        unlike, same = np.unique(lengths.round(15), return_inverse=True)
+        parts = [build(float(length)) for length in unlike]
         rows, stiffness, masses = (np.stack(part)[same.ravel()] for part in zip(*parts, strict=True))
         strains, hessians = _KERNELS[self.element]
         beta = np.full(len(lengths), self.material.damping)
         vectors = np.array(self._vectors, dtype=np.int64)
-        return BeamGroup(strains, hessians, vectors, rows, stiffness, beta, masses)
+        frames = np.zeros((*vectors.shape, 2))
+        frames[..., 0] = 1.0
+        if self.element != "cable":
+            frames[:, _SECTIONS, 0] = np.cos(self._bends)[:, None]
+            frames[:, _SECTIONS, 1] = np.sin(self._bends)[:, None]
+        return BeamGroup(strains, hessians, vectors, frames, rows, stiffness, beta, masses)
 
     def renumbered(self, order: np.ndarray) -> BarMesh:
         """The same bars with vector `order[i]` in the place i."""
@@ -175,7 +183,7 @@ class BarMesh:
         return BarMesh(
             self.element, self.material, [self.values[i] for i in order], [self.names[i] for i in order],
             [int(i) for i in moved(np.array(self.positions))], bars,
-            [[int(i) for i in moved(np.array(vectors))] for vectors in self._vectors], self._lengths, self._kinks,
+            [[int(i) for i in moved(np.array(vectors))] for vectors in self._vectors], self._lengths, self._bends,
         )  # fmt: skip
 
     def _vector(self, value: tuple[float, float], name: str) -> int:
@@ -183,28 +191,28 @@ class BarMesh:
         self.names.append(name)
         return 2 * (len(self.values) - 1)
 
-    def _slopes(self, angle: float, name: str) -> list[int]:
-        cosine, sine = math.cos(angle), math.sin(angle)
-        along = self._vector((cosine, sine), name)
-        return [along] if self.element == "cable" else [along, self._vector((-sine, cosine), name)]
+    def _slopes(self, angle: float, first: float, name: str) -> list[int]:
+        """r_x, and r_y turned back to the first half of the bar."""
+        along = self._vector((math.cos(angle), math.sin(angle)), name)
+        return [along] if self.element == "cable" else [along, self._vector((-math.sin(first), math.cos(first)), name)]
 
     # what elements of one length are made of: rows (g, p, v), stiffness (g, s), masses (v, v)
 
-    def _section(self, length: float, kink: float) -> tuple[np.ndarray, ...]:
+    def _section(self, length: float) -> tuple[np.ndarray, ...]:
         m = self.material
         xi, weight = gauss_points(3, 0.0, 1.0)
         axial = m.young * m.area
         stiffness = [axial, m.shear_factor * m.shear * m.area, axial * m.height**2 / 12.0, axial]
-        rows = beam_rows(xi, np.zeros_like(xi), length) @ _turned(kink)
-        return rows, np.outer(length * weight, stiffness), self._masses(length, kink)
+        rows = beam_rows(xi, np.zeros_like(xi), length)
+        return rows, np.outer(length * weight, stiffness), self._masses(length)
 
-    def _green(self, length: float, kink: float) -> tuple[np.ndarray, ...]:
+    def _green(self, length: float) -> tuple[np.ndarray, ...]:
         m = self.material
         xi, y, weight = _over_section(3, length, m.height, m.width)
-        rows = beam_rows(xi, y, length)[:, :2] @ _turned(kink)
-        return rows, np.outer(weight, [m.young, m.young, m.shear_factor * m.shear]), self._masses(length, kink)
+        rows = beam_rows(xi, y, length)[:, :2]
+        return rows, np.outer(weight, [m.young, m.young, m.shear_factor * m.shear]), self._masses(length)
 
-    def _cable(self, length: float, kink: float) -> tuple[np.ndarray, ...]:
+    def _cable(self, length: float) -> tuple[np.ndarray, ...]:
         m = self.material
         xi, weight = gauss_points(4, 0.0, 1.0)
         shape = bernoulli_shape(xi, length)
@@ -213,13 +221,15 @@ class BarMesh:
         axial = m.young * m.area
         return bernoulli_rows(xi, length), np.outer(length * weight, [axial, axial * m.height**2 / 12.0]), masses
 
-    def _masses(self, length: float, kink: float) -> np.ndarray:
+    def _masses(self, length: float) -> np.ndarray:
         m = self.material
         xi, y, weight = _over_section(4, length, m.height, m.width)
-        shape = beam_shape(xi, y, length) @ _turned(kink)
+        shape = beam_shape(xi, y, length)
         return np.asarray(np.einsum("g,gi,gj->ij", m.density * weight, shape, shape))
 
 
+_SECTIONS = [2, 5, 6]
+"""Those of the vectors of an element that are r_y or r_xy."""
 _KERNELS = {
     "section": (section_strains, section_hessians),
     "green": (green_strains, green_hessians),
@@ -232,11 +242,3 @@ def _over_section(count: int, length: float, height: float, width: float) -> tup
     xi, along = gauss_points(count, 0.0, 1.0)
     y, across = gauss_points(2, -0.5 * height, 0.5 * height)
     return np.repeat(xi, 2), np.tile(y, count), np.outer(length * along, width * across).ravel()
-
-
-def _turned(kink: float) -> np.ndarray:
-    """(7, 7): coordinates of an element bent by an angle off its first node, from those of the node."""
-    mix = np.eye(7)
-    mix[1, 1], mix[1, 2] = math.cos(kink), math.sin(kink)
-    mix[2, 1], mix[2, 2] = -math.sin(kink), math.cos(kink)
-    return mix

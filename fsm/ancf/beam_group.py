@@ -17,35 +17,45 @@ __all__ = ["BeamGroup"]
 
 
 @kernel
-def _gathered(vectors: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """Coordinates of every element, (m, v, 2)."""
+def _gathered(vectors: np.ndarray, frames: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Coordinates of every element, (m, v, 2), each turned by the angle of its frame."""
     count, width = vectors.shape
     out = np.empty((count, width, 2))
     for e in range(count):
         for i in range(width):
-            out[e, i, 0], out[e, i, 1] = q[vectors[e, i]], q[vectors[e, i] + 1]
+            x, y = q[vectors[e, i]], q[vectors[e, i] + 1]
+            cosine, sine = frames[e, i, 0], frames[e, i, 1]
+            out[e, i, 0], out[e, i, 1] = cosine * x - sine * y, sine * x + cosine * y
     return out
 
 
 @kernel
-def _scatter_forces(vectors: np.ndarray, element: np.ndarray, force: np.ndarray) -> None:
+def _scatter_forces(vectors: np.ndarray, frames: np.ndarray, element: np.ndarray, force: np.ndarray) -> None:
     """Add element forces (m, v, 2)."""
     for e in range(vectors.shape[0]):
         for i in range(vectors.shape[1]):
-            force[vectors[e, i]] += element[e, i, 0]
-            force[vectors[e, i] + 1] += element[e, i, 1]
+            x, y = element[e, i, 0], element[e, i, 1]
+            cosine, sine = frames[e, i, 0], frames[e, i, 1]
+            force[vectors[e, i]] += cosine * x + sine * y
+            force[vectors[e, i] + 1] += cosine * y - sine * x
 
 
 @kernel
-def _scatter_matrices(slots: np.ndarray, size: int, element: np.ndarray, flat: np.ndarray) -> None:
+def _scatter_matrices(slots: np.ndarray, frames: np.ndarray, size: int, element: np.ndarray, flat: np.ndarray) -> None:
     """Add element matrices (m, 2 v, 2 v) to the flat block data."""
     for e in range(slots.shape[0]):
         for i in range(slots.shape[1]):
+            c, s = frames[e, i, 0], frames[e, i, 1]
             for j in range(slots.shape[2]):
-                slot = slots[e, i, j]
-                for a in range(2):
-                    for b in range(2):
-                        flat[slot + a * size + b] += element[e, 2 * i + a, 2 * j + b]
+                slot, k, n = slots[e, i, j], 2 * i, 2 * j
+                d, t = frames[e, j, 0], frames[e, j, 1]
+                xx, xy, yx, yy = element[e, k, n], element[e, k, n + 1], element[e, k + 1, n], element[e, k + 1, n + 1]
+                # R_i^T K_ij R_j, row by row
+                one, two, three, four = c * xx + s * yx, c * xy + s * yy, c * yx - s * xx, c * yy - s * xy
+                flat[slot] += one * d + two * t
+                flat[slot + 1] += two * d - one * t
+                flat[slot + size] += three * d + four * t
+                flat[slot + size + 1] += four * d - three * t
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +67,8 @@ class BeamGroup:
     strains, hessians : kernels of the element, of `derivatives`
     vectors : (m, v) int array
         First coordinate of each vector of each element.
+    frames : (m, v, 2) array
+        Cosine and sine of the angle that every vector is turned by before it is used; the same for vectors that share mass.
     rows, stiffness, beta : arrays
     masses : (m, v, v) array
     """
@@ -64,6 +76,7 @@ class BeamGroup:
     strains: Callable[..., Any]
     hessians: Callable[..., Any]
     vectors: np.ndarray
+    frames: np.ndarray
     rows: np.ndarray
     stiffness: np.ndarray
     beta: np.ndarray
@@ -81,7 +94,7 @@ class BeamGroup:
 
     def derivatives(self, q: np.ndarray) -> np.ndarray:
         """Derivatives of r at all points, (m, g, 2 p), which strains are functions of."""
-        return np.asarray(at_points(_gathered(self.vectors, q), self.rows))
+        return np.asarray(at_points(_gathered(self.vectors, self.frames, q), self.rows))
 
     @cached_property
     def _none(self) -> np.ndarray:
@@ -89,13 +102,13 @@ class BeamGroup:
 
     def _rates(self, u: np.ndarray | None) -> np.ndarray:
         """Rates of the coordinates of every element, (m, v, 2), where they matter."""
-        return np.asarray(_gathered(self.vectors, u)) if self.rate_dependent and u is not None else self._none
+        return np.asarray(_gathered(self.vectors, self.frames, u)) if self.rate_dependent and u is not None else self._none
 
     def add_force(self, q: np.ndarray, u: np.ndarray | None, force: np.ndarray) -> None:
         """See `ElementGroup`."""
         strain, gradient = self.strains(self.derivatives(q))
         element = strain_force(strain, gradient, self._rates(u), self.rows, self.stiffness, self.beta)
-        _scatter_forces(self.vectors, element, force)
+        _scatter_forces(self.vectors, self.frames, element, force)
 
     def add_linearised(
         self,
@@ -110,12 +123,12 @@ class BeamGroup:
         z = self.derivatives(q)
         strain, gradient = self.strains(z)
         law = self._rates(u), self.rows, self.stiffness, self.beta
-        _scatter_forces(self.vectors, strain_force(strain, gradient, *law), force)
+        _scatter_forces(self.vectors, self.frames, strain_force(strain, gradient, *law), force)
         of_coordinates, of_rates = strain_tangent(strain, gradient, self.hessians(z), *law)
         size = stiffness.shape[1]
-        _scatter_matrices(slots, size, of_coordinates, stiffness.reshape(-1))
+        _scatter_matrices(slots, self.frames, size, of_coordinates, stiffness.reshape(-1))
         if self.rate_dependent:
-            _scatter_matrices(slots, size, of_rates, damping.reshape(-1))
+            _scatter_matrices(slots, self.frames, size, of_rates, damping.reshape(-1))
 
     def energy(self, q: np.ndarray, u: np.ndarray | None) -> tuple[float, float]:
         """Stored energy (J) and dissipated power (W)."""

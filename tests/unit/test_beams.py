@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,6 +10,11 @@ import pytest
 from fsm.ancf.bars import BarMaterial, BarMesh
 from fsm.ancf.beam_bernoulli import bernoulli_rows, bernoulli_shape
 from fsm.ancf.beam_shape import beam_rows, beam_shape
+from fsm.ancf.loading import Forcing, Loading
+from fsm.ancf.mesh import Mesh, node_pattern
+from fsm.ancf.pulse import Ramp
+from fsm.ancf.system import AncfSystem
+from fsm.solve.newton import equilibrium
 
 STEEL = BarMaterial(2e11, 0.3, 7850.0, 0.02, 0.01, damping=1e-3)
 ELEMENTS = ("section", "green", "cable")
@@ -128,3 +134,32 @@ def test_mass_of_rigid_motion(element):
         at = 2.0 * spin @ middle + [0.7, -0.4]
         expected += 0.5 * per_length * length * at @ at + 0.5 * inertia * 4.0
     assert kinetic == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("element", ["section", "green"])
+def test_a_bent_bar_carries_its_moment_around_the_bend(element):
+    """Cantilever bent at its middle, force at its tip: the axial strain is N/EA on either side of the bend.
+
+    With slopes r_x that went around the bend, the moment stretched the elements there: more so, the shorter they were.
+    """
+    kink, force = 0.6, 1.0
+    mesh = BarMesh(element, replace(STEEL, damping=0.0))
+    end = (0.4 + 0.3 * math.cos(kink), 0.3 * math.sin(kink))
+    points = [mesh.position(at, name) for name, at in (("a", (0.0, 0.0)), ("h", (0.4, 0.0)), ("b", end))]
+    bar = mesh.bar("bar", points, (4, 4))
+    group, values = mesh.group(), np.array(mesh.values)
+    held = np.zeros(values.size, dtype=bool)
+    held[bar.positions[0] + np.arange(2)] = held[bar.sections[0] + np.arange(2)] = True
+    whole = Mesh(
+        values.ravel(), held, (group,), (), np.zeros((0, 4), dtype=np.int64), tuple(mesh.names),
+        node_pattern(len(values), 2, (group,), ()), 2, np.array(mesh.positions),
+    )  # fmt: skip
+    load = np.zeros(values.size)
+    load[bar.positions[-1] + 1] = -force
+    system = AncfSystem(whole, Loading((Forcing(load, Ramp()),)))
+    q = equilibrium(system, system.initial()[0], np.array([0.0, 1.0]))
+    strains, _ = group.strains(group.derivatives(q))
+    axial = strains[..., 0] if element == "section" else 0.5 * (strains[:, 0::2, 0] + strains[:, 1::2, 0])
+    stretch = STEEL.young * STEEL.area * axial.mean(axis=1)
+    assert stretch[:4] == pytest.approx(0.0, abs=0.03 * force)
+    assert stretch[4:] == pytest.approx(-force * math.sin(kink), abs=0.03 * force)
