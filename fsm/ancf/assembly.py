@@ -1,4 +1,4 @@
-"""Gathers element coordinates, sums element forces and matrices: the parts that all ANCF kernels share."""
+"""Gathering of element coordinates, and assembly of element forces and matrices, for all ANCF kernels."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = [
 
 @kernel
 def slots_of(vectors: np.ndarray, size: int, indptr: np.ndarray, indices: np.ndarray) -> np.ndarray:
-    """Place in the flat block data of the first entry of the block of any two vectors of an element, (m, v, v)."""
+    """Positions (m, v, v), in the flat block data, of the first entry of the block of two vectors of an element."""
     count, width = vectors.shape
     slots = np.empty((count, width, width), dtype=np.int64)
     for e in range(count):
@@ -28,7 +28,7 @@ def slots_of(vectors: np.ndarray, size: int, indptr: np.ndarray, indices: np.nda
 
 @kernel(inline=True)
 def gather(vectors: np.ndarray, scale: np.ndarray, q: np.ndarray, e: np.ndarray) -> None:
-    """Coordinates of one element as components by vectors, e (3, v), each vector times its scale (v,)."""
+    """Gather the coordinates of one element into e (3, v), each vector multiplied by its scale (v,)."""
     for i in range(vectors.shape[0]):
         first = vectors[i]
         for a in range(3):
@@ -46,7 +46,7 @@ def scatter_force(vectors: np.ndarray, scale: np.ndarray, sign: float, element: 
 
 @kernel(inline=True)
 def scatter_matrix(slots: np.ndarray, scale: np.ndarray, size: int, element: np.ndarray, flat: np.ndarray) -> None:
-    """Add an element matrix (3, 3, v, v) to the flat block data; `slots` (v, v) as from `slots_of`."""
+    """Add an element matrix (3, 3, v, v) to the flat block data; `slots` (v, v) as returned by `slots_of`."""
     width = slots.shape[0]
     for i in range(width):
         for j in range(width):
@@ -70,7 +70,7 @@ def add_point(
     hessian : (3 p, 3 p) array
         Second derivatives of the energy by the derivatives of r.
     derivatives, vectors : p, v
-        Literals, where inlined: the loops are unrolled.
+        Literals in inlined calls, so that the loops are unrolled.
     work : (v,) array
     matrix : (3, 3, v, v) array, changed in place
     """
@@ -93,17 +93,17 @@ def add_point(
 def weigh_stretch(
     rows: np.ndarray, first: int, stride: int, hessian: np.ndarray, symmetric: bool, weighed: np.ndarray
 ) -> None:
-    """Products of the second derivatives at one point with the two rows of the table that belong to it, for `contract`.
+    """Compute products of the second derivatives at one point with its two rows of the table, for `contract`.
 
     Parameters
     ----------
     rows : (k, 12) array
         Table of the derivatives of the shape functions at all points.
-    first, stride : its rows of this point are first, first + stride, ...
+    first, stride : rows of this point: first, first + stride, ...
     hessian : (6, 6) array
-    symmetric : whether the second derivatives are, so that (a, b) with a > b need not be done
+    symmetric : whether the second derivatives are symmetric, so that (a, b) with a > b is skipped
     weighed : (k, 6 or 9, 12) array
-        Whose rows of this point are set, for each pair of components (a, b) in turn: of 6 those with a <= b.
+        Output: the rows of this point, for each pair of components (a, b); with 6 pairs only a <= b.
     """
     row0, row1 = rows[first], rows[first + stride]
     pair = 0
@@ -121,7 +121,7 @@ def weigh_stretch(
 def weigh_bending(
     rows: np.ndarray, first: int, stride: int, hessian: np.ndarray, symmetric: bool, weighed: np.ndarray
 ) -> None:
-    """The same with five rows and a hessian (15, 15); sums in one go, not row by row, which would be stored in between."""
+    """Compute the products of `weigh_stretch` with five rows and a hessian (15, 15); all sums in one expression."""
     row0, row1, row2 = rows[first], rows[first + stride], rows[first + 2 * stride]
     row3, row4 = rows[first + 3 * stride], rows[first + 4 * stride]
     pair = 0
@@ -142,7 +142,7 @@ def weigh_bending(
 def contract(
     columns: np.ndarray, weighed: np.ndarray, symmetric: bool, products: np.ndarray, matrix: np.ndarray
 ) -> None:
-    """Element matrix (3, 3, v, v) of all points and pairs of components at once: one product, into `products` first."""
+    """Element matrix (3, 3, v, v) of all points and pairs of components, as one matrix product; `products` is scratch."""
     np.dot(columns, weighed.reshape(weighed.shape[0], -1), products)
     width = matrix.shape[2]
     first = 0

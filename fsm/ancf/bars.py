@@ -1,10 +1,10 @@
-"""Builds planar meshes of bars that share points: nothing but vectors and who uses them, so no constraint is left to solve.
+"""Builder of planar meshes of bars with common points; elements share coordinates, so there are no constraint equations.
 
-Every bar has a position and slopes of its own at each of its nodes, but for the points it shares: there all bars use one
-position (master and slaves, Peng et al. 2019, eq. 13, positions only) and keep their own slopes, and that is a hinge. A bar
-goes through its middle point with one section r_y, which carries the moment, and an r_x on either side, as the hinge makes
-axial and shear forces jump. The sections of a second half that is bent off the first are kept turned back by this angle, so
-they share r_y as well. A cable has no section: it goes through with one r_x.
+At each node a bar has a separate position and separate slopes. At a common point (hinge) all bars use one position (master
+and slaves, Peng et al. 2019, eq. 13, positions only) and keep separate slopes. At its middle point a bar has one section
+r_y, which transmits the moment, and an r_x on either side, because the hinge causes a jump of the axial and shear forces. If
+the second half is at an angle to the first, its sections are stored rotated back by this angle, so both halves share r_y. A
+cable has no section; it has one r_x at the middle point.
 """
 
 from __future__ import annotations
@@ -63,16 +63,16 @@ class BarMaterial:
 
 @dataclass(frozen=True, eq=False)
 class BarNodes:
-    """Where a bar's coordinates are, in order along it.
+    """Indices of a bar's coordinates, in order along the bar.
 
     Attributes
     ----------
     positions, slopes : (n + 1,) int arrays
         First coordinates of r and r_x at the nodes.
     sections : (n + 1,) int array
-        Of r_y, turned back to the first half; empty for a cable.
+        First coordinates of r_y, rotated back to the first half; empty for a cable.
     at : (n + 1,) array, m
-        Along the bar.
+        Positions of the nodes along the bar.
     elements : slice of the group's elements
     """
 
@@ -85,7 +85,7 @@ class BarNodes:
 
 @dataclass
 class BarMesh:
-    """Collects bars; vectors are numbered as they are asked for, two coordinates each.
+    """Builder of bars; vectors of two coordinates are numbered in the order of their creation.
 
     Attributes
     ----------
@@ -105,18 +105,18 @@ class BarMesh:
     _bends: list[float] = field(default_factory=list)
 
     def position(self, at: tuple[float, float], name: str) -> int:
-        """A position, its first coordinate."""
+        """Add a position; returns its first coordinate."""
         self.positions.append(self._vector(at, name))
         return self.positions[-1]
 
     def bar(self, name: str, points: Sequence[int], elements: Sequence[int]) -> BarNodes:
-        """A bar through points.
+        """Add a bar through points.
 
         Parameters
         ----------
         name : str
-        points : first coordinates of the positions it goes through, in order
-        elements : how many there are between each two of them
+        points : first coordinates of the positions on the bar, in order
+        elements : number of elements between each two positions
         """
         places = [np.array(self.values[point // 2]) for point in points]
         pieces = list(pairwise(places))
@@ -153,7 +153,7 @@ class BarMesh:
         return self.bars[-1]
 
     def group(self) -> BeamGroup:
-        """All elements of all bars."""
+        """Create the group of all elements."""
         build = {"section": self._section, "green": self._green, "cable": self._cable}[self.element]
         lengths = np.array(self._lengths)
         unlike, same = np.unique(lengths.round(15), return_inverse=True)
@@ -170,7 +170,7 @@ class BarMesh:
         return BeamGroup(strains, hessians, vectors, frames, rows, stiffness, beta, masses)
 
     def renumbered(self, order: np.ndarray) -> BarMesh:
-        """The same bars with vector `order[i]` in the place i."""
+        """Copy of the mesh in which vector `order[i]` has number i."""
         place = np.empty(len(order), dtype=np.int64)
         place[order] = np.arange(len(order))
 
@@ -192,11 +192,11 @@ class BarMesh:
         return 2 * (len(self.values) - 1)
 
     def _slopes(self, angle: float, first: float, name: str) -> list[int]:
-        """r_x, and r_y turned back to the first half of the bar."""
+        """Add r_x, and r_y rotated back to the first half of the bar; returns their first coordinates."""
         along = self._vector((math.cos(angle), math.sin(angle)), name)
         return [along] if self.element == "cable" else [along, self._vector((-math.sin(first), math.cos(first)), name)]
 
-    # what elements of one length are made of: rows (g, p, v), stiffness (g, s), masses (v, v)
+    # data of elements of one length: rows (g, p, v), stiffness (g, s), masses (v, v)
 
     def _section(self, length: float) -> tuple[np.ndarray, ...]:
         m = self.material
@@ -238,7 +238,7 @@ _KERNELS = {
 
 
 def _over_section(count: int, length: float, height: float, width: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Gauss points x/L and y (m), `count` along and two across, and their volumes (m^3)."""
+    """Gauss points x/L and y (m), `count` along and two across the axis, and their volumes (m^3)."""
     xi, along = gauss_points(count, 0.0, 1.0)
     y, across = gauss_points(2, -0.5 * height, 0.5 * height)
     return np.repeat(xi, 2), np.tile(y, count), np.outer(length * along, width * across).ravel()

@@ -2,8 +2,8 @@
 
     eps = (r'.r' - 1)/2,   kappa = (r' x r'')/|r'|^2,   U = 1/2 int EA eps^2 + EI kappa^2 dx.
 
-kappa is the curvature per length of the unstretched axis, so bending and stretch are not coupled. Gauss: three points; with
-two the stretch has a mode of no energy, all slopes growing alike.
+kappa is the curvature per unstretched length, so bending and stretch are not coupled. There are three Gauss points. With two
+points the stretch has a mode without energy, in which all slopes grow equally.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def bernoulli_rows(xi: np.ndarray, length: float) -> np.ndarray:
 
 @kernel
 def _strains(z: np.ndarray, strain: np.ndarray, gradient: np.ndarray) -> None:
-    """(eps, kappa) and their gradients (2, 4) by z = (r', r'')."""
+    """Compute (eps, kappa) and their gradients (2, 4) by z = (r', r'')."""
     ax, ay, bx, by = z[0], z[1], z[2], z[3]
     square = ax * ax + ay * ay
     strain[0], strain[1] = 0.5 * (square - 1.0), (ax * by - ay * bx) / square
@@ -47,7 +47,7 @@ def _strains(z: np.ndarray, strain: np.ndarray, gradient: np.ndarray) -> None:
 
 @kernel
 def _hessians(z: np.ndarray, hessian: np.ndarray) -> None:
-    """Second derivatives (2, 4, 4) of the strains by z; entries that are always zero are left as they are."""
+    """Compute second derivatives (2, 4, 4) of the strains by z; constant zero entries are not written."""
     a, b = (z[0], z[1]), (z[2], z[3])
     square = a[0] * a[0] + a[1] * a[1]
     two, three = 1.0 / (square * square), 1.0 / (square * square * square)

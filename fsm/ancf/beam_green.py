@@ -3,12 +3,12 @@
     E11 = (r_x.r_x - 1)/2,   E22 = (r_y.r_y - 1)/2,   E12 = r_x.r_y/2,
     U = 1/2 int E E11^2 + E E22^2 + 4 k mu E12^2 dV.
 
-The printed 2 mu halves the shear energy. The normal stresses do not act on each other (nu = 0 in them, as the paper's
-example has it, while mu = E/2(1 + nu)): the section of this element stretches evenly, so with the full law a bent bar could
-not bulge on one side and shrink on the other, and would be too stiff by 1/(1 - nu^2). k = 5/6.
+The printed 2 mu is a misprint that halves the shear energy. Poisson's ratio is zero in the normal stresses, as in the
+paper's example, while mu = E/2(1 + nu). The section of this element stretches uniformly. With the full law, a bent bar could
+not expand on one side and contract on the other, and would be too stiff by 1/(1 - nu^2). k = 5/6.
 
-The law is that of St Venant and Kirchhoff: stress is linear in Green's strain, which differs from that of `beam_section` by
-strains squared. Gauss: 3 x 2 points.
+The law is that of St Venant and Kirchhoff: the stress is linear in Green's strain, which differs from the strain of
+`beam_section` by squares of strains. There are 3 x 2 Gauss points.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ __all__ = ["green_hessians", "green_strains"]
 
 @kernel
 def _strains(z: np.ndarray, strain: np.ndarray, gradient: np.ndarray) -> None:
-    """(E11, E22, 2 E12) and their gradients (3, 4) by z = (r_x, r_y)."""
+    """Compute (E11, E22, 2 E12) and their gradients (3, 4) by z = (r_x, r_y)."""
     ax, ay, dx, dy = z[0], z[1], z[2], z[3]
     strain[0], strain[1], strain[2] = 0.5 * (ax * ax + ay * ay - 1.0), 0.5 * (dx * dx + dy * dy - 1.0), ax * dx + ay * dy
     gradient[0, 0], gradient[0, 1] = ax, ay
@@ -32,7 +32,7 @@ def _strains(z: np.ndarray, strain: np.ndarray, gradient: np.ndarray) -> None:
 
 @kernel
 def _hessians(z: np.ndarray, hessian: np.ndarray) -> None:
-    """Second derivatives (3, 4, 4) of the strains by z: constant."""
+    """Compute second derivatives (3, 4, 4) of the strains by z, which are constant."""
     for c in range(2):
         hessian[0, c, c] = 1.0
         hessian[1, 2 + c, 2 + c] = 1.0

@@ -1,4 +1,4 @@
-"""A batch of planar beams of one kind: gathers their coordinates, and scatters what their strains give."""
+"""Group of planar beams of one kind: gathering of coordinates, and assembly of forces and matrices."""
 
 from __future__ import annotations
 
@@ -60,15 +60,15 @@ def _scatter_matrices(slots: np.ndarray, frames: np.ndarray, size: int, element:
 
 @dataclass(frozen=True, eq=False)
 class BeamGroup:
-    """Beams of m elements; see `fsm.ancf.beam_strain` for the shapes.
+    """Group of m beam elements; `fsm.ancf.beam_strain` defines the array shapes.
 
     Attributes
     ----------
-    strains, hessians : kernels of the element, of `derivatives`
+    strains, hessians : kernels of the element, functions of `derivatives`
     vectors : (m, v) int array
         First coordinate of each vector of each element.
     frames : (m, v, 2) array
-        Cosine and sine of the angle that every vector is turned by before it is used; the same for vectors that share mass.
+        Cosine and sine of the rotation of every vector before its use; equal for vectors with common mass.
     rows, stiffness, beta : arrays
     masses : (m, v, v) array
     """
@@ -85,7 +85,7 @@ class BeamGroup:
 
     @cached_property
     def rate_dependent(self) -> bool:
-        """Whether its forces depend on velocities."""
+        """Whether the forces depend on velocities."""
         return bool(np.any(self.beta > 0.0))
 
     def mass(self) -> MassPart:
@@ -93,7 +93,7 @@ class BeamGroup:
         return MassPart(self.vectors, self.masses, np.eye(2))
 
     def derivatives(self, q: np.ndarray) -> np.ndarray:
-        """Derivatives of r at all points, (m, g, 2 p), which strains are functions of."""
+        """Derivatives of r at all points, (m, g, 2 p), on which the strains depend."""
         return np.asarray(at_points(_gathered(self.vectors, self.frames, q), self.rows))
 
     @cached_property

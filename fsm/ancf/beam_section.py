@@ -1,13 +1,13 @@
 """Shear-deformable beam whose strains are those of its sections (Reissner 1972, coordinates of Peng et al. 2019).
 
-With a = r_x, d = r_y and b = r_xy on the axis, l = |d|, the section's normal t = (d_y, -d_x)/l and its own direction d/l:
+With a = r_x, d = r_y and b = r_xy on the axis, l = |d|, the section's normal t = (d_y, -d_x)/l and its direction d/l:
 
     Gamma1 = a.t - 1,   Gamma2 = a.d/l,   kappa = (d x b)/l^2,   E22 = (d.d - 1)/2,
     U = 1/2 int EA Gamma1^2 + k GA Gamma2^2 + EI kappa^2 + EA E22^2 dx.
 
-Exact for any rotation; no Poisson effect, so no Poisson locking; k of the section is the user's or 5/6. E22 only keeps the
-section's stretch, which nothing loads, at one. Gauss: three points integrate the axis of a bar without spurious modes and
-without locking (docs/theory.md).
+The strains are exact for any rotation. There is no Poisson effect, so no Poisson locking. The shear factor k is the user's
+value or 5/6. E22 only keeps the unloaded stretch of the section at one. Three Gauss points integrate the axis of a bar
+without spurious modes and without locking (docs/theory.md).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ __all__ = ["section_hessians", "section_strains"]
 
 @kernel
 def _strains(z: np.ndarray, strain: np.ndarray, gradient: np.ndarray) -> None:
-    """(Gamma1, Gamma2, kappa, E22) and their gradients (4, 6) by z = (a, d, b)."""
+    """Compute (Gamma1, Gamma2, kappa, E22) and their gradients (4, 6) by z = (a, d, b)."""
     ax, ay, dx, dy, bx, by = z[0], z[1], z[2], z[3], z[4], z[5]
     square = dx * dx + dy * dy
     one = 1.0 / np.sqrt(square)
@@ -40,7 +40,7 @@ def _strains(z: np.ndarray, strain: np.ndarray, gradient: np.ndarray) -> None:
 
 @kernel
 def _hessians(z: np.ndarray, hessian: np.ndarray) -> None:
-    """Second derivatives (4, 6, 6) of the strains by z; entries that are always zero are left as they are."""
+    """Compute second derivatives (4, 6, 6) of the strains by z; constant zero entries are not written."""
     ax, ay, dx, dy, bx, by = z[0], z[1], z[2], z[3], z[4], z[5]
     square = dx * dx + dy * dy
     one = 1.0 / np.sqrt(square)

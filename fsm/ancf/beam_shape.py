@@ -6,8 +6,9 @@ with xi = x/L
     s = (1 - 3 xi^2 + 2 xi^3, L (xi - 2 xi^2 + xi^3), y (1 - xi^2),
          3 xi^2 - 2 xi^3, L (xi^3 - xi^2), y xi^2, L y xi (1 - xi)),
 
-so that r(x, y) = s . e holds 1, x, x^2, x^3, y, xy and x^2 y. The section turns and stretches as r_y, a quadratic of x, and
-the axis is a cubic of x, whose slope is a quadratic too: shear can vanish everywhere, and nothing locks.
+so that r(x, y) = s . e contains 1, x, x^2, x^3, y, xy and x^2 y. The section rotates and stretches with r_y, a quadratic
+function of x. The axis is a cubic function of x, so its slope is quadratic too. Shear can therefore vanish everywhere, and
+there is no locking.
 """
 
 from __future__ import annotations

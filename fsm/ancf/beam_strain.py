@@ -1,14 +1,15 @@
-"""What planar beams have in common: energies of strains that are functions of a few derivatives of r at points.
+"""Common kernels of planar beams: energy, forces and tangents of strains that depend on derivatives of r.
 
-At a point with the weight w the strains s_i(z), z = (r_x, r_y, r_xy) in R^6 for instance, store w/2 c_i s_i^2 and their
-dampers take w c_i beta s_i'^2, so that with the gradients g_i and the Hessians H_i of the strains
+At a point with weight w the strains s_i(z), for example with z = (r_x, r_y, r_xy) in R^6, store the energy w/2 c_i s_i^2.
+Their dampers dissipate w c_i beta s_i'^2. With the gradients g_i and the Hessians H_i of the strains
 
     effort  t_i = w c_i (s_i + beta g_i . z'),   dU/dz = sum t_i g_i,
     K_z = sum w c_i g_i (g_i + beta H_i z')^T + t_i H_i,   D_z = sum w c_i beta g_i g_i^T,
 
-and with z = B e, B = rows x I_2: f = -B^T dU/dz, K = B^T K_z B, D = B^T D_z B. An element is its rows and its strains.
+and with z = B e, B = rows x I_2: f = -B^T dU/dz, K = B^T K_z B, D = B^T D_z B.
+An element type is defined by its rows and its strains.
 
-Shapes, here and in the elements: m elements of v plane vectors, g points, p derivatives of r, s strains.
+Array shapes, here and in the elements: m elements of v plane vectors, g points, p derivatives of r, s strains.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ __all__ = ["at_points", "strain_energy", "strain_force", "strain_tangent"]
 
 @kernel(inline=True)
 def _at_point(rows: np.ndarray, coordinates: np.ndarray, z: np.ndarray) -> None:
-    """z = B e at a point, (2 p,), from rows (p, v) and coordinates (v, 2)."""
+    """Compute z = B e at a point, (2 p,), from rows (p, v) and coordinates (v, 2)."""
     for p in range(rows.shape[0]):
         x, y = 0.0, 0.0
         for a in range(rows.shape[1]):
@@ -88,12 +89,12 @@ def strain_force(
     Parameters
     ----------
     strain, gradient : (m, g, s) and (m, g, s, 2 p) arrays
-        Of the element, at the present coordinates.
+        Strains and their gradients at the present coordinates.
     rates : (m, v, 2) array
-        Of the coordinates.
+        Rates of the coordinates.
     rows : (m, g, p, v) array
     stiffness : (m, g, s) array
-        Of each strain, times the weight of the point; a strain may have points of its own, with zero for the others.
+        Stiffness of each strain times the weight of the point; zero at points where a strain is not integrated.
     beta : (m,) array, s
         Kelvin-Voigt time.
     """

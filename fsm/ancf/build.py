@@ -1,4 +1,4 @@
-"""Builds meshes: rectangles of film with patches, cables, point masses, supports."""
+"""Builder of meshes: rectangles of film with patches, cables, point masses, supports."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class CableMaterial:
 
 @dataclass(frozen=True, eq=False)
 class FilmGrid:
-    """Nodes of a rectangle of film.
+    """Nodes of a rectangular film.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class FilmGrid:
     position : (nx + 1, ny + 1) int array
         First coordinate of the position of each node; slopes along x and y follow at + 3 and + 6.
     behind : (nx + 1, ny + 1) int array
-        First coordinate of the slope along x of the elements behind each node, of larger x: another one on folds.
+        First coordinate of the slope along x for the elements of larger x at each node; a separate slope on folds.
     """
 
     x: np.ndarray
@@ -75,15 +75,15 @@ class FilmGrid:
         return int(self.position[i, j])
 
     def edge(self, *sides: str) -> np.ndarray:
-        """First coordinates of the vectors that place edges: positions of their nodes and slopes along them.
+        """First coordinates of the vectors that define edges: positions of their nodes and slopes along the edges.
 
         Parameters
         ----------
-        sides : of "left" (x smallest), "right", "bottom" (y smallest), "top"; all four if none is named
+        sides : of "left" (x smallest), "right", "bottom" (y smallest), "top"; all four by default
 
         Notes
         -----
-        Positions alone do not hold an edge straight: between nodes it is a cubic of the slopes along it.
+        Held positions alone do not keep an edge straight: between nodes the edge is a cubic with the slopes along it.
         """
         lines = {
             "left": (self.position[0], 6), "right": (self.position[-1], 6),
@@ -95,12 +95,12 @@ class FilmGrid:
 
 @dataclass
 class MeshBuilder:
-    """Collects nodes and elements; `build` makes the mesh.
+    """Builder of nodes and elements; `build` creates the mesh.
 
     Attributes
     ----------
-    size : coordinates of a node
-        9, position and two slopes in space; without film, 6 will do.
+    size : number of coordinates of a node
+        9 (position and two slopes in space); 6 is sufficient without film.
     """
 
     size: int = 9
@@ -124,22 +124,22 @@ class MeshBuilder:
         names: tuple[str, ...] = ("film", "patch"),
         folds: Sequence[int] = (),
     ) -> FilmGrid:
-        """A rectangle of film in the plane z = 0, on mesh lines.
+        """Add a rectangular film in the plane z = 0, on mesh lines.
 
         Parameters
         ----------
         x, y : increasing arrays, m
             Mesh lines.
-        materials : of the film, then of patches
+        materials : materials of the film, then of the patches
         cells : (nx, ny) int array
-            Number of the material of each cell; that of the film if absent.
-        tension_field : whether the film, not the patches, carries no compression; or one value for each material
+            Number of the material of each cell; default: the film.
+        tension_field : whether the film (without the patches) carries no compression; or one value for each material
         viscosity : s
-            Kelvin-Voigt.
+            Kelvin-Voigt time.
         air : kg/m^2
             Mass of air that moves with the normal motion; see `fsm.ancf.air`.
-        names : of the energies of each material; those after the last are called like it
-        folds : numbers of the lines of x on which the slope along x may jump
+        names : names of the energies of each material; the last name is used for all further materials
+        folds : indices of the mesh lines of x on which the slope along x may jump
         """
         x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
         nx, ny = len(x) - 1, len(y) - 1
@@ -150,7 +150,7 @@ class MeshBuilder:
         node = self.size * (first + np.arange((nx + 1) * (ny + 1)).reshape(nx + 1, ny + 1))
         behind = node + 3
         for i in folds:
-            for j in range(ny + 1):  # a node of its own for the slope; its position is not used
+            for j in range(ny + 1):  # a separate node for the slope; its position is not used
                 at = self._node([x[i], y[j], 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0], 2, f"film node ({i}, {j}), behind")
                 self._used[-1][:3], behind[i, j] = False, at + 3
         corners = np.stack([node[:-1, :-1], node[1:, :-1], node[1:, 1:], node[:-1, 1:]], axis=-1).reshape(-1, 4)
@@ -185,18 +185,18 @@ class MeshBuilder:
         name: str = "cable",
         limp: bool = False,
     ) -> np.ndarray:
-        """A straight cable between two points (3,), m.
+        """Add a straight cable between two points (3,), m.
 
         Parameters
         ----------
-        start_position, end_position : first coordinates of the positions that its ends share, of film corners
+        start_position, end_position : first coordinates of positions that the ends share, for example film corners
         viscosity : s
-        limp : whether it carries no compression
+        limp : whether the cable carries no compression
 
         Returns
         -------
         (elements + 1, 2) int array
-            First coordinates of position and slope at its nodes.
+            First coordinates of position and slope at the nodes of the cable.
         """
         start, end = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
         length = float(np.linalg.norm(end - start))
@@ -206,7 +206,7 @@ class MeshBuilder:
         for i in range(elements + 1):
             position = start + (end - start) * i / elements
             borrowed = shared.get(i)
-            # a node of its own for the slope; the position of a shared end is not used
+            # a separate node for the slope; its position is not used at a shared end
             at = self._node([*position, *direction, 0.0, 0.0, 0.0], 2, f"{name} node {i}")
             vectors[i] = at if borrowed is None else borrowed, at + 3
             if borrowed is not None:
@@ -217,7 +217,7 @@ class MeshBuilder:
     def edge_cables(
         self, grid: FilmGrid, material: CableMaterial, viscosity: float = 0.0, limp: bool = False
     ) -> None:
-        """A cable along each edge of a film, which shares the film's positions and slopes there."""
+        """Add a cable along each edge of a film; it shares the positions and slopes of the film there."""
         at = grid.position
         for side in (0, -1):
             self._add_cable(np.stack([at[:, side], at[:, side] + 3], axis=1), np.diff(grid.x), material, viscosity, limp)
@@ -226,7 +226,7 @@ class MeshBuilder:
     def _add_cable(
         self, vectors: np.ndarray, lengths: np.ndarray, material: CableMaterial, viscosity: float, limp: bool
     ) -> None:
-        """Elements of lengths (m,), m, between nodes whose position and slope begin at `vectors` (m + 1, 2)."""
+        """Add elements of lengths (m,), m; `vectors` (m + 1, 2): first coordinates of position and slope at the nodes."""
         ends = np.concatenate([vectors[:-1], vectors[1:]], axis=1)
         ones = np.ones(len(lengths))
         self._groups.append(
@@ -237,20 +237,20 @@ class MeshBuilder:
         )  # fmt: skip
 
     def crease_lines(self, lines: CreaseLineGroup) -> None:
-        """Torsional springs between the slopes before and behind a fold."""
+        """Add torsional springs between the slopes before and behind a fold."""
         self._groups.append(lines)
 
     def point_mass(self, position: int, mass: float) -> None:
-        """A mass (kg) at the position that begins at this coordinate."""
+        """Add a mass (kg) at the position with this first coordinate."""
         self._masses.append(MassPart(np.array([[position]]), np.array([[[mass]]]), np.eye(3)))
 
     def hold(self, vectors: np.ndarray | int, components: tuple[int, ...] = (0, 1, 2)) -> None:
-        """Hold components of vectors (positions, slopes), named by their first coordinates."""
+        """Hold components of vectors (positions, slopes), given by their first coordinates."""
         first = np.atleast_1d(np.asarray(vectors, dtype=np.int64)).ravel()
         self._held.append((first[:, None] + np.asarray(components)).ravel())
 
     def build(self) -> Mesh:
-        """The mesh."""
+        """Create the mesh."""
         coordinates, used = np.concatenate(self._nodes), np.concatenate(self._used)
         fixed = ~used
         for held in self._held:
@@ -260,7 +260,7 @@ class MeshBuilder:
         return Mesh(coordinates, fixed, tuple(self._groups), tuple(self._masses), quads, tuple(self._names), pattern)
 
     def _node(self, coordinates: list[float], vectors: int, name: str) -> int:
-        """A node of so many vectors; its first coordinate."""
+        """Add a node with this number of used vectors; returns its first coordinate."""
         self._nodes.append(np.array(coordinates[: self.size]))
         self._used.append(np.arange(self.size) < 3 * vectors)
         self._names.append(name)

@@ -2,17 +2,16 @@
 
     eps = (r'.r' - 1)/2,   kappa = |r' x r''|/|r'|^2,   U = 1/2 int EA eps^2 + EI kappa^2 dX
 
-The curvature is the material one, dtheta/dX: the printed |r'|^3 is the geometric one and couples bending with stretch.
-With A = r'.r', B = r''.r'', C = r'.r'' it is kappa^2 = B/A - C^2/A^2: smooth where the cable is straight.
+kappa is the material curvature, dtheta/dX. The printed equation has |r'|^3, which gives the geometric curvature and couples
+bending with stretch. With A = r'.r', B = r''.r'', C = r'.r'', kappa^2 = B/A - C^2/A^2, which is smooth for a straight cable.
 
-A limp cable carries no compression: with eps <= 0 a small part of EA is left, from a force of its own as in
-`fsm.ancf.tension_field`; it keeps its bending stiffness.
+A limp cable carries no compression. For eps <= 0 a small fraction of EA remains, with an additional constant force as in
+`fsm.ancf.tension_field`. The bending stiffness remains.
 
-A material that is linear in the engineering strain has eps = |r'| - 1 instead (`engineering`); the two differ by
-eps^2/2.
+For a material that is linear in the engineering strain, eps = |r'| - 1 (`engineering`). Both strains differ by eps^2/2.
 
-Gauss points: 5 for stretch, which is exact (r' is quadratic, eps^2 of degree 8), 3 for bending, whose integrand is
-rational: see the note at `POINTS`.
+Stretch has 5 Gauss points, which is exact (r' is quadratic, eps^2 of degree 8). Bending has 3 points; its integrand is
+rational, see `POINTS`.
 """
 
 from __future__ import annotations
@@ -35,13 +34,13 @@ __all__ = ["POINTS", "CableGroup"]
 POINTS = (5, 3)
 """Gauss points of stretch and of bending.
 
-Tip of the cantilever under 3 E I/L^2, 8 elements, error over L: 2.8e-5 with (5, 3); one point more in bending changes it by
-5e-8, one less doubles it; one less in stretch changes it by 1e-7.
+Error of the tip of a cantilever under 3 E I/L^2 with 8 elements, over L: 2.8e-5 with (5, 3) points. One more point in
+bending changes the error by 5e-8; one less doubles it. One less in stretch changes it by 1e-7.
 """
 
 
 class CableArrays(NamedTuple):
-    """What the kernels take.
+    """Arrays of all cables for the kernels.
 
     Attributes
     ----------
@@ -49,11 +48,11 @@ class CableArrays(NamedTuple):
     stiffness : (m, 2) array
         EA (N) and EI (N m^2).
     remainder : (1,) array
-        Part of EA under compression: 1, less of limp cables.
+        Fraction of EA under compression; below 1 for limp cables.
     release : (m, s) array, N
-        P of limp cables; zeros of others.
+        Force P of limp cables; zero for others.
     stretch_rows, bend_rows : (s, 1, 4), (p, 2, 4) arrays
-        Derivatives of the shape functions of a unit element: the first; the first and second.
+        First derivatives, and first and second derivatives, of the shape functions of a unit element.
     stretch_weights, bend_weights : (s,), (p,) arrays
     """
 
@@ -71,24 +70,24 @@ class CableArrays(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class CableGroup:
-    """Cables; see the module docstring.
+    """Group of cables; see the module docstring.
 
     Attributes
     ----------
     vectors : (m, 4) int array
         First coordinates of r_A, r_A', r_B, r_B'.
     length : (m,) array, m
-        Unstretched.
+        Unstretched length.
     axial : (m,) array, N
         EA.
     bending : (m,) array, N m^2
         EI.
     line_density : (m,) array, kg/m
     viscosity : s
-        Kelvin-Voigt, of stretch: EA (eps + viscosity eps'). What thin cables dissipate in bending is left out.
-    engineering : whether the axial force is linear in |r'| - 1, not in the Green strain
-    limp : whether they carry no compression
-    name : of its energy
+        Kelvin-Voigt time of stretch: EA (eps + viscosity eps'). Dissipation in bending is neglected.
+    engineering : whether the axial force is linear in |r'| - 1 and not in Green's strain
+    limp : whether the cables carry no compression
+    name : name of the energy
     """
 
     vectors: np.ndarray
@@ -143,11 +142,11 @@ class CableGroup:
 
     @property
     def tension_field(self) -> bool:
-        """Whether `release` changes anything."""
+        """Whether `release` has an effect."""
         return self.limp
 
     def release(self, q: np.ndarray, remainder: float) -> None:
-        """Let limp cables stand without compression in a configuration; `remainder` is their part of EA from then on."""
+        """Set the forces P so that limp cables carry no compression at q; `remainder` is their new fraction of EA."""
         if self.limp:
             release_at(self._arrays, self.engineering, q)
             self._arrays.remainder[0] = remainder
@@ -180,7 +179,7 @@ class CableGroup:
 
 @kernel(inline=True)
 def _derivatives(e: np.ndarray, rows: np.ndarray, length: float, g: np.ndarray) -> None:
-    """r', and r'' where there are rows for it, at one point: g (3,) or (6,)."""
+    """Compute r', and r'' if `rows` contains it, at one point into g (3,) or (6,)."""
     factor = 1.0
     for p in range(rows.shape[0]):
         factor /= length
@@ -193,7 +192,7 @@ def _derivatives(e: np.ndarray, rows: np.ndarray, length: float, g: np.ndarray) 
 
 @kernel(inline=True)
 def _products(g: np.ndarray) -> tuple[float, float, float]:
-    """A = r'.r', B = r''.r'', C = r'.r''."""
+    """Products A = r'.r', B = r''.r'', C = r'.r''."""
     aa = g[0] * g[0] + g[1] * g[1] + g[2] * g[2]
     bb = g[3] * g[3] + g[4] * g[4] + g[5] * g[5]
     ab = g[0] * g[3] + g[1] * g[4] + g[2] * g[5]
@@ -202,7 +201,7 @@ def _products(g: np.ndarray) -> tuple[float, float, float]:
 
 @kernel(inline=True)
 def _stretch(g: np.ndarray, engineering: bool) -> tuple[float, float, float]:
-    """Strain eps, its derivative by r'.r'/2 (the first factor of r'), and the derivative of that."""
+    """Strain eps, and its first and second derivatives by r'.r'/2."""
     squared = g[0] * g[0] + g[1] * g[1] + g[2] * g[2]
     if not engineering:
         return 0.5 * (squared - 1.0), 1.0, 0.0
@@ -212,14 +211,14 @@ def _stretch(g: np.ndarray, engineering: bool) -> tuple[float, float, float]:
 
 @kernel(inline=True)
 def _force(axial: float, strain: float, remainder: float) -> tuple[float, float]:
-    """Force (N) of a strain without that of P, and its derivative; `remainder` is the part of EA under compression."""
+    """Force (N) of a strain without P, and its derivative; `remainder` is the fraction of EA under compression."""
     part = axial if strain > 0.0 else remainder * axial
     return part * strain, part
 
 
 @kernel
 def release_at(cable: CableArrays, engineering: bool, q: np.ndarray) -> None:
-    """P of all cables, with which they carry no compression in this configuration."""
+    """Set the forces P with which all cables carry no compression in this configuration."""
     e, g = np.empty((3, 4)), np.empty(3)
     for k in range(cable.vectors.shape[0]):
         gather(cable.vectors[k], cable.scale[k], q, e)
@@ -272,7 +271,7 @@ def dissipation(cable: CableArrays, q: np.ndarray, u: np.ndarray, viscosity: flo
 def add_force(
     cable: CableArrays, engineering: bool, q: np.ndarray, u: np.ndarray, viscosity: float, force: np.ndarray
 ) -> None:
-    """Add the forces of all cables; `u` matters where the viscosity is not zero."""
+    """Add the forces of all cables; `u` is used only if the viscosity is not zero."""
     e, rates, element = np.empty((3, 4)), np.empty((3, 4)), np.empty((3, 4))
     g, v = np.empty(6), np.empty(3)
     remainder = cable.remainder[0]
@@ -312,7 +311,7 @@ def add_force(
 
 @kernel(inline=True)
 def _bend_hessian(g: np.ndarray, bending: float, length: float, hessian: np.ndarray) -> None:
-    """Second derivatives (6, 6) of the bending energy per length by r' and r'', in natural derivatives."""
+    """Compute second derivatives (6, 6) of the bending energy per length by r' and r'' (natural coordinate)."""
     aa, bb, ab = _products(g)
     a2 = aa * aa
     by_a = 0.5 * (-bb / a2 + 2.0 * ab * ab / (a2 * aa))

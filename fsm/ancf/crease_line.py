@@ -1,13 +1,13 @@
 """Creases of a film: lines along which its slope jumps, with a torsional spring.
 
-The slopes a = r_X before the line and b = r_X behind it, and the tangent c = r_Y of the line, which both sides share, give
-the turn psi about c from a to b as the argument of
+The slopes a = r_X before the line and b = r_X behind it are separate. The tangent c = r_Y of the line is common. The
+rotation psi about c from a to b is the argument of
 
     z = p + i s,    p = (c.c)(a.b) - (a.c)(b.c),    s = |c| b.(a x c),
 
-the same after any rigid motion and any stretch. Its moment is k (psi - psi_free) + tau k psi', positive up: from x towards
-z for a line along y. Each node of the line bears the part of k of its share of the width. Derivatives of psi follow from
-log z: grad psi = Im(grad z/z), and its second derivatives are Im(grad grad z/z - grad z grad z^T/z^2).
+which is invariant to rigid motions and to stretch. The moment is k (psi - psi_free) + tau k psi', positive upwards: from x
+towards z for a line along y. Each node has a share of k in proportion to its share of the width. Derivatives of psi follow
+from log z: grad psi = Im(grad z/z), and the second derivatives are Im(grad grad z/z - grad z grad z^T/z^2).
 """
 
 from __future__ import annotations
@@ -35,11 +35,11 @@ class CreaseLineGroup:
     vectors : (m, 3) int array
         First coordinates of a, b and c.
     stiffness : (m,) array, N m/rad
-        Of each node's share of the line.
+        Stiffness of each node's share of the line.
     free_turn : (m,) array, rad
-        Turn without moment.
+        Rotation at zero moment.
     near : (m,) array, rad
-        Turns are counted within half a turn of this.
+        Rotations are taken within half a turn of this value.
     viscosity : s
         Kelvin-Voigt time tau.
     """
@@ -61,7 +61,7 @@ class CreaseLineGroup:
         return MassPart(np.zeros((0, 3), dtype=np.int64), np.zeros((0, 3, 3)), np.eye(3))
 
     def turns(self, q: np.ndarray) -> np.ndarray:
-        """Turn at every node, (m,), rad."""
+        """Rotation at every node, (m,), rad."""
         return self._turn(_measure(self._slopes(q), derivatives=0)[0])
 
     def add_force(self, q: np.ndarray, u: np.ndarray | None, force: np.ndarray) -> None:
@@ -109,14 +109,14 @@ class CreaseLineGroup:
 
     @cached_property
     def _places(self) -> np.ndarray:
-        """Coordinates of a, b, c, (m, 9)."""
+        """Indices of the coordinates of a, b, c, (m, 9)."""
         return (self.vectors[:, :, None] + np.arange(3)).reshape(len(self.vectors), 9)
 
     def _slopes(self, q: np.ndarray) -> np.ndarray:
         return np.asarray(q[self._places].reshape(-1, 3, 3))
 
     def _turn(self, z: np.ndarray) -> np.ndarray:
-        """Turn at every node, (m,), rad, of its z."""
+        """Rotation at every node, (m,), rad, from its z."""
         return np.asarray(self.near + np.angle(z * self._turned_back))
 
     @cached_property
@@ -124,7 +124,7 @@ class CreaseLineGroup:
         return np.asarray(np.exp(-1j * self.near))
 
     def _moment(self, z: np.ndarray, u: np.ndarray | None, gradient: np.ndarray) -> np.ndarray:
-        """Moment of every node against its turn, (m,), N m."""
+        """Moment of every node against its rotation, (m,), N m."""
         turn = self._turn(z) - self.free_turn
         if u is not None and self.viscosity:
             turn = turn + self.viscosity * np.einsum("mi,mi->m", gradient, u[self._places])
@@ -141,12 +141,12 @@ class CreaseLineGroup:
 
 
 def _cross(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Vector products of rows; of a few rows `np.cross` takes several times as long."""
+    """Vector products of rows; several times faster than `np.cross` for a few rows."""
     return x[:, [1, 2, 0]] * y[:, [2, 0, 1]] - x[:, [2, 0, 1]] * y[:, [1, 2, 0]]
 
 
 def _measure(slopes: np.ndarray, derivatives: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """z (m,) of slopes a, b, c (m, 3, 3), its gradient (m, 9) and second derivatives (m, 9, 9) as far as asked for."""
+    """z (m,) of slopes a, b, c (m, 3, 3), with gradient (m, 9) and second derivatives (m, 9, 9) on request."""
     a, b, c = slopes[:, 0], slopes[:, 1], slopes[:, 2]
     count, unit = len(a), np.eye(3)
     cc, ab, ac, bc = (np.einsum("mi,mi->m", x, y) for x, y in ((c, c), (a, b), (a, c), (b, c)))
@@ -160,7 +160,7 @@ def _measure(slopes: np.ndarray, derivatives: int) -> tuple[np.ndarray, np.ndarr
         return z, first, second
     by_a, by_c = _cross(c, b), _cross(b, a)
     scale = size[:, None]
-    along = c / scale  # slope of |c|
+    along = c / scale  # gradient of |c|
     first[:, 0:3] = cc[:, None] * b - bc[:, None] * c + 1j * scale * by_a
     first[:, 3:6] = cc[:, None] * a - ac[:, None] * c + 1j * scale * by_b
     first[:, 6:9] = 2 * ab[:, None] * c - bc[:, None] * a - ac[:, None] * b + 1j * (

@@ -22,7 +22,7 @@ __all__ = ["add_curvature_hessian", "curvature_effort", "curvature_gradient", "c
 
 @kernel(inline=True)
 def normal(g: np.ndarray, n: np.ndarray) -> float:
-    """Unit normal into `n` (3,) and the length |r_X x r_Y|; g (15,) holds the five derivatives."""
+    """Write the unit normal into `n` (3,), return |r_X x r_Y|; g (15,) holds the five derivatives."""
     n[0] = g[1] * g[5] - g[2] * g[4]
     n[1] = g[2] * g[3] - g[0] * g[5]
     n[2] = g[0] * g[4] - g[1] * g[3]
@@ -42,7 +42,7 @@ def _cross(u: np.ndarray, v: np.ndarray, out: np.ndarray) -> None:
 
 @kernel(inline=True)
 def curvature_gradient(g: np.ndarray, n: np.ndarray, size: float, c: np.ndarray, out: np.ndarray) -> None:
-    """Derivatives (3, 15) of kappa_XX, kappa_YY, kappa_XY; `n` and `size` from `normal`, `c` (3,) is scratch."""
+    """Compute derivatives (3, 15) of kappa_XX, kappa_YY, kappa_XY; `n` and `size` from `normal`, `c` (3,) is scratch."""
     per_size = 1.0 / size
     for k in range(3):
         along = 0.0
@@ -60,12 +60,12 @@ def curvature_gradient(g: np.ndarray, n: np.ndarray, size: float, c: np.ndarray,
 
 @kernel(inline=True)
 def curvature_effort(g: np.ndarray, n: np.ndarray, size: float, m: np.ndarray, c: np.ndarray, out: np.ndarray) -> None:
-    """The product m . gradient, (15,), without the gradient: what bending does to a point.
+    """Compute the product m . gradient (15,) without forming the gradient: the efforts of bending at a point.
 
     Parameters
     ----------
     g : (15,) array
-    n, size : of `normal`
+    n, size : results of `normal`
     m : (3,) array
     c : (3,) array, scratch
     out : (15,) array
@@ -86,7 +86,7 @@ def curvature_effort(g: np.ndarray, n: np.ndarray, size: float, m: np.ndarray, c
 
 @kernel(inline=True)
 def curvature_rates(g: np.ndarray, v: np.ndarray, n: np.ndarray, size: float, c: np.ndarray, out: np.ndarray) -> None:
-    """Rates (3,) of the curvatures: gradient . v without the gradient, v (15,) the rates of g; `c` (3,) is scratch."""
+    """Compute rates (3,) of the curvatures, gradient . v; v (15,) holds the rates of g, and `c` (3,) is scratch."""
     _cross(v[0:3], g[3:6], c)
     c[0] += g[1] * v[5] - g[2] * v[4]
     c[1] += g[2] * v[3] - g[0] * v[5]
@@ -103,7 +103,7 @@ def curvature_rates(g: np.ndarray, v: np.ndarray, n: np.ndarray, size: float, c:
 
 @kernel(inline=True)
 def _normal_columns(g: np.ndarray, dn: np.ndarray) -> None:
-    """Derivatives (3, 6) of n by r_X and r_Y: dn = -[r_Y] dr_X + [r_X] dr_Y."""
+    """Compute derivatives (3, 6) of n by r_X and r_Y: dn = -[r_Y] dr_X + [r_X] dr_Y."""
     for k in range(2):
         first = 3 - 3 * k
         sign = 1.0 if k == 0 else -1.0
@@ -123,7 +123,7 @@ def add_curvature_hessian(
     Parameters
     ----------
     g : (15,) array
-    n, size : of `normal`
+    n, size : results of `normal`
     m : (3,) array
     work : (8, 6) array, scratch
     out : (15, 15) array, changed in place
@@ -155,7 +155,7 @@ def add_curvature_hessian(
         for j in range(6):
             flat = dn[0, i] * dn[0, j] + dn[1, i] * dn[1, j] + dn[2, i] * dn[2, j] - on_n[i] * on_n[j]
             out[i, j] -= squared * (on_n[i] * on_rest[j] + on_rest[i] * on_n[j] + along * flat)
-    # c . (dr_X x dr_Y), both orders
+    # c . (dr_X x dr_Y) in both orders
     out[0, 4] += c[2]
     out[0, 5] -= c[1]
     out[1, 3] -= c[2]

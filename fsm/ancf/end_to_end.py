@@ -1,8 +1,8 @@
 """Numbering of an array end to end: the specification matrix method of Peng et al. (2019), section 3, as a permutation.
 
-In every unit the coordinates of its left boundary come first, those within it next, those of its right boundary, which it
-shares with the next unit, last. B, with one 1 in each row and column, takes numbered coordinates to those as they were made;
-its inverse is its transpose. Numbered so, the matrices of an array are block-banded with the width of one unit.
+In every unit the coordinates of the left boundary come first, then the inner ones, and last those of the right boundary,
+which the next unit shares. B has a single 1 in each row and column, and maps the new order to the original one. Its inverse
+is its transpose. In the new order the matrices of an array are block-banded with the width of one unit.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ __all__ = ["end_to_end", "specification_matrix"]
 
 
 def end_to_end(units: Sequence[Sequence[int]]) -> np.ndarray:
-    """Order of numbers that units, from first to last, use, each one once: an array of all of them.
+    """Order of the numbers used by units, from the first unit to the last, each number once.
 
-    What a unit shares with the next one comes after all that is its own; else the order is that of the lists.
+    Numbers that a unit shares with the next one come last; otherwise the order of the lists is kept.
     """
     order: list[int] = []
     done: set[int] = set()

@@ -1,7 +1,7 @@
-"""What a group of ANCF elements owes the system: vectors, mass, energy, force and tangents.
+"""Protocol of a group of ANCF elements: vectors, mass, energy, force and tangents.
 
-All coordinates are those of vectors in space (positions and slopes), so an element is connected vector by vector: elements
-that share a position, a slope or neither differ by these numbers alone, and no constraint equations are needed.
+All coordinates are components of vectors (positions and slopes), and elements are connected vector by vector. Elements may
+share a position, a slope or neither; only these numbers differ, and no constraint equations are needed.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ class MassPart:
     vectors : (m, v) int array
         First coordinate of each vector.
     scalar : (m, v, v) array, kg (positions), kg m (position and slope), kg m^2 (slopes) for slopes in m/m
-    tensor : (m, d, d) array, or (d, d) for all alike
-        The unit matrix; n n^T for what is moved along a normal n only (air).
+    tensor : (m, d, d) array, or (d, d) if all are equal
+        The unit matrix, or n n^T for a mass that moves along a normal n only (air).
     """
 
     vectors: np.ndarray
@@ -33,11 +33,11 @@ class MassPart:
 
 
 class ElementGroup(Protocol):
-    """A batch of elements of one kind; q and u are of all coordinates, (n,), n the mesh's."""
+    """Protocol of a batch of elements of one kind; q and u (n,) are all coordinates of the mesh and their rates."""
 
     @property
     def name(self) -> str:
-        """What its energy is called."""
+        """Name of the energy of this group."""
         ...
 
     @property
@@ -47,7 +47,7 @@ class ElementGroup(Protocol):
 
     @property
     def rate_dependent(self) -> bool:
-        """Whether its forces depend on velocities."""
+        """Whether the forces depend on velocities."""
         ...
 
     def mass(self) -> MassPart:
@@ -55,7 +55,7 @@ class ElementGroup(Protocol):
         ...
 
     def add_force(self, q: np.ndarray, u: np.ndarray | None, force: np.ndarray) -> None:
-        """Add the generalised forces -dU/dq - dR/du to `force` (n,); no u: at rest."""
+        """Add the generalised forces -dU/dq - dR/du to `force` (n,); without u the rates are zero."""
         ...
 
     def add_linearised(
@@ -72,7 +72,7 @@ class ElementGroup(Protocol):
         Parameters
         ----------
         slots : (m, v, v) int array
-            Place of the first entry of the block of two vectors in the flat block data; rows are `size` apart.
+            Position, in the flat block data, of the first entry of the block of two vectors; rows are `size` apart.
         stiffness, damping : (n_blocks, size, size) arrays
         """
         ...

@@ -1,11 +1,11 @@
-"""Latches of hinges: what has reached its stop is held there from both sides.
+"""Latches of hinges: a hinge that has reached its stop is held there in both directions.
 
-A hinge latches at the end of the first step at which it is at its stop or past it and the stop pushes it back. There
-moment and energy of the latch are those of the stop, so that neither jumps: latching neither takes nor gives energy. It is
-for good.
+A hinge latches at the end of the first step at which it is at its stop, or beyond it, and the stop pushes it back. There the
+moment and the energy of the latch equal those of the stop. Neither jumps, so latching does not change the energy. A latched
+hinge does not open again.
 
-The law of a hinge is a function of time: that of the stop up to the time at which it latched, that time with it, and that of
-the latch after. So states of before are looked at with the law that they were stepped with.
+The law of a hinge is a function of time: the law of the stop up to and including the time of latching, then the law of the
+latch. Earlier states are thus evaluated with the law of their own step.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ __all__ = ["Latches"]
 
 
 class Latches:
-    """Latches of the hinges that have an end stop.
+    """Latches of all hinges with an end stop.
 
     Parameters
     ----------
     hinges : HingeGroup
-        Whose `latched` is kept up to date.
+        Hinges; their `latched` is updated.
     names : names of the hinges
 
     Attributes
     ----------
     times : (m,) array, s
-        When each hinge latched; inf before.
+        Time at which each hinge latched; inf if it has not.
     """
 
     def __init__(self, hinges: HingeGroup, names: tuple[str, ...]) -> None:
@@ -39,19 +39,19 @@ class Latches:
         self.times = np.full(len(names), math.inf)
 
     def at(self, t: float) -> None:
-        """Let the hinges resist as they do at a time (s)."""
+        """Set the law of the hinges at a time (s)."""
         np.less(self.times, t, out=self.hinges.latched)
 
     def commit(self, t: float, q: np.ndarray, u: np.ndarray) -> None:
-        """A step was accepted: hinges that it brought to their stops latch."""
+        """Latch the hinges that are at their stops after an accepted step."""
         self.times[np.isinf(self.times) & self.hinges.pushed(q, u)] = t
 
     def restore(self, times: np.ndarray) -> None:
-        """Take the times again; none: nothing has latched."""
+        """Restore the times of latching; an empty array means that no hinge has latched."""
         self.times[:] = times if len(times) else math.inf
 
     def events(self) -> list[tuple[str, float]]:
-        """Name and time (s) of what has latched, in the order in which it did."""
+        """Name and time (s) of every latched hinge, in order of time."""
         latched = np.flatnonzero(np.isfinite(self.times))
         return [(self.names[k], float(self.times[k])) for k in latched[np.argsort(self.times[latched], kind="stable")]]
 

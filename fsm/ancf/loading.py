@@ -1,4 +1,4 @@
-"""What acts on a mesh from outside: forces and motions as functions of time, gravity, damping by mass."""
+"""Loading of a mesh: forces and motions as functions of time, gravity, mass-proportional damping."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["Forcing", "Loading", "Motion", "point_force"]
 
 @dataclass(frozen=True, eq=False)
 class Forcing:
-    """Generalised forces that do not follow the structure: a vector (n,) times a function of time."""
+    """Dead generalised forces: a constant vector (n,) times a function of time."""
 
     vector: np.ndarray
     time: TimeFunction
@@ -21,15 +21,15 @@ class Forcing:
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """Prescribed motion of coordinates, from where they are at the start.
+    """Prescribed motion of coordinates, relative to their initial values.
 
     Attributes
     ----------
     coordinates : (k,) int array
     displacement : (k,) array
-        Times the function of time.
+        Displacement, multiplied by the function of time.
     time : TimeFunction
-        Smooth, or its jumps in slope are shocks.
+        A smooth function; a jump of its slope acts as a shock.
     """
 
     coordinates: np.ndarray
@@ -39,14 +39,14 @@ class Motion:
 
 @dataclass(frozen=True)
 class Loading:
-    """All of it.
+    """All loads, motions and damping of a mesh.
 
     Attributes
     ----------
     gravity : (x, y, z), m/s^2
-        Acts on the mass of elements and points, not on air.
+        Acts on the mass of elements and points, not on the added mass of air.
     mass_damping : 1/s
-        Forces -mass_damping M u, M with the air: a mode of damping ratio mass_damping/(2 omega).
+        Forces -mass_damping M u, where M includes the air. The damping ratio of a mode is mass_damping/(2 omega).
     """
 
     forcings: tuple[Forcing, ...] = ()
@@ -62,7 +62,7 @@ class Loading:
 
 
 def point_force(count: int, position: int, force: np.ndarray) -> np.ndarray:
-    """Vector (count,) of a force (3,) in N at the position that begins at this coordinate."""
+    """Vector (count,) of a force (3,), N, at the position with this first coordinate."""
     vector = np.zeros(count)
     vector[position : position + 3] = force
     return vector

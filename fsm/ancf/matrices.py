@@ -1,4 +1,4 @@
-"""Constant block matrices of a mesh, and what becomes of the rows and columns of held coordinates."""
+"""Constant block matrices of a mesh, and elimination of the rows and columns of held coordinates."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def mass_data(parts: Iterable[MassPart], pattern: BlockPattern) -> np.ndarray:
 def set_held(
     fixed: np.ndarray, indptr: np.ndarray, indices: np.ndarray, diagonal: float, data: np.ndarray
 ) -> None:
-    """Clear rows and columns of held coordinates (n_nodes, size) in block data, and put `diagonal` on their diagonal."""
+    """Set the rows and columns of held coordinates (n_nodes, size) to zero, and their diagonal to `diagonal`."""
     size = data.shape[1]
     for i in range(indptr.shape[0] - 1):
         for k in range(indptr[i], indptr[i + 1]):
@@ -55,5 +55,5 @@ def set_held(
 
 
 def clear_held(fixed: np.ndarray, pattern: BlockPattern, diagonal: float, data: np.ndarray) -> None:
-    """As `set_held`; fixed (n,)."""
+    """Apply `set_held` with `fixed` of shape (n,)."""
     set_held(fixed.reshape(-1, pattern.size), pattern.indptr, pattern.indices, diagonal, data)

@@ -1,10 +1,9 @@
-"""A mesh of ANCF elements: coordinates by nodes, groups of elements, what is held, and the pattern of its matrices.
+"""A mesh of ANCF elements: coordinates by nodes, groups of elements, held coordinates, and the pattern of its matrices.
 
-In space every node has a block of `size` coordinates, `size` // 3 vectors: position, then slopes. A node that needs fewer
-vectors (a cable's) leaves the rest unused, which counts as held. Elements name the vectors they are made of, not
-nodes: a cable that ends at the corner of a film has the corner's position for its own, and a slope of its own. In
-a plane every vector has a block of its own: hinges, where bars share a position and nothing else, have as many slopes
-as bars.
+In space every node has a block of `size` coordinates: `size` // 3 vectors, the position first, then slopes. A node that
+needs fewer vectors (for example of a cable) leaves the others unused; they count as held. Elements refer to vectors and not
+to nodes. A cable that ends at a film corner thus uses the position of the corner, and a separate slope. In a plane every
+vector has its own block, because bars at a hinge share a position only, and the hinge has as many slopes as bars.
 """
 
 from __future__ import annotations
@@ -23,24 +22,24 @@ __all__ = ["Mesh", "node_pattern"]
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """A mesh; see the module docstring.
+    """Mesh of ANCF elements; see the module docstring.
 
     Attributes
     ----------
     coordinates : (n,) array
-        At the start: positions in m, slopes in m/m.
+        Initial coordinates: positions in m, slopes in m/m.
     fixed : (n,) bool array
-        Coordinates that are held or not used.
-    groups : elements
+        Coordinates that are held or unused.
+    groups : groups of elements
     masses : mass besides that of the elements: points, air
     quads : (n_quads, 4) int array
-        First coordinates of the positions of the corners of what a person sees, in turn.
+        First coordinates of the corner positions of drawn faces, in cyclic order.
     names : of the nodes, for messages
     pattern : BlockPattern
-        Of nodes that elements join.
-    dimension : 3, or 2 for what lies in a plane
+        Pattern of nodes that elements join.
+    dimension : 3, or 2 for a planar mesh
     plane_positions : int array
-        First coordinates of the positions, in a plane.
+        First coordinates of the positions of a planar mesh.
     """
 
     coordinates: np.ndarray
@@ -55,25 +54,25 @@ class Mesh:
 
     @property
     def size(self) -> int:
-        """Coordinates of a node."""
+        """Number of coordinates of a node."""
         return self.pattern.size
 
     def holding(self, coordinates: np.ndarray | Iterable[int]) -> Mesh:
-        """The same mesh with these coordinates held too."""
+        """Copy of the mesh in which these coordinates are also held."""
         fixed = self.fixed.copy()
         fixed[np.asarray(list(coordinates), dtype=np.int64)] = True
         return replace(self, fixed=fixed)
 
     @cached_property
     def places(self) -> np.ndarray:
-        """First coordinate of every position; in space of those of nodes that borrow theirs too, which mean nothing."""
+        """First coordinate of every position; in space also the unused positions of nodes that share another position."""
         if self.plane_positions is not None:
             return self.plane_positions
         return self.size * np.arange(self.pattern.order)
 
     @cached_property
     def is_position(self) -> np.ndarray:
-        """Which coordinates are those of positions, (n,) bool array."""
+        """Mask (n,) of the coordinates that belong to positions."""
         found = np.zeros(len(self.coordinates), dtype=bool)
         found[self.places[:, None] + np.arange(self.dimension)] = True
         return found
@@ -84,7 +83,7 @@ class Mesh:
 
 
 def node_pattern(count: int, size: int, groups: Iterable[ElementGroup], masses: Iterable[MassPart]) -> BlockPattern:
-    """Pattern of all nodes that an element or a mass joins, both ways, and of every node with itself."""
+    """Pattern of all pairs of nodes that an element or a mass joins, in both orders, and of the diagonal."""
     diagonal = np.arange(count)
     keys = [diagonal * count + diagonal]
     for vectors in [group.vectors for group in groups] + [part.vectors for part in masses]:

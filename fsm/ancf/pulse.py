@@ -1,7 +1,7 @@
-"""Functions of time that forces and motions are multiplied by: value, slope and curvature at a time.
+"""Functions of time that multiply forces and motions: value, slope and curvature.
 
-Where a function jumps, its value at that very time is the one before: what begins at 0 is not there yet at t = 0, so a state
-at rest then is one of equilibrium.
+Functions are continuous from the left. A function that jumps at 0 is still zero at t = 0, so an initial state at rest is in
+equilibrium.
 """
 
 from __future__ import annotations
@@ -16,20 +16,20 @@ __all__ = ["Constant", "HalfSine", "Ramp", "Rectangle", "Samples", "TimeFunction
 
 
 class TimeFunction(Protocol):
-    """A factor (-) as a function of time."""
+    """Protocol of a dimensionless factor as a function of time."""
 
     def at(self, t: float) -> tuple[float, float, float]:
         """Value (-), slope (1/s) and curvature (1/s^2) at t."""
         ...
 
     def breaks(self) -> tuple[float, ...]:
-        """Times at which it is not smooth, s."""
+        """Times at which the function is not smooth, s."""
         ...
 
 
 @dataclass(frozen=True)
 class Constant:
-    """The same at all times."""
+    """Constant value."""
 
     value: float = 1.0
 
@@ -44,7 +44,7 @@ class Constant:
 
 @dataclass(frozen=True)
 class Ramp:
-    """From 0 at `start` (s) to 1 at `end`, evenly: increments of a static solve."""
+    """Linear ramp from 0 at `start` (s) to 1 at `end`, for the increments of a static solution."""
 
     end: float = 1.0
     start: float = 0.0
@@ -63,7 +63,7 @@ class Ramp:
 
 @dataclass(frozen=True)
 class HalfSine:
-    """sin(pi (t - start)/duration) while it is positive: an impact; times in s."""
+    """Half-sine pulse sin(pi (t - start)/duration) within the duration, zero elsewhere; times in s."""
 
     duration: float
     start: float = 0.0
@@ -83,7 +83,7 @@ class HalfSine:
 
 @dataclass(frozen=True)
 class Rectangle:
-    """1 for the duration and 0 else; times in s."""
+    """Rectangular pulse: 1 for the duration, 0 elsewhere; times in s."""
 
     duration: float
     start: float = 0.0
@@ -99,7 +99,7 @@ class Rectangle:
 
 @dataclass(frozen=True)
 class Samples:
-    """Linear between samples (time in s, value), 0 outside: a measured pulse."""
+    """Measured pulse: linear between samples (time in s, value), 0 outside."""
 
     time: tuple[float, ...]
     value: tuple[float, ...]

@@ -1,12 +1,12 @@
 """Shape functions of the ANCF elements, and Gauss points on [0, 1].
 
 Natural coordinates x = X/b, y = Y/c run from 0 to 1. Slopes are derivatives along the material lines X and Y (m/m), so the
-functions of slopes carry the lengths b and c of the element; those of a unit element (b = c = 1) belong to slopes times
-length, which is how kernels use them: one table for elements of all sizes.
+shape functions of slopes contain the lengths b and c of the element. The kernels use the functions of a unit element
+(b = c = 1) with slopes times length. One table then serves elements of all sizes.
 
 Membrane: the 12 terms 1, x, y, x^2, xy, y^2, x^3, x^2 y, x y^2, y^3, x^3 y, x y^3 of Adini, Clough and Melosh. Along an
-edge the position is a cubic of the edge's own nodes; the slope across it is not continuous (the element does not conform),
-which converges for rectangles only. Node order A(0,0), B(1,0), C(1,1), D(0,1).
+edge the position is a cubic function of the nodes of that edge. The slope across the edge is not continuous (the element is
+nonconforming), so the element converges for rectangles only. Node order A(0,0), B(1,0), C(1,1), D(0,1).
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ _MEMBRANE_TERMS = np.linalg.inv(
         [_monomials(corner[0], corner[1], d) for corner in CORNERS for d in ((0, 0), (1, 0), (0, 1))]
     )
 ).round()
-"""Coefficients (12 terms, 12 functions): whole numbers, found from what the functions are at the nodes."""
+"""Coefficients (12 terms, 12 functions): integers, computed from the nodal values of the functions."""
 
 
 def cable_shape(x: np.ndarray | float, length: float = 1.0, derivative: int = 0) -> np.ndarray:
@@ -66,7 +66,7 @@ def cable_shape(x: np.ndarray | float, length: float = 1.0, derivative: int = 0)
     x : (...,) array
         Natural coordinate.
     length : m
-    derivative : order of the derivative along the length
+    derivative : order of the derivative by the length
 
     Returns
     -------
