@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 
@@ -27,6 +28,8 @@ __all__ = ["DeployedFilm", "film_of_deployment"]
 
 _SAME_PLACE = 1e-6
 """Part of a panel within which two mesh lines are one."""
+_FINER = 1.5
+"""Elements of the finer mesh over those of the mesh itself, in both directions."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,10 +40,13 @@ class DeployedFilm:
     ----------
     film : FilmMesh
     held : int array
+    finer : DeployedFilm, optional
+        The same strip on a finer mesh, which tells the error of this one.
     """
 
     film: FilmMesh
     held: np.ndarray
+    finer: DeployedFilm | None = None
 
 
 def film_of_deployment(case: Case, solution: Solution, system: SegmentSystem) -> DeployedFilm:
@@ -67,7 +73,6 @@ def film_of_deployment(case: Case, solution: Solution, system: SegmentSystem) ->
     for end, where in _known_places(case, strip, solution).items():
         position[int(np.argmin(np.abs(place - end * panel_length)))] = where
     clamped = _clamped(case, strip, panel_length)
-    lines = _lines(strip, options, panel_length, clamped)
     sheet = FilmMaterial(material.young, material.poisson, material.density, strip.thickness)
     turns = _turns(position, across, panel)
     creases = tuple(
@@ -76,14 +81,24 @@ def film_of_deployment(case: Case, solution: Solution, system: SegmentSystem) ->
     air = air_mass(case.air.length or strip.length, case.air.density) if case.air else 0.0
     viscosity = case.damping.material if case.damping else 0.0
     deployed = DeployedStrip(place, panel, position, across, strip.width, sheet, creases)
-    mesh, grid = deployed_mesh(deployed, np.array(lines.x), np.array(lines.y), air, viscosity)
-    held = _held(case, grid, panel_length, clamped)
-    # material places count from the middle of the strip, as those of any film do from their centre
-    grid = FilmGrid(grid.x - 0.5 * strip.length, grid.y, grid.position, grid.behind)
-    cells = np.zeros((len(grid.x) - 1, len(grid.y) - 1), dtype=np.int64)
-    corners = np.array([grid.position[i, j] for i, j in ((0, 0), (-1, 0), (-1, -1), (0, -1))])
-    film = FilmMesh(mesh, grid, MeshLines(tuple(grid.x), lines.y), (), cells, corners, np.zeros((4, 3)))
-    return DeployedFilm(film, held)
+
+    def on(options: Deployed, finer: DeployedFilm | None) -> DeployedFilm:
+        lines = _lines(strip, options, panel_length, clamped)
+        mesh, grid = deployed_mesh(deployed, np.array(lines.x), np.array(lines.y), air, viscosity)
+        held = _held(case, grid, panel_length, clamped)
+        # material places count from the middle of the strip, as those of any film do from their centre
+        grid = FilmGrid(grid.x - 0.5 * strip.length, grid.y, grid.position, grid.behind)
+        cells = np.zeros((len(grid.x) - 1, len(grid.y) - 1), dtype=np.int64)
+        corners = np.array([grid.position[i, j] for i, j in ((0, 0), (-1, 0), (-1, -1), (0, -1))])
+        film = FilmMesh(mesh, grid, MeshLines(tuple(grid.x), lines.y), (), cells, corners, np.zeros((4, 3)))
+        return DeployedFilm(film, held, finer)
+
+    return on(options, on(_finer(options), None))
+
+
+def _finer(options: Deployed) -> Deployed:
+    along, across = (math.ceil(_FINER * n) for n in (options.elements_per_panel, options.elements_across))
+    return options.model_copy(update={"elements_per_panel": along, "elements_across": across})
 
 
 def _shape_at_rest(solution: Solution, system: SegmentSystem) -> Floats:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -10,7 +11,8 @@ import numpy as np
 
 from fsm.analyses.analysis import Solver
 from fsm.analyses.deployed import DeployedFilm
-from fsm.analyses.film import build_film, mean_strain
+from fsm.analyses.film import FilmMesh, build_film, mean_strain
+from fsm.analyses.mesh_error import MeshError, OnMesh, mesh_error
 from fsm.analyses.natural import natural_modes
 from fsm.analyses.reduced import MODAL, ModelError, ReducedSolve, error_against_full, reduced_model
 from fsm.analyses.stretch import as_deployed, stretched
@@ -19,7 +21,7 @@ from fsm.ancf.loading import Forcing, Loading
 from fsm.ancf.pulse import HalfSine, Rectangle, Samples, TimeFunction
 from fsm.ancf.reduced import ReducedModel
 from fsm.ancf.tension_state import TensionState, tension_state
-from fsm.errors import CaseError, Fault
+from fsm.errors import CaseError, Fault, NotConverged
 from fsm.results.array import ArrayMotion
 from fsm.results.film import Film
 from fsm.results.solution import Layout, Solution
@@ -83,7 +85,7 @@ class VibrationAnalysis:
         CaseError
             The film is slack, or would wrinkle.
         """
-        loading = self._loading()
+        loading = self._loading(self.film)
         if self.deployed is None:
             self._system = stretched(self.case, self.film, loading)
         else:
@@ -97,6 +99,7 @@ class VibrationAnalysis:
         self.modes = natural_modes(self._system, q, self.vibration.modes)
         self._refuse_unstable(self.modes)
         self._choose_model(warnings)
+        self.mesh_error = self._mesh_error()
 
     def method(self) -> tuple[str, str]:
         """See `Analysis`."""
@@ -208,11 +211,16 @@ class VibrationAnalysis:
         """Frequency, amplitudes, modes, tension."""
         state = self.state
         error = self.error if self.model is not None else None
-        return summarise_vibration(solution, self._pulse_end()) | {
+        found = summarise_vibration(solution, self._pulse_end())
+        frequency, mesh = found["frequency_hz"], self.mesh_error
+        return found | {
+            "mesh_error_frequency": None if mesh is None or frequency is None else mesh.at(frequency),
             "reduced_error": None if error is None else error.probes,
             "reduced_error_struck": None if error is None else error.struck,
             "reduced_force_error": None if error is None else error.stretch,
             "modes_hz": [float(f) for f in self.modes.frequencies],
+            "mesh_error_modes": None if self.mesh_error is None else self.mesh_error.modes.tolist(),
+            "mesh_error_amplitude": None if self.mesh_error is None else self.mesh_error.amplitude,
             "tension_state": {
                 "largest_stress": state.largest,
                 "smallest_stress": state.smallest,
@@ -223,8 +231,9 @@ class VibrationAnalysis:
         }
 
     def warnings(self, solution: Solution, summary: dict[str, Any]) -> list[str]:
-        """Frequency and decay out of a history that does not tell them."""
-        return frequency_warnings(solution.samples.time, summary)
+        """Frequency and decay out of a history that does not tell them; a coarse mesh."""
+        found = frequency_warnings(solution.samples.time, summary)
+        return found + (self.mesh_error.warnings(summary["frequency_hz"]) if self.mesh_error is not None else [])
 
     # inside -----------------------------------------------------------------------------------------------------------
 
@@ -236,12 +245,34 @@ class VibrationAnalysis:
             places["patch"] = (first.x, first.y)
         return places | self.vibration.probes
 
-    def _loading(self) -> Loading:
+    def _mesh_error(self) -> MeshError | None:
+        """Error of the mesh of a deployed strip, by a finer one; None if that finds no equilibrium."""
+        if self.deployed is None or self.deployed.finer is None:
+            return None
+        finer = self.deployed.finer
+        try:
+            system = as_deployed(self.case, finer, self._loading(finer.film))
+        except NotConverged:
+            return None
+        duration = self.vibration.duration if self.case.impact is not None else 0.0
+        step = min(self._step(), self.vibration.sampling or math.inf)
+        own, other = (
+            OnMesh(system, len(film.grid.y) - 1, self._deflection(film))
+            for system, film in ((self._system, self.film), (system, finer.film))
+        )
+        return mesh_error(own, other, self.vibration.modes, duration, step)
+
+    def _deflection(self, film: FilmMesh) -> Callable[[np.ndarray], float]:
+        """Normal displacement of the center on a mesh, up to a constant, at a configuration."""
+        point, normal = film.point(*self._places()["center"]), self.axes["center"][2]
+        return lambda q: float(normal @ point.position(q))
+
+    def _loading(self, film: FilmMesh) -> Loading:
         forcings: tuple[Forcing, ...] = ()
         impact = self.case.impact
         if impact is not None:
             top, time = _pulse(impact)
-            point, start = self.film.point(*impact.point), self.film.mesh.coordinates
+            point, start = film.point(*impact.point), film.mesh.coordinates
             vector = point.load(len(start), top * point.axes(start)[2])
             forcings = (Forcing(vector, time),)
         air = self.case.damping.air if self.case.damping else 0.0

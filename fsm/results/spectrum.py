@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 
 from fsm.results.solution import Floats
 
-__all__ = ["DampedSinusoid", "Spectrum", "amplitude", "fit_damped_sinusoid", "spectrum"]
+__all__ = ["DampedSinusoid", "Spectrum", "amplitude", "fit_damped_sinusoid", "high_lines", "spectrum"]
 
 _BINS = 4.0
 """Half width, in bins, of the frequency range of the fit about the highest bin of the spectrum."""
@@ -89,8 +89,30 @@ def spectrum(time: ArrayLike, values: ArrayLike) -> Spectrum:
     return Spectrum(np.fft.rfftfreq(len(t), step), lines, 1.0 / (len(t) * step))
 
 
-def fit_damped_sinusoid(time: ArrayLike, values: ArrayLike) -> DampedSinusoid:
-    """Least-squares fit of one damped sinusoid near the highest bin of the spectrum.
+def high_lines(time: ArrayLike, values: ArrayLike, part: float = 0.5) -> list[float]:
+    """Frequencies (Hz) of the lines of the spectrum that are high, the highest first, each by a fit of its own.
+
+    Parameters
+    ----------
+    time : (n,) array, s          equally spaced
+    values : (n,) array
+    part : lines whose bins are at least this part of the highest one
+    """
+    lines = spectrum(time, values)
+    height = np.concatenate([[0.0], lines.amplitude[1:], [0.0]])
+    bins = np.flatnonzero((height[1:-1] > height[:-2]) & (height[1:-1] >= height[2:])) + 1
+    bins = bins[(height[bins] >= part * height.max()) & (bins < len(lines.frequency))]
+    bins = bins[np.argsort(-height[bins], kind="stable")]
+    found: list[float] = []
+    for k in bins:
+        frequency = fit_damped_sinusoid(time, values, float(lines.frequency[k])).frequency
+        if all(abs(frequency - other) > lines.resolution for other in found):  # two maxima of one line
+            found.append(frequency)
+    return found
+
+
+def fit_damped_sinusoid(time: ArrayLike, values: ArrayLike, near: float | None = None) -> DampedSinusoid:
+    """Least-squares fit of one damped sinusoid near the highest bin of the spectrum, or near another frequency.
 
     Frequency and decay are the unknowns; cosine, sine and offset follow from them linearly (variable projection).
     The fit of a single damped sinusoid is exact to round-off for any length of the history.
@@ -99,6 +121,7 @@ def fit_damped_sinusoid(time: ArrayLike, values: ArrayLike) -> DampedSinusoid:
     ----------
     time : (n,) array, s          equally spaced
     values : (n,) array
+    near : Hz
 
     Raises
     ------
@@ -107,7 +130,7 @@ def fit_damped_sinusoid(time: ArrayLike, values: ArrayLike) -> DampedSinusoid:
     """
     t, y = _history(time, values)
     lines = spectrum(t, y)
-    start = lines.peak
+    start = lines.peak if near is None else near
     if not np.any(y != y[0]):
         return DampedSinusoid(start, 0.0, 0.0, 0.0, float(y[0]), 0.0)
     duration, t = t[-1] - t[0], t - t[0]

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from fsm.results.solution import Floats, Solution
-from fsm.results.spectrum import amplitude, fit_damped_sinusoid, spectrum
+from fsm.results.spectrum import amplitude, fit_damped_sinusoid, high_lines, spectrum
 
 __all__ = ["free_history", "frequency_warnings", "summarise_vibration"]
 
@@ -17,6 +17,8 @@ _MIN_SAMPLES = 8
 """Fewest samples of the free motion for the fit of a frequency."""
 _MIN_PERIODS = 3.0
 """Fewest periods of the free motion with which the fit separates the frequency from other modes and the offset."""
+_MOST_LINES = 5
+"""Lines of the spectrum that a warning names at most."""
 _MAX_GROWTH = 0.1
 """Growth exponent over the history below which no warning is given: beats of undamped modes cause such growth."""
 
@@ -35,6 +37,7 @@ def summarise_vibration(solution: Solution, pulse_end: float) -> dict[str, Any]:
     * `frequency_hz`, `decay_rate`, `damping_ratio`: damped sinusoid fitted to the free motion of the center after the pulse
     * `fit_residual`: relative residual of this fit, for example from other modes
     * `frequency_fft_hz`: highest bin of the spectrum of the same motion; `frequency_resolution_hz`: distance of its bins
+    * `lines_hz`: frequencies of all lines at least half as high as the highest one, which comes first
     * `amplitude_center`, `amplitude_patch`, m: largest normal displacement from rest; None without such a probe
     * `free_from`, s: end of the pulse
 
@@ -43,7 +46,10 @@ def summarise_vibration(solution: Solution, pulse_end: float) -> dict[str, Any]:
     film = solution.layout.film
     assert film is not None
     summary: dict[str, Any] = dict.fromkeys(
-        ("frequency_hz", "frequency_fft_hz", "frequency_resolution_hz", "decay_rate", "damping_ratio", "fit_residual")
+        (
+            "frequency_hz", "frequency_fft_hz", "frequency_resolution_hz", "decay_rate", "damping_ratio", "fit_residual",
+            "lines_hz",
+        )
     )
     summary["free_from"] = pulse_end
     for name in ("center", "patch"):
@@ -61,6 +67,7 @@ def summarise_vibration(solution: Solution, pulse_end: float) -> dict[str, Any]:
             "decay_rate": fit.decay,
             "damping_ratio": fit.damping_ratio,
             "fit_residual": fit.residual,
+            "lines_hz": [fit.frequency, *high_lines(time, moved)[1:]],
         }
     return summary
 
@@ -68,13 +75,14 @@ def summarise_vibration(solution: Solution, pulse_end: float) -> dict[str, Any]:
 def frequency_warnings(time: Floats, summary: Mapping[str, Any]) -> list[str]:
     """Warning, if any, that frequency and decay rate in the summary may be wrong.
 
-    A warning is given in four cases:
+    A warning is given in five cases:
 
     * The free motion has too few samples for a fit.
     * The free motion holds fewer than three periods.
     * Fit and FFT differ by more than the distance of two bins plus decay/(2 pi), the width of a damped line.
       For a single damped sinusoid they differ by half of this at most.
     * The fitted motion grows.
+    * The spectrum has other lines that are nearly as high.
 
     Parameters
     ----------
@@ -100,4 +108,11 @@ def frequency_warnings(time: Floats, summary: Mapping[str, Any]) -> list[str]:
         found.append(f"fit and FFT differ by {difference:.3g} Hz (resolution {resolution:.3g} Hz)")
     if -decay > _MAX_GROWTH * resolution:
         found.append(f"the fitted motion grows at {-decay:.3g} 1/s")
-    return [f"frequency and decay are doubtful: {', '.join(found)}; {remedy}"] if found else []
+    doubt = [f"frequency and decay are doubtful: {', '.join(found)}; {remedy}"] if found else []
+    if len(lines := summary.get("lines_hz") or []) > 1:
+        others = ", ".join(f"{line:.4g}" for line in lines[1:_MOST_LINES])
+        doubt.append(
+            f"frequency_hz is that of the highest line of the spectrum, {frequency:.4g} Hz; others at least half as high "
+            f"are at {others} Hz"
+        )
+    return doubt

@@ -294,6 +294,6 @@ class Deployed(Model):
         Width of the zone with the bending stiffness of the crease, along each crease; absent: a tenth of a panel.
     """
 
-    elements_per_panel: Annotated[Count, Field(ge=1, le=200)] = 6
-    elements_across: Annotated[Count, Field(ge=1, le=200)] = 3
+    elements_per_panel: Annotated[Count, Field(ge=1, le=200)] = 4
+    elements_across: Annotated[Count, Field(ge=1, le=200)] = 6
     crease_width: Annotated[Length, Field(gt=0)] | None = None

@@ -6,6 +6,7 @@ import json
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
@@ -91,3 +92,19 @@ def test_the_taut_strip_is_a_string(results: Path) -> None:
     assert nearest == pytest.approx(string, rel=0.015)
     assert summary["frequency_hz"] == pytest.approx(nearest, rel=2e-3)
     assert abs(summary["frequency_fft_hz"] - nearest) <= summary["frequency_resolution_hz"]
+
+
+def test_the_stated_error_of_the_mesh_is_that_against_a_fine_one(results: Path, tmp_path: Path) -> None:
+    """Two elements across against eight, for the frequencies and the largest displacement; an estimate of leading order."""
+    finer = ["--set", "deployed.elements_per_panel=8", "--set", "deployed.elements_across=8"]
+    case = results.parent / "case.toml"
+    done = CliRunner().invoke(cli, ["run", str(case), "--out", str(tmp_path), *finer])
+    assert done.exit_code == 0, done.output
+    coarse, fine = (json.loads((folder / "summary.json").read_text(encoding="utf-8")) for folder in (results, tmp_path))
+    stated = np.array(coarse["mesh_error_modes"])
+    off = np.abs(np.array(fine["modes_hz"]) / coarse["modes_hz"] - 1.0)
+    assert np.all(off <= 1.5 * stated + 1e-3)
+    assert off.max() > 0.01
+    for name, error in (("frequency_hz", "mesh_error_frequency"), ("amplitude_center", "mesh_error_amplitude")):
+        assert abs(fine[name] / coarse[name] - 1.0) <= 1.5 * coarse[error] + 1e-3
+    assert max(fine["mesh_error_modes"]) < 0.3 * max(stated)

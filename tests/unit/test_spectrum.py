@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fsm.results.spectrum import amplitude, fit_damped_sinusoid, spectrum
+from fsm.results.spectrum import amplitude, fit_damped_sinusoid, high_lines, spectrum
 from fsm.results.vibration import frequency_warnings
 
 
@@ -124,3 +124,12 @@ def test_doubts_say_what_is_wrong_and_what_to_do() -> None:
     (none,) = frequency_warnings(t, told | {"free_from": 0.99})
     assert none == "no frequency: 5 samples after the pulse, 8 are needed; give a longer vibration.duration"
     assert frequency_warnings(t, told | {"free_from": 0.0}) == []
+
+
+def test_all_high_lines_are_found_the_highest_first() -> None:
+    """Three sines, one of them a quarter as high; 162 Hz lies between two bins."""
+    time = np.linspace(0.0, 0.14, 700)
+    sines = ((1.0, 233.0, 0.2), (0.8, 162.0, 1.0), (0.2, 55.0, 0.0))
+    values = sum(a * np.sin(2.0 * np.pi * f * time + phase) for a, f, phase in sines)
+    assert high_lines(time, values) == pytest.approx([233.0, 162.0], rel=5e-3)
+    assert high_lines(time, np.sin(2.0 * np.pi * 162.0 * time)) == pytest.approx([162.0], rel=1e-6)
