@@ -18,6 +18,10 @@ force f = (f_1, f_2, f_3) and of the moment g = sum_k m_k g_k:
 
 S_k is the second derivative of s_k along rotations about fixed axes. Increments do not commute, so B is not symmetric.
 The rows and columns of v_b are those of v_a with the other sign.
+
+s1, psi and s3 have no slopes where the swing is 180 degrees. Where no spring turns the bodies and the three dampers are
+equal, they are not needed: the moment is g = c (w_a - w_b), and aa = -ab: -c [w_b], ba = -bb: c [w_a] of K, c of D. From a
+past state on it is g = c r/dt with the rotation vector r since then, and S = c/dt (1 - r/2 cot(r/2)) (r r^T/r^2 - 1).
 """
 
 from __future__ import annotations
@@ -55,7 +59,7 @@ __all__ = [
     "widest_pose_spatial",
 ]
 
-_OFFSET, _REST, _STIFFNESS, _DAMPING, _HALF_WAY = 14, 15, 21, 27, 33
+_OFFSET, _REST, _STIFFNESS, _DAMPING, _HALF_WAY, _EVEN = 14, 15, 21, 27, 33, 34
 
 
 def pose_constants_spatial(
@@ -69,13 +73,16 @@ def pose_constants_spatial(
     stiffness: np.ndarray,
     damping: np.ndarray,
 ) -> np.ndarray:
-    """What the kernels need of each element, in one row of an (m, 34) array; arguments as in `measure_pose_spatial`.
+    """What the kernels need of each element, in one row of an (m, 35) array; arguments as in `measure_pose_spatial`.
 
     Columns: inner point (3), outer point in the joint axes (3), axes in the inner (4) and outer (4) body, initial angle,
-    x0, k, c of (Z1, Z2, Z3, s1, psi, s3), and 1 where the swing is measured half-way between the bodies, else 0.
+    x0, k, c of (Z1, Z2, Z3, s1, psi, s3), 1 where the swing is measured half-way between the bodies, else 0, and
+    1 where rotations meet nothing but equal dampers about all axes, else 0.
     """
+    even = ~np.any(stiffness[:, 3:], axis=1) & (damping[:, 3] > 0.0) & np.all(damping[:, 3:] == damping[:, 3:4], axis=1)
     outer = rotate_by(axes_outer * np.array([1.0, -1.0, -1.0, -1.0]), point_outer)
-    return np.column_stack([point_inner, outer, axes_inner, axes_outer, angle_offset, rest, stiffness, damping, half_way])
+    joint = (point_inner, outer, axes_inner, axes_outer, angle_offset)
+    return np.column_stack([*joint, rest, stiffness, damping, half_way, even])
 
 
 @kernel(inline=True)
@@ -145,6 +152,56 @@ def _acts(row: np.ndarray, k: int) -> bool:
 
 
 @kernel(inline=True)
+def _turned(q: Quaternion, row: np.ndarray, before: np.ndarray) -> Vector:
+    """Rotation vector from the past state to q, in joint axes."""
+    s1, psi, s3 = before[3], before[4] - row[_OFFSET], before[5]
+    size = np.sqrt(s1 * s1 + s3 * s3)
+    part = np.sin(0.5 * size) / size if size > 0.0 else 0.5
+    past = (np.cos(0.5 * size), part * s1, 0.0, part * s3)
+    if row[_HALF_WAY] != 0.0:
+        twist = (np.cos(0.25 * psi), 0.0, np.sin(0.25 * psi), 0.0)
+        past = quaternion_product(quaternion_product(twist, past), twist)
+    else:
+        past = quaternion_product(past, (np.cos(0.5 * psi), 0.0, np.sin(0.5 * psi), 0.0))
+    d = quaternion_product(q, (past[0], -past[1], -past[2], -past[3]))
+    sign = 1.0 if d[0] >= 0.0 else -1.0
+    sine = np.sqrt(d[1] * d[1] + d[2] * d[2] + d[3] * d[3])
+    part = 2.0 * sign * np.arctan2(sine, sign * d[0]) / sine if sine > 0.0 else 2.0 * sign
+    return part * d[1], part * d[2], part * d[3]
+
+
+@kernel(inline=True)
+def _turning(q: Quaternion, wa: Vector, wb: Vector, row: np.ndarray, before: np.ndarray, per_second: float) -> Vector:
+    """w_a - w_b, or the mean of it since a past state."""
+    if per_second != 0.0:
+        r = _turned(q, row, before)
+        return per_second * r[0], per_second * r[1], per_second * r[2]
+    return wa[0] - wb[0], wa[1] - wb[1], wa[2] - wb[2]
+
+
+@kernel(inline=True)
+def _even_curvature(w: Vector, wa: Vector, wb: Vector, c: float, per_second: float) -> Matrix:
+    """What K of an even damper has beside [g]/2: -c [w_a + w_b]/2, or S; `w` of `_turning`."""
+    if per_second == 0.0:
+        x, y, z = -0.5 * c * (wa[0] + wb[0]), -0.5 * c * (wa[1] + wb[1]), -0.5 * c * (wa[2] + wb[2])
+        return 0.0, -z, y, z, 0.0, -x, -y, x, 0.0
+    square = w[0] * w[0] + w[1] * w[1] + w[2] * w[2]
+    half = 0.5 * np.sqrt(square) / per_second
+    part = (
+        c
+        * per_second
+        * ((1.0 - half / np.tan(half)) / square if half > 1e-2 else (1.0 + half**2 / 15.0) / (12.0 * per_second**2))
+    )
+    return with_product(
+        (-part * square, 0.0, 0.0, 0.0, -part * square, 0.0, 0.0, 0.0, -part * square),
+        w,
+        part * w[0],
+        part * w[1],
+        part * w[2],
+    )
+
+
+@kernel(inline=True)
 def _any(v: Vector) -> bool:
     """Whether a vector is not zero."""
     return v[0] != 0.0 or v[1] != 0.0 or v[2] != 0.0
@@ -185,7 +242,7 @@ def force_pose_spatial(
         Quaternions of unit length.
     bodies : (m, 2) int array
         Inner and outer body.
-    constants : (m, 34) array of `pose_constants_spatial`
+    constants : (m, 35) array of `pose_constants_spatial`
     before : (m, 6) array
         Deformations at a past state; not read if `per_second` is zero.
     per_second : float, 1/s
@@ -199,12 +256,16 @@ def force_pose_spatial(
         v, wa, wb = _speeds(rates, a, b, from_world, from_a, from_b)
         f = _translation_efforts(arm, z, v, wa, wb, row, past, per_second)
         gx = gy = gz = 0.0
-        if _acts(row, 4):
+        even = row[_EVEN] != 0.0
+        if even:
+            c, w = row[_DAMPING + 3], _turning(q, wa, wb, row, past, per_second)
+            gx, gy, gz = c * w[0], c * w[1], c * w[2]
+        if _acts(row, 4) and not even:
             psi, slopes = twist_slopes(q)
             g = turn_gradient(slopes, q)
             m = _moment(4, psi + row[_OFFSET], g, wa, wb, row, past, per_second)
             gx, gy, gz = m * g[0], m * g[1], m * g[2]
-        if _acts(row, 3) or _acts(row, 5):
+        if (_acts(row, 3) or _acts(row, 5)) and not even:
             s1, s3, slopes_1, slopes_3 = swing_slopes(q, row[_HALF_WAY] != 0.0)
             g1, g3 = turn_gradient(slopes_1, q), turn_gradient(slopes_3, q)
             m1 = _moment(3, s1, g1, wa, wb, row, past, per_second)
@@ -297,12 +358,20 @@ def linearise_pose_spatial(
         g = bent = (0.0, 0.0, 0.0)
         curvature = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         turn, turn_damped = nothing, nothing
-        if _acts(row, 4):
+        even = row[_EVEN] != 0.0
+        if even:
+            even_c, w = row[_DAMPING + 3], _turning(q, wa, wb, row, past, per_second)
+            g = bent = (even_c * w[0], even_c * w[1], even_c * w[2])
+            if given.shape[0] > 0:
+                bent = (given[3], given[4], given[5])
+            turn = _even_curvature(w, wa, wb, even_c, per_second)
+            turn_damped = (even_c, 0.0, 0.0, 0.0, even_c, 0.0, 0.0, 0.0, even_c)
+        if _acts(row, 4) and not even:
             psi, slopes = twist_slopes(q)
             g, bent, curvature, turn, turn_damped = _add_turn(
                 4, psi + row[_OFFSET], slopes, q, wa, wb, row, past, per_second, given, g, bent, curvature, turn, turn_damped
             )
-        if _acts(row, 3) or _acts(row, 5):
+        if (_acts(row, 3) or _acts(row, 5)) and not even:
             s1, s3, slopes_1, slopes_3 = swing_slopes(q, row[_HALF_WAY] != 0.0)
             g, bent, curvature, turn, turn_damped = _add_turn(
                 3, s1, slopes_1, q, wa, wb, row, past, per_second, given, g, bent, curvature, turn, turn_damped
@@ -339,7 +408,8 @@ def linearise_pose_spatial(
             ha = added(ha, 1.0, scaled_rows(c, na))
             hb = added(hb, 1.0, scaled_rows(c, nb))
         # G^T times that, and B
-        turn = added(turn, 1.0, curvature_matrix(curvature, q))
+        if not even:
+            turn = added(turn, 1.0, curvature_matrix(curvature, q))
         own_a, own_b = _geometric(turn, 0.5, bent, f, arm), _geometric(turn, -0.5, bent, z, f)
         vv, va = times(from_world, hv), times(from_world, ha)
         vb = times(from_world, added(hb, -1.0, crossed_matrix(f, from_b)))
@@ -370,9 +440,13 @@ def linearise_pose_spatial(
 
 @kernel(inline=True)
 def _measure_all(
-    poses: np.ndarray, rates: np.ndarray, a: int, b: int, row: np.ndarray, value: np.ndarray, change: np.ndarray
-) -> None:
-    """All measures of one element into `value` (6,), and G times the bodies' rates into `change` (6,)."""
+    poses: np.ndarray, rates: np.ndarray, a: int, b: int, row: np.ndarray, before: np.ndarray, per_second: float,
+    value: np.ndarray, change: np.ndarray,
+) -> None:  # fmt: skip
+    """All measures of one element into `value` (6,), and G times the bodies' rates into `change` (6,).
+
+    Of even dampers, s1, psi and s3 are those of the past state and the rotation vector since, and the rates are w_a - w_b.
+    """
     from_world, from_a, from_b, arm, z, q = _place(poses, a, b, row)
     v, wa, wb = _speeds(rates, a, b, from_world, from_a, from_b)
     turn_a, turn_b = crossed(wa, arm), crossed(wb, z)
@@ -381,6 +455,11 @@ def _measure_all(
         value[k], change[k] = z[k] - row[3 + k], v[k] + turn_a[k] - turn_b[k]
     for k in range(3, 6):
         value[k] = change[k] = 0.0
+    if row[_EVEN] != 0.0:
+        r = _turned(q, row, before) if per_second != 0.0 else (0.0, 0.0, 0.0)
+        for k in range(3):
+            value[3 + k], change[3 + k] = before[3 + k] + r[k], w[k]
+        return
     if _acts(row, 4):
         psi, slopes = twist_slopes(q)
         g = turn_gradient(slopes, q)
@@ -412,7 +491,7 @@ def advance_efforts_spatial(
     efforts, x, dx = np.empty((bodies.shape[0], 6)), np.empty(6), np.empty(6)
     for i in range(bodies.shape[0]):
         row, past = constants[i], before[i]
-        _measure_all(poses, change, bodies[i, 0], bodies[i, 1], row, x, dx)
+        _measure_all(poses, change, bodies[i, 0], bodies[i, 1], row, past, per_second, x, dx)
         for k in range(6):
             later = x[k] + dx[k]
             damped = row[_DAMPING + k] * per_second * (later - past[k])
@@ -442,7 +521,7 @@ def stored_pose_spatial(
     x, rate = np.empty(6), np.empty(6)
     for i in range(bodies.shape[0]):
         row, past = constants[i], before[i]
-        _measure_all(poses, rates, bodies[i, 0], bodies[i, 1], row, x, rate)
+        _measure_all(poses, rates, bodies[i, 0], bodies[i, 1], row, past, per_second, x, rate)
         for k in range(6):
             energy[category[i]] += 0.5 * row[_STIFFNESS + k] * (x[k] - row[_REST + k]) ** 2
             speed = (x[k] - past[k]) * per_second if per_second != 0.0 else rate[k]

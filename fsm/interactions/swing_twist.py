@@ -160,6 +160,8 @@ def swing_slopes(q: Quaternion, half_way: bool) -> tuple[float, float, Slopes, S
     n = sqrt(q0^2 + q2^2),  s1 = f(n) (q1 q0 + q3 q2)/n,  s3 = f(n) (q3 q0 - q1 q2)/n  in the axes of the outer body.
     Written as s = f(n)/n * B(q) with a bilinear form B; h(n) = f/n. Half-way, B is linear and h = f.
     """
+    if q[0] == 0.0 and q[2] == 0.0:
+        q = (1e-100, q[1], 0.0, q[3])  # 180 degrees: no slopes, but values, with the twist of zero of `twist_slopes`
     n = np.sqrt(q[0] * q[0] + q[2] * q[2])
     f, f1, f2 = _stretch(min(n, 1.0))
     if half_way:
