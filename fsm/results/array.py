@@ -44,6 +44,8 @@ class ArrayMotion:
     bar_names : tuple of str
     stress : (n, n_bars) array, Pa
         Largest normal stress in each bar; (n, 0) if all bars are rigid.
+    stress_error : float or None
+        Relative error of the largest stress; None if unknown.
     """
 
     point_names: tuple[str, ...]
@@ -52,6 +54,7 @@ class ArrayMotion:
     rigid: PointMotion | None
     bar_names: tuple[str, ...]
     stress: Floats
+    stress_error: float | None = None
 
     def point_index(self, name: str) -> int:
         """Index of a point along the second axis of the arrays."""

@@ -28,6 +28,8 @@ def write_array(file: Any, motion: ArrayMotion) -> None:
                 _write(file, f"points/{prefix}{name}", getattr(points, name), units, what, ("time", "point", "plane_axis"))
     if motion.stress.shape[1]:
         _write(file, "bars/stress", motion.stress, "Pa", "largest normal stress in the bar", ("time", "bar"))
+        if motion.stress_error is not None:
+            _write(file, "bars/stress_error", [motion.stress_error], "1", "relative error of the largest stress", ())
 
 
 def read_array(file: Any, count: int) -> ArrayMotion | None:
@@ -42,6 +44,7 @@ def read_array(file: Any, count: int) -> ArrayMotion | None:
         rigid=_motion(file, "rigid_", count, len(points)) if "points/rigid_displacement" in file else None,
         bar_names=bars,
         stress=numbers_in(file, "bars/stress", (count, len(bars))) if "bars" in file else np.zeros((count, 0)),
+        stress_error=float(numbers_in(file, "bars/stress_error", (1,))[0]) if "bars/stress_error" in file else None,
     )
 
 

@@ -7,9 +7,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from fsm.analyses.array import compile_array
+from fsm.analyses.scissor import ScissorArray
 from fsm.ancf.end_to_end import end_to_end, specification_matrix
 from fsm.scene.builders.scissor import array_at, build_array
 from fsm.scene.builders.scissor_bodies import build_bodies
+from fsm.scene.case import Case
 from fsm.scene.check_scissor import default_holds
 from fsm.scene.loads import Ramp, Table
 from fsm.scene.materials import Material
@@ -310,3 +312,32 @@ def test_stress_at_hinges(scissor, force):
         q, _, _, _ = histories(system, Settings("generalized-alpha", 1e-6, 0.08), [0.06, 0.07, 0.08])
         found.append([system.stress(state).max() for state in q])
     assert found[0] == pytest.approx(found[1], rel=0.015)
+
+
+def test_the_error_of_the_largest_stress_is_stated():
+    """A slow deployment, and undamped bars that springs throw open: the error covers what a fourfold mesh gives."""
+    slow = {
+        "scissor": {"units": 1, "bar_length": 0.19, "initial_angle": 1.344},
+        "bar": {"width": 0.0038, "height": 0.0068}, "material": {"young": 1e10, "poisson": 0.3, "density": 600.0},
+        "force": [{"point": "a1", "force": [0.0, -0.55], "time": {"kind": "ramp", "end": 0.05}}],
+        "solve": {"end_time": 0.08},
+    }  # fmt: skip
+    struck = {
+        "scissor": {"shape": "ring", "units": 5, "bar_length": 0.26, "initial_angle": 1.047},
+        "bar": {"width": 0.022, "height": 0.018},
+        "material": {"young": 1.1e11, "poisson": 0.3, "density": 1600.0, "damping": 0.0},
+        "hinge": {"stiffness": 36.7, "rest_turn": 1.5, "at": "middle"}, "solve": {"end_time": 4e-3},
+    }  # fmt: skip
+    for name, tables, most in (("slow", slow, 0.05), ("struck", struck, 0.5)):
+        found = []
+        for elements in (4, 16):
+            scissor = tables["scissor"] | {"elements_per_bar": elements}
+            case = Case.model_validate({"analysis": "scissor"} | tables | {"scissor": scissor})
+            analysis = ScissorArray(case, "case.toml")
+            times = analysis.record_times(case.solve.end_time)
+            kept = []
+            simulate(analysis.system, analysis.settings("generalized-alpha"), times, lambda s, kept=kept: kept.append(s.q))
+            found.append(np.array([analysis.system.stress(q) for q in kept]))
+            if elements == 4:
+                error = analysis.stress_error(np.array(times), found[0], [])
+        assert abs(found[1].max() / found[0].max() - 1.0) <= error < most, name
