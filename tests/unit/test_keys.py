@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fsm.kernels.keys import find_keys
@@ -12,6 +12,7 @@ from fsm.segments.contact_memory import Remembered
 KEYS = st.lists(st.integers(0, 40), max_size=30, unique=True).map(lambda keys: np.array(keys, dtype=np.int64))
 
 
+@settings(deadline=None)  # the first call may compile
 @given(KEYS.map(np.sort), KEYS)
 def test_places_are_those_of_equal_keys_and_no_others(known: np.ndarray, keys: np.ndarray) -> None:
     place = find_keys(known, keys)
