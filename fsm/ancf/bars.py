@@ -2,7 +2,7 @@
 
 At each node a bar has a separate position and separate slopes. At a common point (hinge) all bars use one position (master
 and slaves, Peng et al. 2019, eq. 13, positions only) and keep separate slopes. At its middle point a bar has one section
-r_y, which transmits the moment, and an r_x on either side, because the hinge causes a jump of the axial and shear forces. If
+r_y, which transmits the moment. It has an r_x on either side, because the hinge causes a jump of axial and shear forces. If
 the second half is at an angle to the first, its sections are stored rotated back by this angle, so both halves share r_y. A
 cable has no section; it has one r_x at the middle point.
 """
@@ -229,7 +229,7 @@ class BarMesh:
 
 
 _SECTIONS = [2, 5, 6]
-"""Those of the vectors of an element that are r_y or r_xy."""
+"""Indices of r_y and r_xy among the vectors of an element."""
 _KERNELS = {
     "section": (section_strains, section_hessians),
     "green": (green_strains, green_hessians),

@@ -7,7 +7,7 @@ The printed 2 mu is a misprint that halves the shear energy. Poisson's ratio is 
 paper's example, while mu = E/2(1 + nu). The section of this element stretches uniformly. With the full law, a bent bar could
 not expand on one side and contract on the other, and would be too stiff by 1/(1 - nu^2). k = 5/6.
 
-The law is that of St Venant and Kirchhoff: the stress is linear in Green's strain, which differs from the strain of
+The law is that of St Venant and Kirchhoff: the stress is linear in Green's strain. It differs from the strain of
 `beam_section` by squares of strains. There are 3 x 2 Gauss points.
 """
 

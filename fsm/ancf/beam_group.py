@@ -101,7 +101,7 @@ class BeamGroup:
         return np.zeros((*self.vectors.shape, 2))
 
     def _rates(self, u: np.ndarray | None) -> np.ndarray:
-        """Rates of the coordinates of every element, (m, v, 2), where they matter."""
+        """Rates of the coordinates of every element, (m, v, 2); zero without damping."""
         return np.asarray(_gathered(self.vectors, self.frames, u)) if self.rate_dependent and u is not None else self._none
 
     def add_force(self, q: np.ndarray, u: np.ndarray | None, force: np.ndarray) -> None:

@@ -1,11 +1,11 @@
 """Latches of hinges: a hinge that has reached its stop is held there in both directions.
 
-A hinge latches at the end of the first step at which it is at its stop, or beyond it, and the stop pushes it back. There the
+A hinge latches at the end of a step if it is at its stop or beyond it, and the stop pushes it back. There the
 moment and the energy of the latch equal those of the stop. Neither jumps, so latching does not change the energy. A latched
 hinge does not open again.
 
-The law of a hinge is a function of time: the law of the stop up to and including the time of latching, then the law of the
-latch. Earlier states are thus evaluated with the law of their own step.
+The law of a hinge is a function of time. It is the law of the stop up to and including the time of latching, and then the
+law of the latch. Earlier states are thus evaluated with the law that was valid at their time.
 """
 
 from __future__ import annotations

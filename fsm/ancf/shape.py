@@ -1,8 +1,8 @@
 """Shape functions of the ANCF elements, and Gauss points on [0, 1].
 
-Natural coordinates x = X/b, y = Y/c run from 0 to 1. Slopes are derivatives along the material lines X and Y (m/m), so the
-shape functions of slopes contain the lengths b and c of the element. The kernels use the functions of a unit element
-(b = c = 1) with slopes times length. One table then serves elements of all sizes.
+Natural coordinates x = X/b, y = Y/c run from 0 to 1. Slopes are derivatives along the material lines X and Y (m/m). The
+shape functions of slopes therefore contain the lengths b and c of the element. The kernels use the functions of a unit
+element (b = c = 1) with slopes times length. One table then serves elements of all sizes.
 
 Membrane: the 12 terms 1, x, y, x^2, xy, y^2, x^3, x^2 y, x y^2, y^3, x^3 y, x y^3 of Adini, Clough and Melosh. Along an
 edge the position is a cubic function of the nodes of that edge. The slope across the edge is not continuous (the element is

@@ -4,8 +4,8 @@ The boxes are sorted along Morton's space-filling curve, so that neighbours in t
 of `fsm.interactions.box_tree` then searches them. If each of n boxes overlaps a few others, the cost is O(n log n),
 whatever the arrangement and the sizes of the boxes.
 
-Allowed contacts are listed by sides. A side is a set of shapes, and a listed pair names two sides: every shape of one side
-may touch every shape of the other. If a side is paired with itself, each of its shapes may touch every other one.
+Allowed contacts are listed by sides. A side is a set of shapes. A listed pair names two sides: every shape of one side may
+touch every shape of the other. If a side is paired with itself, each of its shapes may touch every other one.
 The pairs of shapes are not stored. Only the pairs whose boxes overlap are looked up. Memory therefore grows with the
 number of listed pairs and of nearby shapes.
 """

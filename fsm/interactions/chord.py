@@ -86,7 +86,7 @@ def chords_spatial(poses: np.ndarray, owners: np.ndarray, stations: np.ndarray, 
     ----------
     poses : (n_bodies, 7) array
     half_width : (n_pieces,) array, m
-        The bound includes the change of the direction across between both bodies.
+        Half the width of each piece. The bound covers the rotation of the width direction between both bodies.
     """
     controls = control_points_spatial(poses, turned_spatial(poses), owners, stations)
     return chords_of_spatial(controls, stations, half_width)

@@ -180,8 +180,8 @@ def heights_planar(
     """Heights (n,) of all probes over their surfaces, m, along the normal (-z', x') of the curve.
 
     The height is nan beyond the ends and tips, and farther from all pieces than `reach` (n,), m. `nearest` (n,), changed
-    in place, holds the piece where each search starts and then the nearest piece. Where the chord determines the side,
-    and whether the probe is deeper than its limit, the height over the chord is returned.
+    in place, holds the piece where each search starts and then the nearest piece. If the chord determines the side
+    and the excess of the depth limit, the height over the chord is returned.
     """
     curve, point = np.empty((3, 2)), np.empty(2)
     axes = turned_planar(poses)

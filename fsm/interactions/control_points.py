@@ -83,7 +83,7 @@ def control_points_planar(
 def control_points_spatial(
     poses: np.ndarray, axes: np.ndarray, owners: np.ndarray, stations: np.ndarray
 ) -> np.ndarray:
-    """Control points of all pieces in rows 0 ... 3, m, e2 of both bodies in rows 4 and 5: (n_pieces, 6, 3)."""
+    """Control points (m) of all pieces in rows 0 to 3, and e2 of both bodies in rows 4 and 5, (n_pieces, 6, 3)."""
     out = np.empty((owners.shape[0], 6, 3))
     for j in range(owners.shape[0]):
         for m in range(3):

@@ -4,7 +4,7 @@
     gap = d - r_1 - r_2 outside,     gap = w (d - r_1 - r_2) inside
 
 The closest points are limited to the segments. If an edge slides past the end of the other, the contact becomes one of a
-point with an edge or a corner, and the gap and its gradient stay continuous.
+point with an edge or a corner. The gap and its gradient stay continuous.
 
 The closest points of parallel edges are not unique. Near parallel they move along the edges as the edges turn. There the
 corners and the points along the edges carry the contact (`point_shape_spatial`). The depth of the edges is scaled down to

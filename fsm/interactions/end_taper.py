@@ -9,11 +9,11 @@ be the distance of the point from the end, positive inwards. The full weight is 
 b is the largest cell of the panel. G is max(0, x) with a rounded corner, so f is C1. f is zero over the end itself and
 beyond, and one from 9b/4 on. In between, f exceeds the covered part of the cell. The excess makes the total force of an
 evenly pressed panel equal to the force of cells that are cut off at the end. The cells adjoin each other, so sums of c
-over all cells telescope: the sum of the weights does not depend on the positions of the points.
+over all cells telescope. The sum of the weights thus does not depend on the positions of the points.
 
 A contact energy w f U, with w U the energy at full weight, gives the forces -w f dU/dx and -w U df/dx. The change of the
-overlap thus causes a force of its own. f varies only within the half segment at the end of a surface. There S is a
-coordinate of that segment's own body.
+overlap thus causes a force too. f varies only within the half segment at the end of a surface. There S is a
+coordinate of that segment.
 """
 
 from __future__ import annotations

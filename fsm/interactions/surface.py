@@ -7,13 +7,14 @@ every control point belongs to one body. At a joint turned by alpha the surface 
 l alpha/8.
 
 At each end the surface is extended by a tip of `TIP` times its length, which is rounded. At a distance x past the end of the
-straight part, the gap g over the straight line is replaced by the gap over a disc of radius R tangent to that line,
+straight part, the gap g over the line becomes the gap over a disc of radius R tangent to that line,
 
     sqrt(x^2 + (g + R)^2) - R,     R = half the tip,
 
 The rounding releases a body gradually when it slides off an end. An edge that stands on a face is pushed along the face's
 normal. Two creases that meet tip to tip (panels 3 and 4 of the pulled strip do, on their mirror plane) must not slip past
-each other. Therefore the first half of the tip is straight for the ends of another panel; for all other points no part is.
+each other. Therefore the first half of the tip is straight for the ends of another panel. For all other points the whole tip
+is round.
 
 These tips are for panels that share a crease; the side on which they lie must be given. The ends of other surfaces have a
 cap for the ends of panels: R is the clearance and x starts at the end itself. With h the height over the middle line,

@@ -138,8 +138,8 @@ def local_edges(
 def edges_pass(half: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
     """Whether edges whose ends move on straight lines pass through an edge at rest on the x axis, (m,) bool.
 
-    Seen along x, the moving edge P Q passes over the origin when P x Q = 0 with the origin between P and Q: a quadratic
-    equation in time.
+    In the projection along x, the moving edge P Q passes the origin when P x Q = 0 and the origin is between P and Q. This
+    is a quadratic equation in time.
 
     Parameters
     ----------

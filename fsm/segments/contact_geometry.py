@@ -1,6 +1,6 @@
 """Protocol of a contact geometry: contact points, gaps, slip, and their derivatives.
 
-A geometry has *slots*, places that may carry a contact: a probe point on a surface, a corner on a plate, an edge on an edge.
+A geometry has *slots*: possible contacts of a probe point with a surface, a corner with a plate, or two edges.
 Slots may be renumbered at each renewal of the broad phase, but each slot has a constant key. The memory of contacts is
 stored by key and changes only when a step is accepted.
 """

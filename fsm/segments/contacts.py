@@ -39,14 +39,14 @@ _PRESLIDING = 1e-6
 
 
 @dataclass
-class _Found:
+class _ContactState:
     """Contacts of one state with their forces; `sums` of every pair are computed on demand.
 
     `at` holds the depths of linearisation. `acting` holds the normal forces of the linearised law.
     """
 
     touching: Touching
-    kept: Remembered
+    memory: Remembered
     depth: np.ndarray
     share: np.ndarray
     measured: Measured
@@ -54,7 +54,7 @@ class _Found:
     acting: np.ndarray
     forces: ContactForces
     deflection: np.ndarray
-    by_way: np.ndarray | None
+    by_distance: np.ndarray | None
     by_turn: np.ndarray | None
     sums: np.ndarray | None = None
 
@@ -62,8 +62,8 @@ class _Found:
 class ContactGroup:
     """Contacts of one geometry.
 
-    The memory is stored by the keys of slots. It holds the closing speed at the start of a contact (for laws with a
-    coefficient of restitution), the deflection of the bristles (for sticking friction), and the memory of the geometry. It
+    The memory is stored by the keys of slots. It holds the closing speed at the start of a contact, for laws with a
+    coefficient of restitution. It also holds the deflection of the bristles and the memory of the geometry. It
     changes only when a step is accepted, so forces between steps are functions of the state.
 
     Parameters
@@ -91,14 +91,14 @@ class ContactGroup:
         self.n_pairs = n_pairs
         self.impacts = Impacts(geometry, normal, mobility, loose)
         self.evaluations = 0
-        self._not_counted = 0
-        self._kept = Remembered.nothing(geometry.slips)
+        self._renewals_before = 0
+        self._contact_memory = Remembered.nothing(geometry.slips)
         self._time = 0.0
         self._poses: np.ndarray | None = None
         self._rates = np.zeros((0, 0))
-        self._stiff = np.zeros(0, dtype=np.int64)
-        self._last: tuple[np.ndarray, np.ndarray, int, Pressed | None, _Found | None] | None = None
-        self._known: dict[float, tuple[np.ndarray, int, Touching]] = {}
+        self._linearised = np.zeros(0, dtype=np.int64)
+        self._evaluated: tuple[np.ndarray, np.ndarray, int, Pressed | None, _ContactState | None] | None = None
+        self._searches: dict[float, tuple[np.ndarray, int, Touching]] = {}
 
     @property
     def rate_dependent(self) -> bool:
@@ -109,18 +109,18 @@ class ContactGroup:
 
     def _contacts(
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None, pressed: Pressed | None = None
-    ) -> _Found | None:
+    ) -> _ContactState | None:
         """Contacts of a state; cached for the same arrays (force, then energy)."""
         _, version = self.geometry.pairs(poses)
-        last = self._last
+        last = self._evaluated
         same = last is not None and last[0] is poses and last[1] is rates and last[2] == version
         if last is None or not same or last[3] is not pressed:
-            last = self._last = (poses, rates, version, pressed, self._find(t, poses, rates, past, pressed))
+            last = self._evaluated = (poses, rates, version, pressed, self._find(t, poses, rates, past, pressed))
         return last[4]
 
     def _find(
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None, pressed: Pressed | None
-    ) -> _Found | None:
+    ) -> _ContactState | None:
         geometry = self.geometry
         self.evaluations += 1
         touching = self._touching(poses, 0.0) if pressed is None else self._active(poses, pressed)
@@ -131,15 +131,15 @@ class ContactGroup:
         depth, slip, share = -touching.gap, np.ascontiguousarray(measured.rate[:, 1:]), geometry.share[slot]
         if measured.tapered is not None:
             share[measured.tapered.rows] *= measured.tapered.part
-        kept = self._memory_of(touching)
+        memory = self._memory_of(touching)
         closing, at = -measured.rate[:, 0], depth
         if pressed is not None:
-            at = pressed.at(kept.key, depth, closing, kept.onset, share, self.normal)
+            at = pressed.at(memory.key, depth, closing, memory.onset, share, self.normal)
             if measured.tapered is not None:  # tapered contacts are linearised at their geometric depth
                 at[measured.tapered.rows] = depth[measured.tapered.rows]
-        normal, slopes = self.normal.law.force(at, closing, kept.onset, share, self.normal.params)
+        normal, slopes = self.normal.law.force(at, closing, memory.onset, share, self.normal.params)
         acting = normal if pressed is None else normal + slopes[:, 0] * (depth - at)
-        pull, by_way = self._pull(t, poses, past, measured, slip, normal, kept.deflection)
+        pull, by_distance = self._friction_forces(t, poses, past, measured, slip, normal, memory.deflection)
         forces = ContactForces(
             normal,
             np.ascontiguousarray(slopes[:, 0]),
@@ -149,13 +149,13 @@ class ContactGroup:
             pull.by_normal,
             self.friction is not None,
         )
-        return _Found(
-            touching, kept, depth, share, measured, at, acting, forces, pull.deflection, by_way, pull.by_turn
+        return _ContactState(
+            touching, memory, depth, share, measured, at, acting, forces, pull.deflection, by_distance, pull.by_turn
         )
 
     def pressed(self, most: float) -> Pressed:
         """Depths in the last accepted state; see `Pressed`."""
-        return Pressed(self._kept.key, self._kept.depth, most)
+        return Pressed(self._contact_memory.key, self._contact_memory.depth, most)
 
     def press(
         self, t: float, poses: np.ndarray, rates: np.ndarray, change: np.ndarray, past: Past | None, pressed: Pressed
@@ -166,10 +166,10 @@ class ContactGroup:
             return Pressed(pressed.key[:0], pressed.depth[:0], pressed.most)
         per_second = 0.0 if past is None else 1.0 / past.duration
         return pressed.advanced(
-            found.kept.key, found.measured, found.at, found.acting, found.forces, change, per_second, self.normal.exponent
+            found.memory.key, found.measured, found.at, found.acting, found.forces, change, per_second, self.normal.exponent
         )
 
-    def _pull(
+    def _friction_forces(
         self,
         t: float,
         poses: np.ndarray,
@@ -188,8 +188,8 @@ class ContactGroup:
         if friction.law.bristle:
             duration = max(0.0, t - self._time)
             mean = slip if past is not None else self._mean_slip(poses, measured, slip, duration)
-        alike = friction.across == 1.0 or slips == 1
-        axes = None if alike else axes_of(poses, np.ascontiguousarray(measured.bodies[:, 0]))
+        isotropic = friction.across == 1.0 or slips == 1
+        axes = None if isotropic else axes_of(poses, np.ascontiguousarray(measured.bodies[:, 0]))
         pull = friction.pull(slip, mean, normal, deflection, duration, axes)
         if pull.by_mean is None:
             return pull, None
@@ -200,9 +200,9 @@ class ContactGroup:
     def _touching(self, poses: np.ndarray, below: float) -> Touching:
         """Slots with a gap below a bound (m); cached for the same poses with other rates."""
         _, version = self.geometry.pairs(poses)  # renews the broad phase first, so that slots keep their numbers
-        known = self._known.get(below)
+        known = self._searches.get(below)
         if known is None or known[1] != version or not (known[0] is poses or np.array_equal(known[0], poses)):
-            known = self._known[below] = poses, version, self.geometry.find(poses, below)
+            known = self._searches[below] = poses, version, self.geometry.find(poses, below)
         return known[2]
 
     def _active(self, poses: np.ndarray, pressed: Pressed) -> Touching:
@@ -212,12 +212,12 @@ class ContactGroup:
         if np.count_nonzero(among >= 0) == len(pressed.key):
             return touching
         near = self._touching(poses, self.geometry.margin)
-        kept = (near.gap < 0.0) | (find_keys(pressed.key, self.geometry.keys(near.slot)) >= 0)
-        return Touching(near.slot[kept], near.gap[kept], tuple(values[kept] for values in near.at))
+        active = (near.gap < 0.0) | (find_keys(pressed.key, self.geometry.keys(near.slot)) >= 0)
+        return Touching(near.slot[active], near.gap[active], tuple(values[active] for values in near.at))
 
     def _memory_of(self, touching: Touching) -> Remembered:
         """Memory of the contacts."""
-        return self._kept.of(self.geometry.keys(touching.slot))
+        return self._contact_memory.of(self.geometry.keys(touching.slot))
 
     def _mean_slip(self, poses: np.ndarray, measured: Measured, slip: np.ndarray, duration: float) -> np.ndarray:
         """Mean slip velocity since the last accepted state, which bends the bristles; a sticking contact stays in place.
@@ -229,8 +229,8 @@ class ContactGroup:
         moved = poses - self._poses
         if self.geometry.slips == 3:
             moved = pose_difference(self._poses.ravel(), poses.ravel()).reshape(-1, 6)
-        way = np.einsum("ncm,nm->nc", measured.gradient[:, 1:], moved[measured.bodies].reshape(len(slip), -1))
-        return np.ascontiguousarray(way / duration)
+        distance = np.einsum("ncm,nm->nc", measured.gradient[:, 1:], moved[measured.bodies].reshape(len(slip), -1))
+        return np.ascontiguousarray(distance / duration)
 
     def add_force(
         self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: Past | None = None
@@ -254,7 +254,7 @@ class ContactGroup:
     ) -> None:
         """See `Group`; with `pressed`, the normal law is linearised at those depths."""
         found = self._contacts(t, poses, rates, past, pressed)
-        self._stiff = self._pushing(found)
+        self._linearised = self._loaded_keys(found)
         if found is None:
             return
         self._scatter(found, force)
@@ -265,10 +265,10 @@ class ContactGroup:
             self._add_taper_tangent(found, found.measured.tapered, pattern, stiffness)
         if found.by_turn is not None:
             add_turn_stiffness(found.measured.bodies, found.measured.gradient, found.by_turn, *pattern.index, stiffness)
-        if found.by_way is not None:
-            add_way_stiffness(found.measured.bodies, found.measured.gradient, found.by_way, *pattern.index, stiffness)
+        if found.by_distance is not None:
+            add_way_stiffness(found.measured.bodies, found.measured.gradient, found.by_distance, *pattern.index, stiffness)
 
-    def _scatter(self, found: _Found, force: np.ndarray) -> None:
+    def _scatter(self, found: _ContactState, force: np.ndarray) -> None:
         measured, tapered = found.measured, found.measured.tapered
         effort = -found.acting[:, None]
         if found.forces.friction:
@@ -284,10 +284,10 @@ class ContactGroup:
             scatter_efforts(measured.bodies[rows], tapered.gradient[:, None], energy[:, None], len(rows), force)
 
     def _add_taper_tangent(
-        self, found: _Found, tapered: Tapered, pattern: BodyPattern, stiffness: np.ndarray
+        self, found: _ContactState, tapered: Tapered, pattern: BodyPattern, stiffness: np.ndarray
     ) -> None:
         rows, params, law = tapered.rows, self.normal.params, self.normal.law
-        depth, onset = found.depth[rows], found.kept.onset[rows]
+        depth, onset = found.depth[rows], found.memory.onset[rows]
         whole = self.geometry.share[found.touching.slot[rows]]
         normal, _ = law.force(depth, -found.measured.rate[rows, 0], onset, whole, params)
         add_taper_tangent(
@@ -298,14 +298,14 @@ class ContactGroup:
 
     def parted(self) -> bool:
         """Whether contacts that were active at the last linearisation are inactive at the last evaluated state."""
-        found = None if self._last is None else self._last[4]
-        return not np.isin(self._stiff, self._pushing(found)).all()
+        found = None if self._evaluated is None else self._evaluated[4]
+        return not np.isin(self._linearised, self._loaded_keys(found)).all()
 
-    def _pushing(self, found: _Found | None) -> np.ndarray:
+    def _loaded_keys(self, found: _ContactState | None) -> np.ndarray:
         """Keys of contacts with a force; a closed contact that opens fast may have none."""
         if found is None:
             return np.zeros(0, dtype=np.int64)
-        return found.kept.key[found.forces.normal > 0.0]
+        return found.memory.key[found.forces.normal > 0.0]
 
     def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
         """See `Group`; contact forces do not depend explicitly on time."""
@@ -327,7 +327,7 @@ class ContactGroup:
             return np.zeros((2, self.n_pairs))
         return self._sums(found)[SLIDING:]
 
-    def _sums(self, found: _Found) -> np.ndarray:
+    def _sums(self, found: _ContactState) -> np.ndarray:
         """Sums (6, n_pairs) over the contacts of every pair; see `sums_of_pairs`."""
         if found.sums is None:
             geometry, forces, slot = self.geometry, found.forces, found.touching.slot
@@ -366,50 +366,51 @@ class ContactGroup:
     @property
     def renewals(self) -> int:
         """Number of renewals of the broad phase."""
-        return self.geometry.refreshes - self._not_counted
+        return self.geometry.refreshes - self._renewals_before
 
     # memory ---------------------------------------------------------------------------------------------------------
 
     def commit(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None) -> None:
         """Update the memory after an accepted step: onset of contacts and deflection of bristles."""
         found = self._contacts(t, poses, rates, past)
-        kept = Remembered.nothing(self.geometry.slips)
+        memory = Remembered.nothing(self.geometry.slips)
         if found is not None:
-            before = found.kept
+            before = found.memory
             # an external force may close an impact faster than its initial speed
             closing = np.maximum(-found.measured.rate[:, 0], self.normal.speed_floor)
             deflection = found.deflection
             if self._poses is not None and self.geometry.slips == 3 and self.friction is not None:
                 deflection = carried(deflection, self._poses, poses, found.measured.bodies[:, 0])
             began = np.where(before.onset == 0.0, t, before.began)
-            kept = Remembered(found.kept.key, np.maximum(before.onset, closing), began, found.depth, deflection).ordered()
-        self._kept = kept
+            onset = np.maximum(before.onset, closing)
+            memory = Remembered(found.memory.key, onset, began, found.depth, deflection).ordered()
+        self._contact_memory = memory
         self._time, self._poses, self._rates = t, poses, rates
         young = np.zeros(0, dtype=np.int64)
         if found is not None:
-            young = found.touching.slot[self.impacts.young(t - began, found.measured, np.maximum(before.onset, closing))]
+            young = found.touching.slot[self.impacts.young(t - began, found.measured, onset)]
         self.geometry.commit(poses, young)
-        self._last = None
-        self._known.clear()  # the sides of points may have changed
+        self._evaluated = None
+        self._searches.clear()  # the sides of points may have changed
 
     def memory(self) -> np.ndarray:
         """Memory as one flat array; empty before the first commit."""
         if self._poses is None:
             return np.zeros(0)
-        own = (self._kept.flat(), self._poses.ravel(), self._rates.ravel())
+        own = (self._contact_memory.flat(), self._poses.ravel(), self._rates.ravel())
         return np.concatenate([[self._time], *own, self.geometry.memory()])
 
     def restore(self, memory: np.ndarray) -> None:
         """Restore the memory; an empty array clears it."""
-        self._last = None
-        self._known.clear()
+        self._evaluated = None
+        self._searches.clear()
         if not len(memory):
-            self._kept = Remembered.nothing(self.geometry.slips)
+            self._contact_memory = Remembered.nothing(self.geometry.slips)
             self._time, self._poses = 0.0, None
             self.geometry.restore(memory)
             return
         self._time = float(memory[0])
-        self._kept, rest = Remembered.from_flat(memory[1:], self.geometry.slips)
+        self._contact_memory, rest = Remembered.from_flat(memory[1:], self.geometry.slips)
         bodies, size = self.impacts.mobility.shape
         width = 3 if size == 3 else 7
         poses, rates, of_geometry = np.split(rest, np.cumsum([bodies * width, bodies * size]))
@@ -418,11 +419,11 @@ class ContactGroup:
 
     def forget(self, evaluations: int, renewals: int) -> None:
         """Clear all caches and continue the counters from these values."""
-        self._last = None
-        self._known.clear()
-        self._stiff = np.zeros(0, dtype=np.int64)
+        self._evaluated = None
+        self._searches.clear()
+        self._linearised = np.zeros(0, dtype=np.int64)
         self.geometry.forget()
-        self.evaluations, self._not_counted = evaluations, self.geometry.refreshes - renewals
+        self.evaluations, self._renewals_before = evaluations, self.geometry.refreshes - renewals
 
     # steps ----------------------------------------------------------------------------------------------------------
 
@@ -440,7 +441,7 @@ class ContactGroup:
         found = self._contacts(t, poses, rates, None) if self._poses is not None and self.resolves else None
         if found is None:
             return 1.0
-        new = found.kept.onset == 0.0
+        new = found.memory.onset == 0.0
         return self.impacts.late(found.touching, found.measured, found.forces.normal, new, self._rates, step)
 
     def longest_step(self, t: float, poses: np.ndarray, rates: np.ndarray) -> float:

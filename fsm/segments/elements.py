@@ -99,7 +99,7 @@ class BushingGroup:
     categories: tuple[str, ...]
     names: tuple[str, ...]
     structural: np.ndarray
-    _kept: Kept = field(default_factory=Kept, init=False, repr=False, compare=False)
+    _cache: Kept = field(default_factory=Kept, init=False, repr=False, compare=False)
 
     @cached_property
     def rate_dependent(self) -> bool:
@@ -121,7 +121,7 @@ class BushingGroup:
 
     def _before(self, rates: np.ndarray, past: Past | None) -> tuple[np.ndarray, float]:
         """Past deformations and the inverse of the elapsed time; used only with dampers."""
-        return self._kept.before(self, rates, past if self.rate_dependent else None)
+        return self._cache.before(self, rates, past if self.rate_dependent else None)
 
     def add_force(
         self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: Past | None = None
@@ -144,14 +144,14 @@ class BushingGroup:
         """See `Group`. If `efforts` (m, 3 or 6) is given, the geometric stiffness uses it."""
         self._kernels.linearise(
             poses, rates, self.bodies, self._constants, *self._before(rates, past),
-            self._own if efforts is None else efforts, self._kept.slots(self, pattern), force, stiffness, damping,
+            self._own if efforts is None else efforts, self._cache.slots(self, pattern), force, stiffness, damping,
         )  # fmt: skip
 
     def elements(
         self, rates: np.ndarray, past: Past | None, pattern: BodyPattern
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, float, np.ndarray]:
         """Arguments of the kernels: bodies, constants, past deformations, inverse of the elapsed time, and slots."""
-        return self.bodies, self._constants, *self._before(rates, past), self._kept.slots(self, pattern)
+        return self.bodies, self._constants, *self._before(rates, past), self._cache.slots(self, pattern)
 
     def efforts(self, poses: np.ndarray, change: np.ndarray, past: Past | None = None) -> np.ndarray:
         """Efforts (m, 3 or 6) after a change (n_bodies, 3 or 6) of the poses, to first order."""
@@ -207,7 +207,7 @@ class CreaseGroup:
     damping: np.ndarray
     curve: np.ndarray
     table: CurveTable
-    _kept: Kept = field(default_factory=Kept, init=False, repr=False, compare=False)
+    _cache: Kept = field(default_factory=Kept, init=False, repr=False, compare=False)
 
     @property
     def rate_dependent(self) -> bool:
@@ -229,7 +229,7 @@ class CreaseGroup:
     ) -> None:
         """See `Group`."""
         add, _ = _ONE_PASS_CREASE[force.shape[1]]
-        add(poses, rates, *self._arguments, *self._kept.before(self, rates, past), force)
+        add(poses, rates, *self._arguments, *self._cache.before(self, rates, past), force)
 
     def add_linearised(
         self,
@@ -245,7 +245,7 @@ class CreaseGroup:
         """See `Group`."""
         _, add = _ONE_PASS_CREASE[force.shape[1]]
         add(
-            poses, rates, *self._arguments, *self._kept.before(self, rates, past), self._kept.slots(self, pattern),
+            poses, rates, *self._arguments, *self._cache.before(self, rates, past), self._cache.slots(self, pattern),
             force, stiffness, damping,
         )  # fmt: skip
 
@@ -258,7 +258,7 @@ class CreaseGroup:
         """See `Group`."""
         angle, rate, _ = self.measure(poses, rates, self.bodies, *self.geometry)
         if past is not None:
-            before, per_second = self._kept.before(self, rates, past)
+            before, per_second = self._cache.before(self, rates, past)
             rate = (angle - before) * per_second
         energy = crease_energy(angle, self.rest, self.side, *self._curves)
         return {"creases": float(energy.sum())}, float(self.damping @ rate**2), 0.0

@@ -14,19 +14,19 @@ __all__ = ["Impacts"]
 
 _STEPS, _FEWER_STEPS = 90, 30
 """Approximate minimum number of steps in an impact: for laws with a coefficient of restitution, and without."""
-_FIRST = 0.006
+_FIRST_STEP = 0.006
 """Part of the first step of an impact after its onset, over the duration of the impact."""
-_BEFORE = 0.003
+_LEAD_TIME = 0.003
 """Time between the end of the preceding step and the onset of the impact, over the step size."""
-_JOLT = 3e-4
+_SPEED_CHANGE = 3e-4
 """Limit of the change of speed in the first step of an impact, over its initial speed."""
-_HEAVY = 0.1
+_ENERGY_SHARE = 0.1
 """Energy of an impact of a loose body, over the total kinetic energy, above which steps resolve it for any law."""
-_LASTING = 10.0
+_REST_TIME = 10.0
 """Time after which a contact counts as resting, over the duration of its undamped impact."""
-_LEAST = 0.02
+_CORNER_WEIGHT = 0.02
 """Approximate weight of a corner in its face."""
-_IMPACT = 3.0
+_IMPACT_SPEED = 3.0
 """Closing speed above which a contact is an impact, over the speed floor of its law."""
 
 
@@ -82,18 +82,18 @@ class Impacts:
         start, end = -(measured.gradient[:, 0] * before).sum(axis=1), -measured.rate[:, 0]
         mass = self._mass(measured)
         # a contact that opens without force at the end of the step had its whole impact within the step
-        jolt = np.where(normal > 0.0, normal * step / mass, start - end)
-        speed = np.maximum(start, end + jolt)  # end + jolt estimates the speed without the contact
-        new = new & self._count(measured.bodies, mass, speed, rates_before) & (jolt > _JOLT * speed)
+        speed_change = np.where(normal > 0.0, normal * step / mass, start - end)
+        speed = np.maximum(start, end + speed_change)  # end + speed_change estimates the speed without the contact
+        new = new & self._to_resolve(measured.bodies, mass, speed, rates_before) & (speed_change > _SPEED_CHANGE * speed)
         if not new.any():
             return 1.0
-        start, end, jolt, speed = start[new], end[new], jolt[new], speed[new]
+        start, end, speed_change, speed = start[new], end[new], speed_change[new], speed[new]
         # the speeds at both ends give the closed distance, and hence the initial gap
         gap = np.maximum(0.0, 0.5 * (start + end) * step + touching.gap[new])
-        slowing = np.sqrt(np.maximum(0.0, start**2 + 2.0 * gap * (end + jolt - start) / step))
+        slowing = np.sqrt(np.maximum(0.0, start**2 + 2.0 * gap * (end + speed_change - start) / step))
         begins = 2.0 * gap / np.maximum(start + slowing, 1e-300)
-        lasts = self._last(mass[new], speed, self.geometry.share[slot][new])
-        return float(np.clip((begins - _BEFORE * lasts).min() / step, 0.05, 0.9))
+        duration = self._durations(mass[new], speed, self.geometry.share[slot][new])
+        return float(np.clip((begins - _LEAD_TIME * duration).min() / step, 0.05, 0.9))
 
     def longest_step(
         self, t: float, near: Touching, measured: Measured, kept: Remembered, rates: np.ndarray
@@ -103,30 +103,31 @@ class Impacts:
         begun = onset > 0.0
         speed = np.where(begun, onset, closing)
         mass = self._mass(measured)
-        counts = self._count(measured.bodies, mass, speed, rates)
+        counts = self._to_resolve(measured.bodies, mass, speed, rates)
         if not counts.any():
             return np.inf
         mass, share = mass[counts], self.geometry.share[near.slot][counts]
-        lasts, begun = self._last(mass, speed[counts], share), begun[counts]
+        duration, begun = self._durations(mass, speed[counts], share), begun[counts]
         begins = np.maximum(near.gap[counts], 0.0) / speed[counts]
-        before = np.where(begins > 2.0 * _BEFORE * lasts, begins - _BEFORE * lasts, begins + _FIRST * lasts)
-        rests = begun & (t - kept.began[counts] > _LASTING * lasts)
+        lead, first = _LEAD_TIME * duration, _FIRST_STEP * duration
+        before = np.where(begins > 2.0 * lead, begins - lead, begins + first)
+        rests = begun & (t - kept.began[counts] > _REST_TIME * duration)
         steps = _STEPS if self.normal.law.restitution else _FEWER_STEPS
-        return float(np.where(rests, np.inf, np.where(begun, lasts / steps, before)).min())
+        return float(np.where(rests, np.inf, np.where(begun, duration / steps, before)).min())
 
     def young(self, age: np.ndarray, measured: Measured, onset: np.ndarray) -> np.ndarray:
         """Mask (count,) of contacts that may still be impacts, by their age (s) and initial closing speed (m/s)."""
         moves = self.mobility[measured.bodies].reshape(len(age), -1).any(axis=1)
-        lasts = self._last(np.where(moves, self._mass(measured), 0.0), onset, np.full(len(age), _LEAST))
-        return np.asarray((onset > _IMPACT * self.normal.speed_floor) & (age <= _LASTING * lasts))
+        duration = self._durations(np.where(moves, self._mass(measured), 0.0), onset, np.full(len(age), _CORNER_WEIGHT))
+        return np.asarray((onset > _IMPACT_SPEED * self.normal.speed_floor) & (age <= _REST_TIME * duration))
 
-    def _count(self, bodies: np.ndarray, mass: np.ndarray, speed: np.ndarray, rates: np.ndarray) -> np.ndarray:
+    def _to_resolve(self, bodies: np.ndarray, mass: np.ndarray, speed: np.ndarray, rates: np.ndarray) -> np.ndarray:
         """Mask of the contacts that are impacts which steps have to resolve.
 
         With a restitution law these are all contacts that close fast enough. Otherwise they are contacts of loose bodies
         with a considerable part of the total kinetic energy. Segments with force elements yield when they are hit.
         """
-        fast = speed > _IMPACT * self.normal.speed_floor
+        fast = speed > _IMPACT_SPEED * self.normal.speed_floor
         if self.normal.law.restitution:
             return fast
         fast &= self.loose[bodies].any(axis=1)
@@ -134,9 +135,9 @@ class Impacts:
             return fast
         moving = self.mobility > 0.0
         kinetic = 0.5 * float((rates[moving] ** 2 / self.mobility[moving]).sum())
-        return np.asarray(fast & (0.5 * mass * speed**2 > _HEAVY * kinetic))
+        return np.asarray(fast & (0.5 * mass * speed**2 > _ENERGY_SHARE * kinetic))
 
-    def _last(self, mass: np.ndarray, speed: np.ndarray, share: np.ndarray) -> np.ndarray:
+    def _durations(self, mass: np.ndarray, speed: np.ndarray, share: np.ndarray) -> np.ndarray:
         """Duration of undamped impacts, s: about 2.94 (Hertz) or 3.14 (linear) times depth over speed."""
         # at least two points of a face touch together, except at a corner
         shared = np.minimum(1.0, 2.0 * share)

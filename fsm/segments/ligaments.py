@@ -35,7 +35,7 @@ class LigamentGroup:
     bodies: np.ndarray
     constants: np.ndarray
     measure: ClassVar[Any] = staticmethod(measure_ligament_planar)
-    _kept: Kept = field(default_factory=Kept, init=False, repr=False, compare=False)
+    _cache: Kept = field(default_factory=Kept, init=False, repr=False, compare=False)
 
     @classmethod
     def at_rest(
@@ -67,7 +67,7 @@ class LigamentGroup:
 
     def _before(self, rates: np.ndarray, past: Past | None) -> tuple[np.ndarray, float]:
         """Past deformations and the inverse of the elapsed time; used only with dampers."""
-        return self._kept.before(self, rates, past if self.rate_dependent else None)
+        return self._cache.before(self, rates, past if self.rate_dependent else None)
 
     def add_force(
         self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: Past | None = None
