@@ -20,6 +20,7 @@ from fsm.solve.ledger import Ledger
 from fsm.solve.modal import Modes
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
+from fsm.solve.stepwise_run import MEAN_FORCE
 from fsm.system import DriveState, Energy, Observation, PairState
 
 __all__ = ["MODAL", "ModelError", "ReducedSolve", "error_against_full", "reduced_model", "stretch_left_out"]
@@ -129,7 +130,7 @@ def error_against_full(
     times = [float(t) for t in np.linspace(0.0, until, max(2, round(until / step) + 1))]
     try:
         simulate(
-            system, Settings("generalized-alpha", 1e-4, until, step=step), times,
+            system, Settings(MEAN_FORCE, 1e-4, until, step=step), times,
             lambda saved: full.append((saved.time, probes(saved.q), struck(saved.q))),
         )  # fmt: skip
     except NotConverged:

@@ -108,9 +108,7 @@ class VibrationAnalysis:
         solve = self.case.solve
         if solve.method != "auto":
             return solve.method, self.reason
-        # where parts of a tension field go slack, what is stiff rings on, and only damping of the method's own ends it
-        conserving = solve.rho_inf is None and not self._system.tension_field
-        return (MEAN_FORCE if conserving else GENERALIZED_ALPHA), self.reason
+        return (MEAN_FORCE if solve.rho_inf is None else GENERALIZED_ALPHA), self.reason
 
     def _choose_model(self, warnings: list[str]) -> None:
         """The reduced model, if it is asked for or good enough; it says its error against the full one."""

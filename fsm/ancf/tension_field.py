@@ -21,8 +21,9 @@ stress of its own: with the relaxed stress N and a reference strain E0,
 N, without compression. Where the film is taut P is zero and the law the plain one. With P = 0 everywhere the remainder
 would carry compression, which buckles a thin film at its free edges. eps = 1 is the plain law.
 
-At first eps is of `SETTLING`, which comes near an equilibrium quickly, and then `REMAINDER`, which stays. Small motions
-normal to a flat film do not depend on it.
+On the way to an equilibrium eps is of `SETTLING`, which comes near it quickly, and then `REMAINDER`. What moves about the
+equilibrium has `MOVING`: the forces at rest are nearly the same. Small motions normal to a flat film do not depend on
+eps.
 
 References
 ----------
@@ -38,16 +39,17 @@ import numpy as np
 from fsm.kernels.jit import kernel
 
 __all__ = [
-    "REMAINDER", "SETTLING", "SLACK", "TAUT", "WRINKLED", "film_energy", "film_releases", "film_resultants", "film_state",
-    "film_states", "film_stress", "film_tangent",
+    "MOVING", "REMAINDER", "SETTLING", "SLACK", "TAUT", "WRINKLED", "film_energy", "film_releases", "film_resultants",
+    "film_state", "film_states", "film_stress", "film_tangent",
 ]  # fmt: skip
 
 TAUT, WRINKLED, SLACK = 0, 1, 2
-SETTLING, REMAINDER = (1e-2, 1e-3), 1e-4
+SETTLING, REMAINDER, MOVING = (1e-2, 1e-3), 1e-4, 1e-2
 """Part of the plain law's stiffness that a wrinkled or slack film keeps.
 
 Sheared strip, 32 x 32 cells: 1e-2, 1e-3, 1e-4, 1e-5 take 32, 66, 136, 200 iterations to 1e-6, and the mean stress is off by
-up to 1 %, 0.03 %, 0.003 % and 0.
+up to 1 %, 0.03 %, 0.003 % and 0. Corner-pulled films that are struck: 1e-2 in place of 1e-4 changes the largest
+displacement by 0.2 % and their frequency by less, and saves up to two thirds of the time (2026-11-23).
 """
 
 

@@ -9,8 +9,10 @@ what it is, to the rule that the integral is taken by: two points of Gauss, exac
 as that of a film's stretch is. The method is of second order, has no damping of its own, and cannot gain energy: Newmark's
 and generalized-alpha with little damping do, where a film stretches. Its dissipation is what dampers take at the mean rates.
 
-Newton's unknown is x; its matrix 2/h^2 M + D/h + K/2, with K at 2/3 of the step, where it has its mean weight. Corrections
-that overshoot are cut where the work of what is left over along them vanishes.
+Newton's unknown is x; its matrix 2/h^2 M + D/h + int s K(q_n + s x) ds, by the same rule: where films slacken and tauten, K
+differs from point to point by orders of magnitude, and one in between converges to nothing. Corrections that overshoot are
+cut where the work of what is left over along them vanishes, but not to less than a part: a single spot that tautens would
+hold up all else.
 
 References
 ----------
@@ -34,18 +36,16 @@ __all__ = ["MeanForce"]
 
 _POINTS = (0.5 - 0.5 / math.sqrt(3.0), 0.5 + 0.5 / math.sqrt(3.0))
 """Of Gauss, over the step; of equal weight."""
-_TANGENT = 2.0 / 3.0
-"""Of the step: where K is taken."""
 _NEWTON, _LOOSEST = 1e-3, 1e-4
 """Error left by Newton's method, over the scales: this part of rtol, but no more than at this rtol."""
 _ITERATIONS = 30
-_SLOW = 0.5
-"""Contraction from which on the tangent is renewed: a tangent and its factors cost several times what two forces do."""
+_SLOW = 0.7
+"""Contraction from which on the tangent is renewed: two tangents and their factors cost ten times what two forces do."""
 _SURE = 0.02
 """Contraction below which a measured one is not believed."""
 _OVERSHOT = 0.5
 """Work left over along a correction, over that before it, from which on the correction is cut."""
-_CUTS, _SHORTEST = 3, 0.05
+_CUTS, _SHORTEST = 3, 0.3
 """Of a correction: how often at most, and to what part of it in one cut."""
 _FINEST = 64
 """Parts, at most, of a step whose equations were not solved."""
@@ -164,15 +164,13 @@ class MeanForce:
             left = size * max(contraction, _SURE) / max(1.0 - contraction, 1e-3)
             if left <= self._tolerance or size <= 1e-3 * self._tolerance:
                 return x + dx
-            x, residual, whole = self._moved(h, x, dx, residual)
-            renew = not whole or (before > 0.0 and contraction > _SLOW)
-            before = size if whole else 0.0
+            x, residual = self._moved(h, x, dx, residual)
+            renew = before > 0.0 and contraction > _SLOW
+            before = size
         return None
 
-    def _moved(
-        self, h: float, x: np.ndarray, dx: np.ndarray, residual: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, bool]:
-        """The increment with a correction that does not overshoot, what is left over there, and whether it is whole."""
+    def _moved(self, h: float, x: np.ndarray, dx: np.ndarray, residual: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The increment with a correction that does not overshoot, and what is left over there."""
         part, start = 1.0, float(dx @ residual)
         after = self._residual(h, x + dx)
         for _ in range(_CUTS):
@@ -181,7 +179,7 @@ class MeanForce:
                 break
             part = max(part * start / (start - end), _SHORTEST)
             after = self._residual(h, x + part * dx)
-        return x + part * dx, after, part == 1.0
+        return x + part * dx, after
 
     def _residual(self, h: float, x: np.ndarray) -> np.ndarray:
         """What the forces and inertia leave over, N."""
@@ -192,11 +190,13 @@ class MeanForce:
 
     def _factorise(self, h: float, x: np.ndarray) -> None:
         self.linearisations += 1
-        linear = self.system.linearise(self.t + 0.5 * h, self.q + _TANGENT * x, x / h)
-        pattern = linear.stiffness.pattern
+        tangents = [self.system.linearise(self.t + 0.5 * h, self.q + part * x, x / h) for part in _POINTS]
+        pattern = tangents[0].stiffness.pattern
         if pattern is not self._pattern:
             self._pattern, self._inertia = pattern, self.system.inertia(self.q, pattern)
-        data = 0.5 * linear.stiffness.data + linear.damping.data / h + (2.0 / h**2) * self._inertia
+        data = (2.0 / h**2) * self._inertia
+        for part, linear in zip(_POINTS, tangents, strict=True):
+            data += (part * linear.stiffness.data + linear.damping.data / h) / len(_POINTS)
         self.linear.factorise(BlockMatrix(pattern, data))
         self._factored = h
 

@@ -252,6 +252,7 @@ def test_a_struck_tension_field_gets_past_its_kinks(tmp_path: Path) -> None:
     case = Path(__file__).parents[2] / "folding_cases" / "membrane_impact" / "case.toml"
     coarse = ["membrane.mesh=[8,8]", "vibration.model=full", "solve.step=0.2 ms", "vibration.duration=14 ms"]
     summary = run_case(load_case(case, coarse), tmp_path / "out", progress=False)
+    assert summary["method"] == "mean-force" and summary["energy_error"] < 2e-4  # generalized-alpha lost 1 % so early
     assert summary["steps"] == 70
     assert summary["newton_iterations"] < 8 * 70
     assert summary["amplitude_center"] == pytest.approx(1.024e-3, rel=0.01)
