@@ -4,7 +4,7 @@ At each node a bar has a separate position and separate slopes. At a common poin
 and slaves, Peng et al. 2019, eq. 13, positions only) and keep separate slopes. At its middle point a bar has one section
 r_y, which transmits the moment. It has an r_x on either side, because the hinge causes a jump of axial and shear forces. If
 the second half is at an angle to the first, its sections are stored rotated back by this angle, so both halves share r_y. A
-cable has no section; it has one r_x at the middle point.
+cable has no section. It has one r_x at the middle point.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Protocol of a group of ANCF elements: vectors, mass, energy, force and tangents.
 
 All coordinates are components of vectors (positions and slopes), and elements are connected vector by vector. Elements may
-share a position, a slope or neither; only these numbers differ, and no constraint equations are needed.
+share a position, a slope or neither. Only the indices of the vectors differ; there are no constraint equations.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Functions of time that multiply forces and motions: value, slope and curvature.
 
-Functions are continuous from the left. A function that jumps at 0 is still zero at t = 0, so an initial state at rest is in
-equilibrium.
+Functions are continuous from the left. A function that jumps from zero at t = 0 still has the value zero there. An initial
+state at rest is therefore in equilibrium.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ def coupled_bodies(probe_body: np.ndarray, window: np.ndarray, owners: np.ndarra
     Returns
     -------
     (k, 2) int array
-        A pair occurs once for each run of consecutive probes of one body.
+        A pair occurs once for each series of consecutive probes of one body.
     """
     seen, known = np.full(count, -1, dtype=np.int64), np.zeros(owners.shape[0], dtype=np.bool_)
     out, found, run = np.empty((256, 2), dtype=np.int64), 0, 0

@@ -33,7 +33,7 @@ TAPER = 2.25
 
 @kernel(inline=True)
 def _foot(x: float, width: float) -> tuple[float, float, float]:
-    """G and its first two derivatives."""
+    """Compute G and its first two derivatives."""
     if x <= 0.0:
         return 0.0, 0.0, 0.0
     if x >= width:
@@ -43,7 +43,7 @@ def _foot(x: float, width: float) -> tuple[float, float, float]:
 
 @kernel
 def end_taper(inside: float, half_cell: float, largest: float) -> tuple[float, float, float]:
-    """f and its first two derivatives by S.
+    """Compute f and its first two derivatives by S.
 
     Parameters
     ----------

@@ -16,12 +16,12 @@ normal. Two creases that meet tip to tip (panels 3 and 4 of the pulled strip do,
 each other. Therefore the first half of the tip is straight for the ends of another panel. For all other points the whole tip
 is round.
 
-These tips are for panels that share a crease; the side on which they lie must be given. The ends of other surfaces have a
-cap for the ends of panels: R is the clearance and x starts at the end itself. With h the height over the middle line,
-g = sqrt(x^2 + h^2) - clearance, which is the same from both sides and also holds for frontal contact. For points between
-the ends of a panel, these surfaces stop at their ends, and the weight of the points is tapered
-(`fsm.interactions.end_taper`). Ends of panels of one chain pass each other's ends. They touch as the panels between them
-do; their weights are tapered over a short distance.
+These tips are for panels that share a crease. Their side of each other must be given. The ends of other surfaces have a cap
+for the ends of panels: R is the clearance and x is measured from the end itself. With h the height over the middle line, g =
+sqrt(x^2 + h^2) - clearance, which is the same from both sides and also holds for frontal contact. For points between the
+ends of a panel, these surfaces stop at their ends, and the weight of the points is tapered (`fsm.interactions.end_taper`).
+The ends of two panels of one chain can pass each other. They touch as the panels between them do; their weights are tapered
+over a short distance.
 
     C(s) = sum_k B_k(s) (r_k + A_k (X_k, 0)),     k = 0 ... 3, the first two on body a, the last two on body b
 

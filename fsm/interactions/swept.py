@@ -18,7 +18,7 @@ STEP = 0.2
 """Largest rotation of a step, rad."""
 
 INSIDE = 1.0 - 1e-6
-"""Fraction of a face or edge that is tested; bodies joined at an edge always touch it there."""
+"""Fraction of a face or edge that is tested; joined bodies always touch at their common edge."""
 
 
 def turn_between(start: np.ndarray, end: np.ndarray) -> np.ndarray:

@@ -72,6 +72,7 @@ class _Compiler:
         self.pose = np.array([self._pose(body) for body in self.all_bodies])
 
     def system(self) -> SegmentSystem:
+        """Create the system from all groups of interactions."""
         motions = tuple(self._motion(drive) for drive in self.scene.drives)
         groups: list[Group] = []
         bushings = self._bushings()

@@ -153,7 +153,7 @@ class _ShapeCompiler:
 
 
 def _joined(scene: Scene, bodies: tuple[Body, ...]) -> np.ndarray:
-    """Pairs (m, 2) of bodies with a force element between them, or one body without a plate (a crease line)."""
+    """Pairs (m, 2) of bodies joined by a force element, directly or through a body without a plate (a crease line)."""
     index = {body.name: i for i, body in enumerate(bodies)}
     beside: dict[int, set[int]] = {}
     for element in scene.elements:
