@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 
 from fsm.errors import Fault
 from fsm.scene.case import Analysis, Strip
+from fsm.scene.check_drive_path import drives_through_held_panels
 from fsm.scene.check_scissor import check_scissor
 from fsm.scene.check_vibration import check_vibration
 from fsm.scene.loads import Drive
@@ -62,6 +63,7 @@ def _check_deployment(sections: Sections) -> list[Fault]:
         *_contact_pairs(sections),
         *_beside_scene(sections),
         *_strip_drives(sections),
+        *(drives_through_held_panels(sections, _held(sections.strip)) if sections.strip is not None else ()),
         *_lattice_drives(sections),
         *_scene_drives(sections),
         *_repeated(sections.drives),

@@ -24,7 +24,8 @@ def draw_strip(dice: Dice) -> Drawn:
 
     It has an answer: the panels are 150 to 2000 times as long as thick, so that they buckle before they yield; every
     motion ends before any panel is taut (95 % of the length in between, 88 % at a clamped tip), and where one panel
-    alone holds the crease line, that panel is shortened all the way and never stretched. A load is at most three times
+    alone holds the crease line, that panel is shortened all the way and never stretched; with contact, no motion leads
+    through a held panel. A load is at most three times
     what opens a crease.
     """
     of = sheet(dice, (2, 12), (60.0, 88.0), (150.0, 2000.0))
@@ -43,12 +44,12 @@ def draw_strip(dice: Dice) -> Drawn:
     if dice.chance(0.2) or of.panels == 2:
         held, pull = _loaded(dice, of, stiffness)
     else:
-        held, pull = _driven(dice, of)
+        held, pull = _driven(dice, of, "contact" in extra)
     return Drawn(strip_tables(of, held, damping) | extra | pull, files)
 
 
-def _driven(dice: Dice, of: Sheet) -> tuple[list[int] | None, Tables]:
-    """Held panels (None: as the program does) and [[drive]]."""
+def _driven(dice: Dice, of: Sheet, touches: bool) -> tuple[list[int] | None, Tables]:
+    """Held panels (None: as the program does) and [[drive]]; what `touches` is not led through a held panel."""
     while True:
         way = dice.one_of((UP, UP, UP, DOWN, OUT, OBLIQUE))
         both = of.panels >= 4 and dice.chance(0.6)
@@ -76,10 +77,22 @@ def _driven(dice: Dice, of: Sheet) -> tuple[list[int] | None, Tables]:
         if most < 0.1 * of.panel:
             continue
         travel = 1e-3 * max(1.0, round(1e3 * most * dice.between(0.25, 0.97), 1))
+        if touches and any(_crosses(of, start, travel * way, panel) for panel in ((1, of.panels) if both else (1,))):
+            continue
         speed = dice.one_of((0.5e-3, 1e-3, 2e-3, 2e-3, 2e-3, 5e-3, 10e-3))
         drive |= {"speed": mm(speed), "travel": mm(min(travel, 0.99 * most))}
         drive["speed"] += "/s"
         return (None if both else [1]), {"drive": [drive]}
+
+
+def _crosses(of: Sheet, start: np.ndarray, way: np.ndarray, panel: int) -> bool:
+    """Whether a straight way crosses a panel as it is folded."""
+    one, other = of.crease_at(panel - 1), of.crease_at(panel)
+    matrix = np.column_stack([way, one - other])
+    if abs(np.linalg.det(matrix)) < 1e-12 * float(np.linalg.norm(way)) * of.panel:
+        return False
+    part, place = np.linalg.solve(matrix, one - start)
+    return bool(1e-9 < part <= 1.0 and 0.0 <= place <= 1.0)
 
 
 def _loaded(dice: Dice, of: Sheet, stiffness: float) -> tuple[list[int] | None, Tables]:

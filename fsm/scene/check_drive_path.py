@@ -1,0 +1,56 @@
+"""Check that no drive leads a crease line through a panel that is held, where contact keeps panels apart."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+from fsm.errors import Fault
+from fsm.scene.builders.strip import crease_point
+from fsm.scene.sections import Sections
+
+__all__ = ["drives_through_held_panels"]
+
+
+def drives_through_held_panels(sections: Sections, held: frozenset[int]) -> Iterable[Fault]:
+    """Faults of guided crease lines whose straight way crosses a held panel: no force can do that.
+
+    Parameters
+    ----------
+    sections : Sections
+    held : numbers of the held panels
+    """
+    strip, contact = sections.strip, sections.contact
+    if strip is None or contact is None or contact.pairs is not None:
+        return
+    for index, drive in sections.drives.items():
+        if drive.crease is None or not drive.guide or not 1 <= drive.crease < strip.panels:
+            continue
+        size = math.sqrt(sum(x * x for x in drive.direction))
+        way = tuple(drive.travel * x / size for x in drive.direction[::2])
+        start = crease_point(strip, drive.crease)
+        for panel in sorted(held - {drive.crease, drive.crease + 1}):
+            if not 1 <= panel <= strip.panels:
+                continue
+            part = _crossing(start, way, crease_point(strip, panel - 1), crease_point(strip, panel))
+            if part is not None:
+                travel = 1e3 * part * drive.travel
+                yield Fault(
+                    f"drive.{index}.travel",
+                    f"{1e3 * drive.travel:.4g} mm lead crease {drive.crease} through panel {panel}, which is held; they "
+                    f"meet at {travel:.4g} mm. Reduce the travel, or hold other panels",
+                )
+
+
+def _crossing(
+    start: tuple[float, float], way: tuple[float, ...], one: tuple[float, float], other: tuple[float, float]
+) -> float | None:
+    """Part of a way at which it crosses a line between two points; None if it does not."""
+    along = other[0] - one[0], other[1] - one[1]
+    apart = one[0] - start[0], one[1] - start[1]
+    both = way[0] * along[1] - way[1] * along[0]
+    if abs(both) <= 1e-12 * math.hypot(*way) * math.hypot(*along):
+        return None
+    part = (apart[0] * along[1] - apart[1] * along[0]) / both
+    at = (apart[0] * way[1] - apart[1] * way[0]) / both
+    return part if 0.0 < part <= 1.0 and 0.0 <= at <= 1.0 else None
