@@ -97,12 +97,14 @@ class BeamGroup:
         return np.asarray(at_points(_gathered(self.vectors, self.frames, q), self.rows))
 
     @cached_property
-    def _none(self) -> np.ndarray:
+    def _zero_rates(self) -> np.ndarray:
         return np.zeros((*self.vectors.shape, 2))
 
     def _rates(self, u: np.ndarray | None) -> np.ndarray:
         """Rates of the coordinates of every element, (m, v, 2); zero without damping."""
-        return np.asarray(_gathered(self.vectors, self.frames, u)) if self.rate_dependent and u is not None else self._none
+        if u is None or not self.rate_dependent:
+            return self._zero_rates
+        return np.asarray(_gathered(self.vectors, self.frames, u))
 
     def add_force(self, q: np.ndarray, u: np.ndarray | None, force: np.ndarray) -> None:
         """See `ElementGroup`."""

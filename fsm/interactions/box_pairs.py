@@ -74,7 +74,7 @@ class ListedPairs:
             Sorted by the first column, then by the second.
         numbers : (k,) int array
         """
-        members, numbers = _listed(
+        members, numbers = _allowed_pairs(
             shapes, self._start, self._members, self._side, self._sides, self._keys, self._numbers
         )
         order = np.lexsort((numbers, members[:, 1], members[:, 0]))
@@ -83,12 +83,12 @@ class ListedPairs:
 
 def overlapping_boxes(low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Pairs (k, 2) of boxes that have a point in common, each once, from their corners (n, d), m, which may be infinite."""
-    order = np.argsort(_places_on_curve(low, high), kind="stable")
-    return np.asarray(_overlapping(low[order], high[order], order))
+    order = np.argsort(_curve_positions(low, high), kind="stable")
+    return np.asarray(_overlapping_sorted(low[order], high[order], order))
 
 
 @kernel
-def _places_on_curve(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+def _curve_positions(low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Positions (n,) of the box centres along Morton's curve through their bounding box; infinite boxes come last."""
     count, size = low.shape
     bits = 62 // size
@@ -118,7 +118,7 @@ def _places_on_curve(low: np.ndarray, high: np.ndarray) -> np.ndarray:
 
 
 @kernel(inline=True)
-def _apart(low: np.ndarray, high: np.ndarray, other_low: np.ndarray, other_high: np.ndarray) -> bool:
+def _disjoint(low: np.ndarray, high: np.ndarray, other_low: np.ndarray, other_high: np.ndarray) -> bool:
     apart = False
     for c in range(low.shape[0]):
         apart |= not (low[c] <= other_high[c] and other_low[c] <= high[c])
@@ -126,7 +126,7 @@ def _apart(low: np.ndarray, high: np.ndarray, other_low: np.ndarray, other_high:
 
 
 @kernel
-def _overlapping(low: np.ndarray, high: np.ndarray, names: np.ndarray) -> np.ndarray:
+def _overlapping_sorted(low: np.ndarray, high: np.ndarray, names: np.ndarray) -> np.ndarray:
     """Pairs of the `names` of sorted boxes that overlap; each box is compared with the boxes after it."""
     count, size = low.shape
     tree = fit_tree(low, high)
@@ -138,12 +138,12 @@ def _overlapping(low: np.ndarray, high: np.ndarray, names: np.ndarray) -> np.nda
             first = node * span - leaves * LEAF
             if first >= count:
                 break
-            if first + span > i + 1 and not _apart(low[i], high[i], tree[node, :size], tree[node, size:]):
+            if first + span > i + 1 and not _disjoint(low[i], high[i], tree[node, :size], tree[node, size:]):
                 if node < leaves:
                     node, span = 2 * node, span // 2
                     continue
                 for j in range(max(first, i + 1), min(first + span, count)):
-                    if _apart(low[i], high[i], low[j], high[j]):
+                    if _disjoint(low[i], high[i], low[j], high[j]):
                         continue
                     if found == out.shape[0]:
                         out = np.concatenate((out, np.empty_like(out)))
@@ -154,7 +154,7 @@ def _overlapping(low: np.ndarray, high: np.ndarray, names: np.ndarray) -> np.nda
 
 
 @kernel
-def _listed(
+def _allowed_pairs(
     shapes: np.ndarray,
     start: np.ndarray,
     members: np.ndarray,

@@ -109,7 +109,7 @@ def _box_distance(box: np.ndarray, point: np.ndarray) -> float:
 
 
 @kernel
-def _likely_piece(point: np.ndarray, first: int, last: int, tree: np.ndarray) -> int:
+def _first_guess(point: np.ndarray, first: int, last: int, tree: np.ndarray) -> int:
     """First piece of the leaf reached by descending to the nearer child with pieces first ... last - 1."""
     leaves = tree.shape[0] // 2
     node, span = 1, leaves * LEAF
@@ -122,7 +122,7 @@ def _likely_piece(point: np.ndarray, first: int, last: int, tree: np.ndarray) ->
 
 
 @kernel(inline=True)
-def _nearer(point: np.ndarray, low: int, high: int, chords: np.ndarray, piece: int, best: float) -> tuple[int, float]:
+def _nearest_in(point: np.ndarray, low: int, high: int, chords: np.ndarray, piece: int, best: float) -> tuple[int, float]:
     """Nearest piece among low ... high - 1 and a known piece, and its squared distance."""
     for j in range(low, high):
         distance = chord_distance(chords[j], point)
@@ -162,7 +162,7 @@ def nearest_piece(
     if first >= last:
         return piece, best
     if last - first > MANY and not first <= start < last:
-        start = _likely_piece(point, first, last, tree)
+        start = _first_guess(point, first, last, tree)
     if first <= start < last:
         distance = chord_distance(chords[start], point)
         if distance < best:
@@ -171,7 +171,7 @@ def nearest_piece(
         for leaf in range(first // LEAF, (last - 1) // LEAF + 1):
             if _box_distance(tree[leaves + leaf], point) <= best:
                 low, high = max(leaf * LEAF, first), min((leaf + 1) * LEAF, last)
-                piece, best = _nearer(point, low, high, chords, piece, best)
+                piece, best = _nearest_in(point, low, high, chords, piece, best)
         return piece, best
     node, span = 1, leaves * LEAF
     while node > 0:
@@ -182,7 +182,7 @@ def nearest_piece(
             if node < leaves:
                 node, span = 2 * node, span // 2
                 continue
-            piece, best = _nearer(point, max(low, first), min(low + span, last), chords, piece, best)
+            piece, best = _nearest_in(point, max(low, first), min(low + span, last), chords, piece, best)
         node, span = next_node(node, span)
     return piece, best
 
@@ -194,7 +194,7 @@ def nearest_of_few(
     """Find the nearest piece as `nearest_piece` does; faster for few pieces."""
     if last - first > FEW:
         return nearest_piece(point, first, last, chords, tree, start, bound)
-    return _nearer(point, first, last, chords, -1, bound)
+    return _nearest_in(point, first, last, chords, -1, bound)
 
 
 @kernel

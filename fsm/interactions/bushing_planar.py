@@ -50,7 +50,7 @@ def pose_constants_planar(
 
 
 @kernel
-def _turns(poses: np.ndarray) -> np.ndarray:
+def _cosines_and_sines(poses: np.ndarray) -> np.ndarray:
     """Cosine and sine of every body's angle, (n_bodies, 2)."""
     turns = np.empty((poses.shape[0], 2))
     for i in range(poses.shape[0]):
@@ -134,7 +134,7 @@ def force_pose_planar(
         Inverse of the time since the past state. If zero, the rates are those of the bodies.
     force : (n_bodies, 3) array, changed in place
     """
-    turns = _turns(poses)
+    turns = _cosines_and_sines(poses)
     for i in range(bodies.shape[0]):
         a, b = bodies[i, 0], bodies[i, 1]
         ct, st, a1, a3, z1, z3, psi, v1, v3, wa, wb = _measure(poses, rates, turns, a, b, constants[i])
@@ -168,7 +168,7 @@ def linearise_pose_planar(
     slots : (m, 4) int array of `pair_slots`
     stiffness_data, damping_data : (n_blocks, 3, 3) arrays, changed in place
     """
-    turns = _turns(poses)
+    turns = _cosines_and_sines(poses)
     stiffness_flat, damping_flat = stiffness_data.reshape(-1), damping_data.reshape(-1)
     for i in range(bodies.shape[0]):
         a, b = bodies[i, 0], bodies[i, 1]
@@ -226,7 +226,7 @@ def linearise_pose_planar(
 
 
 @kernel(inline=True)
-def _measure_all(
+def _deformations_and_rates(
     poses: np.ndarray, rates: np.ndarray, turns: np.ndarray, a: int, b: int, row: np.ndarray
 ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
     """Deformations (Z1, Z3, psi), and their rates from the bodies' rates."""
@@ -252,10 +252,10 @@ def advance_efforts_planar(
         Increments of the poses; zeros give the efforts at the poses.
     """
     efforts = np.empty((bodies.shape[0], 3))
-    turns = _turns(poses)
+    turns = _cosines_and_sines(poses)
     for i in range(bodies.shape[0]):
         row, past = constants[i], before[i]
-        x, dx = _measure_all(poses, change, turns, bodies[i, 0], bodies[i, 1], row)
+        x, dx = _deformations_and_rates(poses, change, turns, bodies[i, 0], bodies[i, 1], row)
         for k in range(3):
             later = x[k] + dx[k]
             damped = row[_DAMPING + k] * per_second * (later - past[k])
@@ -282,10 +282,10 @@ def stored_pose_planar(
     category, categories : (m,) int array, and the number of categories
     """
     energy, power = np.zeros(categories), 0.0
-    turns = _turns(poses)
+    turns = _cosines_and_sines(poses)
     for i in range(bodies.shape[0]):
         row, past = constants[i], before[i]
-        x, rate = _measure_all(poses, rates, turns, bodies[i, 0], bodies[i, 1], row)
+        x, rate = _deformations_and_rates(poses, rates, turns, bodies[i, 0], bodies[i, 1], row)
         for k in range(3):
             energy[category[i]] += 0.5 * row[_STIFFNESS + k] * (x[k] - row[_REST + k]) ** 2
             speed = (x[k] - past[k]) * per_second if per_second != 0.0 else rate[k]
@@ -303,7 +303,7 @@ def widest_pose_planar(
     Other arguments as in `force_pose_planar`.
     """
     worst, widest = 0, 0.0
-    turns = _turns(poses)
+    turns = _cosines_and_sines(poses)
     for i in range(bodies.shape[0]):
         if not structural[i]:
             continue

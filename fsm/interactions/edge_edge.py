@@ -41,7 +41,7 @@ _ARM_1, _ARM_2, _T_1, _T_2, _ACROSS, _APART, _NORMAL = 0, 1, 2, 3, 4, 5, 6
 
 
 @kernel
-def _place(
+def _edge_frame(
     poses: np.ndarray,
     body: int,
     middle: np.ndarray,
@@ -89,8 +89,8 @@ def _state(
     apart, along = vectors[_APART], vectors[_ACROSS]
     one, two = pair[0], pair[1]
     a, b = edge_body[one], edge_body[two]
-    _place(poses, a, edge_middle[one], edge_direction[one], frames[0], vectors[_ARM_1], vectors[_T_1])
-    _place(poses, b, edge_middle[two], edge_direction[two], frames[1], vectors[_ARM_2], vectors[_T_2])
+    _edge_frame(poses, a, edge_middle[one], edge_direction[one], frames[0], vectors[_ARM_1], vectors[_T_1])
+    _edge_frame(poses, b, edge_middle[two], edge_direction[two], frames[1], vectors[_ARM_2], vectors[_T_2])
     for c in range(3):
         apart[c] = poses[a, c] + vectors[_ARM_1, c] - poses[b, c] - vectors[_ARM_2, c]
     s, sigma = _closest(apart, vectors[_T_1], vectors[_T_2], edge_half[one], edge_half[two])
@@ -109,7 +109,7 @@ def _state(
 
 
 @kernel(inline=True)
-def _weight(square: float, parallel: float) -> tuple[float, float, float]:
+def _parallel_weight(square: float, parallel: float) -> tuple[float, float, float]:
     """w and its first two derivatives by |t_1 x t_2|^2."""
     if square >= parallel:
         return 1.0, 0.0, 0.0
@@ -131,7 +131,7 @@ def _edge_boxes(
     frame, arm, along = np.empty((3, 3)), np.empty(3), np.empty(3)
     for i in range(edge_middle.shape[0]):
         body = edge_body[i]
-        _place(poses, body, edge_middle[i], edge_direction[i], frame, arm, along)
+        _edge_frame(poses, body, edge_middle[i], edge_direction[i], frame, arm, along)
         for c in range(3):
             half = abs(along[c]) * edge_half[i] + edge_radius[i]
             low[i, c], high[i, c] = poses[body, c] + arm[c] - half, poses[body, c] + arm[c] + half
@@ -187,7 +187,7 @@ def find_edges(
         )
         value = distance - edge_radius[pair[0]] - edge_radius[pair[1]]
         if value < 0.0:
-            value *= _weight(square, parallel[slots[i]])[0]
+            value *= _parallel_weight(square, parallel[slots[i]])[0]
         if value < below:
             slot[count] = slots[i]
             gap[count] = value
@@ -242,7 +242,7 @@ def measure_edges(
         gap = distance - edge_radius[pair[0]] - edge_radius[pair[1]]
         if gap >= 0.0 or square >= parallel[slots[i]]:
             continue
-        weight, slope, _ = _weight(square, parallel[slots[i]])
+        weight, slope, _ = _parallel_weight(square, parallel[slots[i]])
         _cosine_gradient(frames, vectors[_ACROSS], cosine)
         slope *= -2.0 * dot(vectors[_T_1], vectors[_T_2])
         rate[i, 0] = 0.0
@@ -261,7 +261,7 @@ def _move_to_contact(vectors: np.ndarray, distance: float, radius: float) -> Non
 
 
 @kernel
-def _changes(
+def _normal_and_point_changes(
     frames: np.ndarray,
     vectors: np.ndarray,
     motion: np.ndarray,
@@ -306,7 +306,7 @@ def _changes(
 
 
 @kernel
-def _scale(
+def _scale_second(
     frames: np.ndarray,
     vectors: np.ndarray,
     gap: float,
@@ -317,7 +317,7 @@ def _scale(
     hessian: np.ndarray,
 ) -> None:
     """Replace the second derivatives of d by those of w (d - r): w H + dw dg + dg dw + gap d2w."""
-    weight, slope, curve = _weight(square, parallel)
+    weight, slope, curve = _parallel_weight(square, parallel)
     _cosine_gradient(frames, vectors[_ACROSS], cosine)
     c = dot(vectors[_T_1], vectors[_T_2])
     axis, turned, change = np.empty(3), np.empty(3), np.empty(3)
@@ -388,7 +388,7 @@ def tangent_edges(
         if distance == 0.0:
             continue
         relative_motion(frames, vectors[:2], motion)
-        _changes(
+        _normal_and_point_changes(
             frames, vectors, motion, distance, abs(s) < edge_half[one], abs(sigma) < edge_half[two],
             edge_radius[one], normal_change, point_change,
         )  # fmt: skip
@@ -399,7 +399,7 @@ def tangent_edges(
         )
         gap = distance - edge_radius[one] - edge_radius[two]
         if gap < 0.0 and square < parallel[slots[i]]:
-            _scale(frames, vectors, gap, square, parallel[slots[i]], motion, cosine, hessian)
+            _scale_second(frames, vectors, gap, square, parallel[slots[i]], motion, cosine, hessian)
         add_contact_tangent(
             rates, bodies[i], gradient[i], hessian, slip_second, normal_force[i], by_depth[i], by_closing[i],
             effort[i], by_slip[i], by_normal[i], with_friction, dof, indptr, indices, stiffness_data, damping_data,

@@ -32,7 +32,7 @@ TAPER = 2.25
 
 
 @kernel(inline=True)
-def _foot(x: float, width: float) -> tuple[float, float, float]:
+def _rounded_ramp(x: float, width: float) -> tuple[float, float, float]:
     """Compute G and its first two derivatives."""
     if x <= 0.0:
         return 0.0, 0.0, 0.0
@@ -54,8 +54,8 @@ def end_taper(inside: float, half_cell: float, largest: float) -> tuple[float, f
     value = slope = bend = 0.0
     for factor, shift in ((2.0, 0.5), (-1.0, 1.25)):
         x = inside - shift * largest
-        g1, d1, e1 = _foot(x + half_cell, 0.5 * largest)
-        g0, d0, e0 = _foot(x - half_cell, 0.5 * largest)
+        g1, d1, e1 = _rounded_ramp(x + half_cell, 0.5 * largest)
+        g0, d0, e0 = _rounded_ramp(x - half_cell, 0.5 * largest)
         value += factor * (g1 - g0)
         slope += factor * (d1 - d0)
         bend += factor * (e1 - e0)
@@ -74,7 +74,7 @@ def inside_of_end(s: float, stations: np.ndarray) -> tuple[float, float]:
 
 
 @kernel
-def _rows(
+def _tapered_rows(
     count: int,
     found_probe: np.ndarray,
     found_piece: np.ndarray,
@@ -129,7 +129,7 @@ def tapered_planar(
         df/dx.
     hessian : (m, 9, 9) array
     """
-    rows, shape, signs = _rows(count, found_probe, found_piece, found_s, cell, stations)
+    rows, shape, signs = _tapered_rows(count, found_probe, found_piece, found_s, cell, stations)
     gradient, hessian = np.zeros((len(rows), 9)), np.zeros((len(rows), 9, 9))
     for k in range(len(rows)):
         i = rows[k]
@@ -148,12 +148,12 @@ def tapered_planar(
         h[5, 5] = -sign * (dx * ax + dz * az)
         for m in range(5):
             h[5, m] = h[m, 5]
-        _of_taper(shape[k], g, h)
+        _chain_rule(shape[k], g, h)
     return rows, shape[:, 0].copy(), gradient, hessian
 
 
 @kernel
-def _of_taper(shape: np.ndarray, gradient: np.ndarray, hessian: np.ndarray) -> None:
+def _chain_rule(shape: np.ndarray, gradient: np.ndarray, hessian: np.ndarray) -> None:
     """Convert the derivatives of S to the derivatives of f, in place."""
     for m in range(gradient.shape[0]):
         for n in range(gradient.shape[0]):
@@ -175,7 +175,7 @@ def tapered_spatial(
     stations: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Tapered contacts in space, as `tapered_planar` with 18 coordinates; hessian[m, n]: derivative of df/dx_m by n."""
-    rows, shape, signs = _rows(count, found_probe, found_piece, found_at[:, 0].copy(), cell, stations)
+    rows, shape, signs = _tapered_rows(count, found_probe, found_piece, found_at[:, 0].copy(), cell, stations)
     gradient, hessian = np.zeros((len(rows), 18)), np.zeros((len(rows), 18, 18))
     frames, arm, unit, turned = np.empty((2, 3, 3)), np.zeros(3), np.empty(3), np.empty(3)
     axis, away = np.empty(3), np.empty(3)
@@ -207,14 +207,14 @@ def tapered_spatial(
                 h[j, 9 + n] = h[9 + n, j] = sign * end_turn[n, j]
                 h[6 + j, 9 + n] = h[9 + n, 6 + j] = -sign * end_turn[n, j]
                 h[3 + j, 9 + n] = h[9 + n, 3 + j] = sign * dot(end_turn[n], own_turn[j])
-                h[3 + j, 3 + n] = sign * _twice(frames[0], arm, j, n, axis, unit, turned)
-                h[9 + j, 9 + n] = sign * _twice(frames[1], first_axis, j, n, away, unit, turned)
-        _of_taper(shape[k], g, h)
+                h[3 + j, 3 + n] = sign * _second_by_rotations(frames[0], arm, j, n, axis, unit, turned)
+                h[9 + j, 9 + n] = sign * _second_by_rotations(frames[1], first_axis, j, n, away, unit, turned)
+        _chain_rule(shape[k], g, h)
     return rows, shape[:, 0].copy(), gradient, hessian
 
 
 @kernel
-def _twice(
+def _second_by_rotations(
     frame: np.ndarray, arm: np.ndarray, j: int, n: int, along: np.ndarray, unit: np.ndarray, turned: np.ndarray
 ) -> float:
     """Second derivative along . A (e_n x (e_j x arm)) of a coordinate by two rotations."""

@@ -96,7 +96,7 @@ def _crossings(corners: np.ndarray, x: float, y: float, aside: float, parallel: 
 
 
 @kernel
-def _relative(
+def _relative_pose(
     poses: np.ndarray,
     one: int,
     two: int,
@@ -135,14 +135,14 @@ def _relative(
 
 
 @kernel(inline=True)
-def _flat(sine: float, limit: float) -> float:
+def _flatness(sine: float, limit: float) -> float:
     """1 for parallel faces, 0 from the limit on."""
     part = (sine / limit) ** 2
     return (1.0 - part) ** 2 if part < 1.0 else 0.0
 
 
 @kernel
-def _touches(out_u: float, out_v: float, height: float, rounding: float) -> float:
+def _reduced_force(out_u: float, out_v: float, height: float, rounding: float) -> float:
     """Force of a point outside a rounded face, relative to a point on the face."""
     outside = np.sqrt(max(0.0, out_u) ** 2 + max(0.0, out_v) ** 2)
     if outside == 0.0:
@@ -155,7 +155,7 @@ def _touches(out_u: float, out_v: float, height: float, rounding: float) -> floa
 
 
 @kernel
-def _weigh(
+def _pair_weights(
     kinds: tuple[int, int],
     size_a: np.ndarray,
     size_b: np.ndarray,
@@ -182,7 +182,7 @@ def _weigh(
     if kind_b == HALF_SPACE:
         if kind_a == CYLINDER and size_a[1] >= size_a[0] and spatial:
             # cylinder on its side, or on a cap
-            lies, stands = _flat(abs(turn[2, 1]), 1e-3), _flat(np.sqrt(max(0.0, 1.0 - turn[2, 1] ** 2)), 1e-3)
+            lies, stands = _flatness(abs(turn[2, 1]), 1e-3), _flatness(np.sqrt(max(0.0, 1.0 - turn[2, 1] ** 2)), 1e-3)
             out[_FIRST] += lies * (_NONE - base[_FIRST])
             out[_FIRST_AXIS] += stands * (_NONE - base[_FIRST_AXIS])
         return
@@ -215,12 +215,12 @@ def _weigh(
     aside = _ASIDE * rounding
     upper = 1.0 if shift[k] < 0.0 else -1.0  # side of the second shape along the normal of the first
     if kind_b == CYLINDER and spatial and size_b[1] >= size_b[0]:
-        flat = _flat(abs(turn[1, 2]), limit)
+        flat = _flatness(abs(turn[1, 2]), limit)
         if flat > 0.0:
-            _weigh_line(size_a, size_b, turn, shift, places_b, weights_b, axis_b, aside, flat, out, polygon)
+            _line_weights(size_a, size_b, turn, shift, places_b, weights_b, axis_b, aside, flat, out, polygon)
             return
     sine = np.sqrt(max(0.0, 1.0 - turn[k, 2] ** 2))
-    flat = _flat(sine, limit)
+    flat = _flatness(sine, limit)
     if flat == 0.0:
         return
     own_a = 4.0 * size_a[0] * size_a[1]
@@ -259,7 +259,7 @@ def _weigh(
             out_u, out_v = np.sqrt(u * u + v * v) - half_i, 0.0
         else:
             out_u, out_v = abs(u) - half_i, abs(v) - half_j
-        seen_a += weights_a[n] * _touches(out_u, out_v, height, rounding)
+        seen_a += weights_a[n] * _reduced_force(out_u, out_v, height, rounding)
     for n in range(places_b.shape[0]):
         if axis_b[n] or (kind_b != RECTANGLE and places_b[n, k] * -upper < 0.999 * size_b[k]):
             continue
@@ -267,7 +267,7 @@ def _weigh(
         for c in range(3):
             x += turn[c, 0] * (places_b[n, c] - shift[c])
             y += turn[c, 1] * (places_b[n, c] - shift[c])
-        seen_b += weights_b[n] * _touches(abs(x) - size_a[0], abs(y) - size_a[1], height, rounding)
+        seen_b += weights_b[n] * _reduced_force(abs(x) - size_a[0], abs(y) - size_a[1], height, rounding)
     of_a, of_b = first * own_a / smaller, (1.0 - first) * own_b / smaller
     part = (1.0 - covered_a) * (1.0 - covered_b)
     edges = (_CROSSING_INSIDE + _CROSSING * part) * base[_EDGES]
@@ -282,7 +282,7 @@ def _weigh(
 
 
 @kernel
-def _weigh_line(
+def _line_weights(
     size_a: np.ndarray,
     size_b: np.ndarray,
     turn: np.ndarray,
@@ -378,7 +378,7 @@ def weigh_units(
                 known[unit] = True
                 changed += 1
             continue
-        _relative(poses, one, two, body, offset, axes, frames, turn, shift)
+        _relative_pose(poses, one, two, body, offset, axes, frames, turn, shift)
         if known[unit]:
             smallest, away, turned, lift = np.inf, 0.0, 0.0, 0.0
             for c in range(3):
@@ -392,7 +392,7 @@ def weigh_units(
                 away = max(away, abs(shift[c] - shifts[unit, c] - lift * turn[c, 2]))
             if away <= _SLIDE * smallest and turned <= _TURN:
                 continue
-        _weigh(
+        _pair_weights(
             (kind[one], kind[two]), size[one], size[two], radius[one] + radius[two], turn, shift,
             place[start[one] : start[one + 1]], weight[start[one] : start[one + 1]],
             place[start[two] : start[two + 1]], weight[start[two] : start[two + 1]],

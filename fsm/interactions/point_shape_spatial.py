@@ -59,12 +59,12 @@ def local_points_spatial(
         rotate(frames[0], probe_place[probe], arm)
         for c in range(3):
             arm[c] += poses[a, c] - poses[b, c]
-        _into(frames[1], shape_offset[shape], shape_frame[shape], arm, out[i])
+        _to_shape_axes(frames[1], shape_offset[shape], shape_frame[shape], arm, out[i])
     return out
 
 
 @kernel
-def _into(frame: np.ndarray, offset: np.ndarray, axes: np.ndarray, arm: np.ndarray, out: np.ndarray) -> None:
+def _to_shape_axes(frame: np.ndarray, offset: np.ndarray, axes: np.ndarray, arm: np.ndarray, out: np.ndarray) -> None:
     """Transform a vector (3,) from the body's centre in inertial axes to a position in the axes of the body's shape."""
     for c in range(3):
         out[c] = 0.0
@@ -149,7 +149,7 @@ def _state(
     rotate(frames[0], place, arms[0])
     for c in range(3):
         arms[1, c] = arms[0, c] + poses[a, c] - poses[b, c]
-    _into(frames[1], offset, axes, arms[1], local)
+    _to_shape_axes(frames[1], offset, axes, arms[1], local)
     shape_derivatives(kind, size, local, slope, bend)
     for i in range(3):
         for j in range(3):
@@ -209,7 +209,7 @@ def measure_points_spatial(
 
 
 @kernel
-def _changes(
+def _normal_and_point_changes(
     frames: np.ndarray,
     world: np.ndarray,
     bend: np.ndarray,
@@ -286,7 +286,7 @@ def tangent_points_spatial(
             frames, world, local, slope, bend, normal, arms,
         )  # fmt: skip
         relative_motion(frames, arms[:2], motion)
-        _changes(frames, world, bend, normal, probe_radius[probe], motion, normal_change, point_change)
+        _normal_and_point_changes(frames, world, bend, normal, probe_radius[probe], motion, normal_change, point_change)
         relative_motion(frames, arms[2:], motion)
         contact_derivatives(frames, arms[2:], normal, motion, normal_change, point_change, hessian, slip_second)
         add_contact_tangent(

@@ -80,7 +80,7 @@ class Contacts(tuple[ContactGroup, ...]):
     def observe(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None, pairs: int) -> PairState:
         """State of all contact pairs, combined from all groups."""
         if not self:
-            return _apart(pairs)
+            return _no_contact(pairs)
         first, *others = (group.observe(t, poses, rates, past) for group in self)
         for other in others:
             first = first.joined(other)
@@ -105,7 +105,7 @@ class Contacts(tuple[ContactGroup, ...]):
 
 
 @cache
-def _apart(pairs: int) -> PairState:
+def _no_contact(pairs: int) -> PairState:
     """State of pairs without contact; shared, read-only."""
     none, far = np.zeros(pairs), np.full(pairs, np.inf)
     none.flags.writeable = far.flags.writeable = False

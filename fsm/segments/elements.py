@@ -37,7 +37,7 @@ __all__ = ["BushingGroup", "CreaseGroup"]
 Kernel = Callable[..., Any]
 
 
-class _OnePass(NamedTuple):
+class _Kernels(NamedTuple):
     """Kernels that compute and assemble in one loop over the elements."""
 
     constants: Kernel
@@ -49,11 +49,11 @@ class _OnePass(NamedTuple):
 
 
 _ONE_PASS = {
-    3: _OnePass(
+    3: _Kernels(
         pose_constants_planar, force_pose_planar, linearise_pose_planar, advance_efforts_planar, stored_pose_planar,
         widest_pose_planar,
     ),
-    6: _OnePass(
+    6: _Kernels(
         pose_constants_spatial, force_pose_spatial, linearise_pose_spatial, advance_efforts_spatial, stored_pose_spatial,
         widest_pose_spatial,
     ),
@@ -107,7 +107,7 @@ class BushingGroup:
         return bool(np.any(self.damping))
 
     @cached_property
-    def _kernels(self) -> _OnePass:
+    def _kernels(self) -> _Kernels:
         return _ONE_PASS[self.rest.shape[1]]
 
     @cached_property
@@ -115,7 +115,7 @@ class BushingGroup:
         return np.asarray(self._kernels.constants(*self.geometry, self.rest, self.stiffness, self.damping))
 
     @cached_property
-    def _own(self) -> np.ndarray:
+    def _no_efforts(self) -> np.ndarray:
         """Empty efforts: the geometric stiffness uses the efforts at the poses."""
         return np.zeros((0, self.rest.shape[1]))
 
@@ -144,7 +144,7 @@ class BushingGroup:
         """See `Group`. If `efforts` (m, 3 or 6) is given, the geometric stiffness uses it."""
         self._kernels.linearise(
             poses, rates, self.bodies, self._constants, *self._before(rates, past),
-            self._own if efforts is None else efforts, self._cache.slots(self, pattern), force, stiffness, damping,
+            self._no_efforts if efforts is None else efforts, self._cache.slots(self, pattern), force, stiffness, damping,
         )  # fmt: skip
 
     def elements(

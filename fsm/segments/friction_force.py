@@ -89,14 +89,14 @@ class FrictionForce:
         inner = np.zeros_like(axes)
         for slope, way in ((pull.by_slip, slip), (pull.by_mean, mean)):
             if slope is not None:
-                inner += np.einsum("mce,mek->mck", slope, self._turned(way, axes))
+                inner += np.einsum("mce,mek->mck", slope, self._rotation_derivative(way, axes))
         return Pull(
             _stretched(pull.effort, axes, self.across),
             _stretched_both(pull.by_slip, axes, self.across),
             None if pull.by_mean is None else _stretched_both(pull.by_mean, axes, self.across),
             _stretched(pull.by_normal, axes, self.across),
             pull.deflection,
-            self._turned(pull.effort, axes) + _stretched_rows(inner, axes, self.across),
+            self._rotation_derivative(pull.effort, axes) + _stretched_rows(inner, axes, self.across),
         )
 
     def _of_law(
@@ -110,7 +110,7 @@ class FrictionForce:
         )
         return Pull(effort, by_slip, by_mean, by_normal, bent)
 
-    def _turned(self, vectors: np.ndarray, axes: np.ndarray) -> np.ndarray:
+    def _rotation_derivative(self, vectors: np.ndarray, axes: np.ndarray) -> np.ndarray:
         """Derivative (m, 3, 3) of A v by rotations about the three axes."""
         first, e, third = axes[:, :, 0], axes[:, :, 1], axes[:, :, 2]
         # de = e3 for a rotation about the first axis, -e1 for one about the third

@@ -66,7 +66,7 @@ class HysteresisGroup:
     stiffness: np.ndarray
     curve: np.ndarray
     table: CurveTable
-    _last: _State | None = field(default=None, init=False, repr=False, compare=False)
+    _accepted: _State | None = field(default=None, init=False, repr=False, compare=False)
 
     @property
     def rate_dependent(self) -> bool:
@@ -85,11 +85,11 @@ class HysteresisGroup:
     @property
     def _state(self) -> _State:
         """Last accepted state; initially the start of the loading curve."""
-        if self._last is None:
+        if self._accepted is None:
             far = np.full(len(self.start), -np.inf)  # a slider stretched beyond its strength lies on the loading curve
             _, _, slider = slip_moment(self.start, far, *self._law)
-            self._last = _State(np.nan, self.start.copy(), slider, np.zeros(len(slider)))
-        return self._last
+            self._accepted = _State(np.nan, self.start.copy(), slider, np.zeros(len(slider)))
+        return self._accepted
 
     # forces -----------------------------------------------------------------------------------------------------------
 
@@ -166,7 +166,7 @@ class HysteresisGroup:
         state = self._state
         _, lost = slip_energy(state.opening, opening, state.slider, *self._law)
         _, _, slider = slip_moment(opening, state.slider, *self._law)
-        self._last = _State(t, opening, slider, lost)
+        self._accepted = _State(t, opening, slider, lost)
 
     @property
     def remembered(self) -> int:
@@ -180,7 +180,7 @@ class HysteresisGroup:
 
     def restore(self, memory: np.ndarray) -> None:
         """Restore the memory; an empty array clears it."""
-        self._last = None
+        self._accepted = None
         if len(memory):
             time, opening, slider, lost = np.split(memory.copy(), np.cumsum([1, len(self.bodies), len(self.bodies)]))
-            self._last = _State(float(time[0]), opening, slider, lost)
+            self._accepted = _State(float(time[0]), opening, slider, lost)

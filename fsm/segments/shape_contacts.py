@@ -185,14 +185,14 @@ class ShapeContacts:
             & ~self._far_above(poses, units.shapes)
         )
         if same and np.array_equal(near, self._near):
-            self._weigh(poses)
+            self._update_weights(poses)
             return
         self._near, self._near_slots = near, self._slots_of(near)
-        self._weigh(poses)
+        self._update_weights(poses)
         self._bodies = np.unique(self.tables.shapes.body[units.shapes[near]], axis=0)
         self._version += 1
 
-    def _weigh(self, poses: np.ndarray) -> None:
+    def _update_weights(self, poses: np.ndarray) -> None:
         """Compute the weights of new units from the last accepted state, or from these poses if there is none."""
         at, new = poses if self._committed is None else self._committed, self._near[~self._overlaps.known[self._near]]
         if len(new) and self._overlaps.look(at, self.kit, self._units, new):
@@ -260,7 +260,7 @@ class ShapeContacts:
     def _point_arguments(self) -> tuple[np.ndarray, ...]:
         return (*self.tables.points, *self.tables.shapes)
 
-    def _split(self, touching: Touching) -> tuple[int, np.ndarray, np.ndarray]:
+    def _split_kinds(self, touching: Touching) -> tuple[int, np.ndarray, np.ndarray]:
         """Number of points; rows of the points and of the pairs of edges."""
         count = int(np.searchsorted(touching.slot, self._count))
         return count, touching.slot[:count].copy(), touching.slot[count:] - self._count
@@ -268,7 +268,7 @@ class ShapeContacts:
     def measure(self, poses: np.ndarray, rates: np.ndarray, touching: Touching) -> Measured:
         """Compute rates and gradients of gap and slip of all contacts."""
         tables = self.tables
-        count, points, edges = self._split(touching)
+        count, points, edges = self._split_kinds(touching)
         parts = []
         if count or not len(edges):
             parts.append(self._kernels.measure(poses, rates, points, *self._point_arguments))
@@ -292,7 +292,7 @@ class ShapeContacts:
     ) -> None:
         """Add K = -dh/dx and D = -dh/du to the block data."""
         tables = self.tables
-        count, points, edges = self._split(touching)
+        count, points, edges = self._split_kinds(touching)
         arrays = (forces.normal, forces.by_depth, forces.by_closing, forces.effort, forces.by_slip, forces.by_normal)
         if count:
             self._kernels.tangent(
@@ -360,7 +360,7 @@ class ShapeContacts:
         point_passed, edge_passed = np.zeros(len(points), dtype=bool), np.zeros(len(edges), dtype=bool)
         before: tuple[np.ndarray, np.ndarray] | None = None
         for step in path_poses(start, poses):
-            here = self._locals(tables, step, points, edges)
+            here = self._local_positions(tables, step, points, edges)
             if before is not None:
                 point_passed |= points_pass(kind, size, limit, before[0], here[0])
                 edge_passed |= edges_pass(half, before[1], here[1])
@@ -369,7 +369,7 @@ class ShapeContacts:
 
     def _swept_candidates(self, start: np.ndarray, end: np.ndarray) -> tuple[Tables, np.ndarray, np.ndarray]:
         """Points and pairs of edges of units that may meet between two poses, and their tables."""
-        low, high = self._swept(start, end)
+        low, high = self._swept_boxes(start, end)
         bound = _RENEWAL * self.margin
         if self._reference is not None and not moved_beyond(start, self._reference, self._moving, self._radii, bound):
             # both poses are within the allowed displacement from the last search
@@ -380,7 +380,7 @@ class ShapeContacts:
         is_open, count = ~np.isin(tables.key, self._closed), len(tables.points.body)
         return tables, np.flatnonzero(is_open[:count]), np.flatnonzero(is_open[count:])
 
-    def _locals(
+    def _local_positions(
         self, tables: Tables, poses: np.ndarray, points: np.ndarray, edges: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Points in the axes of their shapes, and first edges in the axes of the second edges."""
@@ -395,7 +395,7 @@ class ShapeContacts:
             poses, edges, tables.edge_pairs.edges, table.body, table.middle, table.direction, table.half
         )
 
-    def _swept(self, start: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _swept_boxes(self, start: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Boxes around all shapes swept between two poses."""
         low, high = self._boxes(start)
         other_low, other_high = self._boxes(end)
