@@ -71,7 +71,7 @@ class _Face(NamedTuple):
     elsewhere, at_ends : tips of the other surface, for points within the panel and for its ends (`_TIPS`)
     thickness, deepest : half thickness of the other panel, m; depth limit of a point, m
     smaller : length of the smaller face, m
-    edge, narrow : taper length at ends, m; reduction of the other cells, m
+    edge, narrow : taper length at ends over `end_taper.TAPER`, m; factor that reduces the other cells
     crease : +1 if the end of the panel lies on a crease that both share, -1 if its start does, 0 for none
     opening : sine of the angle between both panels
     first, last : pieces of the other surface

@@ -23,7 +23,7 @@ class Group(Protocol):
 
     Poses and rates are of all bodies, (n_bodies, 3 or 7) and (n_bodies, 3 or 6).
 
-    With a past state, rates of deformation are differences from it, exact also for finite rotations.
+    With a past state, rates of deformation are differences from it. They have no error from finite rotations.
     """
 
     @property

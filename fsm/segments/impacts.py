@@ -17,7 +17,7 @@ _STEPS, _FEWER_STEPS = 90, 30
 _FIRST_STEP = 0.006
 """Part of the first step of an impact after its onset, over the duration of the impact."""
 _LEAD_TIME = 0.003
-"""Time between the end of the preceding step and the onset of the impact, over the step size."""
+"""Time between the end of the preceding step and the onset of the impact, over the duration of the impact."""
 _SPEED_CHANGE = 3e-4
 """Limit of the change of speed in the first step of an impact, over its initial speed."""
 _ENERGY_SHARE = 0.1

@@ -25,7 +25,7 @@ class Overlaps(NamedTuple):
         Whether the next three fields are valid; if not, the weights are those of tilted faces.
     turns, shifts, shares : (u, 3, 3), (u, 3), (u, 5) arrays
     in_force : (u, 5) array
-        Weights in use until a body moves.
+        Weights in use; the last accepted state replaces them when a body moves.
     """
 
     key: np.ndarray
