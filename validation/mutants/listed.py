@@ -394,6 +394,27 @@ ARRAYS = (
         _physics("rotating_squares", "test_forces_are_those_of_another_program"),
     ),
     Mutant(
+        "one r_x for both halves of a bar at its middle hinge",
+        "fsm/ancf/bars.py",
+        'if i == 1 and k and self.element != "cable":',
+        "if False:",
+        _unit("beams", "test_a_bent_bar_carries_its_moment_around_the_bend"),
+    ),
+    Mutant(
+        "stress of bars a third of the way from the hinge",
+        "fsm/ancf/array_system.py",
+        "math.sqrt(2.4)",
+        "math.sqrt(5.4)",
+        _physics("scissor", "test_stress_at_hinges"),
+    ),
+    Mutant(
+        "dissipation of slopes at the ends of a step",
+        "fsm/solve/dissipation.py",
+        "if halfway:",
+        "if False:",
+        _physics("scissor", "test_balance_of_damped_bars_that_turn"),
+    ),
+    Mutant(
         "latch holds from one side only",
         "fsm/ancf/hinge.py",
         "if latched or (depth > 0.0 and damped > 0.0):",
