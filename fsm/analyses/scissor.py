@@ -152,7 +152,7 @@ class ScissorArray:
         return {
             "max_difference_rigid": largest_differences(motion),
             "max_asynchronism": apart,
-            "max_stress": float(motion.stress.max(initial=0.0)),
+            "max_stress": self._max_stress(motion.stress),
             "max_stress_error": motion.stress_error,
             "units": self.scissor.units,
             "elements_per_bar": 0 if self.scissor.rigid else self.scissor.elements_per_bar,
@@ -196,11 +196,11 @@ class ScissorArray:
         except FsmError as error:
             warnings.append(f"no error of max_stress: the array with another mesh could not be followed to the end: {error}")
             return None
-        largest = float(stress.max())
+        largest = self._max_stress(stress)
         if largest == 0.0:
             return None
         apart = np.abs(np.array(kept) - stress).max()
-        return float(max(abs(np.max(kept) - largest), apart / 3.0) / largest)
+        return float(max(abs(other.largest.max() - largest), apart / 3.0) / largest)
 
     # inside ---------------------------------------------------------------------------------------------------------
 
@@ -220,6 +220,11 @@ class ScissorArray:
         return compile_scene(
             build_bodies(self.scissor, case.bar, case.material, self.holds, case.force, case.hinge, gravity)
         )
+
+    def _max_stress(self, stress: np.ndarray) -> float:
+        """Largest normal stress at the steps and at the records, Pa."""
+        steps = self.system.largest.max(initial=0.0) if isinstance(self.system, ArraySystem) else 0.0
+        return float(max(steps, stress.max(initial=0.0)))
 
     def _comparison(
         self, names: tuple[str, ...], start: np.ndarray, times: np.ndarray, warnings: list[str]

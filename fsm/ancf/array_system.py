@@ -39,6 +39,8 @@ class ArraySystem(AncfSystem):
     material : BarMaterial
     hinges : HingeGroup, or None
     latches : Latches, or None
+    largest : (n_bars,) array, Pa
+        Largest normal stress of each bar at the steps so far.
     """
 
     def __init__(
@@ -53,6 +55,7 @@ class ArraySystem(AncfSystem):
     ) -> None:
         self.points, self.bars, self.material, self.hinges, self.latches = points, bars, material, hinges, latches
         self.beams: BeamGroup = next(group for group in mesh.groups if isinstance(group, BeamGroup))
+        self.largest = np.zeros(len(bars))
         super().__init__(mesh, loading)
 
     @cached_property
@@ -90,17 +93,20 @@ class ArraySystem(AncfSystem):
 
     def commit(self, t: float, q: np.ndarray, u: np.ndarray, before: Before | None = None) -> None:
         """See `System`."""
+        np.maximum(self.largest, self.stress(q), out=self.largest)
         if self.latches is not None:
             self.latches.commit(t, q, u)
 
     def memory(self) -> np.ndarray:
-        """See `System`: when each hinge latched, s; nothing without latches."""
-        return super().memory() if self.latches is None else self.latches.times.copy()
+        """See `System`: largest stress of each bar so far, Pa, and when each hinge latched, s."""
+        return np.concatenate([self.largest, [] if self.latches is None else self.latches.times])
 
     def restore(self, memory: np.ndarray) -> None:
         """See `System`."""
+        count = len(self.largest)
+        self.largest[:] = memory[:count] if len(memory) else 0.0
         if self.latches is not None:
-            self.latches.restore(memory)
+            self.latches.restore(memory[count:])
 
     def stress(self, q: np.ndarray) -> np.ndarray:
         """Largest normal stress of each bar, at its surfaces and the ends of its elements, (n_bars,), Pa.

@@ -4,7 +4,7 @@ At each node a bar has a separate position and separate slopes. At a common poin
 and slaves, Peng et al. 2019, eq. 13, positions only) and keep separate slopes. At its middle point a bar has one section
 r_y, which transmits the moment. It has an r_x on either side, because the hinge causes a jump of axial and shear forces. If
 the second half is at an angle to the first, its sections are stored rotated back by this angle, so both halves share r_y. A
-cable has no section. It has one r_x at the middle point.
+cable has no section. It has one r_x at the middle point, stored in the same way.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ class BarNodes:
     Attributes
     ----------
     positions, slopes : (n + 1,) int arrays
-        First coordinates of r and r_x at the nodes.
+        First coordinates of r and r_x at the nodes; r_x of a cable turned back to the first half.
     sections : (n + 1,) int array
         First coordinates of r_y, rotated back to the first half; empty for a cable.
     at : (n + 1,) array, m
@@ -164,9 +164,8 @@ class BarMesh:
         vectors = np.array(self._vectors, dtype=np.int64)
         frames = np.zeros((*vectors.shape, 2))
         frames[..., 0] = 1.0
-        if self.element != "cable":
-            frames[:, _SECTIONS, 0] = np.cos(self._bends)[:, None]
-            frames[:, _SECTIONS, 1] = np.sin(self._bends)[:, None]
+        through = _SLOPES if self.element == "cable" else _SECTIONS
+        frames[:, through, 0], frames[:, through, 1] = np.cos(self._bends)[:, None], np.sin(self._bends)[:, None]
         return BeamGroup(strains, hessians, vectors, frames, rows, stiffness, beta, masses)
 
     def renumbered(self, order: np.ndarray) -> BarMesh:
@@ -192,9 +191,11 @@ class BarMesh:
         return 2 * (len(self.values) - 1)
 
     def _slopes(self, angle: float, first: float, name: str) -> list[int]:
-        """Add r_x, and r_y rotated back to the first half of the bar; returns their first coordinates."""
+        """Add r_x, and r_y rotated back to the first half of the bar (of a cable r_x, rotated back)."""
+        if self.element == "cable":
+            return [self._vector((math.cos(first), math.sin(first)), name)]
         along = self._vector((math.cos(angle), math.sin(angle)), name)
-        return [along] if self.element == "cable" else [along, self._vector((-math.sin(first), math.cos(first)), name)]
+        return [along, self._vector((-math.sin(first), math.cos(first)), name)]
 
     # data of elements of one length: rows (g, p, v), stiffness (g, s), masses (v, v)
 
@@ -230,6 +231,8 @@ class BarMesh:
 
 _SECTIONS = [2, 5, 6]
 """Indices of r_y and r_xy among the vectors of an element."""
+_SLOPES = [1, 3]
+"""Indices of r_x among the vectors of a cable."""
 _KERNELS = {
     "section": (section_strains, section_hessians),
     "green": (green_strains, green_hessians),

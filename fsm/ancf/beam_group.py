@@ -15,6 +15,9 @@ from fsm.kernels.jit import kernel
 
 __all__ = ["BeamGroup"]
 
+_NO_MASS = 1e-12
+"""Mass over the largest of an element that is round-off."""
+
 
 @kernel
 def _gathered(vectors: np.ndarray, frames: np.ndarray, q: np.ndarray) -> np.ndarray:
@@ -89,8 +92,19 @@ class BeamGroup:
         return bool(np.any(self.beta > 0.0))
 
     def mass(self) -> MassPart:
-        """See `ElementGroup`."""
-        return MassPart(self.vectors, self.masses, np.eye(2))
+        """See `ElementGroup`; of vectors i and j that are turned by R_i and R_j it is m_ij R_i^T R_j."""
+        turned = self.frames[..., 1] != 0.0
+        alike = turned[:, :, None] == turned[:, None, :]
+        vectors, scalars, tensors = [self.vectors], [self.masses * alike], [np.tile(np.eye(2), (len(turned), 1, 1))]
+        mixed = np.abs(self.masses * ~alike).max(axis=(1, 2)) > _NO_MASS * np.abs(self.masses).max(axis=(1, 2))
+        if np.any(mixed):
+            angle = self.frames[mixed][np.arange(mixed.sum()), turned[mixed].argmax(axis=1)]
+            turn = np.stack([angle * [1.0, -1.0], angle[:, ::-1]], axis=1)
+            later = ~turned[mixed][:, :, None] & turned[mixed][:, None, :]
+            vectors += [self.vectors[mixed]] * 2
+            scalars += [self.masses[mixed] * later, self.masses[mixed] * later.transpose(0, 2, 1)]
+            tensors += [turn, turn.transpose(0, 2, 1)]
+        return MassPart(np.concatenate(vectors), np.concatenate(scalars), np.concatenate(tensors))
 
     def derivatives(self, q: np.ndarray) -> np.ndarray:
         """Derivatives of r at all points, (m, g, 2 p), on which the strains depend."""

@@ -23,7 +23,7 @@ def check_scissor(sections: Sections) -> list[Fault]:
     array, impossible = build_array(scissor)
     faults += impossible
     faults += _points(scissor, array.points, sections.holds, sections.forces)
-    return [*faults, *_stop(sections), *_mesh(sections), *_rigid(sections), *_force(sections)]
+    return [*faults, *_stop(sections), *_rigid(sections), *_force(sections)]
 
 
 def default_holds(scissor: Scissor) -> tuple[PointSupport, ...]:
@@ -78,12 +78,6 @@ def _stop(sections: Sections) -> Iterable[Fault]:
             "stop.angle",
             f"must be less than scissor.initial_angle, {start:.4g} deg, from which it decreases; it is {given:.4g} deg",
         )
-
-
-def _mesh(sections: Sections) -> Iterable[Fault]:
-    scissor = sections.scissor
-    if scissor is not None and scissor.element == "cable" and scissor.shape == "ring":
-        yield Fault("scissor.element", '"cable" cannot model the bent bars of a ring; use "section" or "green"')
 
 
 def _rigid(sections: Sections) -> Iterable[Fault]:

@@ -156,8 +156,6 @@ def test_a_latch_that_is_not_reached(case_file, tmp_path):
         (["scissor.rigid=true", "stop.angle=20 deg", "stop.stiffness=10"], "stop", "rigid"),
         (["scissor.rigid=true", "stop.angle=20 deg", "stop.stiffness=10", "stop.latch=true"], "stop", "no latch"),
         (["stop.latch=true"], "stop.angle", "missing"),
-        (["scissor.shape=ring", "scissor.units=6", "scissor.initial_angle=50 deg", "scissor.element=cable"],
-         "scissor.element", "cable"),
         (["strip.length=1"], "strip", "not used"),
     ],
 )  # fmt: skip
