@@ -17,7 +17,7 @@ from fsm.ancf.from_deployed import CreaseLine, DeployedStrip, deployed_mesh
 from fsm.errors import NotConverged
 from fsm.results.solution import Floats, Solution
 from fsm.scene.builders.membrane import MeshLines
-from fsm.scene.builders.strip import crease_point, segment_lengths
+from fsm.scene.builders.strip import segment_lengths
 from fsm.scene.case import Case, Strip
 from fsm.scene.materials import Crease, LinearCrease, SplineCrease
 from fsm.scene.membrane import Deployed
@@ -132,12 +132,12 @@ def _known_places(case: Case, strip: Strip, solution: Solution) -> dict[int, Flo
     known = {}
     for drive in case.drive:
         if drive.crease is not None and drive.guide:
-            x, z = crease_point(strip, drive.crease)
+            x, z = strip.crease_point(drive.crease)
             direction = np.array(drive.direction) / np.linalg.norm(drive.direction)
             known[drive.crease] = np.array([x, 0.0, z]) + float(solution.travel[-1, case.drive.index(drive)]) * direction
     for number in (1, strip.panels) if strip.held is None else strip.held:
         for end in (number - 1, number):
-            x, z = crease_point(strip, end)
+            x, z = strip.crease_point(end)
             known[end] = np.array([x, 0.0, z])
     return known
 

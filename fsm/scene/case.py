@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
@@ -66,6 +67,11 @@ class Strip(Model):
     grading: Annotated[Number, Field(ge=0.1, le=10)] = 1.0
     half_cell: bool = True
     held: tuple[Count, ...] | None = None
+
+    def crease_point(self, number: int) -> tuple[float, float]:
+        """Position (x, z) of a crease in the folded strip, m; the numbers 0 and `panels` are the ends of the strip."""
+        panel = self.length / self.panels
+        return number * panel * math.cos(self.fold_angle), (number % 2) * panel * math.sin(self.fold_angle)
 
     @model_validator(mode="after")
     def _sized(self) -> Self:

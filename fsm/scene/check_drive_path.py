@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterable
 
 from fsm.errors import Fault
-from fsm.scene.builders.strip import crease_point
 from fsm.scene.sections import Sections
 
 __all__ = ["drives_through_held_panels"]
@@ -28,11 +27,11 @@ def drives_through_held_panels(sections: Sections, held: frozenset[int]) -> Iter
             continue
         size = math.sqrt(sum(x * x for x in drive.direction))
         way = tuple(drive.travel * x / size for x in drive.direction[::2])
-        start = crease_point(strip, drive.crease)
+        start = strip.crease_point(drive.crease)
         for panel in sorted(held - {drive.crease, drive.crease + 1}):
             if not 1 <= panel <= strip.panels:
                 continue
-            part = _crossing(start, way, crease_point(strip, panel - 1), crease_point(strip, panel))
+            part = _crossing(start, way, strip.crease_point(panel - 1), strip.crease_point(panel))
             if part is not None:
                 travel = 1e3 * part * drive.travel
                 yield Fault(

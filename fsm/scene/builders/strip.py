@@ -81,12 +81,6 @@ def bending_stiffness(strip: Strip, material: Material) -> float:
     return material.bending(strip.width, strip.thickness)
 
 
-def crease_point(strip: Strip, number: int) -> tuple[float, float]:
-    """Position (x, z) of crease `number` in the folded strip, m; the numbers 0 and `panels` are the ends of the strip."""
-    panel = strip.length / strip.panels
-    return number * panel * math.cos(strip.fold_angle), (number % 2) * panel * math.sin(strip.fold_angle)
-
-
 @dataclass(frozen=True)
 class _Segment:
     """Segment during construction: name of its body, length, panel number (from 0), and whether it is held."""
@@ -180,7 +174,7 @@ class _StripBuilder:
 
     def _bodies(self, panel: int, segments: list[_Segment]) -> list[Body]:
         turn = self._turn(panel)
-        x, z = crease_point(self.strip, panel)
+        x, z = self.strip.crease_point(panel)
         axis = math.cos(turn), -math.sin(turn)
         bodies, at = [], 0.0
         templates: dict[float, Body] = {}  # one validated body for each length, copied for the others
@@ -296,7 +290,7 @@ class _StripBuilder:
         return 0.0 if segment.held else segment.length
 
     def _line(self, number: int) -> Body:
-        x, z = crease_point(self.strip, number)
+        x, z = self.strip.crease_point(number)
         return Body(name=f"crease {number}", mass=0.0, inertia=(0.0, 0.0, 0.0), position=(x, 0.0, z))
 
     def _half_joints(self, number: int, inner: _Segment, outer: _Segment, drive: Drive) -> list[ForceElement]:
