@@ -21,7 +21,7 @@ from fsm.interactions.box_pairs import ListedPairs
 from fsm.interactions.quadrature import gauss_lobatto
 from fsm.interactions.shape_distance import BOX, CYLINDER, HALF_SPACE, SPHERE
 from fsm.segments.plate_contacts import EDGE_SHARE, Side, add_plates, plate_grid, whole_plates
-from fsm.segments.shape_contacts import ShapeContacts
+from fsm.segments.shape_contacts import DEEP, ShapeContacts
 from fsm.segments.shape_tables import Shape, TableBuilder, shape_edges
 
 __all__ = ["ObstacleContacts", "add_probes", "is_round"]
@@ -72,7 +72,7 @@ class ObstacleContacts(ShapeContacts):
         self._area = np.array([4.0 * plate.size[0] * plate.size[1] for plate in plates])
         self._part = np.concatenate([np.zeros(0), *(side.parts for side in sides)])
         longest = max((2 * plate.size[0] for plate in plates), default=0.0)
-        super().__init__(builder.kit(), listed, spatial, margin, 0.05 * longest)
+        super().__init__(builder.kit(), listed, spatial, margin, DEEP * longest)
         if joined is not None and reference is not None:
             self.leave_out(reference, joined)
 

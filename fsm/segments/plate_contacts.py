@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fsm.interactions.box_pairs import ListedPairs
-from fsm.segments.shape_contacts import ShapeContacts
+from fsm.segments.shape_contacts import DEEP, ShapeContacts
 from fsm.segments.shape_tables import Shape, TableBuilder, shape_edges
 
 __all__ = ["EDGE_SHARE", "PlateContacts", "Side", "add_plates", "plate_grid", "whole_plates"]
@@ -131,7 +131,7 @@ class PlateContacts(ShapeContacts):
         self._area = areas[listed.shape]
         self._part = np.concatenate([np.zeros(0), *(side.parts for side in sides)])
         longest = max((2 * plate.size[0] for plate in plates), default=0.0)
-        super().__init__(builder.kit(), listed, spatial, margin, 0.05 * longest)
+        super().__init__(builder.kit(), listed, spatial, margin, DEEP * longest)
         if joined is not None and reference is not None:
             self.leave_out(reference, joined)
 

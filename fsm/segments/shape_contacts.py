@@ -19,7 +19,7 @@ from fsm.segments.overlaps import Overlaps
 from fsm.segments.pattern import BodyPattern
 from fsm.segments.shape_tables import Kit, Tables, Units, ranges
 
-__all__ = ["ShapeContacts"]
+__all__ = ["DEEP", "ShapeContacts"]
 
 Kernel = Callable[..., Any]
 
@@ -56,6 +56,8 @@ GROUND = 0
 """Index of the ground."""
 _RENEWAL = 0.4
 """Displacement, over the margin, after which the broad phase is renewed."""
+DEEP = 0.25
+"""Depth limit of solid shapes, over the length of the longest plate or solid."""
 
 
 class ShapeContacts:
@@ -72,8 +74,8 @@ class ShapeContacts:
     spatial : bool
     margin : float, m
     depth_limit : float, m
-        Depth above which a point without rounding counts as passed into a solid shape. A rounded point has passed when its
-        centre is inside.
+        Depth of a point's centre above which it counts as passed into a solid shape. It is at most half the smallest half
+        size of the shape, because deeper inside another face may be nearer. A half-space has one face only.
     """
 
     def __init__(self, kit: Kit, listed: ListedPairs, spatial: bool, margin: float, depth_limit: float) -> None:
@@ -355,7 +357,7 @@ class ShapeContacts:
             return tables, np.zeros(0, dtype=np.int64)
         shape = tables.points.shape[points]
         kind, size = tables.shapes.kind[shape], tables.shapes.size[shape]
-        limit = np.where(tables.points.radius[points] > 0.0, 0.0, self.depth_limit)
+        limit = np.where(kind == HALF_SPACE, self.depth_limit, np.minimum(self.depth_limit, 0.5 * size.min(axis=1)))
         half = tables.edges.half[tables.edge_pairs.edges[edges, 1]]
         point_passed, edge_passed = np.zeros(len(points), dtype=bool), np.zeros(len(edges), dtype=bool)
         before: tuple[np.ndarray, np.ndarray] | None = None

@@ -13,7 +13,7 @@ import numpy as np
 from fsm.interactions.box_pairs import ListedPairs
 from fsm.interactions.shape_distance import HALF_SPACE, SPHERE
 from fsm.segments.obstacle_contacts import add_probes
-from fsm.segments.shape_contacts import ShapeContacts
+from fsm.segments.shape_contacts import DEEP, ShapeContacts
 from fsm.segments.shape_tables import Shape, TableBuilder
 
 __all__ = ["SolidContacts"]
@@ -50,7 +50,7 @@ class SolidContacts(ShapeContacts):
             add_probes(builder, number, solid, 0.25 * max(solid.size), points)
         ordered = np.array([_probing_first(solids, *pair) for pair in pairs], dtype=np.int64).reshape(-1, 2)
         listed = ListedPairs([np.array([k]) for k in range(len(solids))], ordered, len(solids), numbers)
-        super().__init__(builder.kit(), listed, spatial, margin, 0.05 * 2.0 * max(max(solid.size) for solid in solids))
+        super().__init__(builder.kit(), listed, spatial, margin, 2.0 * DEEP * max(max(solid.size) for solid in solids))
         if joined is not None and reference is not None:
             self.leave_out(reference, joined)
 

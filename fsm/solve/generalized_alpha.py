@@ -249,8 +249,9 @@ class GeneralizedAlpha:
                     self.step_size = h * objection.part
             grow = False
             if self.step_size < _SMALLEST * max(abs(self.t), until - self.t):
-                outcome = Outcome.NO_SOLUTION if trial is None else Outcome.STEP_TOO_SMALL
-                raise self._failure(outcome, objection.reason if objection is not None else "")
+                reason = objection.reason if objection is not None else ""
+                outcome = Outcome.TOO_SOFT if reason else Outcome.STEP_TOO_SMALL
+                raise self._failure(Outcome.NO_SOLUTION if trial is None else outcome, reason)
         self._accept(trial)
 
     # renewal ------------------------------------------------------------------------------------------------------

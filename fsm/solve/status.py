@@ -21,6 +21,7 @@ class Outcome(Enum):
         "the step size fell to nothing; try more damping, softer contacts or stops, a larger speed at which friction sets "
         "in (v_static, friction_speed), or method = \"Radau\""
     )
+    TOO_SOFT = "bodies pass through each other at any step size; raise contact.stiffness"
     NO_SOLUTION = (
         "the equations of a step could not be solved; try a smaller step or none, more damping, softer contacts or stops, "
         "or a larger speed at which friction sets in (v_static, friction_speed)"

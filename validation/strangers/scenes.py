@@ -260,16 +260,17 @@ def _fall(dice: Dice) -> tuple[Tables, float]:
     for name in names:
         tilt = 0.0 if dice.chance(0.3) else math.radians(float(round(dice.between(-25.0, 25.0))))
         room = 0.5 * size * abs(math.sin(tilt)) + 0.5 * thickness
-        height += room + 1e-3 * nice(dice.decades(1.0, min(100.0, 500.0 * size)))
-        body = _placed(_plate(name, size, width, thickness, density), size * dice.between(-0.2, 0.2), height, tilt)
+        drop, aside = 1e-3 * nice(dice.decades(1.0, min(100.0, 500.0 * size))), size * dice.between(-0.2, 0.2)
+        across, roll = (0.0, 0.0) if planar else (width * dice.between(-0.2, 0.2), math.radians(dice.between(-5.0, 5.0)))
+        room += 0.5 * width * abs(math.sin(roll))  # below the middle and above it
+        height += room + drop
+        body = _placed(_plate(name, size, width, thickness, density), aside, height, tilt)
         if not planar:
-            body["position"][1] = mm(width * dice.between(-0.2, 0.2))
-            roll = math.radians(dice.between(-5.0, 5.0))
+            body["position"][1] = mm(across)
             turned = _times(
                 (math.cos(tilt / 2), 0.0, -math.sin(tilt / 2), 0.0), (math.cos(roll / 2), math.sin(roll / 2), 0.0, 0.0)
             )
             body["orientation"] = list(turned)
-            height += 0.5 * width * abs(math.sin(roll))
         bodies.append(body)
         height += room
     pairs = [{"first": names[j], "second": names[i]} for i in range(count) for j in range(i)]
