@@ -20,6 +20,8 @@ __all__ = ["CORNERS", "FilmMesh", "FilmPoint", "build_film", "mean_strain"]
 
 CORNERS = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
 """Signs of x and y at the corners, in turn."""
+_PARTS = 8
+"""Points in an element, along a side, of a force that is spread."""
 _NAMES = {"x": 0, "y": 1, "z": 2}
 
 
@@ -96,6 +98,34 @@ class FilmMesh:
         at = (x - grid.x[i]) / b, (y - grid.y[j]) / c
         weights, along, across = (membrane_shape(*at, b, c, derivative=d) for d in ((0, 0), (1, 0), (0, 1)))
         return FilmPoint(grid.vectors(i, j), weights, along, across)
+
+    def element(self, x: float, y: float) -> tuple[float, float]:
+        """Length and width of the element at a point, m."""
+        grid = self.grid
+        sides = []
+        for lines, place in ((grid.x, x), (grid.y, y)):
+            k = int(np.clip(np.searchsorted(lines, place, side="right") - 1, 0, len(lines) - 2))
+            sides.append(float(lines[k + 1] - lines[k]))
+        return sides[0], sides[1]
+
+    def load(self, x: float, y: float, sides: tuple[float, float], force: np.ndarray) -> np.ndarray:
+        """Generalised forces of a force (3,), N, at a point, or spread evenly over a rectangle of these sides (m)."""
+        count = len(self.mesh.coordinates)
+        xs, ys = (
+            place + side * ((np.arange(parts) + 0.5) / parts - 0.5)
+            for place, side, parts in zip((x, y), sides, self._parts(sides), strict=True)
+        )
+        out = np.zeros(count)
+        for here in xs:
+            for there in ys:
+                point = self.point(float(here), float(there))
+                np.add.at(out, point.vectors[:, None] + np.arange(3), np.outer(point.weights, force) / (len(xs) * len(ys)))
+        return out
+
+    def _parts(self, sides: tuple[float, float]) -> list[int]:
+        """Parts in which the sides of a rectangle are integrated over."""
+        smallest = (float(np.diff(self.grid.x).min()), float(np.diff(self.grid.y).min()))
+        return [_PARTS * math.ceil(side / least) if side else 1 for side, least in zip(sides, smallest, strict=True)]
 
     def held_by(self, support: Support) -> np.ndarray:
         """Coordinates that a support holds: edges with the slopes along them, which keep them straight between nodes."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from fsm.analyses.film import FilmMesh, build_film, mean_strain
 from fsm.analyses.mesh_error import MeshError, OnMesh, mesh_error
 from fsm.analyses.natural import natural_modes
 from fsm.analyses.reduced import MODAL, ModelError, ReducedSolve, error_against_full, reduced_model
+from fsm.analyses.stated import StatedErrors, stated_errors
 from fsm.analyses.stretch import as_deployed, stretched
 from fsm.ancf.film import FilmStress, MembraneGroup
 from fsm.ancf.loading import Forcing, Loading
@@ -128,8 +130,8 @@ class VibrationAnalysis:
         point = self.film.point(*impact.point)
         rest = point.position(self._system.initial()[0])
         self.error = error_against_full(
-            self._system, model, self._step(), self.vibration.duration, self.probes, lambda q: point.position(q) - rest,
-            math.inf if wanted == "reduced" else _GOOD,
+            self._system, model, self._first_step(), self.vibration.duration, self.probes,
+            lambda q: point.position(q) - rest, math.inf if wanted == "reduced" else _GOOD,
         )  # fmt: skip
         good = self.error.largest <= _GOOD
         self.reason = f"{len(self.modes.squared)} modes, {self.error.said}"
@@ -139,7 +141,11 @@ class VibrationAnalysis:
                 warnings.append(f"reduced model: {self.reason}; {self.error.advice}")
 
     def _step(self) -> float:
-        """Step of the full model: as asked for, or a 40th of the pulse, or of the period of the lowest mode if shorter."""
+        """Step of the full model: `_first_step`, or a half of it."""
+        return self._first_step() if self._stated is None else self._stated.step
+
+    def _first_step(self) -> float:
+        """As asked for, or a 40th of the pulse, or of the period of the lowest mode if shorter."""
         if self.case.solve.step is not None:
             return self.case.solve.step
         period = 1.0 / max(float(np.abs(self.modes.frequencies).min()), 1.0 / self.vibration.duration)
@@ -147,9 +153,12 @@ class VibrationAnalysis:
 
     def settings(self, method: str) -> Settings | PathSettings:
         """See `Analysis`; without an impact nothing moves, and nothing is solved."""
+        return self._settings(method, self._step())
+
+    def _settings(self, method: str, fixed: float) -> Settings:
         solve = self.case.solve
         end = self.vibration.duration if self.case.impact is not None else 0.0
-        step = self._step() if method in (GENERALIZED_ALPHA, NEWMARK, MEAN_FORCE) else None
+        step = fixed if method in (GENERALIZED_ALPHA, NEWMARK, MEAN_FORCE) else None
         settings = Settings(
             method, solve.rtol, end, solve.max_step or math.inf, solve.max_steps, solve.energy_abort, step=step,
             judge_losses=method != GENERALIZED_ALPHA,
@@ -212,6 +221,8 @@ class VibrationAnalysis:
         found = summarise_vibration(solution, self._pulse_end())
         frequency, mesh = found["frequency_hz"], self.mesh_error
         return found | {
+            "step_error": None if self._stated is None else self._stated.of_step,
+            "point_force_error": None if self._stated is None else self._stated.of_point,
             "mesh_error_frequency": None if mesh is None or frequency is None else mesh.at(frequency),
             "reduced_error": None if error is None else error.probes,
             "reduced_error_struck": None if error is None else error.struck,
@@ -231,6 +242,7 @@ class VibrationAnalysis:
     def warnings(self, solution: Solution, summary: dict[str, Any]) -> list[str]:
         """Frequency and decay out of a history that does not tell them; a coarse mesh."""
         found = frequency_warnings(solution.samples.time, summary)
+        found += [] if self._stated is None else self._stated.warnings()
         return found + (self.mesh_error.warnings(summary["frequency_hz"]) if self.mesh_error is not None else [])
 
     # inside -----------------------------------------------------------------------------------------------------------
@@ -253,26 +265,43 @@ class VibrationAnalysis:
         except NotConverged:
             return None
         duration = self.vibration.duration if self.case.impact is not None else 0.0
-        step = min(self._step(), self.vibration.sampling or math.inf)
+        step = min(self._first_step(), self.vibration.sampling or math.inf)
         own, other = (
             OnMesh(system, len(film.grid.y) - 1, self._deflection(film))
             for system, film in ((self._system, self.film), (system, finer.film))
         )
         return mesh_error(own, other, self.vibration.modes, duration, step)
 
+    @cached_property
+    def _stated(self) -> StatedErrors | None:
+        """Step of the full model, halved once where its error is large and the case does not say it, and its errors."""
+        impact = self.case.impact
+        method = self.method()[0]
+        if self.model is not None or impact is None or method not in (GENERALIZED_ALPHA, NEWMARK, MEAN_FORCE):
+            return None
+        size, element = impact.size or 0.0, self.film.element(*impact.point)
+        spread = None
+        if size < max(element):
+            loading = self._loading(self.film, (max(size, element[0]), max(size, element[1])))
+            spread = self._system.held(self._system.initial()[0], np.zeros(0, dtype=np.int64), loading)
+        halved = 1 if self.case.solve.step is None else 0
+        settings = self._settings(method, self._first_step())
+        return stated_errors(self._system, spread, settings, self.probes, halved)
+
     def _deflection(self, film: FilmMesh) -> Callable[[np.ndarray], float]:
         """Normal displacement of the center on a mesh, up to a constant, at a configuration."""
         point, normal = film.point(*self._places()["center"]), self.axes["center"][2]
         return lambda q: float(normal @ point.position(q))
 
-    def _loading(self, film: FilmMesh) -> Loading:
+    def _loading(self, film: FilmMesh, sides: tuple[float, float] | None = None) -> Loading:
+        """What acts; the force of the impact spread as the case says, or over a rectangle with these sides (m)."""
         forcings: tuple[Forcing, ...] = ()
         impact = self.case.impact
         if impact is not None:
             top, time = _pulse(impact)
-            point, start = film.point(*impact.point), film.mesh.coordinates
-            vector = point.load(len(start), top * point.axes(start)[2])
-            forcings = (Forcing(vector, time),)
+            normal = film.point(*impact.point).axes(film.mesh.coordinates)[2]
+            size = impact.size or 0.0
+            forcings = (Forcing(film.load(*impact.point, sides or (size, size), top * normal), time),)
         air = self.case.damping.air if self.case.damping else 0.0
         return Loading(forcings, gravity=self.case.gravity, mass_damping=air)
 

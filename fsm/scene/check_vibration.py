@@ -104,6 +104,11 @@ def _points(sections: Sections) -> Iterable[Fault]:
         return
     if sections.impact is not None:
         yield from _on_film(film, sections.impact.point, "impact.point")
+        half = 0.5 * (sections.impact.size or 0.0)
+        reach = [abs(x) + half for x in sections.impact.point]
+        if half and any(x > 0.5 * side * (1 + 1e-9) for x, side in zip(reach, (film.length, film.width), strict=True)):
+            text = f"a square of {2e3 * half:.4g} mm around impact.point leaves the film; give a smaller one"
+            yield Fault("impact.size", text)
     if sections.vibration is not None:
         for name, point in sections.vibration.probes.items():
             yield from _on_film(film, point, f"vibration.probes.{name}")

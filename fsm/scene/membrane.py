@@ -217,9 +217,17 @@ class Damping(Model):
 
 
 class _Pulse(Model):
-    """Short force normal to the film at `point`, from time zero."""
+    """Short force normal to the film at `point`, from time zero.
+
+    Attributes
+    ----------
+    point : m
+    size : m
+        Side of the square around `point` over which the force is spread evenly; absent: a force at a point.
+    """
 
     point: Place = (0.0, 0.0)
+    size: Annotated[Length, Field(gt=0)] | None = None
 
 
 class HalfSine(_Pulse):

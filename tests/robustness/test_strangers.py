@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 from pathlib import Path
@@ -15,7 +16,7 @@ from validation.strangers.cases import KINDS, Row, draw, rows
 from validation.strangers.drawn import Drawn
 from validation.strangers.launch import Command, Course, Ended, side_by_side
 from validation.strangers.report import report, write_csv
-from validation.strangers.second import worst
+from validation.strangers.second import compared, worst
 from validation.strangers.verdict import cause_of, first_words
 
 
@@ -170,3 +171,13 @@ def test_a_case_is_nudged_by_a_millionth(tables: dict[str, object], setting: str
 
 def test_the_command_returns_its_exit_code(tmp_path: Path) -> None:
     assert fsm_command(Command(("check", str(tmp_path / "none.toml")), tmp_path / "said", 1.0)) == 2
+
+
+def test_an_error_is_compared_over_what_it_is_stated_over(tmp_path: Path) -> None:
+    """A reduced model's error is a part of the full model's displacement: .5 of 1.5 m is 33 %, and not 50 % of 1 m."""
+    told = {"method": "modal", "amplitude_center": 1.0, "reduced_error": 0.35}, {"amplitude_center": 1.5}
+    for name, summary in zip(("first", "second"), told, strict=True):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "summary.json").write_text(json.dumps(summary), encoding="utf-8")
+    (_, off, allowed) = worst(compared("films", tmp_path / "first", tmp_path / "second", 1e-6))
+    assert off == pytest.approx(1.0 / 3.0) and allowed == pytest.approx(0.37)

@@ -1,0 +1,100 @@
+"""Fixed step of the full model of a film, and the errors that its summary states: of the step, and of a force at a point."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fsm.ancf.system import AncfSystem
+from fsm.errors import EnergyAbort, NotConverged
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
+
+__all__ = ["StatedErrors", "stated_errors"]
+
+_COMPARED = 80
+"""Steps that are solved again: with the default step, twice the duration of a pulse."""
+_WHOLE = 4.0 / 3.0
+"""Error over the difference from halves, of a method of second order."""
+_LARGE = 0.02
+"""Error from which on a step is halved, and a warning is given."""
+
+
+@dataclass(frozen=True)
+class StatedErrors:
+    """Step and errors of the displacements at the probes, over the largest displacement there.
+
+    Attributes
+    ----------
+    step : s
+    of_step : by the step; None if a step is not solved, or nothing moves
+    of_point : by a force at a point in place of one that is spread over an element; None likewise
+    """
+
+    step: float
+    of_step: float | None
+    of_point: float | None
+
+    def warnings(self) -> list[str]:
+        """Warnings, if any, that these errors are above 2 %."""
+        found = []
+        if self.of_step is not None and self.of_step > _LARGE:
+            found.append(
+                f"displacements are off by about {100.0 * self.of_step:.2g} % with steps of {1e3 * self.step:.3g} ms; take "
+                "a shorter solve.step"
+            )
+        if self.of_point is not None and self.of_point > _LARGE:
+            found.append(
+                f"displacements depend on the mesh: they differ by {100.0 * self.of_point:.2g} % if the force is spread "
+                "over an element, because a force at a point has no limit; give impact.size"
+            )
+        return found
+
+
+def stated_errors(
+    system: AncfSystem,
+    spread: AncfSystem | None,
+    settings: Settings,
+    probes: Callable[[np.ndarray], np.ndarray],
+    halved: int = 0,
+) -> StatedErrors:
+    """Errors of the full model over its first 80 steps.
+
+    Parameters
+    ----------
+    system : AncfSystem
+    spread : the same with the force spread over an element; None where it is spread over more
+    settings : Settings
+        With a fixed step.
+    probes : displacements (n, 3) at a configuration
+    halved : how often at most the step is halved until its error is below 2 %
+    """
+    assert settings.step is not None
+    step = settings.step
+    count = max(1, min(_COMPARED, int(settings.end_time / step * (1.0 + 1e-9))))
+    times = [k * step for k in range(count + 1)]
+
+    def moved(of: AncfSystem, step: float) -> np.ndarray:
+        seen: list[np.ndarray] = []
+        simulate(
+            of, replace(settings, end_time=times[-1], step=step), times, lambda saved: seen.append(probes(saved.q))
+        )
+        return np.array(seen)
+
+    try:
+        found = moved(system, step)
+        for left in range(halved, -1, -1):
+            finer = moved(system, 0.5 * step)
+            largest = float(np.abs(finer).max(initial=0.0))
+            if not largest:
+                return StatedErrors(step, None, None)
+            error = _WHOLE * float(np.abs(found - finer).max()) / largest
+            if error <= _LARGE or not left:
+                break
+            step, found = 0.5 * step, finer
+        of_point = 0.0 if spread is None else float(np.abs(found - moved(spread, step)).max()) / largest
+    except (NotConverged, EnergyAbort):  # what the run itself will tell
+        return StatedErrors(step, None, None)
+    return StatedErrors(step, error, of_point)
