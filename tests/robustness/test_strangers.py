@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from validation.strangers import campaign
 from validation.strangers.campaign import fsm_command, nudge_of, read_lines, row_key, run_campaign
@@ -59,6 +60,25 @@ def test_deployed_strips_end_taut_and_hardly_stretched() -> None:
         start = panel * np.array([(crease - 1) * np.cos(angle), ((crease % 2) - 1) * np.sin(angle)])
         chord = np.linalg.norm(start + [number(drive["travel"]), 0.0])
         assert 0.0 < chord / ((crease - 1) * panel) - 1.0 < 3.1e-4
+
+
+def test_falling_plates_are_drawn_above_each_other() -> None:
+    """The lowest point of each plate is above the highest point of what is drawn below it, the roll in space included."""
+    falling = 0
+    for index in range(120):
+        tables = draw("scenes", index, 1).tables
+        bodies, obstacles = tables["scene"]["bodies"], tables.get("obstacle", [])
+        if len(obstacles) < 1 or bodies[0]["name"] != "plate 1":
+            continue
+        top = max([0.0, *(2.0 * number(one["position"][2]) for one in obstacles if one["shape"] != "plane")])
+        for body in bodies:
+            up = Rotation.from_quat(np.roll(body.get("orientation", [1, 0, 0, 0]), -1)).as_matrix()[2]
+            sides = [number(body["plate"][key]) for key in ("length", "width", "thickness")]
+            half = 0.5 * float(np.abs(up[:2]) @ sides[:2]) + 0.5 * sides[2]  # plates are rounded at their edges
+            assert number(body["position"][2]) - half > top, (index, body["name"])
+            top = number(body["position"][2]) + half
+        falling += 1
+    assert falling > 20
 
 
 def number(text: str) -> float:
