@@ -26,6 +26,9 @@ _RENEWAL = 0.4
 _BEHIND = 0.9
 """Part of the depth limit beyond which a point near a corner is not pressed in, but has gone round the corner."""
 
+_ROUND = 1.5
+"""Height over the radius of a rounded tip, down from its top, from which on a point that touches it is let go."""
+
 
 class Probes(NamedTuple):
     """Points of one panel that watch the surface of another; each is a slot.
@@ -109,8 +112,9 @@ class SurfaceContacts:
     The broad phase keeps, for each probe, the window of pieces it could reach; it is renewed when a body of a surface
     has moved by a part of the margin since, so what is found never depends on when that happened.
 
-    A probe over a surface keeps the side that it is on for as long as it is over it, however deep it gets; one that comes
-    over the end of it is on the side where it is then; at corners of joined panels see `fsm.segments.corner_sides`.
+    A probe over a surface keeps the side that it is on for as long as it is over it, however deep it gets, unless it slides
+    round the tip; one that comes over the end of it is on the side where it is then; at corners of joined panels see
+    `fsm.segments.corner_sides`.
 
     Parameters
     ----------
@@ -252,10 +256,35 @@ class SurfaceContacts:
         side = np.where(over, np.where(self.side == 0.0, _side_of(height), self.side), 0.0)
         nearest = self._nearest_of_all
         at_start, at_end = nearest == self.probes.first_piece, nearest == self.probes.last_piece - 1
+        behind = over & (self.side * height < 0.0) & (at_start | at_end) & (self.probes.straight >= 0.0)
+        if behind.any():
+            side = np.where(behind & self._round_tips(poses, height), -self.side, side)
         near = np.flatnonzero(over & (at_start | at_end))
         deep = _BEHIND * self.probes.depth_limit
         self.side = corner_sides(self.corners, self.side, side, height, deep, near, at_end[near].astype(np.int64))
         self._committed = poses
+
+    def _round_tips(self, poses: np.ndarray, height: np.ndarray) -> np.ndarray:
+        """Probes (n,) that have slid round the rounded tip of a surface and are free on its other side.
+
+        They are beyond the middle of the disc that rounds the tip and do not touch the one of the other side. If they touch
+        their own one still, they go on along it until they are well beyond its middle.
+        """
+        probes, round_it = self.probes, np.zeros(len(self.side), dtype=bool)
+        slot, gap, (piece, side, at) = self.find(poses, self.margin)
+        s = at.reshape(len(slot), -1)[:, 0]
+        stations, straight, clearance = self.surfaces.stations[piece], probes.straight[slot], probes.clearance[slot]
+        length = stations[:, 3] - stations[:, 0]  # end pieces are straight
+        start, end = stations[:, 4] * length, (stations[:, 5] - 1.0) * length
+        past_start, past_end = s * length - straight * start, (s - 1.0) * length - straight * end
+        beyond = np.where(start < 0.0, np.minimum(past_start, 0.0), 0.0)
+        beyond += np.where(end > 0.0, np.maximum(past_end, 0.0), 0.0)
+        radius = 0.5 * np.where(start < 0.0, -start, end)
+        deep = side * height[slot] - clearance
+        passed = deep < np.where(gap >= 0.0, -1.0, -_ROUND) * radius
+        other = np.hypot(beyond, -deep - 2.0 * clearance + radius) - radius
+        round_it[slot[(straight >= 0.0) & (beyond != 0.0) & passed & (other >= 0.0)]] = True
+        return round_it
 
     def memory(self) -> np.ndarray:
         """See `ContactGeometry`: the sides, then the committed poses, if there are any."""

@@ -91,3 +91,40 @@ def test_a_joint_has_the_side_of_its_twin() -> None:
         corners, np.zeros(2), np.array([1.0, -1.0]), np.array([0.1, 0.1]), np.full(2, DEEP), none, none
     )
     assert found.tolist() == [-1.0, -1.0]
+
+
+@pytest.mark.parametrize("spatial", [False, True], ids=["planar", "spatial"])
+@pytest.mark.parametrize(
+    ("down", "beyond", "turned"),
+    [
+        (0.5, 0.3, False),  # above the middle of the disc that rounds the tip
+        (1.2, 0.9, False),  # below the middle, but it presses on the disc
+        (1.2, 1.2, True),  # below the middle, and free
+        (1.99, 0.05, True),  # round the tip, and still touching
+    ],
+)
+def test_a_point_that_slides_round_a_tip_changes_its_side(
+    down: float, beyond: float, turned: bool, spatial: bool
+) -> None:
+    """A point `down` below the top of the disc, `beyond` the end of the straight part, both over the radius."""
+    system = strip(spatial)
+    geometry = system.contacts[0].geometry
+    assert isinstance(geometry, SurfaceContacts)
+    probes, stations = geometry.probes, geometry.surfaces.stations
+    probe = int(np.flatnonzero((probes.straight == 0.0) & (stations[probes.first_piece, 4] < 0.0))[0])
+    piece, side = probes.first_piece[probe], probes.side[probe]
+    poses = system.place(0.0, *system.initial())[0].copy()
+    radius = 0.5 * -stations[piece, 4] * (stations[piece, 3] - stations[piece, 0])
+    points = [geometry.kernels.points(poses, np.array([geometry.surfaces.owners[piece, 0]]), place)[0]
+              for place in (end_of(stations[piece, 0], spatial), end_of(stations[piece, 3], spatial))]  # fmt: skip
+    along = (points[1] - points[0]) / np.linalg.norm(points[1] - points[0])
+    normal = np.zeros_like(along)
+    normal[0], normal[-1] = -along[-1], along[0]
+    place = points[0] - beyond * radius * along + side * (probes.clearance[probe] - down * radius) * normal
+    poses[probes.body[probe], : len(place)] += place - geometry.kernels.points(poses, probes.body, probes.place)[probe]
+    geometry.commit(poses)
+    assert geometry.side[probe] == (-side if turned else side)
+
+
+def end_of(station: float, spatial: bool) -> np.ndarray:
+    return np.array([[station, 0.0]]) if spatial else np.array([station])
