@@ -454,11 +454,12 @@ class _Follower:
         u = books.u if moving else np.zeros_like(books.u)
         if moving:
             books.set_going()
-        for _ in range(_CALMER):
+        for again in range(_CALMER):
             calm = calm._replace(part=0.1 * calm.part, wait=4.0 * calm.wait)
             try:
                 self.statistics.newton_iterations += move_until_calm(
-                    self.system, books, u, settings.end_time, calm, worst, _IN_MOTION * settings.rtol
+                    self.system, books, u, settings.end_time, calm, worst, _IN_MOTION * settings.rtol,
+                    begins=not again,
                 )
             except StepFailed as error:
                 self.objection = error.reason

@@ -58,12 +58,13 @@ class Calm(NamedTuple):
 
 
 def move_until_calm(
-    system: System, books: Books, u: np.ndarray, until: float, calm: Calm, worst: float, rtol: float
+    system: System, books: Books, u: np.ndarray, until: float, calm: Calm, worst: float, rtol: float, begins: bool = True
 ) -> int:
     """Integrate with inertia and damping until the motion has died or the time is `until` (s).
 
     Stops, too, when the energy error is more than `worst` of the energy turned over. What rings on after some hundred steps,
     with friction alone to damp it, say, moves in air from there on, whose force on a body is proportional to its momentum.
+    A motion that `begins` has velocities of statics; one that goes on has its own.
 
     Returns
     -------
@@ -72,7 +73,8 @@ def move_until_calm(
     """
     began, earliest = books.time, books.time + calm.wait
     air: InAir | None = None
-    u = _relaxed(system, books.time, books.q, u)
+    if begins:
+        u = _relaxed(system, books.time, books.q, u)
     solver = GeneralizedAlpha(system, books.time, books.q, u, rtol, rho_inf=_RHO_INF)
     largest, iterations, tries, steps = 0.0, 0, 0, 0
     while books.time < until:
