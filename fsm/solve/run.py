@@ -28,6 +28,10 @@ __all__ = ["Run"]
 
 _FAST = 1e-2
 """Kinetic energy over the energy turned over, above which a force of the drives is dynamic."""
+_HOPELESS = 0.5
+"""Energy error over the energy turned over at which a solve is given up at once."""
+_AS_LONG_AGAIN = 2.0
+"""A smaller error has until this multiple of the time at which the balance was good last: a drive turns over ever more."""
 _ROUNDING = 1e-13
 """Times that differ by less, relative to themselves, were meant to be the same."""
 
@@ -60,6 +64,7 @@ class Run(ABC):
         self.pending = _at_breaks(times, breaks)
         self.last = system.observe(self.time, self.q, self.u)
         self.ledger = Ledger.opened(self.last.energy) if ledger is None else ledger
+        self.balanced = self.time
         self._look(self.time, self.q, self.u, self.last)
         self._balance(self.last)
         if self.pending and self.pending[0] <= self.time:
@@ -86,9 +91,10 @@ class Run(ABC):
         `state` gives what the method's solver goes on with from there.
         """
         self.time, self.q, self.u = t, q, u
-        judged = t >= JUDGED_FROM * self.settings.end_time
         off = self.ledger.relative_error if self.settings.judge_losses else self.ledger.relative_gain
-        if judged and off > self.settings.energy_abort:
+        if off <= self.settings.energy_abort:
+            self.balanced = t
+        elif self._off_for_long(t, off):
             self._fail(Outcome.ENERGY if self.settings.step is None else Outcome.ENERGY_OF_FIXED_STEPS)
         if len(self.last.drive.travel):  # nothing else pulls a structure beyond its reach
             apart, joint = self.system.widest_joint(t, q)
@@ -110,6 +116,12 @@ class Run(ABC):
         if renews:
             self._renew(end)
         return renews
+
+    def _off_for_long(self, t: float, off: float) -> bool:
+        """Whether the energy balance, which is off now, has been so for too long, or by too much."""
+        judged_from = JUDGED_FROM * self.settings.end_time
+        patience = judged_from if off > _HOPELESS else _AS_LONG_AGAIN * max(self.balanced, judged_from)
+        return t >= min(self.settings.end_time, patience)
 
     def _look(self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation) -> None:
         points = self.statistics.seen

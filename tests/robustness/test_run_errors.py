@@ -180,3 +180,42 @@ def test_unknown_expectation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     assert line.startswith(f"{tmp_path / 'case.toml'}: expect.peak_farce: is not a number of the summary; did you mean")
     assert "peak_force" in line
     assert not out.exists()
+
+
+GENTLE = """
+[strip]
+length = "180 mm"
+width = "3 mm"
+thickness = "0.066 mm"
+panels = 12
+fold_angle = "86 deg"
+segments_per_panel = 16
+[material]
+young = "41.9 GPa"
+poisson = 0.3
+density = "1600 kg/m^3"
+damping = "10 ms"
+[crease]
+law = "linear"
+stiffness = "0.0644 N mm/rad"
+[contact]
+stiffness = "1e8 N/m^1.5"
+damping = "10 N s/m"
+ramp = "10 um"
+thickness_in_gap = false
+[[drive]]
+direction = [1, 0, 0]
+crease = 5
+speed = "5 mm/s"
+travel = "2.1 mm"
+"""
+
+
+def test_an_error_that_soon_is_nothing_ends_no_run(tmp_path: Path) -> None:
+    """A hundredth of the energy has been turned over at a tenth of the way, and the jerk of the start is 11 % of that."""
+    (tmp_path / "case.toml").write_text(GENTLE, encoding="utf-8")
+    result = CliRunner().invoke(cli, ["run", str(tmp_path / "case.toml"), "--out", str(tmp_path / "out")])
+    assert result.exit_code == 0, result.output
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["method"] == "generalized-alpha"
+    assert summary["energy_error"] < 0.01
