@@ -67,6 +67,8 @@ _FIRST = 1e-4
 """First step over the time to go, at most."""
 _FLOOR_AT = 1e-6
 """Relative tolerance below which the system's shortest step falls, with its cube root as errors do."""
+_FIRST_SHORTEST = 1e-2
+"""First step over the system's shortest step, at most."""
 _FINEST = 64
 """Parts, at most, of a fixed step whose equations were not solved."""
 _SAME = 1e-9
@@ -320,7 +322,9 @@ class GeneralizedAlpha:
             return self.fixed_step
         # changes of u and q over the step a part rtol^(1/3) of their scales: h^3 is what errors grow with
         pace = max(_rms(self.rate / self._velocity), _rms(self.u / self._increment))
-        return min(_FIRST * left, self._rtol ** (1.0 / 3.0) / pace if pace > 0.0 else math.inf, self.max_step)
+        # u' of modes too fast for the shortest step may be far from equilibrium, and a long step moves them by h^2 u'
+        least = _FIRST_SHORTEST * self._shortest if self._shortest > 0.0 else math.inf
+        return min(_FIRST * left, self._rtol ** (1.0 / 3.0) / pace if pace > 0.0 else math.inf, self.max_step, least)
 
     # steps ----------------------------------------------------------------------------------------------------------
 
