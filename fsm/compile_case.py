@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from fsm.assembly.compile import compile_model
 from fsm.errors import CaseError, Fault
 from fsm.overlap import find_overlaps, find_pierced
 from fsm.scene.builders.scene import build_scene
@@ -13,7 +14,6 @@ from fsm.scene.case import Case
 from fsm.scene.contact_sides import contact_sides
 from fsm.scene.planar import out_of_plane
 from fsm.scene.scene import Scene
-from fsm.segments.compile import compile_scene
 from fsm.segments.crease_checks import crease_faults, crease_warnings
 from fsm.segments.separate import overlaps, separate, shallowest
 from fsm.segments.system import SegmentSystem
@@ -50,7 +50,7 @@ def compile_case(case: Case, source: str = "", warnings: list[str] | None = None
     if warnings is not None:
         warnings += crease_warnings(scene, case.strip is not None)
     try:
-        system = compile_scene(scene, case.solve.spatial)
+        system = compile_model(scene, case.solve.spatial)
     except CaseError as error:
         raise CaseError(error.faults, source) from None
     if not system.n_free:
@@ -62,7 +62,7 @@ def compile_case(case: Case, source: str = "", warnings: list[str] | None = None
         moved = _moved(scene, system, separate(system))
         if warnings is not None:
             warnings.append(_move_warning(scene, moved, found))
-        scene, system = moved, compile_scene(moved, case.solve.spatial)
+        scene, system = moved, compile_model(moved, case.solve.spatial)
         found = _overlaps(scene, system, case)
     if found:
         raise CaseError(found, source)

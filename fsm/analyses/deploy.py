@@ -117,7 +117,7 @@ class Deployment:
         return Layout(
             dimension="spatial" if self.system.spatial else "planar",
             body_names=tuple(bodies.names[i] for i in bodies.free),
-            panel=np.array([panel for _, _, panel in bodies.plates], dtype=np.int64),
+            panel=self.system.panels,
             pair_names=self.system.pair_names,
             drive_names=tuple(" + ".join(bodies.names[body] for body in motion.bodies) for motion in self.system.motions),
             thickness=max((plate.thickness for _, plate, _ in bodies.plates), default=0.0),

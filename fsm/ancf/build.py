@@ -184,6 +184,7 @@ class MeshBuilder:
         viscosity: float = 0.0,
         name: str = "cable",
         limp: bool = False,
+        strain: float = 0.0,
     ) -> np.ndarray:
         """Add a straight cable between two points (3,), m.
 
@@ -192,6 +193,8 @@ class MeshBuilder:
         start_position, end_position : first coordinates of positions that the ends share, for example film corners
         viscosity : s
         limp : whether the cable carries no compression
+        strain : -
+            (l - l0)/l0 of the length l between the points and the unstressed length l0.
 
         Returns
         -------
@@ -207,11 +210,11 @@ class MeshBuilder:
             position = start + (end - start) * i / elements
             borrowed = shared.get(i)
             # a separate node for the slope; its position is not used at a shared end
-            at = self._node([*position, *direction, 0.0, 0.0, 0.0], 2, f"{name} node {i}")
+            at = self._node([*position, *((1.0 + strain) * direction), 0.0, 0.0, 0.0], 2, f"{name} node {i}")
             vectors[i] = at if borrowed is None else borrowed, at + 3
             if borrowed is not None:
                 self._used[-1][:3] = False
-        self._add_cable(vectors, np.full(elements, length / elements), material, viscosity, limp)
+        self._add_cable(vectors, np.full(elements, length / (1.0 + strain) / elements), material, viscosity, limp)
         return vectors
 
     def edge_cables(
@@ -239,6 +242,21 @@ class MeshBuilder:
     def crease_lines(self, lines: CreaseLineGroup) -> None:
         """Add torsional springs between the slopes before and behind a fold."""
         self._groups.append(lines)
+
+    def transform(
+        self, first: int, rotation: np.ndarray, shift: np.ndarray, stretch: tuple[float, float] = (0.0, 0.0)
+    ) -> None:
+        """Stretch along x and y, then rotate (3, 3) and shift (3,), m, all nodes from number `first` on."""
+        factor = np.array([1.0 + stretch[0], 1.0 + stretch[1], 1.0])
+        for node in range(first, len(self._nodes)):
+            vectors = (self._nodes[node].reshape(-1, 3) * factor) @ rotation.T
+            vectors[0] += shift
+            self._nodes[node] = vectors.ravel()
+
+    @property
+    def count(self) -> int:
+        """Number of nodes."""
+        return len(self._nodes)
 
     def point_mass(self, position: int, mass: float) -> None:
         """Add a mass (kg) at the position with this first coordinate."""

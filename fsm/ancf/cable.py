@@ -105,6 +105,11 @@ class CableGroup:
         """See `ElementGroup`."""
         return self.viscosity > 0.0
 
+    @property
+    def wave_speed(self) -> float:
+        """Speed of axial waves, m/s."""
+        return float(np.sqrt(np.max(self.axial / self.line_density)))
+
     def mass(self) -> MassPart:
         """See `ElementGroup`: exact, int rho A S_i S_j dX."""
         points, weights = gauss(4)

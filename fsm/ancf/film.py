@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -125,6 +126,11 @@ class MembraneGroup:
     def rate_dependent(self) -> bool:
         """See `ElementGroup`."""
         return self.viscosity > 0.0
+
+    @property
+    def wave_speed(self) -> float:
+        """Speed of axial waves, m/s."""
+        return math.sqrt(self.material.stretch / self.material.areal_density)
 
     def mass(self) -> MassPart:
         """See `ElementGroup`: exact, int rho t S_i S_j dX dY."""

@@ -14,14 +14,14 @@ from fsm.kernels.jit import kernel
 __all__ = ["clear_held", "mass_data", "set_held"]
 
 
-def mass_data(parts: Iterable[MassPart], pattern: BlockPattern) -> np.ndarray:
-    """Mass matrix of all coordinates as block data."""
+def mass_data(parts: Iterable[MassPart], pattern: BlockPattern, first: int = 0) -> np.ndarray:
+    """Mass matrix of all coordinates as block data; `first` is the row of coordinate 0."""
     data = pattern.zeros()
     flat = data.reshape(-1)
     for part in parts:
         if not len(part.vectors):
             continue
-        slots = slots_of(np.ascontiguousarray(part.vectors), pattern.size, pattern.indptr, pattern.indices)
+        slots = slots_of(np.ascontiguousarray(part.vectors + first), pattern.size, pattern.indptr, pattern.indices)
         tensor = np.broadcast_to(part.tensor, (len(slots), *part.tensor.shape[-2:]))
         for a in range(tensor.shape[-2]):
             for b in range(tensor.shape[-1]):

@@ -73,9 +73,9 @@ class AncfSystem:
         self._full_mass = material + mass_data(others, self.pattern)
         self._full_csr = self._bsr(self._full_mass).tocsr()
         self._full_csr.eliminate_zeros()  # of two thirds of every block: x, y and z do not know of each other
-        self._held_stiffness, self._held_mass = self._oscillators()
+        self.held_stiffness, self.held_mass = self._oscillators()
         self._mass = self._full_mass.copy()
-        clear_held(self.fixed, self.pattern, self._held_mass, self._mass)
+        clear_held(self.fixed, self.pattern, self.held_mass, self._mass)
 
     # protocol: configuration ----------------------------------------------------------------------------------------
 
@@ -160,12 +160,16 @@ class AncfSystem:
 
     def acceleration(self, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
         """See `System`."""
-        return np.asarray(self._mass_factors.solve(self.force(t, q, u)))
+        return self.mass_solve(self.force(t, q, u))
+
+    def mass_solve(self, force: np.ndarray) -> np.ndarray:
+        """M^-1 f, (nu,)."""
+        return np.asarray(self._mass_factors.solve(force))
 
     def force(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> np.ndarray:
         """See `System`."""
         here, rates = self.place(t, q, u, before)
-        return self._free(q, self._all_forces(t, here, rates))
+        return self.free_forces(q, self.all_forces(t, here, rates))
 
     def balance(
         self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None
@@ -195,13 +199,13 @@ class AncfSystem:
         """See `System`."""
         here, rates = self.place(t, q, u, before)
         force, stiffness, damping = self._elements(here, rates)
-        self._add_loads(t, rates, force)
+        self.add_loads(t, rates, force)
         if self.loading.mass_damping:
             damping += self.loading.mass_damping * self._full_mass
-        clear_held(self.fixed, self.pattern, self._held_stiffness, stiffness)
+        clear_held(self.fixed, self.pattern, self.held_stiffness, stiffness)
         clear_held(self.fixed, self.pattern, 0.0, damping)
         return Linearised(
-            self._free(q, force), BlockMatrix(self.pattern, stiffness), BlockMatrix(self.pattern, damping)
+            self.free_forces(q, force), BlockMatrix(self.pattern, stiffness), BlockMatrix(self.pattern, damping)
         )
 
     def energy(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Energy:
@@ -334,14 +338,16 @@ class AncfSystem:
             group.add_linearised(q, u, slots, force, stiffness, damping)
         return force, stiffness, damping
 
-    def _all_forces(self, t: float, q: np.ndarray, u: np.ndarray | None) -> np.ndarray:
+    def all_forces(self, t: float, q: np.ndarray, u: np.ndarray | None) -> np.ndarray:
+        """Forces (nu,) of elements and loads on all coordinates, held ones included."""
         force = np.zeros(self.nu)
         for group in self.mesh.groups:
             group.add_force(q, u, force)
-        self._add_loads(t, u, force)
+        self.add_loads(t, u, force)
         return force
 
-    def _add_loads(self, t: float, u: np.ndarray | None, force: np.ndarray) -> None:
+    def add_loads(self, t: float, u: np.ndarray | None, force: np.ndarray) -> None:
+        """Add weight, loads, damping by mass and inertia of moved coordinates to `force` (nu,)."""
         force += self._weight
         for forcing in self.loading.forcings:
             factor = forcing.time.at(t)[0]
@@ -365,14 +371,14 @@ class AncfSystem:
                 out[motion.coordinates] += curvature * motion.displacement
         return out
 
-    def _free(self, q: np.ndarray, force: np.ndarray) -> np.ndarray:
-        """Forces on free coordinates; held ones, which are not to go anywhere, are pulled back to the start."""
-        force[self.fixed] = -self._held_stiffness * (q - self.start)[self.fixed]
+    def free_forces(self, q: np.ndarray, force: np.ndarray) -> np.ndarray:
+        """Forces on free coordinates. A held coordinate has the force of a spring that keeps it at its start."""
+        force[self.fixed] = -self.held_stiffness * (q - self.start)[self.fixed]
         return force
 
     def _reactions(self, t: float, q: np.ndarray, u: np.ndarray | None) -> np.ndarray:
         """Of held coordinates, (nu,): what they do to the rest; in motion, where something is moved, with its inertia."""
-        force = self._all_forces(t, q, u)
+        force = self.all_forces(t, q, u)
         reactions = np.zeros(self.nu)
         reactions[self.fixed] = -force[self.fixed]
         if u is not None and self.loading.motions:

@@ -269,8 +269,9 @@ class Case(Model):
             if self.scissor is None or self.material is None or self.bar is None:
                 raise ValueError('analysis = "scissor" needs [scissor], [bar] and [material]')
             return self
-        if sum(part is not None for part in (self.strip, self.lattice, self.scene)) != 1:
-            raise ValueError("give one of [strip], [lattice] and [scene]")
+        given = [part is not None for part in (self.strip, self.lattice, self.scene)]
+        if sum(given) != 1 and given != [True, False, True]:
+            raise ValueError("give [strip], [lattice] or [scene], or [strip] with a [scene] that adds to it")
         if self.strip is not None and (self.material is None or self.crease is None):
             raise ValueError("[strip] needs [material] and [crease]")
         return self

@@ -78,7 +78,7 @@ def _check_deployment(sections: Sections) -> list[Fault]:
 
 def _missing_sections(sections: Sections) -> Iterable[Fault]:
     given = [name for name in ("scene", "lattice", "strip") if name in sections.written]
-    if len(given) > 1:
+    if len(given) > 1 and given != ["scene", "strip"]:
         yield Fault(given[0], f"[{given[0]}] and [{given[1]}] both define a model; give one of them")
     elif not given:
         yield Fault("strip", "section [strip] is missing; give [strip], [lattice] or [scene]")

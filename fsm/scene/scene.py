@@ -12,6 +12,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from fsm.scene.contact import Contact, Friction
+from fsm.scene.flexible import SceneCable, SceneFilm, SceneFrame, SceneSeam
 from fsm.scene.loads import Drive, Load
 from fsm.scene.materials import Crease
 from fsm.scene.model import Model, Name
@@ -170,6 +171,10 @@ class Scene(Model):
     """Complete model before compilation; see the module docstring for conventions."""
 
     bodies: tuple[Body, ...] = ()
+    films: tuple[SceneFilm, ...] = ()
+    cables: tuple[SceneCable, ...] = ()
+    frames: tuple[SceneFrame, ...] = ()
+    seams: tuple[SceneSeam, ...] = ()
     elements: tuple[ForceElement, ...] = ()
     surfaces: tuple[Surface, ...] = ()
     groups: tuple[Group, ...] = ()

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping
 
 from fsm.errors import Fault
 from fsm.scene.contact_sides import ContactSide, contact_sides
+from fsm.scene.known_names import nearest_name
 from fsm.scene.scene import GROUND, Body, ContactPair, Scene
 
-__all__ = ["contact_faults", "nearest"]
-
-
-_NAMED = 8
-"""Largest number of names in a message."""
+__all__ = ["contact_faults"]
 
 
 def contact_faults(scene: Scene) -> Iterator[Fault]:
@@ -42,7 +38,7 @@ def _members(names: tuple[str, ...], bodies: dict[str, Body], path: str) -> Iter
         yield Fault(path, "the list is empty; give at least one body")
     for name in names:
         if name not in bodies:
-            yield Fault(path, f"no body is called {name!r}{nearest(name, list(bodies))}")
+            yield Fault(path, f"no body is called {name!r}{nearest_name(name, list(bodies))}")
         elif bodies[name].plate is None:
             yield Fault(path, f"body {name!r} has no plate, so it has no face to touch")
 
@@ -76,7 +72,7 @@ def _obstacles(scene: Scene) -> Iterator[Fault]:
     for i, obstacle in enumerate(scene.obstacles):
         path = f"scene.obstacles.{i}"
         if obstacle.body is not None and obstacle.body not in bodies:
-            yield Fault(f"{path}.body", f"no body is called {obstacle.body!r}{nearest(obstacle.body, bodies)}")
+            yield Fault(f"{path}.body", f"no body is called {obstacle.body!r}{nearest_name(obstacle.body, bodies)}")
         length = math.hypot(*obstacle.orientation)
         if abs(length - 1.0) > 1e-6:
             yield Fault(f"{path}.orientation", f"length {length:g}; give a unit quaternion")
@@ -101,7 +97,7 @@ def _pair(
         elif name in bodies:
             yield Fault(f"{path}.{end}", f"body {name!r} has no plate, so it has no face to touch")
         else:
-            text = f"no surface, plate, group or obstacle is called {name!r}{nearest(name, list(known))}"
+            text = f"no surface, plate, group or obstacle is called {name!r}{nearest_name(name, list(known))}"
             yield Fault(f"{path}.{end}", text)
     if len(found) < 2:
         return
@@ -117,13 +113,3 @@ def _pair(
         yield Fault(path, f"{pair.first!r} and {pair.second!r} are both part of body {name!r}: they cannot touch")
     if pair.shared != "none" and kinds != ["surface", "surface"]:
         yield Fault(f"{path}.shared", "only two surfaces share a crease or a chain; leave it out")
-
-
-def nearest(name: str, names: list[str]) -> str:
-    """Text '; did you mean ...?', or a list of the known names."""
-    close = difflib.get_close_matches(name, names, n=1)
-    if close:
-        return f"; did you mean {close[0]!r}?"
-    shown = ", ".join(repr(known) for known in names[:_NAMED])
-    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
-    return f"; there are {shown}{more}" if names else "; there are none"

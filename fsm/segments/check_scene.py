@@ -7,8 +7,10 @@ from collections import Counter
 from collections.abc import Iterator
 
 from fsm.errors import Fault
+from fsm.scene.frame_bodies import frame_faults
+from fsm.scene.known_names import nearest_name
 from fsm.scene.scene import GROUND, Scene
-from fsm.segments.check_contacts import contact_faults, nearest
+from fsm.segments.check_contacts import contact_faults
 from fsm.segments.element_angles import angle_faults
 
 __all__ = ["check_scene"]
@@ -18,6 +20,7 @@ def check_scene(scene: Scene) -> list[Fault]:
     """All faults of a scene; empty when it can be compiled."""
     return [
         *_bodies(scene),
+        *frame_faults(scene),
         *_references(scene),
         *angle_faults(scene),
         *contact_faults(scene),
@@ -55,7 +58,7 @@ def _references(scene: Scene) -> Iterator[Fault]:
         for end in ("inner", "outer"):
             name = getattr(element, end)
             if name not in names:
-                yield Fault(f"scene.elements.{i}.{end}", f"no body is called {name!r}{nearest(name, list(names))}")
+                yield Fault(f"scene.elements.{i}.{end}", f"no body is called {name!r}{nearest_name(name, list(names))}")
         for axes in ("axes_inner", "axes_outer"):
             length = math.hypot(*getattr(element, axes))
             if abs(length - 1.0) > 1e-6:
@@ -72,7 +75,7 @@ def _references(scene: Scene) -> Iterator[Fault]:
             yield Fault(f"scene.elements.{i}.rotation.1", what)
     for i, load in enumerate(scene.loads):
         if load.body not in names:
-            yield Fault(f"load.{i}.body", f"no body is called {load.body!r}{nearest(load.body, list(names))}")
+            yield Fault(f"load.{i}.body", f"no body is called {load.body!r}{nearest_name(load.body, list(names))}")
 
 
 def _drives(scene: Scene) -> Iterator[Fault]:
@@ -85,7 +88,7 @@ def _drives(scene: Scene) -> Iterator[Fault]:
         key = "body" if drive.body is not None else "bodies"
         for name in drive.moved:
             if name not in bodies:
-                yield Fault(f"drive.{i}.{key}", f"no body is called {name!r}{nearest(name, list(bodies))}")
+                yield Fault(f"drive.{i}.{key}", f"no body is called {name!r}{nearest_name(name, list(bodies))}")
             elif bodies[name].held:
                 yield Fault(f"drive.{i}.{key}", f"{name!r} is held; a held body cannot be driven")
         if drive.run_up is not None and drive.run_up > drive.travel:

@@ -19,6 +19,7 @@ from fsm.scene.scene import GROUND, Body, ForceElement, Scene
 from fsm.segments.check_scene import check_scene
 from fsm.segments.compile_contacts import compile_contacts
 from fsm.segments.configuration import Bodies
+from fsm.segments.contacts import ContactGroup
 from fsm.segments.crease_curves import Hysteresis, curve_of, hysteresis_of
 from fsm.segments.drive import PrescribedMotion
 from fsm.segments.element_angles import half_way_swings, initial_twists, rest_twists, side_of
@@ -29,7 +30,7 @@ from fsm.segments.ligaments import LigamentGroup
 from fsm.segments.loads import AppliedLoad, GravityGroup, LoadGroup
 from fsm.segments.system import SegmentSystem
 
-__all__ = ["compile_scene"]
+__all__ = ["SceneCompiler", "compile_scene"]
 
 _CATEGORY = {"joint": 0, "panel": 0, "drive": 0, "crease": 1}
 _CATEGORIES = ("panels", "creases")
@@ -60,10 +61,12 @@ def compile_scene(scene: Scene, spatial: bool = False) -> SegmentSystem:
     if spatial and any(element.frame == "chord" for element in scene.elements):
         text = 'ligaments (frame = "chord", hinges of a lattice) are of the plane; keep everything in it'
         raise CaseError(Fault("solve.spatial", text))
-    return _Compiler(scene, spatial).system()
+    return SceneCompiler(scene, spatial).system()
 
 
-class _Compiler:
+class SceneCompiler:
+    """Arrays of the bodies, force elements, contacts and loads of a scene without faults."""
+
     def __init__(self, scene: Scene, spatial: bool) -> None:
         self.scene = scene
         self.spatial = spatial
@@ -73,6 +76,12 @@ class _Compiler:
 
     def system(self) -> SegmentSystem:
         """Create the system from all groups of interactions."""
+        return SegmentSystem(*self.parts())
+
+    def parts(
+        self,
+    ) -> tuple[Bodies, tuple[PrescribedMotion, ...], tuple[Group, ...], tuple[ContactGroup, ...], tuple[str, ...]]:
+        """Arguments of a system of these bodies."""
         motions = tuple(self._motion(drive) for drive in self.scene.drives)
         groups: list[Group] = []
         bushings = self._bushings()
@@ -95,7 +104,7 @@ class _Compiler:
             mass = np.array([body.mass for body in self.all_bodies])
             groups.append(GravityGroup(mass, np.array(self._vector(self.scene.gravity))))
         pair_names = tuple(f"{pair.first} - {pair.second}" for pair in self.scene.pairs) if contacts else ()
-        return SegmentSystem(self._bodies(motions), motions, tuple(groups), contacts, pair_names)
+        return self._bodies(motions), motions, tuple(groups), contacts, pair_names
 
     # bodies ---------------------------------------------------------------------------------------------------------
 

@@ -144,13 +144,19 @@ class Configuration:
         at, known, known_since, rates = self._moving
         if t == at and since == known_since and equal_vectors(u, known):
             return poses, rates
-        if since is None:
-            speeds = np.array([motion.at(t)[1] for motion in self.motions])
-        else:
-            speeds = (self._travels(t) - self._travels(since)) / (t - since)
-        rates = place_bodies(self.at_rest, self.bodies.free, u, False, *self._drives, speeds)
+        rates = self._body_rates(u, self._speeds(t, before))
         self._moving = t, u.copy(), since, rates
         return poses, rates
+
+    def _speeds(self, t: float, before: Before | None) -> np.ndarray:
+        """Velocity of every motion, m/s; with `before`, the mean velocity since then."""
+        if before is None:
+            return np.array([motion.at(t)[1] for motion in self.motions])
+        return np.asarray((self._travels(t) - self._travels(before[0])) / (t - before[0]))
+
+    def _body_rates(self, u: np.ndarray, speeds: np.ndarray) -> np.ndarray:
+        """Rates of all bodies from those of the free bodies and the velocities of the motions."""
+        return np.asarray(place_bodies(self.at_rest, self.bodies.free, u, False, *self._drives, speeds))
 
     def _poses(self, t: float, q: np.ndarray) -> np.ndarray:
         """Poses of all bodies; the last two states are cached."""
@@ -177,6 +183,11 @@ class Configuration:
     def change(self, dx: np.ndarray) -> np.ndarray:
         """Increments (n_bodies, 3 or 6) of all bodies; zero for held and driven bodies."""
         return np.asarray(place_bodies(self.at_rest, self.bodies.free, dx, False, *self._drives, self._standing))
+
+    @property
+    def panels(self) -> np.ndarray:
+        """Number of the panel of every outline of `shape`, (n_quads,); 0 for none."""
+        return np.array([panel for _, _, panel in self.bodies.plates], dtype=np.int64)
 
     def shape(self, t: float, q: np.ndarray) -> np.ndarray:
         """See `System`: the outline of every plate."""

@@ -25,6 +25,7 @@ from fsm.segments.report_contact import (
     friction_lines,
     soft_contact,
 )
+from fsm.segments.report_flexible import approximations_of_films, cable_lines, film_lines
 from fsm.segments.report_numbers import (
     body_lines,
     crease_lines,
@@ -106,8 +107,11 @@ def _dimension(view: View) -> Iterator[str]:
 
 
 def _bodies(view: View) -> Iterator[str]:
-    held = sum(body.held for body in view.scene.bodies)
-    yield f"{len(view.free)} free, {held} held, {sum(len(drive.moved) for drive in view.scene.drives)} driven"
+    frames = len(view.scene.frames)
+    held = sum(body.held for body in view.scene.bodies) - frames
+    driven = sum(len(drive.moved) for drive in view.scene.drives)
+    on_elements = f", {count(frames, 'frame')} on films and cables" if frames else ""
+    yield f"{len(view.free)} free, {held} held, {driven} driven{on_elements}"
     each = 6 if view.spatial else 3
     yield f"{each * len(view.free)} degrees of freedom, {each} for each free body"
 
@@ -233,7 +237,7 @@ def _left_out(view: View) -> Iterator[str]:
         yield "friction: no [friction]; faces slide without friction"
     if not any(element.crease is not None for element in view.elements):
         yield "tabulated creases: none in this case"
-    held = sum(body.held for body in scene.bodies)
+    held = sum(body.held for body in scene.bodies) - len(scene.frames)
     if held:
         yield f"degrees of freedom of {count(held, 'held body', 'held bodies')}"
     idle = len(scene.elements) - len(view.elements)
@@ -249,6 +253,7 @@ def _left_out(view: View) -> Iterator[str]:
 
 def _approximations(view: View) -> Iterator[str]:
     yield from _of_segments(view)
+    yield from approximations_of_films(view)
     if view.pairs:
         yield from approximations_of_contact(view)
     if view.pairs and view.scene.friction is not None:
@@ -296,6 +301,8 @@ _SECTIONS: tuple[tuple[str, Callable[[View], Iterator[str]]], ...] = (
     ("lattice", lattice_lines),
     ("material", material_lines),
     ("creases", crease_lines),
+    ("films", film_lines),
+    ("cables", cable_lines),
     ("bodies", _bodies),
     ("", body_lines),
     ("elements", _joints),

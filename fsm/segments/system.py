@@ -78,6 +78,7 @@ class SegmentSystem(Configuration):
         self._mass = bodies.inertia[bodies.free].ravel()
         self._dof = np.full(len(bodies.names), -1, dtype=np.int64)
         self._dof[bodies.free] = np.arange(self.n_free)
+        self._ordered = bodies.free
         self._springs = tuple(group for group in groups if isinstance(group, BushingGroup))
         self._others = tuple(group for group in groups if not isinstance(group, BushingGroup | ContactGroup))
         self._sliding = tuple(group for group in groups if isinstance(group, HysteresisGroup))
@@ -167,7 +168,7 @@ class SegmentSystem(Configuration):
     def force(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> np.ndarray:
         """See `System`."""
         forces = self._all_forces(t, *self.place(t, q, u, before), self._past(t, before))
-        return np.asarray(gather_free(self.bodies.free, forces))
+        return self._generalised(t, q, u, before, forces)
 
     def tangent(self, t: float, q: np.ndarray, u: np.ndarray | None) -> tuple[sparse.bsr_matrix, sparse.bsr_matrix]:
         """See `System`. The pattern is fixed until the broad phase of contact is renewed."""
@@ -181,11 +182,11 @@ class SegmentSystem(Configuration):
         speeds = np.zeros((pattern.order, self.size))
         for motion in self.motions:
             speeds[pattern.dof[motion.bodies], : len(motion.direction)] = motion.at(t)[1] * motion.direction
-        change = -BlockMatrix(pattern, stiffness).times(speeds.ravel())[: self.nu]
+        change = self._folded(q, -BlockMatrix(pattern, stiffness).times(speeds.ravel()))
         direct = np.zeros_like(rates)
         for group in self.groups:
             group.add_force_rate(t, poses, direct)
-        return np.asarray(change + direct[self.bodies.free].ravel())
+        return np.asarray(change + self._folded(q, direct[self._ordered].ravel()))
 
     def _with_driven(
         self,
@@ -202,7 +203,7 @@ class SegmentSystem(Configuration):
         if self._driven_pattern is None or key != self._driven_key:
             dof = self._dof.copy()
             moving = [body for motion in self.motions for body in motion.bodies]
-            dof[moving] = self.n_free + np.arange(len(moving))
+            dof[moving] = len(self._ordered) + np.arange(len(moving))
             self._driven_pattern, self._driven_key = body_pattern(dof, list(pairs), self.size), key
         pattern = self._driven_pattern
         force, stiffness, damping = np.zeros(rates.shape), pattern.zeros(), pattern.zeros()
@@ -231,8 +232,8 @@ class SegmentSystem(Configuration):
                 group.add_force(t, poses, rates, forces, past)
         if self.spatial and u is not None and not contacts:
             add_gyroscopic(rates, self.bodies.inertia, forces)
-        reactions = np.asarray(support_reactions(forces, self.bodies.free))
-        return np.asarray(gather_free(self.bodies.free, forces)), self._drive_state(t, reactions).force
+        reactions = np.asarray(support_reactions(forces, self._ordered))
+        return self._generalised(t, q, u, before, forces, not contacts), self._drive_state(t, reactions).force
 
     def drive_tangent(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> np.ndarray:
         """d(reaction)/dx of every drive, (n_drives, nu); with `before`, the last state stays where it is."""
@@ -245,10 +246,10 @@ class SegmentSystem(Configuration):
         for row, motion in zip(along, self.motions, strict=True):
             row[pattern.dof[motion.bodies], : len(motion.direction)] = motion.direction
         pull = along.reshape(len(self.motions), -1).T
-        tangent = np.asarray(BlockMatrix(pattern, stiffness).bsr().T @ pull).T[:, : self.nu]
-        if before is None or not self.rate_dependent:
-            return tangent
-        return tangent + np.asarray(BlockMatrix(pattern, damping).bsr().T @ pull).T[:, : self.nu] / (t - before[0])
+        tangent = np.asarray(BlockMatrix(pattern, stiffness).bsr().T @ pull).T
+        if before is not None and self.rate_dependent:
+            tangent += np.asarray(BlockMatrix(pattern, damping).bsr().T @ pull).T / (t - before[0])
+        return np.array([self._folded(q, row) for row in tangent]).reshape(len(tangent), self.nu)
 
     def linearise(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Linearised:
         """See `System`."""
@@ -355,6 +356,7 @@ class SegmentSystem(Configuration):
         turned = self._turned(q, u, before)
         if turned is not None:
             multiply_block_diagonal(damping, turned, pattern.indices)
+        by_rates = None if before is None else damping.copy() if self._ordered is not self.bodies.free else damping
         first = 0
         for springs in self._springs:
             last = first + springs.rest.size
@@ -363,9 +365,7 @@ class SegmentSystem(Configuration):
             first = last
         for group in self._others:
             group.add_linearised(t, poses, rates, pattern, *sums, past)
-        return Linearised(
-            gather_free(self.bodies.free, force), BlockMatrix(pattern, stiffness), BlockMatrix(pattern, damping)
-        )
+        return self._assembled(t, q, u, before, pattern, sums, by_rates)
 
     def energy(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Energy:
         """See `System`."""
@@ -465,6 +465,32 @@ class SegmentSystem(Configuration):
 
     # inside ---------------------------------------------------------------------------------------------------------
 
+    def _generalised(
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None, forces: np.ndarray, whole: bool = True
+    ) -> np.ndarray:
+        """Generalised forces (nu,) from the wrenches (n_bodies, 6) on all bodies; not `whole`: from these alone."""
+        return np.asarray(gather_free(self.bodies.free, forces))
+
+    def _folded(self, q: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """Generalised forces (nu,) from those on the block rows of the pattern."""
+        return rows[: self.nu]
+
+    def _assembled(
+        self,
+        t: float,
+        q: np.ndarray,
+        u: np.ndarray | None,
+        before: Before | None,
+        pattern: BodyPattern,
+        sums: tuple[np.ndarray, np.ndarray, np.ndarray],
+        by_rates: np.ndarray | None,
+    ) -> Linearised:
+        """Equations from the sums (force, K, D) of all bodies; `by_rates` is the part of D that acts on velocities."""
+        force, stiffness, damping = sums
+        return Linearised(
+            gather_free(self.bodies.free, force), BlockMatrix(pattern, stiffness), BlockMatrix(pattern, damping)
+        )
+
     def _turned(self, q: np.ndarray, u: np.ndarray | None, before: Before | None) -> np.ndarray | None:
         """What velocities, as increments since the last state over the time, change by as bodies turn on; None: nothing."""
         return None if before is None or u is None else self.increment_map(self.difference(before[1], q))
@@ -488,7 +514,7 @@ class SegmentSystem(Configuration):
 
     def _reactions(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None) -> np.ndarray:
         """Reactions of held and driven bodies, but for what accelerates the driven ones."""
-        return np.asarray(support_reactions(self._all_forces(t, poses, rates, past), self.bodies.free))
+        return np.asarray(support_reactions(self._all_forces(t, poses, rates, past), self._ordered))
 
     def _accelerate(self, t: float, reactions: np.ndarray) -> None:
         """Add what accelerates the driven bodies: in motion, not in statics."""

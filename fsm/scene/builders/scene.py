@@ -5,17 +5,22 @@ from __future__ import annotations
 from fsm.scene.builders.lattice import build_lattice
 from fsm.scene.builders.strip import build_strip
 from fsm.scene.case import Case
+from fsm.scene.frame_bodies import frame_faults, with_frames
 from fsm.scene.scene import Scene
 
 __all__ = ["build_scene"]
 
 
 def build_scene(case: Case) -> Scene:
-    """Scene of a case: from its strip, its lattice, or its [scene] with the contact, loads and drives of the case."""
-    if case.strip is not None:
-        return build_strip(case)
+    """Scene of a case: from its strip, its lattice, or its [scene] with the contact, loads and drives of the case.
+
+    A [scene] beside a [strip] adds its parts to those of the strip.
+    """
     if case.lattice is not None:
         return build_lattice(case)
+    if case.strip is not None:
+        scene = build_strip(case)
+        return scene if case.scene is None else _with_parts(_added(scene, case.scene))
     assert case.scene is not None
     update = {
         name: value
@@ -29,4 +34,18 @@ def build_scene(case: Case) -> Scene:
         )
         if value
     }
-    return case.scene.model_copy(update=update)
+    return _with_parts(case.scene.model_copy(update=update))
+
+
+def _added(strip: Scene, more: Scene) -> Scene:
+    """Scene of a strip with the parts of another scene; contact, friction and gravity of the strip come first."""
+    single = {"contact", "friction", "gravity"}
+    update = {name: (*getattr(strip, name), *getattr(more, name)) for name in set(Scene.model_fields) - single}
+    gravity = strip.gravity if any(strip.gravity) else more.gravity
+    laws = {"contact": strip.contact or more.contact, "friction": strip.friction or more.friction}
+    return strip.model_copy(update=update | laws | {"gravity": gravity})
+
+
+def _with_parts(scene: Scene) -> Scene:
+    """Scene with the bodies and elements of its frames, unless it has faults, which are reported later."""
+    return scene if any(frame_faults(scene)) else with_frames(scene)

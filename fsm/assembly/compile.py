@@ -1,0 +1,130 @@
+"""Compilation of a scene with films and cables: elements to a mesh, frames to bodies that the mesh carries."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fsm.ancf.build import CableMaterial, FilmGrid, MeshBuilder
+from fsm.ancf.film import FilmMaterial
+from fsm.ancf.loading import Loading
+from fsm.ancf.mesh import Mesh
+from fsm.ancf.shape import cable_shape, membrane_shape
+from fsm.ancf.system import AncfSystem
+from fsm.assembly.frames import FramePoint, Frames
+from fsm.assembly.system import JoinedSystem
+from fsm.errors import CaseError
+from fsm.scene.flexible import SceneCable, SceneFilm, SceneFrame, unstressed_length
+from fsm.scene.frame_bodies import cable_axes, frame_faults, quaternion_matrix, with_frames
+from fsm.scene.scene import Scene
+from fsm.segments.check_scene import check_scene
+from fsm.segments.compile import SceneCompiler, compile_scene
+from fsm.segments.system import SegmentSystem
+
+__all__ = ["compile_model"]
+
+
+def compile_model(scene: Scene, spatial: bool = False) -> SegmentSystem:
+    """Compile a scene, with or without films and cables.
+
+    Parameters
+    ----------
+    scene : Scene
+    spatial : bool
+        Six degrees of freedom a body even if the scene lies in one plane. A scene with films or cables is spatial.
+
+    Raises
+    ------
+    CaseError
+        With all faults of the scene.
+    """
+    faults = list(frame_faults(scene))
+    if faults:
+        raise CaseError(faults)
+    if not scene.films and not scene.cables:
+        return compile_scene(scene, spatial)
+    scene = with_frames(scene)
+    faults = check_scene(scene)
+    if faults:
+        raise CaseError(faults)
+    parts = _Parts.of(scene)
+    row = {body.name: 1 + i for i, body in enumerate(scene.bodies)}  # the ground is the first
+    rows = np.array([row[frame.name] for frame in scene.frames], dtype=np.int64)
+    frames = Frames.of(rows, tuple(parts.point(frame) for frame in scene.frames))
+    elements = AncfSystem(parts.mesh, Loading(gravity=scene.gravity))
+    return JoinedSystem(*SceneCompiler(scene, True).parts(), elements, frames)
+
+
+@dataclass(frozen=True)
+class _Parts:
+    """Mesh of all films and cables of a scene, and where each of them is in it."""
+
+    mesh: Mesh
+    films: dict[str, tuple[SceneFilm, FilmGrid]]
+    cables: dict[str, tuple[SceneCable, np.ndarray]]
+
+    @classmethod
+    def of(cls, scene: Scene) -> _Parts:
+        builder = MeshBuilder(size=9 if scene.films else 6)
+        films, cables = {}, {}
+        for film in scene.films:
+            first = builder.count
+            x, y = (
+                np.linspace(-0.5 * side, 0.5 * side, count + 1)
+                for side, count in zip((film.length, film.width), film.mesh, strict=True)
+            )
+            material = FilmMaterial(film.young, film.poisson, film.density, film.thickness)
+            grid = builder.film(x, y, (material,), viscosity=film.viscosity)
+            builder.transform(first, quaternion_matrix(film.orientation), np.array(film.position), film.strain)
+            for edge in film.held:
+                builder.hold(_edge(grid, edge))
+            films[film.name] = film, grid
+        for cable in scene.cables:
+            nodes = builder.cable(
+                np.array(cable.start), np.array(cable.end), CableMaterial(cable.young, cable.density, cable.diameter),
+                cable.elements, viscosity=cable.viscosity, name=cable.name, strain=cable.strain,
+            )  # fmt: skip
+            for end in cable.held:
+                builder.hold(nodes[0 if end == "start" else -1, 0])
+            cables[cable.name] = cable, nodes
+        return cls(builder.build(), films, cables)
+
+    def point(self, frame: SceneFrame) -> FramePoint:
+        """Frame as sums of nodal vectors."""
+        if frame.on in self.films:
+            return _film_point(*self.films[frame.on], frame)
+        return _cable_point(*self.cables[frame.on], frame)
+
+
+def _edge(grid: FilmGrid, edge: str) -> np.ndarray:
+    if edge == "corners":
+        return grid.position[[0, 0, -1, -1], [0, -1, 0, -1]]
+    return grid.edge(edge)
+
+
+def _cell(lines: np.ndarray, at: float) -> tuple[int, float, float]:
+    """Number of the interval between lines that holds a coordinate, the place in it from 0 to 1, and its size."""
+    i = int(np.clip(np.searchsorted(lines, at, side="right") - 1, 0, len(lines) - 2))
+    size = float(lines[i + 1] - lines[i])
+    return i, (at - float(lines[i])) / size, size
+
+
+def _film_point(film: SceneFilm, grid: FilmGrid, frame: SceneFrame) -> FramePoint:
+    (i, x, b), (j, y, c) = (_cell(lines, at) for lines, at in zip((grid.x, grid.y), frame.at, strict=True))
+    weights, along, across = (membrane_shape(x, y, b, c, derivative=d) for d in ((0, 0), (1, 0), (0, 1)))
+    return _point(grid.vectors(i, j), weights, along, across, np.zeros(3))
+
+
+def _cable_point(cable: SceneCable, nodes: np.ndarray, frame: SceneFrame) -> FramePoint:
+    length = unstressed_length(cable)
+    i, x, size = _cell(np.linspace(0.0, length, cable.elements + 1), frame.at[0])
+    weights, along = cable_shape(x, size), cable_shape(x, size, 1)
+    across = cable_axes(cable, frame.normal)[1]
+    return _point(np.concatenate([nodes[i], nodes[i + 1]]), weights, along, np.zeros(4), across)
+
+
+def _point(vectors: np.ndarray, weights: np.ndarray, along: np.ndarray, across: np.ndarray, fixed: np.ndarray) -> FramePoint:
+    """Frame without the vectors that it does not depend on."""
+    used = (np.abs(weights) > 1e-12) | (along != 0.0) | (across != 0.0)
+    return FramePoint(vectors[used], weights[used], along[used], across[used], fixed)

@@ -1,0 +1,131 @@
+"""Flexible parts of a [scene]: films and cables of ANCF elements, and frames on them that other parts act on."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from fsm.scene.model import Model, Name
+from fsm.scene.units import Count, Density, Length, Number, Stress, Time
+
+__all__ = ["Edge", "SceneCable", "SceneFilm", "SceneFrame", "SceneSeam", "unstressed_length"]
+
+Position = tuple[Length, Length, Length]
+Quaternion = tuple[Number, Number, Number, Number]
+Edge = Literal["left", "right", "bottom", "top", "corners"]
+Elements = Annotated[Count, Field(ge=1, le=200)]
+
+
+class SceneFilm(Model):
+    """Rectangular film of ANCF elements.
+
+    Attributes
+    ----------
+    position, orientation : m, unit quaternion (scalar first)
+        Centre of the film at the start; its axes are x along the length, y across it and z normal to it.
+    length, width, thickness : m
+        Without stress.
+    young, poisson, density : Pa, -, kg/m^3
+    mesh : number of elements along length and width
+    strain : -
+        Strain along length and width at the start. The film starts stretched by it.
+    viscosity : s
+        Kelvin-Voigt damping: a strain rate has the stress of viscosity times the rate.
+    held : edges whose nodes do not move
+        "left" (smallest x), "right", "bottom" (smallest y), "top", "corners".
+    """
+
+    name: Name
+    position: Position = (0.0, 0.0, 0.0)
+    orientation: Quaternion = (1.0, 0.0, 0.0, 0.0)
+    length: Annotated[Length, Field(gt=0)]
+    width: Annotated[Length, Field(gt=0)]
+    thickness: Annotated[Length, Field(gt=0)]
+    young: Annotated[Stress, Field(gt=0)]
+    poisson: Annotated[Number, Field(gt=-1, lt=0.5)] = 0.3
+    density: Annotated[Density, Field(gt=0)]
+    mesh: tuple[Elements, Elements] = (8, 8)
+    strain: tuple[Number, Number] = (0.0, 0.0)
+    viscosity: Annotated[Time, Field(ge=0)] = 0.0
+    held: tuple[Edge, ...] = ()
+
+
+class SceneCable(Model):
+    """Straight cable of ANCF elements with a round section; it bends and stretches, and has no torsion.
+
+    Attributes
+    ----------
+    start, end : m
+        Ends at the start of the motion.
+    diameter : m
+    young, density : Pa, kg/m^3
+    elements : int
+    strain : -
+        Strain at the start; the unstressed length is shorter by it.
+    viscosity : s
+        Kelvin-Voigt damping of the stretch.
+    held : ends that do not move
+    """
+
+    name: Name
+    start: Position
+    end: Position
+    diameter: Annotated[Length, Field(gt=0)]
+    young: Annotated[Stress, Field(gt=0)]
+    density: Annotated[Density, Field(gt=0)]
+    elements: Elements = 8
+    strain: Annotated[Number, Field(gt=-1)] = 0.0
+    viscosity: Annotated[Time, Field(ge=0)] = 0.0
+    held: tuple[Literal["start", "end"], ...] = ()
+
+    @model_validator(mode="after")
+    def _long(self) -> Self:
+        if self.start == self.end:
+            raise ValueError("start and end are the same point; give a cable a length")
+        return self
+
+
+class SceneFrame(Model):
+    """Frame on a film or a cable. Force elements and loads act on it by its name, as on a body.
+
+    Attributes
+    ----------
+    on : name of a film or a cable
+    at : m
+        Material point without stress: (x, y) from the centre of a film, or the distance from the start of a cable.
+    normal : (3,) vector
+        Cables only: the y axis of the frame is normal to the cable and to this vector at the start. The frame follows the
+        bending of the cable about any axis, but the cable does not resist a moment about itself.
+    """
+
+    name: Name
+    on: str
+    at: tuple[Length, ...]
+    normal: tuple[Number, Number, Number] = (0.0, 0.0, 1.0)
+
+
+class SceneSeam(Model):
+    """Seam between an edge of a film and bodies: springs along the edge, at three points of each element.
+
+    Attributes
+    ----------
+    film : name of a film
+    edge : edge of the film
+    bodies : names of bodies
+        Each point is joined to the body whose centre is nearest to it at the start.
+    stiffness : Pa
+        Stiffness in all directions (N/m) per length of the edge. A corner stands for the length of an element.
+    """
+
+    name: Name
+    film: str
+    edge: Edge
+    bodies: tuple[str, ...]
+    stiffness: Annotated[Stress, Field(gt=0)]
+
+
+def unstressed_length(cable: SceneCable) -> float:
+    """Length of a cable without stress, m."""
+    return math.dist(cable.start, cable.end) / (1.0 + cable.strain)

@@ -1,0 +1,197 @@
+"""Frames of a scene as bodies without mass, and the faults of films, cables and frames."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from fsm.errors import Fault
+from fsm.scene.flexible import SceneCable, SceneFilm, SceneFrame, SceneSeam, unstressed_length
+from fsm.scene.known_names import nearest_name
+from fsm.scene.scene import Body, ForceElement, Scene
+
+__all__ = ["cable_axes", "frame_faults", "quaternion_matrix", "with_frames"]
+
+
+def quaternion_matrix(quaternion: tuple[float, float, float, float]) -> np.ndarray:
+    """Rotation matrix (3, 3) of a unit quaternion, scalar part first."""
+    w, x, y, z = quaternion
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def cable_axes(cable: SceneCable, normal: tuple[float, float, float]) -> np.ndarray:
+    """Axes of a frame on a cable at the start, the rows of (3, 3): along the cable, across it, and near the normal."""
+    along = np.subtract(cable.end, cable.start) / math.dist(cable.start, cable.end)
+    across = np.cross(normal, along)
+    across /= np.linalg.norm(across)
+    return np.array([along, across, np.cross(along, across)])
+
+
+def with_frames(scene: Scene) -> Scene:
+    """Scene with its frames among the bodies: held, without mass, at their places at the start.
+
+    Seams become frames and springs. The scene has no fault of `frame_faults`.
+    """
+    frames = list(scene.frames)
+    elements = list(scene.elements)
+    for seam in scene.seams:
+        if not any(frame.name.startswith(f"{seam.name} (") for frame in frames):
+            more, springs = _seam_parts(seam, scene)
+            frames += more
+            elements += springs
+    scene = scene.model_copy(update={"frames": tuple(frames), "elements": tuple(elements)})
+    films = {film.name: film for film in scene.films}
+    cables = {cable.name: cable for cable in scene.cables}
+    known = {body.name for body in scene.bodies}
+    new = [frame for frame in scene.frames if frame.name not in known]
+    bodies = [_on_film(frame, films[frame.on]) if frame.on in films else _on_cable(frame, cables[frame.on]) for frame in new]
+    return scene.model_copy(update={"bodies": (*scene.bodies, *bodies)}) if bodies else scene
+
+
+def frame_faults(scene: Scene) -> Iterator[Fault]:
+    """All faults of the films, cables and frames of a scene."""
+    films = {film.name: film for film in scene.films}
+    cables = {cable.name: cable for cable in scene.cables}
+    frames = {frame.name for frame in scene.frames}
+    names = [name for body in scene.bodies if (name := body.name) not in frames or not _is_frame(body)]
+    names += [*(film.name for film in scene.films), *(cable.name for cable in scene.cables)]
+    names += [frame.name for frame in scene.frames]
+    for name, count in Counter(names).items():
+        if count > 1 and name in {*films, *cables, *frames}:
+            yield Fault("scene", f"the name {name!r} is used {count} times; names must differ")
+    for i, film in enumerate(scene.films):
+        length = math.hypot(*film.orientation)
+        if abs(length - 1.0) > 1e-6:
+            yield Fault(f"scene.films.{i}.orientation", f"length {length:g}; give a unit quaternion")
+    bodies = [body.name for body in scene.bodies]
+    for i, seam in enumerate(scene.seams):
+        if seam.film not in films:
+            text = f"no film is called {seam.film!r}{nearest_name(seam.film, [*films])}"
+            yield Fault(f"scene.seams.{i}.film", text)
+        for name in seam.bodies:
+            if name not in bodies:
+                yield Fault(f"scene.seams.{i}.bodies", f"no body is called {name!r}{nearest_name(name, bodies)}")
+        if not seam.bodies:
+            yield Fault(f"scene.seams.{i}.bodies", "there are none; give at least one body")
+    for i, frame in enumerate(scene.frames):
+        path = f"scene.frames.{i}"
+        if frame.on in films:
+            yield from _film_faults(frame, films[frame.on], path)
+        elif frame.on in cables:
+            yield from _cable_faults(frame, cables[frame.on], path)
+        else:
+            known = [*films, *cables]
+            yield Fault(f"{path}.on", f"no film or cable is called {frame.on!r}{nearest_name(frame.on, known)}")
+
+
+def _seam_points(seam: SceneSeam, film: SceneFilm) -> list[tuple[float, float, float]]:
+    """Points (x, y) of a seam on its film, m, and the length of the edge that each stands for, m.
+
+    Three Gauss points per element hold an edge, which is a cubic between nodes; positions of nodes alone would not.
+    """
+    (nx, ny), b, c = film.mesh, 0.5 * film.length, 0.5 * film.width
+    if seam.edge == "corners":
+        size = max(film.length / nx, film.width / ny)
+        return [(x, y, size) for x in (-b, b) for y in (-c, c)]
+    across = seam.edge in ("left", "right")
+    side, count = (film.width, ny) if across else (film.length, nx)
+    points = []
+    for k in range(count):
+        for place, weight in zip((0.5 - math.sqrt(0.15), 0.5, 0.5 + math.sqrt(0.15)), (5 / 18, 8 / 18, 5 / 18), strict=True):
+            at, length = ((k + place) / count - 0.5) * side, weight * side / count
+            x, y = {"left": (-b, at), "right": (b, at), "bottom": (at, -c), "top": (at, c)}[seam.edge]
+            points.append((x, y, length))
+    return points
+
+
+def _seam_parts(seam: SceneSeam, scene: Scene) -> tuple[list[SceneFrame], list[ForceElement]]:
+    """Frames of a seam and the springs between them and the bodies."""
+    film = next(film for film in scene.films if film.name == seam.film)
+    bodies = {body.name: body for body in scene.bodies}
+    frames, elements = [], []
+    for k, (x, y, length) in enumerate(_seam_points(seam, film)):
+        frame = SceneFrame(name=f"{seam.name} ({k + 1})", on=film.name, at=(x, y))
+        place = np.array(_on_film(frame, film).position)
+        body = min((bodies[name] for name in seam.bodies), key=_distance_from(place))
+        outer = (quaternion_matrix(body.orientation).T @ (place - np.array(body.position))).tolist()
+        spring = seam.stiffness * length
+        frames.append(frame)
+        elements.append(
+            ForceElement(
+                name=frame.name, inner=frame.name, outer=body.name, point_outer=(outer[0], outer[1], outer[2]),
+                translation=(spring, spring, spring),
+            )
+        )  # fmt: skip
+    return frames, elements
+
+
+def _distance_from(place: np.ndarray) -> Callable[[Body], float]:
+    return lambda body: math.dist(body.position, place.tolist())
+
+
+def _is_frame(body: Body) -> bool:
+    return body.held and body.mass == 0.0 and not any(body.inertia)
+
+
+def _film_faults(frame: SceneFrame, film: SceneFilm, path: str) -> Iterator[Fault]:
+    if len(frame.at) != 2:
+        yield Fault(f"{path}.at", f"{len(frame.at)} numbers; give (x, y) from the centre of the film, in m")
+        return
+    for value, side, name in zip(frame.at, (film.length, film.width), "xy", strict=True):
+        if abs(value) > 0.5 * side * (1.0 + 1e-9):
+            text = f"{name} = {value:g} m lies outside the film, which reaches from {-0.5 * side:g} to {0.5 * side:g} m"
+            yield Fault(f"{path}.at", text)
+
+
+def _cable_faults(frame: SceneFrame, cable: SceneCable, path: str) -> Iterator[Fault]:
+    length = unstressed_length(cable)
+    if len(frame.at) != 1:
+        yield Fault(f"{path}.at", f"{len(frame.at)} numbers; give the distance from the start of the cable, in m")
+    elif not -1e-9 * length <= frame.at[0] <= (1.0 + 1e-9) * length:
+        yield Fault(f"{path}.at", f"{frame.at[0]:g} m lies outside the cable, which is {length:g} m long without stress")
+    direction = np.subtract(cable.end, cable.start)
+    if not np.linalg.norm(np.cross(direction, frame.normal)) > 1e-6 * np.linalg.norm(direction):
+        yield Fault(f"{path}.normal", f"{frame.normal} is parallel to the cable; give a vector across it")
+
+
+def _on_film(frame: SceneFrame, film: SceneFilm) -> Body:
+    local = [frame.at[0] * (1.0 + film.strain[0]), frame.at[1] * (1.0 + film.strain[1]), 0.0]
+    place = np.array(film.position) + quaternion_matrix(film.orientation) @ np.array(local)
+    return _body(frame.name, place, film.orientation)
+
+
+def _on_cable(frame: SceneFrame, cable: SceneCable) -> Body:
+    axes = cable_axes(cable, frame.normal)
+    place = np.array(cable.start) + axes[0] * frame.at[0] * (1.0 + cable.strain)
+    return _body(frame.name, place, _quaternion(axes.T))
+
+
+def _body(name: str, place: np.ndarray, orientation: tuple[float, float, float, float]) -> Body:
+    position = (float(place[0]), float(place[1]), float(place[2]))
+    return Body(
+        name=name, mass=0.0, inertia=(0.0, 0.0, 0.0), position=position, orientation=orientation, held=True
+    )
+
+
+def _quaternion(matrix: np.ndarray) -> tuple[float, float, float, float]:
+    """Unit quaternion of a rotation matrix: an eigenvector of the largest eigenvalue (Bar-Itzhack, 2000)."""
+    m = matrix
+    k = np.array(
+        [
+            [m[0, 0] + m[1, 1] + m[2, 2], m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]],
+            [m[2, 1] - m[1, 2], m[0, 0] - m[1, 1] - m[2, 2], m[0, 1] + m[1, 0], m[0, 2] + m[2, 0]],
+            [m[0, 2] - m[2, 0], m[0, 1] + m[1, 0], m[1, 1] - m[0, 0] - m[2, 2], m[1, 2] + m[2, 1]],
+            [m[1, 0] - m[0, 1], m[0, 2] + m[2, 0], m[1, 2] + m[2, 1], m[2, 2] - m[0, 0] - m[1, 1]],
+        ]
+    )
+    w, x, y, z = np.linalg.eigh(k)[1][:, -1].tolist()
+    return (w, x, y, z) if w >= 0.0 else (-w, -x, -y, -z)

@@ -1,0 +1,48 @@
+"""Lines of `fsm check` about the films and cables of a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from fsm.scene.flexible import unstressed_length
+from fsm.segments.report_view import View, count, millimetres
+
+__all__ = ["approximations_of_films", "cable_lines", "film_lines"]
+
+
+def film_lines(view: View) -> Iterator[str]:
+    """Sizes, mesh and material of every film."""
+    for film in view.scene.films:
+        nx, ny = film.mesh
+        held = f", held: {', '.join(film.held)}" if film.held else ", not held"
+        yield (
+            f"{film.name}: {millimetres(film.length)} x {millimetres(film.width)} x {1e6 * film.thickness:.4g} um, "
+            f"{nx} x {ny} ANCF elements, {9 * (nx + 1) * (ny + 1)} coordinates{held}"
+        )
+        yield (
+            f"{film.name}: E {1e-9 * film.young:.4g} GPa, Poisson's ratio {film.poisson:g}, density {film.density:g} "
+            f"kg/m^3, strain at the start ({film.strain[0]:g}, {film.strain[1]:g})"
+        )
+
+
+def cable_lines(view: View) -> Iterator[str]:
+    """Sizes, mesh and material of every cable."""
+    for cable in view.scene.cables:
+        held = f", held: {', '.join(cable.held)}" if cable.held else ""
+        yield (
+            f"{cable.name}: {millimetres(unstressed_length(cable))} without stress, diameter "
+            f"{millimetres(cable.diameter)}, {count(cable.elements, 'ANCF element')}, E {1e-9 * cable.young:.4g} GPa, "
+            f"strain at the start {cable.strain:g}{held}"
+        )
+
+
+def approximations_of_films(view: View) -> Iterator[str]:
+    """Approximations of films and cables."""
+    if view.scene.films or view.scene.cables:
+        yield "films and cables have no contact: bodies pass through them"
+    if view.scene.films:
+        yield "films resist compression as their thin plates do: they wrinkle no finer than their mesh"
+    if view.scene.cables:
+        yield "cables have no torsion: a moment about a cable acts on its frame and does not travel along it"
+    if view.scene.seams:
+        yield "seams are springs: they open by the force per length of the edge over seam.stiffness"

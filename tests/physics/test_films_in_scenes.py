@@ -1,0 +1,140 @@
+"""Films and cables joined to rigid bodies: natural frequencies, deflections and energies against closed forms."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from fsm.assembly.compile import compile_model
+from fsm.scene.flexible import SceneCable, SceneFilm, SceneFrame, SceneSeam
+from fsm.scene.loads import Load
+from fsm.scene.scene import Body, ForceElement, Scene
+from fsm.solve.generalized_alpha import GeneralizedAlpha
+from fsm.solve.modal import modes
+from fsm.solve.newton import equilibrium
+
+LENGTH, DIAMETER, YOUNG, DENSITY = 0.3, 2e-3, 2e9, 1200.0
+AREA, SECOND = math.pi * DIAMETER**2 / 4.0, math.pi * DIAMETER**4 / 64.0
+LINE = DENSITY * AREA * LENGTH
+RIGID = (1e8, 1e8, 1e8)
+CLAMP = (1e3, 1e3, 1e3)
+
+
+def weight_on_a_cable(mass: float, elements: int = 8, gravity: float = 0.0) -> Scene:
+    """A cable clamped to the ground, with a small heavy body clamped to its end."""
+    small = 1e-9 * mass
+    bodies = (Body(name="weight", mass=mass, inertia=(small, small, small), position=(LENGTH, 0.0, 0.0)),)
+    cable = SceneCable(
+        name="rod", start=(0.0, 0.0, 0.0), end=(LENGTH, 0.0, 0.0), diameter=DIAMETER, young=YOUNG, density=DENSITY,
+        elements=elements,
+    )  # fmt: skip
+    frames = tuple(SceneFrame(name=name, on="rod", at=(at,)) for name, at in (("foot", 0.0), ("tip", LENGTH)))
+    joints = (
+        ForceElement(name="clamp", inner="foot", outer="ground", translation=RIGID, rotation=CLAMP),
+        ForceElement(name="weld", inner="weight", outer="tip", translation=RIGID, rotation=CLAMP),
+    )
+    return Scene(bodies=bodies, cables=(cable,), frames=frames, elements=joints, gravity=(0.0, 0.0, gravity))
+
+
+def bending_frequency(mass: float) -> float:
+    """First frequency (Hz) of a cantilever with a point mass at its tip, Euler and Bernoulli's beam."""
+    ratio = mass / LINE
+
+    def characteristic(x: float) -> float:
+        c, s, ch, sh = math.cos(x), math.sin(x), math.cosh(x), math.sinh(x)
+        return 1.0 + c * ch + ratio * x * (c * sh - s * ch)
+
+    root = brentq(characteristic, 1e-3, 1.8751041)
+    return root**2 / (2.0 * math.pi) * math.sqrt(YOUNG * SECOND / (DENSITY * AREA)) / LENGTH**2
+
+
+def axial_frequency(mass: float) -> float:
+    """First axial frequency (Hz) of a rod with a point mass at its tip."""
+    root = brentq(lambda x: x * math.tan(x) - LINE / mass, 1e-3, 0.5 * math.pi - 1e-9)
+    return root / (2.0 * math.pi) * math.sqrt(YOUNG / DENSITY) / LENGTH
+
+
+@pytest.mark.parametrize("mass", [0.001, 0.02])
+def test_frequencies_of_a_weight_on_a_cable(mass: float) -> None:
+    """Clamps hold slopes through frames: bending and stretching are those of a cantilever."""
+    system = compile_model(weight_on_a_cable(mass))
+    found = modes(system, 0.0, system.initial()[0], 20).frequencies
+    bending, axial = bending_frequency(mass), axial_frequency(mass)
+    assert found[0] == pytest.approx(bending, rel=1e-3)
+    assert found[1] == pytest.approx(bending, rel=1e-3)
+    assert np.abs(found / axial - 1.0).min() < 2e-3
+
+
+def test_deflection_of_a_heavy_cantilever() -> None:
+    """Small deflection: m g L^3/(3 E I) of the weight and w L^4/(8 E I) of the rod itself."""
+    mass, gravity = 0.001, -0.05
+    system = compile_model(weight_on_a_cable(mass, gravity=gravity))
+    q = equilibrium(system, system.initial()[0], np.array([0.0]))
+    expected = gravity * LENGTH**3 / (YOUNG * SECOND) * (mass / 3.0 + LINE / 8.0)
+    assert q[2] == pytest.approx(expected, rel=2e-3)
+
+
+def hung_on_a_film(strain: float = 2e-3) -> Scene:
+    """A film held at its edges, with a body under its center on a cable."""
+    film = SceneFilm(
+        name="sail", length=0.3, width=0.3, thickness=5e-5, young=3e9, density=1400.0, mesh=(4, 4),
+        strain=(strain, strain), held=("left", "right", "bottom", "top"),
+    )  # fmt: skip
+    cable = SceneCable(
+        name="rope", start=(0.0, 0.0, 0.0), end=(0.0, 0.0, -0.1), diameter=1e-3, young=1e9, density=900.0, elements=2
+    )
+    frames = (
+        SceneFrame(name="center", on="sail", at=(0.0, 0.0)),
+        SceneFrame(name="top", on="rope", at=(0.0,), normal=(1.0, 0.0, 0.0)),
+        SceneFrame(name="end", on="rope", at=(0.1,), normal=(1.0, 0.0, 0.0)),
+    )
+    body = Body(name="weight", mass=0.01, inertia=(1e-6, 1e-6, 1e-6), position=(0.0, 0.0, -0.1))
+    knot = (1e4, 1e4, 1e4)
+    joints = (
+        ForceElement(name="knot", inner="top", outer="center", translation=knot),
+        ForceElement(name="hook", inner="weight", outer="end", translation=knot),
+    )
+    return Scene(bodies=(body,), films=(film,), cables=(cable,), frames=frames, elements=joints)
+
+
+def test_energy_of_a_weight_that_swings_under_a_film() -> None:
+    """Constant mean acceleration without dampers: the sum of all energies stays."""
+    scene = hung_on_a_film()
+    body = scene.bodies[0].model_copy(update={"velocity": (0.2, 0.0, 0.3)})
+    system = compile_model(scene.model_copy(update={"bodies": (body,), "gravity": (0.0, 0.0, -9.81)}))
+    q, u = system.initial()
+    run = GeneralizedAlpha(system, 0.0, q, u, 1e-6, rho_inf=None, fixed_step=2e-5)
+    start = system.energy(0.0, q, u)
+    while run.t < 4e-3:
+        run.step(4e-3)
+    end = system.energy(run.t, run.q, run.u)
+    turned_over = sum(abs(end.potential[name] - start.potential[name]) for name in start.potential)
+    assert turned_over > 1e-4
+    assert abs(end.stored - start.stored) < 1e-3 * turned_over
+
+
+def test_forces_of_a_seam_balance_the_pull() -> None:
+    """A film between held nodes and a plate: all that pulls at the plate comes through the seam."""
+    film = SceneFilm(
+        name="sail", length=0.2, width=0.1, thickness=5e-5, young=3e9, poisson=0.0, density=1400.0, mesh=(4, 3),
+        strain=(1e-3, 0.0), held=("left",),
+    )  # fmt: skip
+    edge = 0.1 * 1.001
+    body = Body(name="bar", mass=0.01, inertia=(1e-5, 1e-5, 1e-5), position=(edge, 0.0, 0.0))
+    seam = SceneSeam(name="seam", film="sail", edge="right", bodies=("bar",), stiffness=1e9)
+    guide = ForceElement(
+        name="guide", inner="bar", outer="ground", point_outer=(edge, 0.0, 0.0), translation=(1e3, 1e3, 1e3),
+        rotation=(1.0, 1.0, 1.0),
+    )  # fmt: skip
+    pull = 3e9 * 5e-5 * 0.1 * 2e-3
+    load = Load(body="bar", force=(pull, 0.0, 0.0))
+    system = compile_model(Scene(bodies=(body,), films=(film,), seams=(seam,), elements=(guide,), loads=(load,)))
+    q = equilibrium(system, system.initial()[0], np.array([0.0]))
+    moved = q[0] - edge
+    # Green's strain e + e^2/2 gives the force E A (e + 3 e^2/2); the guide bears 1e3 N/m of the way
+    stretch = 1e-3 + moved / 0.2
+    force = 3e9 * 5e-5 * 0.1 * (stretch + 1.5 * stretch**2)
+    assert force == pytest.approx(pull - 1e3 * moved, rel=1e-3)
