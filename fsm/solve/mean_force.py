@@ -36,8 +36,11 @@ __all__ = ["MeanForce"]
 
 _POINTS = (0.5 - 0.5 / math.sqrt(3.0), 0.5 + 0.5 / math.sqrt(3.0))
 """Of Gauss, over the step; of equal weight."""
-_NEWTON, _LOOSEST = 1e-3, 1e-4
-"""Error left by Newton's method, over the scales: this part of rtol, but no more than at this rtol."""
+_NEWTON, _LOOSEST = 1e-3, 1e-6
+"""Error left by Newton's method, over the scales: this part of rtol, but no more than at this rtol.
+
+What is left over works along every step: with 1e-4, a struck strip gained 5 % of its energy in 2640 steps (2026-11-23).
+"""
 _ITERATIONS = 30
 _SLOW = 0.7
 """Contraction from which on the tangent is renewed: two tangents and their factors cost ten times what two forces do."""

@@ -168,6 +168,16 @@ def test_a_force_on_an_area_has_a_displacement_that_converges(tmp_path: Path) ->
         run(tmp_path, *full, "impact.size=0.4", name="large")
 
 
+def test_a_loose_tolerance_keeps_the_energy(tmp_path: Path) -> None:
+    """What Newton's method left over at rtol 1e-4 worked along 960 steps: 1 % of the energy."""
+    strip = [
+        "membrane.mesh=[16,3]", "membrane.length=0.48", "membrane.width=0.04", "membrane.thickness=3e-4",
+        "material.poisson=0", "tension.strain=[2e-4,0]", SIDES, "impact.force=0.2", "impact.duration=5 ms",
+        "impact.point=[-0.08,0]", "vibration.model=full", "vibration.duration=0.12 s", "vibration.sampling=1 ms",
+    ]  # fmt: skip
+    assert run(tmp_path, *strip, "solve.rtol=1e-4")["energy_error"] < 1e-3
+
+
 def test_auto_takes_the_modes_only_if_they_are_good(tmp_path: Path) -> None:
     quick = ["vibration.duration=20 ms", "solve.energy_abort=10"]
     few = run(tmp_path, *quick, "vibration.modes=2", name="few")
