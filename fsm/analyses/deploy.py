@@ -10,6 +10,7 @@ import numpy as np
 
 from fsm.analyses.at_start import equilibrium_at_start
 from fsm.analyses.beyond_data import beyond_data
+from fsm.analyses.segment_error import segment_error
 from fsm.compile_case import compile_case, path_settings
 from fsm.panel_crossing import lattice_overlap, unwatched_crossings
 from fsm.results.array import ArrayMotion
@@ -35,6 +36,8 @@ _NAMED = 3
 _STRETCHED = 0.01
 """Opening of a joint over the length of a segment, above which a strip is pulled beyond its reach: sheets yield before."""
 
+_COARSE = 0.05
+"""Error of the peak from the segments, above which a warning names it."""
 _HOLD = 0.01
 """Part of the time of the pull for which its drives hold what is to vibrate: forces of dampers die away."""
 
@@ -144,6 +147,8 @@ class Deployment:
         summary: dict[str, Any] = {"start": start_of(self.case, self.scene)[0]}
         if solution.travel.shape[1]:
             summary |= summarise(Curve.from_points(statistics.seen), solution.layout.pair_names)
+            if self.case.strip is not None:
+                summary["mesh_error"] = segment_error(solution, self.system, summary["peak_travel"])
         looked_at = np.array([point.pair_force for point in statistics.seen])
         summary["contact"] = summarise_contacts(solution, looked_at, summary.get("touches", ()))
         summary["contact_stats"] = self.system.contacts.stats()
@@ -180,6 +185,11 @@ class Deployment:
         meeting = lattice_overlap(solution, self.scene)
         if meeting:
             found.append(meeting)
+        error = summary.get("mesh_error")
+        if error is not None and error > _COARSE:
+            found.append(
+                f"the segments are coarse: peak_force is off by about {100 * error:.2g} %; raise strip.segments_per_panel"
+            )
         return found + beyond_data(solution, self.scene, self.system) + _of_the_pull(solution, summary)
 
 

@@ -76,10 +76,11 @@ def worst(found: list[tuple[str, float, float]]) -> tuple[str, float, float]:
 
 def _numbers(kind: str, one: Mapping[str, Any], two: Mapping[str, Any]) -> Iterator[tuple[str, float, float]]:
     peak = abs(one.get("peak_force") or 0.0)
+    segments = UNSTATED + (one.get("mesh_error") or 0.0)
     if peak:
-        yield "peak_force", abs(one["peak_force"] - two["peak_force"]) / peak, UNSTATED
+        yield "peak_force", abs(one["peak_force"] - two["peak_force"]) / peak, segments
     if kind in ("strips", "lattices") and peak and one.get("final_force") is not None:
-        yield "final_force", abs(one["final_force"] - two["final_force"]) / max(peak, abs(one["final_force"])), UNSTATED
+        yield "final_force", abs(one["final_force"] - two["final_force"]) / max(peak, abs(one["final_force"])), segments
     for i, (a, b) in enumerate(zip((one.get("modes_hz") or ())[:3], two.get("modes_hz") or (), strict=False)):
         yield f"mode {i + 1}", abs(a - b) / abs(a), UNSTATED + ((one.get("mesh_error_modes") or [0.0] * 3)[i])
     stated = UNSTATED + max((one.get(name) or 0.0) for name in _STATED)
