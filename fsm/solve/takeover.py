@@ -7,6 +7,7 @@ from typing import NamedTuple, cast
 import numpy as np
 
 from fsm.blocks import BlockMatrix
+from fsm.errors import NotConverged
 from fsm.kernels.block_lu import multiply_blocks
 from fsm.solve.books import Books
 from fsm.solve.generalized_alpha import GeneralizedAlpha
@@ -20,6 +21,10 @@ __all__ = ["Calm", "move_until_calm", "slide"]
 
 _CALM = 1e-4
 """Kinetic energy over the largest since the snap, below which rest is near."""
+_AS_THE_PATH = 4.0
+"""Kinetic energy of a motion along stable equilibria over that of their path, at most: it goes at twice the speed."""
+_LOOKS = 8
+"""Steps from one look at the path to the next."""
 _RHO_INF = 0.6
 _LOST = 2e-3
 """Energy error of one step, over the energy turned over, above which it was too long: it is done again, shorter."""
@@ -47,8 +52,8 @@ class Calm(NamedTuple):
         Kinetic energy that it must have come down to, far below its largest, over the energy turned over so far, or over
         `scale` if that is more.
     slow, wait : J, s
-        Or only to what the drives bring about by themselves, after a while, where the stiffness is positive definite: a
-        small snap never has much more.
+        Or only to what the drives bring about by themselves, or to four times that of the path of equilibria, after a while,
+        where the stiffness is positive definite: a small snap never has much more.
     """
 
     part: float
@@ -101,7 +106,8 @@ def move_until_calm(
         kinetic = seen.energy.kinetic
         quiet = calm.part * max(calm.scale, books.ledger.turnover)
         # a column that buckles is nearly straight for a while, far above its critical load, and hardly moves
-        rests = kinetic < min(quiet, calm.slow) and not negative_pivots(system, solver.t, solver.q)
+        near = kinetic < quiet and (kinetic < calm.slow or steps % _LOOKS == 0)
+        rests = near and _on_path(system, solver.t, solver.q, kinetic, calm.slow)
         books.dynamic(solver.t, solver.q, solver.u, seen, turned_over, rests)
         largest = max(largest, kinetic)
         if books.time >= JUDGED_FROM * until and books.ledger.relative_error > worst:
@@ -111,6 +117,20 @@ def move_until_calm(
         if rests and books.time >= earliest:
             break
     return iterations + solver.iterations
+
+
+def _on_path(system: System, t: float, q: np.ndarray, kinetic: float, slow: float) -> bool:
+    """Whether a state is near stable equilibria and no faster than their path, whose velocity is K^-1 dh/dt."""
+    solver = LinearSolver()
+    if negative_pivots(system, t, q, solver):
+        return False
+    if kinetic < slow:
+        return True
+    try:
+        velocity = solver.solve(system.force_rate(t, q))
+    except NotConverged:
+        return False
+    return kinetic < _AS_THE_PATH * 0.5 * float(velocity @ (system.mass(q) @ velocity))
 
 
 def _relaxed(system: System, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
