@@ -85,7 +85,7 @@ class ScissorArray:
         return Settings(
             method, solve.rtol, solve.end_time, solve.max_step or math.inf, solve.max_steps, solve.energy_abort,
             rho_inf=RHO_INF if solve.rho_inf is None else solve.rho_inf, step=solve.step if stepwise else None,
-            # waves that the mesh does not resolve are damped by the method: their loss is reported, and does not stop a run
+            # waves that the mesh does not resolve are damped by the method: their loss is judged at the end of the run only
             judge_losses=method != "generalized-alpha" or solve.step is not None,
         )  # fmt: skip
 

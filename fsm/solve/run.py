@@ -91,7 +91,8 @@ class Run(ABC):
         `state` gives what the method's solver goes on with from there.
         """
         self.time, self.q, self.u = t, q, u
-        off = self.ledger.relative_error if self.settings.judge_losses else self.ledger.relative_gain
+        judged = self.settings.judge_losses or t >= self.settings.end_time
+        off = self.ledger.relative_error if judged else self.ledger.relative_gain
         if off <= self.settings.energy_abort:
             self.balanced = t
         elif self._off_for_long(t, off):

@@ -223,9 +223,9 @@ ONE_MISTAKE = {
         ("[[drive]]", '[contact]\nexponent = 2\nstiffness = "1e9 N/m^1.5"\n[[drive]]'),
         'contact.stiffness: "1e9 N/m^1.5" has the wrong unit; give a value in N/m^2',
     ),
-    "strip and scene": (
-        ("[[drive]]", "[scene]\n[[drive]]"),
-        "scene: [scene] and [strip] both define a model; give one of them",
+    "scene beside a strip": (
+        ("[[drive]]", "[[scene.frames]]\nname = 'tip'\non = 'sail'\nat = [0]\n[[drive]]"),
+        "scene.frames.0.on: no film or cable is called 'sail'; there are none",
     ),
     "unquoted unit": (
         ("width = 0.04", "width = 40 mm"),

@@ -195,6 +195,8 @@ def test_modes_of_a_nearly_slack_film_are_found_soon() -> None:
 
 def test_a_reduced_model_that_flies_off_is_told_as_one() -> None:
     """Film 4437, far beyond where its cubic terms hold: comparing it with the full model ended in a traceback."""
-    found = attempt(draw(1, 4437).tables, 20.0)
+    tables = draw(1, 4437).tables
+    tables["impact"]["force"] *= 10.0
+    found = attempt(tables, 20.0)
     assert found.solution is None
     assert "left the range of its cubic terms" in found.what
