@@ -23,7 +23,7 @@ _PASSES = (
 
 With 1e-3 in the last pass, a corner-pulled film of 8 x 8 elements keeps compression at its edges, and its second frequency
 is 1 to 3 % low. One pass with 1e-4 leaves that of a sail of 12 x 10 elements 3 % low. A pass takes about four iterations.
-The last one changes next to nothing at rest: it gives the stiffness of `MOVING`.
+The last pass hardly changes the state at rest. It gives the film the stiffness `MOVING`, which the motion needs.
 """
 
 

@@ -21,6 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fsm.kernels.jit import kernel
+from fsm.kernels.vector import cross
 
 __all__ = ["FramePoint", "Frames", "frame_maps", "place_frames"]
 
@@ -101,23 +102,16 @@ def _sum(first: int, last: int, vectors: np.ndarray, factors: np.ndarray, q: np.
 
 
 @kernel
-def _cross(a: np.ndarray, b: np.ndarray, out: np.ndarray) -> None:
-    out[0] = a[1] * b[2] - a[2] * b[1]
-    out[1] = a[2] * b[0] - a[0] * b[2]
-    out[2] = a[0] * b[1] - a[1] * b[0]
-
-
-@kernel
 def _axes(a: np.ndarray, b: np.ndarray, axes: np.ndarray) -> None:
     """Rows e1, e2, e3 of `axes` (3, 3) from the directions a and b."""
     length = np.sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])
     for k in range(3):
         axes[0, k] = a[k] / length
-    _cross(axes[0], b, axes[2])
+    cross(axes[0], b, axes[2])
     length = np.sqrt(axes[2, 0] ** 2 + axes[2, 1] ** 2 + axes[2, 2] ** 2)
     for k in range(3):
         axes[2, k] /= length
-    _cross(axes[2], axes[0], axes[1])
+    cross(axes[2], axes[0], axes[1])
 
 
 @kernel

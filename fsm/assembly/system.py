@@ -72,7 +72,7 @@ class JoinedSystem(SegmentSystem):
         self._nq, self._nu = self.nq, self.nu
         self.nq, self.nu = self._nq + elements.nq, self._nu + elements.nu
         self.rate_dependent = self.rate_dependent or elements.rate_dependent
-        self._looks_back = True
+        self._looks_back = self.of_vectors = True
         self._first, self._rows = members_of(self.n_free, frames)
         self._vector_rows = self._rows[2 * self.n_free :]
         self._fixed = np.concatenate([np.zeros(self._nu, dtype=bool), elements.fixed]).reshape(-1, 3)
@@ -85,7 +85,7 @@ class JoinedSystem(SegmentSystem):
         self._joined_of: BlockPattern | None = None
         self._slots: list[np.ndarray] = []
         self._with_frames: list[tuple[float, np.ndarray, np.ndarray]] = []
-        self._moving_frames: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
+        self._moving_frames: tuple[np.ndarray, float | None, np.ndarray, np.ndarray] | None = None
 
     # configuration --------------------------------------------------------------------------------------------------
 
@@ -128,8 +128,9 @@ class JoinedSystem(SegmentSystem):
         return blocks
 
     def _poses(self, t: float, q: np.ndarray) -> np.ndarray:
-        for at, known, poses in self._with_frames:
+        for k, (at, known, poses) in enumerate(self._with_frames):
             if t == at and equal_vectors(q, known):
+                self._with_frames.insert(0, self._with_frames.pop(k))  # `change` is at the state asked for last
                 return poses
         of_bodies, nodes = q[: self._nq], q[self._nq :]
         poses = super()._poses(t, of_bodies).copy()
@@ -145,14 +146,14 @@ class JoinedSystem(SegmentSystem):
         poses = self._poses(t, q)
         if u is None:
             return poses, self.at_rest
-        last = self._moving_frames
-        if last is not None and last[0] is poses and equal_vectors(u, last[1]):
-            return poses, last[2]
+        since, last = None if before is None else before[0], self._moving_frames
+        if last is not None and last[0] is poses and last[1] == since and equal_vectors(u, last[2]):
+            return poses, last[3]
         rates = self._body_rates(u[: self._nu], self._speeds(t, before))
         nodes, moving = self.elements.place(t, q[self._nq :], u[self._nu :], self._nodes_before(before))
         assert moving is not None
         rates[self.frames.bodies] = self._maps(nodes, moving, None)[3]
-        self._moving_frames = poses, u.copy(), rates
+        self._moving_frames = poses, since, u.copy(), rates
         return poses, rates
 
     def _nodes_before(self, before: Before | None) -> Before | None:

@@ -9,7 +9,7 @@ from fsm.assembly.compile import compile_model
 from fsm.assembly.system import JoinedSystem
 from fsm.kernels.body_poses import pose_difference
 from fsm.scene.flexible import SceneCable, SceneFilm, SceneFrame
-from fsm.scene.loads import Load
+from fsm.scene.loads import Drive, Load
 from fsm.scene.scene import Body, ForceElement, Plate, Scene
 
 
@@ -145,6 +145,28 @@ def test_power_is_the_rate_of_the_energy() -> None:
     assert kinetic == pytest.approx(
         seen.input_power - seen.dissipated_power - (stored[0] - stored[1]) / (2.0 * step), rel=1e-5
     )
+
+
+def test_increments_are_those_at_the_state_asked_for_last() -> None:
+    system, q, u = moved()
+    other = system.retract(q, 0.05 * u)
+    system.place(0.0, q, None)
+    expected = system.change(u)
+    system.place(0.0, other, None)
+    assert not np.allclose(system.change(u), expected)
+    system.place(0.0, q, None)
+    assert np.array_equal(system.change(u), expected)
+
+
+def test_drives_have_their_mean_velocity_since_a_past_state() -> None:
+    drive = Drive(body="flap", direction=(1.0, 0.0, 0.0), speed=0.1, travel=0.1, run_up=0.05)
+    system = compile_model(scene().model_copy(update={"drives": (drive,)}))
+    q, u = system.initial()
+    t, row = 0.5, system.bodies.names.index("flap")
+    at, mean = (system.place(t, q, u, before)[1][row, 0] for before in (None, (0.0, q)))
+    assert mean == pytest.approx(system.motions[0].at(t)[0] / t)
+    assert at == pytest.approx(system.motions[0].at(t)[1])
+    assert at > 1.5 * mean
 
 
 def test_frames_follow_their_elements() -> None:
