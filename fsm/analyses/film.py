@@ -16,12 +16,18 @@ from fsm.scene.builders.membrane import MeshLines, PlacedPatch, mesh_lines, plac
 from fsm.scene.case import Case
 from fsm.scene.membrane import CornerCable, EdgeCable, Membrane, Support
 
-__all__ = ["CORNERS", "FilmMesh", "FilmPoint", "build_film", "mean_strain"]
+__all__ = ["CORNERS", "FilmMesh", "FilmPoint", "build_film", "mean_strain", "on_other_mesh"]
 
 CORNERS = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
 """Signs of x and y at the corners, in turn."""
 _PARTS = 8
 """Points in an element, along a side, of a force that is spread."""
+_OTHER = (1.5, 2.0, 3.0)
+"""Elements of another mesh over those of the mesh itself, in both directions; the first that changes it enough."""
+_CHANGED = 1.3
+"""Elements in a direction, over those of the other mesh, that are enough."""
+_MANY = 400
+"""Elements from which on the other mesh is coarser, which takes less time than a finer one."""
 _NAMES = {"x": 0, "y": 1, "z": 2}
 
 
@@ -178,6 +184,25 @@ def build_film(case: Case) -> FilmMesh:
     corners = np.array([grid.position[0 if x < 0 else -1, 0 if y < 0 else -1] for x, y in CORNERS])
     ends = _cables(builder, case, membrane, grid, corners, outwards, viscosity)
     return FilmMesh(builder.build(), grid, lines, tuple(placed), cells, ends, outwards)
+
+
+def on_other_mesh(case: Case) -> Case | None:
+    """The same film on a finer mesh, or a coarser one if it has many elements; None if its patches make the whole mesh."""
+    membrane = case.membrane
+    assert membrane is not None
+    placed = place_patches(membrane, dict(enumerate(case.patch)))
+
+    def elements(of: Membrane) -> int:
+        lines = mesh_lines(of, placed)
+        return (len(lines.x) - 1) * (len(lines.y) - 1)
+
+    count = elements(membrane)
+    for factor in _OTHER:
+        wanted = [max(1, round(n / factor if count > _MANY else n * factor)) for n in membrane.mesh]
+        other = membrane.model_copy(update={"mesh": tuple(wanted)})
+        if abs(math.log(elements(other) / count)) >= 2.0 * math.log(_CHANGED):
+            return case.model_copy(update={"membrane": other})
+    return None
 
 
 def _tension_fields(case: Case, film: FilmMaterial, patches: list[FilmMaterial]) -> tuple[bool, ...]:

@@ -1,9 +1,10 @@
-"""Error of a film's frequencies and of its largest displacement that its mesh causes, by a finer mesh.
+"""Error of a film's frequencies and of its largest displacement that its mesh causes, by another mesh.
 
-The natural frequencies on both meshes, of order 2 in the size of the elements, are extrapolated (Richardson): with n and
-m > n elements the error on the first mesh is (f_m - f_n)/(1 - (n/m)^2). The largest displacement of a motion in many modes
+The natural frequencies on both meshes, of order p in the size of the elements, are extrapolated (Richardson): with n and
+m elements the error on the first mesh is (f_m - f_n)/(1 - (n/m)^p). The order is 2; it is 1 where parts of a film are
+wrinkled or slack, whose edges cross the elements. The largest displacement of a motion in many modes
 depends on how their phases meet. After many periods a small error of a frequency decides that. So its error is taken from
-linear responses: on the finer mesh, and on the mesh itself with its frequencies moved, in steps, by up to their errors.
+linear responses: on the other mesh, and on the mesh itself with its frequencies moved, in steps, by up to their errors.
 """
 
 from __future__ import annotations
@@ -27,6 +28,12 @@ _STEPS = 8
 """Steps in which the frequencies are moved."""
 _COARSE = 0.05
 """Error from which on a finer mesh is advised."""
+_LOWEST = 3
+"""Natural modes whose errors a warning names."""
+_SOFTEST = 0.1
+"""Part of its value to which a frequency is moved at most."""
+_RESPONSE = 5e4
+"""Steps of a linear response at most."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,13 +43,13 @@ class OnMesh:
     Attributes
     ----------
     system : AncfSystem
-    elements : number of elements in the direction that is refined
+    elements : number of elements in a direction, or its mean over both
     deflection : m
         Normal displacement of the probe at a configuration.
     """
 
     system: AncfSystem
-    elements: int
+    elements: float
     deflection: Callable[[np.ndarray], float]
 
     def modes(self, count: int) -> Modes:
@@ -67,50 +74,71 @@ class MeshError:
     frequencies : (n,) array, Hz
         Of the natural modes on the mesh itself.
     modes : (n,) array
-        Error of each, over it.
-    amplitude : of the largest displacement at the probe, over it; None if nothing moves
+        Error of each, over it; nan where one of the meshes has no stiffness in it.
+    amplitude : of the largest displacement at the probe, over it; None if nothing moves, or a mode has no stiffness
     """
 
     frequencies: np.ndarray
     modes: np.ndarray
     amplitude: float | None
 
-    def at(self, frequency: float) -> float:
-        """Error of a frequency (Hz): that of the natural mode nearest to it."""
-        return float(self.modes[int(np.argmin(np.abs(self.frequencies - frequency)))])
+    def at(self, frequency: float) -> float | None:
+        """Error of a frequency (Hz): that of the natural mode nearest to it; None if that is not known."""
+        known = np.isfinite(self.modes)
+        if not known.any():
+            return None
+        return float(self.modes[known][int(np.argmin(np.abs(self.frequencies[known] - frequency)))])
 
-    def warnings(self, frequency: float | None) -> list[str]:
-        """Warning, if any, that the mesh is coarse for the frequency or the largest displacement."""
-        found = {"largest displacement": self.amplitude, "frequency": None if frequency is None else self.at(frequency)}
+    def warnings(self, frequency: float | None, remedy: str) -> list[str]:
+        """Warning, if any, that the mesh is coarse for the frequency, the largest displacement, or the lowest modes."""
+        lowest = self.modes[:_LOWEST][np.isfinite(self.modes[:_LOWEST])]
+        found = {
+            "largest displacement": self.amplitude,
+            "frequency": None if frequency is None else self.at(frequency),
+            "natural frequencies": float(lowest.max()) if len(lowest) else None,
+        }
         large = [f"{name} off by about {100.0 * e:.2g} %" for name, e in found.items() if e is not None and e > _COARSE]
-        return [f"the mesh of the film is coarse: {', '.join(large)}; give more deployed.elements_across"] if large else []
+        return [f"the mesh of the film is coarse: {', '.join(large)}; {remedy}"] if large else []
 
 
-def mesh_error(own: OnMesh, finer: OnMesh, count: int, duration: float, step: float) -> MeshError | None:
-    """Error of a film's vibration; None where one of the meshes has a mode without stiffness.
+def mesh_error(own: OnMesh, other: OnMesh, order: int, count: int, duration: float, step: float) -> MeshError:
+    """Error of a film's vibration.
 
     Parameters
     ----------
-    own, finer : OnMesh
+    own, other : OnMesh
+        The other is finer, or coarser.
+    order : of the natural frequencies in the size of the elements
     count : modes whose errors are wanted
     duration : s
         Of the vibration.
     step : s
-        Of the linear responses.
+        Of the linear responses; longer if these would have more than `_RESPONSE` steps.
     """
-    first, second = own.modes(max(count, _MODES)), finer.modes(max(count, _MODES))
+    first, second = own.modes(max(count, _MODES)), other.modes(max(count, _MODES))
     both = min(len(first.squared), len(second.squared))
-    if np.any(first.squared <= 0.0) or np.any(second.squared <= 0.0):
-        return None
-    whole = 1.0 / (1.0 - (own.elements / finer.elements) ** 2)
-    change = whole * (second.frequencies[:both] / first.frequencies[:both] - 1.0)
-    model, other = reduced_model(own.system, first, False), reduced_model(finer.system, second, False)
-    errors, largest = [], own.largest(model, duration, step)
-    if largest:
-        errors.append(whole * abs(finer.largest(other, duration, step) / largest - 1.0))
-    for part in np.linspace(0.0, 1.0, _STEPS + 1)[1:] if largest else ():
-        squared = model.squared.copy()
-        squared[:both] *= (1.0 + part * change) ** 2
-        errors.append(abs(own.largest(replace(model, squared=squared), duration, step) / largest - 1.0))
+    stiff = (first.squared[:both] > 0.0) & (second.squared[:both] > 0.0)
+    whole = 1.0 / (1.0 - (own.elements / other.elements) ** order)
+    change = np.full(both, np.nan)
+    change[stiff] = whole * (second.frequencies[:both][stiff] / first.frequencies[:both][stiff] - 1.0)
     wanted = min(count, both)
-    return MeshError(first.frequencies[:wanted], np.abs(change[:wanted]), max(errors, default=None))
+    amplitude = None
+    if np.all(first.squared > 0.0) and np.all(second.squared > 0.0):
+        amplitude = _of_amplitude(own, other, (first, second), change, abs(whole), duration, max(step, duration / _RESPONSE))
+    return MeshError(first.frequencies[:wanted], np.abs(change[:wanted]), amplitude)
+
+
+def _of_amplitude(
+    own: OnMesh, other: OnMesh, found: tuple[Modes, Modes], change: np.ndarray, whole: float, duration: float, step: float
+) -> float | None:
+    """Error of the largest displacement; see the module docstring."""
+    model, second = (reduced_model(on.system, modes, False) for on, modes in zip((own, other), found, strict=True))
+    largest = own.largest(model, duration, step)
+    if not largest:
+        return None
+    errors = [whole * abs(other.largest(second, duration, step) / largest - 1.0)]
+    for part in np.linspace(0.0, 1.0, _STEPS + 1)[1:]:
+        squared = model.squared.copy()
+        squared[: len(change)] *= np.maximum(1.0 + part * change, _SOFTEST) ** 2
+        errors.append(abs(own.largest(replace(model, squared=squared), duration, step) / largest - 1.0))
+    return max(errors)

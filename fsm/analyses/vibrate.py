@@ -12,7 +12,7 @@ import numpy as np
 
 from fsm.analyses.analysis import Solver
 from fsm.analyses.deployed import DeployedFilm
-from fsm.analyses.film import FilmMesh, build_film, mean_strain
+from fsm.analyses.film import FilmMesh, build_film, mean_strain, on_other_mesh
 from fsm.analyses.mesh_error import MeshError, OnMesh, mesh_error
 from fsm.analyses.natural import natural_modes
 from fsm.analyses.reduced import MODAL, ModelError, ReducedSolve, error_against_full, reduced_model
@@ -22,6 +22,7 @@ from fsm.ancf.film import FilmStress, MembraneGroup
 from fsm.ancf.loading import Forcing, Loading
 from fsm.ancf.pulse import HalfSine, Rectangle, Samples, TimeFunction
 from fsm.ancf.reduced import ReducedModel
+from fsm.ancf.system import AncfSystem
 from fsm.ancf.tension_state import TensionState, tension_state
 from fsm.errors import CaseError, Fault, NotConverged
 from fsm.results.array import ArrayMotion
@@ -230,8 +231,8 @@ class VibrationAnalysis:
             "reduced_error_struck": None if error is None else error.struck,
             "reduced_force_error": None if error is None else error.stretch,
             "modes_hz": [float(f) for f in self.modes.frequencies],
-            "mesh_error_modes": None if self.mesh_error is None else self.mesh_error.modes.tolist(),
-            "mesh_error_amplitude": None if self.mesh_error is None else self.mesh_error.amplitude,
+            "mesh_error_modes": None if mesh is None else [e if math.isfinite(e) else None for e in mesh.modes.tolist()],
+            "mesh_error_amplitude": None if mesh is None else mesh.amplitude,
             "tension_state": {
                 "largest_stress": state.largest,
                 "smallest_stress": state.smallest,
@@ -245,9 +246,22 @@ class VibrationAnalysis:
         """Frequency and decay out of a history that does not tell them; a coarse mesh."""
         found = frequency_warnings(solution.samples.time, summary)
         found += [] if self._stated is None else self._stated.warnings()
-        return found + (self.mesh_error.warnings(summary["frequency_hz"]) if self.mesh_error is not None else [])
+        if self.mesh_error is not None:
+            remedy = "give more deployed.elements_across" if self.deployed is not None else self._finer_mesh()
+            found += self.mesh_error.warnings(summary["frequency_hz"], remedy)
+        return found
 
     # inside -----------------------------------------------------------------------------------------------------------
+
+    def _wrinkled(self) -> bool:
+        """Whether a part of the film carries no compression, or has its wrinkles computed, and is not taut."""
+        return self.case.tension is not None and self.case.tension.film != "plain" and self.state.taut < 1.0
+
+    def _finer_mesh(self) -> str:
+        """Remedy for a coarse mesh."""
+        if self._wrinkled():
+            return "give a finer membrane.mesh; modes of wrinkled and slack parts need many elements"
+        return "give a finer membrane.mesh"
 
     def _places(self) -> dict[str, tuple[float, float]]:
         """Probes by name; the center and the first patch, if the case has none of that name."""
@@ -258,21 +272,40 @@ class VibrationAnalysis:
         return places | self.vibration.probes
 
     def _mesh_error(self) -> MeshError | None:
-        """Error of the mesh of a deployed strip, by a finer one; None if that finds no equilibrium."""
-        if self.deployed is None or self.deployed.finer is None:
+        """Error of the mesh, by another one; None if there is none that differs enough, or it finds no equilibrium."""
+        if self._system.fixed.all():
             return None
-        finer = self.deployed.finer
         try:
-            system = as_deployed(self.case, finer, self._loading(finer.film))
+            found = self._on_other_mesh()
         except NotConverged:
             return None
+        if found is None:
+            return None
+        film, system = found
         duration = self.vibration.duration if self.case.impact is not None else 0.0
         step = min(self._first_step(), self.vibration.sampling or math.inf)
         own, other = (
-            OnMesh(system, len(film.grid.y) - 1, self._deflection(film))
-            for system, film in ((self._system, self.film), (system, finer.film))
+            OnMesh(system, self._elements(film), self._deflection(film))
+            for system, film in ((self._system, self.film), (system, film))
         )
-        return mesh_error(own, other, self.vibration.modes, duration, step)
+        order = 1 if self._wrinkled() else 2
+        return mesh_error(own, other, order, self.vibration.modes, duration, step)
+
+    def _on_other_mesh(self) -> tuple[FilmMesh, AncfSystem] | None:
+        """The film on another mesh, and its system at rest."""
+        if self.deployed is not None:
+            finer = self.deployed.finer
+            return None if finer is None else (finer.film, as_deployed(self.case, finer, self._loading(finer.film)))
+        case = on_other_mesh(self.case)
+        if case is None:
+            return None
+        film = build_film(case)
+        return film, stretched(case, film, self._loading(film))
+
+    def _elements(self, film: FilmMesh) -> float:
+        """Elements across a deployed strip; of another film, the mean of both directions."""
+        along, across = film.cells.shape
+        return math.sqrt(along * across) if self.deployed is None else across
 
     @cached_property
     def _stated(self) -> StatedErrors | None:

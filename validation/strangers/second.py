@@ -19,7 +19,7 @@ __all__ = ["Other", "compared", "otherwise", "worst"]
 UNSTATED = 0.02
 """Error of a peak, a frequency, a stress or a motion, part of it, where the program states none."""
 _MESH = {"frequency_hz": "mesh_error_frequency", "amplitude_center": "mesh_error_amplitude"}
-"""Errors of its mesh that the summary of a deployed strip states."""
+"""Errors of its mesh that the summary of a film states."""
 _STATED = ("reduced_error", "reduced_error_struck", "reduced_force_error")
 """Errors that the summary of a film states, of its reduced model against the full one, over the displacement of that."""
 _OF_AMPLITUDE = ("step_error", "point_force_error")
@@ -82,7 +82,7 @@ def _numbers(kind: str, one: Mapping[str, Any], two: Mapping[str, Any]) -> Itera
     if kind in ("strips", "lattices") and peak and one.get("final_force") is not None:
         yield "final_force", abs(one["final_force"] - two["final_force"]) / max(peak, abs(one["final_force"])), segments
     for i, (a, b) in enumerate(zip((one.get("modes_hz") or ())[:3], two.get("modes_hz") or (), strict=False)):
-        yield f"mode {i + 1}", abs(a - b) / abs(a), UNSTATED + ((one.get("mesh_error_modes") or [0.0] * 3)[i])
+        yield f"mode {i + 1}", abs(a - b) / abs(a), UNSTATED + ((one.get("mesh_error_modes") or [0.0] * 3)[i] or 0.0)
     stated = UNSTATED + max((one.get(name) or 0.0) for name in _STATED)
     for name, mesh in _MESH.items():
         if one.get(name) and two.get(name):
