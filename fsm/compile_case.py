@@ -74,7 +74,8 @@ def path_settings(case: Case, system: SegmentSystem, end: float) -> PathSettings
     solve, first = case.solve, end / 200.0
     if system.motions:
         motion = system.motions[0]
-        first = motion.time_of(solve.increment or motion.travel / 200.0)
+        if motion.program.forward:
+            first = motion.time_of(solve.increment or motion.travel / 200.0)
     return PathSettings(
         end, first, solve.max_step or math.inf, solve.rtol, solve.max_steps, solve.imperfection, solve.energy_abort
     )

@@ -200,7 +200,9 @@ def _pull(scene: Scene, drive: Drive, bodies: dict[str, Body], member: dict[str,
     size = float(np.linalg.norm(direction))
     if size == 0:
         raise CaseError(Fault(f"drive of {name}", "has no component in the x-z plane of the preview; run the case instead"))
-    rest = (direction / size, drive.travel, drive.travel / drive.speed, drive.guide)
+    if drive.travel is None:
+        raise CaseError(Fault(f"drive of {name}", "is a turn, which the preview does not show; run the case instead"))
+    rest = (direction / size, drive.travel, drive.travel / drive.fastest, drive.guide)
     if name in member:
         return _Pull(member[name], None, *rest)
     if name in bodies:  # a crease line, which pulls the panels at its joints

@@ -39,6 +39,8 @@ class Energy:
         Part of the dissipated power whose forces hold at rest, too: hysteresis of creases, friction with bristles.
     driven : J
         Kinetic energy of driven bodies, which follows from the prescribed motion.
+    load_power : W
+        Part of the input power that loads give; None for all of it.
     """
 
     kinetic: float
@@ -48,6 +50,7 @@ class Energy:
     pair_power: np.ndarray = field(default_factory=lambda: np.zeros((2, 0)))
     sliding_power: float = 0.0
     driven: float = 0.0
+    load_power: float | None = None
 
     @property
     def stored(self) -> float:

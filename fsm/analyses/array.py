@@ -16,10 +16,10 @@ from fsm.ancf.latch import Latches
 from fsm.ancf.loading import Forcing, Loading
 from fsm.ancf.mesh import Mesh, node_pattern
 from fsm.scene.builders.scissor import Array, array_at
-from fsm.scene.loads import Ramp, TimeFunction
+from fsm.scene.loads import TimeFunction
 from fsm.scene.materials import DAMPING, Material
 from fsm.scene.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
-from fsm.segments.time_function import breaks, factor, slope
+from fsm.segments.time_function import breaks, curvature, factor, slope
 
 __all__ = ["compile_array"]
 
@@ -32,11 +32,7 @@ class _Factor:
 
     def at(self, t: float) -> tuple[float, float, float]:
         """Value, slope and curvature."""
-        bend = 0.0
-        if isinstance(self.function, Ramp) and self.function.start < t < self.function.end:
-            length = self.function.end - self.function.start
-            bend = 6.0 * (1.0 - 2.0 * (t - self.function.start) / length) / length**2
-        return factor(self.function, t), slope(self.function, t), bend
+        return factor(self.function, t), slope(self.function, t), curvature(self.function, t)
 
     def breaks(self) -> tuple[float, ...]:
         """Times at which it is not smooth, s."""

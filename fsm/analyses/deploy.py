@@ -122,7 +122,10 @@ class Deployment:
             body_names=tuple(bodies.names[i] for i in bodies.free),
             panel=self.system.panels,
             pair_names=self.system.pair_names,
-            drive_names=tuple(" + ".join(bodies.names[body] for body in motion.bodies) for motion in self.system.motions),
+            drive_names=tuple(
+                " + ".join(bodies.names[body] for body in motion.bodies) + (" (turn)" if motion.axis is not None else "")
+                for motion in self.system.motions
+            ),
             thickness=max((plate.thickness for _, plate, _ in bodies.plates), default=0.0),
         )
 

@@ -149,7 +149,7 @@ class JoinedSystem(SegmentSystem):
         since, last = None if before is None else before[0], self._moving_frames
         if last is not None and last[0] is poses and last[1] == since and equal_vectors(u, last[2]):
             return poses, last[3]
-        rates = self._body_rates(u[: self._nu], self._speeds(t, before))
+        rates = self._body_rates(u[: self._nu], t, before)
         nodes, moving = self.elements.place(t, q[self._nq :], u[self._nu :], self._nodes_before(before))
         assert moving is not None
         rates[self.frames.bodies] = self._maps(nodes, moving, None)[3]
@@ -371,6 +371,7 @@ class JoinedSystem(SegmentSystem):
             bodies.pair_power,
             bodies.sliding_power,
             bodies.driven,
+            (bodies.load_power or 0.0) + nodes.input_power,
         )
 
     # memory ---------------------------------------------------------------------------------------------------------

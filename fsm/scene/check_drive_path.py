@@ -23,7 +23,7 @@ def drives_through_held_panels(sections: Sections, held: frozenset[int]) -> Iter
     if strip is None or contact is None or contact.pairs is not None:
         return
     for index, drive in sections.drives.items():
-        if drive.crease is None or not drive.guide or not 1 <= drive.crease < strip.panels:
+        if drive.crease is None or drive.travel is None or not drive.guide or not 1 <= drive.crease < strip.panels:
             continue
         size = math.sqrt(sum(x * x for x in drive.direction))
         way = tuple(drive.travel * x / size for x in drive.direction[::2])

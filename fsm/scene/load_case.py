@@ -23,6 +23,7 @@ from fsm.scene.faults import MOST_UNKNOWN, faults_of, unknown_key
 from fsm.scene.materials import FamilyCrease, SplineCrease
 from fsm.scene.membrane import Vibration
 from fsm.scene.overrides import apply_overrides, split_override
+from fsm.scene.program_data import with_program
 from fsm.scene.scene import Scene
 from fsm.scene.sections import Sections
 from fsm.scene.toml_text import case_text
@@ -181,6 +182,8 @@ def read_case(data: Mapping[str, Any], folder: Path) -> tuple[Case | None, list[
             faults += found
     valid, found = _read_curves(valid, folder, system)
     faults += found
+    valid, found = _read_programs(valid, folder, system)
+    faults += found
     faults += check_sections(_sections(data, valid))
     faults += expectation_faults(valid.get("expect") or ())
     if faults:
@@ -278,6 +281,29 @@ def _read_curves(valid: Mapping[str, Any], folder: Path, system: str) -> tuple[d
                 elements[index] = element.model_copy(update={"crease": crease})
                 faults += found
         result["scene"] = scene.model_copy(update={"elements": tuple(elements)})
+    return result, faults
+
+
+def _read_programs(valid: Mapping[str, Any], folder: Path, system: str) -> tuple[dict[str, Any], list[Fault]]:
+    """Sections with all programs over time read from their files."""
+    result: dict[str, Any] = dict(valid)
+    faults: list[Fault] = []
+
+    def read(item: Any, path: str) -> Any:
+        item, found = with_program(item, folder, system, path)
+        faults.extend(found)
+        return item
+
+    for name in ("drive", "load", "force"):
+        if isinstance(result.get(name), dict):
+            result[name] = {index: read(item, f"{name}.{index}") for index, item in result[name].items()}
+    scene = result.get("scene")
+    if isinstance(scene, Scene):
+        update = {
+            name: tuple(read(item, f"scene.{name}.{index}") for index, item in enumerate(getattr(scene, name)))
+            for name in ("drives", "loads")
+        }
+        result["scene"] = scene.model_copy(update=update)
     return result, faults
 
 

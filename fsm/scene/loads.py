@@ -2,118 +2,141 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+import math
+from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
 from fsm.scene.lattice import Edge
-from fsm.scene.model import Model
-from fsm.scene.units import Count, Force, Length, Moment, Number, Speed, Time
+from fsm.scene.model import Model, Name
+from fsm.scene.time_program import Constant, Cycle, Ramp, Table, TimeFunction, normalised, steepest
+from fsm.scene.units import Angle, AngularSpeed, Count, Force, Length, Moment, Number, Speed
 
-__all__ = ["Constant", "Drive", "Load", "Ramp", "Table", "TimeFunction", "Vector"]
+__all__ = ["Constant", "Cycle", "Drive", "Load", "Ramp", "Table", "TimeFunction", "Vector"]
 
 Vector = tuple[float, float, float]
-
-
-class Constant(Model):
-    """Factor 1 at all times."""
-
-    kind: Literal["constant"] = "constant"
-
-
-class Ramp(Model):
-    """Factor that increases from 0 at `start` to 1 at `end` as s^2 (3 - 2s), with continuous slope."""
-
-    kind: Literal["ramp"]
-    start: Time = 0.0
-    end: Time
-
-    @model_validator(mode="after")
-    def _forward(self) -> Self:
-        if self.end <= self.start:
-            raise ValueError(
-                f"a ramp must end after it starts; end = {self.end:g} s, start = {self.start:g} s"
-            )
-        return self
-
-
-class Table(Model):
-    """Factor that is linear between the rows (time, value) and constant outside."""
-
-    kind: Literal["table"]
-    time: tuple[Time, ...]
-    value: tuple[Number, ...]
-
-    @model_validator(mode="after")
-    def _sorted(self) -> Self:
-        if len(self.time) != len(self.value) or len(self.time) < 2:
-            raise ValueError(
-                f"a table needs one value for each time, and at least two; it has {len(self.time)} times and "
-                f"{len(self.value)} values"
-            )
-        if any(b <= a for a, b in zip(self.time, self.time[1:], strict=False)):
-            raise ValueError("the times of a table must increase")
-        return self
-
-
-TimeFunction = Annotated[Constant | Ramp | Table, Field(discriminator="kind")]
 
 
 class Load(Model):
     """Wrench on a body: a force at a point and a couple, times a function of time.
 
     `point` is given in body axes from the centre of mass. `force` and `moment` are given in inertial axes, or in body axes
-    if `follower` is true.
+    if `follower` is true. If the table of `time` has a column `force` or `moment`, the vector gives the direction only.
+    `step` is the step in which the load begins; absent: the first. `name` is the name by which a later step changes or
+    removes it; absent: that of its body.
     """
 
+    name: Name | None = None
     body: str
     point: tuple[Length, Length, Length] = (0.0, 0.0, 0.0)
     force: tuple[Force, Force, Force] = (0.0, 0.0, 0.0)
     moment: tuple[Moment, Moment, Moment] = (0.0, 0.0, 0.0)
     follower: bool = False
-    time: TimeFunction = Constant()
+    time: TimeFunction | None = None
+    step: str | None = None
+
+    @property
+    def called(self) -> str:
+        """Name of the load."""
+        return self.name or self.body
+
+    @model_validator(mode="after")
+    def _with_factors(self) -> Self:
+        table = self.time
+        if not isinstance(table, Table) or table.amount is None:
+            return self
+        name = table.amount
+        if name not in ("force", "moment"):
+            raise ValueError(f"the table of a load has the column `force` or `moment`, not `{name}`")
+        vector: Vector = getattr(self, name)
+        size = math.hypot(*vector)
+        if size == 0.0:
+            raise ValueError(f"a table with the column `{name}` needs its direction, for example {name} = [0, 0, 1]")
+        if any(self.moment if name == "force" else self.force):
+            raise ValueError(f"a table with the column `{name}` gives it alone; give force and moment as two loads")
+        time, largest = normalised(table, "linear")
+        object.__setattr__(self, "time", time)
+        object.__setattr__(self, name, tuple(largest * x / size for x in vector))
+        return self
 
 
 class Drive(Model):
     """Prescribed motion of a crease line of a strip, of bodies, or of an edge of a lattice; its reaction is the drive force.
 
-    After a smooth start over the distance `run_up`, the speed is constant until the end of the travel. Give one of `crease`,
-    `body`, `bodies` and `edge`.
+    Give one of `crease`, `body`, `bodies` and `edge`, and one of `travel` and `turn`. With `speed` or `rate` the motion has
+    a smooth start and then a constant speed; with `time` it is a function of time.
 
     Attributes
     ----------
+    name : str
+        Name by which a later step releases the drive; absent: that of what it drives, for example "crease 3".
     crease : int
         Number of the crease, from 1.
     body : str
-        Name of a body, which translates without rotation.
+        Name of a body, which translates without rotation, or turns about a fixed axis.
     bodies : tuple of str
-        Names of bodies that translate together without rotation; the drive force is the sum over these bodies.
+        Names of bodies that move together; the drive force is the sum over these bodies.
     edge : "bottom", "top", "left" or "right"
         Edge of a lattice, whose squares translate together without rotation.
     direction : -
         Direction of the motion, of any length.
-    speed, travel : m/s, m
+    travel, speed : m, m/s
     run_up : m
         Travel over which the speed increases from zero, with continuous acceleration; absent: 1 % of the travel.
+    turn, rate : rad, rad/s
+        Rotation about the axis.
+    axis, point : -, m
+        Direction of the axis, of any length, and a point on it; absent: the centre of mass of the first body.
+    time : function of time that multiplies `travel` or `turn`
+    step : str
+        Step in which the drive begins; absent: the first.
     guide : bool
         For a crease line only. True: the line moves along `direction` only and cannot rotate. False: only its motion along
         `direction` is prescribed.
     """
 
+    name: Name | None = None
     crease: Count | None = None
     body: str | None = None
     bodies: Annotated[tuple[str, ...], Field(min_length=1)] | None = None
     edge: Edge | None = None
     direction: tuple[Number, Number, Number] = (0.0, 0.0, 1.0)
-    speed: Annotated[Speed, Field(gt=0)]
-    travel: Annotated[Length, Field(gt=0)]
+    speed: Annotated[Speed, Field(gt=0)] | None = None
+    travel: Annotated[Length, Field(gt=0)] | None = None
     run_up: Annotated[Length, Field(ge=0)] | None = None
+    turn: Annotated[Angle, Field(gt=0)] | None = None
+    rate: Annotated[AngularSpeed, Field(gt=0)] | None = None
+    axis: tuple[Number, Number, Number] = (0.0, 1.0, 0.0)
+    point: tuple[Length, Length, Length] | None = None
+    time: TimeFunction | None = None
+    step: str | None = None
     guide: bool = True
 
     @property
     def moved(self) -> tuple[str, ...]:
         """Names of the driven bodies; empty for a crease or an edge."""
         return self.bodies or (() if self.body is None else (self.body,))
+
+    @property
+    def called(self) -> str:
+        """Name of the drive."""
+        return self.name or (f"crease {self.crease}" if self.crease is not None else self.edge or " + ".join(self.moved))
+
+    @property
+    def size(self) -> float:
+        """Travel (m) or turn (rad)."""
+        size = self.turn if self.travel is None else self.travel
+        assert size is not None
+        return size
+
+    @property
+    def fastest(self) -> float:
+        """Largest speed, m/s or rad/s."""
+        if self.time is not None:
+            return self.size * steepest(self.time)
+        speed = self.speed if self.turn is None else self.rate
+        assert speed is not None
+        return speed
 
     @model_validator(mode="after")
     def _one_target(self) -> Self:
@@ -122,8 +145,52 @@ class Drive(Model):
             raise ValueError("give either `crease` (its number), `body` (its name), `bodies`, or `edge` (of a lattice)")
         if not any(self.direction):
             raise ValueError("direction [0, 0, 0] is not a direction; give for example [0, 0, 1]")
-        if self.run_up is not None and self.run_up > self.travel:
+        self._read_table()
+        if (self.travel is None) == (self.turn is None) and not self._waits_for_file:
+            both = "both are given; remove one of them" if self.turn is not None else "both are missing"
+            raise ValueError(f"give `travel` (a length) or `turn` (an angle); {both}")
+        if self.turn is not None:
+            self._check_turn()
+        elif self.rate is not None:
+            raise ValueError("`rate` belongs to `turn`; give `speed` with `travel`")
+        pace, key = (self.rate, "rate") if self.turn is not None else (self.speed, "speed")
+        if self.time is None and pace is None:
+            raise ValueError(f"`{key}` is missing; give it, or a function of time as `time`")
+        if self.time is not None and (pace is not None or self.run_up is not None):
+            raise ValueError(f"`time` gives the motion, so `{key}` and `run_up` are not used; remove them, or remove `time`")
+        if isinstance(self.time, Constant):
+            raise ValueError('`time` of a drive is a motion: kind = "ramp", "table" or "cycle"')
+        if self.run_up is not None and self.travel is not None and self.run_up > self.travel:
             raise ValueError(
                 f"run_up = {self.run_up:g} m must be at most travel = {self.travel:g} m; reduce it"
             )
         return self
+
+    @property
+    def _waits_for_file(self) -> bool:
+        return isinstance(self.time, Table) and self.time.file is not None
+
+    def _check_turn(self) -> None:
+        if self.crease is not None or self.edge is not None:
+            raise ValueError("`turn` rotates a `body` or `bodies`; a crease line and an edge have `travel`")
+        if not any(self.axis):
+            raise ValueError("axis [0, 0, 0] is not a direction; give for example [0, 1, 0]")
+        if self.speed is not None or self.run_up is not None:
+            raise ValueError("`turn` has a `rate` (rad/s) and no `speed` or `run_up`; remove them")
+
+    def _read_table(self) -> None:
+        """Factors, and the travel or turn of the factor 1, from a table with a unit."""
+        table = self.time
+        if not isinstance(table, Table):
+            return
+        if table.amount is None:
+            object.__setattr__(self, "time", table.model_copy(update={"interpolation": table.interpolation or "smooth"}))
+            return
+        name = table.amount
+        if name not in ("travel", "turn"):
+            raise ValueError(f"the table of a drive has the column `travel` or `turn`, not `{name}`")
+        if getattr(self, name) is not None:
+            raise ValueError(f"`{name}` is given here and in the table; remove one of them")
+        time, largest = normalised(table, "smooth")
+        object.__setattr__(self, "time", time)
+        object.__setattr__(self, name, largest)

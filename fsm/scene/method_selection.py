@@ -7,6 +7,8 @@ at first contact reaches twice the peak (validation/benchmarks).
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from fsm.scene.loads import Constant
@@ -37,7 +39,7 @@ def automatic_method(scene: Scene, comes_to_rest: bool = False) -> tuple[str, st
         return dynamics, "there is no drive, so the motion is free"
     if any(any(body.velocity) or any(body.angular_velocity) for body in scene.bodies):
         return dynamics, "bodies have initial velocities"
-    if not all(isinstance(load.time, Constant) for load in scene.loads):
+    if not all(load.time is None or isinstance(load.time, Constant) for load in scene.loads):
         return dynamics, "loads depend on time"
     if comes_to_rest:
         return "static", "the strip is at rest before it vibrates, so inertia of the deployment has no effect"
@@ -52,7 +54,8 @@ def pace(scene: Scene) -> float:
 
     The ratio is infinite if no hinge has a stiffness.
     """
-    speed = max((drive.speed for drive in scene.drives), default=0.0)
+    reach = max((math.dist(body.position, (0.0, 0.0, 0.0)) for body in scene.bodies), default=0.0)
+    speed = max((drive.fastest * (1.0 if drive.turn is None else reach) for drive in scene.drives), default=0.0)
     mass = sum(body.mass for body in scene.bodies if not body.held)
     hinges = [k for element in scene.elements if (k := _hinge_stiffness(element)) > 0.0]
     return mass * speed * speed / min(hinges) if hinges else float("inf")

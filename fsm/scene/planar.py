@@ -39,8 +39,11 @@ def out_of_plane(scene: Scene) -> list[str]:
             reasons.append(f"a load on body {load.body!r} acts out of the plane")
             break
     for drive in scene.drives:
-        if drive.direction[1]:
+        if drive.turn is None and drive.direction[1]:
             reasons.append("a drive moves out of the plane")
+            break
+        if drive.turn is not None and (drive.axis[0] or drive.axis[2]):
+            reasons.append("a drive turns about an axis that is not normal to the plane")
             break
         if not drive.guide:
             reasons.append("a crease line without guide can move out of the plane")

@@ -11,7 +11,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from fsm.scene.loads import Constant, TimeFunction
+from fsm.scene.loads import Constant, Table, TimeFunction
 from fsm.scene.model import Model
 from fsm.scene.units import (
     Angle,
@@ -176,4 +176,6 @@ class PointForce(Model):
     def _one(self) -> Self:
         if (self.force is None) == (self.radial is None):
             raise ValueError("give either `force` = [x, y] or `radial`")
+        if isinstance(self.time, Table) and self.time.amount is not None:
+            raise ValueError(f"the table of a point force has the column `value` (factors), not `{self.time.amount}`")
         return self

@@ -91,8 +91,6 @@ def _drives(scene: Scene) -> Iterator[Fault]:
                 yield Fault(f"drive.{i}.{key}", f"no body is called {name!r}{nearest_name(name, list(bodies))}")
             elif bodies[name].held:
                 yield Fault(f"drive.{i}.{key}", f"{name!r} is held; a held body cannot be driven")
-        if drive.run_up is not None and drive.run_up > drive.travel:
-            yield Fault(f"drive.{i}.run_up", f"{drive.run_up:g} m is more than the travel, {drive.travel:g} m")
     for name, count in Counter(name for drive in scene.drives for name in drive.moved).items():
         if count > 1:
             yield Fault("drive", f"{name!r} is driven {count} times; one drive a body")

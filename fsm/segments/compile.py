@@ -13,7 +13,7 @@ from fsm.errors import CaseError, Fault
 from fsm.interactions import hinge_planar, hinge_spatial, pose_planar, pose_spatial
 from fsm.kernels.rotation import multiply
 from fsm.laws.crease import Curve, join_curves
-from fsm.scene.loads import Drive, Load
+from fsm.scene.loads import Constant, Drive, Load
 from fsm.scene.planar import out_of_plane
 from fsm.scene.scene import GROUND, Body, ForceElement, Scene
 from fsm.segments.check_scene import check_scene
@@ -21,7 +21,7 @@ from fsm.segments.compile_contacts import compile_contacts
 from fsm.segments.configuration import Bodies
 from fsm.segments.contacts import ContactGroup
 from fsm.segments.crease_curves import Hysteresis, curve_of, hysteresis_of
-from fsm.segments.drive import PrescribedMotion
+from fsm.segments.drive import Axis, PrescribedMotion, program_of, unit
 from fsm.segments.element_angles import half_way_swings, initial_twists, rest_twists, side_of
 from fsm.segments.elements import BushingGroup, CreaseGroup
 from fsm.segments.group import Group
@@ -146,12 +146,12 @@ class SceneCompiler:
 
     def _motion(self, drive: Drive) -> PrescribedMotion:
         assert drive.moved  # checked by check_scene
+        bodies = np.array([self.index[name] for name in drive.moved])
         direction = np.array(self._vector(drive.direction), dtype=float)
-        run_up = 0.01 * drive.travel if drive.run_up is None else drive.run_up
-        return PrescribedMotion(
-            np.array([self.index[name] for name in drive.moved]), direction / np.linalg.norm(direction), drive.speed,
-            drive.travel, run_up,
-        )  # fmt: skip
+        if drive.turn is None:
+            return PrescribedMotion(bodies, direction / np.linalg.norm(direction), program_of(drive))
+        point = self.all_bodies[bodies[0]].position if drive.point is None else drive.point
+        return PrescribedMotion(bodies, 0.0 * direction, program_of(drive), Axis(unit(drive.axis), np.array(point)))
 
     def _load(self, load: Load) -> AppliedLoad:
         moment = np.array(load.moment if self.spatial else (load.moment[1],), dtype=float)
@@ -161,7 +161,7 @@ class SceneCompiler:
             np.array(self._vector(load.force), dtype=float),
             moment,
             load.follower,
-            load.time,
+            load.time or Constant(),
         )
 
     # force elements -------------------------------------------------------------------------------------------------

@@ -21,6 +21,7 @@ from fsm.kernels.rotation import rotate_by
 from fsm.kernels.vector import equal_vectors
 from fsm.scene.scene import Plate
 from fsm.segments.drive import PrescribedMotion
+from fsm.segments.turns import Turns
 from fsm.system import Before
 
 __all__ = ["Bodies", "Configuration"]
@@ -82,6 +83,7 @@ class Configuration:
         self.driven = np.array([body for motion in motions for body in motion.bodies], dtype=np.int64)
         self._motion = np.array([k for k, motion in enumerate(motions) for _ in motion.bodies], dtype=np.int64)
         self._directions = np.array([motion.direction for motion in motions]).reshape(len(motions), 3 if self.spatial else 2)
+        self._turns = Turns.of(motions, bodies.pose)
         self._drives = self.driven, self._motion, self._directions
         self._standing = np.zeros(len(motions))
         self._travelled: dict[float, np.ndarray] = {}
@@ -144,7 +146,7 @@ class Configuration:
         at, known, known_since, rates = self._moving
         if t == at and since == known_since and equal_vectors(u, known):
             return poses, rates
-        rates = self._body_rates(u, self._speeds(t, before))
+        rates = self._body_rates(u, t, before)
         self._moving = t, u.copy(), since, rates
         return poses, rates
 
@@ -154,9 +156,14 @@ class Configuration:
             return np.array([motion.at(t)[1] for motion in self.motions])
         return np.asarray((self._travels(t) - self._travels(before[0])) / (t - before[0]))
 
-    def _body_rates(self, u: np.ndarray, speeds: np.ndarray) -> np.ndarray:
-        """Rates of all bodies from those of the free bodies and the velocities of the motions."""
-        return np.asarray(place_bodies(self.at_rest, self.bodies.free, u, False, *self._drives, speeds))
+    def _body_rates(self, u: np.ndarray, t: float, before: Before | None = None) -> np.ndarray:
+        """Rates of all bodies from those of the free bodies and of the motions at t, or the mean ones since `before`."""
+        speeds = self._speeds(t, before)
+        rates = np.asarray(place_bodies(self.at_rest, self.bodies.free, u, False, *self._drives, speeds))
+        if self._turns is not None:
+            earlier = None if before is None else (self._travels(before[0]), t - before[0])
+            self._turns.set_rates(rates, self._travels(t), speeds, earlier)
+        return rates
 
     def _poses(self, t: float, q: np.ndarray) -> np.ndarray:
         """Poses of all bodies; the last two states are cached."""
@@ -168,6 +175,8 @@ class Configuration:
         if t == at and equal_vectors(q, known):
             return poses
         poses = place_bodies(self.bodies.pose, self.bodies.free, q, self.spatial, *self._drives, self._travels(t))
+        if self._turns is not None:
+            self._turns.set_poses(poses, self._travels(t))
         self._placed = t, q.copy(), poses
         return poses
 

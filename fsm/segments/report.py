@@ -11,6 +11,7 @@ from fsm.overlap import find_overlaps
 from fsm.scene.builders.scene import build_scene
 from fsm.scene.builders.strip import strip_damping
 from fsm.scene.case import Case
+from fsm.scene.loads import Drive
 from fsm.scene.materials import SplineCrease
 from fsm.scene.method_selection import automatic_method
 from fsm.scene.planar import out_of_plane
@@ -18,6 +19,7 @@ from fsm.scene.scene import ForceElement, Scene
 from fsm.scene.start import start_of
 from fsm.segments.check_scene import check_scene
 from fsm.segments.crease_checks import crease_faults, crease_warnings
+from fsm.segments.drive import PrescribedMotion, RunUp
 from fsm.segments.report_contact import (
     approximations_of_contact,
     approximations_of_friction,
@@ -172,21 +174,34 @@ def _damping(view: View) -> Iterator[str]:
 
 def _drives(view: View) -> Iterator[str]:
     for drive, motion in zip(view.scene.drives, view.motions, strict=True):
-        along = ", ".join(f"{x:.4g}" for x in motion.direction)
-        yield (
-            f"{' + '.join(drive.moved)} moves along ({along}) at {millimetres(drive.speed)}/s: "
-            f"run-up {millimetres(motion.run_up)}, travel {millimetres(drive.travel)}, duration {motion.end_time:.4g} s"
-        )
+        yield f"{' + '.join(drive.moved)} {_motion(drive, motion)}, duration {motion.end_time:.4g} s"
         if view.case.strip is not None:
             guided = "guided: the crease line cannot move in other directions, and cannot rotate"
             yield guided if drive.guide else "not guided: the crease line can move in other directions, and rotate"
+
+
+def _motion(drive: Drive, motion: PrescribedMotion) -> str:
+    """What a drive does."""
+    if drive.turn is not None:
+        how = f"turns about {triple(drive.axis)}"
+        size = f"{math.degrees(motion.travel):.4g} deg"
+        pace = f"{math.degrees(drive.fastest):.4g} deg/s"
+    else:
+        how = f"moves along ({', '.join(f'{x:.4g}' for x in motion.direction)})"
+        size, pace = millimetres(motion.travel), f"{millimetres(drive.fastest)}/s"
+    if isinstance(motion.program, RunUp):
+        run_up = f"run-up {millimetres(motion.program.run_up)}, " if drive.turn is None else ""
+        name = "travel" if drive.turn is None else "turn"
+        return f"{how} at {pace}: {run_up}{name} {size}"
+    kind = "" if drive.time is None else drive.time.kind
+    return f"{how} by a {kind}: {size} there and back in all, at most {pace}"
 
 
 def _loads(view: View) -> Iterator[str]:
     for load in view.scene.loads:
         kind = "follower" if load.follower else "dead"
         wrench = f"force {triple(load.force)} N, moment {triple(load.moment)} N m"
-        yield f"on {load.body}: {kind}, {wrench}, {load.time.kind}"
+        yield f"on {load.body}: {kind}, {wrench}, {load.time.kind if load.time else 'constant'}"
     if any(view.scene.gravity):
         yield f"gravity {triple(view.scene.gravity)} m/s^2"
 
@@ -273,7 +288,7 @@ def _of_damping(view: View) -> Iterator[str]:
         return
     yield "damping is Kelvin-Voigt damping, c = beta k, not a measured value: halve material.damping to see its effect"
     if view.scene.drives and view.method == "static":
-        delay = beta * max(drive.speed for drive in view.scene.drives)
+        delay = beta * max(drive.fastest for drive in view.scene.drives)
         yield f"dampers delay the force by beta v = {millimetres(delay)} of travel, visible where the force rises steeply"
 
 

@@ -13,7 +13,7 @@ from fsm.scene.loads import Drive
 from fsm.scene.method_selection import automatic_method
 from fsm.scene.planar import out_of_plane
 from fsm.scene.scene import GROUND, Body, ContactPair, ForceElement, Scene
-from fsm.segments.drive import PrescribedMotion
+from fsm.segments.drive import PrescribedMotion, program_of, unit
 
 __all__ = ["View", "count", "millimetres", "triple"]
 
@@ -102,9 +102,7 @@ class View:
 
 
 def _motion(number: int, drive: Drive) -> PrescribedMotion:
-    direction = np.array(drive.direction, dtype=float)
-    run_up = 0.01 * drive.travel if drive.run_up is None else drive.run_up
-    return PrescribedMotion(np.array([number]), direction / np.linalg.norm(direction), drive.speed, drive.travel, run_up)
+    return PrescribedMotion(np.array([number]), unit(drive.direction), program_of(drive, f"drive.{number}"))
 
 
 def count(number: int, one: str, many: str = "") -> str:

@@ -35,6 +35,8 @@ def save_times(case: Case, motion: PrescribedMotion | None, end: float) -> list[
         times = [motion.time_of(float(x)) for x in np.linspace(0.0, motion.travel, 201)]
     else:
         times = [float(t) for t in np.linspace(0.0, end, 201)]
+    if motion is not None:
+        times = sorted({*times, *motion.program.reversals()})
     times = [0.0, *(t for t in times[1:] if t <= end)]
     if times[-1] < end * (1 - 1e-12):
         times.append(end)

@@ -104,12 +104,12 @@ class SegmentSystem(Configuration):
         """See `System`: the travel of the first drive; a little of the time goes with it, for after it has stopped."""
         if not self.motions:
             return t
-        motion = self.motions[0]
-        return motion.at(t)[0] + 1e-6 * motion.speed * t
+        program = self.motions[0].program
+        return program.at(t)[0] + 1e-6 * program.speed * t if program.forward else t
 
     def break_times(self) -> list[float]:
         """See `System`."""
-        times = {time for motion in self.motions for time in (motion.run_up_time, motion.end_time)}
+        times = {time for motion in self.motions for time in motion.program.breaks()}
         return sorted(times.union(*(group.break_times() for group in self.groups if isinstance(group, LoadGroup))))
 
     def scales(self) -> Scales:
@@ -132,7 +132,7 @@ class SegmentSystem(Configuration):
         spread = float(np.ptp(self.bodies.pose[:, :n], axis=0).max())
         length = float(np.median(lengths)) if lengths else (spread or 1.0)
         fastest = float(np.abs(self.bodies.rate[:, :n]).max(initial=0.0))
-        speed = max([fastest, *(10.0 * motion.speed for motion in self.motions)]) or length
+        speed = max([fastest, *(10.0 * motion.pace(spread) for motion in self.motions)]) or length
         q = np.ones((self.n_free, self.bodies.pose.shape[1]))
         u = np.full((self.n_free, self.size), speed / length)
         q[:, :n] = length
@@ -180,8 +180,8 @@ class SegmentSystem(Configuration):
         poses, rates = self.place(t, q, None)
         pattern, stiffness, _ = self._with_driven(t, poses, rates, self.groups)
         speeds = np.zeros((pattern.order, self.size))
-        for motion in self.motions:
-            speeds[pattern.dof[motion.bodies], : len(motion.direction)] = motion.at(t)[1] * motion.direction
+        moving = self._body_rates(np.zeros(self.n_free * self.size), t)
+        speeds[pattern.dof[self.driven]] = moving[self.driven]
         change = self._folded(q, -BlockMatrix(pattern, stiffness).times(speeds.ravel()))
         direct = np.zeros_like(rates)
         for group in self.groups:
@@ -245,6 +245,9 @@ class SegmentSystem(Configuration):
         along = np.zeros((len(self.motions), pattern.order, self.size))
         for row, motion in zip(along, self.motions, strict=True):
             row[pattern.dof[motion.bodies], : len(motion.direction)] = motion.direction
+        if self._turns is not None:
+            for k, body, twist in self._turns.twists(self._travels(t)):
+                along[k, pattern.dof[body]] = twist
         pull = along.reshape(len(self.motions), -1).T
         tangent = np.asarray(BlockMatrix(pattern, stiffness).bsr().T @ pull).T
         if before is not None and self.rate_dependent:
@@ -518,15 +521,21 @@ class SegmentSystem(Configuration):
 
     def _accelerate(self, t: float, reactions: np.ndarray) -> None:
         """Add what accelerates the driven bodies: in motion, not in statics."""
+        if self._turns is not None:
+            states = np.array([motion.at(t) for motion in self.motions])
+            self._turns.add_inertial(reactions, self.bodies.inertia, states)
         for motion in self.motions:
             _, _, acceleration = motion.at(t)
-            if acceleration:
+            if acceleration and motion.axis is None:
                 n = len(motion.direction)
                 for body in motion.bodies:
                     shift_body(reactions, body, self.bodies.inertia[body, :n] * motion.direction, acceleration)
 
     def _drive_state(self, t: float, reactions: np.ndarray) -> DriveState:
         force = np.asarray(drive_reactions(reactions, self.driven, self._motion, self._directions))
+        if self._turns is not None:
+            for k, body, twist in self._turns.twists(self._travels(t)):
+                force[k] += float(twist @ reactions[body])
         return DriveState(self._travels(t).copy(), force)
 
     def _energy(
@@ -545,7 +554,9 @@ class SegmentSystem(Configuration):
         if self._bristles:  # they hold at rest, too
             sliding += float(pair_power[0].sum())
         kinetic, driving, driven = motion_energy(self.bodies.inertia, rates, reactions, self.driven)
-        return Energy(kinetic, potential, dissipated, power + driving, pair_power, sliding, driven)
+        if self._turns is not None:
+            driven += self._turns.kinetic(self.bodies.inertia, rates)
+        return Energy(kinetic, potential, dissipated, power + driving, pair_power, sliding, driven, power)
 
     def _current_pattern(self, poses: np.ndarray) -> BodyPattern:
         if self._pattern is not None and self.fixed_pattern:

@@ -1,12 +1,16 @@
-"""Functions of time that multiply loads."""
+"""Functions of time that multiply loads and prescribed motions: values, derivatives, and times without smoothness."""
 
 from __future__ import annotations
 
+import math
+from functools import lru_cache
+
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
-from fsm.scene.loads import Constant, Ramp, TimeFunction
+from fsm.scene.time_program import Constant, Cycle, Ramp, Table, TimeFunction, end_of
 
-__all__ = ["breaks", "factor", "slope"]
+__all__ = ["breaks", "curvature", "factor", "slope"]
 
 
 def factor(function: TimeFunction, t: float) -> float:
@@ -15,8 +19,47 @@ def factor(function: TimeFunction, t: float) -> float:
         return 1.0
     if isinstance(function, Ramp):
         x = min(1.0, max(0.0, (t - function.start) / (function.end - function.start)))
-        return x * x * (3.0 - 2.0 * x)
-    return float(np.interp(t, function.time, function.value))
+        return x if function.shape == "linear" else x * x * (3.0 - 2.0 * x)
+    if isinstance(function, Cycle):
+        return _wave(function, t)[0]
+    if function.interpolation == "smooth":
+        time, _ = _rows(function)
+        return float(_curve(function)(min(max(t, time[0]), time[-1])))
+    return float(np.interp(t, *_rows(function)))
+
+
+def slope(function: TimeFunction, t: float) -> float:
+    """Derivative of a time function at t, 1/s; at a point of a linear table, the slope of the following interval."""
+    if isinstance(function, Constant):
+        return 0.0
+    if isinstance(function, Ramp):
+        length = function.end - function.start
+        x = (t - function.start) / length
+        if function.shape == "linear":
+            return 1.0 / length if 0.0 <= x < 1.0 else 0.0
+        return 6.0 * x * (1.0 - x) / length if 0.0 <= x <= 1.0 else 0.0
+    if isinstance(function, Cycle):
+        return _wave(function, t)[1]
+    time, value = _rows(function)
+    if function.interpolation == "smooth":
+        return float(_curve(function)(t, 1)) if time[0] <= t <= time[-1] else 0.0
+    piece = int(np.searchsorted(time, t, side="right")) - 1
+    if piece < 0 or piece >= len(time) - 1:
+        return 0.0
+    return float((value[piece + 1] - value[piece]) / (time[piece + 1] - time[piece]))
+
+
+def curvature(function: TimeFunction, t: float) -> float:
+    """Second derivative of a time function at t, 1/s^2; jumps count as zero."""
+    if isinstance(function, Ramp) and function.shape == "smooth" and function.start < t < function.end:
+        length = function.end - function.start
+        return 6.0 * (1.0 - 2.0 * (t - function.start) / length) / length**2
+    if isinstance(function, Cycle):
+        return _wave(function, t)[2]
+    if isinstance(function, Table) and function.interpolation == "smooth":
+        time, _ = _rows(function)
+        return float(_curve(function)(t, 2)) if time[0] <= t < time[-1] else 0.0
+    return 0.0
 
 
 def breaks(function: TimeFunction) -> tuple[float, ...]:
@@ -25,19 +68,36 @@ def breaks(function: TimeFunction) -> tuple[float, ...]:
         return ()
     if isinstance(function, Ramp):
         return (function.start, function.end)
-    return tuple(function.time)
+    if isinstance(function, Cycle):
+        end = end_of(function)
+        return (function.start,) if end is None else (function.start, end)
+    return tuple(_rows(function)[0].tolist())
 
 
-def slope(function: TimeFunction, t: float) -> float:
-    """Derivative of a time function at t, 1/s; at a point of a table, the slope of the following interval."""
-    if isinstance(function, Constant):
-        return 0.0
-    if isinstance(function, Ramp):
-        length = function.end - function.start
-        x = (t - function.start) / length
-        return 6.0 * x * (1.0 - x) / length if 0.0 <= x <= 1.0 else 0.0
-    time, value = np.asarray(function.time), np.asarray(function.value)
-    piece = int(np.searchsorted(time, t, side="right")) - 1
-    if piece < 0 or piece >= len(time) - 1:
-        return 0.0
-    return float((value[piece + 1] - value[piece]) / (time[piece + 1] - time[piece]))
+def _wave(function: Cycle, t: float) -> tuple[float, float, float]:
+    """Value and two derivatives of a cycle."""
+    end = end_of(function)
+    moving = t >= function.start and (end is None or t <= end)
+    at = max(function.start, t if end is None else min(t, end))
+    speed = 2.0 * math.pi / function.period
+    x = speed * (at - function.start)
+    if function.form == "pulsating":
+        found = 0.5 * (1.0 - math.cos(x)), 0.5 * speed * math.sin(x), 0.5 * speed**2 * math.cos(x)
+    else:
+        found = math.sin(x), speed * math.cos(x), -(speed**2) * math.sin(x)
+    return found if moving else (found[0], 0.0, 0.0)
+
+
+@lru_cache(maxsize=256)
+def _rows(function: Table) -> tuple[np.ndarray, np.ndarray]:
+    return np.asarray(function.time, dtype=float), np.asarray(function.value, dtype=float)
+
+
+@lru_cache(maxsize=256)
+def _curve(function: Table) -> CubicHermiteSpline:
+    """Cubic pieces without overshoot (Fritsch and Carlson, 1980), at rest at both ends."""
+    time, value = _rows(function)
+    rates = np.zeros(len(time))
+    if len(time) > 2:
+        rates[1:-1] = PchipInterpolator(time, value).derivative()(time[1:-1])
+    return CubicHermiteSpline(time, value, rates)

@@ -113,10 +113,12 @@ class Books:
             travel = float(seen.drive.travel[k] - self.last.drive.travel[k])
             drives += (0.5 * (float(self.last.drive.force[k]) + force) - self._bow(k, seen)) * travel
             driven += force * travel
-        loads = seen.energy.input_power * duration - driven
-        if not len(seen.drive.force) and loads:
-            # the loads as they were when the step began, along the same motion
-            loads = 0.5 * (loads + self.system.energy(self.time, self.q, u).input_power * duration)
+        power = seen.energy.load_power
+        loads = seen.energy.input_power * duration - driven if power is None else power * duration
+        if loads:  # the loads as they were when the step began, along the same motion
+            begin = self.system.energy(self.time, self.q, u)
+            power = begin.input_power if begin.load_power is None else begin.load_power
+            loads = 0.5 * (loads + power * duration)
         return TurnedOver(drives + loads, self._dissipated(t, q, seen), seen.energy.pair_power * duration)
 
     def _dissipated(self, t: float, q: np.ndarray, seen: Observation) -> float:
@@ -153,7 +155,7 @@ class Books:
         ]
         (x0, f0), (x1, f1), (x2, f2) = points
         first, second = x1 - x0, x2 - x1
-        if first == 0.0 or second == 0.0 or first + second == 0.0:
+        if first * second <= 0.0:  # the drive stood still, or went back
             return 0.0
         bend = (f2 - f1) / second - (f1 - f0) / first
         return second**2 / (6.0 * (first + second)) * bend

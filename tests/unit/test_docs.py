@@ -25,7 +25,7 @@ from fsm.scene.crease_family import read_family
 from fsm.scene.flexible import SceneCable, SceneFilm, SceneFrame, SceneSeam
 from fsm.scene.lattice import Lattice
 from fsm.scene.load_case import load_case
-from fsm.scene.loads import Constant, Drive, Load, Ramp, Table
+from fsm.scene.loads import Constant, Cycle, Drive, Load, Ramp, Table
 from fsm.scene.materials import FamilyCrease, LinearCrease, Material, SplineCrease
 from fsm.scene.membrane import (
     Air,
@@ -60,7 +60,7 @@ CREASE = ROOT / "folding_cases" / "strip_pull" / "crease.csv"
 
 TABLES: list[tuple[type[BaseModel], ...]] = [
     (Case,), (Strip,), (Lattice,), (Material,), (LinearCrease, SplineCrease, FamilyCrease), (Contact,), (Friction,),
-    (Drive,), (Load,), (Constant, Ramp, Table), (Obstacle,), (Release,), (Solve,), (Save,), (Expect,), (Scissor,),
+    (Drive,), (Load,), (Constant, Ramp, Table, Cycle), (Obstacle,), (Release,), (Solve,), (Save,), (Expect,), (Scissor,),
     (BarSection,),
     (HingeJoint,), (Stop,), (PointSupport,), (PointForce,), (Membrane,),
     (CentrePatch, DiagonalPatch, DiagonalsPatch, PositionPatch, GridPatch), (CornerCable, EdgeCable), (Support,), (Tension,),

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 
 from fsm.scene.builders.scene import build_scene
 from fsm.scene.load_case import load_case
-from fsm.segments.drive import PrescribedMotion
+from fsm.segments.drive import RunUp
 
 
-def motion(speed: float = 0.002, travel: float = 0.15, run_up: float = 0.003) -> PrescribedMotion:
-    return PrescribedMotion(np.array([1]), np.array([0.0, 1.0]), speed, travel, run_up)
+def motion(speed: float = 0.002, travel: float = 0.15, run_up: float = 0.003) -> RunUp:
+    return RunUp(speed, travel, run_up)
 
 
 def test_rates_are_derivatives() -> None:

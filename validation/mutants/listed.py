@@ -125,8 +125,8 @@ STRIPS = (
     Mutant(
         "ramp of a load not smooth",
         "fsm/segments/time_function.py",
-        "return x * x * (3.0 - 2.0 * x)",
-        "return x",
+        "else x * x * (3.0 - 2.0 * x)",
+        "else x",
         _unit("time_function", "test_ramp_is_zero_then_smooth_then_one"),
     ),
 )

@@ -61,7 +61,7 @@ def strip_damping(case: Case, scene: Scene) -> float:
     method = case.solve.method if case.solve.method != "auto" else automatic_method(scene)[0]
     if method != "static" or not scene.drives:
         return DAMPING
-    return min(DAMPING, _DAMPING_OF_DRIVE * min(drive.travel / drive.speed for drive in scene.drives))
+    return min(DAMPING, _DAMPING_OF_DRIVE * min(drive.size / drive.fastest for drive in scene.drives))
 
 
 def segment_lengths(strip: Strip) -> np.ndarray:

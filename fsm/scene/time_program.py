@@ -1,0 +1,178 @@
+"""Functions of time that multiply loads and prescribed motions: constant, ramp, table and cycle."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from fsm.scene.model import Model
+from fsm.scene.units import Angle, Force, Length, Moment, Number, Time
+
+__all__ = ["AMOUNTS", "Constant", "Cycle", "Ramp", "Table", "TimeFunction", "end_of", "normalised", "shifted", "steepest"]
+
+AMOUNTS = ("travel", "turn", "force", "moment")
+"""Columns of a table that have a unit."""
+
+
+class Constant(Model):
+    """Factor 1 at all times."""
+
+    kind: Literal["constant"] = "constant"
+
+
+class Ramp(Model):
+    """Factor that increases from 0 at `start` to 1 at `end`.
+
+    Attributes
+    ----------
+    start, end : s
+    shape : str
+        "smooth": s^2 (3 - 2s), with continuous slope; "linear".
+    """
+
+    kind: Literal["ramp"]
+    start: Time = 0.0
+    end: Time
+    shape: Literal["smooth", "linear"] = "smooth"
+
+    @model_validator(mode="after")
+    def _forward(self) -> Self:
+        if self.end <= self.start:
+            raise ValueError(
+                f"a ramp must end after it starts; end = {self.end:g} s, start = {self.start:g} s"
+            )
+        return self
+
+
+class Table(Model):
+    """Rows of a program over time; constant before the first and after the last row.
+
+    Attributes
+    ----------
+    time : s
+    value : -
+        Factor of each row. Give this or one of the next four keys.
+    travel, turn, force, moment : m, rad, N, N m
+        Travel or turn of a drive, force or moment of a load, instead of factors.
+    file : str
+        CSV file with a column `time` and one of the other columns, relative to the case file.
+    interpolation : str
+        "linear", or "smooth": cubic pieces with continuous slope, no overshoot, at rest at both ends. Absent: "smooth" for
+        a drive, "linear" for a load.
+    """
+
+    kind: Literal["table"]
+    time: tuple[Time, ...] | None = None
+    value: tuple[Number, ...] | None = None
+    travel: tuple[Length, ...] | None = None
+    turn: tuple[Angle, ...] | None = None
+    force: tuple[Force, ...] | None = None
+    moment: tuple[Moment, ...] | None = None
+    file: str | None = None
+    interpolation: Literal["linear", "smooth"] | None = None
+
+    @property
+    def amount(self) -> str | None:
+        """Name of the column with a unit, or None."""
+        return next((name for name in AMOUNTS if getattr(self, name) is not None), None)
+
+    @model_validator(mode="after")
+    def _sorted(self) -> Self:
+        columns = [name for name in ("value", *AMOUNTS) if getattr(self, name) is not None]
+        if self.file is not None:
+            if self.time is not None or columns:
+                raise ValueError("a table has either a `file` or its own rows; remove one of them")
+            return self
+        if self.time is None or len(columns) != 1:
+            given = f"; it has {' and '.join(columns)}" if columns else ""
+            raise ValueError(f"a table needs `time` and one of value, {', '.join(AMOUNTS)}, or a `file`{given}")
+        rows = len(getattr(self, columns[0]))
+        if len(self.time) != rows or rows < 2:
+            raise ValueError(
+                f"a table needs one {columns[0]} for each time, and at least two; it has {len(self.time)} times and "
+                f"{rows} {columns[0]}s"
+            )
+        if any(b <= a for a, b in zip(self.time, self.time[1:], strict=False)):
+            raise ValueError("the times of a table must increase")
+        return self
+
+
+class Cycle(Model):
+    """Periodic factor from `start` on, with one sine wave a period.
+
+    Attributes
+    ----------
+    period, start : s
+    cycles : -
+        Number of periods, after which the factor is constant; absent: without end.
+    form : str
+        "pulsating": (1 - cos)/2, between 0 and 1, which starts at rest; "alternating": sin, between -1 and 1.
+    """
+
+    kind: Literal["cycle"]
+    period: Annotated[Time, Field(gt=0)]
+    start: Time = 0.0
+    cycles: Annotated[Number, Field(gt=0)] | None = None
+    form: Literal["pulsating", "alternating"] = "pulsating"
+
+
+TimeFunction = Annotated[Constant | Ramp | Table | Cycle, Field(discriminator="kind")]
+
+
+def normalised(table: Table, interpolation: Literal["linear", "smooth"]) -> tuple[Table, float]:
+    """Table with factors between -1 and 1 instead of amounts, and the amount of the factor 1.
+
+    Raises
+    ------
+    ValueError
+        All rows are zero.
+    """
+    name = table.amount
+    assert name is not None
+    rows: tuple[float, ...] = getattr(table, name)
+    largest = max(abs(row) for row in rows)
+    if largest == 0.0:
+        raise ValueError(f"all rows of {name} are zero; give at least one that is not, or remove the table")
+    update = {name: None, "value": tuple(row / largest for row in rows)}
+    return table.model_copy(update=update | {"interpolation": table.interpolation or interpolation}), largest
+
+
+def shifted(function: TimeFunction, by: float) -> TimeFunction:
+    """The same function, later by a time (s)."""
+    if by == 0.0 or isinstance(function, Constant):
+        return function
+    if isinstance(function, Ramp):
+        return function.model_copy(update={"start": function.start + by, "end": function.end + by})
+    if isinstance(function, Cycle):
+        return function.model_copy(update={"start": function.start + by})
+    assert function.time is not None
+    return function.model_copy(update={"time": tuple(at + by for at in function.time)})
+
+
+def end_of(function: TimeFunction) -> float | None:
+    """Time after which a time function is constant, s; None for a cycle without end."""
+    if isinstance(function, Constant):
+        return 0.0
+    if isinstance(function, Ramp):
+        return function.end
+    if isinstance(function, Cycle):
+        return None if function.cycles is None else function.start + function.cycles * function.period
+    assert function.time is not None
+    return function.time[-1]
+
+
+def steepest(function: TimeFunction) -> float:
+    """Largest slope of a time function, 1/s; an upper bound for a smooth table."""
+    if isinstance(function, Constant):
+        return 0.0
+    if isinstance(function, Ramp):
+        return (1.0 if function.shape == "linear" else 1.5) / (function.end - function.start)
+    if isinstance(function, Cycle):
+        return (math.pi if function.form == "pulsating" else 2.0 * math.pi) / function.period
+    assert function.time is not None and function.value is not None
+    rows = pairwise(zip(function.time, function.value, strict=True))
+    largest = max(abs(w - v) / (t - s) for (s, v), (t, w) in rows)
+    return 1.5 * largest if function.interpolation == "smooth" else largest

@@ -1,0 +1,134 @@
+"""Programs of drives and loads over time: derivatives, tables from files, and one clear line for each mistake."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fsm.errors import CaseError
+from fsm.scene.load_case import load_case
+from fsm.scene.loads import Cycle, Ramp, Table, TimeFunction
+from fsm.scene.time_program import steepest
+from fsm.segments.drive import Parts, RunUp, Timed
+from fsm.segments.report import describe
+from fsm.segments.time_function import curvature, factor, slope
+
+TABLE = Table(kind="table", time=(1.0, 2.0, 4.0, 5.0), value=(0.0, 1.0, -1.0, 0.5), interpolation="smooth")
+FUNCTIONS = (
+    Ramp(kind="ramp", start=1.0, end=3.0),
+    Ramp(kind="ramp", start=1.0, end=3.0, shape="linear"),
+    TABLE,
+    TABLE.model_copy(update={"interpolation": "linear"}),
+    Cycle(kind="cycle", period=2.0, start=0.5, cycles=2.5),
+    Cycle(kind="cycle", period=2.0, form="alternating"),
+)
+
+
+@pytest.mark.parametrize("function", FUNCTIONS, ids=lambda f: f"{f.kind} {getattr(f, 'interpolation', '')}")
+def test_slope_and_curvature_are_derivatives(function: TimeFunction) -> None:
+    h = 1e-5
+    for t in np.arange(0.0137, 6.0, 0.05):
+        assert slope(function, t) == pytest.approx((factor(function, t + h) - factor(function, t - h)) / (2 * h), abs=1e-7)
+        assert curvature(function, t) == pytest.approx((slope(function, t + h) - slope(function, t - h)) / (2 * h), abs=1e-4)
+        assert abs(slope(function, t)) <= steepest(function) * (1 + 1e-12)
+
+
+def test_a_smooth_table_meets_its_rows_without_overshoot_and_rests_at_its_ends() -> None:
+    assert [factor(TABLE, t) for t in (1.0, 2.0, 4.0, 5.0, 9.0)] == pytest.approx([0.0, 1.0, -1.0, 0.5, 0.5])
+    values = [factor(TABLE, t) for t in np.linspace(0.0, 6.0, 500)]
+    assert max(values) <= 1.0 and min(values) >= -1.0
+    assert slope(TABLE, 1.0) == slope(TABLE, 5.0) == 0.0
+
+
+def test_parts_go_on_from_where_the_one_before_came_to() -> None:
+    there, back = RunUp(2.0, 0.5, 0.1), RunUp(1.0, 0.3, 0.05)
+    both = Parts(((1.0, 1.0, there), (3.0, -1.0, back)))
+    assert both.at(0.5)[0] == 0.0
+    assert both.at(2.9) == (0.5, 0.0, 0.0)
+    assert both.at(3.0 + back.end_time)[0] == pytest.approx(0.2)
+    assert both.at(3.2)[1] < 0.0
+    assert both.travel == pytest.approx(0.8)
+    assert both.time_of(0.5 + 0.15) == pytest.approx(3.0 + back.time_of(0.15), rel=1e-5)
+    assert Timed(Cycle(kind="cycle", period=1.0, cycles=2), 0.1).travel == pytest.approx(0.4)
+
+
+ARM = """
+[[scene.bodies]]
+name = "arm"
+mass = 1.0
+inertia = [0.1, 0.1, 0.1]
+[[scene.bodies]]
+name = "hand"
+mass = 1.0
+inertia = [0.1, 0.1, 0.1]
+[[scene.elements]]
+name = "spring"
+inner = "arm"
+outer = "hand"
+translation = [100.0, 100.0, 100.0]
+rotation = [1.0, 1.0, 1.0]
+"""
+
+
+def _case(tmp_path: Path, drive: str, more: str = "", units: str = "SI") -> Path:
+    path = tmp_path / "case.toml"
+    path.write_text(f'units = "{units}"\n{ARM}\n[[drive]]\nbody = "hand"\n{drive}\n{more}', encoding="utf-8")
+    return path
+
+
+def test_a_table_in_a_file_is_the_table_in_the_case(tmp_path: Path) -> None:
+    (tmp_path / "way.csv").write_text("time (ms); travel (mm)\n0; 0\n500; 12\n1000; -6\n", encoding="utf-8")
+    in_file = load_case(_case(tmp_path, 'time = { kind = "table", file = "way.csv" }'))
+    rows = 'time = { kind = "table", time = [0, "0.5 s", 1], travel = ["0 mm", "12 mm", "-0.6 cm"] }'
+    inline = load_case(_case(tmp_path, rows))
+    assert inline.case.drive[0].travel == pytest.approx(0.012)
+    np.testing.assert_allclose(inline.case.drive[0].time.value, [0.0, 1.0, -0.5])
+    assert in_file.case.drive[0].travel == pytest.approx(0.012)
+    np.testing.assert_allclose(in_file.case.drive[0].time.value, [0.0, 1.0, -0.5])
+    again = tmp_path / "again.toml"
+    again.write_text(in_file.text, encoding="utf-8")
+    assert load_case(again).case == in_file.case
+    millimetres = load_case(_case(tmp_path, 'time = { kind = "table", time = [0, 1], travel = [0, 12] }', units="mm-N-s"))
+    assert millimetres.case.drive[0].travel == pytest.approx(0.012)
+
+
+def test_a_force_by_a_table_has_the_direction_of_its_vector(tmp_path: Path) -> None:
+    load = '[[load]]\nbody = "arm"\nforce = [0, 0, -2]\ntime = { kind = "table", time = [0, 1], force = ["0 N", "30 N"] }'
+    case = load_case(_case(tmp_path, 'speed = 1\ntravel = 1', load)).case
+    assert case.load[0].force == (0.0, 0.0, -30.0)
+    assert case.load[0].time.value == (0.0, 1.0)
+
+
+MISTAKES = (
+    ("speed = 1", "give `travel` (a length) or `turn` (an angle); both are missing"),
+    ("travel = 1", "`speed` is missing"),
+    ("turn = 1", "`rate` is missing"),
+    ("travel = 1\nspeed = 1\nturn = 1", "both are given"),
+    ("turn = 1\nspeed = 1\nrate = 1", "no `speed`"),
+    ("turn = 1\nrate = 1\naxis = [0, 0, 0]", "is not a direction"),
+    ('travel = 1\nspeed = 1\ntime = { kind = "ramp", end = 1 }', "`speed` and `run_up` are not used"),
+    ('travel = 1\ntime = { kind = "constant" }', "is a motion"),
+    ('travel = 1\ntime = { kind = "cycle", period = 1 }', "time.cycles: is missing"),
+    ('time = { kind = "table", time = [0, 1], travel = [0, 0] }', "all rows of travel are zero"),
+    ('time = { kind = "table", time = [0, 1], force = [0, 1] }', "has the column `travel` or `turn`, not `force`"),
+    ('time = { kind = "table", time = [0, 1], travel = [0, 1], value = [0, 1] }', "it has value and travel"),
+    ('travel = 1\ntime = { kind = "table", time = [0, 1], travel = [0, 1] }', "here and in the table"),
+    ('time = { kind = "table", file = "none.csv" }', "cannot read"),
+    ('time = { kind = "table", file = "bad.csv" }', "unknown column `distance`"),
+    ('time = { kind = "table", file = "text.csv" }', "line 3: needs two numbers"),
+    ('time = { kind = "table", file = "unit.csv" }', "column `travel`"),
+)
+
+
+@pytest.mark.parametrize(("drive", "message"), MISTAKES)
+def test_mistakes_have_one_clear_line(tmp_path: Path, drive: str, message: str) -> None:
+    (tmp_path / "bad.csv").write_text("time, distance\n0, 0\n1, 1\n", encoding="utf-8")
+    (tmp_path / "text.csv").write_text("time, travel\n0, 0\n1, one\n", encoding="utf-8")
+    (tmp_path / "unit.csv").write_text("time, travel (kg)\n0, 0\n1, 1\n", encoding="utf-8")
+    with pytest.raises(CaseError) as error:
+        describe(load_case(_case(tmp_path, drive)).case)
+    assert message in str(error.value)
+    assert len(error.value.faults) == 1
+    assert error.value.faults[0].path.startswith("drive.0")
