@@ -251,14 +251,29 @@ def preview(case: str, out: str, overrides: tuple[str, ...]) -> None:
 @cli.command()
 @click.argument("result", metavar="RESULT.h5")
 @click.option("--out", metavar="DIR", help="Folder for the plots; default: the folder of the result.")
+@click.option(
+    "--channel", "channels", multiple=True, metavar="PATTERN", help="Draw only these channels, into channels.png."
+)
+@click.option("--over-time", is_flag=True, help="Draw channels over the time also if there is a drive.")
 @debug_option
-def plot(result: str, out: str | None) -> None:
-    """Draw the figures of a result again."""
+def plot(result: str, out: str | None, channels: tuple[str, ...], over_time: bool) -> None:
+    """Draw the figures of a result again, or some of its channels."""
     from fsm.results.store import read_solution
 
+    if over_time and not channels:
+        raise click.UsageError("--over-time is for --channel only")
     folder = Path(result).parent if out is None else _out_folder(out)
     solution = read_solution(Path(result))
     folder.mkdir(parents=True, exist_ok=True)
+
+    if channels:
+        with imports_outside_gc():
+            from fsm.plots.channels import plot_channels
+
+        with add_source(result):
+            plot_channels(solution, channels, folder / "channels.png", over_time)
+        click.echo(str(folder / "channels.png"))
+        return
 
     with imports_outside_gc():
         from fsm.plots.figures import draw

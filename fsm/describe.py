@@ -1,4 +1,4 @@
-"""Report of `fsm check` for a case of any kind; no kernel is compiled."""
+"""Report of `fsm check` for a case of any kind; only a case that asks for channels is compiled, but no kernel."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from fsm.scene.case import Case
 from fsm.segments.report import describe as describe_segments
 
 __all__ = ["describe"]
+
+_LABEL = 14
 
 
 def describe(case: Case) -> list[str]:
@@ -19,4 +21,10 @@ def describe(case: Case) -> list[str]:
         All faults that can be found without compilation.
     """
     kinds = {"deploy": describe_segments, "vibrate": describe_film, "scissor": describe_array}
-    return [line for step in case.steps for line in kinds[step](case)]
+    lines = [line for step in case.steps for line in kinds[step](case)]
+    if case.save.channels:
+        from fsm.channels.sample import channel_lines  # imports numba, which other cases do not need
+
+        for number, text in enumerate(channel_lines(case)):
+            lines.append(f"{'channels' if number == 0 else '':<{_LABEL}}{text}")
+    return lines

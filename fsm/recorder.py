@@ -14,12 +14,14 @@ from typing import Any
 import numpy as np
 
 from fsm.analyses.analysis import Analysis
+from fsm.channels.sample import ChannelSampler, model_of_analysis
 from fsm.errors import CaseError, EnergyAbort, NotConverged, is_interrupt
 from fsm.hdf5_checked import READ_ERRORS
 from fsm.kernels import jit
 from fsm.panel_crossing import lattice_overlap
 from fsm.progress import Progress, report_restart
 from fsm.provenance import made_by, provenance
+from fsm.results.channel import extremes_of
 from fsm.results.curve import Curve
 from fsm.results.solution import Record, Solution
 from fsm.results.store import ResultWriter, part_path, read_checkpoint, read_solution, write_checkpoint
@@ -73,6 +75,7 @@ class RecordedSolve:
         self.loaded, self.analysis, self.out = loaded, analysis, out
         self.system = analysis.system
         self.warnings = list(warnings)
+        self.channels = ChannelSampler(model_of_analysis(analysis), loaded.case.save.channels)
         self.target = out / "result.h5"
         self.checkpoint = out / "checkpoint.h5"
         self.last_checkpoint = time.perf_counter()
@@ -104,7 +107,10 @@ class RecordedSolve:
         past = -1.0 if self.resumed is None else self.resumed.end.time * (1.0 + _SAME)
         self.records_due, self.samples_due = (deque(t for t in times if t > past) for times in (record_times, sample_times))
         layout = replace(
-            self.analysis.layout(), case_text=self.loaded.text, provenance=provenance() | {"method": f"{method}: {reason}"}
+            self.analysis.layout(),
+            case_text=self.loaded.text,
+            provenance=provenance() | {"method": f"{method}: {reason}"},
+            channels=self.channels.infos,
         )
         bar = Progress(progress, end, self.loaded.case.title or str(self.loaded.path), jit)
         resume_at = self.records if self.resumed else None
@@ -145,6 +151,8 @@ class RecordedSolve:
                 "compile_time_s": jit.compile_time() - compiled,
                 "wall_time_s": time.perf_counter() - begun,
             }
+            if solution.channels:
+                summary["channels"] = extremes_of(solution.channels, solution.time, solution.travel)
             driven = bool(self.seen) and len(self.seen[0].drive.travel) > 0
             curve = Curve.from_points(self.seen).decimate() if driven else None
             writer.finish(_counters(statistics), summary, array, curve)
@@ -224,6 +232,7 @@ class RecordedSolve:
                 pair_damping_energy=saved.pair_energy[1],
                 shape=self.system.shape(saved.time, saved.q),
                 negative_pivots=self.analysis.unstable_ways(saved.time, saved.q),
+                channels=self.channels.values(self.system, saved),
             )
         )
         self.records += 1

@@ -15,12 +15,14 @@ from fsm.analyses.deploy import Deployment
 from fsm.analyses.deployed import film_of_deployment
 from fsm.analyses.vibrate import VibrationAnalysis
 from fsm.atomic_write import remove_partial_files
+from fsm.channels.sample import check_patterns
 from fsm.errors import CaseError, EnergyAbort, ExpectationFailed, NotConverged
 from fsm.folder_lock import locked_folder
 from fsm.kernels import jit
 from fsm.plots.figures import draw
 from fsm.progress import report_compilation, report_restart
 from fsm.recorder import RecordedSolve
+from fsm.results.channel import write_channels_csv
 from fsm.results.curve import Curve
 from fsm.results.export import write_contact_csv, write_force_csv, write_history_csv, write_points_csv
 from fsm.results.quantities import touching_pairs
@@ -83,6 +85,8 @@ def run_in_locked_folder(
     loaded: LoadedCase, out: Path, *, progress: bool | Callable[[float], None] = True, resume: bool = False
 ) -> dict[str, Any]:
     """Run a case as `run_case` does, for a caller that already holds the lock on `out`."""
+    if loaded.case.save.channels:
+        check_patterns(loaded.case, str(loaded.path))
     if loaded.case.stages:
         summary = _run_stages(loaded, out, progress, resume)
     else:
@@ -145,6 +149,10 @@ def _run_stages(
     return summary
 
 
+def _write_channels(solution: Solution, path: Path) -> None:
+    write_channels_csv(solution.channels, solution.time, solution.travel, path)
+
+
 def _clocks() -> tuple[float, float]:
     """Present clock, and compile time so far, s."""
     return time.perf_counter(), jit.compile_time()
@@ -180,6 +188,7 @@ def _write(solution: Solution, out: Path) -> None:
         "contact.csv": write_contact_csv if touching_pairs(solution.pair_force) else None,
         "history.csv": write_history_csv if len(solution.samples.time) else None,
         "points.csv": write_points_csv if solution.array is not None else None,
+        "channels.csv": _write_channels if solution.channels else None,
     }
     for name, write in tables.items():
         if write is not None:

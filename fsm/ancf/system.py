@@ -379,13 +379,17 @@ class AncfSystem:
     def _reactions(self, t: float, q: np.ndarray, u: np.ndarray | None) -> np.ndarray:
         """Of held coordinates, (nu,): what they do to the rest; in motion, where something is moved, with its inertia."""
         force = self.all_forces(t, q, u)
-        reactions = np.zeros(self.nu)
-        reactions[self.fixed] = -force[self.fixed]
         if u is not None and self.loading.motions:
-            free = force.copy()
-            free[self.fixed] = 0.0
-            reactions[self.fixed] += (self._full_csr @ self._mass_factors.solve(free))[self.fixed]
-        return reactions
+            return self.held_forces(force)
+        return np.where(self.fixed, -force, 0.0)
+
+    def held_forces(self, force: np.ndarray) -> np.ndarray:
+        """Forces (nu,) that hold the held coordinates in motion, from the forces on all coordinates; 0 for free ones.
+
+        The mass matrix couples held coordinates with free ones, so the inertia of these takes part.
+        """
+        free = np.where(self.fixed, 0.0, force)
+        return np.where(self.fixed, self._full_csr @ self._mass_factors.solve(free) - force, 0.0)
 
     def _drive_state(self, t: float, reactions: np.ndarray) -> DriveState:
         """Motions as drives: how far, and the force along the way."""

@@ -268,6 +268,14 @@ class JoinedSystem(SegmentSystem):
     def _generalised(
         self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None, forces: np.ndarray, whole: bool = True
     ) -> np.ndarray:
+        out = self._all_generalised(t, q, u, before, forces, whole)
+        out[self._nu :] = self.elements.free_forces(q[self._nq :], out[self._nu :])
+        return out
+
+    def _all_generalised(
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None, forces: np.ndarray, whole: bool = True
+    ) -> np.ndarray:
+        """Forces (nu,) on all coordinates, held ones included."""
         nodes = q[self._nq :]
         here, rates = self.elements.place(t, nodes, None if u is None else u[self._nu :], self._nodes_before(before))
         out = np.zeros(self.nu)
@@ -275,8 +283,13 @@ class JoinedSystem(SegmentSystem):
             out[self._nu :] = self.elements.all_forces(t, here, rates)
         maps = self._maps(here, np.zeros_like(here), None)[0]
         fold_forces(forces[self._ordered], self._first, self._rows, self._members(maps), out)
-        out[self._nu :] = self.elements.free_forces(nodes, out[self._nu :])
         return out
+
+    def node_reactions(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> np.ndarray:
+        """Forces that hold the coordinates of the ANCF nodes, flat, N and N m; 0 for free coordinates."""
+        forces = self._all_forces(t, *self.place(t, q, u, before), self._past(t, before))
+        force = self._all_generalised(t, q, u, before, forces)[self._nu :]
+        return self.elements.held_forces(force) if before is None else np.where(self.elements.fixed, -force, 0.0)
 
     def _folded(self, q: np.ndarray, rows: np.ndarray) -> np.ndarray:
         nodes = q[self._nq :]

@@ -13,11 +13,16 @@ from fsm.results.curve import Curve
 from fsm.results.film import STATES, Film, Samples
 
 __all__ = [
-    "add_scale", "append_samples", "read_curve", "read_film", "read_samples", "set_description", "write_curve", "write_film",
+    "SAMPLE_TIME", "add_scale", "append_samples", "read_curve", "read_film", "read_samples", "set_description",
+    "write_curve", "write_film",
 ]  # fmt: skip
 
 
-def add_scale(file: Any, name: str, values: Any, text: str) -> None:
+SAMPLE_TIME, _CURVE_TIME = "probes/probe_time", "curve/curve_time"
+"""Times of probes and curve; xarray takes a scale with the name `time` in a group for that of the records."""
+
+
+def add_scale(file: Any, name: str, values: Any, text: str, unit: str = "1") -> None:
     """Add a dimension scale with names (a list) or numbers (an array) as its values.
 
     Names are stored twice: as texts of variable length for other programs, and as an attribute that `fsm` checks and reads.
@@ -26,9 +31,9 @@ def add_scale(file: Any, name: str, values: Any, text: str) -> None:
         scale = file.create_dataset(name, data=np.array(values, dtype=object), dtype=h5py.string_dtype())
         write_attributes(scale, {"names": values})
     else:
-        scale = file.create_dataset(name, data=values.astype(np.int64))
-    set_description(scale, "1", text)
-    scale.make_scale(name)
+        scale = file.create_dataset(name, data=values if values.dtype == float else values.astype(np.int64))
+    set_description(scale, unit, text)
+    scale.make_scale(name.rpartition("/")[2])
 
 
 def set_description(dataset: Any, units: str, text: str) -> None:
@@ -55,7 +60,7 @@ def write_film(file: Any, film: Film) -> None:
         set_description(data, units, text)
         for axis, dim in enumerate(dims):
             data.dims[axis].attach_scale(file[dim])
-    times = file.create_dataset("probes/time", (0,), np.float64, maxshape=(None,), chunks=(256,), fillvalue=np.nan)
+    times = file.create_dataset(SAMPLE_TIME, (0,), np.float64, maxshape=(None,), chunks=(256,), fillvalue=np.nan)
     set_description(times, "s", "time of the sample")
     times.make_scale("probe_time")
     tail = film.probe_rest.shape
@@ -83,7 +88,7 @@ def read_film(file: Any) -> Film | None:
 
 def append_samples(file: Any, samples: Samples) -> None:
     """Append samples; times are written last, because a reader counts samples by their times."""
-    times, moved = file["probes/time"], file["probes/displacement"]
+    times, moved = file[SAMPLE_TIME], file["probes/displacement"]
     start, stop = len(times), len(times) + len(samples.time)
     moved.resize(stop, axis=0)
     moved[start:stop] = samples.displacement
@@ -97,7 +102,8 @@ def read_samples(file: Any) -> Samples:
     """Read the samples from a results file, finished or not."""
     if "film" not in file:
         return Samples()
-    times = numbers_in(file, "probes/time", (None,), finite=False)
+    path = SAMPLE_TIME if SAMPLE_TIME in file else "probes/time"  # until version 3
+    times = numbers_in(file, path, (None,), finite=False)
     bad = ~np.isfinite(times)
     count = int(np.argmax(bad)) if bad.any() else len(times)
     shape = (None, *file["probes/rest"].shape)
@@ -115,7 +121,7 @@ _CURVE = {
 
 def write_curve(file: Any, curve: Curve) -> None:
     """Write the force curve, which has more points than the records."""
-    times = file.create_dataset("curve/time", data=curve.time)
+    times = file.create_dataset(_CURVE_TIME, data=curve.time)
     set_description(times, "s", "time of the point of the curve")
     times.make_scale("curve_time")
     for name, (dims, units, text) in _CURVE.items():
@@ -129,7 +135,7 @@ def read_curve(file: Any) -> Curve | None:
     """Read the force curve from a results file; None if the file has no curve."""
     if "curve" not in file:
         return None
-    time = numbers_in(file, "curve/time", (None,))
+    time = numbers_in(file, _CURVE_TIME if _CURVE_TIME in file else "curve/time", (None,))  # the latter until version 3
     sizes = {"curve_time": len(time), "drive_name": file["drive_name"].shape[0]}
     found = {name: numbers_in(file, f"curve/{name}", tuple(sizes[d] for d in dims)) for name, (dims, *_) in _CURVE.items()}
     found["path"] = found["path"].astype(np.int64)

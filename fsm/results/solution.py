@@ -12,6 +12,7 @@ import numpy as np
 
 from fsm.errors import CaseError
 from fsm.results.array import ArrayMotion
+from fsm.results.channel import Channel, ChannelInfo
 from fsm.results.curve import Curve
 from fsm.results.film import Film, Floats, Integers, Samples
 
@@ -69,6 +70,8 @@ class Record:
         Start and end are the ends along the x axis of the plate.
     negative_pivots : int
         Negative pivots of the tangent stiffness; a positive number means an unstable equilibrium.
+    channels : dict of arrays
+        Values of the channels of the layout, by name.
     """
 
     time: float
@@ -88,6 +91,7 @@ class Record:
     pair_damping_energy: Floats
     shape: Floats
     negative_pivots: int = 0
+    channels: dict[str, Floats] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -105,6 +109,7 @@ class Layout:
         Panel number of every quad of the shape, from 1; 0 for a quad without panel. For a film, the number of the patch.
     thickness : m
     film : tensioned equilibrium of a film; None for other structures
+    channels : descriptions of the recorded channels
     """
 
     case_text: str = ""
@@ -116,6 +121,7 @@ class Layout:
     drive_names: tuple[str, ...] = ()
     thickness: float = 0.0
     film: Film | None = None
+    channels: tuple[ChannelInfo, ...] = ()
 
     @cached_property
     def case(self) -> dict[str, Any]:
@@ -153,6 +159,8 @@ class Solution:
         Points and bars of a scissor array at the records; None for other structures and in an unfinished run.
     curve : Curve or None
         Force curve at the steps of the solver, decimated; None without a drive and in an unfinished run.
+    channels : dict of Channel
+        Recorded channels by name, see `[save] channels` of a case.
     """
 
     time: Floats
@@ -178,6 +186,7 @@ class Solution:
     summary: dict[str, Any] = field(default_factory=dict)
     array: ArrayMotion | None = None
     curve: Curve | None = None
+    channels: dict[str, Channel] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.time)
@@ -207,6 +216,10 @@ class Solution:
             layout=layout,
             stats=dict(stats or {}),
             summary=dict(summary or {}),
+            channels={
+                info.name: Channel(info, np.array([record.channels[info.name] for record in records], dtype=float))
+                for info in layout.channels
+            },
         )
 
 

@@ -8,9 +8,10 @@ Layout (groups and datasets of parts that a structure does not have are absent):
     /state/q, u          (time, coordinate), (time, rate)
     /energy/kinetic ...  (time)                 all of `fsm.results.solution.ENERGIES`
     /drive/travel, force (time, drive_name)
-    /curve/travel, force (curve_time, drive_name), path, panels, creases (curve_time)  at steps of the solver, decimated
+    /curve/travel, force (curve_time, drive_name), path, panels, creases (curve_time) at steps of the solver, decimated
     /contact/pair_force, pair_gap ...   (time, pair)   all of `fsm.results.solution.PAIRS`
     /shape               (time, quad, corner, axis)
+    /channels/<name>     (time, ...)            channels that the case asks for, with the coordinates of their dimensions
     /probes/displacement (probe_time, probe, axis)  of a film, denser than /time; rest (probe, axis)
     /modes/frequency, shape   (mode), (mode, quad, corner, axis)   natural modes about the tensioned state
     /points/displacement, velocity, acceleration (time, point, plane_axis), rigid_...; /bars/stress (time, bar)   of an array
@@ -27,7 +28,8 @@ During a run the data go to ``result.part.h5`` in HDF5's single-writer mode. The
 even after a kill. `/time` is written last, so a reader counts only complete records.
 At the end `finish` copies the file, adds the stats and gives the copy its final name.
 
-Version 1 has only force and gap of the contact pairs; their other quantities are read as NaN. Version 3 adds films.
+Version 1 has only force and gap of the contact pairs; their other quantities are read as NaN. Version 3 adds films. Version
+4 renames the times of curve and probes, which xarray took for those of the records, and adds channels.
 """
 
 from __future__ import annotations
@@ -37,8 +39,9 @@ import json
 import re
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
 from typing import Any, NamedTuple, Self
@@ -63,8 +66,10 @@ from fsm.hdf5_checked import (
 from fsm.results.array import ArrayMotion
 from fsm.results.array_datasets import read_array, write_array
 from fsm.results.attributes import read_attributes, write_attributes
+from fsm.results.channel import Channel, ChannelInfo, Dim
 from fsm.results.curve import Curve
 from fsm.results.datasets import (
+    SAMPLE_TIME,
     add_scale,
     append_samples,
     read_curve,
@@ -81,9 +86,11 @@ from fsm.results.summary_check import check_summary
 
 __all__ = ["ResultWriter", "part_path", "read_checkpoint", "read_solution", "write_checkpoint"]
 
-FORMAT, VERSION = "fsm result", 3
+FORMAT, VERSION = "fsm result", 4
 CHECKPOINT_FORMAT = "fsm checkpoint"
 BUFFER_BYTES = 4_000_000
+_ROOT_DIMS = ("axis",)
+"""Dimensions of channels that have their scale in the root group."""
 CHUNK_BYTES = 65_536
 
 
@@ -154,6 +161,7 @@ class ResultWriter:
         self.path = Path(path)
         self.part = part_path(path)
         self.layout = layout
+        self._variables = VARIABLES | _channel_variables(layout.channels)
         self._records: list[Record] = []
         self._samples: list[tuple[float, Floats]] = []
         self._record_bytes = 1
@@ -257,7 +265,7 @@ class ResultWriter:
         if len(old) < n_records:
             text = f"holds {len(old)} records, fewer than the {n_records} to resume after"
             raise CaseError(text, str(self.part))
-        for name in ("pair_names", "drive_names", "body_names", "dimension"):
+        for name in ("pair_names", "drive_names", "body_names", "dimension", "channels"):
             if getattr(old.layout, name) != getattr(self.layout, name):
                 raise CaseError(f"belongs to another scene: its {name} differ", str(self.part))
         if n_records == 0:
@@ -265,6 +273,7 @@ class ResultWriter:
         else:
             rows = {name: getattr(old, name)[:n_records] for name in VARIABLES if name not in ENERGIES}
             rows |= {name: old.energy[name][:n_records] for name in ENERGIES}
+            rows |= {info.name: old.channels[info.name].values[:n_records] for info in self.layout.channels}
             self._open(rows, old.time[:n_records], old.samples.first(n_samples))
 
     def _flush(self) -> None:
@@ -276,11 +285,13 @@ class ResultWriter:
         rows = stack(self._records)
         rows |= stack_energies(self._records)
         rows["negative_pivots"] = np.array([r.negative_pivots for r in self._records])
+        for info in self.layout.channels:
+            rows[info.name] = np.array([r.channels[info.name] for r in self._records], dtype=float)
         times = rows.pop("time")
         if self._file is None:
             self._open(rows, times)
         else:
-            _append_rows(self._file, rows, times, self._written)
+            _append_rows(self._file, self._variables, rows, times, self._written)
             self._written += len(times)
         self._records = []
         self._flushed_at = time.monotonic()
@@ -289,13 +300,13 @@ class ResultWriter:
         """Create the part file with its first rows in one step, then open it in single-writer mode."""
         with atomic_write(self.part) as new, written_from_memory(new) as file:
             _write_layout(file, self.layout)
-            _create_variables(file, rows)
-            _append_rows(file, rows, times, 0)
+            _create_variables(file, self._variables, rows)
+            _append_rows(file, self._variables, rows, times, 0)
             if samples is not None and self.layout.film is not None:
                 append_samples(file, samples)
         self._file = h5py.File(self.part, "r+", libver="latest", locking="best-effort")
         self._file.swmr_mode = True
-        grown = [variable.path for variable in VARIABLES.values()] + ["time", "probes/time", "probes/displacement"]
+        grown = [variable.path for variable in self._variables.values()] + ["time", SAMPLE_TIME, "probes/displacement"]
         self._open_datasets = [self._file[name] for name in grown if name in self._file]
         self._written = len(times)
 
@@ -351,16 +362,41 @@ def _write_layout(file: Any, layout: Layout) -> None:
     panel.dims[0].attach_scale(file["quad"])
     if layout.film is not None:
         write_film(file, layout.film)
+    for dim in {dim.name: dim for info in layout.channels for dim in info.dims}.values():
+        if dim.name not in _ROOT_DIMS:
+            add_scale(file, _dim_path(dim.name), _scale_values(dim), dim.text, dim.unit)
+    if layout.channels:
+        infos = [[c.name, c.unit, c.text, [[d.name, d.unit, d.text] for d in c.dims]] for c in layout.channels]
+        write_attributes(file.require_group("channels"), {"infos": infos})
 
 
-def _create_variables(file: Any, rows: dict[str, Any]) -> None:
+def _scale_values(dim: Dim) -> Any:
+    """Values of a dimension scale: names as a list, coordinates as an array."""
+    return list(dim.labels) if any(isinstance(label, str) for label in dim.labels) else np.array(dim.labels, dtype=float)
+
+
+def _dim_path(name: str) -> str:
+    return name if name in _ROOT_DIMS else f"channels/{name}"
+
+
+def _channel_variables(channels: Iterable[ChannelInfo]) -> dict[str, _Variable]:
+    """Datasets of channels by name; a slash in a name would be a group."""
+    return {
+        info.name: _Variable(
+            f"channels/{info.name.replace('/', '|')}", tuple(_dim_path(dim.name) for dim in info.dims), info.unit, info.text
+        )
+        for info in channels
+    }
+
+
+def _create_variables(file: Any, variables: dict[str, _Variable], rows: dict[str, Any]) -> None:
     """Create empty datasets that grow along time, with their scales attached."""
     times = file.create_dataset("time", (0,), np.float64, maxshape=(None,), chunks=(256,), fillvalue=np.nan)
     set_description(times, "s", "time")
     times.make_scale("time")
     add_scale(file, "coordinate", np.arange(rows["q"].shape[1]), "number of the coordinate")
     add_scale(file, "rate", np.arange(rows["u"].shape[1]), "number of the velocity")
-    for name, variable in VARIABLES.items():
+    for name, variable in variables.items():
         tail = rows[name].shape[1:]
         sizes = tuple(len(file[dim]) for dim in variable.dims)
         if tail != sizes:
@@ -376,11 +412,13 @@ def _create_variables(file: Any, rows: dict[str, Any]) -> None:
             data.dims[axis].attach_scale(file[dim])
 
 
-def _append_rows(file: Any, rows: dict[str, Any], times: Floats, start: int) -> None:
+def _append_rows(
+    file: Any, variables: dict[str, _Variable], rows: dict[str, Any], times: Floats, start: int
+) -> None:
     """Append rows after the first `start`; times are written last, because a reader counts records by their times."""
     stop = start + len(times)
     for name, values in rows.items():
-        path = VARIABLES[name].path
+        path = variables[name].path
         if path in file:
             file[path].resize(stop, axis=0)
             file[path][start:stop] = values
@@ -406,11 +444,13 @@ def read_solution(path: str | Path) -> Solution:
         bad = ~np.isfinite(times)
         n = int(np.argmax(bad)) if bad.any() else len(times)
         values = {name: _read_rows(file, name, n) for name in VARIABLES}
+        channels = _read_channels(file, n)
         return Solution(
             time=times[:n],
             energy={name: values.pop(name) for name in ENERGIES},
             samples=read_samples(file),
-            layout=_read_layout(file),
+            layout=replace(_read_layout(file), channels=tuple(channel.info for channel in channels.values())),
+            channels=channels,
             stats=read_attributes(file["stats"]),
             summary=check_summary(read_attributes(file["summary"])),
             array=read_array(file, n),
@@ -428,6 +468,23 @@ def _read_rows(file: Any, name: str, n: int) -> Any:
         return np.full((n, *tail), np.nan)
     sizes = tuple(file[dim].shape[0] for dim in dims)
     return numbers_in(file, path, (None, *sizes), name not in PAIRS, n)
+
+
+def _read_channels(file: Any, n: int) -> dict[str, Channel]:
+    """First n values of all channels."""
+    found = {}
+    for name, unit, text, dims in json.loads(attribute(file["channels"], "infos_json")) if "channels" in file else ():
+        info = ChannelInfo(str(name), str(unit), tuple(_read_dim(file, *map(str, dim)) for dim in dims), str(text))
+        path, _, _, _, _ = _channel_variables([info])[info.name]
+        shape = (None, *(len(dim.labels) for dim in info.dims))
+        found[info.name] = Channel(info, numbers_in(file, path, shape, False, n))
+    return found
+
+
+def _read_dim(file: Any, name: str, unit: str, text: str) -> Dim:
+    path = _dim_path(name)
+    labels: Any = names_in(file, path) if "names_json" in file[path].attrs else numbers_in(file, path, (None,)).tolist()
+    return Dim(name, tuple(labels), unit, text)
 
 
 def _read_layout(file: Any) -> Layout:

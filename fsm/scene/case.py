@@ -173,10 +173,13 @@ class Save(Model):
     ----------
     every : m
     interval : s
+    channels : tuple of str
+        Patterns of the channels to record, for example ``"crease.*.angle"``; ``*`` is any text, ``?`` any letter.
     """
 
     every: Annotated[Length, Field(gt=0)] | None = None
     interval: Annotated[Time, Field(gt=0)] | None = None
+    channels: tuple[Annotated[str, Field(min_length=1, max_length=200)], ...] = ()
 
     @model_validator(mode="after")
     def _one(self) -> Self:

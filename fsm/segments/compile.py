@@ -210,6 +210,7 @@ class SceneCompiler:
             np.array([self._vector(e.point_outer) for e in elements], dtype=float),
             np.array([[*e.translation, *e.rotation] for e in elements])[:, keep],
             np.array([[*e.translation_damping, *e.rotation_damping] for e in elements])[:, keep],
+            tuple(e.name for e in elements),
         )
 
     def _creases(self) -> CreaseGroup | None:
@@ -240,6 +241,7 @@ class SceneCompiler:
             np.array([e.rotation_damping[1] for e in elements]),
             np.array(which, dtype=np.int64),
             join_curves(curves),
+            tuple(e.name for e in elements),
         )
 
     def _hysteresis(self, creases: CreaseGroup) -> HysteresisGroup | None:
@@ -269,6 +271,7 @@ class SceneCompiler:
             np.array([known[number][1].stiffness for number in which]),
             np.array(which, dtype=np.int64),
             join_curves([curve.strength for _, curve in known]),
+            tuple(elements[i].name for i in chosen),
         )
 
     def _ends(self, elements: list[ForceElement]) -> np.ndarray:

@@ -196,6 +196,7 @@ class CreaseGroup:
     curve : (m,) int array
         Curve of each crease in `table`.
     table : CurveTable
+    names : names of the elements
     """
 
     measure: Kernel
@@ -207,6 +208,7 @@ class CreaseGroup:
     damping: np.ndarray
     curve: np.ndarray
     table: CurveTable
+    names: tuple[str, ...] = ()
     _cache: Kept = field(default_factory=Kept, init=False, repr=False, compare=False)
 
     @property

@@ -54,6 +54,7 @@ class HysteresisGroup:
     curve : (m,) int array
         Strength of each slider in `table`.
     table : CurveTable
+    names : names of the elements
     """
 
     measure: Kernel
@@ -66,6 +67,7 @@ class HysteresisGroup:
     stiffness: np.ndarray
     curve: np.ndarray
     table: CurveTable
+    names: tuple[str, ...] = ()
     _accepted: _State | None = field(default=None, init=False, repr=False, compare=False)
 
     @property
@@ -132,6 +134,10 @@ class HysteresisGroup:
 
     def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
         """See `Group`; sliders do not depend explicitly on time."""
+
+    def moments(self, poses: np.ndarray, rates: np.ndarray) -> np.ndarray:
+        """Moments (m,) against the hinge angle, N m."""
+        return self._efforts(self._measured(poses, rates)[0])[0][:, 0]
 
     # energy -----------------------------------------------------------------------------------------------------------
 

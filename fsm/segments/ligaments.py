@@ -30,10 +30,12 @@ class LigamentGroup:
     ----------
     bodies : (m, 2) int array
     constants : (m, 13) array of `ligament_constants_planar`
+    names : names of the elements
     """
 
     bodies: np.ndarray
     constants: np.ndarray
+    names: tuple[str, ...] = ()
     measure: ClassVar[Any] = staticmethod(measure_ligament_planar)
     _cache: Kept = field(default_factory=Kept, init=False, repr=False, compare=False)
 
@@ -46,9 +48,10 @@ class LigamentGroup:
         point_outer: np.ndarray,
         stiffness: np.ndarray,
         damping: np.ndarray,
+        names: tuple[str, ...] = (),
     ) -> LigamentGroup:
         """Create ligaments that are stress-free at the given poses."""
-        return cls(bodies, ligament_constants_planar(poses, bodies, point_inner, point_outer, stiffness, damping))
+        return cls(bodies, ligament_constants_planar(poses, bodies, point_inner, point_outer, stiffness, damping), names)
 
     @cached_property
     def rate_dependent(self) -> bool:

@@ -376,10 +376,12 @@ class SegmentSystem(Configuration):
         past = self._past(t, before)
         return self._energy(t, poses, rates, self._reactions(t, poses, rates, past), past)
 
-    def reactions(self, t: float, q: np.ndarray, u: np.ndarray | None) -> np.ndarray:
+    def reactions(
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None
+    ) -> np.ndarray:
         """See `System`."""
-        reactions = self._reactions(t, *self.place(t, q, u))
-        if u is not None:
+        reactions = self._reactions(t, *self.place(t, q, u, before), self._past(t, before))
+        if u is not None and before is None:
             self._accelerate(t, reactions)
         return reactions
 

@@ -10,7 +10,7 @@ from fsm.solve.dissipation import mean_dissipation
 from fsm.solve.handed_over import Beginning, CurvePoint, Saved, Statistics, StepEnd, Wanted, inertia_counts
 from fsm.solve.ledger import Ledger
 from fsm.solve.renewal import State, observation_from, observation_state
-from fsm.system import DriveState, Observation, System
+from fsm.system import Before, DriveState, Observation, System
 
 __all__ = ["Books"]
 
@@ -60,6 +60,7 @@ class Books:
         self._resting: list[tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]] = []
         self._span = float(system.scales().span.max(initial=0.0))
         self._saved = -np.inf
+        self._before: Before | None = None
         self._nothing = 1e-12 * max(save_times, default=0.0)  # times that differ by less are the same
         if after is not None:
             assert ledger is not None
@@ -167,7 +168,7 @@ class Books:
         self.ledger.add(*turned_over)
         earlier = self.last.drive
         self.system.commit(t, q, u, (self.time, self.q))
-        self._take(t, q, u, seen, dynamic=unstable)
+        self._take(t, q, u, seen, dynamic=unstable, before=(self.time, self.q))
         self._earlier = earlier
 
     def imbalance(self, seen: Observation, turned_over: TurnedOver) -> float:
@@ -237,9 +238,10 @@ class Books:
         stored: float | None = None,
         dynamic: bool = False,
         jumped: bool = False,
+        before: Before | None = None,
     ) -> None:
         """Go on to a state; `stored` is its energy if inertia counts, which it does not in statics."""
-        self.time, self.q, self.u, self.last, self._earlier = t, q, u, seen, None
+        self.time, self.q, self.u, self.last, self._earlier, self._before = t, q, u, seen, None, before
         if stored is None:
             self.largest_reaction = max(self.largest_reaction, seen.reaction)  # that of a motion is another matter
             self.ledger.balance(seen.energy.stored_at_rest, 0.0)
@@ -269,4 +271,4 @@ class Books:
             self._saved = self.time
             ledger = self.ledger
             books = ledger.dissipated, ledger.work, ledger.error, ledger.pair_energy
-            self.wanted.on_save(Saved(self.time, self.q.copy(), self.u.copy(), self.last, *books))
+            self.wanted.on_save(Saved(self.time, self.q.copy(), self.u.copy(), self.last, *books, self._before))

@@ -12,7 +12,7 @@ import numpy as np
 from fsm.solve.ledger import Ledger
 from fsm.solve.renewal import State
 from fsm.solve.status import Event, Outcome
-from fsm.system import DriveState, Observation, System
+from fsm.system import Before, DriveState, Observation, System
 
 __all__ = ["Beginning", "CurvePoint", "Saved", "Statistics", "StepEnd", "Wanted", "inertia_counts"]
 
@@ -22,7 +22,10 @@ _INERTIAL = 1e-2
 
 @dataclass(frozen=True)
 class Saved:
-    """A state that was asked for: time (s), q, u, what was observed, and the ledger's numbers (J)."""
+    """A state that was asked for: time (s), q, u, what was observed, and the ledger's numbers (J).
+
+    `before` is the state at the start of a quasi-static step, from which rates are differences; None of a motion.
+    """
 
     time: float
     q: np.ndarray
@@ -32,6 +35,7 @@ class Saved:
     work: float
     error: float
     pair_energy: np.ndarray
+    before: Before | None = None
 
 
 class CurvePoint(NamedTuple):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -12,6 +13,7 @@ import numpy as np
 import pytest
 
 from fsm.errors import CaseError, FsmError
+from fsm.results.channel import AXES, ChannelInfo, Dim
 from fsm.results.export import write_contact_csv, write_force_csv
 from fsm.results.interrupted_file import checksum, is_marked_open, without_open_marks
 from fsm.results.solution import ENERGIES, PAIRS, Layout, Record, Solution
@@ -154,6 +156,33 @@ def test_every_dataset_has_a_unit_and_named_dimensions(tmp_path: Path) -> None:
             assert [dim[0].name for dim in file[f"contact/{name}"].dims] == ["/time", "/pair"]
         assert not [name for name in wanted if name not in file]
     assert not faults
+
+
+def test_channels_are_kept_when_a_run_is_resumed(tmp_path: Path) -> None:
+    """Names with a slash or a colon, coordinates with a unit; the records after the restart point are written again."""
+    along = Dim("panel.1.position", (0.1, 0.25), "m", "distance")
+    infos = (ChannelInfo("energy.work", "J"), ChannelInfo("panel.1.moment", "N m", (along,)),
+             ChannelInfo("support.a/b: c.force", "N", (AXES,), "reaction"))  # fmt: skip
+    layout = replace(LAYOUT, channels=infos)
+
+    def with_channels(i: int) -> Record:
+        values = {info.name: np.random.default_rng(100 + i).normal(size=[len(d.labels) for d in info.dims]) for info in infos}
+        return replace(record(i), channels=values)
+
+    path = tmp_path / "result.h5"
+    with ResultWriter(path, layout) as writer:
+        for i in range(5):
+            writer.append(with_channels(i))
+    with ResultWriter(path, layout, resume_at=3) as writer:
+        for i in range(3, 7):
+            writer.append(with_channels(i))
+        writer.finish(STATS, SUMMARY)
+    found, wanted = read_solution(path), Solution.from_records([with_channels(i) for i in range(7)], layout)
+    assert found.layout.channels == infos
+    for info in infos:
+        assert found.channels[info.name].info == info
+        np.testing.assert_array_equal(found.channels[info.name].values, wanted.channels[info.name].values)
+    assert list(found.channels["panel.1.moment"].columns) == ["panel.1.moment 0.1", "panel.1.moment 0.25"]
 
 
 def test_opens_with_xarray(tmp_path: Path) -> None:

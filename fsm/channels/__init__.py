@@ -1,0 +1,12 @@
+"""Output channels: named quantities that a case asks for by pattern in `[save] channels`.
+
+Every module of this folder that calls `fsm.channels.offer.offers` adds channels. Nothing else lists them.
+"""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+
+for _module in pkgutil.iter_modules(__path__):
+    importlib.import_module(f"{__name__}.{_module.name}")

@@ -1,0 +1,140 @@
+"""Offers of channels: what a model can record, and how it is evaluated at a saved state.
+
+An offer function takes a `Model` and yields an `Offer` for each channel. The decorator `offers` registers it. All modules of
+this folder are imported, so a new channel is one file here, or one in the file of a user (docs/extend/channel.md).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from fsm.analyses.film import FilmMesh
+from fsm.results.channel import ChannelInfo, Dim
+from fsm.scene.case import Case
+from fsm.scene.scene import Scene
+from fsm.solve.handed_over import Saved
+
+__all__ = ["Model", "Offer", "State", "offers", "offers_of"]
+
+
+@dataclass(frozen=True)
+class Model:
+    """What the channels of a case depend on.
+
+    Attributes
+    ----------
+    case : Case
+    system : System or None
+        None for a film before its equilibrium is known.
+    scene : Scene or None
+        Description of the bodies and force elements.
+    film : FilmMesh or None
+        Mesh of a film.
+    analysis : Analysis or None
+        Analysis that is solved; None in `fsm check`.
+    """
+
+    case: Case
+    system: Any
+    scene: Scene | None = None
+    film: FilmMesh | None = None
+    analysis: Any = None
+
+
+@dataclass
+class State:
+    """Saved state of a run, at which channels are evaluated.
+
+    Attributes
+    ----------
+    system : System
+        Its internal variables are those of this state.
+    saved : Saved
+        Time, q, u, observation (drives, energies, contacts), and energy balance.
+    """
+
+    system: Any
+    saved: Saved
+    _kept: dict[Any, Any] = field(default_factory=dict)
+
+    @property
+    def time(self) -> float:
+        """Time, s."""
+        return self.saved.time
+
+    @property
+    def q(self) -> np.ndarray:
+        """Configuration, (nq,)."""
+        return self.saved.q
+
+    @property
+    def u(self) -> np.ndarray | None:
+        """Velocity, (nu,); mean velocity of the last step in statics; None at rest."""
+        return self.saved.u if self.saved.u.any() else None
+
+    @property
+    def before(self) -> Any:
+        """Previous state in statics; None in dynamics."""
+        return self.saved.before
+
+    def once(self, function: Callable[[State], Any]) -> Any:
+        """Result of a function of the state that several channels share; it is called once."""
+        if function not in self._kept:
+            self._kept[function] = function(self)
+        return self._kept[function]
+
+
+@dataclass(frozen=True)
+class Offer:
+    """Channel that a model can record.
+
+    Attributes
+    ----------
+    name, unit, text, dims : see `ChannelInfo`
+    at : function
+        Value at a `State`; an array with the shape of `dims`, or a number.
+    """
+
+    name: str
+    unit: str
+    text: str
+    at: Callable[[State], Any]
+    dims: tuple[Dim, ...] = ()
+
+    @property
+    def info(self) -> ChannelInfo:
+        """Description for the results file."""
+        return ChannelInfo(self.name, self.unit, self.dims, self.text)
+
+
+OfferFunction = Callable[[Model], Iterable[Offer]]
+_OFFERING: list[OfferFunction] = []
+
+
+def offers(function: OfferFunction) -> OfferFunction:
+    """Register a function that offers channels (a decorator)."""
+    _OFFERING.append(function)
+    return function
+
+
+def offers_of(model: Model) -> dict[str, Offer]:
+    """All channels of a model by name; a name that occurs again gets a number."""
+    found: dict[str, Offer] = {}
+    for offer in _all(model):
+        if offer.name not in found:
+            found[offer.name] = offer
+            continue
+        number = 2
+        while f"{offer.name}#{number}" in found:
+            number += 1
+        found[f"{offer.name}#{number}"] = Offer(f"{offer.name}#{number}", offer.unit, offer.text, offer.at, offer.dims)
+    return found
+
+
+def _all(model: Model) -> Iterator[Offer]:
+    for function in _OFFERING:
+        yield from function(model)

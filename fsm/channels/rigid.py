@@ -1,0 +1,71 @@
+"""Poses, rates and wrenches of rigid bodies in three components, for planar and spatial systems alike."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from fsm.channels.offer import State
+from fsm.kernels.rotation import multiply, rotate_by
+from fsm.segments.group import Past
+from fsm.segments.system import SegmentSystem
+
+__all__ = ["in_space", "past_of", "placed", "positions", "quaternions", "rotated"]
+
+
+def placed(state: State) -> tuple[np.ndarray, np.ndarray]:
+    """Poses and rates of all bodies, as the system has them."""
+    poses, rates = state.system.place(state.time, state.q, state.u, state.before)
+    return np.array(poses), np.array(rates)
+
+
+def past_of(state: State) -> Past | None:
+    """Poses of the previous state in statics, and the time since then."""
+    if state.before is None or state.u is None:
+        return None
+    poses, _ = state.system.place(*state.before, None)
+    return Past(np.array(poses), state.time - state.before[0])
+
+
+def positions(poses: np.ndarray) -> np.ndarray:
+    """Positions (n, 3), m."""
+    return poses[:, :3] if poses.shape[1] == 7 else np.stack([poses[:, 0], np.zeros(len(poses)), poses[:, 1]], axis=1)
+
+
+def quaternions(poses: np.ndarray) -> np.ndarray:
+    """Unit quaternions (n, 4)."""
+    if poses.shape[1] == 7:
+        return poses[:, 3:]
+    half, zero = 0.5 * poses[:, 2], np.zeros(len(poses))
+    return np.stack([np.cos(half), zero, np.sin(half), zero], axis=1)
+
+
+def in_space(rows: np.ndarray, turned: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """First three and last three components (n, 3) each of rates or wrenches (n, 3 or 6), both in inertial axes.
+
+    The last three are about the body axes in space; `turned` (n, 4) are the quaternions of the bodies.
+    """
+    if rows.shape[1] == 6:
+        return rows[:, :3], rotated(turned, rows[:, 3:])
+    zero = np.zeros(len(rows))
+    return np.stack([rows[:, 0], zero, rows[:, 1]], axis=1), np.stack([zero, rows[:, 2], zero], axis=1)
+
+
+def rotated(turned: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """Vectors (n, 3) rotated by quaternions (n, 4)."""
+    return np.asarray(rotate_by(turned, vectors[:, None, :])[:, 0])
+
+
+def rotation_since(start: np.ndarray, turned: np.ndarray) -> np.ndarray:
+    """Rotation vector (3,), rad, in inertial axes, from one quaternion to another; at most pi long."""
+    relative = np.asarray(multiply(turned, start * np.array([1.0, -1.0, -1.0, -1.0])))
+    if relative[0] < 0.0:
+        relative = -relative
+    size = float(np.linalg.norm(relative[1:]))
+    return relative[1:] * (2.0 if size < 1e-12 else 2.0 * np.arctan2(size, relative[0]) / size)
+
+
+def is_rigid(system: Any) -> bool:
+    """Whether a system has rigid bodies."""
+    return isinstance(system, SegmentSystem)

@@ -1,0 +1,107 @@
+"""Selection of the channels that a case asks for, and their values at saved states."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from fsm.analyses.scissor import ScissorArray
+from fsm.analyses.vibrate import VibrationAnalysis
+from fsm.assembly.compile import compile_model
+from fsm.channels.offer import Model, Offer, State, offers_of
+from fsm.errors import CaseError
+from fsm.results.channel import ChannelInfo, select_channels
+from fsm.scene.builders.scene import build_scene
+from fsm.scene.case import Case
+from fsm.solve.handed_over import Saved
+
+__all__ = ["ChannelSampler", "channel_lines", "check_patterns", "model_of_analysis", "models_of_case"]
+
+_LISTED = 20
+"""Largest number of names that `fsm check` lists."""
+
+
+class ChannelSampler:
+    """Channels of a run that match the patterns of the case.
+
+    Parameters
+    ----------
+    model : Model
+    patterns : patterns of `[save] channels`
+
+    Attributes
+    ----------
+    infos : descriptions of the channels
+    """
+
+    def __init__(self, model: Model, patterns: Sequence[str]) -> None:
+        offered = offers_of(model) if patterns else {}
+        names, _ = select_channels(offered, patterns)
+        self._offers: tuple[Offer, ...] = tuple(offered[name] for name in names)
+        self.infos: tuple[ChannelInfo, ...] = tuple(offer.info for offer in self._offers)
+
+    def values(self, system: Any, saved: Saved) -> dict[str, np.ndarray]:
+        """Value of every channel at a saved state; the internal variables of the system are those of this state."""
+        state = State(system, saved)
+        return {
+            offer.name: np.array(offer.at(state), dtype=float).reshape([len(dim.labels) for dim in offer.dims])
+            for offer in self._offers
+        }
+
+
+def model_of_analysis(analysis: Any) -> Model:
+    """Model of a compiled analysis that is ready to be solved."""
+    parts = {name: getattr(analysis, name, None) for name in ("system", "scene", "film")}
+    return Model(case=analysis.case, analysis=analysis, **parts)
+
+
+def models_of_case(case: Case) -> list[Model]:
+    """Models of all analyses of a case, as far as they are known without a solution."""
+    models = []
+    for step in case.steps:
+        if step == "deploy":
+            scene = build_scene(case)
+            models.append(Model(case, compile_model(scene, case.solve.spatial), scene))
+        elif step == "scissor":
+            models.append(Model(case, ScissorArray(case, "").system))
+        else:
+            analysis = VibrationAnalysis(case, "") if case.membrane is not None else None
+            models.append(Model(case, None, film=None if analysis is None else analysis.film, analysis=analysis))
+    return models
+
+
+def check_patterns(case: Case, source: str = "") -> dict[str, Offer]:
+    """Channels of a case by name; a pattern without a match is refused.
+
+    Raises
+    ------
+    CaseError
+        With a fault for every pattern that matches no channel of any analysis of the case.
+    """
+    offered: dict[str, Offer] = {}
+    for model in models_of_case(case):
+        offered |= offers_of(model)
+    _, faults = select_channels(offered, case.save.channels)
+    if faults:
+        raise CaseError(faults, source)
+    return offered
+
+
+def channel_lines(case: Case) -> list[str]:
+    """Lines of `fsm check`: the channels that are recorded with their units, and the number of all others.
+
+    Raises
+    ------
+    CaseError
+        A pattern matches no channel.
+    """
+    offered = check_patterns(case)
+    names, _ = select_channels(offered, case.save.channels)
+    lines = [f"{name} ({offered[name].unit})" for name in names[:_LISTED]]
+    if len(names) > _LISTED:
+        lines.append(f"... and {len(names) - _LISTED} more that match")
+    kinds = sorted({name.split(".")[0] for name in offered})
+    lines.append(f"{len(offered) - len(names)} other channels, of the kinds {', '.join(kinds)}")
+    return lines

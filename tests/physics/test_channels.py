@@ -1,0 +1,252 @@
+"""Output channels against closed forms: reactions, moments, energies and work."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from fsm.cli import cli
+from fsm.results.solution import Solution
+from fsm.results.store import read_solution
+from fsm.run import run_case
+from fsm.scene.load_case import load_case
+
+STIFFNESS = 9e-3
+STRIP = f"""
+[strip]
+length = "480 mm"
+width = "40 mm"
+thickness = "0.3 mm"
+panels = 6
+fold_angle = "80 deg"
+segments_per_panel = 6
+[material]
+young = "3 GPa"
+poisson = 0.3
+density = "800 kg/m^3"
+damping = "0 s"
+[crease]
+law = "linear"
+stiffness = {STIFFNESS}
+[[drive]]
+crease = 3
+direction = [0, 0, 1]
+speed = "2 mm/s"
+travel = "20 mm"
+[save]
+every = "0.5 mm"
+channels = ["crease.*.angle", "crease.*.moment", "crease.2.*", "support.*.force", "energy.*", "drive.*", "panel.*"]
+"""
+
+
+def solved(text: str, folder: Path, **more: Any) -> Solution:
+    """Run a case and read its results."""
+    path = folder / "case.toml"
+    path.write_text(text, encoding="utf-8")
+    run_case(load_case(path, [f"{key}={value}" for key, value in more.items()]), folder / "out", progress=False)
+    return read_solution(folder / "out" / "result.h5")
+
+
+def value(solution: Solution, name: str) -> np.ndarray:
+    return solution.channels[name].values
+
+
+@pytest.fixture(scope="module", params=[False, True], ids=["plane", "space"])
+def strip(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Solution:
+    return solved(STRIP, tmp_path_factory.mktemp("strip"), **{"solve.spatial": str(request.param).lower()})
+
+
+def test_the_moment_of_a_crease_is_its_stiffness_times_its_angle(strip: Solution) -> None:
+    """The angle is that of the crease alone, without the half segments beside it, so the stiffness is that of the case."""
+    rest = math.radians(160.0)
+    for k in range(1, 6):
+        moment, angle = value(strip, f"crease.{k}.moment"), value(strip, f"crease.{k}.angle")
+        assert np.abs(angle - rest).max() > 0.05
+        np.testing.assert_allclose(moment, STIFFNESS * (angle - rest), atol=1e-9 * STIFFNESS)
+
+
+def test_the_moment_vector_is_the_moment_about_the_crease(strip: Solution) -> None:
+    """Both have their own way: the law, and the wrench on the inner body."""
+    vector, moment = value(strip, "crease.2.moment_vector"), value(strip, "crease.2.moment")
+    np.testing.assert_allclose(np.abs(vector[:, 1]), np.abs(moment), atol=1e-9 * np.abs(moment).max())
+
+
+def test_reactions_and_drive_force_are_in_equilibrium(strip: Solution) -> None:
+    forces = [channel.values for name, channel in strip.channels.items() if name.startswith("support.")]
+    assert len(forces) == 4
+    drive = value(strip, "drive.1.force")
+    assert drive.max() > 0.1
+    np.testing.assert_allclose(sum(forces), 0.0, atol=1e-6 * drive.max())
+    np.testing.assert_allclose(value(strip, "support.crease 3.force")[:, 2], drive, atol=1e-9)
+
+
+def test_energies_are_balanced_and_the_work_is_that_of_the_drive(strip: Solution) -> None:
+    energy = {name: value(strip, f"energy.{name}") for name in ("potential", "dissipated", "work", "error")}
+    stored = energy["potential"] - energy["potential"][0]
+    np.testing.assert_allclose(stored + energy["dissipated"] - energy["work"], energy["error"], atol=1e-15)
+    np.testing.assert_allclose(value(strip, "energy.panels") + value(strip, "energy.creases"), energy["potential"])
+    work = np.trapezoid(value(strip, "drive.1.force"), value(strip, "drive.1.travel"))
+    assert energy["work"][-1] == pytest.approx(work, rel=2e-3)  # trapezia over 0.5 mm; half as much over 0.35 mm
+
+
+def test_panels_bend_by_their_moments(strip: Solution) -> None:
+    """M = EI kappa, and the moment at the crease continues the moments along the panel."""
+    bending = 3e9 * 0.04 * 0.3e-3**3 / 12.0
+    moment, curvature = value(strip, "panel.3.moment"), value(strip, "panel.3.curvature")
+    ratio = moment[-1] / curvature[-1]
+    assert ratio == pytest.approx(np.full(5, bending))
+    slope = np.diff(moment[-1])  # no load acts along the panel: the moment is linear in the undeformed arc to first order
+    expected = moment[-1, 0] - slope[0]
+    at_crease = -value(strip, "crease.2.moment")[-1]
+    assert min(abs(expected - at_crease), abs(expected + at_crease)) < 0.1 * abs(moment[-1]).max()
+
+
+def test_extremes_in_the_summary_and_columns_in_the_table(strip: Solution) -> None:
+    found = strip.summary["channels"]["drive.1.force"]
+    force = value(strip, "drive.1.force")
+    assert found["max"] == force.max() and found["max_travel"] == strip.travel[np.argmax(force), 0] and found["unit"] == "N"
+    assert "support.panel 1.force z" in strip.summary["channels"]
+
+
+CHAIN = """
+start = "equilibrium"
+gravity = [0, 0, -9.81]
+[save]
+channels = ["support.ground.*", "joint.*.force", "body.bob.position"]
+[solve]
+end_time = "2 ms"
+spatial = {spatial}
+"""
+LINK = """
+[[scene.bodies]]
+name = "{name}"
+mass = {mass}
+inertia = [1e-5, 1e-5, 1e-5]
+position = [{x}, 0, {z}]
+[[scene.elements]]
+name = "{name}"
+inner = "{name}"
+outer = "{outer}"
+point_inner = [0, 0, 0.05]
+point_outer = [{px}, 0, {pz}]
+translation = [1e6, 1e6, 1e6]
+rotation = [1.0, 1.0, 1.0]
+"""
+
+
+@pytest.mark.parametrize("spatial", ["false", "true"])
+def test_reactions_of_a_hanging_chain(spatial: str, tmp_path: Path) -> None:
+    """The support carries the weight of all links, and each joint that of the links below it; y of the chain is zero."""
+    masses = {"top": 0.3, "middle": 0.2, "bob": 0.1}
+    text, outer, place, point = CHAIN.format(spatial=spatial), "ground", -0.05, (0.2, 0.0)
+    for name, mass in masses.items():
+        text += LINK.format(name=name, mass=mass, x=0.2, z=place, outer=outer, px=point[0], pz=point[1])
+        outer, place, point = name, place - 0.1, (0.0, -0.05)
+    found = solved(text, tmp_path)
+    force, moment = value(found, "support.ground.force"), value(found, "support.ground.moment")
+    np.testing.assert_allclose(force, [[0.0, 0.0, 9.81 * 0.6]] * len(found), atol=2e-5)
+    np.testing.assert_allclose(moment, [[0.0, -9.81 * 0.6 * 0.2, 0.0]] * len(found), atol=1e-5)  # about the origin
+    below = 0.0
+    for name in reversed(masses):
+        below += masses[name]
+        np.testing.assert_allclose(value(found, f"joint.{name}.force")[:, 2], 9.81 * below, rtol=1e-5)
+
+
+def test_reactions_of_a_held_cable_with_a_weight(tmp_path: Path) -> None:
+    """A held cable end carries the weight of cable and body; the top element of the cable all but half of itself."""
+    text = """
+start = "equilibrium"
+gravity = [0, 0, -9.81]
+[solve]
+end_time = "0.2 ms"
+[save]
+channels = ["support.nodes.force", "cable.tension", "joint.weld.force"]
+[[scene.cables]]
+name = "rope"
+start = [0, 0, 0]
+end = [0, 0, -0.4]
+diameter = "2 mm"
+young = "2 GPa"
+density = "1200 kg/m^3"
+elements = 4
+held = ["start"]
+[[scene.frames]]
+name = "tip"
+on = "rope"
+at = ["400 mm"]
+normal = [1, 0, 0]
+[[scene.bodies]]
+name = "weight"
+mass = 0.05
+inertia = [1e-6, 1e-6, 1e-6]
+position = [0, 0, -0.4]
+[[scene.elements]]
+name = "weld"
+inner = "weight"
+outer = "tip"
+translation = [1e6, 1e6, 1e6]
+rotation = [1, 1, 1]
+"""
+    found = solved(text, tmp_path)
+    rope = 1200.0 * math.pi * 1e-6 * 0.4
+    np.testing.assert_allclose(value(found, "support.nodes.force")[:, 2], 9.81 * (0.05 + rope), rtol=1e-4)
+    np.testing.assert_allclose(value(found, "joint.weld.force")[:, 2], 9.81 * 0.05, rtol=1e-4)
+    expected = 9.81 * (0.05 + rope * (1.0 - (np.arange(4) + 0.5) / 4.0))
+    np.testing.assert_allclose(value(found, "cable.tension")[0], expected, rtol=1e-3)
+
+
+def test_a_crease_with_hysteresis_knows_its_memory_at_each_record(tmp_path: Path) -> None:
+    """Its moment by the law is the moment on the inner body; both need the sliders of that record, not of the end."""
+    curve = """
+[crease]
+law = "spline"
+angle = ["0 deg", "20 deg", "40 deg", "80 deg"]
+moment = [0.0, 2e-3, 3e-3, 4e-3]
+unloading = [0.0, 1e-3, 2e-3, 4e-3]
+"""
+    text = STRIP.replace(f'[crease]\nlaw = "linear"\nstiffness = {STIFFNESS}\n', curve)
+    found = solved(text, tmp_path)
+    vector, moment = value(found, "crease.2.moment_vector"), value(found, "crease.2.moment")
+    assert np.abs(moment).max() > 1e-4
+    np.testing.assert_allclose(np.abs(vector[:, 1]), np.abs(moment), atol=1e-9 * np.abs(moment).max())
+    np.testing.assert_allclose(
+        sum(c.values for name, c in found.channels.items() if name.startswith("support.")), 0.0, atol=1e-5
+    )
+
+
+def test_patterns_are_checked_before_the_run(tmp_path: Path) -> None:
+    path = tmp_path / "case.toml"
+    path.write_text(STRIP, encoding="utf-8")
+    shown = CliRunner().invoke(cli, ["check", str(path)])
+    assert shown.exit_code == 0 and "crease.2.moment (N m)" in shown.output and "other channels" in shown.output
+    wrong = ["--set", 'save.channels=["creese.3.angle"]']
+    for command in (["check", str(path)], ["run", str(path), "--out", str(tmp_path / "out")]):
+        refused = CliRunner().invoke(cli, [*command, *wrong])
+        assert refused.exit_code == 2
+        assert "save.channels" in refused.output and "crease.3.angle" in refused.output
+    assert not (tmp_path / "out" / "result.h5").exists()
+
+
+def test_channels_are_drawn_and_open_with_xarray(strip: Solution, tmp_path: Path) -> None:
+    xarray = pytest.importorskip("xarray")
+    text = STRIP.replace('travel = "20 mm"', 'travel = "2 mm"')
+    found = solved(text, tmp_path)
+    result = tmp_path / "out" / "result.h5"
+    drawn = CliRunner().invoke(cli, ["plot", str(result), "--channel", "crease.*.angle", "--channel", "panel.2.moment"])
+    assert drawn.exit_code == 0 and (tmp_path / "out" / "channels.png").stat().st_size > 10_000
+    assert CliRunner().invoke(cli, ["plot", str(result), "--channel", "x"]).exit_code == 2
+    with xarray.open_datatree(result, engine="h5netcdf") as tree:
+        moment = tree["channels"]["panel.2.moment"]
+        assert moment.attrs["units"] == "N m" and moment.dims == ("time", "panel.2.position")
+        np.testing.assert_array_equal(moment.coords["time"], found.time)
+        assert moment.coords["panel.2.position"].attrs["units"] == "m"
+    heading = (tmp_path / "out" / "channels.csv").read_text(encoding="utf-8").splitlines()[0].split(",")
+    assert heading[:2] == ["travel (m)", "time (s)"] and "crease.2.moment (N m)" in heading
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
+    assert summary["channels"]["crease.2.moment"]["unit"] == "N m"
