@@ -166,7 +166,8 @@ def test_channels_are_kept_when_a_run_is_resumed(tmp_path: Path) -> None:
     layout = replace(LAYOUT, channels=infos)
 
     def with_channels(i: int) -> Record:
-        values = {info.name: np.random.default_rng(100 + i).normal(size=[len(d.labels) for d in info.dims]) for info in infos}
+        rng = np.random.default_rng(100 + i)
+        values = {info.name: rng.normal(size=[len(dim.labels) for dim in info.dims]) for info in infos}
         return replace(record(i), channels=values)
 
     path = tmp_path / "result.h5"
