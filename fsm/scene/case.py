@@ -118,7 +118,7 @@ class Release(Model):
     hold_time: Annotated[Time, Field(gt=0)]
 
 
-Method = Literal["auto", "static", "generalized-alpha", "newmark", "Radau-blocks", "Radau", "BDF", "LSODA"]
+Method = Literal["auto", "static", "generalized-alpha", "mean-force", "newmark", "Radau-blocks", "Radau", "BDF", "LSODA"]
 
 
 class Solve(Model):
@@ -128,7 +128,7 @@ class Solve(Model):
     ----------
     method : str
         "auto"; "static" (equilibria as the drives move, dynamics during snap-through); "generalized-alpha"; "newmark";
-        "Radau-blocks" (Radau's method with block matrices), or SciPy's "Radau", "BDF" and "LSODA".
+        "mean-force" (keeps energy; scenes and films); "Radau-blocks" (Radau's method with block matrices), or SciPy's "Radau", "BDF" and "LSODA".
     rtol : -
         Relative tolerance; absolute tolerances follow from it and the sizes of the scene. Statics chooses its increments so
         that the error of the predictor is sqrt(rtol) times the size of the structure (rotations: rad).
@@ -140,7 +140,7 @@ class Solve(Model):
     rho_inf : -
         Spectral radius at infinite frequency, generalized-alpha only; absent: 0.6.
     step : s
-        Fixed step size, generalized-alpha and Newmark only; absent: the error is controlled.
+        Fixed step size, generalized-alpha, mean force and Newmark only; absent: the error is controlled.
     end_time : s
         Required only without a drive.
     max_step : s

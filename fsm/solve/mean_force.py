@@ -1,18 +1,23 @@
-"""A conserving method for elastic structures in a vector space: the force over a step is its mean along the step.
+"""A conserving method for elastic structures: the force over a step is its mean along the step.
 
 With x the increment of the configuration from t_n to t_{n+1} = t_n + h [1, 2]:
 
-    M (u_{n+1} - u_n)/h = int_0^1 f(t_n + h/2, q_n + s x, x/h) ds,    x/h = (u_n + u_{n+1})/2
+    M (u_{n+1} - u_n)/h = int_0^1 f(t_n + s h, retract(q_n, s x), x/h) ds,    x/h = (u_n + u_{n+1})/2
 
 f.x is then the difference of the potential, whatever it is, and kinetic + potential energy + dissipated - work done stays
 what it is, to the rule that the integral is taken by: two points of Gauss, exact for potentials up to the fourth degree,
-as that of a film's stretch is. The method is of second order, has no damping of its own, and cannot gain energy: Newmark's
+as that of a film's stretch is. Rigid bodies turn about their mean angular velocity, along which gyroscopic moments do no
+work. The method is of second order, has no damping of its own, and cannot gain energy: Newmark's
 and generalized-alpha with little damping do, where a film stretches. Its dissipation is what dampers take at the mean rates.
 
 Newton's unknown is x; its matrix 2/h^2 M + D/h + int s K(q_n + s x) ds, by the same rule: where films slacken and tauten, K
 differs from point to point by orders of magnitude, and one in between converges to nothing. Corrections that overshoot are
 cut where the work of what is left over along them vanishes, but not to less than a part: a single spot that tautens would
 hold up all else.
+
+Without a fixed step the error is controlled. The local error of x is h^3/12 times the derivative of u', taken from differences
+of the mean rates; 2/h^2 S^-1 M, with the matrix S of Newton's method, takes modes out that are too fast for the step. A step
+is also repeated if the rule of the integral loses more energy than a part of that turned over, as where a contact closes.
 
 References
 ----------
@@ -22,15 +27,17 @@ References
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from fsm.blocks import BlockMatrix, BlockPattern
 from fsm.errors import NotConverged
+from fsm.kernels.block_sum import effective_stiffness
 from fsm.solve.linear import LinearSolver
 from fsm.solve.renewal import State
 from fsm.solve.status import Outcome, StepFailed
-from fsm.system import System
+from fsm.system import Linearised, Objection, System
 
 __all__ = ["MeanForce"]
 
@@ -52,47 +59,79 @@ _CUTS, _SHORTEST = 3, 0.3
 """Of a correction: how often at most, and to what part of it in one cut."""
 _FINEST = 64
 """Parts, at most, of a step whose equations were not solved."""
+_FIRST = 1e-4
+"""First step over the time to go, at most."""
+_SAFETY, _GROWTH, _SHRINK, _STEADY = 0.9, 2.0, 0.2, 1.2
+"""Of the control of errors; a step that could grow by less than the last is kept, and the factors with it."""
+_CUT = 0.25
+"""Factor on a step whose equations were not solved."""
+_LOST = 1e-7
+"""Energy that a step may lose or gain by the rule of the integral, over that turned over so far."""
+_SMALLEST = 16.0 * np.finfo(float).eps
+"""Smallest step over the time reached."""
 
 
 class MeanForce:
-    """The method as an object that goes step by step, its steps fixed but where their equations are not solved.
+    """The method as an object that goes step by step.
 
     Parameters
     ----------
     system : System
-        Without moving supports; its increments are differences of q.
     t, q, u : time and state to start from
     rtol : -
     step : s
-        Or the next smaller that divides the way to the next time that is to be hit.
+        Fixed, or the next smaller that divides the way to the next time that is to be hit. None: the error is controlled.
+    max_step : s
+        Largest step of error control.
 
     Attributes
     ----------
     t, q, u : present state
     work, dissipated : J
         Of the last step.
+    of_pairs : (2, n_pairs) array, J
+        Dissipated by every contact pair in the last step.
     steps, rejected, failed, iterations, force_evaluations, linearisations : int
     linear : LinearSolver
     """
 
-    def __init__(self, system: System, t: float, q: np.ndarray, u: np.ndarray, rtol: float, step: float) -> None:
+    def __init__(
+        self,
+        system: System,
+        t: float,
+        q: np.ndarray,
+        u: np.ndarray,
+        rtol: float,
+        step: float | None = None,
+        max_step: float = math.inf,
+    ) -> None:
         self.system, self.t, self.q, self.u = system, t, q.copy(), u.copy()
         self.linear = LinearSolver()
         self.steps = self.rejected = self.failed = 0
         self.iterations = self.force_evaluations = self.linearisations = 0
         self.work = self.dissipated = 0.0
-        self._step = step
+        self.of_pairs = np.zeros((2, 0))
+        self._step, self._max_step, self._rtol = step, max_step, rtol
         self._tolerance = _NEWTON * min(rtol, _LOOSEST)
-        self._size = system.scales().increment
+        scales = system.scales()
+        self._size, self._velocity = scales.increment, scales.velocity
         self._mass = system.mass(q)
         self._breaks = sorted(system.break_times())
         self._pattern: BlockPattern | None = None
         self._inertia = np.zeros((0, 0, 0))
         self._factored = 0.0
+        self._map: np.ndarray | None = None
         self._division = 1
         # mean rates of the last two steps, and their sizes: those at the ends hold what is left of stiff vibrations
         self._mean, self._mean_before = u.copy(), u.copy()
         self._last = self._last_before = 0.0
+        # of error control: the size to try, the acceleration half-way between the last two steps, errors, energies
+        self._next = 0.0
+        self._rate = np.zeros_like(u)
+        self._bend = np.zeros_like(u)
+        self._known = 0
+        self._error_before = 1.0
+        self._stored = self._start = self._turnover = 0.0
 
     def step(self, until: float) -> None:
         """One step, that ends at `until` or before.
@@ -100,12 +139,18 @@ class MeanForce:
         Raises
         ------
         StepFailed
-            The equations of even the smallest step have no solution that Newton's method finds.
+            The equations of even the smallest step have no solution that Newton's method finds, or its error is too large.
         """
         target = min([until, *(b for b in self._breaks if b > self.t)])
+        if self._step is None:
+            self._controlled_step(target, until)
+        else:
+            self._fixed_step(target, self._step)
+
+    def _fixed_step(self, target: float, step: float) -> None:
         while True:
             left = target - self.t
-            count = math.ceil(left * self._division / self._step * (1.0 - 1e-9))
+            count = math.ceil(left * self._division / step * (1.0 - 1e-9))
             h = left / max(count, 1)
             h = self._last if abs(h - self._last) <= 1e-9 * h else h
             x = self._solve(h)
@@ -115,32 +160,137 @@ class MeanForce:
             self._factored = 0.0
             self._division *= 2
             if self._division > _FINEST:
-                raise StepFailed(Outcome.NO_SOLUTION, self.t, self.system.blame(self.u / self._size))
+                raise self._failure(Outcome.NO_SOLUTION)
         self._division = max(1, self._division // 2)
-        self._accept(h, x, target if count <= 1 else self.t + h)
+        self._accept(h, x, target if count <= 1 else self.t + h, None)
+
+    # renewal --------------------------------------------------------------------------------------------------------
 
     def state(self) -> State:
         """What another object goes on with from the present time, q and u."""
         counts = (
-            self.steps, self.failed, self.iterations, self.force_evaluations, self.linearisations,
-            self.linear.factorisations, self._division,
+            self.steps, self.rejected, self.failed, self.iterations, self.force_evaluations, self.linearisations,
+            self.linear.factorisations, self._division, self._known,
+        )  # fmt: skip
+        sizes = (
+            self._last, self._last_before, self._next, self._error_before, self._stored, self._start, self._turnover,
         )  # fmt: skip
         return {
             "mean": self._mean,
             "mean_before": self._mean_before,
-            "sizes": np.array([self._last, self._last_before]),
+            "rate": self._rate,
+            "bend": self._bend,
+            "sizes": np.array(sizes),
             "counts": np.array(counts),
         }
 
     def go_on(self, state: State) -> None:
         """Go on with what `state` gave."""
         self._mean, self._mean_before = state["mean"], state["mean_before"]
-        self._last, self._last_before = state["sizes"].tolist()
+        self._rate, self._bend = state["rate"], state["bend"]
+        (
+            self._last, self._last_before, self._next, self._error_before, self._stored, self._start, self._turnover,
+        ) = state["sizes"].tolist()  # fmt: skip
         counts = [int(count) for count in state["counts"]]
-        self.steps, self.failed, self.iterations, self.force_evaluations, self.linearisations = counts[:5]
-        self.linear.factorisations, self._division = counts[5:]
+        self.steps, self.rejected, self.failed, self.iterations = counts[:4]
+        self.force_evaluations, self.linearisations, self.linear.factorisations, self._division, self._known = counts[4:]
 
-    # inside -----------------------------------------------------------------------------------------------------------
+    # error control --------------------------------------------------------------------------------------------------
+
+    def _controlled_step(self, target: float, until: float) -> None:
+        """One step of which the error is controlled."""
+        shortest = self.system.shortest_step()
+        if not self._next:
+            energy = self.system.energy(self.t, self.q, self.u)
+            self._start = self._stored = energy.stored_freely
+            self._turnover = energy.kinetic
+            self._next = self._first_size(until - self.t)
+        longest = self.system.longest_step(self.t, self.q, self.u)
+        grow = True
+        while True:
+            left, h = target - self.t, min(self._next, self._max_step, longest)
+            count = math.ceil(left / h * (1.0 - 1e-9))
+            h = left / count if count <= 2 else h
+            h = self._last if abs(h - self._last) <= 1e-9 * h else h
+            end = target if count <= 1 else self.t + h
+            if not end > self.t:
+                raise self._failure(Outcome.STEP_TOO_SMALL)
+            x, objection = self._solve(h), None
+            if x is None:
+                self.failed += 1
+                self._factored = 0.0
+                self._next = _CUT * h
+            else:
+                objection = self._objection(h, x, end)
+                if objection is None:
+                    books = self._books(h, x, end)
+                    error = max(self._error(h, x), self._lost(books) if h > shortest else 0.0)
+                    if error <= 1.0 or h <= shortest:
+                        break
+                    self._next = max(h * max(_SHRINK, _SAFETY * error ** (-1.0 / 3.0)), min(0.5 * h, shortest))
+                else:
+                    self._next = h * objection.part
+                self.rejected += 1
+            grow = False
+            if self._next < _SMALLEST * max(abs(self.t), until - self.t):
+                reason = objection.reason if objection is not None else ""
+                outcome = Outcome.TOO_SOFT if reason else Outcome.STEP_TOO_SMALL
+                raise self._failure(Outcome.NO_SOLUTION if x is None else outcome, reason)
+        self._adapt(h, max(error, 1e-8), grow, shortest)
+        self._accept(h, x, end, books)
+
+    def _first_size(self, left: float) -> float:
+        pace = _rms(self.u / self._size)
+        rate = self._first_rate()
+        pace = max(pace, math.sqrt(_rms(rate / self._size)))
+        return min(_FIRST * left, self._rtol ** (1.0 / 3.0) / pace if pace > 0.0 else math.inf, self._max_step)
+
+    def _first_rate(self) -> np.ndarray:
+        """u' right after the present time, (nu,)."""
+        return self.system.acceleration(math.nextafter(self.t, math.inf), self.q, self.u)
+
+    def _objection(self, h: float, x: np.ndarray, end: float) -> Objection | None:
+        return self.system.objection(end, self.system.retract(self.q, x), 2.0 * x / h - self.u, h)
+
+    def _error(self, h: float, x: np.ndarray) -> float:
+        """Local error of the increment and of the rate, over what is allowed; 0 until it is known."""
+        mean = x / h
+        if self._known < 2:
+            return 0.0 if self._known == 0 else _rms(h * (mean - self._mean) / (self._rtol ** (2.0 / 3.0) * self._size))
+        jerk = self._jerk(h, mean)
+        filtered = (h / 6.0) * (self._mass @ jerk)  # h^3/12 times 2/h^2
+        error_x = self.linear.solve(filtered)
+        size = np.maximum(np.abs(self.u), np.abs(2.0 * mean - self.u))
+        # per step: the change of the error of the increment, over the step, is that of the rate
+        error_u = self.linear.solve((h / 6.0) * (self._mass @ (jerk - self._bend))) / h
+        parts = error_x / (self._rtol * self._size), error_u / (self._rtol * (self._velocity + size))
+        return math.sqrt(0.5 * (_rms(parts[0]) ** 2 + (_rms(parts[1]) ** 2 if self._known > 2 else 0.0)))
+
+    def _jerk(self, h: float, mean: np.ndarray) -> np.ndarray:
+        rate = (mean - self._mean) / (0.5 * (h + self._last))
+        return np.asarray((rate - self._rate) / (0.5 * (0.5 * h + self._last + 0.5 * self._last_before)))
+
+    def _lost(self, books: _Books) -> float:
+        """Energy that the rule of the integral has lost or gained, over what is allowed."""
+        off = abs(books.stored - self._stored + books.dissipated - books.work)
+        moved = max(books.kinetic, abs(books.stored - self._start), self._turnover)
+        return off / (_LOST * moved) if moved > 0.0 else 0.0
+
+    def _adapt(self, h: float, error: float, grow: bool, shortest: float) -> None:
+        """Soderlind's PI controller (PI.4.2)."""
+        factor = _SAFETY * error ** (-0.2) * self._error_before ** (1.0 / 15.0)
+        self._error_before = error
+        most = _GROWTH if grow else 1.0
+        wanted = max(h * min(max(factor, _SHRINK), most), min(h * most, shortest))
+        if grow and h < self._next and error * (self._next / h) ** 3 <= 1.0:
+            wanted = max(wanted, self._next)
+        if not self._next <= wanted <= _STEADY * self._next or not grow:
+            self._next = min(wanted, self._max_step)
+
+    def _failure(self, outcome: Outcome, reason: str = "") -> StepFailed:
+        return StepFailed(outcome, self.t, self.system.blame(self.u / self._size), reason)
+
+    # Newton's method ------------------------------------------------------------------------------------------------
 
     def _solve(self, h: float) -> np.ndarray | None:
         """Increment of a step, None if Newton's method does not find it."""
@@ -160,15 +310,19 @@ class MeanForce:
                 self._factorise(h, x)
             self.iterations += 1
             dx = self.linear.solve(residual)
+            if self._map is not None:
+                dx = np.asarray(self._map @ dx.reshape(len(self._map), -1, 1)).ravel()
             size = math.sqrt(float(np.mean((dx / self._size) ** 2)))
             if not math.isfinite(size):
                 return None
             contraction = size / before if before else 0.5
             left = size * max(contraction, _SURE) / max(1.0 - contraction, 1e-3)
-            if left <= self._tolerance or size <= 1e-3 * self._tolerance:
+            converged = left <= self._tolerance or size <= 1e-3 * self._tolerance
+            parted = converged and not renew and self.system.parted()  # the factors hold contacts that have opened
+            if converged and not parted:
                 return x + dx
             x, residual = self._moved(h, x, dx, residual)
-            renew = before > 0.0 and contraction > _SLOW
+            renew = parted or (before > 0.0 and contraction > _SLOW)
             before = size
         return None
 
@@ -184,31 +338,80 @@ class MeanForce:
             after = self._residual(h, x + part * dx)
         return x + part * dx, after
 
+    def _along(self, h: float, x: np.ndarray) -> list[tuple[float, np.ndarray]]:
+        """Times and configurations of the points of a step."""
+        return [(self.t + s * h, self.system.retract(self.q, s * x)) for s in _POINTS]
+
     def _residual(self, h: float, x: np.ndarray) -> np.ndarray:
         """What the forces and inertia leave over, N."""
         self.force_evaluations += len(_POINTS)
-        middle, rate = self.t + 0.5 * h, x / h
-        force = sum(self.system.force(middle, self.q + s * x, rate) for s in _POINTS) / len(_POINTS)
+        rate = x / h
+        force = sum(self.system.force(*point, rate) for point in self._along(h, x)) / len(_POINTS)
         return np.asarray(force - self._mass @ ((2.0 / h) * (rate - self.u)))
 
     def _factorise(self, h: float, x: np.ndarray) -> None:
-        self.linearisations += 1
-        tangents = [self.system.linearise(self.t + 0.5 * h, self.q + part * x, x / h) for part in _POINTS]
+        tangents = self._tangents(h, x)
         pattern = tangents[0].stiffness.pattern
         if pattern is not self._pattern:
             self._pattern, self._inertia = pattern, self.system.inertia(self.q, pattern)
-        data = (2.0 / h**2) * self._inertia
-        for part, linear in zip(_POINTS, tangents, strict=True):
-            data += (part * linear.stiffness.data + linear.damping.data / h) / len(_POINTS)
-        self.linear.factorise(BlockMatrix(pattern, data))
+        stiffness = sum(s * linear.stiffness.data for s, linear in zip(_POINTS, tangents, strict=True)) / len(_POINTS)
+        damping = sum(linear.damping.data for linear in tangents) / (h * len(_POINTS))
+        # increments at the points are s times those of x, but for the turn of the axes in between
+        self._map = self.system.increment_map(0.5 * x)
+        moving = damping + (2.0 / h**2) * self._inertia
+        self.linear.factorise(
+            BlockMatrix(pattern, effective_stiffness(np.asarray(stiffness), moving, 1.0, self._map, pattern.indices))
+        )
         self._factored = h
 
-    def _accept(self, h: float, x: np.ndarray, end: float) -> None:
+    def _tangents(self, h: float, x: np.ndarray) -> list[Linearised]:
+        """Tangents at the points of a step, on one pattern: contacts found at one of them may add to it."""
+        while True:
+            self.linearisations += 1
+            tangents = [self.system.linearise(*point, x / h) for point in self._along(h, x)]
+            if all(linear.stiffness.pattern is tangents[0].stiffness.pattern for linear in tangents):
+                return tangents
+
+    def _books(self, h: float, x: np.ndarray, end: float) -> _Books:
+        """Energies of a step: of its end, and what was done over it."""
         rate = x / h
-        energy = self.system.energy(self.t + 0.5 * h, self.q + 0.5 * x, rate)
-        self.work, self.dissipated = h * energy.input_power, h * energy.dissipated_power
+        seen = [self.system.energy(*point, rate) for point in self._along(h, x)]
+        after = self.system.energy(end, self.system.retract(self.q, x), 2.0 * rate - self.u)
+        part = h / len(_POINTS)
+        pairs = part * np.sum([energy.pair_power for energy in seen], axis=0)
+        return _Books(
+            part * sum(energy.input_power for energy in seen), part * sum(energy.dissipated_power for energy in seen), pairs,
+            after.stored_freely, after.kinetic,
+        )  # fmt: skip
+
+    def _accept(self, h: float, x: np.ndarray, end: float, books: _Books | None) -> None:
+        rate = x / h
+        if books is None:
+            books = self._books(h, x, end)
+        self.work, self.dissipated, self.of_pairs = books.work, books.dissipated, books.pairs
+        self._turnover = max(self._turnover, books.kinetic, abs(books.stored - self._start))
+        self._stored = books.stored
+        if self._known > 1:
+            self._bend = self._jerk(h, rate)
+        if self._known:
+            self._rate = (rate - self._mean) / (0.5 * (h + self._last))
+        self._known = min(self._known + 1, 3)
         self._mean_before, self._mean = self._mean, rate
         self._last_before, self._last = self._last, h
-        self.t, self.q, self.u = end, self.q + x, 2.0 * rate - self.u
+        self.t, self.q, self.u = end, self.system.retract(self.q, x), 2.0 * rate - self.u
         self.steps += 1
         self.system.commit(self.t, self.q, self.u)
+
+
+class _Books(NamedTuple):
+    """Energies of a step, J: work done, dissipated, dissipated by pairs, stored at the end without driven bodies, kinetic."""
+
+    work: float
+    dissipated: float
+    pairs: np.ndarray
+    stored: float
+    kinetic: float
+
+
+def _rms(vector: np.ndarray) -> float:
+    return math.sqrt(float(vector @ vector) / len(vector)) if len(vector) else 0.0

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 import time
 
-import numpy as np
-
 from fsm.solve.dissipation import mean_dissipation
 from fsm.solve.generalized_alpha import GeneralizedAlpha
 from fsm.solve.mean_force import MeanForce
@@ -53,8 +51,9 @@ class StepwiseRun(Run):
         settings = self.settings
         solver: GeneralizedAlpha | MeanForce
         if settings.method == MEAN_FORCE:
-            assert settings.step is not None
-            solver = MeanForce(self.system, self.time, self.q, self.u, settings.rtol, settings.step)
+            solver = MeanForce(
+                self.system, self.time, self.q, self.u, settings.rtol, settings.step, settings.max_step
+            )
         else:
             rho_inf = None if settings.method == NEWMARK else settings.rho_inf
             solver = GeneralizedAlpha(
@@ -81,7 +80,7 @@ class StepwiseRun(Run):
         driven = self.last.energy.driven
         self.last = seen = self.system.observe(solver.t, solver.q, solver.u)
         if isinstance(solver, MeanForce):
-            self.ledger.add(solver.work, solver.dissipated, np.zeros((2, len(seen.pairs.force))))
+            self.ledger.add(solver.work + seen.energy.driven - driven, solver.dissipated, solver.of_pairs)
         else:
             dissipated, of_pairs = mean_dissipation(
                 self.system, (self.time, self.q), (solver.t, solver.q), len(seen.pairs.force), self.system.of_vectors
