@@ -14,6 +14,7 @@ from fsm.errors import CaseError, Fault
 from fsm.scene.builders.scene import build_scene
 from fsm.scene.case import Case
 from fsm.scene.contact_sides import contact_sides
+from fsm.scene.flexible import SceneFilm
 from fsm.scene.scene import Body, Plate, Scene
 
 __all__ = [
@@ -143,16 +144,29 @@ def find_pierced(scene: Scene) -> list[tuple[str, str]]:
     The contact search uses points and edges, so it can miss plates that pass through each other.
     """
     plates = {body.name: (body, body.plate) for body in scene.bodies if body.plate is not None}
+    flat = {film.name: _as_plate(film) for film in scene.films}
     known = contact_sides(scene)
     found = []
     for pair in scene.pairs:
         sides = [known[name] for name in (pair.first, pair.second)]
-        if "obstacle" in (sides[0].kind, sides[1].kind):
+        names = pair.first, pair.second
+        cables = any(side.kind == "film" and name not in flat for side, name in zip(sides, names, strict=True))
+        if cables or "obstacle" in (sides[0].kind, sides[1].kind):
             continue
-        one, two = ([plates[name] for name in side.bodies] for side in sides)
+        one, two = (
+            [flat[name]] if side.kind == "film" else [plates[body] for body in side.bodies]
+            for side, name in zip(sides, names, strict=True)
+        )
         if _pierce(one, two) or _pierce(two, one):
             found.append((pair.first, pair.second))
     return found
+
+
+def _as_plate(film: SceneFilm) -> tuple[Body, Plate]:
+    """Plate in the place of a film at the start."""
+    length, width = film.length * (1.0 + film.strain[0]), film.width * (1.0 + film.strain[1])
+    body = Body(name=film.name, mass=0.0, inertia=(0.0, 0.0, 0.0), position=film.position, orientation=film.orientation)
+    return body, Plate(length=length, width=width, thickness=film.thickness)
 
 
 def _pierce(edged: list[tuple[Body, Plate]], faces: list[tuple[Body, Plate]]) -> bool:

@@ -15,6 +15,7 @@ from fsm.ancf.system import AncfSystem
 from fsm.assembly.frames import FramePoint, Frames
 from fsm.assembly.system import JoinedSystem
 from fsm.errors import CaseError
+from fsm.scene.contact_points import contact_points
 from fsm.scene.flexible import SceneCable, SceneFilm, SceneFrame, unstressed_length
 from fsm.scene.frame_bodies import cable_axes, frame_faults, quaternion_matrix, with_frames
 from fsm.scene.scene import Scene
@@ -51,7 +52,12 @@ def compile_model(scene: Scene, spatial: bool = False) -> SegmentSystem:
     parts = _Parts.of(scene)
     row = {body.name: 1 + i for i, body in enumerate(scene.bodies)}  # the ground is the first
     rows = np.array([row[frame.name] for frame in scene.frames], dtype=np.int64)
-    frames = Frames.of(rows, tuple(parts.point(frame) for frame in scene.frames))
+    touching = {point.frame.name for points in contact_points(scene).values() for point in points}
+    points = (parts.point(frame) for frame in scene.frames)
+    frames = Frames.of(
+        rows,
+        tuple(_unoriented(p) if frame.name in touching else p for frame, p in zip(scene.frames, points, strict=True)),
+    )
     elements = AncfSystem(parts.mesh, Loading(gravity=scene.gravity))
     return JoinedSystem(*SceneCompiler(scene, True).parts(), elements, frames)
 
@@ -122,6 +128,13 @@ def _cable_point(cable: SceneCable, nodes: np.ndarray, frame: SceneFrame) -> Fra
     weights, along = cable_shape(x, size), cable_shape(x, size, 1)
     across = cable_axes(cable, frame.normal)[1]
     return _point(np.concatenate([nodes[i], nodes[i + 1]]), weights, along, np.zeros(4), across)
+
+
+def _unoriented(point: FramePoint) -> FramePoint:
+    """Frame without axes, on which contact acts with forces alone."""
+    used = np.abs(point.weights) > 1e-12
+    none = np.zeros(int(used.sum()))
+    return FramePoint(point.vectors[used], point.weights[used], none, none, np.zeros(3))
 
 
 def _point(vectors: np.ndarray, weights: np.ndarray, along: np.ndarray, across: np.ndarray, fixed: np.ndarray) -> FramePoint:

@@ -115,6 +115,8 @@ def add_condensed(
         for k in range(indptr[i], indptr[i + 1]):
             j = indices[k]
             at = starts[k]
+            if not np.any(data[k]):
+                continue  # most blocks: points of films that touch nothing
             for p in range(first[i], first[i + 1]):
                 for a in range(3):
                     for c in range(6):
@@ -158,6 +160,8 @@ def add_curvatures(
     """
     for i in range(frames.shape[0] - 1):
         h = curvatures[i]
+        if not np.any(h):
+            continue  # frames without moment, as contact points of films are
         for p in range(frames[i], frames[i + 1]):
             for q in range(frames[i], frames[i + 1]):
                 block = out[find_slot(indptr, indices, rows[p], rows[q])]

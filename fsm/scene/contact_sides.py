@@ -1,9 +1,10 @@
-"""Sides of a contact pair: a surface, the plate of a body, a group of plates, or an obstacle."""
+"""Sides of a contact pair: a surface, the plate of a body, a group of plates, an obstacle, a film or a cable."""
 
 from __future__ import annotations
 
 from typing import Literal, NamedTuple
 
+from fsm.scene.contact_points import contact_points
 from fsm.scene.scene import GROUND, Scene
 
 __all__ = ["ContactSide", "contact_sides"]
@@ -14,11 +15,11 @@ class ContactSide(NamedTuple):
 
     Attributes
     ----------
-    kind : "surface", "plate", "group" or "obstacle"
-    bodies : names of its bodies, in order along a surface
+    kind : "surface", "plate", "group", "obstacle" or "film", also for a cable
+    bodies : names of its bodies, in order along a surface; names of the points of a film
     """
 
-    kind: Literal["surface", "plate", "group", "obstacle"]
+    kind: Literal["surface", "plate", "group", "obstacle", "film"]
     bodies: tuple[str, ...]
 
 
@@ -29,5 +30,6 @@ def contact_sides(scene: Scene) -> dict[str, ContactSide]:
     """
     known = {obstacle.name: ContactSide("obstacle", (obstacle.body or GROUND,)) for obstacle in scene.obstacles}
     known |= {body.name: ContactSide("plate", (body.name,)) for body in scene.bodies if body.plate is not None}
+    known |= {name: ContactSide("film", tuple(p.frame.name for p in points)) for name, points in contact_points(scene).items()}
     known |= {group.name: ContactSide("group", group.bodies) for group in scene.groups}
     return known | {surface.name: ContactSide("surface", surface.bodies) for surface in scene.surfaces}

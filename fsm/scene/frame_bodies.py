@@ -10,6 +10,7 @@ import numpy as np
 
 from fsm.errors import Fault
 from fsm.scene.flexible import SceneCable, SceneFilm, SceneFrame, SceneSeam, unstressed_length
+from fsm.scene.contact_points import contact_points
 from fsm.scene.known_names import nearest_name
 from fsm.scene.scene import Body, ForceElement, Scene
 
@@ -39,7 +40,7 @@ def cable_axes(cable: SceneCable, normal: tuple[float, float, float]) -> np.ndar
 def with_frames(scene: Scene) -> Scene:
     """Scene with its frames among the bodies: held, without mass, at their places at the start.
 
-    Seams become frames and springs. The scene has no fault of `frame_faults`.
+    Seams become frames and springs, and points for contact become frames. The scene has no fault of `frame_faults`.
     """
     frames = list(scene.frames)
     elements = list(scene.elements)
@@ -48,6 +49,9 @@ def with_frames(scene: Scene) -> Scene:
             more, springs = _seam_parts(seam, scene)
             frames += more
             elements += springs
+    present = {frame.name for frame in frames}
+    touching = [point.frame for points in contact_points(scene).values() for point in points]
+    frames += [frame for frame in touching if frame.name not in present]
     scene = scene.model_copy(update={"frames": tuple(frames), "elements": tuple(elements)})
     films = {film.name: film for film in scene.films}
     cables = {cable.name: cable for cable in scene.cables}

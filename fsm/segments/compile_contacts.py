@@ -6,6 +6,7 @@ import numpy as np
 
 from fsm.laws.friction import FRICTION_LAWS
 from fsm.laws.normal import NORMAL_LAWS
+from fsm.scene.contact_points import contact_points
 from fsm.scene.contact import Contact, Friction
 from fsm.scene.scene import Body, Scene
 from fsm.segments.compile_shapes import compile_shapes
@@ -60,11 +61,14 @@ def _friction(friction: Friction | None) -> FrictionForce | None:
 
 
 def _mobility(scene: Scene, bodies: tuple[Body, ...], spatial: bool) -> np.ndarray:
-    """One over masses and moments of inertia, (n_bodies, 3 or 6); zero for held and driven bodies."""
+    """One over masses and moments of inertia, (n_bodies, 3 or 6); zero for held and driven bodies, of its area for a point of a film."""
     driven = {name for drive in scene.drives for name in drive.moved}
     mobility = np.zeros((len(bodies), 6 if spatial else 3))
     for row, body in zip(mobility, bodies, strict=True):
         if not body.held and body.name not in driven:
             inertia = body.inertia if spatial else body.inertia[1:2]
             row[:] = 1.0 / np.array([*[body.mass] * (3 if spatial else 2), *inertia])
+    index = {body.name: i for i, body in enumerate(bodies)}
+    for point in (point for points in contact_points(scene).values() for point in points):
+        mobility[index[point.frame.name], :3] = 1.0 / point.mass
     return mobility

@@ -5,12 +5,16 @@ Pairs of two surfaces are compiled elsewhere: panels divided into segments have 
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from fsm.interactions.shape_distance import BOX, CYLINDER, HALF_SPACE, SPHERE
+from fsm.scene.contact_points import contact_points
 from fsm.scene.contact_sides import ContactSide, contact_sides
 from fsm.scene.obstacle import Obstacle
 from fsm.scene.scene import GROUND, Body, Scene
+from fsm.segments.flexible_contacts import FlexibleContacts
 from fsm.segments.obstacle_contacts import ObstacleContacts
 from fsm.segments.plate_contacts import PlateContacts, Side
 from fsm.segments.shape_contacts import ShapeContacts
@@ -42,7 +46,10 @@ def compile_shapes(
     if scene.contact is None:
         return ()
     compiler = _ShapeCompiler(scene, bodies)
-    built = (compiler.plates(poses, spatial), compiler.obstacles(poses, spatial), compiler.solids(poses, spatial))
+    built = (
+        compiler.plates(poses, spatial), compiler.obstacles(poses, spatial), compiler.solids(poses, spatial),
+        compiler.films(scene, poses),
+    )  # fmt: skip
     return tuple(geometry for geometry in built if geometry is not None)
 
 
@@ -64,13 +71,20 @@ class _ShapeCompiler:
         self.plate_pairs: list[tuple[int, int, int]] = []
         self.obstacle_pairs: list[tuple[int, int, int]] = []
         self.solid_pairs: list[tuple[int, int, int]] = []
+        # film, and the name and kind of the other side
+        self.film_pairs: list[tuple[str, str, ContactSide, int]] = []
         known = contact_sides(scene)
         place = {obstacle.name: i for i, obstacle in enumerate(scene.obstacles)}
         for row, pair in enumerate(scene.pairs):
             first, second = known[pair.first], known[pair.second]
-            if first.kind == second.kind == "surface" or self._fixed(first, second):
+            films = "film" in (first.kind, second.kind)
+            if first.kind == second.kind == "surface" or (not films and self._fixed(first, second)):
                 continue
-            if first.kind == second.kind == "obstacle":
+            if first.kind == "film":
+                self.film_pairs.append((pair.first, pair.second, second, row))
+            elif second.kind == "film":
+                self.film_pairs.append((pair.second, pair.first, first, row))
+            elif first.kind == second.kind == "obstacle":
                 self.solid_pairs.append((place[pair.first], place[pair.second], row))
             elif second.kind == "obstacle":
                 self.obstacle_pairs.append((self._side(pair.first, first), place[pair.second], row))
@@ -137,6 +151,47 @@ class _ShapeCompiler:
         return SolidContacts(
             solids, np.searchsorted(named, rows[:, :2]), spatial, margin, self.points, rows[:, 2], self.joined, poses
         )  # fmt: skip
+
+    def films(self, scene: Scene, poses: np.ndarray) -> FlexibleContacts | None:
+        """Contacts of films and cables; None if there are none."""
+        if not self.film_pairs:
+            return None
+        known, names = contact_points(scene), list(dict.fromkeys(film for film, *_ in self.film_pairs))
+        points = [point for name in names for point in known[name]]
+        ends = np.cumsum([0, *(len(known[name]) for name in names)])
+        others: dict[str, int] = {}
+        sides, obstacles = [], []
+        place = {obstacle.name: i for i, obstacle in enumerate(self.obstacle_list)}
+        for _, name, side, _ in self.film_pairs:
+            if side.kind != "obstacle" and name not in others:
+                others[name] = len(sides)
+                sides.append(self.sides[self._side(name, side)])
+        for _, name, side, _ in self.film_pairs:
+            if side.kind == "obstacle" and name not in others:
+                others[name] = len(sides) + len(obstacles)
+                obstacles.append(self._shape(self.obstacle_list[place[name]]))
+        shapes = [
+            Shape(self.index[point.frame.name], SPHERE, (point.radius, point.radius, point.radius)) for point in points
+        ]
+        pairs = np.array([(names.index(film), others[name]) for film, name, *_ in self.film_pairs])
+        areas = np.array([point.area for point in points])
+        sizes = [2 * plate.size[0] for plate in self.rectangles]
+        sizes += [2 * max(shape.size) for shape in obstacles if shape.kind != HALF_SPACE]
+        margin = 0.25 * float(np.mean(sizes)) if sizes else 4.0 * math.sqrt(areas.mean())
+        return FlexibleContacts(
+            shapes, areas, self.rectangles, obstacles,
+            [Side(np.arange(a, b), np.ones(b - a)) for a, b in zip(ends, ends[1:], strict=False)], sides, pairs, margin,
+            np.array([row for *_, row in self.film_pairs]), np.concatenate([self.joined, self._joined_to_films(scene)]), poses,
+        )  # fmt: skip
+
+    def _joined_to_films(self, scene: Scene) -> np.ndarray:
+        """Pairs (m, 2) of the points of films and the bodies that force elements join to the films."""
+        on = {frame.name: frame.on for frame in scene.frames}
+        ends = [(element.inner, element.outer) for element in scene.elements]
+        joined = {(on[a], b) for one, two in ends for a, b in ((one, two), (two, one)) if a in on and b not in on}
+        known = contact_points(scene)
+        found = [(self.index[p.frame.name], self.index[b]) for film, b in sorted(joined) for p in known.get(film, ())]
+        return np.array(found, dtype=np.int64).reshape(-1, 2)
 
     def _shape(self, obstacle: Obstacle) -> Shape:
         kind, size = HALF_SPACE, (0.0, 0.0, 0.0)

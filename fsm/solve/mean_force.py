@@ -65,8 +65,9 @@ _SAFETY, _GROWTH, _SHRINK, _STEADY = 0.9, 2.0, 0.2, 1.2
 """Of the control of errors; a step that could grow by less than the last is kept, and the factors with it."""
 _CUT = 0.25
 """Factor on a step whose equations were not solved."""
-_LOST = 1e-7
-"""Energy that a step may lose or gain by the rule of the integral, over that turned over so far."""
+_LOST, _AT_ONCE, _LEAST = 3e-6, 0.01, 1e-9
+"""Energy that all steps may lose or gain by the rule of the integral, over that turned over so far; the part of what is left
+of it that a step may take; and what any step may."""
 _SMALLEST = 16.0 * np.finfo(float).eps
 """Smallest step over the time reached."""
 
@@ -131,7 +132,7 @@ class MeanForce:
         self._bend = np.zeros_like(u)
         self._known = 0
         self._error_before = 1.0
-        self._stored = self._start = self._turnover = 0.0
+        self._stored = self._start = self._turnover = self._off = 0.0
 
     def step(self, until: float) -> None:
         """One step, that ends at `until` or before.
@@ -174,6 +175,7 @@ class MeanForce:
         )  # fmt: skip
         sizes = (
             self._last, self._last_before, self._next, self._error_before, self._stored, self._start, self._turnover,
+            self._off,
         )  # fmt: skip
         return {
             "mean": self._mean,
@@ -190,6 +192,7 @@ class MeanForce:
         self._rate, self._bend = state["rate"], state["bend"]
         (
             self._last, self._last_before, self._next, self._error_before, self._stored, self._start, self._turnover,
+            self._off,
         ) = state["sizes"].tolist()  # fmt: skip
         counts = [int(count) for count in state["counts"]]
         self.steps, self.rejected, self.failed, self.iterations = counts[:4]
@@ -224,10 +227,13 @@ class MeanForce:
                 objection = self._objection(h, x, end)
                 if objection is None:
                     books = self._books(h, x, end)
-                    error = max(self._error(h, x), self._lost(books) if h > shortest else 0.0)
-                    if error <= 1.0 or h <= shortest:
+                    of_time = self._error(h, x) if h > shortest else 0.0
+                    error = max(of_time, self._lost(books) if h > shortest / _FINEST else 0.0)
+                    if error <= 1.0:
                         break
-                    self._next = max(h * max(_SHRINK, _SAFETY * error ** (-1.0 / 3.0)), min(0.5 * h, shortest))
+                    self._next = h * max(_SHRINK, _SAFETY * error ** (-1.0 / 3.0))
+                    if error == of_time:
+                        self._next = max(self._next, min(h, shortest))
                 else:
                     self._next = h * objection.part
                 self.rejected += 1
@@ -272,9 +278,12 @@ class MeanForce:
 
     def _lost(self, books: _Books) -> float:
         """Energy that the rule of the integral has lost or gained, over what is allowed."""
-        off = abs(books.stored - self._stored + books.dissipated - books.work)
         moved = max(books.kinetic, abs(books.stored - self._start), self._turnover)
-        return off / (_LOST * moved) if moved > 0.0 else 0.0
+        most = max(_AT_ONCE * (_LOST * moved - abs(self._off)), _LEAST * moved)
+        return abs(self._off_by(books)) / most if most > 0.0 else 0.0
+
+    def _off_by(self, books: _Books) -> float:
+        return books.stored - self._stored + books.dissipated - books.work
 
     def _adapt(self, h: float, error: float, grow: bool, shortest: float) -> None:
         """Soderlind's PI controller (PI.4.2)."""
@@ -390,6 +399,7 @@ class MeanForce:
             books = self._books(h, x, end)
         self.work, self.dissipated, self.of_pairs = books.work, books.dissipated, books.pairs
         self._turnover = max(self._turnover, books.kinetic, abs(books.stored - self._start))
+        self._off += self._off_by(books)
         self._stored = books.stored
         if self._known > 1:
             self._bend = self._jerk(h, rate)

@@ -1,0 +1,90 @@
+"""Points of films and cables that touch bodies and obstacles: frames that each stand for an area.
+
+A film has two Gauss points along either side of each element (`contact.points_per_segment` of them). A cable has them along
+each element, and its area is diameter times length. The sum of the areas does not depend on the mesh.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fsm.scene.flexible import SceneCable, SceneFilm, SceneFrame, unstressed_length
+from fsm.scene.scene import Scene
+
+__all__ = ["ContactPoint", "contact_points"]
+
+
+class ContactPoint(NamedTuple):
+    """Point of a film or a cable for contact.
+
+    Attributes
+    ----------
+    frame : SceneFrame
+        Frame at the point; contact gives it no moment.
+    area, radius, mass : m^2, m, kg
+        Area that the point stands for, half the thickness or the diameter, and mass of the area.
+    """
+
+    frame: SceneFrame
+    area: float
+    radius: float
+    mass: float
+
+
+def contact_points(scene: Scene) -> dict[str, tuple[ContactPoint, ...]]:
+    """Points of every film and cable that is in a contact pair."""
+    if scene.contact is None:
+        return {}
+    named = {name for pair in scene.pairs for name in (pair.first, pair.second)}
+    count = scene.contact.points_per_segment
+    found = {film.name: _of_film(film, count) for film in scene.films if film.name in named}
+    return found | {cable.name: _of_cable(cable, count) for cable in scene.cables if cable.name in named}
+
+
+def _of_film(film: SceneFilm, count: int) -> tuple[ContactPoint, ...]:
+    along, across = (
+        _gauss(side, elements, count) for side, elements in zip((film.length, film.width), film.mesh, strict=True)
+    )
+    radius, surface_density = 0.5 * film.thickness, film.density * film.thickness
+    return tuple(
+        ContactPoint(_frame(film.name, k, (x, y)), a * b, radius, surface_density * a * b)
+        for k, ((x, a), (y, b)) in enumerate((one, other) for one in along for other in across)
+    )
+
+
+def _of_cable(cable: SceneCable, count: int) -> tuple[ContactPoint, ...]:
+    length = unstressed_length(cable)
+    line_density = 0.25 * np.pi * cable.diameter**2 * cable.density
+    normal = _across(np.subtract(cable.end, cable.start))
+    return tuple(
+        ContactPoint(
+            _frame(cable.name, k, (x + 0.5 * length,), normal), a * cable.diameter, 0.5 * cable.diameter, line_density * a
+        )
+        for k, (x, a) in enumerate(_gauss(length, cable.elements, count))
+    )
+
+
+def _frame(
+    name: str, k: int, at: tuple[float, ...], normal: tuple[float, float, float] = (0.0, 0.0, 1.0)
+) -> SceneFrame:
+    return SceneFrame(name=f"{name} point {k + 1}", on=name, at=at, normal=normal)
+
+
+def _across(direction: np.ndarray) -> tuple[float, float, float]:
+    """Unit vector along the axis that is farthest from a direction."""
+    out = [0.0, 0.0, 0.0]
+    out[int(np.argmin(np.abs(direction)))] = 1.0
+    return (out[0], out[1], out[2])
+
+
+def _gauss(side: float, elements: int, count: int) -> list[tuple[float, float]]:
+    """Gauss points of equal elements of a side, from its middle, and the lengths that they stand for, m."""
+    places, weights = np.polynomial.legendre.leggauss(count)
+    size = side / elements
+    return [
+        (float((k + 0.5 + 0.5 * place) * size - 0.5 * side), float(0.5 * weight * size))
+        for k in range(elements)
+        for place, weight in zip(places, weights, strict=True)
+    ]
