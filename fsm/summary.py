@@ -56,7 +56,7 @@ def summary_of(
         "events": [asdict(event) for event in events],
         "solve_time_s": statistics.wall_time,
         "method": statistics.method,
-        "dof": analysis.system.nu,
+        "dof": analysis.system.dof,
         "dimension": solution.layout.dimension,
     }
     found = []

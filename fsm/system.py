@@ -220,6 +220,11 @@ class System(Protocol):
     of_vectors: bool
     """Whether coordinates are slopes, not angles: a straight path between two states strains the elements."""
 
+    @property
+    def dof(self) -> int:
+        """Number of degrees of freedom: components of u that are free to move."""
+        ...
+
     def initial(self) -> tuple[np.ndarray, np.ndarray]:
         """Configuration and velocity at time zero."""
         ...

@@ -14,7 +14,7 @@ from fsm.ancf.film import FilmMaterial, MembraneGroup
 from fsm.ancf.group import ElementGroup, MassPart
 from fsm.ancf.mesh import Mesh, node_pattern
 
-__all__ = ["CableMaterial", "FilmGrid", "MeshBuilder"]
+__all__ = ["BeamMaterial", "CableMaterial", "FilmGrid", "MeshBuilder"]
 
 @dataclass(frozen=True)
 class CableMaterial:
@@ -40,6 +40,34 @@ class CableMaterial:
     def second_moment(self) -> float:
         """pi d^4/64, m^4."""
         return np.pi * self.diameter**4 / 64.0
+
+
+@dataclass(frozen=True)
+class BeamMaterial:
+    """Isotropic material and rectangular section of a beam.
+
+    Attributes
+    ----------
+    young : Pa
+    density : kg/m^3
+    width, thickness : m
+        Along the axis of bending, and across it.
+    """
+
+    young: float
+    density: float
+    width: float
+    thickness: float
+
+    @property
+    def area(self) -> float:
+        """b t, m^2."""
+        return self.width * self.thickness
+
+    @property
+    def second_moment(self) -> float:
+        """b t^3/12, m^4."""
+        return self.width * self.thickness**3 / 12.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,7 +205,7 @@ class MeshBuilder:
         self,
         start: np.ndarray,
         end: np.ndarray,
-        material: CableMaterial,
+        material: CableMaterial | BeamMaterial,
         elements: int = 4,
         start_position: int | None = None,
         end_position: int | None = None,
@@ -185,6 +213,7 @@ class MeshBuilder:
         name: str = "cable",
         limp: bool = False,
         strain: float = 0.0,
+        energy: str = "cable",
     ) -> np.ndarray:
         """Add a straight cable between two points (3,), m.
 
@@ -195,6 +224,7 @@ class MeshBuilder:
         limp : whether the cable carries no compression
         strain : -
             (l - l0)/l0 of the length l between the points and the unstressed length l0.
+        energy : name of its energy
 
         Returns
         -------
@@ -214,7 +244,8 @@ class MeshBuilder:
             vectors[i] = at if borrowed is None else borrowed, at + 3
             if borrowed is not None:
                 self._used[-1][:3] = False
-        self._add_cable(vectors, np.full(elements, length / (1.0 + strain) / elements), material, viscosity, limp)
+        lengths = np.full(elements, length / (1.0 + strain) / elements)
+        self._add_cable(vectors, lengths, material, viscosity, limp, energy)
         return vectors
 
     def edge_cables(
@@ -227,7 +258,13 @@ class MeshBuilder:
             self._add_cable(np.stack([at[side], at[side] + 6], axis=1), np.diff(grid.y), material, viscosity, limp)
 
     def _add_cable(
-        self, vectors: np.ndarray, lengths: np.ndarray, material: CableMaterial, viscosity: float, limp: bool
+        self,
+        vectors: np.ndarray,
+        lengths: np.ndarray,
+        material: CableMaterial | BeamMaterial,
+        viscosity: float,
+        limp: bool,
+        energy: str = "cable",
     ) -> None:
         """Add elements of lengths (m,), m; `vectors` (m + 1, 2): first coordinates of position and slope at the nodes."""
         ends = np.concatenate([vectors[:-1], vectors[1:]], axis=1)
@@ -235,7 +272,7 @@ class MeshBuilder:
         self._groups.append(
             CableGroup(
                 ends, lengths, material.young * material.area * ones, material.young * material.second_moment * ones,
-                material.density * material.area * ones, viscosity, limp=limp,
+                material.density * material.area * ones, viscosity, limp=limp, name=energy,
             )
         )  # fmt: skip
 

@@ -79,6 +79,11 @@ class AncfSystem:
 
     # protocol: configuration ----------------------------------------------------------------------------------------
 
+    @property
+    def dof(self) -> int:
+        """See `System`."""
+        return int(np.count_nonzero(~self.fixed))
+
     def initial(self) -> tuple[np.ndarray, np.ndarray]:
         """See `System`."""
         return self.start.copy(), self.rate.copy()

@@ -6,17 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fsm.ancf.build import CableMaterial, FilmGrid, MeshBuilder
+from fsm.ancf.build import BeamMaterial, CableMaterial, FilmGrid, MeshBuilder
 from fsm.ancf.film import FilmMaterial
 from fsm.ancf.loading import Loading
 from fsm.ancf.mesh import Mesh
 from fsm.ancf.shape import cable_shape, membrane_shape
 from fsm.ancf.system import AncfSystem
 from fsm.assembly.frames import FramePoint, Frames
-from fsm.assembly.system import JoinedSystem
+from fsm.assembly.system import DrawnLines, JoinedSystem
 from fsm.errors import CaseError
 from fsm.scene.contact_points import contact_points
-from fsm.scene.flexible import SceneCable, SceneFilm, SceneFrame, unstressed_length
+from fsm.scene.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame, unstressed_length
 from fsm.scene.frame_bodies import cable_axes, frame_faults, quaternion_matrix, with_frames
 from fsm.scene.scene import Scene
 from fsm.segments.check_scene import check_scene
@@ -25,15 +25,18 @@ from fsm.segments.system import SegmentSystem
 
 __all__ = ["compile_model"]
 
+_PIECES = 3
+"""Straight lines that an element of a cable is drawn with."""
+
 
 def compile_model(scene: Scene, spatial: bool = False) -> SegmentSystem:
-    """Compile a scene, with or without films and cables.
+    """Compile a scene, with or without films, cables and beams.
 
     Parameters
     ----------
     scene : Scene
     spatial : bool
-        Six degrees of freedom a body even if the scene lies in one plane. A scene with films or cables is spatial.
+        Six degrees of freedom a body even if the scene lies in one plane. A scene with films, cables or beams is spatial.
 
     Raises
     ------
@@ -43,7 +46,7 @@ def compile_model(scene: Scene, spatial: bool = False) -> SegmentSystem:
     faults = list(frame_faults(scene))
     if faults:
         raise CaseError(faults)
-    if not scene.films and not scene.cables:
+    if not scene.flexible:
         return compile_scene(scene, spatial)
     scene = with_frames(scene)
     faults = check_scene(scene)
@@ -59,16 +62,16 @@ def compile_model(scene: Scene, spatial: bool = False) -> SegmentSystem:
         tuple(_unoriented(p) if frame.name in touching else p for frame, p in zip(scene.frames, points, strict=True)),
     )
     elements = AncfSystem(parts.mesh, Loading(gravity=scene.gravity))
-    return JoinedSystem(*SceneCompiler(scene, True).parts(), elements, frames)
+    return JoinedSystem(*SceneCompiler(scene, True).parts(), elements, frames, parts.drawn())
 
 
 @dataclass(frozen=True)
 class _Parts:
-    """Mesh of all films and cables of a scene, and where each of them is in it."""
+    """Mesh of all films, cables and beams of a scene, and where each of them is in it."""
 
     mesh: Mesh
     films: dict[str, tuple[SceneFilm, FilmGrid]]
-    cables: dict[str, tuple[SceneCable, np.ndarray]]
+    cables: dict[str, tuple[SceneCable | SceneBeam, np.ndarray]]
 
     @classmethod
     def of(cls, scene: Scene) -> _Parts:
@@ -86,21 +89,42 @@ class _Parts:
             for edge in film.held:
                 builder.hold(_edge(grid, edge))
             films[film.name] = film, grid
-        for cable in scene.cables:
+        for cable in scene.lines.values():
+            beam = isinstance(cable, SceneBeam)
             nodes = builder.cable(
-                np.array(cable.start), np.array(cable.end), CableMaterial(cable.young, cable.density, cable.diameter),
-                cable.elements, viscosity=cable.viscosity, name=cable.name, strain=cable.strain,
+                np.array(cable.start), np.array(cable.end), _line_material(cable), cable.elements,
+                viscosity=cable.viscosity, name=cable.name, strain=cable.strain, energy="beam" if beam else "cable",
             )  # fmt: skip
+            if beam:
+                builder.hold(nodes, (1,))
             for end in cable.held:
                 builder.hold(nodes[0 if end == "start" else -1, 0])
             cables[cable.name] = cable, nodes
         return cls(builder.build(), films, cables)
+
+    def drawn(self) -> DrawnLines:
+        """Lines of cables and beams as they are drawn: three pieces of each element."""
+        ends = np.linspace(0.0, 1.0, _PIECES + 1)
+        vectors, weights, halves = [np.zeros((0, 4), dtype=np.int64)], [np.zeros((0, 2, 4))], [np.zeros(0)]
+        for cable, nodes in self.cables.values():
+            shape = cable_shape(ends, unstressed_length(cable) / cable.elements)
+            vectors.append(np.repeat(np.concatenate([nodes[:-1], nodes[1:]], axis=1), _PIECES, axis=0))
+            weights.append(np.tile(np.stack([shape[:-1], shape[1:]], axis=1), (cable.elements, 1, 1)))
+            width = cable.width if isinstance(cable, SceneBeam) else 0.0
+            halves.append(np.full(_PIECES * cable.elements, 0.5 * width))
+        return DrawnLines(np.concatenate(vectors), np.concatenate(weights), np.concatenate(halves))
 
     def point(self, frame: SceneFrame) -> FramePoint:
         """Frame as sums of nodal vectors."""
         if frame.on in self.films:
             return _film_point(*self.films[frame.on], frame)
         return _cable_point(*self.cables[frame.on], frame)
+
+
+def _line_material(line: SceneCable | SceneBeam) -> CableMaterial | BeamMaterial:
+    if isinstance(line, SceneBeam):
+        return BeamMaterial(line.young, line.density, line.width, line.thickness)
+    return CableMaterial(line.young, line.density, line.diameter)
 
 
 def _edge(grid: FilmGrid, edge: str) -> np.ndarray:
@@ -122,7 +146,7 @@ def _film_point(film: SceneFilm, grid: FilmGrid, frame: SceneFrame) -> FramePoin
     return _point(grid.vectors(i, j), weights, along, across, np.zeros(3))
 
 
-def _cable_point(cable: SceneCable, nodes: np.ndarray, frame: SceneFrame) -> FramePoint:
+def _cable_point(cable: SceneCable | SceneBeam, nodes: np.ndarray, frame: SceneFrame) -> FramePoint:
     length = unstressed_length(cable)
     i, x, size = _cell(np.linspace(0.0, length, cable.elements + 1), frame.at[0])
     weights, along = cable_shape(x, size), cable_shape(x, size, 1)

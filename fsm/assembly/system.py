@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
@@ -38,10 +39,28 @@ from fsm.segments.pattern import BodyPattern
 from fsm.segments.system import SegmentSystem
 from fsm.system import Before, Energy, Linearised, Observation, Scales
 
-__all__ = ["JoinedSystem"]
+__all__ = ["DrawnLines", "JoinedSystem"]
 
 _FOLLOWED = 0.5
 """Shortest step times omega of the shortest axial wave that the mesh resolves."""
+
+
+class DrawnLines(NamedTuple):
+    """Lines that are drawn for cables and beams.
+
+    Attributes
+    ----------
+    vectors : (n, 4) int array
+        First coordinates of the vectors of the element that each line is on.
+    weights : (n, 2, 4) array
+        Factors of these vectors that give the ends.
+    half : (n,) array, m
+        Half the width along y, of beams; 0 for cables.
+    """
+
+    vectors: np.ndarray
+    weights: np.ndarray
+    half: np.ndarray
 
 
 class JoinedSystem(SegmentSystem):
@@ -53,6 +72,7 @@ class JoinedSystem(SegmentSystem):
     elements : AncfSystem
         Elements, supports and loads of the ANCF nodes.
     frames : Frames
+    lines : DrawnLines
     """
 
     def __init__(
@@ -64,9 +84,10 @@ class JoinedSystem(SegmentSystem):
         pair_names: tuple[str, ...],
         elements: AncfSystem,
         frames: Frames,
+        lines: DrawnLines,
     ) -> None:
         super().__init__(bodies, motions, groups, contacts, pair_names)
-        self.elements, self.frames = elements, frames
+        self.elements, self.frames, self.lines = elements, frames, lines
         self._dof[frames.bodies] = self.n_free + np.arange(len(frames.bodies))
         self._ordered = np.concatenate([bodies.free, frames.bodies])
         self._nq, self._nu = self.nq, self.nu
@@ -171,12 +192,23 @@ class JoinedSystem(SegmentSystem):
 
     @property
     def panels(self) -> np.ndarray:
-        """See `Configuration`: 0 for the quadrilaterals of films."""
-        return np.concatenate([super().panels, np.zeros(len(self.elements.mesh.quads), dtype=np.int64)])
+        """See `Configuration`; numbers of films, cables and beams as in `fsm.results.solution`."""
+        films = np.full(len(self.elements.mesh.quads), -1, dtype=np.int64)
+        return np.concatenate([super().panels, films, np.where(self.lines.half > 0.0, -3, -2)])
+
+    @property
+    def dof(self) -> int:
+        """See `System`."""
+        return int(np.count_nonzero(~self._fixed))
 
     def shape(self, t: float, q: np.ndarray) -> np.ndarray:
-        """See `System`: outlines of plates, then of films."""
-        return np.concatenate([super().shape(t, q), self.elements.shape(t, q[self._nq :])])
+        """See `System`: outlines of plates, of films, and lines of cables and beams as quadrilaterals."""
+        nodes = q[self._nq :]
+        ends = np.einsum("nev,nvc->nec", self.lines.weights, nodes[self.lines.vectors[:, :, None] + np.arange(3)])
+        across = np.zeros((len(ends), 1, 3))
+        across[:, 0, 1] = self.lines.half
+        bands = np.concatenate([ends - across, (ends + across)[:, ::-1]], axis=1)
+        return np.concatenate([super().shape(t, q), self.elements.shape(t, nodes), bands])
 
     def blame(self, vector: np.ndarray) -> str:
         """See `System`."""

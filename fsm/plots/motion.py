@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -12,16 +12,23 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
-from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
+from mpl_toolkits.mplot3d.proj3d import proj_transform
 
 from fsm.plots.legend import add_legend_across
 from fsm.plots.marks import stage_colour, stage_name, summary_with_stages
 from fsm.plots.obstacles import Outline, obstacle_outlines
 from fsm.plots.plane import lattice_squares, vertical_axis
 from fsm.plots.style import COLOURS, GREY, WIDE, abscissa, figure, rounded
-from fsm.results.solution import Floats, Integers, Solution
+from fsm.results.solution import BEAM, FILM, LINE, Floats, Integers, Solution
 
 __all__ = ["leaves_plane", "pick_records", "plot_motion"]
+
+_OF_FILMS = "#9ECAE1"
+_FILLED = 0.8
+"""Part of the width of a picture in space that the box around the structure fills."""
+_TITLE, _LABELS, _BELOW = 0.3, 0.16, 0.04
+"""Heights beside the box: title, inches; labels, and how much more of them is below the box, over the width of a picture."""
 
 
 def plot_motion(solution: Solution, path: str | Path, views: int = 6) -> None:
@@ -37,10 +44,13 @@ def plot_motion(solution: Solution, path: str | Path, views: int = 6) -> None:
     columns = 3 if len(chosen) > 2 else max(len(chosen), 1)
     rows = max(1, -(-len(chosen) // columns))
     space = leaves_plane(solution.shape)
-    with figure(path, (WIDE[0], _height(_extent(solution), columns, rows, space))) as fig:
+    height = _height(_extent(solution), columns, rows, space)
+    with figure(path, (WIDE[0], height)) as fig:
+        if space:
+            fig.set_layout_engine("none")
         for k, record in enumerate(chosen):
             if space:
-                _draw_space(fig, (rows, columns, k + 1), solution, record)
+                _draw_space(fig, solution, record)
             else:
                 first = fig.axes[0] if fig.axes else None
                 ax = fig.add_subplot(rows, columns, k + 1, sharex=first, sharey=first)
@@ -53,6 +63,8 @@ def plot_motion(solution: Solution, path: str | Path, views: int = 6) -> None:
         if stages:
             handles = [_handle(stage, first=k == 0) for k, stage in enumerate(stages)]
             add_legend_across(fig, handles, "lower")
+        if space:
+            _arrange(fig, columns, rows, fig.get_figheight() - height)
         fig.draw_without_rendering()  # titles of axes with equal scales get their position in the second drawing only
 
 
@@ -110,11 +122,55 @@ def leaves_plane(shape: Floats) -> bool:
 
 def _height(points: Floats, columns: int, rows: int, space: bool) -> float:
     """Height of the figure, inches, for pictures of equal scale that contain the points (n, 3)."""
-    if space or points.size == 0:
+    if points.size == 0:
         return 3.0 * rows
+    if space:
+        return rows * _cell(columns, points)
     width, height = np.ptp(points[:, 0]), np.ptp(points[:, 2])
     ratio = float(height / width) if width > 0 else 1.0
     return rows * (0.55 + float(np.clip((WIDE[0] - 0.7) / columns * ratio, 0.8, 3.4)))
+
+
+def _cell(columns: int, points: Floats) -> float:
+    """Height of a picture in space with its title and labels, inches."""
+    return _TITLE + WIDE[0] / columns * (_projected(_reach(points))[1] + _LABELS)
+
+
+def _reach(points: Floats) -> Floats:
+    """Sides of the box that is drawn around points (n, 3), m."""
+    sides = np.ptp(points, axis=0) if len(points) else np.ones(3)
+    return np.asarray(np.maximum(sides, 0.05 * float(np.max(sides)) or 1.0))
+
+
+@cache
+def _zoomed(x: float, y: float, z: float) -> tuple[float, float]:
+    """Zoom at which a box of these sides fills its picture, and its height there, over the width of the picture."""
+    ax: Any = Figure(figsize=(1.0, 1.0)).add_subplot(projection="3d")
+    ax.set(xlim=(-x / 2, x / 2), ylim=(-y / 2, y / 2), zlim=(-z / 2, z / 2))
+    ax.set_box_aspect((x, y, z))
+    corners = np.array(np.meshgrid(*([-side / 2, side / 2] for side in (x, y, z)))).reshape(3, -1)
+    across, up, _ = proj_transform(*corners, ax.get_proj())
+    window = ax.viewLim
+    width, height = np.ptp(across) / window.width, np.ptp(up) / window.height
+    zoom = _FILLED / max(width, height)
+    return zoom, float(zoom * height)
+
+
+def _projected(reach: Floats) -> tuple[float, float]:
+    """See `_zoomed`; for sides in any unit."""
+    x, y, z = (float(side) for side in np.round(reach / np.max(reach), 3))
+    return _zoomed(x, y, z)
+
+
+def _arrange(fig: Figure, columns: int, rows: int, below: float) -> None:
+    """Put square axes around the pictures in space; the empty parts of rows overlap."""
+    width, height = fig.get_size_inches()  # a legend below takes `below` of it
+    cell = (height - below) / rows
+    side = width / columns
+    for k, ax in enumerate(fig.axes):
+        row, column = divmod(k, columns)
+        middle = below + (rows - row - 0.5) * cell - 0.5 * _TITLE + 0.5 * _BELOW * side
+        ax.set_position((column * side / width, (middle - 0.5 * side) / height, side / width, side / height))
 
 
 def _title(solution: Solution, record: int) -> str:
@@ -128,7 +184,8 @@ def _title(solution: Solution, record: int) -> str:
 
 def _colours(panel: Integers, quads: int) -> list[str]:
     numbers = panel if len(panel) == quads else np.zeros(quads, dtype=np.int64)
-    return [COLOURS[(int(n) - 1) % (len(COLOURS) - 1)] if n > 0 else GREY for n in numbers]
+    other = {FILM: _OF_FILMS, LINE: COLOURS[6], BEAM: "#882255"}
+    return [COLOURS[(int(n) - 1) % (len(COLOURS) - 1)] if n > 0 else other.get(int(n), GREY) for n in numbers]
 
 
 def _view(solution: Solution) -> tuple[Floats, float]:
@@ -197,29 +254,36 @@ def _cut(outline: Outline, low: Floats, high: Floats) -> list[Floats]:
     return [cut] if away.max() < 0.5 * margin else []
 
 
-def _draw_space(fig: Figure, place: tuple[int, int, int], solution: Solution, record: int) -> None:
-    ax: Any = fig.add_subplot(*place, projection="3d")
-    quads = solution.shape[record] * 1e3
-    colours = _colours(solution.layout.panel, len(quads))
+def _draw_space(fig: Figure, solution: Solution, record: int) -> None:
+    ax: Any = fig.add_axes((0.0, 0.0, 1.0, 1.0), projection="3d", label=str(record))
+    ax.patch.set_visible(False)
+    quads, panel = solution.shape[record] * 1e3, solution.layout.panel
+    lines = panel == LINE if len(panel) == len(quads) else np.zeros(len(quads), dtype=bool)
+    colours = [colour for colour, line in zip(_colours(panel, len(quads)), lines, strict=True) if not line]
+    cables, quads = quads[lines][:, :2], quads[~lines]
     # the limits are set below, because automatic limits of collections sometimes come from uninitialised memory
     add = partial(ax.add_collection3d, autolim=False)
     add(Poly3DCollection(list(quads), facecolors=colours, edgecolors="white", linewidths=0.3, alpha=0.85))
+    if len(cables):
+        add(Line3DCollection(list(cables), colors=COLOURS[6], linewidths=1.0))
     outlines = obstacle_outlines(solution, record, *_view(solution))
     solids = [1e3 * face for outline in outlines if outline.bounded for face in outline.faces]
     if solids:
         add(Poly3DCollection(solids, facecolors=GREY, edgecolors=GREY, linewidths=0.2, alpha=0.3))
     low, high = (pick(_extent(solution), axis=0) * 1e3 for pick in (np.min, np.max))
-    reach = np.maximum(high - low, 0.05 * float(np.max(high - low)))
+    reach = 1e3 * _reach(_extent(solution))
     middle = (low + high) / 2
     planes = [face for outline in outlines if not outline.bounded for face in _cut(outline, low, high)]
     if planes:
         add(Poly3DCollection(planes, facecolors=GREY, edgecolors=GREY, linewidths=0.2, alpha=0.15))
     for name, centre, extent in zip("xyz", middle, reach, strict=True):
         ax.set(**{f"{name}lim": (centre - extent / 2, centre + extent / 2)})
-    ax.set_box_aspect(reach, zoom=0.85)
+    zoom, up = _projected(reach)
+    ax.set_box_aspect(reach, zoom=zoom)
     for axis, name in ((ax.xaxis, "x (mm)"), (ax.yaxis, "y (mm)"), (ax.zaxis, "z (mm)")):
         axis.set_label_text(name, fontsize=7)
         axis.labelpad = -1 if axis is ax.zaxis else -4
-        axis.set_major_locator(MaxNLocator(4))
+    for axis, side in zip((ax.xaxis, ax.yaxis, ax.zaxis), reach, strict=True):
+        axis.set_major_locator(MaxNLocator(4 if side > 0.5 * reach.max() else 2 if side > 0.15 * reach.max() else 1))
     ax.tick_params(labelsize=6, pad=-2)
-    ax.set_title(_title(solution, record), y=1.06, pad=0)
+    ax.set_title(_title(solution, record), y=0.5 + 0.5 * up + 0.06, pad=0)

@@ -16,7 +16,10 @@ from fsm.results.channel import Channel, ChannelInfo
 from fsm.results.curve import Curve
 from fsm.results.film import Film, Floats, Integers, Samples
 
-__all__ = ["ENERGIES", "PAIRS", "Floats", "Integers", "Layout", "Record", "Solution"]
+__all__ = ["BEAM", "ENERGIES", "FILM", "LINE", "PAIRS", "Floats", "Integers", "Layout", "Record", "Solution"]
+
+FILM, LINE, BEAM = -1, -2, -3
+"""Numbers in place of that of a panel: quads of films, lines of cables (quads of no width), and beams, of a scene."""
 
 ENERGIES: dict[str, str] = {
     "kinetic": "kinetic energy",
@@ -27,6 +30,7 @@ ENERGIES: dict[str, str] = {
     "film": "elastic energy of the film",
     "patch": "elastic energy of the patches of the film",
     "cable": "elastic energy of the cables",
+    "beam": "elastic energy of the beams",
     "contact": "elastic energy of the contacts",
     "gravity": "potential energy of gravity and of dead loads",
     "drives": "elastic energy of the drives",
@@ -106,7 +110,8 @@ class Layout:
     body_names, pair_names, drive_names : tuples of str
         Pairs are named by their two surfaces, drives by the part that they pull.
     panel : (n_quads,) array of int
-        Panel number of every quad of the shape, from 1; 0 for a quad without panel. For a film, the number of the patch.
+        Panel number of every quad of the shape, from 1; 0 for a quad without panel. For a film, the number of the patch;
+        in a scene FILM, LINE and BEAM.
     thickness : m
     film : tensioned equilibrium of a film; None for other structures
     channels : descriptions of the recorded channels

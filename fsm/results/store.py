@@ -358,7 +358,7 @@ def _write_layout(file: Any, layout: Layout) -> None:
     add_scale(file, "axis", ["x", "y", "z"], "inertial axis")
     add_scale(file, "quad", np.arange(len(layout.panel)), "plate, in order")
     panel = file.create_dataset("panel", data=np.asarray(layout.panel, dtype=np.int64))
-    set_description(panel, "1", "panel a plate belongs to, from 1; 0 for none")
+    set_description(panel, "1", "panel of a plate, from 1; 0 for none; of a scene -1 for films, -2 for cables, -3 for beams")
     panel.dims[0].attach_scale(file["quad"])
     if layout.film is not None:
         write_film(file, layout.film)

@@ -128,7 +128,7 @@ class Solve(Model):
     ----------
     method : str
         "auto"; "static" (equilibria as the drives move, dynamics during snap-through); "generalized-alpha"; "newmark";
-        "mean-force" (keeps energy; scenes and films); "Radau-blocks" (Radau's method with block matrices), or SciPy's "Radau", "BDF" and "LSODA".
+        "mean-force" (keeps energy); "Radau-blocks" (Radau's method with block matrices), or SciPy's "Radau", "BDF", "LSODA".
     rtol : -
         Relative tolerance; absolute tolerances follow from it and the sizes of the scene. Statics chooses its increments so
         that the error of the predictor is sqrt(rtol) times the size of the structure (rotations: rad).

@@ -1,7 +1,7 @@
-"""Points of films and cables that touch bodies and obstacles: frames that each stand for an area.
+"""Points of films, cables and beams that touch bodies and obstacles: frames that each stand for an area.
 
-A film has two Gauss points along either side of each element (`contact.points_per_segment` of them). A cable has them along
-each element, and its area is diameter times length. The sum of the areas does not depend on the mesh.
+A film has two Gauss points along either side of each element (`contact.points_per_segment` of them). A cable and a beam have
+them along each element; the area is diameter or width times length. The sum of the areas does not depend on the mesh.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsm.scene.flexible import SceneCable, SceneFilm, SceneFrame, unstressed_length
+from fsm.scene.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame, unstressed_length
 from fsm.scene.scene import Scene
 
 __all__ = ["ContactPoint", "contact_points"]
@@ -34,13 +34,13 @@ class ContactPoint(NamedTuple):
 
 
 def contact_points(scene: Scene) -> dict[str, tuple[ContactPoint, ...]]:
-    """Points of every film and cable that is in a contact pair."""
+    """Points of every film, cable and beam that is in a contact pair."""
     if scene.contact is None:
         return {}
     named = {name for pair in scene.pairs for name in (pair.first, pair.second)}
     count = scene.contact.points_per_segment
     found = {film.name: _of_film(film, count) for film in scene.films if film.name in named}
-    return found | {cable.name: _of_cable(cable, count) for cable in scene.cables if cable.name in named}
+    return found | {name: _of_line(line, count) for name, line in scene.lines.items() if name in named}
 
 
 def _of_film(film: SceneFilm, count: int) -> tuple[ContactPoint, ...]:
@@ -54,14 +54,15 @@ def _of_film(film: SceneFilm, count: int) -> tuple[ContactPoint, ...]:
     )
 
 
-def _of_cable(cable: SceneCable, count: int) -> tuple[ContactPoint, ...]:
+def _of_line(cable: SceneCable | SceneBeam, count: int) -> tuple[ContactPoint, ...]:
     length = unstressed_length(cable)
-    line_density = 0.25 * np.pi * cable.diameter**2 * cable.density
+    if isinstance(cable, SceneBeam):
+        width, radius, section = cable.width, 0.5 * cable.thickness, cable.width * cable.thickness
+    else:
+        width, radius, section = cable.diameter, 0.5 * cable.diameter, 0.25 * np.pi * cable.diameter**2
     normal = _across(np.subtract(cable.end, cable.start))
     return tuple(
-        ContactPoint(
-            _frame(cable.name, k, (x + 0.5 * length,), normal), a * cable.diameter, 0.5 * cable.diameter, line_density * a
-        )
+        ContactPoint(_frame(cable.name, k, (x + 0.5 * length,), normal), a * width, radius, cable.density * section * a)
         for k, (x, a) in enumerate(_gauss(length, cable.elements, count))
     )
 

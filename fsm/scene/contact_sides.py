@@ -30,6 +30,7 @@ def contact_sides(scene: Scene) -> dict[str, ContactSide]:
     """
     known = {obstacle.name: ContactSide("obstacle", (obstacle.body or GROUND,)) for obstacle in scene.obstacles}
     known |= {body.name: ContactSide("plate", (body.name,)) for body in scene.bodies if body.plate is not None}
-    known |= {name: ContactSide("film", tuple(p.frame.name for p in points)) for name, points in contact_points(scene).items()}
+    for name, points in contact_points(scene).items():
+        known[name] = ContactSide("film", tuple(point.frame.name for point in points))
     known |= {group.name: ContactSide("group", group.bodies) for group in scene.groups}
     return known | {surface.name: ContactSide("surface", surface.bodies) for surface in scene.surfaces}

@@ -1,4 +1,4 @@
-"""Flexible parts of a [scene]: films and cables of ANCF elements, and frames on them that other parts act on."""
+"""Flexible parts of a [scene]: films, cables and beams of ANCF elements, and frames on them that other parts act on."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 from fsm.scene.model import Model, Name
 from fsm.scene.units import Count, Density, Length, Number, Stress, Time
 
-__all__ = ["Edge", "SceneCable", "SceneFilm", "SceneFrame", "SceneSeam", "unstressed_length"]
+__all__ = ["Edge", "SceneBeam", "SceneCable", "SceneFilm", "SceneFrame", "SceneSeam", "unstressed_length"]
 
 Position = tuple[Length, Length, Length]
 Quaternion = tuple[Number, Number, Number, Number]
@@ -87,17 +87,63 @@ class SceneCable(Model):
         return self
 
 
-class SceneFrame(Model):
-    """Frame on a film or a cable. Force elements and loads act on it by its name, as on a body.
+class SceneBeam(Model):
+    """Straight beam of ANCF elements with a rectangular section; it bends in the x-z plane and stretches.
+
+    The beam has no shear strain (Euler and Bernoulli). It does not move along y, and does not rotate about other axes: its
+    supports bear the forces along y.
 
     Attributes
     ----------
-    on : name of a film or a cable
+    start, end : m
+        Ends at the start of the motion, with the same y.
+    width, thickness : m
+        Of the section: along y, and in the plane of bending.
+    young, density : Pa, kg/m^3
+    elements : int
+    strain : -
+        Strain at the start; the unstressed length is shorter by it.
+    viscosity : s
+        Kelvin-Voigt damping of the stretch.
+    held : ends whose position does not move; the beam is free to rotate there
+    """
+
+    name: Name
+    start: Position
+    end: Position
+    width: Annotated[Length, Field(gt=0)]
+    thickness: Annotated[Length, Field(gt=0)]
+    young: Annotated[Stress, Field(gt=0)]
+    density: Annotated[Density, Field(gt=0)]
+    elements: Elements = 8
+    strain: Annotated[Number, Field(gt=-1)] = 0.0
+    viscosity: Annotated[Time, Field(ge=0)] = 0.0
+    held: tuple[Literal["start", "end"], ...] = ()
+
+    @model_validator(mode="after")
+    def _in_plane(self) -> Self:
+        if self.start == self.end:
+            raise ValueError("start and end are the same point; give a beam a length")
+        if abs(self.end[1] - self.start[1]) > 1e-9 * math.dist(self.start, self.end):
+            raise ValueError(
+                f"a beam lies in a plane y = const; start has y = {self.start[1]:g} m, end y = {self.end[1]:g} m; "
+                "give both the same y"
+            )
+        return self
+
+
+class SceneFrame(Model):
+    """Frame on a film, a cable or a beam. Force elements and loads act on it by its name, as on a body.
+
+    Attributes
+    ----------
+    on : name of a film, a cable or a beam
     at : m
-        Material point without stress: (x, y) from the centre of a film, or the distance from the start of a cable.
+        Material point without stress: (x, y) from the centre of a film, or the distance from the start of a cable or
+        beam.
     normal : (3,) vector
         Cables only: the y axis of the frame is normal to the cable and to this vector at the start. The frame follows the
-        bending of the cable about any axis, but the cable does not resist a moment about itself.
+        bending of the cable about any axis, but the cable does not resist a moment about itself. On a beam y stays y.
     """
 
     name: Name
@@ -126,6 +172,6 @@ class SceneSeam(Model):
     stiffness: Annotated[Stress, Field(gt=0)]
 
 
-def unstressed_length(cable: SceneCable) -> float:
-    """Length of a cable without stress, m."""
+def unstressed_length(cable: SceneCable | SceneBeam) -> float:
+    """Length of a cable or a beam without stress, m."""
     return math.dist(cable.start, cable.end) / (1.0 + cable.strain)

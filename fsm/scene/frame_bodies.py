@@ -1,4 +1,4 @@
-"""Frames of a scene as bodies without mass, and the faults of films, cables and frames."""
+"""Frames of a scene as bodies without mass, and the faults of films, cables, beams and frames."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from fsm.errors import Fault
-from fsm.scene.flexible import SceneCable, SceneFilm, SceneFrame, SceneSeam, unstressed_length
 from fsm.scene.contact_points import contact_points
+from fsm.scene.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame, SceneSeam, unstressed_length
 from fsm.scene.known_names import nearest_name
-from fsm.scene.scene import Body, ForceElement, Scene
+from fsm.scene.scene import GROUND, Body, ForceElement, Quaternion, Scene
 
-__all__ = ["cable_axes", "frame_faults", "quaternion_matrix", "with_frames"]
+__all__ = ["cable_axes", "frame_faults", "quaternion_matrix", "quaternion_product", "with_frames"]
 
 
 def quaternion_matrix(quaternion: tuple[float, float, float, float]) -> np.ndarray:
@@ -29,9 +29,25 @@ def quaternion_matrix(quaternion: tuple[float, float, float, float]) -> np.ndarr
     )
 
 
-def cable_axes(cable: SceneCable, normal: tuple[float, float, float]) -> np.ndarray:
-    """Axes of a frame on a cable at the start, the rows of (3, 3): along the cable, across it, and near the normal."""
+def quaternion_product(p: Quaternion, r: Quaternion) -> Quaternion:
+    """Product of two quaternions, scalar part first."""
+    return (
+        p[0] * r[0] - p[1] * r[1] - p[2] * r[2] - p[3] * r[3],
+        p[0] * r[1] + p[1] * r[0] + p[2] * r[3] - p[3] * r[2],
+        p[0] * r[2] - p[1] * r[3] + p[2] * r[0] + p[3] * r[1],
+        p[0] * r[3] + p[1] * r[2] - p[2] * r[1] + p[3] * r[0],
+    )
+
+
+def cable_axes(cable: SceneCable | SceneBeam, normal: tuple[float, float, float]) -> np.ndarray:
+    """Axes of a frame on a cable at the start, the rows of (3, 3): along the cable, across it, and near the normal.
+
+    On a beam the second axis is y.
+    """
     along = np.subtract(cable.end, cable.start) / math.dist(cable.start, cable.end)
+    if isinstance(cable, SceneBeam):
+        across = np.array([0.0, 1.0, 0.0])
+        return np.array([along, across, np.cross(along, across)])
     across = np.cross(normal, along)
     across /= np.linalg.norm(across)
     return np.array([along, across, np.cross(along, across)])
@@ -54,20 +70,40 @@ def with_frames(scene: Scene) -> Scene:
     frames += [frame for frame in touching if frame.name not in present]
     scene = scene.model_copy(update={"frames": tuple(frames), "elements": tuple(elements)})
     films = {film.name: film for film in scene.films}
-    cables = {cable.name: cable for cable in scene.cables}
+    cables = scene.lines
     known = {body.name for body in scene.bodies}
     new = [frame for frame in scene.frames if frame.name not in known]
     bodies = [_on_film(frame, films[frame.on]) if frame.on in films else _on_cable(frame, cables[frame.on]) for frame in new]
-    return scene.model_copy(update={"bodies": (*scene.bodies, *bodies)}) if bodies else scene
+    if not bodies:
+        return scene
+    of_frames = {frame.name for frame in scene.frames}
+    all_bodies = (*scene.bodies, *bodies)
+    turned = {GROUND: (1.0, 0.0, 0.0, 0.0)} | {body.name: body.orientation for body in all_bodies}
+    as_assembled = tuple(
+        _as_assembled(element, turned) if {element.inner, element.outer} & of_frames else element
+        for element in scene.elements
+    )
+    return scene.model_copy(update={"bodies": all_bodies, "elements": as_assembled})
+
+
+def _as_assembled(element: ForceElement, turned: dict[str, Quaternion]) -> ForceElement:
+    """Element at a frame with joint axes that agree at the start: without moment as assembled, unless the case says more."""
+    said = element.model_fields_set & {"axes_inner", "rest_angle", "initial_angle", "crease"}
+    if said or not any(element.rotation) or element.inner not in turned or element.outer not in turned:
+        return element
+    w, x, y, z = turned[element.inner]
+    axes = quaternion_product((w, -x, -y, -z), quaternion_product(turned[element.outer], element.axes_outer))
+    return element.model_copy(update={"axes_inner": axes})
 
 
 def frame_faults(scene: Scene) -> Iterator[Fault]:
     """All faults of the films, cables and frames of a scene."""
     films = {film.name: film for film in scene.films}
-    cables = {cable.name: cable for cable in scene.cables}
+    cables = scene.lines
     frames = {frame.name for frame in scene.frames}
     names = [name for body in scene.bodies if (name := body.name) not in frames or not _is_frame(body)]
-    names += [*(film.name for film in scene.films), *(cable.name for cable in scene.cables)]
+    names += [film.name for film in scene.films] + [cable.name for cable in scene.cables]
+    names += [beam.name for beam in scene.beams]
     names += [frame.name for frame in scene.frames]
     for name, count in Counter(names).items():
         if count > 1 and name in {*films, *cables, *frames}:
@@ -94,7 +130,7 @@ def frame_faults(scene: Scene) -> Iterator[Fault]:
             yield from _cable_faults(frame, cables[frame.on], path)
         else:
             known = [*films, *cables]
-            yield Fault(f"{path}.on", f"no film or cable is called {frame.on!r}{nearest_name(frame.on, known)}")
+            yield Fault(f"{path}.on", f"no film, cable or beam is called {frame.on!r}{nearest_name(frame.on, known)}")
 
 
 def _seam_points(seam: SceneSeam, film: SceneFilm) -> list[tuple[float, float, float]]:
@@ -156,12 +192,14 @@ def _film_faults(frame: SceneFrame, film: SceneFilm, path: str) -> Iterator[Faul
             yield Fault(f"{path}.at", text)
 
 
-def _cable_faults(frame: SceneFrame, cable: SceneCable, path: str) -> Iterator[Fault]:
-    length = unstressed_length(cable)
+def _cable_faults(frame: SceneFrame, cable: SceneCable | SceneBeam, path: str) -> Iterator[Fault]:
+    length, what = unstressed_length(cable), "beam" if isinstance(cable, SceneBeam) else "cable"
     if len(frame.at) != 1:
-        yield Fault(f"{path}.at", f"{len(frame.at)} numbers; give the distance from the start of the cable, in m")
+        yield Fault(f"{path}.at", f"{len(frame.at)} numbers; give the distance from the start of the {what}, in m")
     elif not -1e-9 * length <= frame.at[0] <= (1.0 + 1e-9) * length:
-        yield Fault(f"{path}.at", f"{frame.at[0]:g} m lies outside the cable, which is {length:g} m long without stress")
+        yield Fault(f"{path}.at", f"{frame.at[0]:g} m lies outside the {what}, which is {length:g} m long without stress")
+    if what == "beam":
+        return
     direction = np.subtract(cable.end, cable.start)
     if not np.linalg.norm(np.cross(direction, frame.normal)) > 1e-6 * np.linalg.norm(direction):
         yield Fault(f"{path}.normal", f"{frame.normal} is parallel to the cable; give a vector across it")
@@ -173,7 +211,7 @@ def _on_film(frame: SceneFrame, film: SceneFilm) -> Body:
     return _body(frame.name, place, film.orientation)
 
 
-def _on_cable(frame: SceneFrame, cable: SceneCable) -> Body:
+def _on_cable(frame: SceneFrame, cable: SceneCable | SceneBeam) -> Body:
     axes = cable_axes(cable, frame.normal)
     place = np.array(cable.start) + axes[0] * frame.at[0] * (1.0 + cable.strain)
     return _body(frame.name, place, _quaternion(axes.T))

@@ -35,7 +35,7 @@ def automatic_method(scene: Scene, comes_to_rest: bool = False) -> tuple[str, st
     method, reason : str
     """
     # films and cables without dampers vibrate on, and numerical damping would take their energy
-    dynamics = "mean-force" if scene.films or scene.cables else "generalized-alpha"
+    dynamics = "mean-force" if scene.flexible else "generalized-alpha"
     if not scene.drives:
         return dynamics, "there is no drive, so the motion is free"
     if any(any(body.velocity) or any(body.angular_velocity) for body in scene.bodies):

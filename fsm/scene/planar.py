@@ -16,8 +16,8 @@ def out_of_plane(scene: Scene) -> list[str]:
     drive or velocity is out of the plane.
     """
     reasons = []
-    if scene.films or scene.cables:
-        reasons.append("films and cables move in space")
+    if scene.flexible:
+        reasons.append("films, cables and beams have coordinates in space")
     for body in scene.bodies:
         _, x, _, z = body.orientation
         if abs(body.position[1]) > _TOLERANCE or abs(x) > _TOLERANCE or abs(z) > _TOLERANCE:

@@ -12,7 +12,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from fsm.scene.contact import Contact, Friction
-from fsm.scene.flexible import SceneCable, SceneFilm, SceneFrame, SceneSeam
+from fsm.scene.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame, SceneSeam
 from fsm.scene.loads import Drive, Load
 from fsm.scene.materials import Crease
 from fsm.scene.model import Model, Name
@@ -173,6 +173,7 @@ class Scene(Model):
     bodies: tuple[Body, ...] = ()
     films: tuple[SceneFilm, ...] = ()
     cables: tuple[SceneCable, ...] = ()
+    beams: tuple[SceneBeam, ...] = ()
     frames: tuple[SceneFrame, ...] = ()
     seams: tuple[SceneSeam, ...] = ()
     elements: tuple[ForceElement, ...] = ()
@@ -185,3 +186,13 @@ class Scene(Model):
     loads: tuple[Load, ...] = ()
     drives: tuple[Drive, ...] = ()
     gravity: tuple[Acceleration, Acceleration, Acceleration] = (0.0, 0.0, 0.0)
+
+    @property
+    def lines(self) -> dict[str, SceneCable | SceneBeam]:
+        """Cables and beams by name."""
+        return {cable.name: cable for cable in self.cables} | {beam.name: beam for beam in self.beams}
+
+    @property
+    def flexible(self) -> bool:
+        """Whether there are parts of ANCF elements."""
+        return bool(self.films or self.cables or self.beams)

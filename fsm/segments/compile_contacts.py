@@ -6,8 +6,8 @@ import numpy as np
 
 from fsm.laws.friction import FRICTION_LAWS
 from fsm.laws.normal import NORMAL_LAWS
-from fsm.scene.contact_points import contact_points
 from fsm.scene.contact import Contact, Friction
+from fsm.scene.contact_points import contact_points
 from fsm.scene.scene import Body, Scene
 from fsm.segments.compile_shapes import compile_shapes
 from fsm.segments.compile_surfaces import compile_surfaces
@@ -61,7 +61,10 @@ def _friction(friction: Friction | None) -> FrictionForce | None:
 
 
 def _mobility(scene: Scene, bodies: tuple[Body, ...], spatial: bool) -> np.ndarray:
-    """One over masses and moments of inertia, (n_bodies, 3 or 6); zero for held and driven bodies, of its area for a point of a film."""
+    """One over masses and moments of inertia, (n_bodies, 3 or 6); zero for held and driven bodies.
+
+    A point of a film has the mass of its area.
+    """
     driven = {name for drive in scene.drives for name in drive.moved}
     mobility = np.zeros((len(bodies), 6 if spatial else 3))
     for row, body in zip(mobility, bodies, strict=True):

@@ -6,6 +6,7 @@ Pairs of two surfaces are compiled elsewhere: panels divided into segments have 
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 
@@ -160,7 +161,8 @@ class _ShapeCompiler:
         points = [point for name in names for point in known[name]]
         ends = np.cumsum([0, *(len(known[name]) for name in names)])
         others: dict[str, int] = {}
-        sides, obstacles = [], []
+        sides: list[Side] = []
+        obstacles: list[Shape] = []
         place = {obstacle.name: i for i, obstacle in enumerate(self.obstacle_list)}
         for _, name, side, _ in self.film_pairs:
             if side.kind != "obstacle" and name not in others:
@@ -180,8 +182,9 @@ class _ShapeCompiler:
         margin = 0.25 * float(np.mean(sizes)) if sizes else 4.0 * math.sqrt(areas.mean())
         return FlexibleContacts(
             shapes, areas, self.rectangles, obstacles,
-            [Side(np.arange(a, b), np.ones(b - a)) for a, b in zip(ends, ends[1:], strict=False)], sides, pairs, margin,
-            np.array([row for *_, row in self.film_pairs]), np.concatenate([self.joined, self._joined_to_films(scene)]), poses,
+            [Side(np.arange(a, b), np.ones(b - a)) for a, b in pairwise(ends.tolist())], sides, pairs, margin,
+            np.array([row for *_, row in self.film_pairs]),
+            np.concatenate([self.joined, self._joined_to_films(scene)]), poses,
         )  # fmt: skip
 
     def _joined_to_films(self, scene: Scene) -> np.ndarray:

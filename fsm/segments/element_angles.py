@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from fsm.errors import Fault
+from fsm.scene.frame_bodies import quaternion_product
 from fsm.scene.materials import LinearCrease
 from fsm.scene.scene import GROUND, Body, ForceElement, Scene
 
@@ -95,22 +96,13 @@ def side_of(start: float, rest: float = 0.0) -> float:
 
 def _placed(element: ForceElement, turned: Mapping[str, _Quaternion]) -> float:
     """Twist of the given poses, psi = 2 atan2(q2, q0) of q = conj(q_b axes_b) q_a axes_a, from -pi to pi, rad."""
-    w, x, y, z = _product(turned[element.outer], element.axes_outer)
-    q = _product((w, -x, -y, -z), _product(turned[element.inner], element.axes_inner))
+    w, x, y, z = quaternion_product(turned[element.outer], element.axes_outer)
+    q = quaternion_product((w, -x, -y, -z), quaternion_product(turned[element.inner], element.axes_inner))
     return math.remainder(2.0 * math.atan2(q[2], q[0]), 2 * math.pi)
 
 
 def _orientations(bodies: Sequence[Body]) -> dict[str, _Quaternion]:
     return {GROUND: _GROUNDED, **{body.name: body.orientation for body in bodies}}
-
-
-def _product(p: _Quaternion, r: _Quaternion) -> _Quaternion:
-    return (
-        p[0] * r[0] - p[1] * r[1] - p[2] * r[2] - p[3] * r[3],
-        p[0] * r[1] + p[1] * r[0] + p[2] * r[3] - p[3] * r[2],
-        p[0] * r[2] - p[1] * r[3] + p[2] * r[0] + p[3] * r[1],
-        p[0] * r[3] + p[1] * r[2] - p[2] * r[1] + p[3] * r[0],
-    )
 
 
 def _degrees(angle: float) -> str:

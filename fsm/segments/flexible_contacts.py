@@ -1,8 +1,8 @@
 """Contacts of films and cables with plates and obstacles.
 
 Points of a film or a cable, rounded by half its thickness, are probes on the other shape. Each stands for an area. The
-stiffness of a whole face belongs to the smaller of both faces, as between plates. So the stiffness per area does not depend on
-the mesh. The other shape has no probes on the film: a corner or an edge passes between the points if they are too far apart.
+stiffness of a whole face belongs to the smaller of both faces, as between plates. So the stiffness per area does not depend
+on the mesh. The other shape has no probes on the film: a corner or an edge passes between points that are too far apart.
 """
 
 from __future__ import annotations

@@ -27,7 +27,7 @@ from fsm.segments.report_contact import (
     friction_lines,
     soft_contact,
 )
-from fsm.segments.report_flexible import approximations_of_films, cable_lines, film_lines
+from fsm.segments.report_flexible import approximations_of_films, beam_lines, cable_lines, film_lines
 from fsm.segments.report_numbers import (
     body_lines,
     crease_lines,
@@ -318,6 +318,7 @@ _SECTIONS: tuple[tuple[str, Callable[[View], Iterator[str]]], ...] = (
     ("creases", crease_lines),
     ("films", film_lines),
     ("cables", cable_lines),
+    ("beams", beam_lines),
     ("bodies", _bodies),
     ("", body_lines),
     ("elements", _joints),

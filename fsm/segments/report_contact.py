@@ -78,6 +78,9 @@ def _contact_points(view: View) -> int:
             continue
         total -= 2 if pair.shared == "end-start" else 0  # no point on the crease itself
         sides = [view.sides[pair.first], view.sides[pair.second]]
+        if any(side.kind == "film" for side in sides):
+            rigid += sum(len(side.bodies) for side in sides if side.kind == "film")
+            continue
         if any(side.kind != "surface" for side in sides):
             # rigid plates: corners and centres of the cells of a grid
             own = sides[:1] if pair.first == pair.second else sides  # pair of a group with itself

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from fsm.scene.flexible import unstressed_length
 from fsm.segments.report_view import View, count, millimetres
 
-__all__ = ["approximations_of_films", "cable_lines", "film_lines"]
+__all__ = ["approximations_of_films", "beam_lines", "cable_lines", "film_lines"]
 
 
 def film_lines(view: View) -> Iterator[str]:
@@ -36,12 +36,32 @@ def cable_lines(view: View) -> Iterator[str]:
         )
 
 
+def beam_lines(view: View) -> Iterator[str]:
+    """Sizes, mesh and material of every beam."""
+    for beam in view.scene.beams:
+        held = f", held: {', '.join(beam.held)}" if beam.held else ""
+        yield (
+            f"{beam.name}: {millimetres(unstressed_length(beam))} without stress, section {millimetres(beam.width)} x "
+            f"{millimetres(beam.thickness)}, {count(beam.elements, 'ANCF element')}, E {1e-9 * beam.young:.4g} GPa, "
+            f"strain at the start {beam.strain:g}{held}"
+        )
+
+
 def approximations_of_films(view: View) -> Iterator[str]:
-    """Approximations of films and cables."""
-    if view.scene.films or view.scene.cables:
-        yield "films and cables have no contact: bodies pass through them"
+    """Approximations of films, cables and beams."""
+    scene = view.scene
+    named = {name for pair in scene.pairs for name in (pair.first, pair.second)} if scene.contact is not None else set()
+    flexible = [part.name for part in (*scene.films, *scene.lines.values())]
+    if any(name not in named for name in flexible):
+        parts = [name for name in flexible if name not in named]
+        some = ", ".join(parts[:3]) + (f" and {len(parts) - 3} more" if len(parts) > 3 else "")
+        yield f"bodies pass through {some}: no contact pair"
+    if any(name in named for name in flexible):
+        yield "films, cables and beams touch at points: a corner of a body passes between them if they are farther apart"
     if view.scene.films:
         yield "films resist compression as their thin plates do: they wrinkle no finer than their mesh"
+    if scene.beams:
+        yield "beams bend in the x-z plane only, without shear strain; supports bear their forces along y"
     if view.scene.cables:
         yield "cables have no torsion: a moment about a cable acts on its frame and does not travel along it"
     if view.scene.seams:

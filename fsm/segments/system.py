@@ -96,6 +96,11 @@ class SegmentSystem(Configuration):
 
     # protocol: configuration ----------------------------------------------------------------------------------------
 
+    @property
+    def dof(self) -> int:
+        """See `System`."""
+        return self.nu
+
     def end_time(self) -> float | None:
         """See `System`."""
         return max((motion.end_time for motion in self.motions), default=None)

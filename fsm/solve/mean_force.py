@@ -15,9 +15,9 @@ differs from point to point by orders of magnitude, and one in between converges
 cut where the work of what is left over along them vanishes, but not to less than a part: a single spot that tautens would
 hold up all else.
 
-Without a fixed step the error is controlled. The local error of x is h^3/12 times the derivative of u', taken from differences
-of the mean rates; 2/h^2 S^-1 M, with the matrix S of Newton's method, takes modes out that are too fast for the step. A step
-is also repeated if the rule of the integral loses more energy than a part of that turned over, as where a contact closes.
+Without a fixed step the error is controlled. The local error of x is h^3/12 times the derivative of u', from differences of
+the mean rates; 2/h^2 S^-1 M, with the matrix S of Newton's method, takes modes out that are too fast for the step. A step is
+also repeated if the rule of the integral loses more energy than a part of that turned over, as where a contact closes.
 
 References
 ----------
@@ -414,7 +414,7 @@ class MeanForce:
 
 
 class _Books(NamedTuple):
-    """Energies of a step, J: work done, dissipated, dissipated by pairs, stored at the end without driven bodies, kinetic."""
+    """Energies of a step, J: work, dissipated, dissipated by pairs; stored at its end but for driven bodies, kinetic."""
 
     work: float
     dissipated: float
