@@ -25,10 +25,11 @@ from fsm.results.solution import BEAM, FILM, LINE, Floats, Integers, Solution
 __all__ = ["leaves_plane", "pick_records", "plot_motion"]
 
 _OF_FILMS = "#9ECAE1"
-_FILLED = 0.8
+_FILLED = 0.76
 """Part of the width of a picture in space that the box around the structure fills."""
-_TITLE, _LABELS, _BELOW = 0.3, 0.16, 0.04
-"""Heights beside the box: title, inches; labels, and how much more of them is below the box, over the width of a picture."""
+_TITLE, _LABELS, _BELOW, _LEFT = 0.3, 0.16, 0.04, 0.04
+"""Heights beside the box: title, inches; labels, and how much more of them is below the box; shift to
+the left for the label of z; over the width of a picture."""
 
 
 def plot_motion(solution: Solution, path: str | Path, views: int = 6) -> None:
@@ -170,7 +171,7 @@ def _arrange(fig: Figure, columns: int, rows: int, below: float) -> None:
     for k, ax in enumerate(fig.axes):
         row, column = divmod(k, columns)
         middle = below + (rows - row - 0.5) * cell - 0.5 * _TITLE + 0.5 * _BELOW * side
-        ax.set_position((column * side / width, (middle - 0.5 * side) / height, side / width, side / height))
+        ax.set_position(((column - _LEFT) * side / width, (middle - 0.5 * side) / height, side / width, side / height))
 
 
 def _title(solution: Solution, record: int) -> str:
@@ -254,6 +255,15 @@ def _cut(outline: Outline, low: Floats, high: Floats) -> list[Floats]:
     return [cut] if away.max() < 0.5 * margin else []
 
 
+def _above(quads: Floats, films: np.ndarray) -> bool:
+    """Whether the plates lie above the parts of films that are next to them, in the mean."""
+    if not films.any() or films.all():
+        return True
+    plates, near = quads[~films].mean(axis=1), quads[films].mean(axis=1)
+    beside = np.linalg.norm(plates[:, None, :2] - near[None, :, :2], axis=-1).argmin(axis=1)
+    return bool(np.mean(plates[:, 2] - near[beside, 2]) >= 0.0)
+
+
 def _draw_space(fig: Figure, solution: Solution, record: int) -> None:
     ax: Any = fig.add_axes((0.0, 0.0, 1.0, 1.0), projection="3d", label=str(record))
     ax.patch.set_visible(False)
@@ -263,9 +273,16 @@ def _draw_space(fig: Figure, solution: Solution, record: int) -> None:
     cables, quads = quads[lines][:, :2], quads[~lines]
     # the limits are set below, because automatic limits of collections sometimes come from uninitialised memory
     add = partial(ax.add_collection3d, autolim=False)
-    add(Poly3DCollection(list(quads), facecolors=colours, edgecolors="white", linewidths=0.3, alpha=0.85))
+    # faces are sorted by their middles, which fails for a plate on a film: it is drawn before or after the whole film
+    of_films = np.array([colour == _OF_FILMS for colour in colours], dtype=bool)
+    ax.computed_zorder = not of_films.any()
+    for part, order in ((of_films, 2.0), (~of_films, 3.0 if _above(quads, of_films) else 1.0)):
+        if part.any():
+            chosen = [colour for colour, shown in zip(colours, part, strict=True) if shown]
+            style = {"edgecolors": "white", "linewidths": 0.3, "alpha": 0.85, "zorder": order}
+            add(Poly3DCollection(list(quads[part]), facecolors=chosen, **style))
     if len(cables):
-        add(Line3DCollection(list(cables), colors=COLOURS[6], linewidths=1.0))
+        add(Line3DCollection(list(cables), colors=COLOURS[6], linewidths=1.0, zorder=2.5))
     outlines = obstacle_outlines(solution, record, *_view(solution))
     solids = [1e3 * face for outline in outlines if outline.bounded for face in outline.faces]
     if solids:
@@ -282,8 +299,10 @@ def _draw_space(fig: Figure, solution: Solution, record: int) -> None:
     ax.set_box_aspect(reach, zoom=zoom)
     for axis, name in ((ax.xaxis, "x (mm)"), (ax.yaxis, "y (mm)"), (ax.zaxis, "z (mm)")):
         axis.set_label_text(name, fontsize=7)
-        axis.labelpad = -1 if axis is ax.zaxis else -4
-    for axis, side in zip((ax.xaxis, ax.yaxis, ax.zaxis), reach, strict=True):
-        axis.set_major_locator(MaxNLocator(4 if side > 0.5 * reach.max() else 2 if side > 0.15 * reach.max() else 1))
+        axis.labelpad = -6 if axis is ax.zaxis else -4
+    # labels of x and y would meet at their common corner
+    for axis, side, prune in zip((ax.xaxis, ax.yaxis, ax.zaxis), reach, ("upper", "lower", None), strict=True):
+        number = 4 if side > 0.5 * reach.max() else 2 if side > 0.15 * reach.max() else 1
+        axis.set_major_locator(MaxNLocator(number, prune=prune if number > 2 else None))
     ax.tick_params(labelsize=6, pad=-2)
     ax.set_title(_title(solution, record), y=0.5 + 0.5 * up + 0.06, pad=0)

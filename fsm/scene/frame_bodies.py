@@ -87,8 +87,8 @@ def with_frames(scene: Scene) -> Scene:
 
 
 def _as_assembled(element: ForceElement, turned: dict[str, Quaternion]) -> ForceElement:
-    """Element at a frame with joint axes that agree at the start: without moment as assembled, unless the case says more."""
-    said = element.model_fields_set & {"axes_inner", "rest_angle", "initial_angle", "crease"}
+    """Element at a frame with joint axes that agree at the start: twists and swings count from the state as assembled."""
+    said = element.model_fields_set & {"axes_inner", "initial_angle", "crease"}
     if said or not any(element.rotation) or element.inner not in turned or element.outer not in turned:
         return element
     w, x, y, z = turned[element.inner]

@@ -97,13 +97,13 @@ def _pair(
         elif name in bodies:
             yield Fault(f"{path}.{end}", f"body {name!r} has no plate, so it has no face to touch")
         else:
-            text = f"no surface, plate, group, film, cable or obstacle is called {name!r}{nearest_name(name, list(known))}"
+            text = f"nothing that can touch is called {name!r}{nearest_name(name, list(known))}"
             yield Fault(f"{path}.{end}", text)
     if len(found) < 2:
         return
     kinds = [party.kind for party in found]
     if kinds == ["film", "film"]:
-        text = "films and cables do not touch each other; the other side must have a plate or be an obstacle"
+        text = "films, cables and beams do not touch each other; the other side must have a plate or be an obstacle"
         yield Fault(path, f"{pair.first!r} and {pair.second!r}: {text}")
     if kinds == ["obstacle", "obstacle"]:
         yield from _solids(pair, shapes, path)
