@@ -120,7 +120,7 @@ def _line(first: str, second: str, depth: float, hint: str) -> str:
 def _moved(scene: Scene, system: SegmentSystem, q: np.ndarray) -> Scene:
     """Scene with its free bodies at the configuration q."""
     names = [system.bodies.names[i] for i in system.bodies.free]
-    rows = dict(zip(names, q.reshape(len(names), -1).tolist(), strict=True))
+    rows = dict(zip(names, system.body_poses(q).tolist(), strict=True))
     bodies = []
     for body in scene.bodies:
         place = rows.get(body.name)

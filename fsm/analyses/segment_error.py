@@ -38,7 +38,7 @@ def unresolved_bending(system: SegmentSystem, q: np.ndarray) -> float | None:
     q : (nq,) array
     """
     rows = {body: row for row, body in enumerate(system.bodies.free.tolist())}
-    poses = q.reshape(len(rows), -1) if rows else np.zeros((0, 3))
+    poses = system.body_poses(q)
     panels: dict[int, list[tuple[int, float]]] = {}
     for body, plate, panel in system.bodies.plates:
         if panel and body in rows:

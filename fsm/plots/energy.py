@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
-from fsm.plots.style import COLOURS, GREY, WIDE, abscissa, energy_unit, figure
+from fsm.plots.style import COLOURS, GREY, WIDE, energy_unit, evolution, figure
 from fsm.results.solution import Floats, Solution
 
 __all__ = ["plot_energy"]
@@ -36,7 +36,7 @@ def plot_energy(solution: Solution, path: str | Path) -> None:
     An energy that has fallen since the start is stacked below zero, and its decrease is added to the work.
     If the energy is balanced, the dashed line is the top of the stack. Energies that stay zero are not drawn.
     """
-    x, label = abscissa(solution)
+    x, label = evolution(solution)
     changes = {name: solution.energy[name] - solution.energy[name][0] for name in STACK}
     work = solution.energy["work"] - solution.energy["work"][0]
     factor, unit = energy_unit(np.array([work, *changes.values()]))

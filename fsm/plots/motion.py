@@ -19,7 +19,7 @@ from fsm.plots.legend import add_legend_across
 from fsm.plots.marks import stage_colour, stage_name, summary_with_stages
 from fsm.plots.obstacles import Outline, obstacle_outlines
 from fsm.plots.plane import lattice_squares, vertical_axis
-from fsm.plots.style import COLOURS, GREY, WIDE, abscissa, figure, rounded
+from fsm.plots.style import COLOURS, GREY, WIDE, evolution, figure, rounded
 from fsm.results.solution import BEAM, FILM, LINE, Floats, Integers, Solution
 
 __all__ = ["leaves_plane", "pick_records", "plot_motion"]
@@ -72,14 +72,15 @@ def plot_motion(solution: Solution, path: str | Path, views: int = 6) -> None:
 def pick_records(solution: Solution, views: int = 6) -> list[int]:
     """Indices of `views` records or fewer: equally spaced, with the first and the last.
 
-    With a drive, the nearest of the others are replaced by the records at the peak force and at the beginning of stages.
+    With a drive that moves to the end, the nearest of the others are replaced by the records at the peak force and at the
+    beginning of stages.
     """
-    x, _ = abscissa(solution)
+    x, label = evolution(solution)
     if len(x) == 0:
         return []
     chosen = [int(np.argmin(np.abs(x - value))) for value in np.linspace(x[0], x[-1], views)]
     chosen[0], chosen[-1] = 0, len(x) - 1
-    if solution.force.shape[1] and views > 2:
+    if solution.force.shape[1] and views > 2 and label == "travel (mm)":
         summary = summary_with_stages(solution)
         marked = [summary["peak_travel"], *(stage["travel"] for stage in summary["stages"][1:])]
         free = list(range(1, len(chosen) - 1))
@@ -175,7 +176,7 @@ def _arrange(fig: Figure, columns: int, rows: int, below: float) -> None:
 
 
 def _title(solution: Solution, record: int) -> str:
-    if not solution.travel.shape[1]:
+    if not solution.travel.shape[1] or evolution(solution)[1] == "time (s)":
         return f"{rounded(solution.time[record])} s"
     force = solution.force[:, 0]
     # a residual of the solver is shown as zero

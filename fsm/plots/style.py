@@ -27,6 +27,7 @@ __all__ = [
     "WIDE",
     "abscissa",
     "energy_unit",
+    "evolution",
     "figure",
     "label_decades",
     "rounded",
@@ -36,6 +37,8 @@ __all__ = [
 # palette of Okabe and Ito (2008), for all common kinds of colour blindness
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#F0E442")
 GREY = "#666666"
+_RESTS = 0.2
+"""Part of the time at which drives rest in the end, above which the time is the abscissa."""
 STAGE_COLOURS = ("#56B4E9", "#E69F00", "#CC79A7")
 
 SINGLE = (4.8, 3.4)
@@ -103,6 +106,17 @@ def abscissa(solution: Solution) -> tuple[Floats, str]:
     if solution.travel.shape[1]:
         return solution.travel[:, 0] * 1e3, "travel (mm)"
     return solution.time, "time (s)"
+
+
+def evolution(solution: Solution) -> tuple[Floats, str]:
+    """As `abscissa`, but the time if the drives rest for more than a fifth of it, as before a blow."""
+    x, label = abscissa(solution)
+    if solution.travel.shape[1] and len(solution):
+        moved = np.flatnonzero(np.abs(np.diff(solution.travel, axis=0)).max(axis=1) > 0.0)
+        last = solution.time[moved[-1] + 1] if len(moved) else solution.time[0]
+        if solution.time[-1] - last > _RESTS * (solution.time[-1] - solution.time[0]):
+            return solution.time, "time (s)"
+    return x, label
 
 
 def shortened(name: str) -> str:

@@ -97,6 +97,11 @@ class Configuration:
         """See `System`."""
         return self.bodies.pose[self.bodies.free].ravel(), self.bodies.rate[self.bodies.free].ravel()
 
+    def body_poses(self, q: np.ndarray) -> np.ndarray:
+        """Poses (n_free, 3 or 7) of the free bodies."""
+        width = self.bodies.pose.shape[1]
+        return np.asarray(q[: self.n_free * width].reshape(-1, width))
+
     def kinematic_map(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
         """See `System`."""
         return quaternion_rates(q.reshape(-1, 7), u.reshape(-1, 6)).ravel() if self.spatial else u
