@@ -22,7 +22,7 @@ from fsm.scene import scene as scenes
 from fsm.scene.case import Case, Expect, Release, Save, Solve, Strip
 from fsm.scene.contact import FRICTION_KEYS, NORMAL_KEYS, Contact, Friction
 from fsm.scene.crease_family import read_family
-from fsm.scene.flexible import SceneCable, SceneFilm, SceneFrame, SceneSeam
+from fsm.scene.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame, SceneSeam
 from fsm.scene.lattice import Lattice
 from fsm.scene.load_case import load_case
 from fsm.scene.loads import Constant, Cycle, Drive, Load, Ramp, Table
@@ -65,7 +65,8 @@ TABLES: list[tuple[type[BaseModel], ...]] = [
     (HingeJoint,), (Stop,), (PointSupport,), (PointForce,), (Membrane,),
     (CentrePatch, DiagonalPatch, DiagonalsPatch, PositionPatch, GridPatch), (CornerCable, EdgeCable), (Support,), (Tension,),
     (Deployed,), (Air,), (Damping,), (HalfSine, Rectangle, Measured), (Vibration,), (Scene,), (Body,), (Plate,),
-    (ForceElement,), (SceneFilm,), (SceneCable,), (SceneFrame,), (SceneSeam,), (Surface,), (scenes.Group,), (ContactPair,),
+    (ForceElement,), (SceneFilm,), (SceneCable,), (SceneBeam,), (SceneFrame,), (SceneSeam,), (Surface,), (scenes.Group,),
+    (ContactPair,),
 ]  # fmt: skip
 """The sections in the order of the page."""
 
