@@ -10,7 +10,7 @@ import numpy as np
 
 from fsm.analyses.at_start import equilibrium_at_start
 from fsm.analyses.beyond_data import beyond_data
-from fsm.analyses.segment_error import segment_error
+from fsm.analyses.segment_error import SegmentError
 from fsm.compile_case import compile_case, path_settings
 from fsm.panel_crossing import lattice_overlap, unwatched_crossings
 from fsm.results.array import ArrayMotion
@@ -150,8 +150,11 @@ class Deployment:
         summary: dict[str, Any] = {"start": start_of(self.case, self.scene)[0]}
         if solution.travel.shape[1]:
             summary |= summarise(Curve.from_points(statistics.seen), solution.layout.pair_names)
-            if self.case.strip is not None:
-                summary["mesh_error"] = segment_error(solution, self.system, summary["peak_travel"])
+            summary["unstable_at_end"] = bool(solution.negative_pivots[-1] > 0)
+            if self.case.strip is not None and self.case.material is not None:
+                error = SegmentError(self.system, self.case.strip, self.case.material)
+                summary["mesh_error"] = error.at(solution, summary["peak_travel"], statistics.events)
+                summary["mesh_error_final"] = error.at(solution, summary["final_travel"], statistics.events)
         looked_at = np.array([point.pair_force for point in statistics.seen])
         summary["contact"] = summarise_contacts(solution, looked_at, summary.get("touches", ()))
         summary["contact_stats"] = self.system.contacts.stats()
@@ -188,12 +191,30 @@ class Deployment:
         meeting = lattice_overlap(solution, self.scene)
         if meeting:
             found.append(meeting)
-        error = summary.get("mesh_error")
-        if error is not None and error > _COARSE:
-            found.append(
-                f"the segments are coarse: peak_force is off by about {100 * error:.2g} %; raise strip.segments_per_panel"
-            )
+        found += _coarse(summary) + _unstable_at_end(solution)
         return found + beyond_data(solution, self.scene, self.system) + _of_the_pull(solution, summary)
+
+
+def _unstable_at_end(solution: Solution) -> list[str]:
+    """Whether the last state is unstable, and from which travel on."""
+    if not solution.travel.shape[1] or not solution.negative_pivots[-1] > 0:
+        return []
+    stable = np.flatnonzero(solution.negative_pivots == 0)
+    since = float(solution.travel[stable[-1] if len(stable) else 0, 0])
+    return [
+        f"the last state is unstable: friction and dampers alone hold back a snap from {1e3 * since:.4g} mm of travel on, "
+        "and final_force depends on the speed and on the segments; pull slower, or hold the drive at its end"
+    ]
+
+
+def _coarse(summary: dict[str, Any]) -> list[str]:
+    """Which of the forces that the summary states are off by much because of the segments."""
+    errors = {name: summary.get(key) for name, key in (("peak_force", "mesh_error"), ("final_force", "mesh_error_final"))}
+    coarse = {name: error for name, error in errors.items() if error is not None and error > _COARSE}
+    if not coarse:
+        return []
+    off = " and ".join(f"{name} is off by about {100 * error:.2g} %" for name, error in coarse.items())
+    return [f"the segments are coarse: {off}; raise strip.segments_per_panel"]
 
 
 def _crossed(crossings: list[tuple[int, int, float]], driven: bool) -> list[str]:

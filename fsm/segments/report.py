@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from fsm.errors import CaseError, Fault
 from fsm.overlap import find_overlaps
 from fsm.scene.builders.scene import build_scene
-from fsm.scene.builders.strip import strip_damping
+from fsm.scene.builders.strip import bending_stiffness, strip_damping
 from fsm.scene.case import Case
 from fsm.scene.loads import Drive
 from fsm.scene.materials import SplineCrease
@@ -302,6 +302,9 @@ def _of_segments(view: View) -> Iterator[str]:
         yield f"{length}: error O(l^2), {trial} 3.4, 0.7, 0.13 % with 10, 20, 40 per panel"
     else:
         yield f"{length}: error O(l) without the half cell, {trial} 4, 2.4, 1.3 % with 10, 20, 40 per panel"
+    if view.case.material is not None and view.scene.drives:
+        tension = bending_stiffness(strip, view.case.material) / view.segment**2
+        yield f"segments resolve the bending beside creases of a taut panel up to a tension of EI/l^2 = {tension:.3g} N"
 
 
 def _warnings(view: View) -> Iterator[str]:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fsm.analyses.segment_error import unresolved_bending
+from fsm.analyses.segment_error import SegmentError
 from fsm.compile_case import compile_case
 from fsm.run import run_case
 from fsm.scene.load_case import load_case
@@ -26,25 +26,70 @@ def test_stated_error_of_the_trial_strip(tmp_path: Path) -> None:
     assert stated[40] < 0.1 * stated[10]
 
 
+TAUT = """
+[strip]
+length = "372 mm"
+width = "109 mm"
+thickness = "0.1 mm"
+panels = 4
+fold_angle = "68 deg"
+segments_per_panel = 20
+held = [1]
+
+[material]
+young = "47 GPa"
+poisson = 0.3
+density = "1600 kg/m^3"
+
+[crease]
+law = "linear"
+stiffness = "11.5 N mm/rad"
+
+[[drive]]
+crease = 3
+direction = [1, 0, 0]
+speed = "2 mm/s"
+travel = "116.2 mm"
+"""
+
+
+def test_stated_errors_of_a_strip_that_is_drawn_nearly_taut(tmp_path: Path) -> None:
+    """The force of many segments lies within what fewer segments state, which is no more than five times the difference."""
+    (tmp_path / "case.toml").write_text(TAUT)
+    found = {}
+    for count in (10, 20, 60):
+        case = load_case(tmp_path / "case.toml", [f"strip.segments_per_panel={count}"])
+        found[count] = run_case(case, tmp_path / str(count), progress=False)
+    for count in (10, 20):
+        actual = abs(found[60]["final_force"] / found[count]["final_force"] - 1.0)
+        assert actual < found[count]["mesh_error_final"] < 5.0 * actual
+    assert any("final_force is off by" in warning for warning in found[10]["warnings"])
+
+
 @pytest.mark.parametrize("spatial", [False, True])
-def test_unresolved_part_of_a_linear_curvature(spatial: bool) -> None:
-    """Curvature x along a panel of n segments: the part is (1/n)^2/12 over the mean of x^2 at the joints."""
-    count = 10
+def test_unresolved_energy_of_a_linear_curvature(spatial: bool) -> None:
+    """Curvature c x along a panel of n segments, without normal force: every change of it counts, those at both ends too."""
+    count, rate = 10, 0.1
     more = ["strip.panels=2", f"strip.segments_per_panel={count}", "strip.held=[1]", f"solve.spatial={str(spatial).lower()}"]
     case = load_case(TRIAL, [*more, "drive=none", "save=none", "solve.end_time=1 s", "expect=none", "contact=none"]).case
     _, system = compile_case(case)
     q, _ = system.initial()
-    size = 0.02
-    at = np.arange(count) / count
-    angle = size * 0.5 * at * (at - 1.0 / count)  # turns from segment to segment are in proportion to x at the joint
+    assert case.strip is not None and case.material is not None
+    length = case.strip.length / case.strip.panels / count
+    joints = length * np.arange(1, count)
+    angle = 0.3 + np.concatenate([[0.0], np.cumsum(rate * joints * length)])
+    along = np.column_stack([np.cos(angle), -np.sin(angle)])
+    ends = np.concatenate([[[0.0, 0.0]], np.cumsum(length * along, axis=0)])
+    place = 0.5 * (ends[1:] + ends[:-1])
     poses = q.reshape(count, -1)
     if spatial:
-        half = 0.5 * (2.0 * np.arctan2(poses[:, 5], poses[:, 3]) + angle)
-        poses[:, 3:] = np.column_stack([np.cos(half), 0.0 * half, np.sin(half), 0.0 * half])
+        half, zero = 0.5 * angle, 0.0 * angle
+        poses[:, :3] = np.column_stack([place[:, 0], zero, place[:, 1]])
+        poses[:, 3:] = np.column_stack([np.cos(half), zero, np.sin(half), zero])
     else:
-        poses[:, 2] += angle
-    joints = np.arange(1, count) / count
-    slopes = np.diff(angle) * count
-    assert slopes == pytest.approx(size * (joints - 1.0 / count))
-    expected = (count - 2) * (1.0 / count) ** 2 / 12.0 / np.sum((joints - 1.0 / count) ** 2)
-    assert unresolved_bending(system, poses.ravel()) == pytest.approx(expected, rel=1e-6)
+        poses[:, :2], poses[:, 2] = place, angle
+    bending = case.material.bending(case.strip.width, case.strip.thickness)
+    unresolved = SegmentError(system, case.strip, case.material).unresolved(poses.ravel())
+    assert unresolved.left_out == pytest.approx(bending * count * (rate * length) ** 2 * length / 12.0, rel=1e-6)
+    whole = np.sum(joints**2) + 0.5 * (0.0 + (count * length) ** 2)
+    assert unresolved.bending == pytest.approx(0.5 * bending * rate**2 * whole * length, rel=1e-6)
