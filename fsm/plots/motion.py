@@ -27,7 +27,7 @@ __all__ = ["leaves_plane", "pick_records", "plot_motion"]
 _OF_FILMS = "#9ECAE1"
 _FILLED = 0.76
 """Part of the width of a picture in space that the box around the structure fills."""
-_TITLE, _LABELS, _BELOW, _LEFT = 0.3, 0.16, 0.04, 0.04
+_TITLE, _LABELS, _BELOW, _LEFT = 0.3, 0.16, 0.04, 0.07
 """Heights beside the box: title, inches; labels, and how much more of them is below the box; shift to
 the left for the label of z; over the width of a picture."""
 
@@ -96,8 +96,9 @@ def pick_records(solution: Solution, views: int = 6) -> list[int]:
 
 
 def _stages(solution: Solution) -> list[dict[str, Any]]:
-    """Stages of a run; none without a drive."""
-    return list(summary_with_stages(solution)["stages"]) if solution.travel.shape[1] else []
+    """Stages of a run; none where it is drawn over time."""
+    over_travel = solution.travel.shape[1] and evolution(solution)[1] == "travel (mm)"
+    return list(summary_with_stages(solution)["stages"]) if over_travel else []
 
 
 def _stage_at(stages: list[dict[str, Any]], travel: float) -> dict[str, Any]:
@@ -302,8 +303,8 @@ def _draw_space(fig: Figure, solution: Solution, record: int) -> None:
         axis.set_label_text(name, fontsize=7)
         axis.labelpad = -6 if axis is ax.zaxis else -4
     # labels of x and y would meet at their common corner
-    for axis, side, prune in zip((ax.xaxis, ax.yaxis, ax.zaxis), reach, ("upper", "lower", None), strict=True):
+    for axis, side, prune in zip((ax.xaxis, ax.yaxis, ax.zaxis), reach, ("upper", "lower", "lower"), strict=True):
         number = 4 if side > 0.5 * reach.max() else 2 if side > 0.15 * reach.max() else 1
-        axis.set_major_locator(MaxNLocator(number, prune=prune if number > 2 else None))
+        axis.set_major_locator(MaxNLocator(number, prune=prune if number > 1 else None))
     ax.tick_params(labelsize=6, pad=-2)
     ax.set_title(_title(solution, record), y=0.5 + 0.5 * up + 0.06, pad=0)

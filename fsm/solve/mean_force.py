@@ -97,6 +97,8 @@ class MeanForce:
         Of the last step.
     of_pairs : (2, n_pairs) array, J
         Dissipated by every contact pair in the last step.
+    drive_force : (n_drives,) array, N
+        Mean over the last step.
     steps, rejected, failed, iterations, force_evaluations, linearisations : int
     linear : LinearSolver
     """
@@ -116,7 +118,8 @@ class MeanForce:
         self.steps = self.rejected = self.failed = 0
         self.iterations = self.force_evaluations = self.linearisations = 0
         self.work = self.dissipated = 0.0
-        self.of_pairs = np.zeros((2, 0))
+        self.of_pairs, self.drive_force = np.zeros((2, 0)), np.zeros(0)
+        self._driven = len(system.observe(t, q, u).drive.force) > 0
         self._step, self._max_step, self._rtol = step, max_step, rtol
         self._tolerance = (_NEWTON if step is not None else _EXACT) * min(rtol, _LOOSEST)
         self._size = system.scales().increment
@@ -385,19 +388,25 @@ class MeanForce:
     def _books(self, h: float, x: np.ndarray, end: float) -> _Books:
         """Energies of a step: of its end, and what was done over it."""
         rate = x / h
-        seen = [self.system.energy(*point, rate) for point in self._along(h, x)]
+        forces = np.zeros(0)
+        if self._driven:
+            observed = [self.system.observe(*point, rate) for point in self._along(h, x)]
+            seen, forces = [one.energy for one in observed], np.mean([one.drive.force for one in observed], axis=0)
+        else:
+            seen = [self.system.energy(*point, rate) for point in self._along(h, x)]
         after = self.system.energy(end, self.system.retract(self.q, x), 2.0 * rate - self.u)
         part = h / len(_POINTS)
         pairs = part * np.sum([energy.pair_power for energy in seen], axis=0)
         return _Books(
             part * sum(energy.input_power for energy in seen), part * sum(energy.dissipated_power for energy in seen), pairs,
-            after.stored_freely, after.kinetic,
+            after.stored_freely, after.kinetic, forces,
         )  # fmt: skip
 
     def _accept(self, h: float, x: np.ndarray, end: float, books: _Books | None) -> None:
         rate = x / h
         if books is None:
             books = self._books(h, x, end)
+        self.drive_force = books.drive_force
         self.work, self.dissipated, self.of_pairs = books.work, books.dissipated, books.pairs
         self._turnover = max(self._turnover, books.kinetic, abs(books.stored - self._start))
         self._off += self._off_by(books)
@@ -413,13 +422,18 @@ class MeanForce:
 
 
 class _Books(NamedTuple):
-    """Energies of a step, J: work, dissipated, dissipated by pairs; stored at its end but for driven bodies, kinetic."""
+    """Energies of a step, J: work, dissipated, dissipated by pairs; stored at its end but for driven bodies, kinetic.
+
+    `drive_force` (N) is the mean over the step. Rates at the ends hold what is left of stiff vibrations, and dampers would
+    make forces of them.
+    """
 
     work: float
     dissipated: float
     pairs: np.ndarray
     stored: float
     kinetic: float
+    drive_force: np.ndarray
 
 
 def _rms(vector: np.ndarray) -> float:

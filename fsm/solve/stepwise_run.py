@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 import time
+from dataclasses import replace
 
 from fsm.solve.dissipation import mean_dissipation
 from fsm.solve.generalized_alpha import GeneralizedAlpha
 from fsm.solve.mean_force import MeanForce
 from fsm.solve.run import Run
 from fsm.solve.status import StepFailed
-from fsm.system import Energy
+from fsm.system import DriveState, Energy
 
 __all__ = ["GENERALIZED_ALPHA", "MEAN_FORCE", "NEWMARK", "StepwiseRun"]
 
@@ -80,6 +81,7 @@ class StepwiseRun(Run):
         driven = self.last.energy.driven
         self.last = seen = self.system.observe(solver.t, solver.q, solver.u)
         if isinstance(solver, MeanForce):
+            seen = replace(seen, drive=DriveState(seen.drive.travel, solver.drive_force))
             self.ledger.add(solver.work + seen.energy.driven - driven, solver.dissipated, solver.of_pairs)
         else:
             dissipated, of_pairs = mean_dissipation(

@@ -23,6 +23,20 @@ def run(name: str, folder: Path, *overrides: str) -> tuple[dict[str, Any], Solut
     return summary, read_solution(folder / "result.h5")
 
 
+def test_film_pulled_by_a_strip_and_struck_keeps_its_energy(tmp_path: Path) -> None:
+    """The work of the drive and of the blow is in the strip, in the film, in the motion, and in the dampers of the strip."""
+    quick = "drive.0.time.end=30 ms", 'load.0.time.time=["32 ms", "32.5 ms", "33 ms"]', "solve.end_time=35 ms"
+    summary, solution = run("film_on_strip", tmp_path, *quick)
+    assert summary["energy_error"] < BALANCED
+    assert solution.travel[-1, 0] == pytest.approx(0.015)
+    before, after = (int(np.searchsorted(solution.time, t)) for t in (0.0319, 0.0332))
+    assert solution.energy["work"][after] > 1.05 * solution.energy["work"][before]
+    assert solution.energy["kinetic"][after] > 3.0 * solution.energy["kinetic"][before]
+    # the drive pulls against the strip all the way, without jumps: dampers see mean rates
+    assert 0.2 < solution.force[before, 0] < 2.0
+    assert np.abs(np.diff(solution.force[: before + 1, 0])).max() < 0.2
+
+
 def test_sail_on_cables_keeps_its_energy(tmp_path: Path) -> None:
     """A blow on the post runs through the cable to the corner of the film."""
     summary, solution = run("sail_on_cables", tmp_path, "solve.end_time=4 ms", "scene.films.0.mesh=[4, 4]")
