@@ -15,6 +15,7 @@ from fsm.scene.contact_sides import contact_sides
 from fsm.scene.planar import out_of_plane
 from fsm.scene.scene import Scene
 from fsm.segments.crease_checks import crease_faults, crease_warnings
+from fsm.segments.plan import Plan, plan_of
 from fsm.segments.separate import overlaps, separate, shallowest
 from fsm.segments.system import SegmentSystem
 from fsm.solve.static import PathSettings
@@ -44,13 +45,17 @@ def compile_case(case: Case, source: str = "", warnings: list[str] | None = None
         All faults of the scene; no body is free to move; bodies overlap at the start.
     """
     scene = build_scene(case)
+    try:
+        plan = plan_of(case, scene) if case.step else None
+    except CaseError as error:
+        raise CaseError(error.faults, source) from None
     faults = list(crease_faults(scene, case.strip is not None))
     if faults:
         raise CaseError(faults, source)
     if warnings is not None:
         warnings += crease_warnings(scene, case.strip is not None)
     try:
-        system = compile_model(scene, case.solve.spatial)
+        system = compile_whole(case, scene, plan)
     except CaseError as error:
         raise CaseError(error.faults, source) from None
     if not system.n_free:
@@ -62,11 +67,39 @@ def compile_case(case: Case, source: str = "", warnings: list[str] | None = None
         moved = _moved(scene, system, separate(system))
         if warnings is not None:
             warnings.append(_move_warning(scene, moved, found))
-        scene, system = moved, compile_model(moved, case.solve.spatial)
+        scene, system = moved, compile_whole(case, moved, plan)
         found = _overlaps(scene, system, case)
     if found:
         raise CaseError(found, source)
     return scene, system
+
+
+def compile_whole(case: Case, scene: Scene, plan: Plan | None) -> SegmentSystem:
+    """System in which all bodies are free that are free in any step, with the drives that act in all steps.
+
+    Parameters
+    ----------
+    case : Case
+    scene : Scene
+        With all drives and loads.
+    plan : Plan, or None for a case without `[[step]]`
+    """
+    if plan is None:
+        return compile_model(scene, case.solve.spatial)
+    always = [all(step.acting[k] for step in plan.steps) for k in range(len(scene.drives))]
+    driven = {name for drive, acts in zip(scene.drives, always, strict=True) if acts for name in drive.moved}
+    never_free = frozenset.intersection(*(step.held | _driven(scene, step.acting) for step in plan.steps))
+    held = never_free - driven
+    bodies = tuple(body.model_copy(update={"held": body.name in held}) for body in scene.bodies)
+    drives = tuple(drive for drive, acts in zip(scene.drives, always, strict=True) if acts)
+    spatial = case.solve.spatial or bool(out_of_plane(scene))
+    return compile_model(scene.model_copy(update={"bodies": bodies, "drives": drives}), spatial)
+
+
+def _driven(scene: Scene, acting: tuple[bool, ...]) -> frozenset[str]:
+    """Bodies of the drives that act."""
+    drives = zip(scene.drives, acting, strict=True)
+    return frozenset(name for drive, acts in drives if acts for name in drive.moved)
 
 
 def path_settings(case: Case, system: SegmentSystem, end: float) -> PathSettings:

@@ -6,15 +6,19 @@ import json
 import math
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import asdict, dataclass, fields, replace
+from collections.abc import Callable, Iterable
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from fsm.analyses.analysis import Analysis
+from fsm.analyses.at_start import equilibrium_at_start
+from fsm.analyses.run_step import RunStep, States, StepResult
+from fsm.analyses.step_results import counted, step_modes, step_summaries, total_of
 from fsm.channels.sample import ChannelSampler, model_of_analysis
+from fsm.checkpoint import RestartPoint, check_point, read_point, write_point
 from fsm.errors import CaseError, EnergyAbort, NotConverged, is_interrupt
 from fsm.hdf5_checked import READ_ERRORS
 from fsm.kernels import jit
@@ -24,18 +28,15 @@ from fsm.provenance import made_by, provenance
 from fsm.results.channel import extremes_of
 from fsm.results.curve import Curve
 from fsm.results.solution import Record, Solution
-from fsm.results.store import ResultWriter, part_path, read_checkpoint, read_solution, write_checkpoint
+from fsm.results.step_data import StepModes
+from fsm.results.store import ResultWriter, part_path, read_checkpoint, read_solution
 from fsm.round_off import RoundOff, position_round_off_energy, round_off_of
 from fsm.scene.load_case import LoadedCase
 from fsm.scene.scene import Scene
 from fsm.solve.handed_over import CurvePoint, Saved, Statistics, StepEnd
 from fsm.solve.ledger import Ledger
-from fsm.solve.settings import Settings
 from fsm.solve.solver import solve
-from fsm.solve.static import PathSettings
-from fsm.solve.status import Event
 from fsm.summary import summary_of
-from fsm.system import DriveState
 
 __all__ = ["CHECKPOINT_EVERY", "RecordedSolve"]
 
@@ -43,18 +44,6 @@ CHECKPOINT_EVERY = 1.0
 """Wall time between checkpoints, s; one checkpoint takes about 10 ms."""
 _SAME = 1e-10
 """Relative difference below which two times are the same."""
-_STATE = "state_"
-"""Prefix of the arrays of `StepEnd.state` in a checkpoint."""
-
-
-@dataclass(frozen=True)
-class _RestartPoint:
-    """Point at which a solve can restart: state, energy balance, points of the curve, and written records and samples."""
-
-    end: StepEnd
-    ledger: Ledger
-    seen: int
-    written: tuple[int, int]
 
 
 class RecordedSolve:
@@ -80,16 +69,27 @@ class RecordedSolve:
         self.checkpoint = out / "checkpoint.h5"
         self.last_checkpoint = time.perf_counter()
         self.seen: list[CurvePoint] = []
+        self.steps = analysis.steps()
         self.of_another_case = False
         self.resumed = self._read_checkpoint() if resume else None
         (out / "summary.json").unlink(missing_ok=True)  # its presence would mean that the run is complete
         if self.resumed is None:
             self.checkpoint.unlink(missing_ok=True)  # belongs to another run, whose records are replaced
-        self.records, self.samples = (0, 0) if self.resumed is None else self.resumed.written
-        self.last: _RestartPoint | None = None
+        resumed = self.resumed
+        self.records, self.samples = (0, 0) if resumed is None else resumed.written
+        self.number = 0 if resumed is None else resumed.step
+        self.states: States | None = None if resumed is None else resumed.states
+        self.ledger: Ledger | None = None if resumed is None else resumed.ledger
+        self.done: list[StepResult] = [] if resumed is None else list(resumed.done)
+        self.modes: list[StepModes] = [] if resumed is None else list(resumed.modes)
+        self.until = -1.0 if resumed is None else resumed.end.time * (1.0 + _SAME)
+        self.stored: float | None = None
+        self.current = self.system
+        self.latest: StepEnd | None = None
+        self.last: RestartPoint | None = None
 
     def run(self, progress: bool | Callable[[float], None], begun: float, compiled: float) -> Solution:
-        """Solve, write the results file and read it back.
+        """Run all steps, write the results file and read it back.
 
         Parameters
         ----------
@@ -99,33 +99,21 @@ class RecordedSolve:
         """
         if self.of_another_case:
             report_restart(progress, self.checkpoint)
-        method, reason = self.analysis.method()
-        settings = self.analysis.settings(method)
-        end = settings.end_time
-        start, ledger = self._start()
-        record_times, sample_times = self.analysis.record_times(end), self.analysis.sample_times(end)
-        past = -1.0 if self.resumed is None else self.resumed.end.time * (1.0 + _SAME)
-        self.records_due, self.samples_due = (deque(t for t in times if t > past) for times in (record_times, sample_times))
+        methods = [f"{step.method}: {step.reason}" for step in self.steps if step.settings is not None]
         layout = replace(
             self.analysis.layout(),
             case_text=self.loaded.text,
-            provenance=provenance() | {"method": f"{method}: {reason}"},
+            provenance=provenance() | {"method": "; ".join(dict.fromkeys(methods))},
             channels=self.channels.infos,
+            step_names=tuple(step.name for step in self.steps),
         )
-        bar = Progress(progress, end, self.loaded.case.title or str(self.loaded.path), jit)
+        bar = Progress(progress, self.steps[-1].end, self.loaded.case.title or str(self.loaded.path), jit)
         resume_at = self.records if self.resumed else None
         with ResultWriter(self.target, layout, resume_at, samples_at=self.samples) as writer, bar:
-            if start is not None:
-                self._record_hold(writer, start, record_times)
             try:
-                statistics = self._solve(
-                    settings,
-                    _merged(record_times, sample_times, _SAME * end),
-                    lambda saved: self._save(writer, saved),
-                    lambda end: self._step(writer, bar, ledger, end),
-                    start,
-                    ledger,
-                )
+                for number in range(self.number, len(self.steps)):
+                    self.number = number
+                    self._run_step(self.steps[number], writer, bar)
             except (KeyboardInterrupt, SystemError) as error:
                 if not is_interrupt(error):
                     raise
@@ -138,16 +126,18 @@ class RecordedSolve:
                 refusal, beyond = self._causes() if self.records else ("", "")
                 if refusal:
                     raise NotConverged(refusal) from error
-                if beyond:
-                    raise type(error)(f"{error}. {beyond[0].upper()}{beyond[1:]}") from error
-                raise
+                text = self._named(str(error))
+                raise type(error)(f"{text}. {beyond[0].upper()}{beyond[1:]}" if beyond else text) from error
             writer.flush()
             round_off = self._round_off()
             if round_off.refusal():
                 raise NotConverged(round_off.refusal())
             solution = read_solution(part_path(self.target))
             solution.array = array = self.analysis.array_motion(solution, self.warnings)
+            statistics, ledger = total_of(self.done, self.seen), self.ledger
+            assert ledger is not None
             summary = summary_of(self.analysis, solution, statistics, ledger, self.warnings, round_off) | {
+                "step": step_summaries(self.done, self.seen, solution),
                 "compile_time_s": jit.compile_time() - compiled,
                 "wall_time_s": time.perf_counter() - begun,
             }
@@ -155,24 +145,108 @@ class RecordedSolve:
                 summary["channels"] = extremes_of(solution.channels, solution.time, solution.travel)
             driven = bool(self.seen) and len(self.seen[0].drive.travel) > 0
             curve = Curve.from_points(self.seen).decimate() if driven else None
-            writer.finish(_counters(statistics), summary, array, curve)
+            writer.finish(_counters(statistics), summary, array, curve, StepModes.joined(self.modes))
         self.checkpoint.unlink(missing_ok=True)
         return read_solution(self.target)
 
+    def _named(self, text: str) -> str:
+        """Message with the name of the step, if the case has steps."""
+        step = self.steps[self.number]
+        return f"step {step.name!r} ({step.kind}): {text}" if self.loaded.case.step else text
+
+    def _run_step(self, step: RunStep, writer: ResultWriter, bar: Progress) -> None:
+        """Run one step from the state in which the one before ended."""
+        after = self.resumed.end if self.resumed is not None and self.number == self.resumed.step else None
+        self.current = system = self.analysis.enter(self.number, self.states)
+        if after is None:
+            q, u = self.analysis.begin(self.number, system, self.states)
+            self._open_ledger(step, q, u)
+        else:
+            q, u = after.q, after.u
+        self.records_due, self.samples_due = (
+            deque(t for t in times if t > self.until) for times in (step.record_times, step.sample_times)
+        )
+        self.latest = None
+        result = StepResult(step.name, step.kind, step.method, step.start, step.end, {}, len(self.seen))
+        if step.kind == "relax":
+            q, u = equilibrium_at_start(system, q, step.start), np.zeros(system.nu)
+            if self.ledger is not None:
+                self._change_to(system.energy(step.start, q, None).stored)
+                self._record(writer, self._still(step.start, q, u, self.ledger))
+        elif step.kind == "modes":
+            found = step_modes(self.analysis, system, step, self.number, q)
+            self.modes.append(found)
+            result.frequencies = found.frequency.tolist()
+        elif step.settings is None:
+            assert self.ledger is not None
+            saved = self._still(step.end, q, u, self.ledger)
+            for t in [*self.records_due]:
+                self._save(writer, replace(saved, time=t))
+        else:
+            assert self.ledger is not None
+            statistics = self._solve(step, writer, bar, self.ledger, after, (step.start, q, u))
+            result.counters, result.method = counted(statistics), statistics.method
+            result.events = [asdict(event) for event in statistics.events]
+            end: StepEnd | None = self.latest
+            if end is not None:
+                q, u = end.q, end.u
+        result.seen = len(self.seen)
+        self.done.append(result)
+        if step.record_times:
+            self.until = step.end * (1.0 + _SAME)
+        if self.number + 1 < len(self.steps):
+            self.states = self.analysis.leave(system, step.end, q, u)
+            self.stored = system.energy(step.end, q, u if step.kind == "dynamic" else None).stored
+
     def _solve(
         self,
-        settings: Settings | PathSettings,
-        times: list[float],
-        on_save: Callable[[Saved], None],
-        on_step: Callable[[StepEnd], None],
-        start: tuple[float, np.ndarray, np.ndarray] | None,
+        step: RunStep,
+        writer: ResultWriter,
+        bar: Progress,
         ledger: Ledger,
+        after: StepEnd | None,
+        start: tuple[float, np.ndarray, np.ndarray],
     ) -> Statistics:
+        times = _merged(self.records_due, self.samples_due, _SAME * step.end)
+
+        def on_save(saved: Saved) -> None:
+            self._save(writer, saved)
+
+        def on_step(end: StepEnd) -> None:
+            self._step(writer, bar, ledger, end)
+
+        assert step.settings is not None
         own = self.analysis.own_solver()
         if own is not None:
-            return own(settings.end_time, times, on_save, on_step, ledger)
-        after = None if self.resumed is None else self.resumed.end
-        return solve(self.system, settings, times, on_save, on_step, start, ledger, self.seen, after)[0]
+            return own(step.settings.end_time, times, on_save, on_step, ledger)
+        begins = None if after is not None else start
+        return solve(self.current, step.settings, times, on_save, on_step, begins, ledger, self.seen, after)[0]
+
+    def _open_ledger(self, step: RunStep, q: np.ndarray, u: np.ndarray) -> None:
+        """Open the energy balance with the first step that is not a search for the start; later ones change the energy."""
+        state = (step.start, q, u)
+        if self.ledger is None:
+            if step.kind != "relax" or step is self.steps[-1]:
+                self.ledger = Ledger.opened(self.current.energy(*state))
+                self.ledger.trifle = max(self.ledger.trifle, position_round_off_energy(self.current, state))
+        else:
+            self._change_to(self.current.energy(step.start, q, u if step.kind == "dynamic" else None).stored)
+
+    def _change_to(self, stored: float) -> None:
+        """Energy stored after a jump of the state: a loss is dissipated, a gain is work of what was added."""
+        ledger = self.ledger
+        assert ledger is not None
+        change = 0.0 if self.stored is None else stored - self.stored
+        ledger.work += max(change, 0.0)
+        ledger.dissipated += max(-change, 0.0)
+        self.stored = stored
+
+    def _still(self, t: float, q: np.ndarray, u: np.ndarray, ledger: Ledger) -> Saved:
+        """State to be saved in which nothing moves."""
+        seen = self.current.observe(t, q, None if not u.any() else u)
+        pairs = ledger.pair_energy if ledger.pair_energy.size else np.zeros_like(seen.energy.pair_power)
+        error = seen.energy.stored - ledger.start + ledger.dissipated - ledger.work
+        return Saved(t, q, u, seen, ledger.dissipated, ledger.work, error, pairs)
 
     def _causes(self) -> tuple[str, str]:
         """Messages on two possible causes of a failed solve: round-off, and squares of a lattice that touch."""
@@ -183,24 +257,6 @@ class RecordedSolve:
     def _round_off(self) -> RoundOff:
         """Round-off of the records written so far."""
         return round_off_of(self.system, read_solution(part_path(self.target)))
-
-    def _start(self) -> tuple[tuple[float, np.ndarray, np.ndarray] | None, Ledger]:
-        """Start state (None for the state of a checkpoint), and the energy balance at the start."""
-        if self.resumed is not None:
-            return None, self.resumed.ledger
-        start = self.analysis.start(self.warnings)
-        ledger = Ledger.opened(self.system.energy(*start))
-        ledger.trifle = max(ledger.trifle, position_round_off_energy(self.system, start))
-        return start, ledger
-
-    def _record_hold(self, writer: ResultWriter, start: tuple[float, np.ndarray, np.ndarray], times: list[float]) -> None:
-        """Write the start state as the records of all times before the release, while all bodies are held."""
-        begin, q, u = start
-        held = [t for t in times if t < begin * (1.0 - _SAME)]
-        if held:
-            seen = self.system.observe(begin, q, u)
-            for t in held:
-                self._save(writer, Saved(t, q, u, seen, 0.0, 0.0, 0.0, np.zeros_like(seen.energy.pair_power)))
 
     def _save(self, writer: ResultWriter, saved: Saved) -> None:
         """Write a record of the whole state, a sample of the probes, or both, as required at this time."""
@@ -213,11 +269,12 @@ class RecordedSolve:
     def _record(self, writer: ResultWriter, saved: Saved) -> None:
         seen = saved.observation
         stored = seen.energy.potential
+        q, u = self.analysis.whole(self.current, saved.time, saved.q, saved.u)
         writer.append(
             Record(
                 time=saved.time,
-                q=saved.q,
-                u=saved.u,
+                q=q,
+                u=u,
                 travel=seen.drive.travel,
                 force=seen.drive.force,
                 energy={
@@ -230,53 +287,32 @@ class RecordedSolve:
                 **{f"pair_{name}": values for name, values in vars(seen.pairs).items()},
                 pair_friction_energy=saved.pair_energy[0],
                 pair_damping_energy=saved.pair_energy[1],
-                shape=self.system.shape(saved.time, saved.q),
-                negative_pivots=self.analysis.unstable_ways(saved.time, saved.q),
-                channels=self.channels.values(self.system, saved),
+                shape=self.current.shape(saved.time, saved.q),
+                negative_pivots=self.analysis.unstable_ways(self.current, saved.time, saved.q),
+                channels=self.channels.values(self.current, saved),
+                step=self.number + 1,
             )
         )
         self.records += 1
 
     def _step(self, writer: ResultWriter, bar: Progress, ledger: Ledger, end: StepEnd) -> None:
+        self.latest = end
         if end.state is not None:
-            self.last = _RestartPoint(end, replace(ledger), len(self.seen), (self.records, self.samples))
+            self.last = RestartPoint(
+                end, replace(ledger), len(self.seen), (self.records, self.samples), self.number, self.states,
+                tuple(self.done), tuple(self.modes),
+            )  # fmt: skip
             if time.perf_counter() - self.last_checkpoint > CHECKPOINT_EVERY:
                 writer.flush()
                 self._write_checkpoint(self.last)
         bar.step(end.time, end.steps)
 
-    def _write_checkpoint(self, point: _RestartPoint) -> None:
-        ledger = asdict(point.ledger)
-        pair_energy = ledger.pop("pair_energy")
-        state = point.end.state
-        assert state is not None
-        write_checkpoint(
-            self.checkpoint,
-            {
-                **{f"{_STATE}{name}": values for name, values in state.items()},
-                "time": np.array([point.end.time]),
-                "q": point.end.q,
-                "u": point.end.u,
-                "ledger": np.array(list(ledger.values())),
-                "pair_energy": pair_energy,
-                "travel": np.array([seen.drive.travel for seen in self.seen[: point.seen]]),
-                "force": np.array([seen.drive.force for seen in self.seen[: point.seen]]),
-                "pair_force": np.array([seen.pair_force for seen in self.seen[: point.seen]]),
-                "point": np.array([seen[2:] for seen in self.seen[: point.seen]]),
-            },
-            {
-                "case": self.loaded.text,
-                "made_by": json.dumps(made_by()),
-                "steps": point.end.steps,
-                "records": point.written[0],
-                "samples": point.written[1],
-                "warnings": self.warnings,
-                "events": json.dumps([asdict(event) for event in point.end.events]),
-            },
-        )
+    def _write_checkpoint(self, point: RestartPoint) -> None:
+        own = {"case": self.loaded.text, "made_by": json.dumps(made_by()), "warnings": self.warnings}
+        write_point(self.checkpoint, point, self.seen, own)
         self.last_checkpoint = time.perf_counter()
 
-    def _read_checkpoint(self) -> _RestartPoint | None:
+    def _read_checkpoint(self) -> RestartPoint | None:
         """Restart point of a checkpoint of the same case; None if there is none.
 
         A checkpoint of another version is not used: its internal state may have another meaning.
@@ -291,20 +327,7 @@ class RecordedSolve:
             what = f"is damaged ({reason}); run without --resume, or delete it to start from the beginning"
             raise CaseError(what, str(self.checkpoint)) from error
 
-    def _check(self, arrays: dict[str, np.ndarray], attributes: dict[str, Any]) -> None:
-        """Raise a ValueError if the content of a checkpoint does not fit this case."""
-        q, u = self.system.initial()
-        pairs = self.system.energy(0.0, q, u).pair_power
-        shapes = {"time": (1,), "q": q.shape, "u": u.shape, "pair_energy": pairs.shape, "ledger": (len(fields(Ledger)) - 1,)}
-        for name, shape in shapes.items():
-            if arrays[name].shape != shape or not np.all(np.isfinite(arrays[name])):
-                raise ValueError(f"{name} is not finite, or its shape is not {shape}")
-        if min(int(attributes[name]) for name in ("steps", "records", "samples")) < 0:
-            raise ValueError("steps, records or samples are negative")
-        if not all(isinstance(text, str) for text in attributes["warnings"]):
-            raise ValueError("a warning is not a string")
-
-    def _point(self, arrays: dict[str, np.ndarray], attributes: dict[str, Any]) -> _RestartPoint | None:
+    def _point(self, arrays: dict[str, np.ndarray], attributes: dict[str, Any]) -> RestartPoint | None:
         """Restart point of a checkpoint; None if it belongs to another case or version."""
         if attributes.get("case") != self.loaded.text:
             self.of_another_case = True
@@ -315,14 +338,10 @@ class RecordedSolve:
             why = "was written by another version of fsm or its libraries: the run starts from the beginning"
             self.warnings.append(f"{self.checkpoint} {why}")
             return None
-        self._check(arrays, attributes)
+        point, self.seen = read_point(arrays, attributes)
+        check_point(self.analysis.enter(point.step, point.states), arrays, attributes)
         self.warnings = list(attributes["warnings"])
-        self.seen = list(_points(arrays))
-        state = {name.removeprefix(_STATE): values for name, values in arrays.items() if name.startswith(_STATE)}
-        events = tuple(Event(**event) for event in json.loads(attributes["events"]))
-        end = StepEnd(float(arrays["time"][0]), arrays["q"], arrays["u"], int(attributes["steps"]), events, state)
-        ledger = Ledger(*[*arrays["ledger"].tolist(), arrays["pair_energy"]])
-        return _RestartPoint(end, ledger, len(self.seen), (int(attributes["records"]), int(attributes["samples"])))
+        return point
 
 
 def _merged(one: Iterable[float], two: Iterable[float], same: float) -> list[float]:
@@ -341,13 +360,6 @@ def _due(times: deque[float], now: float) -> bool:
         times.popleft()
         passed = True
     return passed
-
-
-def _points(arrays: dict[str, np.ndarray]) -> Iterator[CurvePoint]:
-    """Points of the curve in a checkpoint."""
-    columns = arrays["travel"], arrays["force"], arrays["pair_force"], arrays["point"].tolist()
-    for travel, force, pairs, (at, path, panels, creases) in zip(*columns, strict=True):
-        yield CurvePoint(DriveState(travel, force), pairs, at, int(path), panels, creases)
 
 
 def _counters(statistics: Statistics) -> dict[str, Any]:

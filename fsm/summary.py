@@ -77,8 +77,8 @@ def _remedy(analysis: Analysis, method: str) -> str:
     """Remedy for a large energy balance residual; a tolerance affects neither a reduced model nor fixed steps."""
     if method == MODAL:
         return 'take more vibration.modes, or vibration.model = "full"'
-    settings = analysis.settings(method)
-    fixed = isinstance(settings, Settings) and settings.step is not None
+    settings = [step.settings for step in analysis.steps()]
+    fixed = any(isinstance(one, Settings) and one.step is not None for one in settings)
     return "take a shorter solve.step" if fixed else "tighten rtol"
 
 

@@ -68,13 +68,13 @@ def _film(law: str) -> None:
     analysis = analysis_of(warm_up_membrane(law))
     analysis.make_ready([])
     settings = Settings("generalized-alpha", 1e-3, 2e-4, step=1e-4)
-    simulate(analysis.system, settings, [0.0], lambda saved: None, start=analysis.start([]))
+    simulate(analysis.system, settings, [0.0], lambda saved: None, start=(0.0, *analysis.system.initial()))
 
 
 def _bars(bars: str) -> None:
     """Solve the first instants of a small scissor array."""
     analysis = analysis_of(warm_up_scissor(bars))
-    simulate(analysis.system, Settings(analysis.method()[0], 1e-3, 2e-4), [0.0], lambda saved: None)
+    simulate(analysis.system, Settings(analysis.steps()[-1].method, 1e-3, 2e-4), [0.0], lambda saved: None)
 
 
 KINDS: dict[str, tuple[Callable[[], None], ...]] = {

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
 import numpy as np
 
+from fsm.analyses.run_step import RunStep, States
 from fsm.results.array import ArrayMotion
 from fsm.results.solution import Layout, Solution
 from fsm.solve.handed_over import Saved, Statistics, StepEnd
@@ -15,7 +17,7 @@ from fsm.solve.settings import Settings
 from fsm.solve.static import PathSettings
 from fsm.system import System
 
-__all__ = ["Analysis", "Solver"]
+__all__ = ["Analysis", "OneStep", "Solver"]
 
 
 class Solver(Protocol):
@@ -55,24 +57,24 @@ class Analysis(Protocol):
         """
         ...
 
-    def method(self) -> tuple[str, str]:
-        """What solves it, and why."""
+    def steps(self) -> list[RunStep]:
+        """Steps of the run, in order, each with its method and times."""
         ...
 
-    def settings(self, method: str) -> Settings | PathSettings:
-        """How it is solved, and until when."""
+    def enter(self, number: int, states: States | None) -> System:
+        """System of a step (from 0), which begins where the step before ended; None for the first."""
         ...
 
-    def record_times(self, end: float) -> list[float]:
-        """When whole states are kept, s."""
+    def begin(self, number: int, system: System, states: States | None) -> tuple[np.ndarray, np.ndarray]:
+        """Configuration and velocity that a step starts from."""
         ...
 
-    def sample_times(self, end: float) -> list[float]:
-        """When probes are sampled, s."""
+    def leave(self, system: System, t: float, q: np.ndarray, u: np.ndarray) -> States:
+        """What the next step begins from."""
         ...
 
-    def start(self, warnings: list[str]) -> tuple[float, np.ndarray, np.ndarray]:
-        """Time, configuration and velocity that the solve starts from."""
+    def whole(self, system: System, t: float, q: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Configuration and velocity of `system` of the analysis, in a state of the system of a step."""
         ...
 
     def layout(self) -> Layout:
@@ -83,7 +85,7 @@ class Analysis(Protocol):
         """Displacement of every probe, (n_probes, 3), m."""
         ...
 
-    def unstable_ways(self, t: float, q: np.ndarray) -> int:
+    def unstable_ways(self, system: System, t: float, q: np.ndarray) -> int:
         """Negative pivots of the stiffness where they mean something, else 0."""
         ...
 
@@ -102,3 +104,54 @@ class Analysis(Protocol):
     def warnings(self, solution: Solution, summary: dict[str, Any]) -> list[str]:
         """What a user should know of the result."""
         ...
+
+
+class OneStep(ABC):
+    """Analysis of one step, from time zero on."""
+
+    step_name: str
+
+    @property
+    @abstractmethod
+    def system(self) -> System:
+        """See `Analysis`."""
+
+    @abstractmethod
+    def method(self) -> tuple[str, str]:
+        """Method of the solver, and why."""
+
+    @abstractmethod
+    def settings(self, method: str) -> Settings | PathSettings:
+        """Settings of the solver."""
+
+    @abstractmethod
+    def record_times(self, end: float) -> list[float]:
+        """Times of records, s."""
+
+    @abstractmethod
+    def sample_times(self, end: float) -> list[float]:
+        """Times of samples of probes, s."""
+
+    def steps(self) -> list[RunStep]:
+        """See `Analysis`."""
+        method, reason = self.method()
+        settings = self.settings(method)
+        end = settings.end_time
+        times = self.record_times(end), self.sample_times(end)
+        return [RunStep(self.step_name, "dynamic", 0.0, end, method, reason, settings, *times)]
+
+    def enter(self, number: int, states: States | None) -> System:
+        """See `Analysis`."""
+        return self.system
+
+    def begin(self, number: int, system: System, states: States | None) -> tuple[np.ndarray, np.ndarray]:
+        """See `Analysis`."""
+        return system.initial()
+
+    def leave(self, system: System, t: float, q: np.ndarray, u: np.ndarray) -> States:
+        """See `Analysis`: no step follows."""
+        return {}
+
+    def whole(self, system: System, t: float, q: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """See `Analysis`."""
+        return q, u

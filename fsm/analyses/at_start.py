@@ -19,8 +19,8 @@ _NEAR = 1.0
 _ITERATIONS = 300
 
 
-def equilibrium_at_start(system: System, q: np.ndarray) -> np.ndarray:
-    """Stable equilibrium at time zero near a configuration, or the configuration itself if it is one.
+def equilibrium_at_start(system: System, q: np.ndarray, t: float = 0.0) -> np.ndarray:
+    """Stable equilibrium at a time near a configuration, or the configuration itself if it is one.
 
     Newton's method is believed nearby, where it ends in a stable state and nothing passed through a face on the way.
     Otherwise the energy is followed downhill (`fsm.solve.relax`), through no face, which ends in a stable state. Where that
@@ -30,47 +30,49 @@ def equilibrium_at_start(system: System, q: np.ndarray) -> np.ndarray:
     ----------
     system : System
     q : (nq,) array
+    t : s
 
     Raises
     ------
     NotConverged
         No stable equilibrium is found.
     """
-    size = system.scales().increment
+    size, memory = system.scales().increment, system.memory()
     try:
-        found = equilibrium(system, q, np.array([0.0]))
+        found = equilibrium(system, q, np.array([t]))
         way = float(np.abs(system.difference(q, found) / size).max(initial=0.0))
         if way <= _RESTING:
             return q
-        if way <= _NEAR and not negative_pivots(system, 0.0, found) and _reached(system, q, found):
+        if way <= _NEAR and not negative_pivots(system, t, found) and _reached(system, q, found, t, memory):
             return found
     except NotConverged:
         pass
-    advice = 'start = "as-folded" lets the motion begin with inertia'
+    where = "at the start" if t == 0.0 else f"at t = {t:.6g} s"
+    advice = 'start = "as-folded" lets the motion begin with inertia' if t == 0.0 else "use a dynamic step"
     try:
-        return _downhill(system, q)
+        return _downhill(system, q, t, memory)
     except NotConverged:
         pass
     try:
-        _reset(system, q)
-        return _downhill(system, come_to_rest(system, 0.0, q))
+        _reset(system, q, t, memory)
+        return _downhill(system, come_to_rest(system, t, q), t, memory)
     except NotConverged as error:
-        raise NotConverged(f"at the start: {error}; {advice}") from None
+        raise NotConverged(f"{where}: {error}; {advice}") from None
 
 
-def _downhill(system: System, q: np.ndarray) -> np.ndarray:
-    _reset(system, q)
-    return relaxed(system, 0.0, q, max_iterations=_ITERATIONS, watched=True).q
+def _downhill(system: System, q: np.ndarray, t: float, memory: np.ndarray) -> np.ndarray:
+    _reset(system, q, t, memory)
+    return relaxed(system, t, q, max_iterations=_ITERATIONS, watched=True).q
 
 
-def _reset(system: System, q: np.ndarray) -> None:
-    """Begin anew at a configuration: nothing has touched, and bristles are not bent."""
+def _reset(system: System, q: np.ndarray, t: float, memory: np.ndarray) -> None:
+    """Begin anew at a configuration, with the internal variables that the step began with."""
     system.forget(np.zeros(0))
-    system.restore(np.zeros(0))
-    system.commit(0.0, q, np.zeros(system.nu))
+    system.restore(memory)
+    system.commit(t, q, np.zeros(system.nu))
 
 
-def _reached(system: System, q: np.ndarray, found: np.ndarray) -> bool:
+def _reached(system: System, q: np.ndarray, found: np.ndarray, t: float, memory: np.ndarray) -> bool:
     """Whether nothing passed through a face between two configurations."""
-    _reset(system, q)
-    return system.objection(0.0, found, None, 1.0) is None
+    _reset(system, q, t, memory)
+    return system.objection(t, found, None, 1.0) is None

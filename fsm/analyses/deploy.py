@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from fsm.analyses.at_start import equilibrium_at_start
 from fsm.analyses.beyond_data import beyond_data
+from fsm.analyses.run_step import RunStep, States
 from fsm.analyses.segment_error import SegmentError
 from fsm.compile_case import compile_case, path_settings
 from fsm.panel_crossing import lattice_overlap, unwatched_crossings
@@ -18,14 +18,17 @@ from fsm.results.curve import Curve
 from fsm.results.quantities import summarise, summarise_contacts
 from fsm.results.solution import Layout, Solution
 from fsm.scene.case import Case
-from fsm.scene.method_selection import automatic_method
 from fsm.scene.start import start_of
+from fsm.segments.in_step import system_in_step, whole_system
+from fsm.segments.plan import PlannedStep, plan_of
 from fsm.segments.save_times import save_times
+from fsm.segments.system import SegmentSystem
 from fsm.solve.handed_over import Statistics
 from fsm.solve.linear import LinearSolver
 from fsm.solve.newton import negative_pivots
 from fsm.solve.settings import Settings
 from fsm.solve.static import PathSettings
+from fsm.system import System
 
 __all__ = ["Deployment"]
 
@@ -38,8 +41,6 @@ _STRETCHED = 0.01
 
 _COARSE = 0.05
 """Error of the peak from the segments, above which a warning names it."""
-_HOLD = 0.01
-"""Part of the time of the pull for which its drives hold what is to vibrate: forces of dampers die away."""
 
 
 class Deployment:
@@ -60,6 +61,9 @@ class Deployment:
     def __init__(self, case: Case, source: str, warnings: list[str] | None) -> None:
         self.case = case
         self.scene, self.system = compile_case(case, source, warnings)
+        self.plan = plan_of(case, self.scene)
+        if self.plan.written:  # travels of the whole run
+            self.system = whole_system(self.system, self.scene, self.plan)
         self._pivots = LinearSolver()
 
     @property
@@ -75,44 +79,76 @@ class Deployment:
         """See `Analysis`; the scene has been checked whole."""
 
     def method(self) -> tuple[str, str]:
-        """See `Analysis`."""
-        chosen = self.case.solve.method
-        return automatic_method(self.scene, bool(self.case.stages)) if chosen == "auto" else (chosen, "asked for")
+        """Method of the last step that is solved, and why."""
+        last = [step for step in self.plan.steps if step.kind in ("static", "dynamic")][-1:] or self.plan.steps[-1:]
+        return last[0].method, last[0].reason
 
     def settings(self, method: str) -> Settings | PathSettings:
-        """See `Analysis`."""
-        solve = self.case.solve
-        end = self.system.end_time() if solve.end_time is None else solve.end_time
-        assert end is not None
-        if self.case.stages and solve.end_time is None:
-            end *= 1.0 + _HOLD
+        """Settings of the solver for a method, with those of the last step."""
+        return self._settings(replace(self.plan.steps[-1], method=method))
+
+    def _settings(self, step: PlannedStep) -> Settings | PathSettings:
+        solve, end = step.solve, step.end
         max_step = solve.max_step or math.inf
-        if method != "static":
-            settings = Settings(method, solve.rtol, end, max_step, solve.max_steps, solve.energy_abort, step=solve.step)
+        if step.method not in ("static", "arc-length"):
+            settings = Settings(
+                step.method, solve.rtol, end, max_step, solve.max_steps, solve.energy_abort, step=solve.step
+            )
             return settings if solve.rho_inf is None else replace(settings, rho_inf=solve.rho_inf)
-        return path_settings(self.case, self.system, end)
+        if not self.plan.written:
+            return path_settings(self.case, self.system, end)
+        first = (end - step.start) / 200.0
+        return PathSettings(
+            end, first, max_step, solve.rtol, solve.max_steps, solve.imperfection, solve.energy_abort
+        )
 
-    def record_times(self, end: float) -> list[float]:
+    def steps(self) -> list[RunStep]:
         """See `Analysis`."""
-        return save_times(self.case, self.system.motions[0] if self.system.motions else None, end)
+        return [self._run_step(step) for step in self.plan.steps]
 
-    def sample_times(self, end: float) -> list[float]:
-        """See `Analysis`: no probes."""
-        return []
+    def _run_step(self, step: PlannedStep) -> RunStep:
+        solved = step.kind in ("static", "dynamic") and not step.still
+        times: list[float] = []
+        if step.end > step.start:
+            begun = next((k for k, acts in enumerate(step.acting) if acts), None)
+            program = None if begun is None else self.plan.programs[begun]
+            times = save_times(step.save, program, step.end, step.start)
+        return RunStep(
+            step.name, step.kind, step.start, step.end, step.method, step.reason, self._settings(step) if solved else None,
+            times, modes=step.modes if step.kind == "modes" else 0,
+        )  # fmt: skip
 
-    def start(self, warnings: list[str]) -> tuple[float, np.ndarray, np.ndarray]:
-        """The scene as given or its equilibrium at time zero, see `fsm.scene.start`; at the end of the hold if there is one.
+    def enter(self, number: int, states: States | None) -> SegmentSystem:
+        """See `Analysis`: the system of the whole case, or one with the bodies that are free in this step."""
+        if not self.plan.written:
+            return self.system
+        return system_in_step(self.system, self.scene, self.plan, number, states)
 
-        Raises
-        ------
-        NotConverged
-            No stable equilibrium is found.
-        """
-        q, u = self.system.initial()
-        if start_of(self.case, self.scene)[0] == "equilibrium":
-            q = equilibrium_at_start(self.system, q)
-        release = self.case.release
-        return 0.0 if release is None else release.hold_time, q, u
+    def begin(self, number: int, system: System, states: States | None) -> tuple[np.ndarray, np.ndarray]:
+        """See `Analysis`: a dynamic step after another one goes on with its velocities; all others begin at rest."""
+        if states is None:
+            return system.initial()
+        assert isinstance(system, SegmentSystem)
+        q, u = system.from_states(states)
+        kinds = [step.kind for step in self.plan.steps[number - 1 : number + 1]]
+        return q, u if kinds == ["dynamic", "dynamic"] else self._at_first(number, system)
+
+    def _at_first(self, number: int, system: SegmentSystem) -> np.ndarray:
+        """Velocities of the case where no motion came before; else none."""
+        moved = any(step.kind in ("static", "dynamic") and not step.still for step in self.plan.steps[:number])
+        return np.zeros(system.nu) if moved else system.initial()[1]
+
+    def leave(self, system: System, t: float, q: np.ndarray, u: np.ndarray) -> States:
+        """See `Analysis`."""
+        assert isinstance(system, SegmentSystem)
+        return system.all_states(t, q, u) | {"memory": system.memory()} | system.latched
+
+    def whole(self, system: System, t: float, q: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """See `Analysis`."""
+        if system is self.system:
+            return q, u
+        assert isinstance(system, SegmentSystem)
+        return self.system.from_states(system.all_states(t, q, u))
 
     def layout(self) -> Layout:
         """See `Analysis`."""
@@ -123,8 +159,7 @@ class Deployment:
             panel=self.system.panels,
             pair_names=self.system.pair_names,
             drive_names=tuple(
-                " + ".join(bodies.names[body] for body in motion.bodies) + (" (turn)" if motion.axis is not None else "")
-                for motion in self.system.motions
+                " + ".join(drive.moved) + (" (turn)" if drive.turn is not None else "") for drive in self.scene.drives
             ),
             thickness=max((plate.thickness for _, plate, _ in bodies.plates), default=0.0),
         )
@@ -133,9 +168,9 @@ class Deployment:
         """See `Analysis`."""
         return np.zeros((0, 3))
 
-    def unstable_ways(self, t: float, q: np.ndarray) -> int:
+    def unstable_ways(self, system: System, t: float, q: np.ndarray) -> int:
         """None without a drive, since a free motion passes no equilibria."""
-        return negative_pivots(self.system, t, q, self._pivots) if self.system.motions else 0
+        return negative_pivots(system, t, q, self._pivots) if self.system.motions and system.nu else 0
 
     def array_motion(self, solution: Solution, warnings: list[str]) -> ArrayMotion | None:
         """See `Analysis`."""
@@ -150,8 +185,9 @@ class Deployment:
         summary: dict[str, Any] = {"start": start_of(self.case, self.scene)[0]}
         if solution.travel.shape[1]:
             summary |= summarise(Curve.from_points(statistics.seen), solution.layout.pair_names)
-            summary["unstable_at_end"] = bool(solution.negative_pivots[-1] > 0)
-            if self.case.strip is not None and self.case.material is not None:
+            summary["unstable_at_end"] = self._ends_on_path and bool(solution.negative_pivots[-1] > 0)
+            forth = bool(np.all(np.diff(solution.travel[:, 0]) >= 0.0))  # the errors are derivatives by the travel
+            if self.case.strip is not None and self.case.material is not None and forth:
                 error = SegmentError(self.system, self.case.strip, self.case.material)
                 summary["mesh_error"] = error.at(solution, summary["peak_travel"], statistics.events)
                 summary["mesh_error_final"] = error.at(solution, summary["final_travel"], statistics.events)
@@ -159,6 +195,11 @@ class Deployment:
         summary["contact"] = summarise_contacts(solution, looked_at, summary.get("touches", ()))
         summary["contact_stats"] = self.system.contacts.stats()
         return summary
+
+    @property
+    def _ends_on_path(self) -> bool:
+        """Whether the last state belongs to a drive, and not to a free motion of a later step."""
+        return not self.plan.written or self.plan.steps[-1].kind != "dynamic"
 
     def _stretched(self, solution: Solution) -> list[str]:
         """Whether a drive stretches the panels of a strip, which turn and bend long before, and from which travel on."""
@@ -191,8 +232,10 @@ class Deployment:
         meeting = lattice_overlap(solution, self.scene)
         if meeting:
             found.append(meeting)
-        found += _coarse(summary) + _unstable_at_end(solution)
-        return found + beyond_data(solution, self.scene, self.system) + _of_the_pull(solution, summary)
+        found += _coarse(summary) + (_unstable_at_end(solution) if self._ends_on_path else [])
+        return found + beyond_data(solution, self.scene, self.system) + (
+            [] if self.plan.written else _of_the_pull(solution, summary)
+        )
 
 
 def _unstable_at_end(solution: Solution) -> list[str]:

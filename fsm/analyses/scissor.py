@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from fsm.analyses.analysis import OneStep
 from fsm.analyses.array import compile_array
 from fsm.ancf.array_system import ArraySystem
 from fsm.errors import FsmError
@@ -26,6 +27,7 @@ from fsm.solve.handed_over import Saved, Statistics
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 from fsm.solve.static import PathSettings
+from fsm.system import System
 
 __all__ = ["ScissorArray"]
 
@@ -36,7 +38,7 @@ _UNSURE = 0.1
 """Error of the largest stress that is a warning."""
 
 
-class ScissorArray:
+class ScissorArray(OneStep):
     """A scissor array, compiled; see `Analysis`.
 
     Parameters
@@ -50,15 +52,22 @@ class ScissorArray:
     array : Array
     """
 
+    step_name = "deploy"
+
     def __init__(self, case: Case, source: str) -> None:
         assert case.scissor is not None and case.bar is not None and case.material is not None
         self.case, self.source = case, source
         self.scissor = case.scissor
         self.array: Array = array_at(case.scissor, case.scissor.initial_angle)
         self.holds = case.hold or default_holds(case.scissor)
-        self.system: ArraySystem | SegmentSystem = (
+        self._system: ArraySystem | SegmentSystem = (
             self._rigid() if case.scissor.rigid else self._flexible(case.scissor.elements_per_bar)
         )
+
+    @property
+    def system(self) -> ArraySystem | SegmentSystem:
+        """See `Analysis`."""
+        return self._system
 
     @property
     def kernels(self) -> tuple[str, ...]:
@@ -100,10 +109,6 @@ class ScissorArray:
         """See `Analysis`: points are worked out at the records."""
         return []
 
-    def start(self, warnings: list[str]) -> tuple[float, np.ndarray, np.ndarray]:
-        """See `Analysis`: at rest as described."""
-        return 0.0, *self.system.initial()
-
     def layout(self) -> Layout:
         """See `Analysis`."""
         quads = len(self.system.shape(0.0, self.system.initial()[0]))
@@ -119,7 +124,7 @@ class ScissorArray:
         """See `Analysis`."""
         return np.zeros((0, 3))
 
-    def unstable_ways(self, t: float, q: np.ndarray) -> int:
+    def unstable_ways(self, system: System, t: float, q: np.ndarray) -> int:
         """None: a mechanism passes no equilibria."""
         return 0
 

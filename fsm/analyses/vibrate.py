@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from fsm.analyses.analysis import Solver
+from fsm.analyses.analysis import OneStep, Solver
 from fsm.analyses.deployed import DeployedFilm
 from fsm.analyses.film import FilmMesh, build_film, mean_strain, on_other_mesh
 from fsm.analyses.mesh_error import MeshError, OnMesh, mesh_error
@@ -57,7 +57,7 @@ _RECORDS = 200
 """Whole states that are kept, if the case does not say."""
 
 
-class VibrationAnalysis:
+class VibrationAnalysis(OneStep):
     """A film, compiled; see `Analysis`.
 
     Parameters
@@ -68,6 +68,7 @@ class VibrationAnalysis:
     """
 
     kernels = ("film",)
+    step_name = "vibrate"
 
     def __init__(self, case: Case, source: str, deployed: DeployedFilm | None = None) -> None:
         self.case, self.source, self.deployed = case, source, deployed
@@ -171,7 +172,7 @@ class VibrationAnalysis:
     def record_times(self, end: float) -> list[float]:
         """See `Analysis`; if the case does not say, at most 200 of the samples, evenly."""
         if self.case.save.interval is not None or not end:
-            return save_times(self.case, None, end)
+            return save_times(self.case.save, None, end)
         samples = self.sample_times(end)
         return [*samples[:: max(1, math.ceil(len(samples) / _RECORDS))], end]
 
@@ -185,10 +186,6 @@ class VibrationAnalysis:
             fixed = self._step()
             step = fixed * max(1, math.floor(step / fixed)) if self.model is None else end / math.ceil(end / step)
         return [k * step for k in range(record_count(end, step, "vibration.sampling") + 1)]
-
-    def start(self, warnings: list[str]) -> tuple[float, np.ndarray, np.ndarray]:
-        """At rest, tensioned."""
-        return 0.0, *self.system.initial()
 
     def layout(self) -> Layout:
         """See `Analysis`."""
@@ -205,7 +202,7 @@ class VibrationAnalysis:
         moved = [self.axes[name] @ (point.position(q) - self.rest[name]) for name, point in self.points.items()]
         return np.array(moved)
 
-    def unstable_ways(self, t: float, q: np.ndarray) -> int:
+    def unstable_ways(self, system: System, t: float, q: np.ndarray) -> int:
         """None: a vibration passes no equilibria; that which it is about is stable."""
         return 0
 

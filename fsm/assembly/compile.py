@@ -62,7 +62,8 @@ def compile_model(scene: Scene, spatial: bool = False) -> SegmentSystem:
         tuple(_unoriented(p) if frame.name in touching else p for frame, p in zip(scene.frames, points, strict=True)),
     )
     elements = AncfSystem(parts.mesh, Loading(gravity=scene.gravity))
-    return JoinedSystem(*SceneCompiler(scene, True).parts(), elements, frames, parts.drawn())
+    compiler = SceneCompiler(scene, True)
+    return compiler.switched(JoinedSystem(*compiler.parts(), elements, frames, parts.drawn()))
 
 
 @dataclass(frozen=True)

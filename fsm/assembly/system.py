@@ -108,6 +108,22 @@ class JoinedSystem(SegmentSystem):
         self._with_frames: list[tuple[float, np.ndarray, np.ndarray]] = []
         self._moving_frames: tuple[np.ndarray, float | None, np.ndarray, np.ndarray] | None = None
 
+    def variant(
+        self, bodies: Bodies, motions: tuple[PrescribedMotion, ...], groups: tuple[Group, ...]
+    ) -> JoinedSystem:
+        """See `SegmentSystem`."""
+        contacts = tuple(group for group in groups if isinstance(group, ContactGroup))
+        return JoinedSystem(bodies, motions, groups, contacts, self.pair_names, self.elements, self.frames, self.lines)
+
+    def all_states(self, t: float, q: np.ndarray, u: np.ndarray) -> dict[str, np.ndarray]:
+        """See `SegmentSystem`."""
+        return super().all_states(t, q, u) | {"nodes": q[self._nq :].copy(), "node_rates": u[self._nu :].copy()}
+
+    def from_states(self, states: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        """See `SegmentSystem`."""
+        q, u = super().from_states(states)
+        return np.concatenate([q, states["nodes"]]), np.concatenate([u, states["node_rates"]])
+
     # configuration --------------------------------------------------------------------------------------------------
 
     def initial(self) -> tuple[np.ndarray, np.ndarray]:

@@ -15,6 +15,7 @@ from fsm.results.array import ArrayMotion
 from fsm.results.channel import Channel, ChannelInfo
 from fsm.results.curve import Curve
 from fsm.results.film import Film, Floats, Integers, Samples
+from fsm.results.step_data import StepModes
 
 __all__ = ["BEAM", "ENERGIES", "FILM", "LINE", "PAIRS", "Floats", "Integers", "Layout", "Record", "Solution"]
 
@@ -76,6 +77,8 @@ class Record:
         Negative pivots of the tangent stiffness; a positive number means an unstable equilibrium.
     channels : dict of arrays
         Values of the channels of the layout, by name.
+    step : int
+        Number of the step of the run, from 1.
     """
 
     time: float
@@ -96,6 +99,7 @@ class Record:
     shape: Floats
     negative_pivots: int = 0
     channels: dict[str, Floats] = field(default_factory=dict)
+    step: int = 1
 
 
 @dataclass(frozen=True)
@@ -115,6 +119,7 @@ class Layout:
     thickness : m
     film : tensioned equilibrium of a film; None for other structures
     channels : descriptions of the recorded channels
+    step_names : names of the steps of the run; empty in older files
     """
 
     case_text: str = ""
@@ -127,6 +132,7 @@ class Layout:
     thickness: float = 0.0
     film: Film | None = None
     channels: tuple[ChannelInfo, ...] = ()
+    step_names: tuple[str, ...] = ()
 
     @cached_property
     def case(self) -> dict[str, Any]:
@@ -166,6 +172,10 @@ class Solution:
         Force curve at the steps of the solver, decimated; None without a drive and in an unfinished run.
     channels : dict of Channel
         Recorded channels by name, see `[save] channels` of a case.
+    step : (n,) array of int
+        Number of the step of every record, from 1; 0 in older files.
+    modes : StepModes or None
+        Natural modes that steps have found.
     """
 
     time: Floats
@@ -192,6 +202,8 @@ class Solution:
     array: ArrayMotion | None = None
     curve: Curve | None = None
     channels: dict[str, Channel] = field(default_factory=dict)
+    step: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    modes: StepModes | None = None
 
     def __len__(self) -> int:
         return len(self.time)
@@ -218,6 +230,7 @@ class Solution:
             **stacked,
             energy=stack_energies(records),
             negative_pivots=np.array([r.negative_pivots for r in records], dtype=np.int64),
+            step=np.array([r.step for r in records], dtype=np.int64),
             layout=layout,
             stats=dict(stats or {}),
             summary=dict(summary or {}),

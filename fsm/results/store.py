@@ -4,7 +4,9 @@ Layout (groups and datasets of parts that a structure does not have are absent):
 
     /case                           text of the case file
     /provenance                     attributes: versions, hashes, command, machine, wall time
-    /time                (time)
+    /time, /step         (time)                 time, and number of the step of the run
+    /step_name           names of the steps
+    /step_modes/frequency, step, shape, increment   (mode, ...)   natural modes that steps have found
     /state/q, u          (time, coordinate), (time, rate)
     /energy/kinetic ...  (time)                 all of `fsm.results.solution.ENERGIES`
     /drive/travel, force (time, drive_name)
@@ -29,7 +31,7 @@ even after a kill. `/time` is written last, so a reader counts only complete rec
 At the end `finish` copies the file, adds the stats and gives the copy its final name.
 
 Version 1 has only force and gap of the contact pairs; their other quantities are read as NaN. Version 3 adds films. Version
-4 renames the times of curve and probes, which xarray took for those of the records, and adds channels.
+4 renames the times of curve and probes, which xarray took for those of the records, and adds channels. Version 5 adds steps.
 """
 
 from __future__ import annotations
@@ -82,11 +84,12 @@ from fsm.results.datasets import (
 from fsm.results.film import Samples
 from fsm.results.interrupted_file import is_marked_open, without_open_marks
 from fsm.results.solution import ENERGIES, PAIRS, Floats, Layout, Record, Solution, stack, stack_energies
+from fsm.results.step_data import StepModes, read_step_modes, write_step_modes
 from fsm.results.summary_check import check_summary
 
 __all__ = ["ResultWriter", "part_path", "read_checkpoint", "read_solution", "write_checkpoint"]
 
-FORMAT, VERSION = "fsm result", 4
+FORMAT, VERSION = "fsm result", 5
 CHECKPOINT_FORMAT = "fsm checkpoint"
 BUFFER_BYTES = 4_000_000
 _ROOT_DIMS = ("axis",)
@@ -115,6 +118,7 @@ VARIABLES: dict[str, _Variable] = {
     },
     "shape": _Variable("shape", ("quad", "corner", "axis"), "m", "corner points of the plates"),
     "negative_pivots": _Variable("stats/negative_pivots", (), "1", "negative pivots of the tangent"),
+    "step": _Variable("step", (), "1", "number of the step of the run, from 1", 5),
     **{
         name: _Variable(f"energy/{name}", (), "J", text, 3 if name in ("film", "patch", "cable", "bars", "hinges") else 1)
         for name, text in ENERGIES.items()
@@ -236,8 +240,9 @@ class ResultWriter:
         summary: dict[str, Any],
         array: ArrayMotion | None = None,
         curve: Curve | None = None,
+        modes: StepModes | None = None,
     ) -> None:
-        """Close, add stats, summary, motion of an array and force curve, and give the file its final name.
+        """Close, add stats, summary, motion of an array, force curve and modes, and give the file its final name.
 
         Raises
         ------
@@ -256,6 +261,8 @@ class ResultWriter:
                     write_array(file, array)
                 if curve is not None:
                     write_curve(file, curve)
+                if modes is not None:
+                    write_step_modes(file, modes)
             self.part.unlink()
 
     def _resume(self, n_records: int, n_samples: int) -> None:
@@ -285,6 +292,7 @@ class ResultWriter:
         rows = stack(self._records)
         rows |= stack_energies(self._records)
         rows["negative_pivots"] = np.array([r.negative_pivots for r in self._records])
+        rows["step"] = np.array([r.step for r in self._records])
         for info in self.layout.channels:
             rows[info.name] = np.array([r.channels[info.name] for r in self._records], dtype=float)
         times = rows.pop("time")
@@ -354,6 +362,8 @@ def _write_layout(file: Any, layout: Layout) -> None:
     add_scale(file, "body", list(layout.body_names), "body")
     add_scale(file, "pair", list(layout.pair_names), "contact pair")
     add_scale(file, "drive_name", list(layout.drive_names), "drive")
+    if layout.step_names:
+        add_scale(file, "step_name", list(layout.step_names), "step of the run")
     add_scale(file, "corner", np.arange(4), "corner of a plate: (start, -y), (end, -y), (end, +y), (start, +y)")
     add_scale(file, "axis", ["x", "y", "z"], "inertial axis")
     add_scale(file, "quad", np.arange(len(layout.panel)), "plate, in order")
@@ -405,7 +415,7 @@ def _create_variables(file: Any, variables: dict[str, _Variable], rows: dict[str
             continue
         row_bytes = 8 * int(np.prod(tail, dtype=int))
         chunk = (max(1, min(256, CHUNK_BYTES // row_bytes)), *tail)
-        kind = np.int64 if name == "negative_pivots" else np.float64
+        kind = np.int64 if name in ("negative_pivots", "step") else np.float64
         data = file.create_dataset(variable.path, (0, *tail), kind, maxshape=(None, *tail), chunks=chunk, fletcher32=True)
         set_description(data, variable.units, variable.text)
         for axis, dim in enumerate(("time", *variable.dims)):
@@ -455,6 +465,8 @@ def read_solution(path: str | Path) -> Solution:
             summary=check_summary(read_attributes(file["summary"])),
             array=read_array(file, n),
             curve=read_curve(file),
+            modes=read_step_modes(file),
+            step=np.nan_to_num(values.pop("step")).astype(np.int64),
             **values,
         )
 
@@ -499,6 +511,7 @@ def _read_layout(file: Any) -> Layout:
         panel=numbers_in(file, "panel", file["quad"].shape),
         thickness=float(attribute(file, "thickness")),
         film=read_film(file),
+        step_names=names_in(file, "step_name") if "step_name" in file else (),
     )
 
 

@@ -8,6 +8,7 @@ from fsm.errors import Fault
 from fsm.scene.case import Analysis, Strip
 from fsm.scene.check_drive_path import drives_through_held_panels
 from fsm.scene.check_scissor import check_scissor
+from fsm.scene.check_steps import check_steps
 from fsm.scene.check_vibration import check_vibration
 from fsm.scene.loads import Drive
 from fsm.scene.sections import Sections, method_faults, static_faults, static_keys
@@ -16,7 +17,9 @@ __all__ = ["check_sections"]
 
 
 _ANY = ("title", "units", "analysis", "stages", "material", "gravity", "solve", "save", "expect")
-_DEPLOY = ("start", "release", "strip", "lattice", "scene", "crease", "contact", "friction", "drive", "load", "obstacle")
+_DEPLOY = (
+    "start", "release", "strip", "lattice", "scene", "crease", "contact", "friction", "drive", "load", "step", "obstacle",
+)
 _FILM = ("membrane", "patch", "cable", "support", "tension")
 _VIBRATE = ("air", "damping", "impact", "vibration")
 _SCISSOR = ("scissor", "bar", "hinge", "stop", "hold", "force")
@@ -71,6 +74,7 @@ def _check_deployment(sections: Sections) -> list[Fault]:
         *_obstacles(sections),
         *_end(sections),
         *_release(sections),
+        *check_steps(sections),
         *method_faults(sections.solve),
         *static_faults(sections.solve),
     ]
@@ -247,7 +251,7 @@ def _obstacles(sections: Sections) -> Iterable[Fault]:
 def _end(sections: Sections) -> Iterable[Fault]:
     scene_unknown = "scene" in sections.written and sections.scene is None
     driven = "drive" in sections.written or bool(sections.scene and sections.scene.drives)
-    if driven or scene_unknown:
+    if driven or scene_unknown or "step" in sections.written:
         return
     if sections.solve is not None:
         for key in static_keys(sections.solve):

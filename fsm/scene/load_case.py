@@ -193,7 +193,7 @@ def read_case(data: Mapping[str, Any], folder: Path) -> tuple[Case | None, list[
     return Case(**values), []
 
 
-_LISTS = ("drive", "load", "obstacle", "patch", "cable", "support", "hold", "force")
+_LISTS = ("drive", "load", "step", "obstacle", "patch", "cable", "support", "hold", "force")
 """Sections that may appear several times."""
 
 
@@ -240,7 +240,8 @@ def _sections(data: Mapping[str, Any], valid: Mapping[str, Any]) -> Sections:
         "bar", "hinge", "stop", "release",
     )  # fmt: skip
     lists = {
-        "drives": "drive", "patches": "patch", "cables": "cable", "supports": "support", "holds": "hold", "forces": "force",
+        "drives": "drive", "loads": "load", "steps": "step", "patches": "patch", "cables": "cable", "supports": "support",
+        "holds": "hold", "forces": "force",
     }  # fmt: skip
     items: dict[str, Any] = {field: valid[name] for field, name in lists.items() if isinstance(valid.get(name), dict)}
     sections: dict[str, Any] = {name: valid.get(name) for name in single}
@@ -297,6 +298,13 @@ def _read_programs(valid: Mapping[str, Any], folder: Path, system: str) -> tuple
     for name in ("drive", "load", "force"):
         if isinstance(result.get(name), dict):
             result[name] = {index: read(item, f"{name}.{index}") for index, item in result[name].items()}
+    if isinstance(result.get("step"), dict):
+        for number, step in result["step"].items():
+            items = {
+                name: tuple(read(item, f"step.{number}.{name}.{index}") for index, item in enumerate(getattr(step, name)))
+                for name in ("drive", "load")
+            }
+            result["step"][number] = step.model_copy(update=items)
     scene = result.get("scene")
     if isinstance(scene, Scene):
         update = {

@@ -23,7 +23,7 @@ class Load(Model):
     `point` is given in body axes from the centre of mass. `force` and `moment` are given in inertial axes, or in body axes
     if `follower` is true. If the table of `time` has a column `force` or `moment`, the vector gives the direction only.
     `step` is the step in which the load begins; absent: the first. `name` is the name by which a later step changes or
-    removes it; absent: that of its body.
+    releases it; absent: "load on", and the name of its body.
     """
 
     name: Name | None = None
@@ -38,7 +38,7 @@ class Load(Model):
     @property
     def called(self) -> str:
         """Name of the load."""
-        return self.name or self.body
+        return self.name or f"load on {self.body}"
 
     @model_validator(mode="after")
     def _with_factors(self) -> Self:

@@ -15,7 +15,7 @@ from fsm.scene.loads import Constant
 from fsm.scene.materials import LinearCrease, SplineCrease
 from fsm.scene.scene import ForceElement, Scene
 
-__all__ = ["MAX_STATIC_PACE", "automatic_method", "pace"]
+__all__ = ["MAX_STATIC_PACE", "automatic_method", "dynamic_method", "pace"]
 
 MAX_STATIC_PACE = 1e-5
 """Largest pace for statics, which neglects inertia."""
@@ -34,8 +34,7 @@ def automatic_method(scene: Scene, comes_to_rest: bool = False) -> tuple[str, st
     -------
     method, reason : str
     """
-    # films and cables without dampers vibrate on, and numerical damping would take their energy
-    dynamics = "mean-force" if scene.flexible else "generalized-alpha"
+    dynamics = dynamic_method(scene)
     if not scene.drives:
         return dynamics, "there is no drive, so the motion is free"
     if any(any(body.velocity) or any(body.angular_velocity) for body in scene.bodies):
@@ -48,6 +47,11 @@ def automatic_method(scene: Scene, comes_to_rest: bool = False) -> tuple[str, st
     if number > limit:
         return dynamics, f"the drive is fast: kinetic over elastic energy is {number:.1g}, above {limit:g}"
     return "static", f"the drive is slow: kinetic over elastic energy is {number:.1g}, below {limit:g}"
+
+
+def dynamic_method(scene: Scene) -> str:
+    """Method for motions: films and cables without dampers vibrate on, and numerical damping would take their energy."""
+    return "mean-force" if scene.flexible else "generalized-alpha"
 
 
 def pace(scene: Scene) -> float:

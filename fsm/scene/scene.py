@@ -112,6 +112,9 @@ class ForceElement(Model):
     crease_flexibility : rad/(N m)
         Flexibility of the half-cell correction, in series with the crease law.
     kind : role of the element in the model
+    steps : names of the steps in which the element acts; absent: in all
+    latch : bool
+        Whether the element is without force where its first step begins.
     """
 
     name: Name
@@ -132,6 +135,8 @@ class ForceElement(Model):
     crease: Crease | None = None
     crease_flexibility: Annotated[Number, Field(ge=0)] = 0.0
     kind: Literal["joint", "crease", "panel", "drive"] = "joint"
+    steps: tuple[str, ...] | None = None
+    latch: bool = False
 
 
 class Surface(Model):

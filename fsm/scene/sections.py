@@ -9,11 +9,12 @@ from fsm.errors import Fault
 from fsm.scene.case import Analysis, Release, Save, Solve, Strip
 from fsm.scene.contact import Contact, Friction
 from fsm.scene.lattice import Lattice
-from fsm.scene.loads import Drive
+from fsm.scene.loads import Drive, Load
 from fsm.scene.materials import Crease, Material
 from fsm.scene.membrane import Cable, Impact, Membrane, Patch, Support, Tension, Vibration
 from fsm.scene.scene import Scene
 from fsm.scene.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
+from fsm.scene.steps import Step
 
 __all__ = ["Sections", "method_faults", "static_faults", "static_keys"]
 
@@ -29,7 +30,7 @@ class Sections:
     written : names of the sections in the file
     stages : analyses of the case; empty if they cannot be read
     analysis : value of the key `analysis`
-    drives, patches, cables, supports, holds, forces : items by their number in the file, from 0
+    drives, loads, steps, patches, cables, supports, holds, forces : items by their number in the file, from 0
     """
 
     written: frozenset[str] = frozenset()
@@ -55,6 +56,8 @@ class Sections:
     solve: Solve | None = None
     save: Save | None = None
     drives: Mapping[int, Drive] = field(default_factory=dict)
+    loads: Mapping[int, Load] = field(default_factory=dict)
+    steps: Mapping[int, Step] = field(default_factory=dict)
     patches: Mapping[int, Patch] = field(default_factory=dict)
     cables: Mapping[int, Cable] = field(default_factory=dict)
     supports: Mapping[int, Support] = field(default_factory=dict)

@@ -13,7 +13,7 @@ from fsm.errors import CaseError, Fault
 from fsm.interactions import hinge_planar, hinge_spatial, pose_planar, pose_spatial
 from fsm.kernels.rotation import multiply
 from fsm.laws.crease import Curve, join_curves
-from fsm.scene.loads import Constant, Drive, Load
+from fsm.scene.loads import Drive
 from fsm.scene.planar import out_of_plane
 from fsm.scene.scene import GROUND, Body, ForceElement, Scene
 from fsm.segments.check_scene import check_scene
@@ -24,10 +24,10 @@ from fsm.segments.crease_curves import Hysteresis, curve_of, hysteresis_of
 from fsm.segments.drive import Axis, PrescribedMotion, program_of, unit
 from fsm.segments.element_angles import half_way_swings, initial_twists, rest_twists, side_of
 from fsm.segments.elements import BushingGroup, CreaseGroup
-from fsm.segments.group import Group
+from fsm.segments.group import Group, GroupSteps
 from fsm.segments.hysteresis import HysteresisGroup
 from fsm.segments.ligaments import LigamentGroup
-from fsm.segments.loads import AppliedLoad, GravityGroup, LoadGroup
+from fsm.segments.loads import GravityGroup, LoadGroup, applied
 from fsm.segments.system import SegmentSystem
 
 __all__ = ["SceneCompiler", "compile_scene"]
@@ -76,7 +76,12 @@ class SceneCompiler:
 
     def system(self) -> SegmentSystem:
         """Create the system from all groups of interactions."""
-        return SegmentSystem(*self.parts())
+        return self.switched(SegmentSystem(*self.parts()))
+
+    def switched(self, system: SegmentSystem) -> SegmentSystem:
+        """A system of the parts, which knows the steps of its groups."""
+        system.steps_of = list(self._steps)
+        return system
 
     def parts(
         self,
@@ -84,22 +89,16 @@ class SceneCompiler:
         """Arguments of a system of these bodies."""
         motions = tuple(self._motion(drive) for drive in self.scene.drives)
         groups: list[Group] = []
-        bushings = self._bushings()
-        if bushings is not None:
-            groups.append(bushings)
-        ligaments = self._ligaments()
-        if ligaments is not None:
-            groups.append(ligaments)
-        creases = self._creases()
-        if creases is not None:
-            groups.append(creases)
-            hysteresis = self._hysteresis(creases)
-            if hysteresis is not None:
-                groups.append(hysteresis)
+        self._steps: list[tuple[Group, GroupSteps]] = []
+        for steps, latch in sorted({(e.steps, e.latch) for e in self.scene.elements}, key=_order):
+            found = self._springs([e for e in self.scene.elements if (e.steps, e.latch) == (steps, latch)])
+            groups += found
+            if steps is not None:
+                self._steps += [(group, GroupSteps(steps, latch)) for group in found]
         contacts = compile_contacts(self.scene, self.all_bodies, self.pose, self.spatial)
         groups += contacts
         if self.scene.loads:
-            groups.append(LoadGroup(tuple(self._load(load) for load in self.scene.loads)))
+            groups.append(LoadGroup(tuple(applied(load, self.index[load.body], self.spatial) for load in self.scene.loads)))
         if any(self.scene.gravity):
             mass = np.array([body.mass for body in self.all_bodies])
             groups.append(GravityGroup(mass, np.array(self._vector(self.scene.gravity))))
@@ -153,21 +152,27 @@ class SceneCompiler:
         point = self.all_bodies[bodies[0]].position if drive.point is None else drive.point
         return PrescribedMotion(bodies, 0.0 * direction, program_of(drive), Axis(unit(drive.axis), np.array(point)))
 
-    def _load(self, load: Load) -> AppliedLoad:
-        moment = np.array(load.moment if self.spatial else (load.moment[1],), dtype=float)
-        return AppliedLoad(
-            self.index[load.body],
-            np.array(self._vector(load.point), dtype=float),
-            np.array(self._vector(load.force), dtype=float),
-            moment,
-            load.follower,
-            load.time or Constant(),
-        )
-
     # force elements -------------------------------------------------------------------------------------------------
 
-    def _bushings(self) -> BushingGroup | None:
-        elements = [e for e in self.scene.elements if e.frame == "outer" and _has_bushing(e)]
+    def _springs(self, elements: list[ForceElement]) -> list[Group]:
+        """Groups of force elements that act in the same steps."""
+        groups: list[Group] = []
+        bushings = self._bushings(elements)
+        if bushings is not None:
+            groups.append(bushings)
+        ligaments = self._ligaments(elements)
+        if ligaments is not None:
+            groups.append(ligaments)
+        creases = self._creases(elements)
+        if creases is not None:
+            groups.append(creases)
+            hysteresis = self._hysteresis(creases, elements)
+            if hysteresis is not None:
+                groups.append(hysteresis)
+        return groups
+
+    def _bushings(self, elements: list[ForceElement]) -> BushingGroup | None:
+        elements = [e for e in elements if e.frame == "outer" and _has_bushing(e)]
         if not elements:
             return None
         rest = np.zeros((len(elements), 6))
@@ -198,8 +203,8 @@ class SceneCompiler:
             np.array([e.kind != "joint" for e in elements]),
         )
 
-    def _ligaments(self) -> LigamentGroup | None:
-        elements = [e for e in self.scene.elements if e.frame == "chord"]
+    def _ligaments(self, elements: list[ForceElement]) -> LigamentGroup | None:
+        elements = [e for e in elements if e.frame == "chord"]
         if not elements:
             return None
         keep = [0, 2, 4]
@@ -213,8 +218,8 @@ class SceneCompiler:
             tuple(e.name for e in elements),
         )
 
-    def _creases(self) -> CreaseGroup | None:
-        elements = [e for e in self.scene.elements if e.crease is not None]
+    def _creases(self, elements: list[ForceElement]) -> CreaseGroup | None:
+        elements = [e for e in elements if e.crease is not None]
         if not elements:
             return None
         curves: list[Curve] = []
@@ -244,9 +249,9 @@ class SceneCompiler:
             tuple(e.name for e in elements),
         )
 
-    def _hysteresis(self, creases: CreaseGroup) -> HysteresisGroup | None:
+    def _hysteresis(self, creases: CreaseGroup, elements: list[ForceElement]) -> HysteresisGroup | None:
         """Friction sliders of the creases whose loading and unloading curves differ."""
-        elements = [e for e in self.scene.elements if e.crease is not None]
+        elements = [e for e in elements if e.crease is not None]
         found: dict[tuple[object, float], Hysteresis | None] = {}
         for element in elements:
             key = (element.crease, element.crease_flexibility)
@@ -303,6 +308,12 @@ class SceneCompiler:
             outer.append(outer_axes)
             offset.append(anchor)
         return np.array(inner), np.array(outer), np.array(offset)
+
+
+def _order(key: tuple[tuple[str, ...] | None, bool]) -> tuple[bool, tuple[str, ...], bool]:
+    """Order of groups of elements: first those that act in all steps."""
+    steps, latch = key
+    return steps is not None, steps or (), latch
 
 
 def _has_bushing(element: ForceElement) -> bool:

@@ -51,6 +51,10 @@ class Program(Protocol):
         """Time at which a distance has been gone, s."""
         ...
 
+    def gone(self, t: float) -> float:
+        """Distance gone until a time (s), m or rad; the inverse of `time_of`."""
+        ...
+
     def breaks(self) -> tuple[float, ...]:
         """Times at which the motion is not smooth, s."""
         ...
@@ -89,6 +93,10 @@ class RunUp:
     def reversals(self) -> list[float]:
         """See `Program`: none."""
         return []
+
+    def gone(self, t: float) -> float:
+        """See `Program`."""
+        return self.at(t)[0]
 
     def at(self, t: float) -> tuple[float, float, float]:
         """See `Program`."""
@@ -152,6 +160,11 @@ class _Sampled:
     def travel(self) -> float:
         """See `Program`."""
         return float(self._samples[1][-1])
+
+    def gone(self, t: float) -> float:
+        """See `Program`."""
+        times, gone, _ = self._samples
+        return float(np.interp(t, times, gone))
 
     def reversals(self) -> list[float]:
         """See `Program`."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from fsm.segments.pattern import BodyPattern
 
-__all__ = ["Group", "Past"]
+__all__ = ["Group", "GroupSteps", "Past"]
 
 
 class Past(NamedTuple):
@@ -16,6 +16,13 @@ class Past(NamedTuple):
 
     poses: np.ndarray
     duration: float
+
+
+class GroupSteps(NamedTuple):
+    """Names of the steps in which a group acts, and whether it is without force where the first of them begins."""
+
+    names: tuple[str, ...]
+    latch: bool
 
 
 class Group(Protocol):

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from fsm.kernels.rotation import rotation_matrix
-from fsm.scene.loads import TimeFunction
+from fsm.scene.loads import Constant, Load, TimeFunction
 from fsm.segments.group import Past
 from fsm.segments.pattern import BodyPattern
 from fsm.segments.time_function import breaks, factor, slope
 
-__all__ = ["AppliedLoad", "GravityGroup", "LoadGroup"]
+__all__ = ["AppliedLoad", "GravityGroup", "LoadGroup", "applied"]
 
 _TURN = np.array([[0.0, 1.0], [-1.0, 0.0]])
 
@@ -30,6 +30,14 @@ class AppliedLoad:
     moment: np.ndarray
     follower: bool
     time: TimeFunction
+
+
+def applied(load: Load, body: int, spatial: bool) -> AppliedLoad:
+    """Arrays of a load on the body with a number."""
+    keep = [0, 1, 2] if spatial else [0, 2]
+    moment = np.array(load.moment if spatial else (load.moment[1],), dtype=float)
+    point, force = np.array(load.point, dtype=float)[keep], np.array(load.force, dtype=float)[keep]
+    return AppliedLoad(body, point, force, moment, load.follower, load.time or Constant())
 
 
 @dataclass(frozen=True)

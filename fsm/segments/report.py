@@ -13,13 +13,13 @@ from fsm.scene.builders.strip import bending_stiffness, strip_damping
 from fsm.scene.case import Case
 from fsm.scene.loads import Drive
 from fsm.scene.materials import SplineCrease
-from fsm.scene.method_selection import automatic_method
 from fsm.scene.planar import out_of_plane
 from fsm.scene.scene import ForceElement, Scene
 from fsm.scene.start import start_of
 from fsm.segments.check_scene import check_scene
 from fsm.segments.crease_checks import crease_faults, crease_warnings
 from fsm.segments.drive import PrescribedMotion, RunUp
+from fsm.segments.plan import PlannedStep
 from fsm.segments.report_contact import (
     approximations_of_contact,
     approximations_of_friction,
@@ -60,7 +60,8 @@ def describe(case: Case, source: str = "") -> list[str]:
     """
     scene = build_scene(case)
     steep = crease_faults(scene, case.strip is not None)
-    faults = check_scene(scene) or [*steep, *_overlaps(case, scene), *_endless(case, scene)]
+    checked = _once_driven(scene) if case.step else scene
+    faults = check_scene(checked) or [*steep, *_overlaps(case, scene), *_endless(case, scene)]
     if faults:
         raise CaseError(faults, source)
     view = View(case, scene)
@@ -70,6 +71,17 @@ def describe(case: Case, source: str = "") -> list[str]:
             lines.append(f"{label:<{_LABEL}}{text}")
             label = ""
     return lines
+
+
+def _once_driven(scene: Scene) -> Scene:
+    """Scene with the first drive of every body only: steps may drive it in several ways, one after the other."""
+    seen: set[str] = set()
+    drives = []
+    for drive in scene.drives:
+        if not seen & set(drive.moved):
+            drives.append(drive)
+        seen |= set(drive.moved)
+    return scene.model_copy(update={"drives": tuple(drives)})
 
 
 # faults -----------------------------------------------------------------------------------------------------
@@ -87,7 +99,7 @@ def _overlaps(case: Case, scene: Scene) -> Iterator[Fault]:
 
 
 def _endless(case: Case, scene: Scene) -> Iterator[Fault]:
-    if case.solve.end_time is None and not scene.drives:
+    if case.solve.end_time is None and not scene.drives and not case.step:
         yield Fault("solve.end_time", "missing, and there is no drive either, so the run has no end; give one of them")
 
 
@@ -220,10 +232,11 @@ def _start(view: View) -> Iterator[str]:
 
 def _method(view: View) -> Iterator[str]:
     solve = view.case.solve
-    name, reason = automatic_method(view.scene, bool(view.case.stages))
-    if solve.method == "auto":
-        yield f"{name}, selected by auto: {reason}"
-    else:
+    for step in view.solved if view.plan.written else ():
+        yield f"{step.method} in step {step.name!r}"
+    if not view.plan.written and solve.method == "auto":
+        yield f"{view.method}, selected by auto: {view.solved[-1].reason}"
+    elif not view.plan.written:
         yield f"{solve.method}, set by solve.method"
     yield f"rtol {solve.rtol:g}, end time {view.end:.4g} s"
     yield f"the run stops if the energy balance residual exceeds {100 * solve.energy_abort:g} % of the energy turned over"
@@ -232,7 +245,7 @@ def _method(view: View) -> Iterator[str]:
 def _saved(view: View) -> Iterator[str]:
     save = view.case.save
     motion = view.motions[0] if view.motions else None
-    records = len(save_times(view.case, motion, view.end))
+    records = sum(_records(view, step) for step in view.plan.steps)
     if save.every is not None and motion is not None:
         spacing = f"one every {millimetres(save.every)} of travel"
     elif save.interval is not None:
@@ -240,6 +253,24 @@ def _saved(view: View) -> Iterator[str]:
     else:
         spacing = "at equal intervals of travel" if motion else "at equal intervals of time"
     yield f"{records} records, {spacing}"
+
+
+def _records(view: View, step: PlannedStep) -> int:
+    """Number of records of a step; one at the end of the step before is not written again."""
+    if step.end == step.start:
+        return int(step.kind == "relax" and step is not view.plan.steps[0])
+    acting = next((program for program, acts in zip(view.plan.programs, step.acting, strict=True) if acts), None)
+    return len(save_times(step.save, acting, step.end, step.start)) - int(step.start > 0.0)
+
+
+def _steps(view: View) -> Iterator[str]:
+    """Steps of the run, also those that other keys of the case stand for."""
+    for number, step in enumerate(view.plan.steps, 1):
+        when = f"{step.start:.4g} to {step.end:.4g} s" if step.end > step.start else f"at {step.start:.4g} s"
+        what = {"relax": "stable equilibrium", "modes": f"{step.modes} natural modes"}.get(step.kind, step.method)
+        if step.still:
+            what = "nothing moves"
+        yield "; ".join([f"{number} {step.name}: {step.kind}, {when}, {what}", *step.described])
 
 
 def _left_out(view: View) -> Iterator[str]:
@@ -333,6 +364,7 @@ _SECTIONS: tuple[tuple[str, Callable[[View], Iterator[str]]], ...] = (
     ("drive", _drives),
     ("loads", _loads),
     ("start", _start),
+    ("steps", _steps),
     ("method", _method),
     ("saved", _saved),
     ("left out", _left_out),

@@ -10,10 +10,10 @@ import numpy as np
 from fsm.scene.case import Case
 from fsm.scene.contact_sides import ContactSide, contact_sides
 from fsm.scene.loads import Drive
-from fsm.scene.method_selection import automatic_method
 from fsm.scene.planar import out_of_plane
 from fsm.scene.scene import GROUND, Body, ContactPair, ForceElement, Scene
 from fsm.segments.drive import PrescribedMotion, program_of, unit
+from fsm.segments.plan import Plan, PlannedStep, plan_of
 
 __all__ = ["View", "count", "millimetres", "triple"]
 
@@ -84,9 +84,18 @@ class View:
 
     @property
     def method(self) -> str:
-        """Method of the solver."""
-        chosen = self.case.solve.method
-        return automatic_method(self.scene, bool(self.case.stages))[0] if chosen == "auto" else chosen
+        """Method of the last step with a path or a motion."""
+        return self.solved[-1].method if self.solved else self.plan.steps[-1].method
+
+    @cached_property
+    def plan(self) -> Plan:
+        """Steps of the run."""
+        return plan_of(self.case, self.scene)
+
+    @cached_property
+    def solved(self) -> list[PlannedStep]:
+        """Steps with a path or a motion."""
+        return [step for step in self.plan.steps if step.kind in ("static", "dynamic") and not step.still]
 
     @cached_property
     def motions(self) -> list[PrescribedMotion]:
@@ -96,9 +105,7 @@ class View:
     @property
     def end(self) -> float:
         """End time of the solve, s."""
-        if self.case.solve.end_time is not None:
-            return self.case.solve.end_time
-        return max(motion.end_time for motion in self.motions)
+        return self.plan.steps[-1].end
 
 
 def _motion(number: int, drive: Drive) -> PrescribedMotion:

@@ -2,42 +2,51 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
-from fsm.scene.case import Case
 from fsm.scene.record_count import record_count
-from fsm.segments.drive import PrescribedMotion
+from fsm.scene.solve import Save
+from fsm.segments.drive import Program
 
 __all__ = ["save_times"]
 
+_INTERVALS = 200
+"""Intervals of a step whose records have no spacing of their own."""
 
-def save_times(case: Case, motion: PrescribedMotion | None, end: float) -> list[float]:
-    """Times (s) at which a run saves states; the first and the last time are always included.
+
+def save_times(save: Save, program: Program | None, end: float, start: float = 0.0) -> list[float]:
+    """Times (s) at which a step saves states; its first and its last time are always included.
 
     Parameters
     ----------
-    case : Case
-    motion : motion of the first drive, if there is one
-    end : time at which the run ends, s
+    save : Save
+    program : program of the first drive that acts, if there is one
+    end, start : times at which the step ends and starts, s
 
     Raises
     ------
     CaseError
         Too many times to store.
     """
-    save = case.save
-    if save.every is not None and motion is not None:
-        count = record_count(motion.travel, save.every, "save.every")
-        times = [motion.time_of(k * save.every) for k in range(count + 1)]
+    gone = 0.0 if program is None else program.gone(start)
+    way = 0.0 if program is None else program.gone(end) - gone
+    if save.every is not None and program is not None and way > 0.0:
+        record_count(way, save.every, "save.every")
+        first = math.floor(gone / save.every * (1.0 + 1e-12)) + 1
+        last = math.floor((gone + way) / save.every * (1.0 + 1e-12))
+        times = [start, *(program.time_of(k * save.every) for k in range(first, last + 1))]
     elif save.interval is not None:
-        times = [k * save.interval for k in range(record_count(end, save.interval, "save.interval") + 1)]
-    elif motion is not None:
-        times = [motion.time_of(float(x)) for x in np.linspace(0.0, motion.travel, 201)]
+        count = record_count(end - start, save.interval, "save.interval")
+        times = [start + k * save.interval for k in range(count + 1)]
+    elif program is not None and way > 0.0:
+        times = [program.time_of(float(x)) for x in np.linspace(gone, gone + way, _INTERVALS + 1)[1:]]
     else:
-        times = [float(t) for t in np.linspace(0.0, end, 201)]
-    if motion is not None:
-        times = sorted({*times, *motion.program.reversals()})
-    times = [0.0, *(t for t in times[1:] if t <= end)]
+        times = [float(t) for t in np.linspace(start, end, _INTERVALS + 1)]
+    if program is not None:
+        times = sorted({*times, *program.reversals()})
+    times = [start, *(t for t in times if start < t <= end)]
     if times[-1] < end * (1 - 1e-12):
         times.append(end)
     return times

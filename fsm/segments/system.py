@@ -28,7 +28,7 @@ from fsm.segments.configuration import Bodies, Configuration
 from fsm.segments.contacts import ContactGroup
 from fsm.segments.drive import PrescribedMotion
 from fsm.segments.elements import BushingGroup
-from fsm.segments.group import Group, Past
+from fsm.segments.group import Group, GroupSteps, Past
 from fsm.segments.hysteresis import HysteresisGroup
 from fsm.segments.loads import LoadGroup
 from fsm.segments.pattern import BodyPattern, body_pattern
@@ -93,6 +93,27 @@ class SegmentSystem(Configuration):
         self._pattern_pairs: tuple[np.ndarray, ...] = ()
         self._driven_pattern: BodyPattern | None = None
         self._driven_key: tuple[int, ...] = ()
+        self.steps_of: list[tuple[Group, GroupSteps]] = []
+        self.latched: dict[str, np.ndarray] = {}
+
+    # other bodies that are free ------------------------------------------------------------------------------------
+
+    def variant(
+        self, bodies: Bodies, motions: tuple[PrescribedMotion, ...], groups: tuple[Group, ...]
+    ) -> SegmentSystem:
+        """System of the same bodies, of which others are free, driven or held; groups keep their memory."""
+        contacts = tuple(group for group in groups if isinstance(group, ContactGroup))
+        return SegmentSystem(bodies, motions, groups, contacts, self.pair_names)
+
+    def all_states(self, t: float, q: np.ndarray, u: np.ndarray) -> dict[str, np.ndarray]:
+        """Poses and rates of all bodies, and coordinates and velocities of nodes; the same for every variant."""
+        poses, rates = self.place(t, q, u)
+        return {"poses": poses.copy(), "rates": rates.copy(), "nodes": np.zeros(0), "node_rates": np.zeros(0)}
+
+    def from_states(self, states: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        """Configuration and velocity of this system in given states of all bodies and nodes."""
+        free = self.bodies.free
+        return states["poses"][free].ravel(), states["rates"][free].ravel()
 
     # protocol: configuration ----------------------------------------------------------------------------------------
 

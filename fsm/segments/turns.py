@@ -18,9 +18,9 @@ from typing import Self
 import numpy as np
 
 from fsm.kernels.rotation import multiply, rotation_matrix
-from fsm.segments.drive import PrescribedMotion
+from fsm.segments.drive import Axis, PrescribedMotion
 
-__all__ = ["Turns"]
+__all__ = ["Turns", "turned_pose"]
 
 
 @dataclass(frozen=True)
@@ -59,19 +59,10 @@ class Turns:
     def of(cls, motions: Sequence[PrescribedMotion], start: np.ndarray) -> Self | None:
         """Turning bodies of the motions; None if there are none."""
         found = []
-        spatial = start.shape[1] == 7
         for k, motion in enumerate(motions):
             if motion.axis is None:
                 continue
-            for body in motion.bodies.tolist():
-                pose = start[body]
-                place = pose[:3] if spatial else np.array([pose[0], 0.0, pose[1]])
-                axis = motion.axis.direction
-                own = rotation_matrix(pose[3:]).T @ axis if spatial else axis
-                arm = place - motion.axis.point
-                if not spatial:
-                    arm = arm * np.array([1.0, 0.0, 1.0])
-                found.append(_Turning(k, body, axis, place - arm, arm, np.asarray(own)))
+            found += [_turning(k, body, motion.axis, start[body]) for body in motion.bodies.tolist()]
         return cls(found, start) if found else None
 
     def set_poses(self, poses: np.ndarray, angles: np.ndarray) -> None:
@@ -126,3 +117,20 @@ class Turns:
         if self.spatial:
             return np.concatenate([velocity, spin])
         return np.array([velocity[0], velocity[2], spin[1]])
+
+
+def _turning(motion: int, body: int, axis: Axis, pose: np.ndarray) -> _Turning:
+    spatial = len(pose) == 7
+    place = pose[:3] if spatial else np.array([pose[0], 0.0, pose[1]])
+    own = rotation_matrix(pose[3:]).T @ axis.direction if spatial else axis.direction
+    arm = place - axis.point
+    if not spatial:
+        arm = arm * np.array([1.0, 0.0, 1.0])
+    return _Turning(motion, body, axis.direction, place - arm, arm, np.asarray(own))
+
+
+def turned_pose(pose: np.ndarray, axis: Axis, angle: float) -> np.ndarray:
+    """Pose (3 or 7,) of a body after a turn about an axis, rad."""
+    poses = pose[None].copy()
+    Turns([_turning(0, 0, axis, pose)], pose[None]).set_poses(poses, np.array([angle]))
+    return np.asarray(poses[0])

@@ -463,7 +463,7 @@ def test_demo_strip_has_radaus_peak() -> None:
     _, system = compile_case(case)
     end = system.end_time()
     assert end is not None
-    times = save_times(case, system.motions[0], end)
+    times = save_times(case.save, system.motions[0].program, end)
     statistics, _ = simulate(system, Settings(ALPHA, 1e-4, end), times, lambda saved: None)
     peak = max(drive.force[0] for drive, *_ in statistics.seen)
     assert peak == pytest.approx(1.98545, rel=5e-4)

@@ -50,6 +50,7 @@ from fsm.scene.model import Model
 from fsm.scene.obstacle import Obstacle
 from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
 from fsm.scene.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
+from fsm.scene.steps import Step
 from fsm.solve.status import Event
 
 ROOT = Path(__file__).parents[2]
@@ -60,8 +61,8 @@ CREASE = ROOT / "folding_cases" / "strip_pull" / "crease.csv"
 
 TABLES: list[tuple[type[BaseModel], ...]] = [
     (Case,), (Strip,), (Lattice,), (Material,), (LinearCrease, SplineCrease, FamilyCrease), (Contact,), (Friction,),
-    (Drive,), (Load,), (Constant, Ramp, Table, Cycle), (Obstacle,), (Release,), (Solve,), (Save,), (Expect,), (Scissor,),
-    (BarSection,),
+    (Drive,), (Load,), (Constant, Ramp, Table, Cycle), (Step,), (Obstacle,), (Release,), (Solve,), (Save,), (Expect,),
+    (Scissor,), (BarSection,),
     (HingeJoint,), (Stop,), (PointSupport,), (PointForce,), (Membrane,),
     (CentrePatch, DiagonalPatch, DiagonalsPatch, PositionPatch, GridPatch), (CornerCable, EdgeCable), (Support,), (Tension,),
     (Deployed,), (Air,), (Damping,), (HalfSine, Rectangle, Measured), (Vibration,), (Scene,), (Body,), (Plate,),
@@ -171,7 +172,7 @@ def test_the_pendulum_swings(method: str, bound: float, tmp_path: Path) -> None:
     """The example of a scene runs and does what the page says."""
     from fsm.results.store import read_solution
 
-    (tmp_path / "case.toml").write_text(examples(PAGE)[0], encoding="utf-8")
+    (tmp_path / "case.toml").write_text(examples(PAGE)[1], encoding="utf-8")
     loaded = load_case(tmp_path / "case.toml", [f"solve.method={method}"])
     summary = run_case(loaded, tmp_path / "out", progress=False)
     assert summary["method"] == ("generalized-alpha" if method == "auto" else method)

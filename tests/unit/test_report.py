@@ -297,7 +297,7 @@ def test_records_are_announced_as_they_will_be_saved(sections: dict[str, Any]) -
     _, system = compile_case(case)
     end = case.solve.end_time or system.end_time()
     assert end is not None
-    times = save_times(case, system.motions[0], end)
+    times = save_times(case.save, system.motions[0].program, end)
     assert times[0] == 0.0
     assert times[-1] == pytest.approx(end)
     assert all(b > a for a, b in pairwise(times))

@@ -29,7 +29,7 @@ def warned(method: str, off: float, step: float | None = None) -> list[str]:
     analysis = SimpleNamespace(
         summarise=lambda solution, statistics: {},
         warnings=lambda solution, summary: [],
-        settings=lambda method: Settings(method, 1e-4, 1.0, step=step),
+        steps=lambda: [SimpleNamespace(settings=Settings(method, 1e-4, 1.0, step=step))],
         system=SimpleNamespace(nu=9),
     )
     none = np.zeros((1, 0))

@@ -7,6 +7,7 @@ from fsm.scene.builders.strip import build_strip
 from fsm.scene.case import Case
 from fsm.scene.frame_bodies import frame_faults, with_frames
 from fsm.scene.scene import Scene
+from fsm.scene.step_items import drives_of, loads_of
 
 __all__ = ["build_scene"]
 
@@ -16,6 +17,8 @@ def build_scene(case: Case) -> Scene:
 
     A [scene] beside a [strip] adds its parts to those of the strip.
     """
+    if case.step:
+        case = _with_items_of_steps(case)
     if case.lattice is not None:
         return build_lattice(case)
     if case.strip is not None:
@@ -35,6 +38,15 @@ def build_scene(case: Case) -> Scene:
         if value
     }
     return _with_parts(case.scene.model_copy(update=update))
+
+
+def _with_items_of_steps(case: Case) -> Case:
+    """Case with the drives and loads of all its steps; drives of one target once."""
+    scene = case.scene
+    if scene is not None:
+        scene = scene.model_copy(update={"drives": (), "loads": ()})
+    loads = tuple(load for _, load in loads_of(case))
+    return case.model_copy(update={"drive": drives_of(case), "load": loads, "scene": scene})
 
 
 def _added(strip: Scene, more: Scene) -> Scene:

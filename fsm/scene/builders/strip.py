@@ -20,6 +20,7 @@ from fsm.scene.loads import Drive
 from fsm.scene.materials import DAMPING, UNREAD, Crease, LinearCrease, Material, SplineCrease
 from fsm.scene.method_selection import automatic_method
 from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
+from fsm.scene.step_items import releases, steps_from
 
 __all__ = ["bending_stiffness", "build_strip", "segment_lengths", "strip_damping"]
 
@@ -124,7 +125,7 @@ class _StripBuilder:
             elements.append(self._crease(number, first, second, drive))
             if drive is not None:
                 bodies.append(self._line(number))
-                elements += self._half_joints(number, first, second, drive)
+                elements += self._released(number, first, second, drive)
                 lines[number] = drive.model_copy(update={"crease": None, "body": f"crease {number}"})
         return Scene(
             bodies=tuple(bodies),
@@ -274,6 +275,22 @@ class _StripBuilder:
             crease_flexibility=0.0 if linear else flexibility,
             kind="crease",
         )
+
+    def _released(self, number: int, inner: _Segment, outer: _Segment, drive: Drive) -> list[ForceElement]:
+        """Half joints of a drive; if a step releases it, only before, and the springs of a free crease from then on."""
+        half_joints = self._half_joints(number, inner, outer, drive)
+        at = releases(self.case, drive.called)
+        if at is None:
+            return half_joints
+        before, since = steps_from(self.case, at)
+        half_joints = [joint.model_copy(update={"steps": before}) for joint in half_joints]
+        if not drive.guide:
+            return half_joints
+        joints = self._crease(number, inner, outer, None)
+        twist = {"rotation": (joints.rotation[0], 0.0, joints.rotation[2]), "crease": None, "crease_flexibility": 0.0}
+        damping = (joints.rotation_damping[0], 0.0, joints.rotation_damping[2])
+        more = {"name": f"crease {number}, released", "rotation_damping": damping, "steps": since, "kind": "drive"}
+        return [*half_joints, joints.model_copy(update=twist | more)]
 
     def _crease_stiffness(self) -> float:
         """Stiffness of the crease, N m/rad; for a measured curve its mean slope, which only affects the damping."""

@@ -1,0 +1,60 @@
+"""A step of a run, as the runner sees it, whatever the analysis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from fsm.scene.steps import Kind
+from fsm.solve.settings import Settings
+from fsm.solve.static import PathSettings
+
+__all__ = ["RunStep", "States", "StepResult"]
+
+States = dict[str, np.ndarray]
+"""Poses, rates, nodes and memory at the end of a step, from which the next one begins."""
+
+
+@dataclass(frozen=True)
+class RunStep:
+    """One step of a run.
+
+    Attributes
+    ----------
+    name, kind : see `fsm.scene.steps.Step`
+    start, end : s
+    method, reason : method of the solver, and why
+    settings : of the solver; None if nothing is solved
+    record_times, sample_times : times of records and of samples of probes, s
+    modes : number of natural modes
+    """
+
+    name: str
+    kind: Kind
+    start: float
+    end: float
+    method: str
+    reason: str
+    settings: Settings | PathSettings | None
+    record_times: list[float]
+    sample_times: list[float] = field(default_factory=list)
+    modes: int = 0
+
+
+@dataclass
+class StepResult:
+    """What came of a step, for the summary and for a restart: counters, end of its part of the curve, events, modes."""
+
+    name: str
+    kind: str
+    method: str
+    start: float
+    end: float
+    counters: dict[str, Any]
+    seen: int
+    events: list[dict[str, Any]] = field(default_factory=list)
+    frequencies: list[float] = field(default_factory=list)
+
+

@@ -1,0 +1,96 @@
+"""Results of the steps of a run: their sum, their part of the summary, and natural modes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from fsm.analyses.analysis import Analysis
+from fsm.analyses.run_step import RunStep, StepResult
+from fsm.results.solution import Solution
+from fsm.results.step_data import StepModes
+from fsm.solve.handed_over import CurvePoint, Statistics
+from fsm.solve.modal import modes
+from fsm.solve.status import Event, Outcome
+from fsm.system import System
+
+__all__ = ["counted", "step_modes", "step_summaries", "total_of"]
+
+_SUMMED = (
+    "steps", "force_evaluations", "jacobian_evaluations", "factorisations", "newton_iterations", "wall_time", "rejected",
+)  # fmt: skip
+_SMALL = 1e-6
+"""Motion of a mode whose shape is shown, over the size of the structure: it is linear in the mode."""
+
+
+def counted(statistics: Statistics) -> dict[str, Any]:
+    """Counters of a solve."""
+    return {name: getattr(statistics, name) for name in (*_SUMMED, "smallest_step")}
+
+
+def total_of(done: Sequence[StepResult], seen: list[CurvePoint]) -> Statistics:
+    """Counters and events of all steps that were solved; methods in their order."""
+    solved = [result for result in done if result.counters]
+    total = Statistics(" + ".join(dict.fromkeys(result.method for result in solved)) or done[-1].method, seen=seen)
+    for result in solved:
+        for name in _SUMMED:
+            setattr(total, name, getattr(total, name) + result.counters[name])
+        total.smallest_step = min(total.smallest_step, result.counters["smallest_step"])
+        total.events += [Event(**event) for event in result.events]
+    total.outcome = Outcome.FINISHED
+    return total
+
+
+def step_summaries(done: Sequence[StepResult], seen: list[CurvePoint], solution: Solution) -> list[dict[str, Any]]:
+    """One dict for every step: name, kind, times, largest force of the first drive that has one, steps and iterations."""
+    found, first = [], 0
+    for number, result in enumerate(done, 1):
+        part, first = seen[first : result.seen], result.seen
+        one: dict[str, Any] = {
+            "name": result.name,
+            "kind": result.kind,
+            "method": result.method,
+            "start_time": result.start,
+            "end_time": result.end,
+            "steps": result.counters.get("steps", 0),
+            "newton_iterations": result.counters.get("newton_iterations", 0),
+            "records": int((solution.step == number).sum()),
+            "events": len(result.events),
+        }
+        if part and len(part[0].drive.force):
+            forces = np.array([point.drive.force for point in part])
+            drive = int(np.argmax(np.abs(forces).max(axis=0) > 0.0))
+            largest = int(np.argmax(forces[:, drive]))
+            one["drive"] = solution.layout.drive_names[drive]
+            one["peak_force"] = float(forces[largest, drive])
+            one["peak_travel"] = float(part[largest].drive.travel[drive])
+            one["final_force"] = float(forces[-1, drive])
+            one["final_travel"] = float(part[-1].drive.travel[drive])
+        if result.frequencies:
+            one["frequencies_hz"] = result.frequencies
+        found.append(one)
+    return found
+
+
+def step_modes(analysis: Analysis, system: System, step: RunStep, number: int, q: np.ndarray) -> StepModes:
+    """Natural modes about a state."""
+    found = modes(system, step.start, q, step.modes)
+    here = system.shape(step.start, q)
+    size = float(system.scales().span.min(initial=1.0)) * _SMALL
+    shapes, increments = [], []
+    for shape in found.shapes:
+        largest = float(np.abs(shape / system.scales().span).max(initial=0.0)) or 1.0
+        moved = system.shape(step.start, system.retract(q, shape * size / largest)) - here
+        largest_move = float(np.abs(moved).max(initial=0.0))
+        shapes.append(moved / largest_move if largest_move else moved)
+        _, increment = analysis.whole(system, step.start, q, shape)
+        increments.append(increment / (float(np.abs(increment).max(initial=0.0)) or 1.0))
+    count = len(found.squared)
+    return StepModes(
+        np.full(count, number + 1, dtype=np.int64),
+        found.frequencies,
+        np.array(shapes).reshape(count, *here.shape),
+        np.array(increments).reshape(count, -1),
+    )

@@ -1,0 +1,101 @@
+"""Drives and loads of all steps of a case, in one order."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from fsm.scene.case import Case
+from fsm.scene.check_steps import step_names
+from fsm.scene.loads import Drive, Load
+
+__all__ = ["DrivePart", "drive_parts", "drives_of", "loads_of", "releases", "steps_from"]
+
+
+@dataclass(frozen=True)
+class DrivePart:
+    """A drive of a case.
+
+    Attributes
+    ----------
+    step : number of its step, from 0
+    target : number of its target, from 0
+    sense : 1 or -1, along the first drive of this target
+    drive, path : itself, and its dotted path
+    """
+
+    step: int
+    target: int
+    sense: float
+    drive: Drive
+    path: str
+
+
+def _number(case: Case, name: str | None) -> int:
+    return 0 if name is None else step_names(case.step).index(name)
+
+
+def _drives(case: Case) -> Iterator[tuple[int, Drive, str]]:
+    top = case.drive or (case.scene.drives if case.scene is not None else ())
+    for index, drive in enumerate(top):
+        yield _number(case, drive.step), drive, f"drive.{index}"
+    for number, step in enumerate(case.step):
+        for index, drive in enumerate(step.drive):
+            yield number, drive, f"step.{number}.drive.{index}"
+
+
+def drive_parts(case: Case) -> list[DrivePart]:
+    """All drives in the order of their steps, with their targets: two drives of one target move the same thing."""
+    found: list[DrivePart] = []
+    firsts: list[Drive] = []
+    for number, drive, path in sorted(_drives(case), key=lambda item: item[0]):
+        target, sense = len(firsts), 1.0
+        for known, first in enumerate(firsts):
+            same = _sense(first, drive)
+            if same:
+                target, sense = known, same
+                break
+        else:
+            firsts.append(drive)
+        found.append(DrivePart(number, target, sense, drive, path))
+    return found
+
+
+def _sense(first: Drive, drive: Drive) -> float:
+    """1 if two drives move the same thing the same way, -1 if the opposite way, 0 if they differ."""
+    things = (drive.crease, set(drive.moved), drive.edge, drive.guide, drive.turn is None)
+    if things != (first.crease, set(first.moved), first.edge, first.guide, first.turn is None):
+        return 0.0
+    if drive.turn is not None and drive.point != first.point:
+        return 0.0
+    one, other = (first.direction, drive.direction) if drive.turn is None else (first.axis, drive.axis)
+    cosine = sum(a * b for a, b in zip(one, other, strict=True)) / math.hypot(*one) / math.hypot(*other)
+    return math.copysign(1.0, cosine) if abs(cosine) > 1.0 - 1e-9 else 0.0
+
+
+def drives_of(case: Case) -> tuple[Drive, ...]:
+    """First drive of every target."""
+    parts = drive_parts(case)
+    targets = {part.target: part.drive for part in reversed(parts)}
+    return tuple(targets[k] for k in sorted(targets))
+
+
+def loads_of(case: Case) -> list[tuple[int, Load]]:
+    """All loads with the numbers of their steps."""
+    top = case.load or (case.scene.loads if case.scene is not None else ())
+    found = [(_number(case, load.step), load) for load in top]
+    found += [(number, load) for number, step in enumerate(case.step) for load in step.load]
+    return sorted(found, key=lambda item: item[0])
+
+
+def releases(case: Case, name: str) -> int | None:
+    """Number of the first step that releases a name, from 0; None if no step does."""
+    numbers = (number for number, step in enumerate(case.step) if name in step.release or "all" in step.release)
+    return next(numbers, None)
+
+
+def steps_from(case: Case, number: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Names of the steps before a step, and of the others."""
+    names = step_names(case.step)
+    return tuple(names[:number]), tuple(names[number:])

@@ -1,0 +1,371 @@
+"""Steps of a deployment: those of the case, or those that its other keys stand for.
+
+A case without `[[step]]` is expanded: a strip that starts in equilibrium has a step "start" (relax), `release.hold_time` a
+step "hold" in which nothing moves, and the motion is the step "deploy". A run consists of such steps only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+from fsm.errors import CaseError, Fault
+from fsm.scene.case import Case
+from fsm.scene.check_steps import step_names
+from fsm.scene.known_names import nearest_name
+from fsm.scene.loads import Load
+from fsm.scene.method_selection import automatic_method, dynamic_method
+from fsm.scene.scene import Body, Scene
+from fsm.scene.solve import Save, Solve
+from fsm.scene.start import start_of
+from fsm.scene.step_items import DrivePart, drive_parts, loads_of
+from fsm.scene.steps import Kind, Step
+from fsm.scene.time_program import Constant, Table, TimeFunction, end_of, shifted
+from fsm.segments.drive import Parts, Program, program_of
+from fsm.segments.time_function import factor
+
+__all__ = ["ALL", "Plan", "PlannedStep", "plan_of"]
+
+ALL = "all"
+"""Name of everything in `hold` and `release`."""
+HOLD = 0.01
+"""Part of the time of a pull for which its drives stand before what comes next: forces of dampers die away."""
+_STATIC_DURATION = 1.0
+"""Duration of a static step in which nothing has an end of its own, s."""
+
+
+@dataclass(frozen=True)
+class PlannedStep:
+    """One step of a run.
+
+    Attributes
+    ----------
+    name, kind : see `fsm.scene.steps.Step`
+    start, end : s
+    method, reason : method of the solver, and why
+    solve, save : settings of this step
+    acting : for every target of a drive, whether it is driven in this step
+    loads : loads with functions of the time of the whole run
+    held : names of the bodies that do not move
+    still : bool
+        Whether nothing can move.
+    modes : int
+    described : what begins and ends with this step, for `fsm check`
+    """
+
+    name: str
+    kind: Kind
+    start: float
+    end: float
+    method: str
+    reason: str
+    solve: Solve
+    save: Save
+    acting: tuple[bool, ...]
+    loads: tuple[Load, ...]
+    held: frozenset[str]
+    still: bool = False
+    modes: int = 10
+    described: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Steps of a run, and the programs of all targets of drives over its time.
+
+    Attributes
+    ----------
+    steps : tuple of PlannedStep
+    programs : tuple of Program
+    written : bool
+        Whether the case has `[[step]]`, so that bodies and drives may change between steps.
+    """
+
+    steps: tuple[PlannedStep, ...]
+    programs: tuple[Program, ...]
+    written: bool
+
+
+def plan_of(case: Case, scene: Scene) -> Plan:
+    """Steps of a case.
+
+    Parameters
+    ----------
+    case : Case
+    scene : Scene
+        Scene of the case (`fsm.scene.builders.scene.build_scene`).
+
+    Raises
+    ------
+    CaseError
+        Names that do not exist, and steps without an end.
+    """
+    return _Planner(case, scene).plan() if case.step else _short(case, scene)
+
+
+def _short(case: Case, scene: Scene) -> Plan:
+    """Steps that a case without `[[step]]` stands for."""
+    programs = tuple(program_of(drive, f"drive.{k}") for k, drive in enumerate(scene.drives))
+    end = case.solve.end_time
+    if end is None:
+        if not programs:
+            text = "missing, and there is no drive either, so the run has no end; give one of them"
+            raise CaseError(Fault("solve.end_time", text))
+        end = max(program.end_time for program in programs) * (1.0 + HOLD if case.stages else 1.0)
+    chosen = case.solve.method
+    method, reason = automatic_method(scene, bool(case.stages)) if chosen == "auto" else (chosen, "asked for")
+    held = frozenset(body.name for body in scene.bodies if body.held)
+    kind: Kind = "static" if method in ("static", "arc-length") else "dynamic"
+    release = 0.0 if case.release is None else case.release.hold_time
+    loads = tuple(load for _, load in loads_of(case))
+    motion = PlannedStep(
+        "deploy", kind, release, end, method, reason, case.solve, case.save, (True,) * len(programs), loads, held
+    )
+    steps = [motion]
+    if release:
+        steps.insert(0, replace(motion, name="hold", kind="static", start=0.0, end=release, method="hold", still=True))
+    if start_of(case, scene)[0] == "equilibrium":
+        steps.insert(0, _relaxing(motion))
+    return Plan(tuple(steps), programs, False)
+
+
+def _relaxing(step: PlannedStep) -> PlannedStep:
+    """Step "start" before the first one."""
+    return replace(step, name="start", kind="relax", start=0.0, end=0.0, method="relax", reason="", described=())
+
+
+@dataclass
+class _Acting:
+    """A load that acts: its name, itself, its factor over the time of the run, and whether it ends in this step."""
+
+    name: str
+    load: Load
+    function: TimeFunction
+    ends: bool = False
+
+    def as_load(self) -> Load:
+        """The load with its function of the time of the whole run."""
+        return self.load.model_copy(update={"time": self.function})
+
+
+class _Planner:
+    def __init__(self, case: Case, scene: Scene) -> None:
+        self.case, self.scene = case, scene
+        self.faults: list[Fault] = []
+        self.drives = drive_parts(case)
+        self.targets = max((part.target for part in self.drives), default=-1) + 1
+        self.parts: list[list[tuple[float, float, Program]]] = [[] for _ in range(self.targets)]
+        self.acting = [self._is_line(k) for k in range(self.targets)]
+        self.started = [False] * self.targets
+        self.held = {body.name for body in scene.bodies if body.held}
+        self.fixed = {frame.name for frame in scene.frames}
+        self.fixed |= {name for k, drive in enumerate(scene.drives) if self._is_line(k) for name in drive.moved}
+        self.loads: list[_Acting] = []
+
+    def plan(self) -> Plan:
+        """All steps, or their faults."""
+        steps: list[PlannedStep] = []
+        time = 0.0
+        for number, (name, step) in enumerate(zip(step_names(self.case.step), self.case.step, strict=True)):
+            planned = self._step(number, name, step, time)
+            steps.append(planned)
+            time = planned.end
+        self.faults += self._unused_weightless(steps)
+        if self.faults:
+            raise CaseError(self.faults)
+        if start_of(self.case, self.scene)[0] == "equilibrium" and steps[0].kind != "relax":
+            steps.insert(0, _relaxing(steps[0]))
+        programs = tuple(Parts(tuple(parts)) for parts in self.parts)
+        return Plan(tuple(steps), programs, True)
+
+    def _is_line(self, target: int) -> bool:
+        """Whether a target is a crease line, which is held before its first drive."""
+        return any(part.target == target and part.drive.crease is not None for part in self.drives)
+
+    def _step(self, number: int, name: str, step: Step, start: float) -> PlannedStep:
+        begun = [part for part in self.drives if part.step == number]
+        new = [load for at, load in loads_of(self.case) if at == number]
+        said = [f"holds {', '.join(step.hold)}"] if step.hold else []
+        said += [f"releases {', '.join(step.release)}"] if step.release else []
+        self._hold(number, step)
+        let_go = self._release(number, step)
+        end = start + self._duration(step, begun, new, number)
+        self._drive(begun, start)
+        self._load(step, new, let_go, start, end)
+        said += [f"drives {part.drive.called}" for part in begun] + [f"loads {load.body}" for load in new]
+        solve = step.solve or self.case.solve
+        method, reason = self._method(step, solve)
+        return PlannedStep(
+            name, step.kind, start, end, method, reason, solve, step.save or self.case.save, tuple(self.acting),
+            tuple(acting.as_load() for acting in self.loads), frozenset(self.held), still=self._still(),
+            modes=step.modes, described=tuple(said),
+        )  # fmt: skip
+
+    def _driven(self) -> set[str]:
+        drives = [drive for drive, acting in zip(self.scene.drives, self.acting, strict=True) if acting]
+        return {name for drive in drives for name in drive.moved}
+
+    def _still(self) -> bool:
+        fixed = self.held | self._driven()
+        return not self.scene.flexible and all(body.name in fixed for body in self.scene.bodies)
+
+    def _method(self, step: Step, solve: Solve) -> tuple[str, str]:
+        paths = ("static", "arc-length")
+        if step.kind in ("relax", "modes"):
+            return step.kind, ""
+        if step.kind == "static":
+            return (solve.method, "asked for") if solve.method in paths else ("static", "the step is static")
+        if solve.method == "auto" or solve.method in paths:
+            return dynamic_method(self.scene), "the step is dynamic"
+        return solve.method, "asked for"
+
+    # bodies ---------------------------------------------------------------------------------------------------------
+
+    def _bodies(self, name: str) -> set[str]:
+        """Bodies that a name in `hold` or `release` stands for; empty for none."""
+        bodies = self.scene.bodies
+        if name == ALL:
+            return {body.name for body in bodies} - self.fixed
+        found = {body.name for body in bodies if body.name == name}
+        if not found:
+            listed = [(part.name, part.bodies) for part in self.scene.surfaces]
+            listed += [(part.name, part.bodies) for part in self.scene.groups]
+            found = {body for called, members in listed if called == name for body in members}
+        return found or {body.name for body in bodies if body.panel and f"panel {body.panel}" == name}
+
+    def _names(self) -> list[str]:
+        panels = dict.fromkeys(f"panel {body.panel}" for body in self.scene.bodies if body.panel)
+        drives = [part.drive.called for part in self.drives]
+        return [*panels, *dict.fromkeys(drives), *(body.name for body in self.scene.bodies), ALL]
+
+    def _hold(self, number: int, step: Step) -> None:
+        for index, name in enumerate(step.hold):
+            bodies = self._bodies(name)
+            if not bodies:
+                text = f"no body is called {name!r}{nearest_name(name, self._names())}"
+                self.faults.append(Fault(f"step.{number}.hold.{index}", text))
+            driven = bodies & self._driven() if name != ALL else set()
+            if driven:
+                text = f"{sorted(driven)[0]!r} is driven, so it cannot be held; it stands where its drive has stopped"
+                self.faults.append(Fault(f"step.{number}.hold.{index}", text))
+            self.held |= bodies
+
+    def _release(self, number: int, step: Step) -> list[_Acting]:
+        """Let bodies and drives go; the loads that are let go."""
+        let_go: list[_Acting] = []
+        initially = {body.name for body in self.scene.bodies if body.held}
+        for index, name in enumerate(step.release):
+            bodies = self._bodies(name) & self.held - self.fixed
+            if name == ALL:
+                bodies -= initially
+            loads = [acting for acting in self.loads if name in (ALL, acting.name)]
+            drives = [
+                k for k in range(self.targets)
+                if self.started[k] and self.acting[k] and name in (ALL, *self._called(k))
+            ]  # fmt: skip
+            if not (bodies or loads or drives):
+                known = sorted(self.held - self.fixed) + [acting.name for acting in self.loads]
+                known += [called for k in range(self.targets) if self.acting[k] for called in self._called(k)]
+                text = f"nothing called {name!r} is held, driven or loaded here{nearest_name(name, known)}"
+                self.faults.append(Fault(f"step.{number}.release.{index}", text))
+            self.held -= bodies
+            for k in drives:
+                self.acting[k] = False
+                if self._is_line(k):  # without mass: it stays, and other springs join the panels
+                    self.held |= set(self.scene.drives[k].moved)
+            let_go += loads
+        return let_go
+
+    def _called(self, target: int) -> list[str]:
+        """Names of a target of drives: of all its drives, and of its bodies."""
+        of_target = [part.drive for part in self.drives if part.target == target]
+        return [name for drive in of_target for name in (drive.called, *drive.moved)]
+
+    def _unused_weightless(self, steps: Iterable[PlannedStep]) -> list[Fault]:
+        """Bodies without mass that can move in a step."""
+        bodies = enumerate(self.scene.bodies)
+        weightless = {body.name: i for i, body in bodies if body.name not in self.fixed and _weightless(body)}
+        faults = {}
+        for step in steps:
+            drives = [drive for drive, acting in zip(self.scene.drives, step.acting, strict=True) if acting]
+            fixed = step.held | {name for drive in drives for name in drive.moved}
+            for name, i in weightless.items():
+                if name not in fixed and name not in faults:
+                    text = f"{name!r} can move in step {step.name!r}, so mass and moments of inertia must be positive"
+                    faults[name] = Fault(f"scene.bodies.{i}.mass", text)
+        return list(faults.values())
+
+    # drives and loads -----------------------------------------------------------------------------------------------
+
+    def _duration(self, step: Step, begun: list[DrivePart], new: list[Load], number: int) -> float:
+        if step.kind in ("relax", "modes"):
+            return 0.0
+        if step.duration is not None:
+            return step.duration
+        ends = [self._program(part).end_time for part in begun]
+        ends += [end for load in new if load.time is not None and (end := end_of(load.time))]
+        if not ends and step.kind == "dynamic":
+            self.faults.append(Fault(f"step.{number}.duration", "is missing; a dynamic step without a drive needs it"))
+        return max(ends, default=_STATIC_DURATION)
+
+    def _program(self, part: DrivePart) -> Program:
+        try:
+            return program_of(part.drive, part.path)
+        except CaseError as error:
+            self.faults += [fault for fault in error.faults if fault not in self.faults]
+            return Parts(())
+
+    def _drive(self, begun: list[DrivePart], start: float) -> None:
+        seen: set[int] = set()
+        for part in begun:
+            if part.target in seen:
+                self.faults.append(Fault(part.path, f"{part.drive.called!r} is driven twice in one step; remove one drive"))
+            seen.add(part.target)
+            if part.drive.crease is not None and self.started[part.target] and not self.acting[part.target]:
+                text = f"crease {part.drive.crease} was released, and a crease line cannot be driven again; drive a panel"
+                self.faults.append(Fault(part.path, text))
+            for name in part.drive.moved:
+                if name in self.held:
+                    self.faults.append(Fault(part.path, f"{name!r} is held in this step; a held body cannot be driven"))
+            self.parts[part.target].append((start, part.sense, self._program(part)))
+            self.acting[part.target] = self.started[part.target] = True
+        moved: dict[str, int] = {}
+        for k, drive in enumerate(self.scene.drives):
+            for name in drive.moved if self.acting[k] else ():
+                if name in moved and k != moved[name]:
+                    path = next((part.path for part in begun if part.target == k), "step")
+                    text = f"{name!r} is still driven by {self.scene.drives[moved[name]].called!r}; release that first"
+                    self.faults.append(Fault(path, text))
+                moved[name] = k
+
+    def _load(self, step: Step, new: list[Load], let_go: list[_Acting], start: float, end: float) -> None:
+        """Loads of a step: a static step ramps what begins or ends, a dynamic one lets it begin and end at once."""
+        named = {load.called for load in new}
+        kept: list[_Acting] = []
+        for acting in self.loads:
+            if acting.ends:  # in the step before
+                continue
+            if acting not in let_go and acting.name not in named:
+                kept.append(acting)
+            elif step.kind == "static":
+                now = factor(acting.function, start)
+                kept.append(replace(acting, ends=True, function=_ramp(start, end, now, 0.0)))
+        first = step is self.case.step[0]
+        for load in new:
+            function: TimeFunction
+            if load.time is not None:
+                function = shifted(load.time, start)
+            elif step.kind == "static" and not (first and load not in step.load):
+                function = _ramp(start, end, 0.0, 1.0)
+            else:
+                function = Constant()
+            kept.append(_Acting(load.called, load, function))
+        self.loads = kept
+
+
+def _ramp(start: float, end: float, first: float, last: float) -> TimeFunction:
+    return Table(kind="table", time=(start, end), value=(first, last))
+
+
+def _weightless(body: Body) -> bool:
+    return not (body.mass > 0.0 and min(body.inertia) > 0.0)

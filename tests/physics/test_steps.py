@@ -1,0 +1,334 @@
+"""Steps of a run: each begins where the last one ended, against closed forms; and what a stopped run goes on with."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import fsm.recorder
+from fsm.errors import CaseError, NotConverged
+from fsm.results.solution import Solution
+from fsm.results.store import read_solution
+from fsm.run import run_case
+from fsm.scene.load_case import load_case
+
+BLOCK = """
+[[scene.bodies]]
+name = "block"
+mass = 2.0
+inertia = [0.1, 0.1, 0.1]
+[[scene.bodies]]
+name = "hand"
+mass = 1.0
+inertia = [0.1, 0.1, 0.1]
+[[scene.elements]]
+name = "wall"
+inner = "block"
+outer = "ground"
+translation = [300.0, 300.0, 300.0]
+rotation = [1.0, 1.0, 1.0]
+[[scene.elements]]
+name = "rope"
+inner = "hand"
+outer = "block"
+translation = [600.0, 600.0, 600.0]
+rotation = [1.0, 1.0, 1.0]
+"""
+PULL = """
+[[step]]
+name = "pull"
+kind = "static"
+[[step.drive]]
+body = "hand"
+direction = [1, 0, 0]
+travel = "30 mm"
+speed = "10 mm/s"
+"""
+
+
+def run(tmp_path: Path, text: str, *overrides: str) -> tuple[Solution, dict[str, Any]]:
+    path = tmp_path / "case.toml"
+    path.write_text(text, encoding="utf-8")
+    summary = run_case(load_case(path, overrides), tmp_path / "out", progress=False)
+    return read_solution(tmp_path / "out" / "result.h5"), summary
+
+
+def place(solution: Solution, body: str) -> np.ndarray:
+    """(x, z, phi) of a body at all records of a planar scene."""
+    k = solution.layout.body_names.index(body)
+    return solution.q[:, 3 * k : 3 * k + 3]
+
+
+@pytest.mark.parametrize("spatial", [False, True])
+def test_pull_then_let_go_gives_the_free_vibration_of_two_masses(tmp_path: Path, spatial: bool) -> None:
+    """Both masses start from rest at 20 and 30 mm, and move as the sum of both natural modes."""
+    text = BLOCK + PULL + '[[step]]\nname = "go"\nkind = "dynamic"\nduration = "0.6 s"\nrelease = ["hand"]\n'
+    text += '[solve]\nrtol = 1e-8\n'
+    solution, summary = run(tmp_path, text, f"solve.spatial={str(spatial).lower()}")
+    size = 7 if spatial else 3
+    x = np.array([solution.q[:, size * solution.layout.body_names.index(name)] for name in ("block", "hand")]).T
+    mass, stiffness = np.diag([2.0, 1.0]), np.array([[900.0, -600.0], [-600.0, 600.0]])
+    squared, modes = np.linalg.eigh(np.diag(np.diag(mass) ** -0.5) @ stiffness @ np.diag(np.diag(mass) ** -0.5))
+    modes = np.diag(np.diag(mass) ** -0.5) @ modes
+    start = np.array([0.02, 0.03])
+    moving = solution.step == 2
+    t = solution.time[moving] - summary["step"][1]["start_time"]
+    parts = modes.T @ mass @ start
+    exact = (modes * parts) @ np.cos(np.sqrt(squared)[:, None] * t)
+    np.testing.assert_allclose(x[moving].T, exact, atol=3e-5)
+    assert summary["step"][0]["peak_force"] == pytest.approx(200.0 * 0.03, rel=1e-6)
+    assert summary["step"][1]["peak_force"] == 0.0
+    assert summary["peak_force"] == pytest.approx(6.0, rel=1e-6)
+    assert summary["energy_error"] < 1e-5
+    assert solution.layout.step_names == ("pull", "go")
+    assert list(np.unique(solution.step)) == [1, 2]
+
+
+def test_load_latch_unload_and_reverse(tmp_path: Path) -> None:
+    """A load that ramps, a body that is held there, the load that goes, and a drive that comes back."""
+    text = BLOCK + PULL + """
+[[step]]
+name = "press"
+kind = "static"
+[[step.load]]
+name = "weight"
+body = "block"
+force = [0, 0, -9]
+[[step]]
+name = "more"
+kind = "static"
+[[step.load]]
+name = "weight"
+body = "block"
+force = [0, 0, -18]
+[[step]]
+name = "latch"
+kind = "static"
+hold = ["block"]
+release = ["weight"]
+[[step]]
+name = "free"
+kind = "static"
+release = ["block"]
+[[step]]
+name = "relax"
+kind = "relax"
+[[step]]
+name = "back"
+kind = "static"
+[[step.drive]]
+body = "hand"
+direction = [-1, 0, 0]
+travel = "30 mm"
+speed = "10 mm/s"
+"""
+    solution, summary = run(tmp_path, text)
+    z, x = place(solution, "block")[:, 1], place(solution, "block")[:, 0]
+    last = {number: np.flatnonzero(solution.step == number)[-1] for number in range(1, 8)}
+    assert z[last[2]] == pytest.approx(-9.0 / 900.0, rel=1e-6)
+    assert z[last[3]] == z[last[4]] == pytest.approx(-18.0 / 900.0, rel=1e-6)
+    middle = last[2] + (last[3] - last[2]) // 2
+    assert z[middle] == pytest.approx(-13.5 / 900.0, rel=1e-2)  # the load ramps from one value to the next
+    assert abs(z[last[6]]) < 1e-9 and x[last[6]] == pytest.approx(0.02, rel=1e-6)
+    assert np.abs(place(solution, "block")[-1]).max() < 1e-9  # back where it was
+    assert solution.travel[-1, 0] == pytest.approx(0.0, abs=1e-12)
+    assert solution.travel[:, 0].max() == pytest.approx(0.03)
+    # the energy of 18 N on 900 N/m is lost where the latch lets go; all other steps keep it
+    assert solution.energy["dissipated"][-1] == pytest.approx(0.5 * 18.0**2 / 900.0, rel=1e-5)
+    stored = solution.energy["panels"]
+    np.testing.assert_allclose(stored[last[1]], 0.5 * 200.0 * 0.03**2, rtol=1e-6)
+    assert abs(stored[-1]) < 1e-12
+    assert summary["energy_error"] < 1e-6
+    assert [step["name"] for step in summary["step"]] == ["pull", "press", "more", "latch", "free", "relax", "back"]
+
+
+def test_modes_about_the_state_reached(tmp_path: Path) -> None:
+    """A lever pinned at its middle under a dead force at its end: k w = F L cos w, and J omega^2 = k + F L sin w."""
+    text = """
+[[scene.bodies]]
+name = "lever"
+mass = 0.5
+inertia = [1e-3, 1e-3, 1e-3]
+[[scene.elements]]
+name = "pin"
+inner = "lever"
+outer = "ground"
+translation = [1e5, 1e5, 1e5]
+rotation = [0, 0.4, 0]
+[[step]]
+name = "press"
+kind = "static"
+[[step.load]]
+body = "lever"
+point = [0.2, 0, 0]
+force = [0, 0, -3]
+[[step]]
+name = "listen"
+kind = "modes"
+modes = 1
+"""
+    solution, summary = run(tmp_path, text)
+    angle = place(solution, "lever")[-1, 2]  # about +y, which moves the end down
+    assert 0.4 * angle == pytest.approx(3 * 0.2 * math.cos(angle), rel=1e-6)
+    (found,) = summary["step"][1]["frequencies_hz"]
+    assert found == pytest.approx(math.sqrt((0.4 + 3 * 0.2 * math.sin(angle)) / 1e-3) / (2 * math.pi), rel=1e-6)
+    assert solution.modes is not None
+    np.testing.assert_allclose(solution.modes.frequency, [found])
+    assert list(solution.modes.step) == [2]
+    np.testing.assert_allclose(solution.modes.increment, [[0.0, 0.0, 1.0]], atol=1e-9)
+
+
+STRIP = """
+[strip]
+length = "240 mm"
+width = "40 mm"
+thickness = "0.3 mm"
+panels = 4
+fold_angle = "60 deg"
+segments_per_panel = 4
+held = [1]
+[material]
+young = "3 GPa"
+density = "800 kg/m^3"
+damping = "2 ms"
+[crease]
+law = "linear"
+stiffness = "9 N mm/rad"
+[[drive]]
+crease = 3
+direction = [1, 0, 0]
+speed = "5 mm/s"
+travel = "20 mm"
+"""
+
+
+def test_a_released_strip_comes_back(tmp_path: Path) -> None:
+    """A pulled crease line that is let go swings back; relaxed, the strip is as folded, and pulled again as before."""
+    text = STRIP + """
+[[step]]
+name = "pull"
+kind = "static"
+[[step]]
+name = "swing"
+kind = "dynamic"
+duration = "50 ms"
+release = ["crease 3"]
+[[step]]
+name = "rest"
+kind = "relax"
+"""
+    solution, summary = run(tmp_path, text)
+    start, end = solution.shape[0], solution.shape[-1]
+    np.testing.assert_allclose(end, start, atol=2e-6)
+    pulled = solution.shape[np.flatnonzero(solution.step == summary["step"].index(summary["step"][1]) + 1)[-1]]
+    assert np.abs(pulled - start).max() > 0.01
+    assert abs(solution.energy["creases"][-1]) < 1e-9
+    assert summary["energy_error"] < 1e-4
+
+
+def test_a_run_that_was_cut_goes_on_in_its_step(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Stopped in the second dynamic step, resumed, and the same to the last bit."""
+    text = BLOCK + PULL + """
+[[step]]
+name = "go"
+kind = "dynamic"
+duration = "0.3 s"
+release = ["hand"]
+[[step]]
+name = "stop"
+kind = "dynamic"
+duration = "0.3 s"
+hold = ["block"]
+"""
+    whole, summary = run(tmp_path, text)
+    monkeypatch.setattr(fsm.recorder, "CHECKPOINT_EVERY", 0.0)
+    stopped = tmp_path / "stopped"
+
+    def stop(fraction: float) -> None:
+        if fraction * 3.63 > 3.5:
+            raise KeyboardInterrupt
+
+    loaded = load_case(tmp_path / "case.toml")
+    with pytest.raises(KeyboardInterrupt):
+        run_case(loaded, stopped, progress=stop)
+    again = run_case(loaded, stopped, progress=False, resume=True)
+    resumed = read_solution(stopped / "result.h5")
+    np.testing.assert_array_equal(resumed.q, whole.q)
+    np.testing.assert_array_equal(resumed.step, whole.step)
+    np.testing.assert_array_equal(resumed.energy["dissipated"], whole.energy["dissipated"])
+    same = ("name", "kind", "steps", "newton_iterations", "records")
+    for one, other in zip(again["step"], summary["step"], strict=True):
+        assert [one[key] for key in same] == [other[key] for key in same]
+
+
+def test_a_latch_closes_where_it_is(tmp_path: Path) -> None:
+    """Pulled by 30 mm, latched to the ground with 700 N/m, let go: both springs share what is left."""
+    text = BLOCK + """
+[[scene.elements]]
+name = "latch"
+inner = "block"
+outer = "ground"
+translation = [700.0, 700.0, 700.0]
+steps = ["let go", "rest"]
+latch = true
+""" + PULL + """
+[[step]]
+name = "let go"
+kind = "static"
+release = ["hand"]
+[[step]]
+name = "rest"
+kind = "relax"
+"""
+    solution, _ = run(tmp_path, text)
+    x = place(solution, "block")[:, 0]
+    assert x[np.flatnonzero(solution.step == 1)[-1]] == pytest.approx(0.02, rel=1e-6)
+    assert x[-1] == pytest.approx(0.02 * 700.0 / 1000.0, rel=1e-6)
+
+
+def test_a_failed_step_names_itself(tmp_path: Path) -> None:
+    text = BLOCK + PULL + '[[step]]\nname = "quick"\nkind = "dynamic"\nduration = "9 s"\nsolve = { max_steps = 5 }\n'
+    text += 'release = ["hand"]\n'
+    with pytest.raises(NotConverged, match=r"^step 'quick' \(dynamic\): "):
+        run(tmp_path, text)
+
+
+LATCH = BLOCK.split("[[scene.elements]]")[1].replace("wall", "x")
+MISTAKES = (
+    (f'[[scene.elements]]{LATCH}steps = ["end"]\n{PULL}', "scene.elements.2.steps", "no step is called 'end'"),
+    (f"[[scene.elements]]{LATCH}latch = true\n{PULL}", "scene.elements.2.latch", "needs `steps`"),
+    ('[[step]]\nkind = "static"\nhold = ["blok"]', "step.0.hold.0", "did you mean 'block'"),
+    ('[[step]]\nkind = "static"\nrelease = ["hand"]', "step.0.release.0", "nothing called 'hand' is held, driven or loaded"),
+    ('[[step]]\nkind = "dynamic"', "step.0.duration", "is missing"),
+    ('[[step]]\nkind = "relax"\nduration = 1', "step.0.duration", "takes no time"),
+    ('[[step]]\nkind = "static"\nsolve = { method = "Radau" }', "step.0.solve.method", "does not fit"),
+    ('[[step]]\nkind = "statik"', "step.0.kind", "static"),
+    ('[[step]]\nkind = "static"\n[solve]\nend_time = 1', "solve.end_time", "cannot be used with [[step]]"),
+    ('[[step]]\nkind = "static"\nname = "a"\n[[step]]\nkind = "static"\nname = "a"', "step.1.name", "must differ"),
+    ('[[step]]\nkind = "static"\n[[load]]\nbody = "block"\nstep = "2"', "load.0.step", "no step is called '2'"),
+    ('[[load]]\nbody = "block"\nstep = "2"\n[solve]\nend_time = 1', "load.0.step", "there is no [[step]]"),
+    (PULL.replace("speed", "sped"), "step.0.drive.0", ""),
+    (PULL + '[[step]]\nkind = "static"\nhold = ["hand"]', "step.1.hold.0", "is driven"),
+)
+
+
+@pytest.mark.parametrize(("steps", "path", "message"), MISTAKES)
+def test_mistakes_have_one_clear_line(tmp_path: Path, steps: str, path: str, message: str) -> None:
+    with pytest.raises(CaseError) as error:
+        run(tmp_path, BLOCK + steps)
+    (fault,) = error.value.faults
+    assert fault.path.startswith(path)
+    assert message in fault.message
+
+
+def test_the_summary_on_disk_has_the_steps(tmp_path: Path) -> None:
+    run(tmp_path, BLOCK + PULL)
+    written = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
+    (step,) = written["step"]
+    assert (step["name"], step["kind"], step["start_time"]) == ("pull", "static", 0.0)
+    assert step["peak_force"] == written["peak_force"] == pytest.approx(6.0, rel=1e-6)
