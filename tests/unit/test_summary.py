@@ -30,7 +30,7 @@ def warned(method: str, off: float, step: float | None = None) -> list[str]:
         summarise=lambda solution, statistics: {},
         warnings=lambda solution, summary: [],
         steps=lambda: [SimpleNamespace(settings=Settings(method, 1e-4, 1.0, step=step))],
-        system=SimpleNamespace(nu=9),
+        system=SimpleNamespace(nu=9, dof=9),
     )
     none = np.zeros((1, 0))
     solution = SimpleNamespace(
