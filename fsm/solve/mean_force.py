@@ -13,7 +13,8 @@ and generalized-alpha with little damping do, where a film stretches. Its dissip
 Newton's unknown is x; its matrix 2/h^2 M + D/h + int s K(q_n + s x) ds, by the same rule: where films slacken and tauten, K
 differs from point to point by orders of magnitude, and one in between converges to nothing. Corrections that overshoot are
 cut where the work of what is left over along them vanishes, but not to less than a part: a single spot that tautens would
-hold up all else.
+hold up all else. With fixed steps, corrections between two tangents learn from those before (Broyden's good update [3]).
+Steps that cost much, because parts of a film slacken and tauten in them, are halved: both halves may cost less.
 
 Without a fixed step the error is controlled. The local error of x is h^3/12 times the derivative of u', from differences of
 the mean rates; 2/h^2 S^-1 M, with the matrix S of Newton's method, takes modes out that are too fast for the step. A step is
@@ -22,6 +23,7 @@ also repeated if the rule of the integral loses more energy than a part of that 
 References
 ----------
 [1] Simo, Tarnow, Z. angew. Math. Phys. 43 (1992) 757-792. [2] Quispel, McLaren, J. Phys. A 41 (2008) 045206.
+[3] Kelley, Iterative Methods for Linear and Nonlinear Equations, SIAM 1995, chapter 7.
 """
 
 from __future__ import annotations
@@ -36,6 +38,7 @@ from fsm.errors import NotConverged
 from fsm.kernels.block_sum import effective_stiffness
 from fsm.solve.linear import LinearSolver
 from fsm.solve.renewal import State
+from fsm.solve.secants import Secants
 from fsm.solve.status import Outcome, StepFailed
 from fsm.system import Linearised, Objection, System
 
@@ -62,6 +65,17 @@ _CUTS, _SHORTEST = 3, 0.3
 """Of a correction: how often at most, and to what part of it in one cut."""
 _FINEST = 64
 """Parts, at most, of a step whose equations were not solved."""
+_FACTORS = 5.0
+"""Cost of a tangent and its factors, in iterations."""
+_DEAR, _CHEAP, _BETWEEN = 25.0, 9.0, 15.0
+"""Mean cost of a fixed step, in iterations, from which on steps are halved, below which they are doubled, and after that.
+
+A film with slack parts that tauten: 40 a step, 10 each of its halves, 6 each of its quarters (2026-11-23).
+"""
+_HALVES = 4
+"""Parts, at most, of a step that costs much."""
+_MEMORY = 0.7
+"""Part of the mean cost that the next step leaves as it is."""
 _FIRST = 1e-4
 """First step over the time to go, at most."""
 _SAFETY, _GROWTH, _SHRINK, _STEADY = 0.9, 2.0, 0.2, 1.2
@@ -86,7 +100,8 @@ class MeanForce:
     t, q, u : time and state to start from
     rtol : -
     step : s
-        Fixed, or the next smaller that divides the way to the next time that is to be hit. None: the error is controlled.
+        Fixed, or the next smaller that divides the way to the next time that is to be hit, or a half or a quarter of it
+        where steps cost much. None: the error is controlled.
     max_step : s
         Largest step of error control.
 
@@ -130,7 +145,7 @@ class MeanForce:
         self._inertia = np.zeros((0, 0, 0))
         self._factored = 0.0
         self._map: np.ndarray | None = None
-        self._division = 1
+        self._division, self._cost = 1, _BETWEEN
         # mean rates of the last two steps, and their sizes: those at the ends hold what is left of stiff vibrations
         self._mean, self._mean_before = u.copy(), u.copy()
         self._last = self._last_before = 0.0
@@ -156,6 +171,7 @@ class MeanForce:
             self._fixed_step(target, self._step)
 
     def _fixed_step(self, target: float, step: float) -> None:
+        spent = self._spent()
         while True:
             left = target - self.t
             count = math.ceil(left * self._division / step * (1.0 - 1e-9))
@@ -166,11 +182,22 @@ class MeanForce:
                 break
             self.failed += 1
             self._factored = 0.0
-            self._division *= 2
+            self._division, self._cost = 2 * self._division, _BETWEEN
             if self._division > _FINEST:
                 raise self._failure(Outcome.NO_SOLUTION)
-        self._division = max(1, self._division // 2)
+        self._divide(self._spent() - spent)
         self._accept(h, x, target if count <= 1 else self.t + h, None)
+
+    def _spent(self) -> float:
+        return self.iterations + _FACTORS * self.linearisations
+
+    def _divide(self, cost: float) -> None:
+        """Halve or double the steps to come by what the last ones cost."""
+        self._cost = _MEMORY * self._cost + (1.0 - _MEMORY) * cost
+        if self._cost > _DEAR and self._division < _HALVES:
+            self._division, self._cost = 2 * self._division, _BETWEEN
+        elif self._cost < _CHEAP and self._division > 1:
+            self._division, self._cost = self._division // 2, _BETWEEN
 
     # renewal --------------------------------------------------------------------------------------------------------
 
@@ -182,7 +209,7 @@ class MeanForce:
         )  # fmt: skip
         sizes = (
             self._last, self._last_before, self._next, self._error_before, self._stored, self._start, self._turnover,
-            self._off, self._trifle,
+            self._off, self._trifle, self._cost,
         )  # fmt: skip
         return {
             "mean": self._mean,
@@ -198,7 +225,7 @@ class MeanForce:
         self._rate = state["rate"]
         (
             self._last, self._last_before, self._next, self._error_before, self._stored, self._start, self._turnover,
-            self._off, self._trifle,
+            self._off, self._trifle, self._cost,
         ) = state["sizes"].tolist()  # fmt: skip
         counts = [int(count) for count in state["counts"]]
         self.steps, self.rejected, self.failed, self.iterations = counts[:4]
@@ -318,13 +345,18 @@ class MeanForce:
         x = h * (self._mean + change * (self._mean - self._mean_before))
         renew, before = h != self._factored, 0.0
         residual = self._residual(h, x)
+        secants = Secants(1.0 / self._size**2) if self._step is not None else None
         for _ in range(_ITERATIONS):
             if renew:
                 self._factorise(h, x)
+                if secants is not None:
+                    secants.clear()
             self.iterations += 1
             dx = self.linear.solve(residual)
             if self._map is not None:
                 dx = np.asarray(self._map @ dx.reshape(len(self._map), -1, 1)).ravel()
+            if secants is not None:
+                dx = secants.improved(dx)
             size = math.sqrt(float(np.mean((dx / self._size) ** 2)))
             if not math.isfinite(size):
                 return None
@@ -334,7 +366,10 @@ class MeanForce:
             parted = converged and not renew and self.system.parted()  # the factors hold contacts that have opened
             if converged and not parted:
                 return x + dx
+            start = x
             x, residual = self._moved(h, x, dx, residual)
+            if secants is not None:
+                secants.tell(x - start, dx)
             renew = parted or (before > 0.0 and contraction > self._slow)
             before = size
         return None

@@ -1,0 +1,59 @@
+"""The method of the mean force: corrections that learn from those before, and steps that are halved where they cost much."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.ancf.build import MeshBuilder
+from fsm.ancf.film import FilmMaterial
+from fsm.ancf.system import AncfSystem
+from fsm.solve.mean_force import MeanForce
+from fsm.solve.secants import Secants
+
+
+def iterations(learning: bool) -> int:
+    """Corrections of K x = f to 1e-10 by the inverse of another matrix, four times as stiff along some directions."""
+    rng = np.random.default_rng(3)
+    basis = np.linalg.qr(rng.normal(size=(30, 30)))[0]
+    stiffness = basis @ np.diag(np.linspace(1.0, 9.0, 30)) @ basis.T
+    stale = stiffness + 3.0 * sum(np.outer(v, v) * (v @ stiffness @ v) for v in basis.T[:3])
+    right = rng.normal(size=30)
+    x, secants = np.zeros(30), Secants(np.ones(30))
+    for count in range(1, 200):
+        dx = np.linalg.solve(stale, right - stiffness @ x)
+        if learning:
+            dx = secants.improved(dx)
+            secants.tell(dx, dx)
+        x = x + dx
+        if np.linalg.norm(right - stiffness @ x) < 1e-10:
+            return count
+    return 200
+
+
+def test_corrections_learn_what_the_tangent_does_not_know() -> None:
+    assert iterations(True) < 12 < 40 < iterations(False)
+
+
+def test_steps_are_halved_while_they_cost_much() -> None:
+    """And no more than twice; they are doubled again once they are cheap; another object goes on with the same."""
+    builder = MeshBuilder()
+    grid = builder.film(np.linspace(0, 1, 3), np.linspace(0, 1, 3), (FilmMaterial(1e9, 0.3, 1000.0, 1e-4),))
+    builder.hold(grid.edge())
+    system = AncfSystem(builder.build())
+    q, u = system.initial()
+    u[grid.position[1, 1] + 2] = 0.1
+    method = MeanForce(system, 0.0, q, u, 1e-6, 1e-3)
+    for _ in range(10):
+        method.step(1.0)
+    assert np.isclose(method.t, 10e-3)  # an ordinary step is not halved
+    for _ in range(20):
+        method._divide(100.0)
+    method.step(1.0)
+    assert np.isclose(method.t, 10.25e-3)
+    other = MeanForce(system, method.t, method.q, method.u, 1e-6, 1e-3)
+    other.go_on(method.state())
+    for each in (method, other):
+        for _ in range(20):
+            each._divide(3.0)
+        each.step(1.0)
+    assert np.isclose(method.t, 11.25e-3, rtol=1e-3) and method.t == other.t
