@@ -22,6 +22,9 @@ def describe(case: Case) -> list[str]:
     """
     kinds = {"deploy": describe_segments, "vibrate": describe_film, "scissor": describe_array}
     lines = [line for step in case.steps for line in kinds[step](case)]
+    if case.extensions:
+        files = ", ".join(name.partition("#")[0] for name in case.extensions)
+        lines.insert(0, f"{'extensions':<{_LABEL}}{files} (Python code, executed with the case)")
     if case.save.channels:
         from fsm.channels.sample import channel_lines  # imports numba, which other cases do not need
 

@@ -22,6 +22,7 @@ from fsm.kernels import jit
 from fsm.plots.figures import draw
 from fsm.progress import report_compilation, report_restart
 from fsm.recorder import RecordedSolve
+from fsm.registry import load_extensions
 from fsm.results.channel import write_channels_csv
 from fsm.results.curve import Curve
 from fsm.results.export import write_contact_csv, write_force_csv, write_history_csv, write_points_csv
@@ -85,6 +86,7 @@ def run_in_locked_folder(
     loaded: LoadedCase, out: Path, *, progress: bool | Callable[[float], None] = True, resume: bool = False
 ) -> dict[str, Any]:
     """Run a case as `run_case` does, for a caller that already holds the lock on `out`."""
+    load_extensions(loaded.case.extensions, loaded.path.parent)  # another process may have read the case
     if loaded.case.save.channels:
         check_patterns(loaded.case, str(loaded.path))
     if loaded.case.stages:

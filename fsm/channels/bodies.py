@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from fsm.channels.offer import Model, Offer, State, offers
-from fsm.channels.rigid import in_space, placed, positions, quaternions, rotation_since
+from fsm.channels.rigid import in_space, motion_of_bodies, placed, quaternions, rotation_since
 from fsm.results.channel import AXES, Dim
 from fsm.segments.system import SegmentSystem
 
@@ -45,36 +45,29 @@ def supports(model: Model) -> Iterator[Offer]:
         yield Offer(f"{name}.moment", "N m", text, _reaction(i, 1), (AXES,))
 
 
-def _motion(state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Positions, quaternions, velocities and angular velocities of all bodies in inertial axes."""
-    poses, rates = placed(state)
-    turned = quaternions(poses)
-    return positions(poses), turned, *in_space(rates, turned)
-
-
 def _wrenches(state: State) -> tuple[np.ndarray, np.ndarray]:
     """Reactions of all bodies in inertial axes."""
     wrenches = state.system.reactions(state.time, state.q, state.u, state.before)
-    return in_space(wrenches, state.once(_motion)[1])
+    return in_space(wrenches, state.once(motion_of_bodies)[1])
 
 
 def _position(i: int) -> Callable[[State], np.ndarray]:
-    return lambda state: state.once(_motion)[0][i]
+    return lambda state: state.once(motion_of_bodies)[0][i]
 
 
 def _orientation(i: int) -> Callable[[State], np.ndarray]:
-    return lambda state: state.once(_motion)[1][i]
+    return lambda state: state.once(motion_of_bodies)[1][i]
 
 
 def _rate(i: int, part: int) -> Callable[[State], np.ndarray]:
-    return lambda state: state.once(_motion)[2 + part][i]
+    return lambda state: state.once(motion_of_bodies)[2 + part][i]
 
 
 def _rotation(i: int, pose: np.ndarray, start: np.ndarray) -> Callable[[State], np.ndarray]:
     def at(state: State) -> np.ndarray:
         if len(pose) == 3:  # an angle beyond pi is known in the plane
             return np.array([0.0, placed(state)[0][i, 2] - pose[2], 0.0])
-        return rotation_since(start, state.once(_motion)[1][i])
+        return rotation_since(start, state.once(motion_of_bodies)[1][i])
 
     return at
 

@@ -18,6 +18,7 @@ from fsm.segments.element_angles import initial_twists, rest_twists, side_of
 from fsm.segments.elements import BushingGroup, CreaseGroup
 from fsm.segments.group import Past
 from fsm.segments.hysteresis import HysteresisGroup
+from fsm.segments.law_elements import LawGroup
 from fsm.segments.ligaments import LigamentGroup
 
 Values = dict[str, np.ndarray]
@@ -104,12 +105,12 @@ def _deformations(state: State) -> tuple[Values, Values]:
     past = past_of(state)
     values: Values = {}
     speeds: Values = {}
-    for group in _groups(state, BushingGroup | CreaseGroup | LigamentGroup):
+    for group in _groups(state, BushingGroup | LawGroup | CreaseGroup | LigamentGroup):
         value, rate = group.measure(poses, rates, group.bodies, *group.geometry)[:2]
         if past is not None:
             rate = (value - group.measure(past.poses, rates, group.bodies, *group.geometry)[0]) / past.duration
         for name, one, other in zip(group.names, np.array(value), np.array(rate), strict=True):
-            if name in values:  # its springs are known: the twist comes from the crease
+            if name in values and isinstance(group, CreaseGroup):  # its springs are known: the twist comes from the crease
                 one, other = _with_twist(values[name], one), _with_twist(speeds[name], other)
             values[name], speeds[name] = np.atleast_1d(one), np.atleast_1d(other)
     return values, speeds
@@ -143,6 +144,11 @@ def _crease_moments(state: State) -> tuple[Values, Values]:
         for name, value, damping in zip(group.names, np.ravel(moment).tolist(), group.damping, strict=True):
             elastic[name] = value
             damped[name] = value + damping * speeds[name][_twist(speeds[name])]
+    for group in _groups(state, LawGroup):
+        value, rate = (np.array([of[name] for name in group.names]) for of in (values, speeds))
+        for moving, sums in ((np.zeros_like(rate), elastic), (rate, damped)):
+            for name, row in zip(group.names, group.efforts(value, moving)[0], strict=True):
+                sums[name] = sums.get(name, 0.0) + row[_twist(row)]
     for group in _groups(state, HysteresisGroup):
         for name, value in zip(group.names, group.moments(poses, rates), strict=True):
             elastic[name] = elastic[name] + value
@@ -170,7 +176,7 @@ def _forces(state: State) -> dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]
     turned, places = quaternions(poses), positions(poses)
     sums: dict[str, np.ndarray] = {}
     inner: dict[str, int] = {}
-    for group in _groups(state, BushingGroup | CreaseGroup | HysteresisGroup | LigamentGroup):
+    for group in _groups(state, BushingGroup | LawGroup | CreaseGroup | HysteresisGroup | LigamentGroup):
         rows = group.bodies[:, :2].ravel()
         alone = _alone(group)
         if isinstance(group, HysteresisGroup):
@@ -200,7 +206,7 @@ def _alone(group: Any) -> Any:
 def _arms(state: State) -> Values:
     """Joint points of the inner bodies in body axes, by the name of the element."""
     found = {}
-    for group in _groups(state, BushingGroup):
+    for group in _groups(state, BushingGroup | LawGroup):
         points = group.geometry[0]
         for name, point in zip(group.names, points, strict=True):
             found[name] = point if len(point) == 3 else np.array([point[0], 0.0, point[1]])

@@ -9,6 +9,7 @@ from fsm.results.solution import ENERGIES
 from fsm.segments.contacts import ContactGroup
 from fsm.segments.elements import BushingGroup, CreaseGroup
 from fsm.segments.hysteresis import HysteresisGroup
+from fsm.segments.law_elements import LawGroup
 from fsm.segments.ligaments import LigamentGroup
 from fsm.segments.loads import GravityGroup
 
@@ -36,6 +37,8 @@ def _kinds(model: Model) -> list[str]:
             found |= set(group.categories)
         elif isinstance(group, CreaseGroup | HysteresisGroup | LigamentGroup):
             found.add("creases")
+        elif isinstance(group, LawGroup):
+            found.add("panels")
         elif isinstance(group, ContactGroup):
             found.add("contact")
         elif isinstance(group, GravityGroup):

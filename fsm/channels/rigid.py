@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from fsm.channels.offer import State
 from fsm.kernels.rotation import multiply, rotate_by
 from fsm.segments.group import Past
-from fsm.segments.system import SegmentSystem
 
-__all__ = ["in_space", "past_of", "placed", "positions", "quaternions", "rotated"]
+__all__ = [
+    "in_space", "motion_of_bodies", "past_of", "placed", "positions", "quaternions", "rotated", "rotation_since",
+]  # fmt: skip
 
 
 def placed(state: State) -> tuple[np.ndarray, np.ndarray]:
     """Poses and rates of all bodies, as the system has them."""
     poses, rates = state.system.place(state.time, state.q, state.u, state.before)
     return np.array(poses), np.array(rates)
+
+
+def motion_of_bodies(state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Positions, quaternions, velocities and angular velocities of all bodies in inertial axes, the ground first."""
+    poses, rates = placed(state)
+    turned = quaternions(poses)
+    return positions(poses), turned, *in_space(rates, turned)
 
 
 def past_of(state: State) -> Past | None:
@@ -65,7 +71,3 @@ def rotation_since(start: np.ndarray, turned: np.ndarray) -> np.ndarray:
     size = float(np.linalg.norm(relative[1:]))
     return relative[1:] * (2.0 if size < 1e-12 else 2.0 * np.arctan2(size, relative[0]) / size)
 
-
-def is_rigid(system: Any) -> bool:
-    """Whether a system has rigid bodies."""
-    return isinstance(system, SegmentSystem)

@@ -243,7 +243,7 @@ def tangent_pose_spatial(
                 second[0, m, n], second[2, m, n] = swing_second[0, m, n], swing_second[1, m, n]
         increments(q, steps)
         for k in range(6):
-            if stiffness[i, k] == 0.0 and damping[i, k] == 0.0:
+            if stiffness[i, k] == 0.0 and damping[i, k] == 0.0 and effort[i, k] == 0.0:
                 continue
             if k < 3:
                 for j in range(3):

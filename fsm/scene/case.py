@@ -146,6 +146,7 @@ class Case(Model):
     other keys (`fsm.segments.plan`).
     """
 
+    extensions: tuple[str, ...] = ()
     title: Annotated[str, Field(max_length=500, pattern=r"^[^\x00-\x1f\x7f]*$")] = ""
     units: Literal["SI", "mm-N-s"] = "SI"
     analysis: Analysis = "deploy"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, Final, Literal, NoReturn, Self
+from typing import Annotated, Any, Final, NoReturn, Self
 
 from pydantic import (
     AfterValidator,
@@ -19,6 +19,8 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
+from fsm.registry import CONTACT_LAWS, FRICTION_LAWS
+from fsm.scene.added_laws import check_law, check_parameters, only_given, with_parameters
 from fsm.scene.law_keys import LawKeys, check_key, mark_missing, without_unused
 from fsm.scene.model import Model
 from fsm.scene.units import Count, Damping, Length, Number, Speed, Stress, Unit
@@ -139,11 +141,10 @@ class Contact(Model):
         Absent: every panel with every other.
     resolve_overlap : bool
         Whether bodies that overlap at the start are moved apart; false: the case is refused.
+    parameters : parameters of the law of an extension
     """
 
-    law: Literal[
-        "hertz", "impact", "linear", "hunt-crossley", "lankarani-nikravesh", "flores", "restitution"
-    ] = "hertz"
+    law: str = "hertz"
     exponent: Annotated[Number, Field(ge=1, le=3)] = 1.5
     young: _Young | None = None
     poisson: _Poisson | None = None
@@ -157,6 +158,7 @@ class Contact(Model):
     points_per_segment: Annotated[Count, Field(ge=1, le=5)] = 2
     pairs: tuple[tuple[int, int], ...] | None = None
     resolve_overlap: bool = False
+    parameters: dict[str, Any] | None = None
 
     @classmethod
     def completed(cls, written: Mapping[str, Any]) -> dict[str, Any]:
@@ -169,7 +171,17 @@ class Contact(Model):
             data.setdefault("exponent", 1.0)
         if "stiffness" not in data and any(data.get(key) is not None for key in _MATERIAL):
             data = mark_missing({**data, "stiffness": _FROM_MATERIAL}, {"": LawKeys(_MATERIAL)}, "")
-        return mark_missing(data, NORMAL_KEYS, law)
+        return mark_missing(with_parameters(data, law, CONTACT_LAWS), NORMAL_KEYS, law)
+
+    @field_validator("law", mode="before")
+    @classmethod
+    def _known(cls, value: Any) -> Any:
+        return check_law(value, NORMAL_KEYS, CONTACT_LAWS)
+
+    @field_validator("parameters", mode="before")
+    @classmethod
+    def _of_law(cls, value: Any, info: ValidationInfo) -> Any:
+        return check_parameters(value, info.data.get("law"), CONTACT_LAWS, info)
 
     _used = field_validator("*", mode="before")(check_key(NORMAL_KEYS))
 
@@ -199,7 +211,8 @@ class Contact(Model):
 
     @model_serializer(mode="wrap")
     def _without_unused(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        data = without_unused(dump(self), NORMAL_KEYS)
+        data = dump(self)
+        data = without_unused(data, NORMAL_KEYS) if self.law in NORMAL_KEYS else only_given(self, data)
         if self.young is not None:
             del data["stiffness"]
         return data
@@ -229,9 +242,10 @@ class Friction(Model):
         Damping of the bristles, as a friction coefficient per speed; absent: mu_dynamic/v_stribeck.
     across : -
         Ratio of the coefficients across the length of a panel or plate to those along it, in space; 1: isotropic.
+    parameters : parameters of the law of an extension
     """
 
-    law: Literal["step", "tanh", "stribeck", "lugre"] = "step"
+    law: str = "step"
     mu_static: Annotated[Number, Field(ge=0)] = 0.0
     mu_dynamic: Annotated[Number, Field(ge=0)]
     v_static: Annotated[Speed, Field(gt=0)] = 0.0
@@ -241,16 +255,30 @@ class Friction(Model):
     presliding: Annotated[Length, Field(gt=0)] | None = None
     bristle_damping: Annotated[_SlipDamping, Field(ge=0)] | None = None
     across: Annotated[Number, Field(gt=0)] = 1.0
+    parameters: dict[str, Any] | None = None
 
     @classmethod
     def completed(cls, written: Mapping[str, Any]) -> dict[str, Any]:
         """Section with marks for required keys that are missing; see `Model`."""
-        return mark_missing(written, FRICTION_KEYS, written.get("law", "step"))
+        law = written.get("law", "step")
+        return mark_missing(with_parameters(written, law, FRICTION_LAWS), FRICTION_KEYS, law)
+
+    @field_validator("law", mode="before")
+    @classmethod
+    def _known(cls, value: Any) -> Any:
+        return check_law(value, FRICTION_KEYS, FRICTION_LAWS)
+
+    @field_validator("parameters", mode="before")
+    @classmethod
+    def _of_law(cls, value: Any, info: ValidationInfo) -> Any:
+        return check_parameters(value, info.data.get("law"), FRICTION_LAWS, info)
 
     _used = field_validator("*", mode="before")(check_key(FRICTION_KEYS))
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
+        if self.law not in FRICTION_KEYS:
+            return self
         if self.law != "tanh" and self.mu_static < self.mu_dynamic:
             raise ValueError(
                 f'law "{self.law}" needs mu_static >= mu_dynamic; mu_static = {self.mu_static:g}, '
@@ -280,4 +308,5 @@ class Friction(Model):
 
     @model_serializer(mode="wrap")
     def _without_unused(self, dump: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        return without_unused(dump(self), FRICTION_KEYS)
+        data = dump(self)
+        return without_unused(data, FRICTION_KEYS) if self.law in FRICTION_KEYS else only_given(self, data)

@@ -15,6 +15,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from fsm.errors import CaseError, Fault
 from fsm.input_file import read_failure, read_input_file
+from fsm.registry import BUILDERS, load_extensions
 from fsm.scene.case import Analysis, Case, Save, Solve, contact_of_strip
 from fsm.scene.checks import check_sections
 from fsm.scene.crease_data import check_curve, read_crease_data
@@ -168,9 +169,10 @@ def read_case(data: Mapping[str, Any], folder: Path) -> tuple[Case | None, list[
     """
     units = data.get("units", "SI")
     system = units if isinstance(units, str) and units in SYSTEMS else "SI"
+    data, added, begun = _with_extensions(data, folder)
     known = list(Case.model_fields)
-    unknown = [key for key in data if key not in known]
-    faults = [Fault(key, unknown_key(key, known)) for key in unknown[:MOST_UNKNOWN]]
+    unknown = [key for key in data if key not in known and key not in added]
+    faults = begun + [Fault(key, unknown_key(key, known)) for key in unknown[:MOST_UNKNOWN]]
     if len(unknown) > MOST_UNKNOWN:
         faults.append(Fault("", f"and {len(unknown) - MOST_UNKNOWN:,} more unknown keys"))
     valid: dict[str, Any] = {}
@@ -180,6 +182,8 @@ def read_case(data: Mapping[str, Any], folder: Path) -> tuple[Case | None, list[
         if name in data:
             valid[name], found = _read_section(name, data, system)
             faults += found
+    data, found = _build(data, added, valid, system)
+    faults += found
     valid, found = _read_curves(valid, folder, system)
     faults += found
     valid, found = _read_programs(valid, folder, system)
@@ -191,6 +195,39 @@ def read_case(data: Mapping[str, Any], folder: Path) -> tuple[Case | None, list[
     values = {name: value for name, value in valid.items() if name != "units"}
     values.update({name: tuple(values[name].values()) for name in _LISTS if name in values})
     return Case(**values), []
+
+
+def _with_extensions(data: Mapping[str, Any], folder: Path) -> tuple[dict[str, Any], list[str], list[Fault]]:
+    """Tables with the complete names of extensions, the sections of builders that these add, and faults of extensions."""
+    names = data.get("extensions", ())
+    if not isinstance(names, list | tuple) or not all(isinstance(name, str) for name in names):
+        return dict(data), [], []  # has a fault of its own
+    files, faults = load_extensions(names, folder)
+    sections = [name for name in BUILDERS if name in data]
+    return dict(data) | ({"extensions": list(files)} if names else {}), sections, faults
+
+
+def _build(
+    data: Mapping[str, Any], sections: Sequence[str], valid: dict[str, Any], system: str
+) -> tuple[dict[str, Any], list[Fault]]:
+    """Scene that a builder of an extension makes from its section, in place of a [scene]."""
+    data = dict(data)
+    faults: list[Fault] = []
+    for name in sections:
+        raw, builder = data.pop(name), BUILDERS[name]
+        if any(other in data for other in ("strip", "lattice", "scene")):
+            faults.append(Fault(name, "gives the whole scene; remove [strip], [lattice] and [scene]"))
+            continue
+        section, found = _validate(TypeAdapter(builder.section), raw, {name: raw}, (name,), system)
+        faults += found
+        if section is None:
+            continue
+        try:
+            valid["scene"] = builder.build(section, valid)
+        except CaseError as error:
+            faults += [Fault(f"{name}.{fault.path}" if fault.path else name, fault.message) for fault in error.faults]
+        data["scene"] = {}
+    return data, faults
 
 
 _LISTS = ("drive", "load", "step", "obstacle", "patch", "cable", "support", "hold", "force")

@@ -7,10 +7,13 @@ direction), z normal to it.
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, ValidationInfo, field_validator
 
+from fsm.registry import ELEMENT_LAWS
+from fsm.scene.added_laws import check_element_law, check_parameters, with_parameters
 from fsm.scene.contact import Contact, Friction
 from fsm.scene.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame, SceneSeam
 from fsm.scene.loads import Drive, Load
@@ -115,6 +118,8 @@ class ForceElement(Model):
     steps : names of the steps in which the element acts; absent: in all
     latch : bool
         Whether the element is without force where its first step begins.
+    law : law of an extension that acts besides the springs
+    parameters : parameters of this law
     """
 
     name: Name
@@ -137,6 +142,23 @@ class ForceElement(Model):
     kind: Literal["joint", "crease", "panel", "drive"] = "joint"
     steps: tuple[str, ...] | None = None
     latch: bool = False
+    law: str | None = None
+    parameters: dict[str, Any] | None = None
+
+    @classmethod
+    def completed(cls, written: Mapping[str, Any]) -> dict[str, Any]:
+        """Element with an empty section for the parameters of its law, so that missing ones are found; see `Model`."""
+        return with_parameters(written, written.get("law"), ELEMENT_LAWS)
+
+    @field_validator("law", mode="before")
+    @classmethod
+    def _known(cls, value: Any) -> Any:
+        return check_element_law(value, ELEMENT_LAWS)
+
+    @field_validator("parameters", mode="before")
+    @classmethod
+    def _of_law(cls, value: Any, info: ValidationInfo) -> Any:
+        return check_parameters(value, info.data.get("law"), ELEMENT_LAWS, info)
 
 
 class Surface(Model):

@@ -13,6 +13,7 @@ from fsm.errors import CaseError, Fault
 from fsm.interactions import hinge_planar, hinge_spatial, pose_planar, pose_spatial
 from fsm.kernels.rotation import multiply
 from fsm.laws.crease import Curve, join_curves
+from fsm.registry import ELEMENT_LAWS
 from fsm.scene.loads import Drive
 from fsm.scene.planar import out_of_plane
 from fsm.scene.scene import GROUND, Body, ForceElement, Scene
@@ -26,6 +27,7 @@ from fsm.segments.element_angles import half_way_swings, initial_twists, rest_tw
 from fsm.segments.elements import BushingGroup, CreaseGroup
 from fsm.segments.group import Group, GroupSteps
 from fsm.segments.hysteresis import HysteresisGroup
+from fsm.segments.law_elements import LawGroup
 from fsm.segments.ligaments import LigamentGroup
 from fsm.segments.loads import GravityGroup, LoadGroup, applied
 from fsm.segments.system import SegmentSystem
@@ -160,6 +162,9 @@ class SceneCompiler:
         bushings = self._bushings(elements)
         if bushings is not None:
             groups.append(bushings)
+        added = self._with_laws(elements)
+        if added is not None:
+            groups.append(added)
         ligaments = self._ligaments(elements)
         if ligaments is not None:
             groups.append(ligaments)
@@ -185,15 +190,11 @@ class SceneCompiler:
         stiffness[tabulated, 4] = 0.0
         damping[tabulated, 4] = 0.0
         keep = slice(None) if self.spatial else [0, 2, 4]
-        points = (
-            np.array([self._vector(e.point_inner) for e in elements], dtype=float),
-            np.array([self._vector(e.point_outer) for e in elements], dtype=float),
-        )
         return BushingGroup(
             pose_spatial.measure_pose_spatial if self.spatial else pose_planar.measure_pose_planar,
             pose_spatial.tangent_pose_spatial if self.spatial else pose_planar.tangent_pose_planar,
             self._ends(elements),
-            (*points, *self._joint_axes(elements), *([half_way_swings(elements, initial)] if self.spatial else [])),
+            self._pose_geometry(elements),
             np.ascontiguousarray(rest[:, keep]),
             np.ascontiguousarray(stiffness[:, keep]),
             np.ascontiguousarray(damping[:, keep]),
@@ -201,6 +202,30 @@ class SceneCompiler:
             _CATEGORIES,
             tuple(e.name for e in elements),
             np.array([e.kind != "joint" for e in elements]),
+        )
+
+    def _with_laws(self, elements: list[ForceElement]) -> LawGroup | None:
+        """Laws of extensions."""
+        elements = [e for e in elements if e.law is not None]
+        if not elements:
+            return None
+        return LawGroup(
+            pose_spatial.measure_pose_spatial if self.spatial else pose_planar.measure_pose_planar,
+            pose_spatial.tangent_pose_spatial if self.spatial else pose_planar.tangent_pose_planar,
+            self._ends(elements),
+            self._pose_geometry(elements),
+            tuple((ELEMENT_LAWS[e.law].law, e.parameters) for e in elements if e.law is not None),
+            tuple(e.name for e in elements),
+        )
+
+    def _pose_geometry(self, elements: list[ForceElement]) -> tuple[np.ndarray, ...]:
+        """Arguments of the kernels of the relative pose after the bodies."""
+        initial = initial_twists(elements, self.scene.bodies)
+        return (
+            np.array([self._vector(e.point_inner) for e in elements], dtype=float),
+            np.array([self._vector(e.point_outer) for e in elements], dtype=float),
+            *self._joint_axes(elements),
+            *([half_way_swings(elements, initial)] if self.spatial else []),
         )
 
     def _ligaments(self, elements: list[ForceElement]) -> LigamentGroup | None:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.laws.friction import FRICTION_LAWS
+from fsm.laws.friction import FRICTION_LAWS as BUILT_IN
 from fsm.laws.normal import NORMAL_LAWS
+from fsm.registry import CONTACT_LAWS, FRICTION_LAWS
 from fsm.scene.contact import Contact, Friction
 from fsm.scene.contact_points import contact_points
 from fsm.scene.scene import Body, Scene
@@ -48,14 +49,14 @@ def compile_contacts(
 
 
 def _normal(contact: Contact) -> NormalForce:
-    law = NORMAL_LAWS[contact.law]
+    law = NORMAL_LAWS[contact.law] if contact.law in NORMAL_LAWS else CONTACT_LAWS[contact.law].law
     return NormalForce(law, law.params(contact), contact.exponent, contact.speed_floor)
 
 
 def _friction(friction: Friction | None) -> FrictionForce | None:
     if friction is None:
         return None
-    law = FRICTION_LAWS[friction.law]
+    law = BUILT_IN[friction.law] if friction.law in BUILT_IN else FRICTION_LAWS[friction.law].law
     bends = friction.presliding if law.bristle else None
     return FrictionForce(law, law.params(friction), np.inf if bends is None else bends, friction.across)
 

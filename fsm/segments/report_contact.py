@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 
+from fsm.registry import CONTACT_LAWS, FRICTION_LAWS, AddedLaw
 from fsm.scene.case import contact_scale
 from fsm.scene.contact import Contact
 from fsm.segments.report_view import View, count, millimetres
@@ -37,6 +39,13 @@ _LAWS = {
 }
 
 
+def _added(law: AddedLaw, parameters: Mapping[str, Any] | None) -> str:
+    """Law of an extension with its parameters in SI."""
+    values = {key: f"{value:.4g}" if isinstance(value, float) else value for key, value in (parameters or {}).items()}
+    given = ", ".join(f"{key} {value}" for key, value in values.items())
+    return f"{law.text} (extension{'; ' if given else ''}{given})"
+
+
 def _damping(contact: Contact) -> str:
     """Dissipation of a contact."""
     if contact.restitution is not None:
@@ -51,7 +60,8 @@ def contact_lines(view: View) -> Iterator[str]:
         return
     names = ", ".join(f"{pair.first} - {pair.second}" for pair in view.pairs)
     yield f"{count(len(view.pairs), 'pair')}: {names}"
-    yield f"{_LAWS[contact.law]}, K = {contact.stiffness:.4g} N/m^{contact.exponent:g} for a whole face{_damping(contact)}"
+    law = _LAWS[contact.law] if contact.law in _LAWS else _added(CONTACT_LAWS[contact.law], contact.parameters)
+    yield f"{law}, K = {contact.stiffness:.4g} N/m^{contact.exponent:g} for a whole face{_damping(contact)}"
     if contact.restitution is not None:
         slow = f"{millimetres(contact.speed_floor)}/s"
         yield f"an impact takes at least about 90 steps; below {slow} a contact is a pressed contact and not an impact"
@@ -102,7 +112,9 @@ def friction_lines(view: View) -> Iterator[str]:
     law = view.scene.friction
     if law is None or not view.pairs:
         return
-    if law.law == "lugre":
+    if law.law in FRICTION_LAWS:
+        yield _added(FRICTION_LAWS[law.law], law.parameters)
+    elif law.law == "lugre":
         yield (
             f"LuGre bristles: mu {law.mu_static:g} at a deflection of {millimetres(law.presliding or 0.0)}, "
             f"{law.mu_dynamic:g} when sliding faster than about {millimetres(law.v_stribeck or 0.0)}/s"
@@ -150,6 +162,8 @@ def approximations_of_friction(view: View) -> str:
     """Approximation of a sticking contact by the friction law."""
     law = view.scene.friction
     assert law is not None
+    if law.law in FRICTION_LAWS:
+        return "friction is that of an extension"
     if law.law == "lugre":
         return "bristles are elastic up to 0.8 mu_static; an oscillating load above it causes some slip below mu_static"
     if law.law in ("step", "stribeck"):

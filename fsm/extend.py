@@ -1,0 +1,86 @@
+"""Additions of users: contact laws, friction laws, laws of force elements, builders and output channels.
+
+A case names the Python file that makes the additions, ``extensions = ["my_law.py"]``. See docs/extend.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
+
+from pydantic import BaseModel
+
+from fsm.channels.offer import Model, Offer, State, offers
+from fsm.channels.rigid import motion_of_bodies
+from fsm.kernels.jit import kernel
+from fsm.laws.friction import FRICTION_LAWS as OWN_FRICTION_LAWS
+from fsm.laws.friction import FrictionLaw
+from fsm.laws.normal import NORMAL_LAWS, NormalLaw
+from fsm.registry import BUILDERS, CONTACT_LAWS, ELEMENT_LAWS, FRICTION_LAWS, AddedBuilder, AddedLaw
+from fsm.results.channel import AXES, Dim
+from fsm.scene.case import Case
+from fsm.scene.model import Model as Section
+from fsm.scene.scene import Scene
+from fsm.segments.law_elements import ElementLaw
+
+__all__ = [
+    "AXES", "Dim", "ElementLaw", "FrictionLaw", "Model", "NormalLaw", "Offer", "Section", "State", "add_builder",
+    "add_contact_law", "add_element_law", "add_friction_law", "kernel", "motion_of_bodies", "offers",
+]  # fmt: skip
+
+Built = TypeVar("Built", bound=BaseModel)
+
+
+def add_contact_law(name: str, law: NormalLaw, parameters: type[BaseModel] | None = None, text: str = "") -> None:
+    """Add a law of the normal force, ``[contact] law = name``.
+
+    Parameters
+    ----------
+    name : str
+    law : NormalLaw
+        Its function `params` receives the section, whose `parameters` is a dict in SI.
+    parameters : model of the section ``[contact.parameters]``, a `Section`
+    text : description for `fsm check`
+
+    Raises
+    ------
+    ValueError
+        A law of the package has this name.
+    """
+    _add(CONTACT_LAWS, NORMAL_LAWS, name, AddedLaw(law, parameters, text or name))
+
+
+def add_friction_law(name: str, law: FrictionLaw, parameters: type[BaseModel] | None = None, text: str = "") -> None:
+    """Add a friction law, ``[friction] law = name``; arguments as in `add_contact_law`."""
+    _add(FRICTION_LAWS, OWN_FRICTION_LAWS, name, AddedLaw(law, parameters, text or name))
+
+
+def add_element_law(name: str, law: ElementLaw, parameters: type[BaseModel] | None = None, text: str = "") -> None:
+    """Add a law of force elements, ``[[scene.elements]] law = name``; other arguments as in `add_contact_law`."""
+    _add(ELEMENT_LAWS, {}, name, AddedLaw(law, parameters, text or name))
+
+
+def add_builder(name: str, section: type[Built], build: Callable[[Built, Mapping[str, Any]], Scene]) -> None:
+    """Add a section of a case from which a scene is built.
+
+    Parameters
+    ----------
+    name : str
+        Name of the section.
+    section : model of the section, a `Section`
+    build : function
+        ``build(section, others) -> Scene``. `others` holds the other sections of the case by name. It raises a `CaseError`
+        with the faults of the section.
+
+    Raises
+    ------
+    ValueError
+        The case has a section with this name.
+    """
+    _add(BUILDERS, Case.model_fields, name, AddedBuilder(section, build))
+
+
+def _add(kind: dict[str, Any], own: Mapping[str, Any], name: str, addition: Any) -> None:
+    if name in own:
+        raise ValueError(f"{name!r} is a name of fsm itself; choose another name")
+    kind[name] = addition

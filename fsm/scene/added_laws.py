@@ -1,0 +1,69 @@
+"""Names and parameters of laws in a case, those of extensions included."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any, NoReturn
+
+from pydantic import BaseModel, ValidationError, ValidationInfo
+from pydantic_core import PydanticCustomError, PydanticKnownError
+
+from fsm.registry import AddedLaw
+from fsm.scene.units import did_you_mean, with_unit
+
+__all__ = ["check_element_law", "check_law", "check_parameters", "only_given", "with_parameters"]
+
+
+def check_law(value: Any, built_in: Iterable[str], added: Mapping[str, AddedLaw]) -> Any:
+    """Name of a law; an unknown one is refused with all names."""
+    names = [*built_in, *added]
+    if value not in names:
+        listed = [f"'{name}'" for name in names]
+        expected = " or ".join([", ".join(listed[:-1]), listed[-1]] if len(listed) > 1 else listed)
+        raise PydanticKnownError("literal_error", {"expected": expected})
+    return value
+
+
+def check_element_law(value: Any, added: Mapping[str, AddedLaw]) -> Any:
+    """Name of the law of an element, which an extension must have added."""
+    if value is not None and not added:
+        _refuse(f"{with_unit(value, None)} needs an extension that adds it; name its file in `extensions`")
+    return value if value is None else check_law(value, (), added)
+
+
+def check_parameters(value: Any, law: object, added: Mapping[str, AddedLaw], info: ValidationInfo) -> dict[str, Any] | None:
+    """Parameters of the law of an extension, in SI; other laws have none."""
+    known = added.get(law) if isinstance(law, str) else None
+    if known is None or known.parameters is None:
+        if not value:
+            return None
+        _refuse(f"not used with law = {with_unit(law, None)}; only laws of extensions have parameters; remove it")
+    try:
+        return dict(known.parameters.model_validate(value or {}, context=info.context).model_dump(exclude_none=True))
+    except ValidationError as error:
+        _refuse("; ".join(_text(detail, list(known.parameters.model_fields)) for detail in error.errors(include_url=False)))
+
+
+def with_parameters(written: Mapping[str, Any], law: object, added: Mapping[str, AddedLaw]) -> dict[str, Any]:
+    """Section with the parameters of the law of an extension, so that missing ones are found."""
+    known = added.get(law) if isinstance(law, str) else None
+    return {"parameters": {}, **written} if known is not None and known.parameters is not None else dict(written)
+
+
+def only_given(section: BaseModel, data: Mapping[str, Any]) -> dict[str, Any]:
+    """Keys of a section that the case gives; defaults of keys that the law of an extension does not use may be invalid."""
+    return {key: value for key, value in data.items() if key in section.model_fields_set}
+
+
+def _text(detail: Any, keys: list[str]) -> str:
+    place = ".".join(str(key) for key in detail["loc"])
+    if detail["type"] == "extra_forbidden":
+        return f"{place}: unknown key{did_you_mean(place, keys) or '; allowed here: ' + ', '.join(keys)}"
+    if detail["type"] == "missing":
+        return f"{place}: missing; this key is required"
+    message = str(detail["ctx"]["error"]) if detail["type"] == "value_error" else detail["msg"]
+    return f"{place}: {message[:1].lower()}{message[1:]}" if place else message
+
+
+def _refuse(text: str) -> NoReturn:
+    raise PydanticCustomError("quantity", "{text}", {"text": text})

@@ -1,0 +1,146 @@
+"""Force elements with a law of an extension: six deformations in, six efforts out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fsm.kernels.scatter import scatter_efforts
+from fsm.segments.group import Past
+from fsm.segments.kept import Kept
+from fsm.segments.pattern import BodyPattern
+
+__all__ = ["ElementLaw", "LawGroup"]
+
+_IN_PLANE = [0, 2, 4]
+"""Deformations of a planar element among the six."""
+
+
+class ElementLaw(NamedTuple):
+    """Law of a force element between two bodies.
+
+    Attributes
+    ----------
+    effort : function
+        ``effort(deformation, rate, parameters) -> effort, stiffness, damping``, (6,) arrays. `deformation` is the
+        translation (e1, e2, e3), m, and the rotation (swing, twist, swing), rad, of the inner body relative to the outer
+        one, see `ForceElement`. `effort` (N, N m) resists an increase of the deformation. `stiffness` and `damping` are its
+        derivatives by the deformation and the rate of the same direction; directions do not depend on each other.
+    energy : function
+        ``energy(deformation, parameters)``: energy of the effort at rest, J.
+    rate_dependent : whether the effort depends on rates
+    """
+
+    effort: Callable[[np.ndarray, np.ndarray, Any], tuple[np.ndarray, np.ndarray, np.ndarray]]
+    energy: Callable[[np.ndarray, Any], float]
+    rate_dependent: bool = False
+
+
+@dataclass(frozen=True)
+class LawGroup:
+    """Elements with laws of extensions.
+
+    Attributes
+    ----------
+    measure, tangent : kernels of `fsm.interactions.pose_planar` or `pose_spatial`
+    bodies : (m, 2) int array
+    geometry : arrays the two kernels take after `bodies`
+    laws : law and parameters of each element
+    names : names of the elements
+    """
+
+    measure: Callable[..., Any]
+    tangent: Callable[..., Any]
+    bodies: np.ndarray
+    geometry: tuple[np.ndarray, ...]
+    laws: tuple[tuple[ElementLaw, Any], ...]
+    names: tuple[str, ...]
+    _cache: Kept = field(default_factory=Kept, init=False, repr=False, compare=False)
+
+    @cached_property
+    def rate_dependent(self) -> bool:
+        """See `Group`."""
+        return any(law.rate_dependent for law, _ in self.laws)
+
+    @cached_property
+    def rest(self) -> np.ndarray:
+        """Zero deformations, for use without a past state."""
+        return np.zeros((len(self.bodies), 6 if len(self.geometry) == 6 else 3))
+
+    def _measured(
+        self, poses: np.ndarray, rates: np.ndarray, past: Past | None
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Deformations, their rates, and gradients."""
+        value, rate, gradient = self.measure(poses, rates, self.bodies, *self.geometry)
+        before, per_second = self._cache.before(self, rates, past)
+        return value, rate if past is None else (value - before) * per_second, gradient
+
+    def efforts(self, value: np.ndarray, rate: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Efforts, stiffnesses and dampings, (m, 3 or 6) arrays."""
+        out = np.zeros((3, *value.shape))
+        for i, (law, parameters) in enumerate(self.laws):
+            found = law.effort(_six(value[i]), _six(rate[i]), parameters)
+            for k, part in enumerate(found):
+                out[k, i] = _of_six(np.broadcast_to(np.asarray(part, dtype=float), 6), value.shape[1])
+        return out[0], out[1], out[2]
+
+    def add_force(
+        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: Past | None = None
+    ) -> None:
+        """See `Group`."""
+        value, rate, gradient = self._measured(poses, rates, past)
+        effort, _, _ = self.efforts(value, rate)
+        scatter_efforts(self.bodies, gradient, effort, len(effort), force)
+
+    def add_linearised(
+        self,
+        t: float,
+        poses: np.ndarray,
+        rates: np.ndarray,
+        pattern: BodyPattern,
+        force: np.ndarray,
+        stiffness: np.ndarray,
+        damping: np.ndarray,
+        past: Past | None = None,
+    ) -> None:
+        """See `Group`."""
+        value, rate, gradient = self._measured(poses, rates, past)
+        effort, slope, by_rate = self.efforts(value, rate)
+        scatter_efforts(self.bodies, gradient, effort, len(effort), force)
+        moving = rates if past is None else np.zeros_like(rates)  # differences of deformations know no rates of bodies
+        self.tangent(
+            poses, moving, self.bodies, *self.geometry, gradient, effort, slope, by_rate, *pattern.index, stiffness, damping
+        )
+
+    def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
+        """See `Group`; the laws do not depend explicitly on time."""
+
+    def energy(
+        self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None
+    ) -> tuple[dict[str, float], float, float]:
+        """See `Group`; the energy counts as that of panels and joints."""
+        value, rate, _ = self._measured(poses, rates, past)
+        stored = sum(float(law.energy(_six(row), own)) for row, (law, own) in zip(value, self.laws, strict=True))
+        moving, _, _ = self.efforts(value, rate)
+        still, _, _ = self.efforts(value, np.zeros_like(rate))
+        return {"panels": stored}, float(np.sum((moving - still) * rate)), 0.0
+
+    def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:
+        """See `Group`."""
+        return self.bodies, 0
+
+
+def _six(row: np.ndarray) -> np.ndarray:
+    if len(row) == 6:
+        return row
+    out = np.zeros(6)
+    out[_IN_PLANE] = row
+    return out
+
+
+def _of_six(row: np.ndarray, size: int) -> np.ndarray:
+    return row if size == 6 else row[_IN_PLANE]
