@@ -38,7 +38,8 @@ def supports(model: Model) -> Iterator[Offer]:
         return
     table = model.system.bodies
     frames = getattr(getattr(model.system, "frames", None), "bodies", ())
-    for i in sorted(set(range(len(table.names))) - set(table.free.tolist()) - set(map(int, frames))):
+    free = set() if model.case.step else set(table.free.tolist())  # steps may hold or release any body
+    for i in sorted(set(range(len(table.names))) - free - set(map(int, frames))):
         name = f"support.{table.names[i]}"
         yield Offer(f"{name}.force", "N", "force of the support or drive on the body", _reaction(i, 0), (AXES,))
         text = "moment of the support or drive about the centre of the body, inertial axes"

@@ -222,7 +222,9 @@ def _arms(state: State) -> Values:
 def _row(function: Callable[[State], dict[str, Any]], name: str, part: int) -> Callable[[State], np.ndarray]:
     def at(state: State) -> np.ndarray:
         found = state.once(function)
-        return np.asarray(found[name][part]) if name in found else np.full(3, np.nan)
+        if name in found:
+            return np.asarray(found[name][part])
+        return np.full(3, np.nan if part == 2 else 0.0)  # the element does not act in this step
 
     return at
 
@@ -243,7 +245,7 @@ def _part(name: str, which: str) -> Callable[[State], np.ndarray]:
 
 
 def _moment(name: str, side: float) -> Callable[[State], float]:
-    return lambda state: side * float(state.once(_crease_moments)[1].get(name, np.nan))
+    return lambda state: side * float(state.once(_crease_moments)[1].get(name, 0.0))
 
 
 def _angle(name: str, side: float, soft: float) -> Callable[[State], float]:

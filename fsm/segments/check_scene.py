@@ -66,6 +66,8 @@ def _references(scene: Scene) -> Iterator[Fault]:
         if element.crease_flexibility and element.crease is None:
             text = f"{element.crease_flexibility:g} rad/(N m) is in series with a `crease`, but there is none; take it out"
             yield Fault(f"scene.elements.{i}.crease_flexibility", text)
+        if element.latch and element.law is not None:
+            yield Fault(f"scene.elements.{i}.latch", "not available with `law`; remove one of them")
         if element.frame == "chord" and element.law is not None:
             yield Fault(f"scene.elements.{i}.law", 'a ligament (frame = "chord") has a linear law only; remove it')
         if element.inner == element.outer:
