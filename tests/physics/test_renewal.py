@@ -11,6 +11,10 @@ import pytest
 
 import fsm.solve.run
 import fsm.solve.static
+from fsm.assembly.compile import compile_model
+from fsm.scene.contact import Contact, Friction
+from fsm.scene.flexible import SceneFilm
+from fsm.scene.scene import Body, ContactPair, Plate, Scene
 from fsm.segments.compile import compile_scene
 from fsm.solve.handed_over import CurvePoint, Saved, Statistics, StepEnd
 from fsm.solve.ledger import Ledger
@@ -106,3 +110,21 @@ def test_with_creases_that_remember(method: str, spatial: bool, monkeypatch: pyt
 
 def test_renewal_points_are_a_matter_of_the_size() -> None:
     assert [steps_between(nu) for nu in (0, 6, 1000, 1500, 6000, 10**6)] == [64, 64, 60, 40, 10, 8]
+
+
+def test_mean_force_with_films_and_contact(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A plate that bounces on a film."""
+    film = SceneFilm(
+        name="film", length=0.1, width=0.1, thickness=1e-4, young=3e9, density=1400.0, mesh=(2, 2), strain=(2e-3, 2e-3),
+        held=("left", "right"),
+    )  # fmt: skip
+    plate = Body(
+        name="plate", mass=4e-3, inertia=(3e-7, 6e-7, 8e-7), position=(0.003, 0.002, 0.001), velocity=(0.0, 0.1, -1.0),
+        plate=Plate(length=0.05, width=0.04, thickness=1e-3),
+    )  # fmt: skip
+    scene = Scene(
+        bodies=(plate,), films=(film,), pairs=(ContactPair(first="film", second="plate"),),
+        contact=Contact(law="hertz", stiffness=1e6), friction=Friction(law="tanh", mu_dynamic=0.2, v_static=0.1),
+    )  # fmt: skip
+    way = check(lambda: compile_model(scene), Settings("mean-force", 1e-3, 2e-3), monkeypatch, 10)
+    assert max(point.pair_force[0] for point in way.seen) > 0.1
