@@ -28,14 +28,19 @@ from fsm.provenance import made_by, provenance
 from fsm.results.channel import extremes_of
 from fsm.results.curve import Curve
 from fsm.results.solution import Record, Solution
-from fsm.results.step_data import StepModes
+from fsm.results.step_data import LoadPath, StepModes
 from fsm.results.store import ResultWriter, part_path, read_checkpoint, read_solution
 from fsm.round_off import RoundOff, position_round_off_energy, round_off_of
 from fsm.scene.load_case import LoadedCase
 from fsm.scene.scene import Scene
+from fsm.segments.system import SegmentSystem
+from fsm.solve.arc_length import ArcSettings
+from fsm.solve.arc_run import ArcRun
 from fsm.solve.handed_over import CurvePoint, Saved, Statistics, StepEnd
 from fsm.solve.ledger import Ledger
+from fsm.solve.settings import Settings
 from fsm.solve.solver import solve
+from fsm.solve.static import PathSettings
 from fsm.summary import summary_of
 
 __all__ = ["CHECKPOINT_EVERY", "RecordedSolve"]
@@ -145,7 +150,8 @@ class RecordedSolve:
                 summary["channels"] = extremes_of(solution.channels, solution.time, solution.travel)
             driven = bool(self.seen) and len(self.seen[0].drive.travel) > 0
             curve = Curve.from_points(self.seen).decimate() if driven else None
-            writer.finish(_counters(statistics), summary, array, curve, StepModes.joined(self.modes))
+            paths = LoadPath.of([result.path for result in self.done])
+            writer.finish(_counters(statistics), summary, array, curve, StepModes.joined(self.modes), paths)
         self.checkpoint.unlink(missing_ok=True)
         return read_solution(self.target)
 
@@ -182,6 +188,15 @@ class RecordedSolve:
             saved = self._still(step.end, q, u, self.ledger)
             for t in [*self.records_due]:
                 self._save(writer, replace(saved, time=t))
+        elif isinstance(step.settings, ArcSettings):
+            assert self.ledger is not None and isinstance(system, SegmentSystem)
+            path = ArcRun(system, step.settings, self.ledger, self.seen)
+            q = path.go(step.start, q, lambda t, steps: bar.step(t, steps))
+            for saved in path.saved:
+                if saved.time > self.until:
+                    self._record(writer, saved)
+            self.warnings += path.warnings
+            u, result.counters, result.path = np.zeros(system.nu), counted(path.statistics), path.loads
         else:
             assert self.ledger is not None
             statistics = self._solve(step, writer, bar, self.ledger, after, (step.start, q, u))
@@ -215,7 +230,7 @@ class RecordedSolve:
         def on_step(end: StepEnd) -> None:
             self._step(writer, bar, ledger, end)
 
-        assert step.settings is not None
+        assert isinstance(step.settings, Settings | PathSettings)
         own = self.analysis.own_solver()
         if own is not None:
             return own(step.settings.end_time, times, on_save, on_step, ledger)
@@ -269,7 +284,8 @@ class RecordedSolve:
     def _record(self, writer: ResultWriter, saved: Saved) -> None:
         seen = saved.observation
         stored = seen.energy.potential
-        q, u = self.analysis.whole(self.current, saved.time, saved.q, saved.u)
+        t = saved.acting
+        q, u = self.analysis.whole(self.current, t, saved.q, saved.u)
         writer.append(
             Record(
                 time=saved.time,
@@ -287,10 +303,11 @@ class RecordedSolve:
                 **{f"pair_{name}": values for name, values in vars(seen.pairs).items()},
                 pair_friction_energy=saved.pair_energy[0],
                 pair_damping_energy=saved.pair_energy[1],
-                shape=self.current.shape(saved.time, saved.q),
-                negative_pivots=self.analysis.unstable_ways(self.current, saved.time, saved.q),
-                channels=self.channels.values(self.current, saved),
+                shape=self.current.shape(t, saved.q),
+                negative_pivots=self.analysis.unstable_ways(self.current, t, saved.q),
+                channels=self.channels.values(self.current, saved if t == saved.time else replace(saved, time=t)),
                 step=self.number + 1,
+                program_time=t,
             )
         )
         self.records += 1

@@ -28,6 +28,7 @@ from fsm.results.curve import Curve
 from fsm.results.export import write_contact_csv, write_force_csv, write_history_csv, write_points_csv
 from fsm.results.quantities import touching_pairs
 from fsm.results.solution import Solution
+from fsm.results.step_data import write_load_path_csv
 from fsm.results.store import part_path, read_solution
 from fsm.results.summary_file import SUMMARY, write_summary
 from fsm.scene.load_case import LoadedCase
@@ -151,6 +152,11 @@ def _run_stages(
     return summary
 
 
+def _write_loads(solution: Solution, path: Path) -> None:
+    if solution.load_path is not None:
+        write_load_path_csv(solution.load_path, path)
+
+
 def _write_channels(solution: Solution, path: Path) -> None:
     write_channels_csv(solution.channels, solution.time, solution.travel, path)
 
@@ -191,6 +197,7 @@ def _write(solution: Solution, out: Path) -> None:
         "history.csv": write_history_csv if len(solution.samples.time) else None,
         "points.csv": write_points_csv if solution.array is not None else None,
         "channels.csv": _write_channels if solution.channels else None,
+        "load.csv": _write_loads if solution.load_path is not None else None,
     }
     for name, write in tables.items():
         if write is not None:

@@ -23,6 +23,7 @@ from fsm.segments.in_step import system_in_step, whole_system
 from fsm.segments.plan import PlannedStep, plan_of
 from fsm.segments.save_times import save_times
 from fsm.segments.system import SegmentSystem
+from fsm.solve.arc_length import ArcSettings
 from fsm.solve.handed_over import Statistics
 from fsm.solve.linear import LinearSolver
 from fsm.solve.newton import negative_pivots
@@ -83,14 +84,16 @@ class Deployment:
         last = [step for step in self.plan.steps if step.kind in ("static", "dynamic")][-1:] or self.plan.steps[-1:]
         return last[0].method, last[0].reason
 
-    def settings(self, method: str) -> Settings | PathSettings:
+    def settings(self, method: str) -> Settings | PathSettings | ArcSettings:
         """Settings of the solver for a method, with those of the last step."""
         return self._settings(replace(self.plan.steps[-1], method=method))
 
-    def _settings(self, step: PlannedStep) -> Settings | PathSettings:
+    def _settings(self, step: PlannedStep) -> Settings | PathSettings | ArcSettings:
         solve, end = step.solve, step.end
         max_step = solve.max_step or math.inf
-        if step.method not in ("static", "arc-length"):
+        if step.method == "arc-length":
+            return ArcSettings(end, max_steps=solve.max_steps)
+        if step.method != "static":
             settings = Settings(
                 step.method, solve.rtol, end, max_step, solve.max_steps, solve.energy_abort, step=solve.step
             )
@@ -203,7 +206,8 @@ class Deployment:
 
     def _stretched(self, solution: Solution) -> list[str]:
         """Whether a drive stretches the panels of a strip, which turn and bend long before, and from which travel on."""
-        if self.case.strip is None or not solution.travel.shape[1]:
+        by_arc_length = any(step.method == "arc-length" for step in self.plan.steps)  # drives do not follow the time
+        if self.case.strip is None or not solution.travel.shape[1] or by_arc_length:
             return []
         length = self.system.scales().length
         for time, q, travel in zip(solution.time, solution.q, solution.travel[:, 0], strict=True):

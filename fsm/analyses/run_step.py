@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from fsm.scene.steps import Kind
+from fsm.solve.arc_length import ArcSettings
 from fsm.solve.settings import Settings
 from fsm.solve.static import PathSettings
 
@@ -37,7 +38,7 @@ class RunStep:
     end: float
     method: str
     reason: str
-    settings: Settings | PathSettings | None
+    settings: Settings | PathSettings | ArcSettings | None
     record_times: list[float]
     sample_times: list[float] = field(default_factory=list)
     modes: int = 0
@@ -45,7 +46,16 @@ class RunStep:
 
 @dataclass
 class StepResult:
-    """What came of a step, for the summary and for a restart: counters, end of its part of the curve, events, modes."""
+    """What came of a step, for the summary and for a restart.
+
+    Attributes
+    ----------
+    name, kind, method, start, end : see `RunStep`
+    counters : counters of the solver
+    seen : number of points of the curve at the end of the step
+    events, frequencies : events, and natural frequencies in Hz
+    path : time of the programs, stability and loads at all points of a path by arc length (`fsm.solve.arc_run`)
+    """
 
     name: str
     kind: str
@@ -56,5 +66,6 @@ class StepResult:
     seen: int
     events: list[dict[str, Any]] = field(default_factory=list)
     frequencies: list[float] = field(default_factory=list)
+    path: dict[str, Any] = field(default_factory=dict)
 
 

@@ -16,7 +16,7 @@ from fsm.solve.modal import modes
 from fsm.solve.status import Event, Outcome
 from fsm.system import System
 
-__all__ = ["counted", "step_modes", "step_summaries", "total_of"]
+__all__ = ["counted", "limit_points", "step_modes", "step_summaries", "total_of"]
 
 _SUMMED = (
     "steps", "force_evaluations", "jacobian_evaluations", "factorisations", "newton_iterations", "wall_time", "rejected",
@@ -68,10 +68,25 @@ def step_summaries(done: Sequence[StepResult], seen: list[CurvePoint], solution:
             one["peak_travel"] = float(part[largest].drive.travel[drive])
             one["final_force"] = float(forces[-1, drive])
             one["final_travel"] = float(part[-1].drive.travel[drive])
+        if result.path:
+            one["limit_points"] = limit_points(result.path)
         if result.frequencies:
             one["frequencies_hz"] = result.frequencies
         found.append(one)
     return found
+
+
+def limit_points(path: dict[str, Any]) -> list[dict[str, Any]]:
+    """Points of a path by arc length at which the loads have an extreme: time of the programs, and size and way of loads."""
+    time = np.array(path["time"])
+    turns = np.flatnonzero(np.diff(np.sign(np.diff(time))) != 0.0) + 1
+    return [
+        {
+            "program_time": float(time[k]),
+            "loads": {name: {"size": rows[k][0], "displacement": rows[k][1]} for name, rows in path["loads"].items()},
+        }
+        for k in turns
+    ]
 
 
 def step_modes(analysis: Analysis, system: System, step: RunStep, number: int, q: np.ndarray) -> StepModes:

@@ -15,7 +15,7 @@ from fsm.results.array import ArrayMotion
 from fsm.results.channel import Channel, ChannelInfo
 from fsm.results.curve import Curve
 from fsm.results.film import Film, Floats, Integers, Samples
-from fsm.results.step_data import StepModes
+from fsm.results.step_data import LoadPath, StepModes
 
 __all__ = ["BEAM", "ENERGIES", "FILM", "LINE", "PAIRS", "Floats", "Integers", "Layout", "Record", "Solution"]
 
@@ -79,6 +79,8 @@ class Record:
         Values of the channels of the layout, by name.
     step : int
         Number of the step of the run, from 1.
+    program_time : s
+        Time at which loads and drives are taken; another than `time` on a path by arc length.
     """
 
     time: float
@@ -100,6 +102,7 @@ class Record:
     negative_pivots: int = 0
     channels: dict[str, Floats] = field(default_factory=dict)
     step: int = 1
+    program_time: float = np.nan
 
 
 @dataclass(frozen=True)
@@ -176,6 +179,10 @@ class Solution:
         Number of the step of every record, from 1; 0 in older files.
     modes : StepModes or None
         Natural modes that steps have found.
+    program_time : (n,) array, s
+        Times at which loads and drives are taken; NaN in older files.
+    load_path : LoadPath or None
+        Loads at all points of paths by arc length.
     """
 
     time: Floats
@@ -204,6 +211,8 @@ class Solution:
     channels: dict[str, Channel] = field(default_factory=dict)
     step: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     modes: StepModes | None = None
+    program_time: Floats = field(default_factory=lambda: np.zeros(0))
+    load_path: LoadPath | None = None
 
     def __len__(self) -> int:
         return len(self.time)
@@ -251,5 +260,5 @@ def stack_energies(records: Sequence[Record]) -> dict[str, Floats]:
 
 def stack(records: Sequence[Record]) -> dict[str, Floats]:
     """Float fields of records as arrays over time, by field name."""
-    names = ("time", "q", "u", "travel", "force", *PAIRS, "shape")
+    names = ("time", "q", "u", "travel", "force", *PAIRS, "shape", "program_time")
     return {name: np.array([getattr(r, name) for r in records], dtype=float) for name in names}

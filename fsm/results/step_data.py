@@ -1,17 +1,23 @@
-"""Natural modes that steps of a run have found, and their datasets."""
+"""Natural modes, and loads of paths by arc length, that steps of a run have found; their datasets."""
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from fsm.hdf5_checked import numbers_in
+from fsm.atomic_write import atomic_write
+from fsm.hdf5_checked import names_in, numbers_in
 from fsm.results.datasets import add_scale, set_description
 
-__all__ = ["StepModes", "read_step_modes", "write_step_modes"]
+__all__ = [
+    "LoadPath", "StepModes", "read_load_path", "read_step_modes", "write_load_path", "write_load_path_csv",
+    "write_step_modes",
+]  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -76,3 +82,97 @@ def read_step_modes(file: Any) -> StepModes | None:
         found[name] = np.zeros(shape) if 0 in shape else numbers_in(file, path, shape)
     found["step"] = found["step"].astype(np.int64)
     return StepModes(**found)
+
+
+@dataclass(frozen=True)
+class LoadPath:
+    """Loads at all points of paths by arc length.
+
+    Attributes
+    ----------
+    step : number of the step of each point, from 1, (n,)
+    time : (n,) array, s
+        Time at which loads and drives are taken.
+    stable : (n,) array
+        1 for a stable equilibrium, 0 for an unstable one.
+    names : names of the loads
+    size : (n, n_loads) array, N or N m
+        NaN in a step without this load.
+    way : (n, n_loads) array, m or rad
+        Displacement of the point of the load along its force, or rotation about its moment, since the start of the step.
+    """
+
+    step: np.ndarray
+    time: np.ndarray
+    stable: np.ndarray
+    names: tuple[str, ...]
+    size: np.ndarray
+    way: np.ndarray
+
+    @classmethod
+    def of(cls, paths: Sequence[dict[str, Any]]) -> LoadPath | None:
+        """Loads of all steps, whose paths are empty for other methods; None without any."""
+        found = [(number, path) for number, path in enumerate(paths, 1) if path]
+        if not found:
+            return None
+        names = tuple(dict.fromkeys(name for _, path in found for name in path["loads"]))
+        rows = []
+        for _, path in found:
+            row = np.full((len(path["time"]), len(names), 2), np.nan)
+            for k, name in enumerate(names):
+                if name in path["loads"]:
+                    row[:, k] = path["loads"][name]
+            rows.append(row)
+        values = np.concatenate(rows)
+        step = np.concatenate([np.full(len(path["time"]), number) for number, path in found])
+        time = np.concatenate([path["time"] for _, path in found])
+        stable = np.concatenate([path["stable"] for _, path in found]).astype(float)
+        return cls(step, time, stable, names, values[:, :, 0], values[:, :, 1])
+
+
+_LOADS = {
+    "step": ((), "1", "number of the step, from 1"),
+    "time": ((), "s", "time at which loads and drives are taken"),
+    "stable": ((), "1", "1 for a stable equilibrium"),
+    "size": (("load_path/load",), "N, N m", "force, or moment of a load without force"),
+    "way": (("load_path/load",), "m, rad", "displacement along the force, or rotation about the moment"),
+}
+
+
+def write_load_path(file: Any, path: LoadPath) -> None:
+    """Write the loads of paths by arc length."""
+    add_scale(file, "load_path/point", np.arange(1, len(path.time) + 1), "number of the point")
+    add_scale(file, "load_path/load", list(path.names), "load")
+    for name, (dims, units, text) in _LOADS.items():
+        values = np.asarray(getattr(path, name), dtype=float)
+        if 0 in values.shape:
+            continue
+        data = file.create_dataset(f"load_path/{name}", data=values)
+        set_description(data, units, text)
+        for axis, dim in enumerate(("load_path/point", *dims)):
+            data.dims[axis].attach_scale(file[dim])
+
+
+def read_load_path(file: Any) -> LoadPath | None:
+    """Read the loads of paths by arc length; None if there are none."""
+    if "load_path" not in file:
+        return None
+    (count,), names = file["load_path/point"].shape, names_in(file, "load_path/load")
+    sizes = {"load_path/load": len(names)}
+    found: dict[str, Any] = {}
+    for name, (dims, _, _) in _LOADS.items():
+        shape = (count, *(sizes[dim] for dim in dims))
+        found[name] = np.zeros(shape) if 0 in shape else numbers_in(file, f"load_path/{name}", shape, False)
+    return LoadPath(names=names, **{**found, "step": found["step"].astype(np.int64)})
+
+
+def write_load_path_csv(path: LoadPath, target: Path) -> None:
+    """Write the load-displacement curve with 12 significant digits."""
+    columns = {"step": path.step, "program time (s)": path.time, "stable": path.stable}
+    for k, name in enumerate(path.names):
+        columns[f"{name} (N, N m)"] = path.size[:, k]
+        columns[f"displacement of {name} (m, rad)"] = path.way[:, k]
+    with atomic_write(target) as part, part.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(columns)
+        writer.writerows([f"{value:.12g}" for value in row] for row in np.column_stack(list(columns.values())))

@@ -4,7 +4,7 @@ Layout (groups and datasets of parts that a structure does not have are absent):
 
     /case                           text of the case file
     /provenance                     attributes: versions, hashes, command, machine, wall time
-    /time, /step         (time)                 time, and number of the step of the run
+    /time, /step, /program_time (time)          time, number of the step of the run, time of loads and drives
     /step_name           names of the steps
     /step_modes/frequency, step, shape, increment   (mode, ...)   natural modes that steps have found
     /state/q, u          (time, coordinate), (time, rate)
@@ -31,7 +31,8 @@ even after a kill. `/time` is written last, so a reader counts only complete rec
 At the end `finish` copies the file, adds the stats and gives the copy its final name.
 
 Version 1 has only force and gap of the contact pairs; their other quantities are read as NaN. Version 3 adds films. Version
-4 renames the times of curve and probes, which xarray took for those of the records, and adds channels. Version 5 adds steps.
+4 renames the times of curve and probes, which xarray took for those of the records, and adds channels. Versions 5
+and 6 add steps and the times of programs.
 """
 
 from __future__ import annotations
@@ -84,12 +85,19 @@ from fsm.results.datasets import (
 from fsm.results.film import Samples
 from fsm.results.interrupted_file import is_marked_open, without_open_marks
 from fsm.results.solution import ENERGIES, PAIRS, Floats, Layout, Record, Solution, stack, stack_energies
-from fsm.results.step_data import StepModes, read_step_modes, write_step_modes
+from fsm.results.step_data import (
+    LoadPath,
+    StepModes,
+    read_load_path,
+    read_step_modes,
+    write_load_path,
+    write_step_modes,
+)
 from fsm.results.summary_check import check_summary
 
 __all__ = ["ResultWriter", "part_path", "read_checkpoint", "read_solution", "write_checkpoint"]
 
-FORMAT, VERSION = "fsm result", 5
+FORMAT, VERSION = "fsm result", 6
 CHECKPOINT_FORMAT = "fsm checkpoint"
 BUFFER_BYTES = 4_000_000
 _ROOT_DIMS = ("axis",)
@@ -119,6 +127,7 @@ VARIABLES: dict[str, _Variable] = {
     "shape": _Variable("shape", ("quad", "corner", "axis"), "m", "corner points of the plates"),
     "negative_pivots": _Variable("stats/negative_pivots", (), "1", "negative pivots of the tangent"),
     "step": _Variable("step", (), "1", "number of the step of the run, from 1", 5),
+    "program_time": _Variable("program_time", (), "s", "time at which loads and drives are taken", 6),
     **{
         name: _Variable(f"energy/{name}", (), "J", text, 3 if name in ("film", "patch", "cable", "bars", "hinges") else 1)
         for name, text in ENERGIES.items()
@@ -241,8 +250,9 @@ class ResultWriter:
         array: ArrayMotion | None = None,
         curve: Curve | None = None,
         modes: StepModes | None = None,
+        paths: LoadPath | None = None,
     ) -> None:
-        """Close, add stats, summary, motion of an array, force curve and modes, and give the file its final name.
+        """Close, add stats, summary and what is known at the end only, and give the file its final name.
 
         Raises
         ------
@@ -263,6 +273,8 @@ class ResultWriter:
                     write_curve(file, curve)
                 if modes is not None:
                     write_step_modes(file, modes)
+                if paths is not None:
+                    write_load_path(file, paths)
             self.part.unlink()
 
     def _resume(self, n_records: int, n_samples: int) -> None:
@@ -466,6 +478,7 @@ def read_solution(path: str | Path) -> Solution:
             array=read_array(file, n),
             curve=read_curve(file),
             modes=read_step_modes(file),
+            load_path=read_load_path(file),
             step=np.nan_to_num(values.pop("step")).astype(np.int64),
             **values,
         )

@@ -160,6 +160,8 @@ class Drive(Model):
             raise ValueError(f"`time` gives the motion, so `{key}` and `run_up` are not used; remove them, or remove `time`")
         if isinstance(self.time, Constant):
             raise ValueError('`time` of a drive is a motion: kind = "ramp", "table" or "cycle"')
+        if isinstance(self.time, Ramp) and self.time.shape == "unbounded":
+            raise ValueError('shape = "unbounded" is for loads; a drive has "smooth" or "linear"')
         if self.run_up is not None and self.travel is not None and self.run_up > self.travel:
             raise ValueError(
                 f"run_up = {self.run_up:g} m must be at most travel = {self.travel:g} m; reduce it"

@@ -11,7 +11,9 @@ from fsm.scene.units import Count, Length, Number, Time
 
 __all__ = ["Method", "Save", "Solve"]
 
-Method = Literal["auto", "static", "generalized-alpha", "mean-force", "newmark", "Radau-blocks", "Radau", "BDF", "LSODA"]
+Method = Literal[
+    "auto", "static", "arc-length", "generalized-alpha", "mean-force", "newmark", "Radau-blocks", "Radau", "BDF", "LSODA"
+]  # fmt: skip
 
 
 class Solve(Model):
@@ -20,7 +22,8 @@ class Solve(Model):
     Attributes
     ----------
     method : str
-        "auto"; "static" (equilibria as the drives move, dynamics during snap-through); "generalized-alpha"; "newmark";
+        "auto"; "static" (equilibria as the drives move, dynamics during snap-through); "arc-length" (the equilibrium path
+        through limit points, stable or not, without rates); "generalized-alpha"; "newmark";
         "mean-force" (keeps energy); "Radau-blocks" (Radau's method with block matrices), or SciPy's "Radau", "BDF", "LSODA".
     rtol : -
         Relative tolerance; absolute tolerances follow from it and the sizes of the scene. Statics chooses its increments so

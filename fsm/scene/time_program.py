@@ -30,13 +30,14 @@ class Ramp(Model):
     ----------
     start, end : s
     shape : str
-        "smooth": s^2 (3 - 2s), with continuous slope; "linear".
+        "smooth": s^2 (3 - 2s), with continuous slope; "linear"; "unbounded": linear, and goes on beyond both ends, for
+        loads of a path by arc length.
     """
 
     kind: Literal["ramp"]
     start: Time = 0.0
     end: Time
-    shape: Literal["smooth", "linear"] = "smooth"
+    shape: Literal["smooth", "linear", "unbounded"] = "smooth"
 
     @model_validator(mode="after")
     def _forward(self) -> Self:
@@ -169,7 +170,7 @@ def steepest(function: TimeFunction) -> float:
     if isinstance(function, Constant):
         return 0.0
     if isinstance(function, Ramp):
-        return (1.0 if function.shape == "linear" else 1.5) / (function.end - function.start)
+        return (1.5 if function.shape == "smooth" else 1.0) / (function.end - function.start)
     if isinstance(function, Cycle):
         return (math.pi if function.form == "pulsating" else 2.0 * math.pi) / function.period
     assert function.time is not None and function.value is not None

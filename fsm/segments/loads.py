@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fsm.kernels.body_poses import pose_difference
 from fsm.kernels.rotation import rotation_matrix
 from fsm.scene.loads import Constant, Load, TimeFunction
 from fsm.segments.group import Past
@@ -30,6 +31,28 @@ class AppliedLoad:
     moment: np.ndarray
     follower: bool
     time: TimeFunction
+    name: str = ""
+
+    def size(self, t: float) -> float:
+        """Force (N), or moment (N m) of a load without force."""
+        return factor(self.time, t) * float(np.linalg.norm(self.force) or np.linalg.norm(self.moment))
+
+    def place(self, pose: np.ndarray) -> np.ndarray:
+        """Place of the point of the load, m; angles of the body for a moment alone: (phi), or a quaternion in space."""
+        if not self.force.any():
+            return pose[2:] if len(pose) == 3 else pose[3:]
+        rotation = _planar_rotation(pose[2]) if len(pose) == 3 else rotation_matrix(pose[3:])
+        return np.asarray(pose[: len(self.point)] + rotation @ self.point)
+
+    def moved(self, start: np.ndarray, pose: np.ndarray) -> float:
+        """Displacement of the point along the force (m), or rotation along a moment (rad), between two poses."""
+        change = self.place(pose) - self.place(start)
+        if self.force.any():
+            return float(change @ self.force) / float(np.linalg.norm(self.force))
+        if len(pose) == 3:
+            return float(change[0] * np.sign(self.moment[0]))
+        turn = pose_difference(start, pose)[3:]  # in body axes, as long as in inertial ones
+        return float(rotation_matrix(start[3:]) @ turn @ self.moment) / float(np.linalg.norm(self.moment))
 
 
 def applied(load: Load, body: int, spatial: bool) -> AppliedLoad:
@@ -37,7 +60,7 @@ def applied(load: Load, body: int, spatial: bool) -> AppliedLoad:
     keep = [0, 1, 2] if spatial else [0, 2]
     moment = np.array(load.moment if spatial else (load.moment[1],), dtype=float)
     point, force = np.array(load.point, dtype=float)[keep], np.array(load.force, dtype=float)[keep]
-    return AppliedLoad(body, point, force, moment, load.follower, load.time or Constant())
+    return AppliedLoad(body, point, force, moment, load.follower, load.time or Constant(), load.called)
 
 
 @dataclass(frozen=True)

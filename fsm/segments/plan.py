@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from fsm.errors import CaseError, Fault
 from fsm.scene.case import Case
 from fsm.scene.check_steps import step_names
@@ -20,7 +22,7 @@ from fsm.scene.solve import Save, Solve
 from fsm.scene.start import start_of
 from fsm.scene.step_items import DrivePart, drive_parts, loads_of
 from fsm.scene.steps import Kind, Step
-from fsm.scene.time_program import Constant, Table, TimeFunction, end_of, shifted
+from fsm.scene.time_program import Constant, Ramp, Table, TimeFunction, end_of, shifted
 from fsm.segments.drive import Parts, Program, program_of
 from fsm.segments.time_function import factor
 
@@ -168,6 +170,7 @@ class _Planner:
         time = 0.0
         for number, (name, step) in enumerate(zip(step_names(self.case.step), self.case.step, strict=True)):
             planned = self._step(number, name, step, time)
+            self._unchanging(planned, number)
             steps.append(planned)
             time = planned.end
         self.faults += self._unused_weightless(steps)
@@ -175,8 +178,10 @@ class _Planner:
             raise CaseError(self.faults)
         if start_of(self.case, self.scene)[0] == "equilibrium" and steps[0].kind != "relax":
             steps.insert(0, _relaxing(steps[0]))
-        programs = tuple(Parts(tuple(parts)) for parts in self.parts)
-        return Plan(tuple(steps), programs, True)
+        return Plan(tuple(steps), self._programs(), True)
+
+    def _programs(self) -> tuple[Program, ...]:
+        return tuple(Parts(tuple(parts)) for parts in self.parts)
 
     def _is_line(self, target: int) -> bool:
         """Whether a target is a crease line, which is held before its first drive."""
@@ -200,6 +205,19 @@ class _Planner:
             tuple(acting.as_load() for acting in self.loads), frozenset(self.held), still=self._still(),
             modes=step.modes, described=tuple(said),
         )  # fmt: skip
+
+    def _unchanging(self, planned: PlannedStep, number: int) -> None:
+        """Fault of a path by arc length on which no load or drive changes."""
+        if planned.method != "arc-length":
+            return
+        ends = (planned.start, planned.end)
+        times = np.linspace(*ends, 11)
+        programs = [program for program, acts in zip(self._programs(), planned.acting, strict=True) if acts]
+        moves = any(len({program.at(float(t))[0] for t in times}) > 1 for program in programs)
+        grows = any(len({factor(load.time, float(t)) for t in times}) > 1 for load in planned.loads if load.time is not None)
+        if not (moves or grows):
+            text = '"arc-length" needs a load or a drive that changes over the step; give one, or use "static"'
+            self.faults.append(Fault(f"step.{number}.solve.method", text))
 
     def _driven(self) -> set[str]:
         drives = [drive for drive, acting in zip(self.scene.drives, self.acting, strict=True) if acting]
@@ -357,6 +375,8 @@ class _Planner:
                 function = shifted(load.time, start)
             elif step.kind == "static" and not (first and load not in step.load):
                 function = _ramp(start, end, 0.0, 1.0)
+                if (step.solve or self.case.solve).method == "arc-length":
+                    function = Ramp(kind="ramp", start=start, end=end, shape="unbounded")
             else:
                 function = Constant()
             kept.append(_Acting(load.called, load, function))

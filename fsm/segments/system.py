@@ -115,6 +115,11 @@ class SegmentSystem(Configuration):
         free = self.bodies.free
         return states["poses"][free].ravel(), states["rates"][free].ravel()
 
+    def loaded(self, t: float, start: np.ndarray, poses: np.ndarray) -> dict[str, tuple[float, float]]:
+        """Size (N, N m) of every load at a time, and the way (m, rad) of its point along it between poses, by name."""
+        loads = [load for group in self.groups if isinstance(group, LoadGroup) for load in group.loads]
+        return {load.name: (load.size(t), load.moved(start[load.body], poses[load.body])) for load in loads}
+
     # protocol: configuration ----------------------------------------------------------------------------------------
 
     @property

@@ -18,7 +18,10 @@ def factor(function: TimeFunction, t: float) -> float:
     if isinstance(function, Constant):
         return 1.0
     if isinstance(function, Ramp):
-        x = min(1.0, max(0.0, (t - function.start) / (function.end - function.start)))
+        x = (t - function.start) / (function.end - function.start)
+        if function.shape == "unbounded":
+            return x
+        x = min(1.0, max(0.0, x))
         return x if function.shape == "linear" else x * x * (3.0 - 2.0 * x)
     if isinstance(function, Cycle):
         return _wave(function, t)[0]
@@ -35,6 +38,8 @@ def slope(function: TimeFunction, t: float) -> float:
     if isinstance(function, Ramp):
         length = function.end - function.start
         x = (t - function.start) / length
+        if function.shape == "unbounded":
+            return 1.0 / length
         if function.shape == "linear":
             return 1.0 / length if 0.0 <= x < 1.0 else 0.0
         return 6.0 * x * (1.0 - x) / length if 0.0 <= x <= 1.0 else 0.0
@@ -67,7 +72,7 @@ def breaks(function: TimeFunction) -> tuple[float, ...]:
     if isinstance(function, Constant):
         return ()
     if isinstance(function, Ramp):
-        return (function.start, function.end)
+        return () if function.shape == "unbounded" else (function.start, function.end)
     if isinstance(function, Cycle):
         end = end_of(function)
         return (function.start,) if end is None else (function.start, end)

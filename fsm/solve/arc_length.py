@@ -20,7 +20,7 @@ from fsm.errors import NotConverged
 from fsm.solve.linear import LinearSolver
 from fsm.system import System
 
-__all__ = ["PathPoint", "trace"]
+__all__ = ["ArcSettings", "PathPoint", "trace"]
 
 _ITERATIONS = 10
 _WANTED = 4
@@ -41,12 +41,32 @@ class PathPoint:
     q : configuration
     negative_pivots : int
         Of K; more than zero: unstable.
+    iterations : int
+        Of Newton's method, for this point.
     """
 
     length: float
     time: float
     q: np.ndarray
     negative_pivots: int
+    iterations: int = 0
+
+
+@dataclass(frozen=True)
+class ArcSettings:
+    """How to follow a path by arc length; arguments of `trace`.
+
+    Attributes
+    ----------
+    end_time : s
+    first, longest : -
+    max_steps : int
+    """
+
+    end_time: float
+    first: float = 2e-3
+    longest: float = 0.02
+    max_steps: int = 10_000
 
 
 @dataclass
@@ -69,8 +89,9 @@ def trace(
     longest: float = 0.1,
     max_steps: int = 10_000,
     tolerance: float = 1e-9,
+    lowest: float | None = None,
 ) -> Iterator[PathPoint]:
-    """Equilibria along the path from an equilibrium on, until the time reaches `end` or falls back below `start`.
+    """Equilibria along the path from an equilibrium on, until the time reaches `end` or falls below `lowest`.
 
     Parameters
     ----------
@@ -83,6 +104,8 @@ def trace(
     max_steps : int
     tolerance : -
         Last step of Newton's method, relative to the span.
+    lowest : s
+        Absent: `start`.
 
     Raises
     ------
@@ -105,7 +128,7 @@ def trace(
             continue
         point, tangent, iterations = found
         yield point
-        if point.time >= end or point.time < start:
+        if point.time >= end or point.time < (start if lowest is None else lowest):
             return
         step = min(longest, step * float(np.clip(np.sqrt(_WANTED / max(iterations, 1)), 0.5, 2.0)))
     raise NotConverged(f"arc-length: more than {max_steps} steps; the path has come to t = {point.time:.6g} s")
@@ -157,7 +180,7 @@ class _Tracer:
         after, negative = self._tangent(t, q, tangent)
         if after.dot(tangent) < _TURN:
             return None
-        return PathPoint(point.length + length, t, q, negative), after, taken
+        return PathPoint(point.length + length, t, q, negative, taken), after, taken
 
     def _factorise(self, t: float, q: np.ndarray) -> np.ndarray:
         linear = self.system.linearise(t, q, None)

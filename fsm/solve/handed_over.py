@@ -25,6 +25,7 @@ class Saved:
     """A state that was asked for: time (s), q, u, what was observed, and the ledger's numbers (J).
 
     `before` is the state at the start of a quasi-static step, from which rates are differences; None of a motion.
+    `program_time` is the time at which loads and drives are taken, if it is another: on a path by arc length it goes back.
     """
 
     time: float
@@ -36,6 +37,12 @@ class Saved:
     error: float
     pair_energy: np.ndarray
     before: Before | None = None
+    program_time: float | None = None
+
+    @property
+    def acting(self) -> float:
+        """Time at which loads and drives are taken, s."""
+        return self.time if self.program_time is None else self.program_time
 
 
 class CurvePoint(NamedTuple):

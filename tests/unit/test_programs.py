@@ -19,6 +19,7 @@ TABLE = Table(kind="table", time=(1.0, 2.0, 4.0, 5.0), value=(0.0, 1.0, -1.0, 0.
 FUNCTIONS = (
     Ramp(kind="ramp", start=1.0, end=3.0),
     Ramp(kind="ramp", start=1.0, end=3.0, shape="linear"),
+    Ramp(kind="ramp", start=1.0, end=3.0, shape="unbounded"),
     TABLE,
     TABLE.model_copy(update={"interpolation": "linear"}),
     Cycle(kind="cycle", period=2.0, start=0.5, cycles=2.5),

@@ -1,0 +1,110 @@
+"""Path of equilibria by arc length as a step of a run: records, work, force curve, and loads over their ways.
+
+Loads and drives are functions of a time that goes forth and back on such a path. Records have a time of their own: it
+increases with the length of the path, and ends with the step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from fsm.solve.arc_length import ArcSettings, PathPoint, trace
+from fsm.solve.handed_over import CurvePoint, Saved, Statistics
+from fsm.solve.ledger import Ledger
+from fsm.system import Observation
+
+__all__ = ["ArcRun"]
+
+
+class ArcRun:
+    """One path.
+
+    Parameters
+    ----------
+    system : system with the method `loaded`
+    settings : ArcSettings
+    ledger, seen : changed as the path goes on
+
+    Attributes
+    ----------
+    saved : all points as states to be saved
+    loads : time of the programs, stability, and size and way of every load at all points, as lists by name
+    warnings : list of str
+    """
+
+    def __init__(self, system: Any, settings: ArcSettings, ledger: Ledger, seen: list[CurvePoint]) -> None:
+        self.system, self.settings, self.ledger = system, settings, ledger
+        self.statistics = Statistics("arc-length", seen=seen)
+        self.saved: list[Saved] = []
+        self.loads: dict[str, Any] = {}
+        self.warnings: list[str] = []
+
+    def go(self, start: float, q: np.ndarray, on_point: Callable[[float, int], None]) -> np.ndarray:
+        """Follow the path from an equilibrium at a time (s); the configuration at its end."""
+        settings, system = self.settings, self.system
+        at_rest = np.zeros(system.nu)
+        system.forget(np.zeros(0))
+        points: list[PathPoint] = []
+        lowest = 2.0 * start - settings.end_time  # loads may turn round up to their full size
+        for point in trace(
+            system, q, start, settings.end_time, settings.first, settings.longest, settings.max_steps, lowest=lowest
+        ):
+            system.commit(point.time, point.q, at_rest)
+            points.append(point)
+            on_point(min(max(point.time, start), settings.end_time), len(points))
+        self._account(start, points)
+        self.statistics.steps = len(points) - 1
+        self.statistics.newton_iterations = sum(point.iterations for point in points)
+        last = points[-1]
+        if last.time < settings.end_time:
+            self.warnings.append(
+                f"the path by arc length did not reach the loads of the end of its step, {settings.end_time:.4g} s; the "
+                f"largest were those of {max(p.time for p in points):.4g} s, and then they turned round"
+            )
+        return last.q
+
+    def _account(self, start: float, points: list[PathPoint]) -> None:
+        """Records, work and loads of all points."""
+        system, ledger = self.system, self.ledger
+        at_rest = np.zeros(system.nu)
+        whole = points[-1].length or 1.0
+        first, _ = system.place(points[0].time, points[0].q, None)
+        first = first.copy()
+        before: tuple[PathPoint, Observation] | None = None
+        ways: dict[str, list[list[float]]] = {}
+        for point in points:
+            seen = system.observe(point.time, point.q, None)
+            if before is not None:
+                ledger.add(self._work(before, (point, seen)), 0.0, np.zeros_like(seen.energy.pair_power))
+            ledger.balance(seen.energy.stored_at_rest, 0.0)
+            time = start + (self.settings.end_time - start) * point.length / whole
+            curve = self.statistics.seen
+            curve.append(CurvePoint.after(curve, time, seen, dynamic=False))
+            self.saved.append(
+                Saved(
+                    time, point.q, at_rest, seen, ledger.dissipated, ledger.work, ledger.error, ledger.pair_energy,
+                    program_time=point.time,
+                )
+            )  # fmt: skip
+            poses, _ = system.place(point.time, point.q, None)
+            for name, (size, way) in system.loaded(point.time, first, poses).items():
+                ways.setdefault(name, []).append([size, way])
+            before = point, seen
+        self.loads = {
+            "time": [point.time for point in points],
+            "stable": [point.negative_pivots == 0 for point in points],
+            "loads": ways,
+        }
+
+    def _work(self, before: tuple[PathPoint, Observation], after: tuple[PathPoint, Observation]) -> float:
+        """Work of loads and drives between two points by the trapezoidal rule, J."""
+        (one, seen), (two, seen_next) = before, after
+        change = self.system.difference(one.q, two.q)
+        loads = 0.0
+        for point in (one, two):
+            loads += 0.5 * (self.system.energy(point.time, point.q, change).load_power or 0.0)
+        forces = 0.5 * (seen.drive.force + seen_next.drive.force)
+        return loads + float(forces @ (seen_next.drive.travel - seen.drive.travel))
