@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -80,7 +81,7 @@ class Record:
     step : int
         Number of the step of the run, from 1.
     program_time : s
-        Time at which loads and drives are taken; another than `time` on a path by arc length.
+        Time at which loads and drives are taken; another than `time` on a path by arc length. Absent: `time`.
     """
 
     time: float
@@ -102,7 +103,11 @@ class Record:
     negative_pivots: int = 0
     channels: dict[str, Floats] = field(default_factory=dict)
     step: int = 1
-    program_time: float = np.nan
+    program_time: float = math.nan
+
+    def __post_init__(self) -> None:
+        if math.isnan(self.program_time):
+            self.program_time = self.time
 
 
 @dataclass(frozen=True)
