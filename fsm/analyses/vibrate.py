@@ -90,9 +90,10 @@ class VibrationAnalysis(OneStep):
             The film is slack, or would wrinkle.
         """
         loading = self._loading(self.film)
-        if self.deployed is None:
+        if self.deployed is None and not self._plain_by_choice(loading):
+            loading = self._loading(self.film)
             self._system = stretched(self.case, self.film, loading)
-        else:
+        elif self.deployed is not None:
             self._system = as_deployed(self.case, self.deployed, loading)
         q, _ = self._system.initial()
         self.state = tension_state(self._system, 0.0, q)
@@ -115,6 +116,28 @@ class VibrationAnalysis(OneStep):
         # two points a step do not see where along it a stiff cable becomes slack: the energy was 13 % off
         limp = self._system.tension_field and any(isinstance(cable, EdgeCable) for cable in self.case.cable)
         return (MEAN_FORCE if solve.rho_inf is None and not limp else GENERALIZED_ALPHA), self.reason
+
+    def _plain_by_choice(self, loading: Loading) -> bool:
+        """Choose between plain film and tension field where the case says "auto"; True if the plain film is then at rest."""
+        tension = self.case.tension
+        if tension is None or tension.film != "auto":
+            return False
+        plain, limp = (
+            self.case.model_copy(update={"tension": tension.model_copy(update={"film": film})})
+            for film in ("plain", "tension-field")
+        )
+        try:
+            system = stretched(plain, self.film, loading)
+            q, _ = system.initial()
+            taut = tension_state(system, 0.0, q).taut >= 1.0
+            if taut and not natural_modes(system, q, 1).unstable.any():
+                self.case, self._system = plain, system
+                return True
+        except NotConverged:  # the flat film buckles on its way
+            pass
+        self.case, self.film = limp, build_film(limp)
+        self.points = {name: self.film.point(*place) for name, place in self._places().items()}
+        return False
 
     def _choose_model(self, warnings: list[str]) -> None:
         """The reduced model, if it is asked for or good enough; it says its error against the full one."""
@@ -230,6 +253,7 @@ class VibrationAnalysis(OneStep):
             "modes_hz": [float(f) for f in self.modes.frequencies],
             "mesh_error_modes": None if mesh is None else [e if math.isfinite(e) else None for e in mesh.modes.tolist()],
             "mesh_error_amplitude": None if mesh is None else mesh.amplitude,
+            "film": "plain" if self.case.tension is None else self.case.tension.film,
             "tension_state": {
                 "largest_stress": state.largest,
                 "smallest_stress": state.smallest,
@@ -355,7 +379,7 @@ class VibrationAnalysis(OneStep):
             f"{2 * math.pi * abs(lowest):.3g} 1/s)"
         )
         hint = {
-            "plain": 'take film = "tension-field", which carries no compression, or "wrinkles"',
+            "plain": 'take film = "tension-field" (or "auto"), which carries no compression, or "wrinkles"',
             "wrinkles": "these wrinkles are not resolved; refine the mesh",
             "tension-field": "refine the mesh, or pull harder",
         }

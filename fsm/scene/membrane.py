@@ -166,15 +166,16 @@ class Tension(Model):
         Force on every corner, or on the outer end of its cable, outwards along the diagonal.
     strain : -
         Outward displacement of the edges over the length and width of the film; one value, or one for each direction.
-    film : "plain" (carries compression), "tension-field" (carries no compression, and has wrinkled and slack regions) or
-        "wrinkles" (wrinkles that the mesh resolves)
+    film : "plain" (carries compression), "tension-field" (carries no compression, and has wrinkled and slack regions),
+        "wrinkles" (wrinkles that the mesh resolves) or "auto" ("plain" if both principal stresses are tensile everywhere and
+        the film is stable, else "tension-field")
     imperfection : m
         Amplitude of the initial waves, "wrinkles" only; absent: a tenth of the thickness.
     """
 
     pull: Annotated[Force, Field(ge=0)] | None = None
     strain: Number | tuple[Number, Number] | None = None
-    film: Literal["plain", "tension-field", "wrinkles"] = "plain"
+    film: Literal["plain", "tension-field", "wrinkles", "auto"] = "plain"
     imperfection: Annotated[Length, Field(gt=0)] | None = None
 
     @model_validator(mode="after")
