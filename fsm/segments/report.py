@@ -26,6 +26,7 @@ from fsm.segments.report_contact import (
     contact_lines,
     friction_lines,
     soft_contact,
+    stick_slip,
 )
 from fsm.segments.report_flexible import approximations_of_films, beam_lines, cable_lines, film_lines
 from fsm.segments.report_numbers import (
@@ -304,6 +305,7 @@ def _approximations(view: View) -> Iterator[str]:
         yield from approximations_of_contact(view)
     if view.pairs and view.scene.friction is not None:
         yield approximations_of_friction(view)
+        yield from stick_slip(view)
     yield from _of_damping(view)
     if view.scene.drives and view.method == "static":
         yield "inertia is neglected, except in a snap-through, which is solved as a motion until it comes to rest"

@@ -20,6 +20,7 @@ __all__ = [
     "contact_lines",
     "friction_lines",
     "soft_contact",
+    "stick_slip",
 ]
 
 SURFACE_TIP = 0.025
@@ -174,6 +175,21 @@ def approximations_of_friction(view: View) -> str:
     return (
         "regularised friction creeps: on a slope a at v = v_static atanh(tan(a)/mu), "
         f"about v_static tan(a)/mu; v_static is {millimetres(law.v_static)}/s"
+    )
+
+
+def stick_slip(view: View) -> Iterator[str]:
+    """Line on drives at a speed at which friction falls with speed."""
+    law = view.scene.friction
+    if law is None or not view.pairs or law.mu_static <= law.mu_dynamic:
+        return
+    slow, fast = law.v_static, law.v_dynamic if law.law == "step" else law.v_stribeck
+    speeds = [drive.fastest for drive in view.scene.drives if drive.turn is None]
+    if fast is None or not speeds or not slow < max(speeds) < fast:
+        return
+    yield (
+        f"a drive goes at {millimetres(max(speeds))}/s, where friction falls with speed: contacts may stick and slip "
+        f"in turn, and a run may take long; not so below v_static = {millimetres(slow)}/s or above {millimetres(fast)}/s"
     )
 
 

@@ -107,6 +107,18 @@ def test_the_numbers_of_a_strip_are_said_with_their_units() -> None:
     said(rested, "crease 8 N mm/rad on average, 0 to 16 N mm (scale 2)", "at 150 deg from flat (folded to 160 deg)")
 
 
+@pytest.mark.parametrize(("speed", "may"), [("0.5 mm/s", False), ("2 mm/s", True), ("20 mm/s", False)])
+def test_a_drive_at_a_speed_at_which_friction_falls_is_named(speed: str, may: bool) -> None:
+    friction = {"mu_static": 0.3, "mu_dynamic": 0.2, "v_static": "1 mm/s", "v_dynamic": "10 mm/s"}
+    drive = [{"crease": 3, "direction": [0, 0, 1], "speed": speed, "travel": "40 mm"}]
+    text = text_of(contact={"stiffness": "1e8 N/m^1.5"}, friction=friction, drive=drive)
+    (said if may else not_said)(text, "contacts may stick and slip in turn, and a run may take long")
+
+
+def test_the_tension_that_segments_resolve_is_said() -> None:
+    said(text_of(), "up to a tension of EI/l^2 = ")
+
+
 def test_the_numbers_of_a_scene_are_said_with_their_units() -> None:
     arm = Body(name="arm", mass=0.1, inertia=(1e-3, 1e-3, 1e-3), velocity=(0.5, 0.0, 0.0))
     law = {"law": "linear", "stiffness": 0.05, "rest_angle": "60 deg"}
