@@ -87,7 +87,9 @@ def run_in_locked_folder(
     loaded: LoadedCase, out: Path, *, progress: bool | Callable[[float], None] = True, resume: bool = False
 ) -> dict[str, Any]:
     """Run a case as `run_case` does, for a caller that already holds the lock on `out`."""
-    load_extensions(loaded.case.extensions, loaded.path.parent)  # another process may have read the case
+    _, faults = load_extensions(loaded.case.extensions, loaded.path.parent)  # another process may have read the case
+    if faults:
+        raise CaseError(faults, str(loaded.path))
     if loaded.case.save.channels:
         check_patterns(loaded.case, str(loaded.path))
     if loaded.case.stages:

@@ -7,8 +7,10 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from fsm.channels.offer import Model, Offer, State, offers
-from fsm.channels.rigid import in_space, motion_of_bodies, placed, quaternions, rotation_since
+from fsm.channels.rigid import in_space, motion_of_bodies, placed, positions, quaternions, rotated, rotation_since
+from fsm.errors import CaseError, Fault
 from fsm.results.channel import AXES, Dim
+from fsm.scene.known_names import nearest_name
 from fsm.segments.system import SegmentSystem
 
 _QUATERNION = Dim("quaternion", ("w", "x", "y", "z"), "1", "component of the unit quaternion, scalar part first")
@@ -44,6 +46,44 @@ def supports(model: Model) -> Iterator[Offer]:
         yield Offer(f"{name}.force", "N", "force of the support or drive on the body", _reaction(i, 0), (AXES,))
         text = "moment of the support or drive about the centre of the body, inertial axes"
         yield Offer(f"{name}.moment", "N m", text, _reaction(i, 1), (AXES,))
+
+
+@offers
+def points(model: Model) -> Iterator[Offer]:
+    """point.<name>.position, .displacement, .velocity of the points in `[save.points]`."""
+    wanted = model.case.save.points
+    if not wanted or not isinstance(model.system, SegmentSystem):
+        return
+    table = model.system.bodies
+    faults = []
+    for name, point in wanted.items():
+        if point.body not in table.names:
+            near = nearest_name(point.body, list(table.names))
+            faults.append(Fault(f"save.points.{name}.body", f"no body is called {point.body!r}{near}"))
+            continue
+        i, arm = table.names.index(point.body), np.array(point.at)
+        start = positions(table.pose)[i] + rotated(quaternions(table.pose)[i : i + 1], arm[None])[0]
+        yield Offer(f"point.{name}.position", "m", f"point of {point.body}", _point(i, arm, np.zeros(3)), (AXES,))
+        yield Offer(f"point.{name}.displacement", "m", "displacement since the start", _point(i, arm, start), (AXES,))
+        yield Offer(f"point.{name}.velocity", "m/s", f"velocity of the point of {point.body}", _velocity(i, arm), (AXES,))
+    if faults:
+        raise CaseError(faults)
+
+
+def _point(i: int, arm: np.ndarray, start: np.ndarray) -> Callable[[State], np.ndarray]:
+    def at(state: State) -> np.ndarray:
+        places, turned, _, _ = state.once(motion_of_bodies)
+        return np.asarray(places[i] - start + rotated(turned[i : i + 1], arm[None])[0])
+
+    return at
+
+
+def _velocity(i: int, arm: np.ndarray) -> Callable[[State], np.ndarray]:
+    def at(state: State) -> np.ndarray:
+        _, turned, velocity, spin = state.once(motion_of_bodies)
+        return np.asarray(velocity[i] + np.cross(spin[i], rotated(turned[i : i + 1], arm[None])[0]))
+
+    return at
 
 
 def _wrenches(state: State) -> tuple[np.ndarray, np.ndarray]:

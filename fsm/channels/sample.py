@@ -81,8 +81,11 @@ def check_patterns(case: Case, source: str = "") -> dict[str, Offer]:
         With a fault for every pattern that matches no channel of any analysis of the case.
     """
     offered: dict[str, Offer] = {}
-    for model in models_of_case(case):
-        offered |= offers_of(model)
+    try:
+        for model in models_of_case(case):
+            offered |= offers_of(model)
+    except CaseError as error:
+        raise CaseError(error.faults, error.source or source) from None
     _, faults = select_channels(offered, case.save.channels)
     if faults:
         raise CaseError(faults, source)

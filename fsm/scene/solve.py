@@ -6,10 +6,10 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from fsm.scene.model import Model
+from fsm.scene.model import Model, Name
 from fsm.scene.units import Count, Length, Number, Time
 
-__all__ = ["Method", "Save", "Solve"]
+__all__ = ["Method", "Save", "SavedPoint", "Solve"]
 
 Method = Literal[
     "auto", "static", "arc-length", "generalized-alpha", "mean-force", "newmark", "Radau-blocks", "Radau", "BDF", "LSODA"
@@ -62,6 +62,13 @@ class Solve(Model):
     step: Annotated[Time, Field(gt=0)] | None = None
 
 
+class SavedPoint(Model):
+    """Point of a rigid body or of a frame: `at` in body axes from the centre of mass, m."""
+
+    body: Name
+    at: tuple[Length, Length, Length] = (0.0, 0.0, 0.0)
+
+
 class Save(Model):
     """Spacing of records: `every` in travel of the first drive, or `interval` in time; absent: 200 intervals.
 
@@ -71,11 +78,14 @@ class Save(Model):
     interval : s
     channels : tuple of str
         Patterns of the channels to record, for example ``"crease.*.angle"``; ``*`` is any text, ``?`` any letter.
+    points : dict of SavedPoint
+        Points of bodies by name, for the channels ``point.<name>.position``, ``.displacement`` and ``.velocity``.
     """
 
     every: Annotated[Length, Field(gt=0)] | None = None
     interval: Annotated[Time, Field(gt=0)] | None = None
     channels: tuple[Annotated[str, Field(min_length=1, max_length=200)], ...] = ()
+    points: dict[str, SavedPoint] = Field(default_factory=dict)
 
     @model_validator(mode="after")
     def _one(self) -> Self:

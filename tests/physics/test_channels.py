@@ -201,6 +201,43 @@ rotation = [1, 1, 1]
     np.testing.assert_allclose(value(found, "cable.tension")[0], expected, rtol=1e-3)
 
 
+@pytest.mark.parametrize("spatial", ["false", "true"])
+def test_points_of_a_body_that_turns_freely(spatial: str, tmp_path: Path) -> None:
+    """A rotation of w t about y turns x towards -z; the point moves on a circle about the centre, which flies straight."""
+    text = f"""
+[[scene.bodies]]
+name = "rotor"
+mass = 1.0
+inertia = [0.01, 0.02, 0.01]
+velocity = [0.1, 0, 0]
+angular_velocity = [0, 3, 0]
+[solve]
+end_time = "2.5 s"
+spatial = {spatial}
+rtol = 1e-8
+[save]
+interval = "0.1 s"
+channels = ["point.*", "body.rotor.rotation", "body.rotor.angular_velocity"]
+[save.points]
+tip = {{ body = "rotor", at = ["200 mm", 0, 0] }}
+"""
+    found = solved(text, tmp_path)
+    t = found.time
+    x, z = 0.2 * np.cos(3.0 * t), -0.2 * np.sin(3.0 * t)
+    place = np.stack([x + 0.1 * t, 0.0 * t, z], axis=1)
+    np.testing.assert_allclose(value(found, "point.tip.position"), place, atol=1e-5)
+    np.testing.assert_allclose(value(found, "point.tip.displacement"), place - [0.2, 0.0, 0.0], atol=1e-5)
+    speed = np.stack([3.0 * z + 0.1, 0.0 * t, -3.0 * x], axis=1)
+    np.testing.assert_allclose(value(found, "point.tip.velocity"), speed, atol=1e-4)
+    np.testing.assert_allclose(value(found, "body.rotor.angular_velocity"), [[0.0, 3.0, 0.0]] * len(t), atol=1e-6)
+    turn = 3.0 * t if spatial == "false" else np.remainder(3.0 * t + np.pi, 2.0 * np.pi) - np.pi
+    np.testing.assert_allclose(value(found, "body.rotor.rotation")[:, 1], turn, atol=1e-4)
+    wrong = tmp_path / "wrong.toml"
+    wrong.write_text(text.replace('body = "rotor"', 'body = "roter"'), encoding="utf-8")
+    refused = CliRunner().invoke(cli, ["check", str(wrong)])
+    assert refused.exit_code == 2 and "save.points.tip.body: no body is called 'roter'" in refused.output
+
+
 def test_a_crease_with_hysteresis_knows_its_memory_at_each_record(tmp_path: Path) -> None:
     """Its moment by the law is the moment on the inner body; both need the sliders of that record, not of the end."""
     curve = """

@@ -50,6 +50,7 @@ from fsm.scene.model import Model
 from fsm.scene.obstacle import Obstacle
 from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
 from fsm.scene.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
+from fsm.scene.solve import SavedPoint
 from fsm.scene.steps import Step
 from fsm.solve.status import Event
 
@@ -61,7 +62,8 @@ CREASE = ROOT / "folding_cases" / "strip_pull" / "crease.csv"
 
 TABLES: list[tuple[type[BaseModel], ...]] = [
     (Case,), (Strip,), (Lattice,), (Material,), (LinearCrease, SplineCrease, FamilyCrease), (Contact,), (Friction,),
-    (Drive,), (Load,), (Constant, Ramp, Table, Cycle), (Step,), (Obstacle,), (Release,), (Solve,), (Save,), (Expect,),
+    (Drive,), (Load,), (Constant, Ramp, Table, Cycle), (Step,), (Obstacle,), (Release,), (Solve,), (Save,),
+    (SavedPoint,), (Expect,),
     (Scissor,), (BarSection,),
     (HingeJoint,), (Stop,), (PointSupport,), (PointForce,), (Membrane,),
     (CentrePatch, DiagonalPatch, DiagonalsPatch, PositionPatch, GridPatch), (CornerCable, EdgeCable), (Support,), (Tension,),

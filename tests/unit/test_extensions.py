@@ -103,6 +103,30 @@ def test_tangents_of_an_added_law(spatial: bool, tmp_path: Path) -> None:
     np.testing.assert_allclose(system.force(0.0, q, None), -still, atol=1e-5 * np.abs(still).max())
 
 
+def test_geometric_stiffness_of_a_constant_effort(tmp_path: Path) -> None:
+    """A constant force along e3 has no slope, and a stiffness in space as its axes turn."""
+    law = """
+import numpy as np
+from fsm.extend import ElementLaw, add_element_law
+
+def effort(z, rate, p):
+    return np.array([0.0, 0.0, 5.0, 0.0, 0.3, 0.0]), 0.0, 0.0
+
+add_element_law("constant", ElementLaw(effort, lambda z, p: 5.0 * z[2] + 0.3 * z[4]))
+"""
+    case = CASE.replace('"cubic"', '"constant"').replace('parameters = { stiffness = "2 N/mm" }', "")
+    _, system = compile_case(loaded(tmp_path, law, case, "solve.spatial=true").case)
+    q, _ = system.initial()
+    q = system.retract(q, 0.1 * np.random.default_rng(5).normal(size=system.nu))
+    stiffness = system.tangent(0.0, q, None)[0].toarray()
+    by_difference = np.array([
+        (system.force(0.0, system.retract(q, 1e-6 * e), None) - system.force(0.0, system.retract(q, -1e-6 * e), None)) / 2e-6
+        for e in np.eye(system.nu)
+    ]).T  # fmt: skip
+    assert np.abs(by_difference).max() > 1.0
+    np.testing.assert_allclose(stiffness, -by_difference, atol=1e-6 * np.abs(by_difference).max())
+
+
 def test_the_text_of_a_case_gives_the_same_case(tmp_path: Path) -> None:
     """It names the file with its path and digest, and is refused once the file has changed."""
     first = loaded(tmp_path)

@@ -477,4 +477,42 @@ DATA = (
     ),
 )
 
-MUTANTS = (*STRIPS, *LAWS, *SOLVERS, *FILMS, *ARRAYS, *DATA)
+CHANNELS = (
+    Mutant(
+        "angle of a crease with its half segments",
+        "fsm/channels/elements.py",
+        "- soft * float(",
+        "- 0.0 * float(",
+        _physics("channels", "test_the_moment_of_a_crease_is_its_stiffness_times_its_angle"),
+    ),
+    Mutant(
+        "moment at a joint with the wrong arm",
+        "fsm/channels/elements.py",
+        "moment - np.cross(arm, force)",
+        "moment + np.cross(arm, force)",
+        _physics("channels", "test_the_moment_vector_is_the_moment_about_the_crease"),
+    ),
+    Mutant(
+        "wrenches of creases with the sliders of the start",
+        "fsm/channels/elements.py",
+        "alone.restore(group.memory())",
+        "alone.restore(np.zeros(0))",
+        _physics("channels", "test_a_crease_with_hysteresis_knows_its_memory_at_each_record"),
+    ),
+    Mutant(
+        "reactions of half of the nodes",
+        "fsm/channels/nodes.py",
+        "mesh.positions(state.once(_reactions)).sum(axis=0)",
+        "mesh.positions(state.once(_reactions))[::2].sum(axis=0) / 2.0",
+        _physics("channels", "test_reactions_of_a_held_cable_with_a_weight"),
+    ),
+    Mutant(
+        "an effort without a slope has no geometric stiffness",
+        "fsm/interactions/pose_spatial.py",
+        "if stiffness[i, k] == 0.0 and damping[i, k] == 0.0 and effort[i, k] == 0.0:",
+        "if stiffness[i, k] == 0.0 and damping[i, k] == 0.0:",
+        _unit("extensions", "test_geometric_stiffness_of_a_constant_effort"),
+    ),
+)
+
+MUTANTS = (*STRIPS, *LAWS, *SOLVERS, *FILMS, *ARRAYS, *DATA, *CHANNELS)
