@@ -58,7 +58,7 @@ def compile_case(case: Case, source: str = "", warnings: list[str] | None = None
         system = compile_whole(case, scene, plan)
     except CaseError as error:
         raise CaseError(error.faults, source) from None
-    if not system.n_free:
+    if not system.nu:
         where = "strip" if case.strip else "lattice" if case.lattice else "scene"
         text = "all bodies are held or driven, so the system has no degree of freedom; free at least one body"
         raise CaseError(Fault(where, text), source)

@@ -173,7 +173,8 @@ class Deployment:
 
     def unstable_ways(self, system: System, t: float, q: np.ndarray) -> int:
         """None without a drive, since a free motion passes no equilibria."""
-        return negative_pivots(system, t, q, self._pivots) if self.system.motions and system.nu else 0
+        assert isinstance(system, SegmentSystem)
+        return negative_pivots(system, t, q, self._pivots) if len(system.driven) and system.nu else 0
 
     def array_motion(self, solution: Solution, warnings: list[str]) -> ArrayMotion | None:
         """See `Analysis`."""
@@ -190,7 +191,7 @@ class Deployment:
             summary |= summarise(Curve.from_points(statistics.seen), solution.layout.pair_names)
             summary["unstable_at_end"] = self._ends_on_path and bool(solution.negative_pivots[-1] > 0)
             forth = bool(np.all(np.diff(solution.travel[:, 0]) >= 0.0))  # the errors are derivatives by the travel
-            if self.case.strip is not None and self.case.material is not None and forth:
+            if self.case.strip is not None and self.case.material is not None and forth and self._same_throughout:
                 error = SegmentError(self.system, self.case.strip, self.case.material)
                 summary["mesh_error"] = error.at(solution, summary["peak_travel"], statistics.events)
                 summary["mesh_error_final"] = error.at(solution, summary["final_travel"], statistics.events)
@@ -200,14 +201,19 @@ class Deployment:
         return summary
 
     @property
+    def _same_throughout(self) -> bool:
+        """Whether `system` has all forces of every record: the same joints and drives act, and drives follow the time."""
+        steps = self.plan.steps
+        return not self.system.steps_of and all(all(step.acting) and step.method != "arc-length" for step in steps)
+
+    @property
     def _ends_on_path(self) -> bool:
         """Whether the last state belongs to a drive, and not to a free motion of a later step."""
         return not self.plan.written or self.plan.steps[-1].kind != "dynamic"
 
     def _stretched(self, solution: Solution) -> list[str]:
         """Whether a drive stretches the panels of a strip, which turn and bend long before, and from which travel on."""
-        by_arc_length = any(step.method == "arc-length" for step in self.plan.steps)  # drives do not follow the time
-        if self.case.strip is None or not solution.travel.shape[1] or by_arc_length:
+        if self.case.strip is None or not solution.travel.shape[1] or not self._same_throughout:
             return []
         length = self.system.scales().length
         for time, q, travel in zip(solution.time, solution.q, solution.travel[:, 0], strict=True):

@@ -42,7 +42,7 @@ def plot_force(solution: Solution, path: str | Path) -> None:
         for k in range(solution.force.shape[1]):
             name = names[k] if k < len(names) else f"drive {k + 1}"
             _draw_curve(ax, curve, k, color=COLOURS[k % len(COLOURS)], label=shortened(name))
-        ax.set_ylabel("force (N)")
+        ax.set_ylabel("moment (N m)" if solution.layout.turns() else "force (N)")
         ax.margins(x=0)
         if solution.force.shape[1] > 1:
             ax.legend(loc="best")

@@ -104,7 +104,7 @@ def figure(path: str | Path, size: tuple[float, float] = SINGLE) -> Iterator[Fig
 def abscissa(solution: Solution) -> tuple[Floats, str]:
     """Abscissa of curves with its label: travel of the first drive in mm, or time without a drive."""
     if solution.travel.shape[1]:
-        return solution.travel[:, 0] * 1e3, "travel (mm)"
+        return solution.travel[:, 0] * 1e3, "turn (mrad)" if solution.layout.turns() else "travel (mm)"
     return solution.time, "time (s)"
 
 

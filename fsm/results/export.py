@@ -37,8 +37,9 @@ def force_columns(solution: Solution, energies: bool = False, dynamic: bool = Fa
     columns: dict[str, Floats] = {}
     for k in range(curve.travel.shape[1]):
         of = f" of {names[k] if k < len(names) else f'drive {k + 1}'}" if curve.travel.shape[1] > 1 else ""
-        columns[f"travel{of} (m)"] = curve.travel[:, k]
-        columns[f"force{of} (N)"] = curve.force[:, k]
+        turns = solution.layout.turns(k)
+        columns[f"turn{of} (rad)" if turns else f"travel{of} (m)"] = curve.travel[:, k]
+        columns[f"moment{of} (N m)" if turns else f"force{of} (N)"] = curve.force[:, k]
     columns["time (s)"] = curve.time
     if energies:
         columns |= {f"energy {name} (J)": solution.energy[name] for name in ENERGIES}

@@ -142,6 +142,10 @@ class Layout:
     channels: tuple[ChannelInfo, ...] = ()
     step_names: tuple[str, ...] = ()
 
+    def turns(self, drive: int = 0) -> bool:
+        """Whether a drive turns bodies: its travel is an angle (rad), its force a moment (N m)."""
+        return drive < len(self.drive_names) and self.drive_names[drive].endswith("(turn)")
+
     @cached_property
     def case(self) -> dict[str, Any]:
         """Case that was solved, as a dict of its TOML keys.

@@ -59,6 +59,9 @@ def test_a_turn_on_two_torsion_springs_in_series(tmp_path: Path, spatial: bool) 
     stored = sum(solution.energy[name] for name in ("panels", "creases", "drives"))
     np.testing.assert_allclose(stored, 0.5 * turn**2, atol=1e-9)
     assert summary["energy_error"] < 1e-6
+    assert solution.layout.drive_names == ("handle (turn)",)
+    heading = (tmp_path / "out" / "force.csv").read_text(encoding="utf-8").splitlines()[0]
+    assert heading.startswith("turn (rad),moment (N m)")
 
 
 def test_a_cycle_of_a_linear_spring_returns_to_zero_energy(tmp_path: Path) -> None:

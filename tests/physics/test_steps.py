@@ -183,6 +183,71 @@ modes = 1
     np.testing.assert_allclose(solution.modes.increment, [[0.0, 0.0, 1.0]], atol=1e-9)
 
 
+CABLE = """
+[[scene.cables]]
+name = "wire"
+start = [0, 0, 0]
+end = [1, 0, 0]
+diameter = "1 mm"
+young = "70 GPa"
+density = 2700
+elements = 12
+held = ["start"]
+[[scene.bodies]]
+name = "clamp"
+mass = 0.1
+inertia = [1e-5, 1e-5, 1e-5]
+position = [1.01, 0, 0]
+[[scene.frames]]
+name = "tip"
+on = "wire"
+at = [1.0]
+[[scene.elements]]
+name = "grip"
+inner = "tip"
+outer = "clamp"
+point_outer = [-0.01, 0, 0]
+translation = [1e7, 1e7, 1e7]
+[[step]]
+name = "tension"
+kind = "static"
+[[step.drive]]
+body = "clamp"
+direction = [1, 0, 0]
+travel = "2 mm"
+speed = "1 mm/s"
+[[step]]
+name = "listen"
+kind = "modes"
+modes = 2
+[[step]]
+name = "let go"
+kind = "dynamic"
+duration = "2 ms"
+release = ["clamp"]
+"""
+
+
+def test_a_wire_is_tensioned_heard_and_let_go(tmp_path: Path) -> None:
+    """Taut string sqrt(T/m)/(2 L), twice; let go, the wire draws its clamp back with the force that it had."""
+    solution, summary = run(tmp_path, CABLE)
+    area = math.pi * 1e-6 / 4
+    tension = summary["step"][0]["final_force"]
+    assert tension == pytest.approx(70e9 * area * 2e-3, rel=5e-3)
+    exact = math.sqrt(tension / (2700 * area / 1.002)) / (2 * 1.002)
+    assert summary["step"][1]["frequencies_hz"] == pytest.approx([exact, exact], rel=3e-3)
+    moving = solution.step == 3
+    t = solution.time[moving] - summary["step"][1]["end_time"]
+    x = solution.q[moving, 7 * solution.layout.body_names.index("clamp")]
+    early = t < 2e-4  # before the wave comes back from the far end, the clamp is drawn by the tension of the wire
+    # m v' = -T + (impedance) v, with the impedance of the wire sqrt(E rho) A
+    impedance = math.sqrt(70e9 * 2700) * area
+    decay = impedance / 0.1
+    away = tension / impedance * (t[early] - (1.0 - np.exp(-decay * t[early])) / decay)
+    np.testing.assert_allclose(1.012 - x[early], away, rtol=0.02, atol=2e-7)
+    assert summary["energy_error"] < 1e-5
+
+
 STRIP = """
 [strip]
 length = "240 mm"
