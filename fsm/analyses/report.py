@@ -39,6 +39,11 @@ def _title(case: Case) -> Iterator[str]:
         yield case.title
 
 
+def _steps(case: Case) -> Iterator[str]:
+    end = (case.vibration or Vibration()).duration if case.impact is not None else 0.0
+    yield f"1 vibrate: dynamic, 0 to {end:.4g} s" if end else "1 vibrate: dynamic, at 0 s; without [impact] nothing moves"
+
+
 def _film(case: Case) -> Iterator[str]:
     film, material = case.membrane, case.material
     assert film is not None and material is not None
@@ -187,6 +192,7 @@ _MOTION: tuple[_Section, ...] = (
     ("air", _air),
     ("damping", _damping),
     ("impact", _impact),
+    ("steps", _steps),
     ("computed", _computed),
     ("left out", _left_out),
     ("approximate", _approximations),

@@ -24,7 +24,7 @@ def describe_array(case: Case) -> list[str]:
     """Lines of the report: the model and the approximations."""
     sections = {
         "case": _title, "array": _array, "bars": _bars, "mesh": _mesh, "hold": _hold, "force": _force, "hinges": _hinges,
-        "stop": _stop, "solve": _solve, "approximate": _approximations,
+        "stop": _stop, "steps": _run_steps, "solve": _solve, "approximate": _approximations,
     }  # fmt: skip
     lines = []
     for label, section in sections.items():
@@ -40,6 +40,11 @@ def _mm(length: float) -> str:
 
 def _degrees(angle: float) -> str:
     return f"{math.degrees(angle):.4g} deg"
+
+
+def _run_steps(case: Case) -> Iterator[str]:
+    end = case.solve.end_time
+    yield "1 deploy: dynamic" + ("" if end is None else f", 0 to {end:.4g} s")
 
 
 def _title(case: Case) -> Iterator[str]:
