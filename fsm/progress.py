@@ -36,7 +36,7 @@ class Progress:
         self._lines = show is True and not sys.stderr.isatty()
         self._bar = tqdm(total=100.0, desc=title[:40], unit="%", disable=show is not True or self._lines)
         self._bar.bar_format = "{desc} {percentage:3.0f}%|{bar}| {elapsed}<{remaining}{postfix}"
-        self._end, self._title, self._jit = end, title, jit
+        self._end, self._title, self._name, self._jit = end, title, title, jit
         self._last_line = time.monotonic()
         self._compiled = 0
         self._unsubscribe: Callable[[], None] | None = None
@@ -62,7 +62,18 @@ class Progress:
             self._bar.update(100.0 * fraction - self._bar.n)
         elif self._lines and time.monotonic() - self._last_line > _LINE_EVERY:
             self._last_line = time.monotonic()
-            print(f"{self._title}: {100 * fraction:.0f} %, {steps} steps", file=sys.stderr, flush=True)
+            print(f"{self._name}: {100 * fraction:.0f} %, {steps} steps", file=sys.stderr, flush=True)
+
+    def further(self, name: str, end: float) -> None:
+        """Show the progress of a further solve of the same run, from zero again.
+
+        Parameters
+        ----------
+        name : name of the further solve, shown beside that of the run
+        end : its end time, s
+        """
+        self._end, self._name = end, f"{self._title}: {name}"
+        self._bar.set_description_str(self._name, refresh=False)
 
     def _compiling(self, name: str) -> None:
         self._compiled += 1

@@ -8,6 +8,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -138,7 +139,8 @@ class RecordedSolve:
             if round_off.refusal():
                 raise NotConverged(round_off.refusal())
             solution = read_solution(part_path(self.target))
-            solution.array = array = self.analysis.array_motion(solution, self.warnings)
+            watch = partial(_further, bar)
+            solution.array = array = self.analysis.array_motion(solution, self.warnings, watch)
             statistics, ledger = total_of(self.done, self.seen), self.ledger
             assert ledger is not None
             summary = summary_of(self.analysis, solution, statistics, ledger, self.warnings, round_off) | {
@@ -368,6 +370,12 @@ def _merged(one: Iterable[float], two: Iterable[float], same: float) -> list[flo
         if not times or t > times[-1] + same:
             times.append(t)
     return times
+
+
+def _further(bar: Progress, name: str, end: float) -> Callable[[StepEnd], None]:
+    """Function that shows the progress of a further solve after each of its steps."""
+    bar.further(name, end)
+    return lambda step: bar.step(step.time, step.steps)
 
 
 def _due(times: deque[float], now: float) -> bool:

@@ -17,7 +17,10 @@ from fsm.solve.settings import Settings
 from fsm.solve.static import PathSettings
 from fsm.system import System
 
-__all__ = ["Analysis", "OneStep", "Solver"]
+__all__ = ["Analysis", "OneStep", "Solver", "Watch"]
+
+Watch = Callable[[str, float], Callable[[StepEnd], None]]
+"""From the name and the end time (s) of a further solve: function that is called after each of its steps."""
 
 
 class Solver(Protocol):
@@ -89,8 +92,11 @@ class Analysis(Protocol):
         """Negative pivots of the stiffness where they mean something, else 0."""
         ...
 
-    def array_motion(self, solution: Solution, warnings: list[str]) -> ArrayMotion | None:
-        """Of a scissor array, how its points move and its bars are stressed; None of anything else."""
+    def array_motion(self, solution: Solution, warnings: list[str], watch: Watch | None = None) -> ArrayMotion | None:
+        """Of a scissor array, how its points move and its bars are stressed; None of anything else.
+
+        Its further solves are watched.
+        """
         ...
 
     def own_solver(self) -> Solver | None:

@@ -16,7 +16,7 @@ _RESTING = 1e-12
 """Way to the equilibrium, over the size of an element or a radian, below which a configuration is one."""
 _NEAR = 1.0
 """Way to an equilibrium, likewise, within which Newton's method alone is believed."""
-_ITERATIONS = 300
+_ITERATIONS = 3000
 
 
 def equilibrium_at_start(system: System, q: np.ndarray, t: float = 0.0) -> np.ndarray:

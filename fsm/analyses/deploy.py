@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from fsm.analyses.analysis import Watch
 from fsm.analyses.beyond_data import beyond_data
 from fsm.analyses.run_step import RunStep, States
 from fsm.analyses.segment_error import SegmentError
@@ -176,7 +177,7 @@ class Deployment:
         assert isinstance(system, SegmentSystem)
         return negative_pivots(system, t, q, self._pivots) if len(system.driven) and system.nu else 0
 
-    def array_motion(self, solution: Solution, warnings: list[str]) -> ArrayMotion | None:
+    def array_motion(self, solution: Solution, warnings: list[str], watch: Watch | None = None) -> ArrayMotion | None:
         """See `Analysis`."""
         return None
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from fsm.analyses.analysis import OneStep
+from fsm.analyses.analysis import OneStep, Watch
 from fsm.analyses.array import compile_array
 from fsm.ancf.array_system import ArraySystem
 from fsm.errors import FsmError
@@ -132,7 +132,7 @@ class ScissorArray(OneStep):
         """See `Analysis`."""
         return None
 
-    def array_motion(self, solution: Solution, warnings: list[str]) -> ArrayMotion:
+    def array_motion(self, solution: Solution, warnings: list[str], watch: Watch | None = None) -> ArrayMotion:
         """Points and stresses at the records, beside the same array with rigid bars."""
         names = tuple(sorted(self.array.points, key=lambda name: (name[0], int(name[1:]))))
         start = np.array([self.array.points[name] for name in names])
@@ -141,8 +141,8 @@ class ScissorArray(OneStep):
             system = self.system
             points = _flexible_motion(system, names, start, solution)
             stress = np.array([system.stress(q) for q in solution.q])
-            error = self.stress_error(solution.time, stress, warnings)
-            rigid = self._comparison(names, start, solution.time, warnings)
+            error = self.stress_error(solution.time, stress, warnings, watch)
+            rigid = self._comparison(names, start, solution.time, warnings, watch)
             return ArrayMotion(names, start, points, rigid, bars, stress, error)
         points = self._rigid_motion(self.system, names, start, solution.time, solution.q, solution.u)
         return ArrayMotion(names, start, points, None, bars, np.zeros((len(solution), 0)))
@@ -182,7 +182,9 @@ class ScissorArray(OneStep):
             found.append(f"not latched at the end: {', '.join(latches.open())}")
         return found
 
-    def stress_error(self, times: np.ndarray, stress: np.ndarray, warnings: list[str]) -> float | None:
+    def stress_error(
+        self, times: np.ndarray, stress: np.ndarray, warnings: list[str], watch: Watch | None = None
+    ) -> float | None:
         """Relative error of the largest stress, from the same array on another mesh with longer steps.
 
         The mesh has half as many elements per bar (twice as many as 2); rtol is ten times as large, a fixed step twice. The
@@ -201,7 +203,10 @@ class ScissorArray(OneStep):
             step=None if settings.step is None else 2.0 * settings.step,
         )  # fmt: skip
         try:
-            simulate(other, settings, [float(t) for t in times], lambda saved: kept.append(other.stress(saved.q)))
+            simulate(
+                other, settings, [float(t) for t in times], lambda saved: kept.append(other.stress(saved.q)),
+                watch and watch("error of the stress", settings.end_time),
+            )  # fmt: skip
         except FsmError as error:
             warnings.append(f"no error of max_stress: the array with another mesh could not be followed to the end: {error}")
             return None
@@ -236,7 +241,7 @@ class ScissorArray(OneStep):
         return float(max(steps, stress.max(initial=0.0)))
 
     def _comparison(
-        self, names: tuple[str, ...], start: np.ndarray, times: np.ndarray, warnings: list[str]
+        self, names: tuple[str, ...], start: np.ndarray, times: np.ndarray, warnings: list[str], watch: Watch | None
     ) -> PointMotion | None:
         """The same with rigid bars; None where they have not what the bars have, or where they lock."""
         hinge = self.case.hinge
@@ -250,7 +255,7 @@ class ScissorArray(OneStep):
 
         settings = Settings("Radau-blocks", _RIGID_RTOL, float(times[-1]), max_steps=self.case.solve.max_steps)
         try:
-            simulate(system, settings, [float(t) for t in times], keep)
+            simulate(system, settings, [float(t) for t in times], keep, watch and watch("rigid bars", settings.end_time))
         except FsmError as error:
             warnings.append(f"no comparison with rigid bars, they could not be followed to the end: {error}")
             return None

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from fsm.analyses.analysis import OneStep, Solver
+from fsm.analyses.analysis import OneStep, Solver, Watch
 from fsm.analyses.deployed import DeployedFilm
 from fsm.analyses.film import FilmMesh, build_film, mean_strain, on_other_mesh
 from fsm.analyses.mesh_error import MeshError, OnMesh, mesh_error
@@ -233,7 +233,7 @@ class VibrationAnalysis(OneStep):
         """The reduced model's, where that is taken and something moves."""
         return None if self.model is None else ReducedSolve(self._system, self.model).go
 
-    def array_motion(self, solution: Solution, warnings: list[str]) -> ArrayMotion | None:
+    def array_motion(self, solution: Solution, warnings: list[str], watch: Watch | None = None) -> ArrayMotion | None:
         """See `Analysis`."""
         return None
 

@@ -9,7 +9,10 @@ SIAM J. Numer. Anal. 35, 1998, 508). The mass as weight leaves the stiff motions
 holds back the soft ones, which buckle.
 
 For systems whose forces have a potential at rest. Wrinkles of a film, say, where a path with small steps would meet
-bifurcation after bifurcation: a shape a little beside the unstable one is enough of a start.
+bifurcation after bifurcation.
+
+Where the steps become small but the stiffness is not positive definite, they creep to a saddle of the energy. The softest
+mode leads away from it, downhill. Curvatures and gains below the round-off of their sums count as zero.
 """
 
 from __future__ import annotations
@@ -41,6 +44,16 @@ _CORRECTIONS = 3
 _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
 _ROUND_OFF = 4.0 * float(np.finfo(float).eps)
 """Of a force over the sum of what it is made of."""
+_CREEPING = 5e-3
+"""Length of a step, as tolerances, below which it may lead to a saddle."""
+_MODE_ITERATIONS = 8
+"""Of inverse iteration for the softest mode, which goes on from that of the step before."""
+_BESIDE = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5)
+"""Largest components of the way along that mode, as tolerances; they are tried in this order."""
+_PATIENT = 8
+"""Most good steps in a row before mu falls again; each fall that was too much doubles them."""
+_DENSE = 1000
+"""Largest number of coordinates whose eigenvalues are computed."""
 _STALLED = 0.5
 """A step of Newton's method over the one before, above which it comes no nearer."""
 
@@ -73,7 +86,7 @@ def relaxed(
     system : System
     t : s
     q : (nq,) array
-        To start from; on a symmetric, unstable equilibrium nothing would push it off.
+        To start from.
     tolerance : -
         Largest last step of Newton's method, over the size of an element or a radian.
     max_iterations : int
@@ -95,6 +108,8 @@ def relaxed(
     smallest = _SMALLEST * _fastest(linear.stiffness, inertia)
     mass = BlockMatrix(pattern, inertia)
     mu, negative, last, renewed = 0.0, 0, math.inf, False
+    patience, good = 1, 0
+    mode = np.random.default_rng(0).standard_normal(system.nu) * size
     rest = np.zeros(system.nu)
     for iteration in range(1, max_iterations + 1):
         if linear.stiffness.pattern is not pattern:  # contacts came near or went
@@ -110,7 +125,7 @@ def relaxed(
             linear, renewed = system.linearise(t, q, None), True
             continue
         if count:
-            mu = max(_RAISED * mu, smallest)
+            mu, patience, good = max(_RAISED * mu, smallest), min(2 * patience, _PATIENT), 0
             continue
         step = solver.solve(linear.force)
         length = float(np.abs(step / size).max(initial=0.0))
@@ -120,6 +135,18 @@ def relaxed(
             if length > _STALLED * last and _is_round_off(system, linear, q):
                 return Relaxed(q, iteration, length)
             last = length
+        elif length <= _CREEPING:
+            mode = _softest(solver, mass, mode, size)
+            if _is_round_off(system, linear, q) and _is_stable(linear.stiffness, size):
+                return Relaxed(q, iteration, length)
+            if float(mode @ linear.stiffness.symmetric().times(mode)) < 0.0:
+                beside = _beside(system, t, q, linear.force, mode)
+                if beside is not None and not (watched and system.objection(t, beside, None, 1.0)):
+                    if watched:
+                        system.commit(t, beside, rest)
+                    q = beside
+                    linear, renewed = system.linearise(t, q, None), False
+                    continue
         part = min(1.0, _LARGEST / length) if length else 1.0
         work = float(step @ linear.force)
         held_back = mu * float(step @ mass.times(step))
@@ -127,10 +154,11 @@ def relaxed(
         step *= part
         trial = system.retract(q, step)
         gained = 0.5 * float(step @ (linear.force + system.force(t, trial, None)))
-        if gained < _POOR * promised and length > tolerance:
+        doubt = float(_round_off(system, linear, q) @ np.abs(step))
+        if gained < _POOR * promised - doubt and length > tolerance:
             corrected = _corrected(system, t, q, trial, mu, inertia)
             if corrected is None:
-                mu = max(_RAISED * mu, smallest)
+                mu, patience, good = max(_RAISED * mu, smallest), min(2 * patience, _PATIENT), 0
                 continue
             trial = corrected
             gained = promised
@@ -139,9 +167,11 @@ def relaxed(
                 mu = max(_RAISED * mu, smallest)
                 continue
             system.commit(t, trial, rest)
-        if gained > _GOOD * promised:
-            smallest = min(smallest, mu or smallest)
-            mu = _LOWERED * mu if held_back > _LITTLE * work else 0.0
+        if gained > _GOOD * promised - doubt:
+            smallest, good = min(smallest, mu or smallest), good + 1
+            if good >= patience:
+                mu = _LOWERED * mu if held_back > _LITTLE * work else 0.0
+                patience, good = max(1, patience // 2), 0
         q = trial
         linear, renewed = system.linearise(t, q, None), False
     left = float(np.abs(linear.force).max())
@@ -174,23 +204,61 @@ def _corrected(
         if solver.negative_pivots() or float(np.abs(step / size).max(initial=0.0)) > _LARGEST:
             return None
         trial = system.retract(trial, step)
-    way = system.difference(start, trial)
-    gained = sum(
+    return trial if _work(system, t, start, system.difference(start, trial)) > 0.0 else None
+
+
+def _work(system: System, t: float, start: np.ndarray, way: np.ndarray) -> float:
+    """Work of the forces on a straight way, by Gauss' points."""
+    return sum(
         float(weight * (way @ system.force(t, system.retract(start, part * way), None)))
         for part, weight in zip(0.5 + 0.5 * _PLACES, 0.5 * _WEIGHTS, strict=True)
     )
-    return trial if gained > 0.0 else None
+
+
+def _softest(solver: LinearSolver, mass: BlockMatrix, mode: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """Softest mode of a factorised K + mu M, largest component 1 over the size, from an estimate."""
+    for _ in range(_MODE_ITERATIONS):
+        mode = solver.solve(mass.times(mode))
+        mode = mode / np.abs(mode / size).max()
+    return mode
+
+
+def _is_stable(stiffness: BlockMatrix, size: np.ndarray) -> bool:
+    """Whether a stiffness has no negative eigenvalue but for round-off, n eps of the largest one.
+
+    Pivots of a large one decide; of soft creases between stiff panels they may be round-off alone.
+    """
+    if len(size) > _DENSE:
+        solver = LinearSolver()
+        solver.factorise(stiffness.symmetric())
+        return solver.negative_pivots() == 0
+    values = np.linalg.eigvalsh(stiffness.symmetric().bsr().toarray() * size * size[:, None])
+    return bool(values[0] >= -len(size) * np.finfo(float).eps * values[-1])
+
+
+def _beside(system: System, t: float, q: np.ndarray, force: np.ndarray, mode: np.ndarray) -> np.ndarray | None:
+    """Configuration of lower energy beside an unstable one, along a mode; None if there is none."""
+    downhill = np.copysign(1.0, float(mode @ force)) * mode
+    for part in _BESIDE:
+        for way in (part * downhill, -part * downhill):
+            if _work(system, t, q, way) > 0.0:
+                return system.retract(q, way)
+    return None
 
 
 def _is_round_off(system: System, linear: Linearised, q: np.ndarray) -> bool:
-    """Whether what is left of the forces is round-off of the stiffnesses times coordinates that it is the sum of.
+    """Whether the residual is round-off."""
+    return bool(np.all(np.abs(linear.force) <= _round_off(system, linear, q)))
+
+
+def _round_off(system: System, linear: Linearised, q: np.ndarray) -> np.ndarray:
+    """Round-off of the forces: that of the stiffnesses times coordinates, whose sum they are.
 
     Of bodies in space, whose quaternions are one number more, the span of the structure and a radian stand for coordinates.
     """
     stiffness = linear.stiffness
     coordinates = np.abs(q) if len(q) == system.nu else system.scales().span
-    at_work = BlockMatrix(stiffness.pattern, np.abs(stiffness.data)).times(coordinates)
-    return bool(np.all(np.abs(linear.force) <= _ROUND_OFF * at_work))
+    return _ROUND_OFF * BlockMatrix(stiffness.pattern, np.abs(stiffness.data)).times(coordinates)
 
 
 def _fastest(stiffness: BlockMatrix, inertia: np.ndarray) -> float:

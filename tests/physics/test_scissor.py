@@ -1,5 +1,6 @@
 """Scissor arrays: kinematics, one rigid degree of freedom, rigid limit, energy, synchronism, damping of high frequencies."""
 
+import itertools
 import math
 
 import numpy as np
@@ -9,10 +10,12 @@ from scipy.integrate import solve_ivp
 from fsm.analyses.array import compile_array
 from fsm.analyses.scissor import ScissorArray
 from fsm.ancf.end_to_end import end_to_end, specification_matrix
+from fsm.recorder import RecordedSolve
 from fsm.scene.builders.scissor import array_at, build_array
 from fsm.scene.builders.scissor_bodies import build_bodies
 from fsm.scene.case import Case
 from fsm.scene.check_scissor import default_holds
+from fsm.scene.load_case import LoadedCase
 from fsm.scene.loads import Ramp, Table
 from fsm.scene.materials import Material
 from fsm.scene.scissor import BarSection, HingeJoint, PointForce, Scissor, Stop
@@ -375,6 +378,20 @@ def test_the_error_of_the_largest_stress_is_stated():
             if elements == 4:
                 error = analysis.stress_error(np.array(times), np.array([analysis.system.stress(q) for q in kept]), [])
         assert abs(found[1] / found[0] - 1.0) <= error < most, name
+
+
+def test_further_solves_of_an_array_show_their_progress(tmp_path):
+    """The run, then another mesh for the error of the stress, then rigid bars: each from zero to one."""
+    tables = {
+        "scissor": {"units": 1, "bar_length": 1.0, "initial_angle": START}, "bar": {"width": 0.02, "height": 0.012},
+        "material": {"young": 2.07e11, "poisson": 0.0, "density": 7850.0, "damping": 1e-4},
+        "force": [{"point": "a1", "force": [0.0, -50.0]}], "solve": {"end_time": 0.01},
+    }  # fmt: skip
+    case, seen = Case.model_validate({"analysis": "scissor"} | tables), []
+    loaded = LoadedCase(case, "", tmp_path / "case.toml")
+    RecordedSolve(loaded, ScissorArray(case, "case.toml"), tmp_path, False, []).run(seen.append, 0.0, 0.0)
+    assert sum(b < a for a, b in itertools.pairwise(seen)) == 2
+    assert seen.count(1.0) == 3
 
 
 def test_balance_of_damped_bars_that_springs_release():

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fsm.analyses.at_start import equilibrium_at_start
 from fsm.analyses.choose import analysis_of
 from fsm.analyses.film import build_film
 from fsm.analyses.natural import natural_modes
@@ -20,6 +21,7 @@ from fsm.solve import scipy_ivp
 from fsm.solve.books import Books
 from fsm.solve.handed_over import Beginning, Statistics, Wanted
 from fsm.solve.modal import modes
+from fsm.solve.newton import negative_pivots
 from validation.stress.attempt import attempt
 from validation.stress.campaign import examine
 from validation.stress.scenes import draw, loaded
@@ -200,3 +202,31 @@ def test_a_reduced_model_that_flies_off_is_told_as_one() -> None:
     found = attempt(tables, 20.0)
     assert found.solution is None
     assert "left the range of its cubic terms" in found.what
+
+
+@pytest.mark.parametrize(
+    ("number", "unstable"),
+    [
+        pytest.param(388, 6, id="strip in space that stays in its plane"),
+        pytest.param(50, 0, id="strip of 28 m on creases of 1e-8 N m/rad"),
+        pytest.param(173, 0, id="strip that swings open"),
+    ],
+)
+def test_the_start_of_a_strip_is_stable(number: int, unstable: int) -> None:
+    """A saddle is left along its softest mode, and curvatures and gains below round-off decide nothing."""
+    analysis = analysis_of(loaded(draw(1, number).tables, "scene").case, "scene", [])
+    q, _ = analysis.system.initial()
+    found = equilibrium_at_start(analysis.system, q)
+    size = analysis.system.scales().increment
+    linear = analysis.system.linearise(0.0, found, None)
+    curvatures = np.linalg.eigvalsh(linear.stiffness.symmetric().bsr().toarray() * size * size[:, None])
+    assert curvatures[0] > -1e-14 * curvatures[-1]
+    assert negative_pivots(analysis.system, 0.0, q) >= unstable
+    if number == 50:  # as folded, this is the equilibrium
+        assert np.abs(analysis.system.difference(q, found) / size).max() < 1e-9
+
+
+def test_a_pressed_patch_of_a_flat_film_buckles() -> None:
+    """By symmetry no force acts along the mode, and the energy falls only within a thousandth of an element."""
+    found = solved(draw(1, 58).tables)
+    assert np.abs(found.shape[0, ..., 2]).max() > 1e-6

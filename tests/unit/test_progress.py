@@ -51,6 +51,21 @@ def test_a_function_gets_the_fraction_and_nothing_is_printed(capsys: pytest.Capt
     assert capsys.readouterr() == ("", "")
 
 
+def test_a_further_solve_has_its_own_progress(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    clock, seen = [0.0], list[float]()
+    monkeypatch.setattr(fsm.progress.time, "monotonic", lambda: clock[0])
+    for show in (True, seen.append):
+        with Progress(show, 4.0, "array", Compiler()) as bar:
+            bar.step(4.0, 1)
+            bar.further("rigid bars", 2.0)
+            clock[0] += 11.0
+            bar.step(1.0, 7)
+    assert seen == [1.0, 0.5]
+    assert capsys.readouterr().err.splitlines() == ["array: rigid bars: 50 %, 7 steps"]
+
+
 @pytest.mark.parametrize(("wanted", "said"), [(True, ["strip: compiling kernels (once only)"]), (False, []), (print, [])])
 def test_what_is_compiled_before_there_is_progress(wanted, said, capsys: pytest.CaptureFixture[str]) -> None:
     jit = Compiler()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from fsm.results.solution import Solution
 from validation.stress.attempt import Attempt, attempt
 from validation.stress.dice import Tables
 
-__all__ = ["better_asked", "largest_turn", "turned_right_over"]
+__all__ = ["better_asked", "largest_turn", "turned_right_over", "turns"]
 
 _OWN_RTOL = 1e-6
 """Relative tolerance of a case that gives none."""
@@ -21,6 +22,14 @@ _OVER = np.radians(170.0)
 """Swing from which on a joint counts as turned right over, rad."""
 _ROUND = np.radians(355.0)
 """Twist from its start, likewise, rad."""
+_SHORTER = 0.25
+"""Part of the time that a scene has next if it is cut off."""
+_BALANCED = 0.05
+"""Energy error over the energy turned over, above which the turns of joints mean nothing."""
+_BEFORE = 1.0 - 1e-5
+"""Times the time of a failure, as far as its message tells it, up to which a scene is solved again."""
+_TRIES = 4
+"""Solves that may fail earlier than the one before."""
 _KEPT = ("end_time", "spatial")
 """Settings that belong to the scene; all others are the program's own when it is tried again."""
 
@@ -38,44 +47,85 @@ def better_asked(tables: Tables, limit: float) -> bool:
 
 
 def turned_right_over(tables: Tables, first: Attempt, limit: float) -> bool:
-    """Whether a joint of a chain had turned farther than its measures reach when the energy balance was lost.
+    """Whether a joint of a chain had turned farther than its measures reach when the solve failed.
 
     A swing of half a turn has no direction, and the moment of its springs jumps from one side to the other. The twist is
-    continuous over a turn either way from where it starts, and jumps there. The equations have no solution beyond. The
-    scene is solved up to the failure without regard to its energy, to see how far its joints turn.
+    continuous over a turn either way from where it starts, and jumps there. So does the shear angle of a ligament over half
+    a turn, as where its ends meet. The equations have no solution beyond. The program's own method solves the scene again up
+    to the failure, or to the end of the fixed step that failed, without regard to the energy. Its joints count only as far
+    as its energy balance holds.
     """
-    when = re.search(r"at t = ([0-9.e+-]+) s", first.what)
-    if when is None or "energy balance" not in first.what or "elements" not in tables.get("scene", {}):
-        return False
-    end = float(when[1])
-    solve = tables["solve"] | {"end_time": end, "energy_abort": 1e30}
-    again = attempt({**tables, "solve": solve, "save": {"interval": end / 1000.0}}, _PATIENCE * limit)
-    return again.solution is not None and largest_turn(tables, again.solution) > 1.0
+    own = {key: tables["solve"][key] for key in _KEPT if key in tables["solve"]}
+    own |= {"rtol": min(tables["solve"]["rtol"], _OWN_RTOL), "energy_abort": 1e30}
+    what, more = first.what, tables["solve"].get("step", 0.0)
+    for _ in range(_TRIES):
+        when = re.search(r"at t = ([0-9.e+-]+) s", what)
+        if when is None or "elements" not in tables.get("scene", {}):
+            return False
+        end = min(_BEFORE * float(when[1]) + more, tables["solve"]["end_time"])
+        again = attempt({**tables, "solve": own | {"end_time": end}, "save": {"interval": end / 1000.0}}, _PATIENCE * limit)
+        if again.solution is not None:
+            return _balanced_turn(tables, again.solution) > 1.0
+        what, more = (f"at t = {_SHORTER * end} s", 0.0) if again.end in ("cut off", "hang") else (again.what, 0.0)
+    return False
+
+
+def _balanced_turn(tables: Tables, solution: Solution) -> float:
+    """Largest turn up to the first record after the energy balance was last good."""
+    energy = solution.energy
+    size = np.maximum.accumulate(np.abs(energy["kinetic"]) + np.abs(energy["dissipated"]) + np.abs(energy["work"]))
+    off = np.abs(energy["error"]) > _BALANCED * size
+    last = int(np.argmax(off)) if off.any() else len(off) - 1
+    return float(turns(tables, solution)[: last + 1].max())
 
 
 def largest_turn(tables: Tables, solution: Solution) -> float:
-    """Largest turn of any joint, part of what its measures reach: swing of `_OVER`, twist of `_ROUND` from its start."""
+    """Largest turn of any joint in a run; see `turns`."""
+    return float(turns(tables, solution).max())
+
+
+def turns(tables: Tables, solution: Solution) -> np.ndarray:
+    """Largest turn of any joint at each record, part of what its measures reach.
+
+    In space these are a swing of `_OVER` and a twist of `_ROUND` from its start, in the plane a shear angle of `_OVER` of a
+    ligament. Other joints in the plane turn without limit.
+    """
+    bodies = {body["name"]: body for body in tables["scene"]["bodies"]}
     names = list(solution.layout.body_names)
-    start = {body["name"]: np.array(body.get("orientation", [1.0, 0.0, 0.0, 0.0])) for body in tables["scene"]["bodies"]}
+    q = solution.q.reshape(len(solution), len(names), -1)
     spatial = solution.layout.dimension == "spatial"
-    q = solution.q.reshape(len(solution), len(names), 7 if spatial else 3)
-    largest = 0.0
+    largest = np.zeros(len(solution))
     for joint in tables["scene"]["elements"]:
-        a, b = (
-            q[:, names.index(name), 3 if spatial else 2 :]
-            if name in names
-            else np.array([start[name] if spatial else [0.0]])
-            for name in (joint["inner"], joint["outer"])
+        inner, outer = (
+            q[:, names.index(joint[end])]
+            if joint[end] in names
+            else np.tile(_pose(bodies[joint[end]], spatial), (len(solution), 1))
+            for end in ("inner", "outer")
         )
         if spatial:
-            parts = _relative(np.broadcast_to(b, (len(solution), 4)), np.broadcast_to(a, (len(solution), 4)))
+            parts = _relative(outer[:, 3:], inner[:, 3:])
             swing = 2.0 * np.arctan2(np.hypot(parts[1], parts[3]), np.hypot(parts[0], parts[2]))
             twist = np.unwrap(2.0 * np.arctan2(parts[2], parts[0]))
-            largest = max(largest, float(swing.max()) / _OVER)
-        else:
-            twist = (a - b).ravel()
-        largest = max(largest, float(np.abs(twist - twist[0]).max()) / _ROUND)
+            largest = np.maximum(largest, np.maximum(swing / _OVER, np.abs(twist - twist[0]) / _ROUND))
+        elif joint.get("frame") == "chord":
+            chord = _place(inner, joint["point_inner"]) - _place(outer, joint["point_outer"])
+            shear = np.unwrap(np.arctan2(-chord[:, 1], chord[:, 0])) - 0.5 * (inner[:, 2] + outer[:, 2])
+            largest = np.maximum(largest, np.abs(shear - shear[0]) / _OVER)
     return largest
+
+
+def _pose(body: Tables, spatial: bool) -> np.ndarray:
+    """Configuration of a held body."""
+    place, turn = body["position"], body.get("orientation", [1.0, 0.0, 0.0, 0.0])
+    if spatial:
+        return np.array([*place, *turn])
+    return np.array([place[0], place[2], 2.0 * np.arctan2(turn[2], turn[0])])
+
+
+def _place(poses: np.ndarray, point: Sequence[float]) -> np.ndarray:
+    """Place (records, 2) of a point of a body in the plane."""
+    c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+    return np.column_stack([poses[:, 0] + c * point[0] + s * point[2], poses[:, 1] - s * point[0] + c * point[2]])
 
 
 def _relative(outer: np.ndarray, inner: np.ndarray) -> np.ndarray:
