@@ -39,6 +39,7 @@ from fsm.solve.arc_length import ArcSettings
 from fsm.solve.arc_run import ArcRun
 from fsm.solve.handed_over import CurvePoint, Saved, Statistics, StepEnd
 from fsm.solve.ledger import Ledger
+from fsm.solve.run import just_after
 from fsm.solve.settings import Settings
 from fsm.solve.solver import solve
 from fsm.solve.static import PathSettings
@@ -247,7 +248,8 @@ class RecordedSolve:
                 self.ledger = Ledger.opened(self.current.energy(*state))
                 self.ledger.trifle = max(self.ledger.trifle, position_round_off_energy(self.current, state))
         else:
-            self._change_to(self.current.energy(step.start, q, u if step.kind == "dynamic" else None).stored)
+            begin = just_after(self.current, step.start)
+            self._change_to(self.current.energy(begin, q, u if step.kind == "dynamic" else None).stored)
 
     def _change_to(self, stored: float) -> None:
         """Energy stored after a jump of the state: a loss is dissipated, a gain is work of what was added."""

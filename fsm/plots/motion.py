@@ -19,7 +19,7 @@ from fsm.plots.legend import add_legend_across
 from fsm.plots.marks import stage_colour, stage_name, summary_with_stages
 from fsm.plots.obstacles import Outline, obstacle_outlines
 from fsm.plots.plane import lattice_squares, vertical_axis
-from fsm.plots.style import COLOURS, GREY, WIDE, evolution, figure, rounded
+from fsm.plots.style import COLOURS, GREY, WIDE, evolution, figure, rounded, start_of_step, steps_of
 from fsm.results.solution import BEAM, FILM, LINE, Floats, Integers, Solution
 
 __all__ = ["leaves_plane", "pick_records", "plot_motion"]
@@ -177,7 +177,11 @@ def _arrange(fig: Figure, columns: int, rows: int, below: float) -> None:
 
 
 def _title(solution: Solution, record: int) -> str:
-    if not solution.travel.shape[1] or evolution(solution)[1] == "time (s)":
+    label = evolution(solution)[1]
+    if label.startswith("step"):
+        name, rows = next((name, rows) for name, rows in steps_of(solution) if record < rows.stop)
+        return f"{name}, {rounded(solution.time[record] - start_of_step(solution, rows))} s"
+    if label == "time (s)":
         return f"{rounded(solution.time[record])} s"
     force = solution.force[:, 0]
     # a residual of the solver is shown as zero

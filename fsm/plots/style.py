@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +32,8 @@ __all__ = [
     "figure",
     "label_decades",
     "rounded",
+    "start_of_step",
+    "steps_of",
     "shortened",
 ]
 
@@ -38,7 +41,7 @@ __all__ = [
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#F0E442")
 GREY = "#666666"
 _RESTS = 0.2
-"""Part of the time at which drives rest in the end, above which the time is the abscissa."""
+"""Part of the records in which drives rest in the end, above which the time is the abscissa."""
 STAGE_COLOURS = ("#56B4E9", "#E69F00", "#CC79A7")
 
 SINGLE = (4.8, 3.4)
@@ -109,14 +112,46 @@ def abscissa(solution: Solution) -> tuple[Floats, str]:
 
 
 def evolution(solution: Solution) -> tuple[Floats, str]:
-    """As `abscissa`, but the time if the drives rest for more than a fifth of it, as before a blow."""
+    """As `abscissa`, but the time if the drives rest in more than a fifth of the records, as before a blow.
+
+    If the run has several steps, each has the same width then: a slow pull and a short blow are both seen.
+    """
     x, label = abscissa(solution)
-    if solution.travel.shape[1] and len(solution):
-        moved = np.flatnonzero(np.abs(np.diff(solution.travel, axis=0)).max(axis=1) > 0.0)
-        last = solution.time[moved[-1] + 1] if len(moved) else solution.time[0]
-        if solution.time[-1] - last > _RESTS * (solution.time[-1] - solution.time[0]):
-            return solution.time, "time (s)"
-    return x, label
+    if not solution.travel.shape[1] or not len(solution):
+        return x, label
+    moved = np.flatnonzero(np.abs(np.diff(solution.travel, axis=0)).max(axis=1, initial=0.0) > 0.0)
+    if len(x) - (moved[-1] + 2 if len(moved) else 0) <= _RESTS * len(x):
+        return x, label
+    parts = steps_of(solution)
+    if len(parts) < 2:
+        return solution.time, "time (s)"
+    times = [_relative(solution, rows) for _, rows in parts]
+    x = np.concatenate([k + part for k, (_, part) in enumerate(times)])
+    named = [f"{name} ({rounded(length)} s)" for (name, _), (length, _) in zip(parts, times, strict=True)]
+    return x, "step: " + ", ".join(named)
+
+
+def steps_of(solution: Solution) -> list[tuple[str, slice]]:
+    """Names and records of the steps of a run; no steps in older files."""
+    if len(solution.step) != len(solution) or not solution.layout.step_names:
+        return []
+    ends = np.flatnonzero(np.diff(solution.step)) + 1
+    bounds = [0, *ends.tolist(), len(solution)]
+    return [
+        (solution.layout.step_names[int(solution.step[a]) - 1], slice(a, b)) for a, b in pairwise(bounds)
+    ]
+
+
+def _relative(solution: Solution, rows: slice) -> tuple[float, Floats]:
+    """Length of a step, s, and times of its records since its start over it."""
+    time = solution.time[rows] - start_of_step(solution, rows)
+    length = float(time[-1])
+    return length, time / (length or 1.0)
+
+
+def start_of_step(solution: Solution, rows: slice) -> float:
+    """Time of the last record before a step, s."""
+    return float(solution.time[max(rows.start - 1, 0)])
 
 
 def shortened(name: str) -> str:

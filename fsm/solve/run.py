@@ -7,6 +7,7 @@ between steps is not missed.
 
 from __future__ import annotations
 
+import math
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
@@ -24,7 +25,7 @@ from fsm.solve.settings import Settings
 from fsm.solve.status import TORN, Outcome
 from fsm.system import Observation, System
 
-__all__ = ["Run"]
+__all__ = ["Run", "just_after"]
 
 _FAST = 1e-2
 """Kinetic energy over the energy turned over, above which a force of the drives is dynamic."""
@@ -62,7 +63,7 @@ class Run(ABC):
         system.commit(self.time, self.q, self.u)
         times = [t for t in wanted.save_times if self.time <= t <= settings.end_time]
         self.pending = _at_breaks(times, breaks)
-        self.last = system.observe(self.time, self.q, self.u)
+        self.last = system.observe(just_after(system, self.time), self.q, self.u)
         self.ledger = Ledger.opened(self.last.energy) if ledger is None else ledger
         self.balanced = self.time
         self._look(self.time, self.q, self.u, self.last)
@@ -153,6 +154,11 @@ class Run(ABC):
         if outcome in (Outcome.ENERGY, Outcome.ENERGY_OF_FIXED_STEPS):
             raise EnergyAbort(f"{text}. Energy error {self.ledger.worst:.3g} J of {self.ledger.turnover:.3g} J turned over")
         raise NotConverged(text)
+
+
+def just_after(system: System, t: float) -> float:
+    """Time at which a step of a run begins, but for the first: drives that stop there have stopped, also for dampers."""
+    return math.nextafter(t, math.inf) if t > 0.0 and t in system.break_times() else t
 
 
 def _at_breaks(times: Sequence[float], breaks: Sequence[float]) -> list[float]:

@@ -25,16 +25,19 @@ def run(name: str, folder: Path, *overrides: str) -> tuple[dict[str, Any], Solut
 
 def test_film_pulled_by_a_strip_and_struck_keeps_its_energy(tmp_path: Path) -> None:
     """The work of the drive and of the blow is in the strip, in the film, in the motion, and in the dampers of the strip."""
-    quick = "drive.0.time.end=30 ms", 'load.0.time.time=["32 ms", "32.5 ms", "33 ms"]', "solve.end_time=35 ms"
-    summary, solution = run("film_on_strip", tmp_path, *quick)
+    quick = "step.1.duration=3 ms", "strip.segments_per_panel=4", 'scene.seams.0.bodies=["panel 3 segment 4"]'
+    moved = "step.0.drive.0.bodies=" + str([f"panel 1 segment {k}" for k in range(1, 5)])
+    summary, solution = run("film_on_strip", tmp_path, *quick, moved)
+    assert [step["method"] for step in summary["step"]] == ["relax", "static", "mean-force"]
     assert summary["energy_error"] < BALANCED
+    pull, strike = (solution.step == number for number in (2, 3))
     assert solution.travel[-1, 0] == pytest.approx(0.015)
-    before, after = (int(np.searchsorted(solution.time, t)) for t in (0.0319, 0.0332))
-    assert solution.energy["work"][after] > 1.05 * solution.energy["work"][before]
-    assert solution.energy["kinetic"][after] > 3.0 * solution.energy["kinetic"][before]
-    # the drive pulls against the strip all the way, without jumps: dampers see mean rates
-    assert 0.2 < solution.force[before, 0] < 2.0
-    assert np.abs(np.diff(solution.force[: before + 1, 0])).max() < 0.2
+    assert np.all(np.diff(solution.force[pull, 0]) > 0.0)
+    # dampers do not feel the speed that the drive had before, and drive forces are means over steps
+    assert np.abs(np.diff(solution.force[strike, 0], prepend=solution.force[pull, 0][-1])).max() < 0.3
+    assert solution.energy["work"][-1] > 1.2 * solution.energy["work"][pull][-1]
+    assert solution.energy["kinetic"][strike].max() > 0.1 * np.ptp(solution.energy["work"][strike])
+    assert solution.energy["dissipated"][-1] > solution.energy["dissipated"][pull][-1]
 
 
 def test_sail_on_cables_keeps_its_energy(tmp_path: Path) -> None:

@@ -22,7 +22,7 @@ from fsm.plots.energy import STACK, plot_energy
 from fsm.plots.figures import draw
 from fsm.plots.force import plot_force, plot_overlay
 from fsm.plots.motion import leaves_plane, pick_records, plot_motion
-from fsm.plots.style import STYLE, WIDE, energy_unit, figure, label_decades, shortened
+from fsm.plots.style import STYLE, WIDE, energy_unit, evolution, figure, label_decades, shortened
 from fsm.results.curve import Curve
 from fsm.results.quantities import summarise
 from fsm.results.solution import ENERGIES, PAIRS, Layout, Record, Solution
@@ -566,3 +566,21 @@ def test_no_global_state_is_left_behind(tmp_path: Path) -> None:
 )
 def test_energy_unit(value: float, unit: str) -> None:
     assert energy_unit(np.array([0.0, -value]))[1] == unit
+
+
+def test_what_comes_after_the_pull_is_drawn_over_time_or_steps() -> None:
+    """Two fifths of the records are at the end of the travel: over the travel they would be one point."""
+    run = strip_run(101)
+    assert evolution(run)[1] == "travel (mm)"
+    travel = np.minimum(run.travel, run.travel[60])
+    time = np.where(np.arange(101) <= 60, run.time, run.time[60] + 1e-4 * np.arange(-60, 41))
+    rests = replace(run, travel=travel, time=time)
+    assert evolution(rests)[1] == "time (s)"
+    named = replace(rests.layout, step_names=("start", "pull", "blow"))
+    steps = replace(rests, step=np.where(np.arange(101) <= 60, 2, 3), layout=named)
+    x, label = evolution(steps)
+    assert label == "step: pull (45.0 s), blow (0.00400 s)"
+    assert np.all(np.diff(x) > 0.0)
+    assert (x[0], x[60], x[-1]) == pytest.approx((0.0, 1.0, 2.0))
+    chosen = pick_records(steps)
+    assert sum(record > 60 for record in chosen) == 3
