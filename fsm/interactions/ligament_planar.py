@@ -89,6 +89,15 @@ def _measure(
     return ax, az, bx, bz, nx, nz, length
 
 
+@kernel(inline=True)
+def _change(value: float, before: float, k: int, rest: float) -> float:
+    """Change of a deformation; x3 jumps by 2 pi l where the chord points backwards, and its change does not."""
+    change = value - before
+    if k == 1:
+        change -= 2.0 * np.pi * rest * np.round(change / (2.0 * np.pi * rest))
+    return change
+
+
 @kernel
 def measure_ligament_planar(
     poses: np.ndarray, rates: np.ndarray, bodies: np.ndarray, constants: np.ndarray
@@ -139,7 +148,7 @@ def force_ligament_planar(
     for i in range(bodies.shape[0]):
         a, b = bodies[i, 0], bodies[i, 1]
         for k in range(3):
-            speed = rate[i, k] if per_second == 0.0 else (value[i, k] - before[i, k]) * per_second
+            speed = rate[i, k] if per_second == 0.0 else _change(value[i, k], before[i, k], k, constants[i, 4]) * per_second
             effort = constants[i, _STIFFNESS + k] * value[i, k] + constants[i, _DAMPING + k] * speed
             for c in range(3):
                 force[a, c] -= effort * gradient[i, k, c]
@@ -216,7 +225,7 @@ def linearise_ligament_planar(
                     for n in range(6):
                         turned[m] += second[k, m, n] * speed[n]
             else:
-                rate = (value[k] - before[i, k]) * per_second
+                rate = _change(value[k], before[i, k], k, row[4]) * per_second
             effort = stiffness * value[k] + damping * rate
             for m in range(6):
                 for n in range(6):
@@ -243,7 +252,7 @@ def stored_ligament_planar(
     energy = power = 0.0
     for i in range(bodies.shape[0]):
         for k in range(3):
-            speed = rate[i, k] if per_second == 0.0 else (value[i, k] - before[i, k]) * per_second
+            speed = rate[i, k] if per_second == 0.0 else _change(value[i, k], before[i, k], k, constants[i, 4]) * per_second
             energy += 0.5 * constants[i, _STIFFNESS + k] * value[i, k] ** 2
             power += constants[i, _DAMPING + k] * speed**2
     return energy, power

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fsm.errors import CaseError
-from fsm.interactions.ligament_planar import ligament_constants_planar, measure_ligament_planar
+from fsm.interactions.ligament_planar import ligament_constants_planar, measure_ligament_planar, stored_ligament_planar
 from fsm.preview import preview
 from fsm.scene.builders.lattice import build_lattice
 from fsm.scene.case import Case
@@ -64,6 +64,22 @@ def test_measures_are_length_and_turn_of_the_chord(seed: int) -> None:
     turn = later[:, 2] - poses[:, 2]
     shear = -np.angle(after / before * np.exp(1j * turn.mean()))
     np.testing.assert_allclose(value[0], [abs(after) - abs(before), abs(before) * shear, turn[0] - turn[1]], atol=1e-12)
+
+
+def test_a_chord_that_comes_to_point_backwards_jumps_in_angle_but_not_in_rate() -> None:
+    """The jump of 2 pi counted as a rate: balances of lattices with short soft hinges were off by their dampers."""
+    length, damping, step = 0.3, 2.0, 0.5
+    bodies, points, still = np.array([[0, 1]]), np.zeros((2, 1, 2)), np.zeros((2, 3))
+
+    def at(angle: float) -> np.ndarray:
+        return np.array([[length * np.cos(angle), -length * np.sin(angle), 0.0], [0.0, 0.0, 0.0]])
+
+    constants = ligament_constants_planar(at(0.0), bodies, *points, np.ones((1, 3)), np.full((1, 3), damping))
+    before, _, _ = measure_ligament_planar(at(np.pi - 0.01), still, bodies, constants)
+    after, _, _ = measure_ligament_planar(at(np.pi + 0.02), still, bodies, constants)
+    assert after[0, 1] - before[0, 1] == pytest.approx((0.03 - 2.0 * np.pi) * length)
+    _, power = stored_ligament_planar(at(np.pi + 0.02), still, bodies, constants, before, 1.0 / step)
+    assert power == pytest.approx(damping * (0.03 * length / step) ** 2)
 
 
 @pytest.mark.parametrize("size", [1e-3, 0.1, 0.4])
