@@ -14,6 +14,7 @@ from fsm.scene.case import Case
 from fsm.scene.contact_sides import contact_sides
 from fsm.scene.planar import out_of_plane
 from fsm.scene.scene import Scene
+from fsm.scene.step_items import with_paths_of_steps
 from fsm.segments.crease_checks import crease_faults, crease_warnings
 from fsm.segments.plan import Plan, plan_of
 from fsm.segments.separate import overlaps, separate, shallowest
@@ -57,7 +58,7 @@ def compile_case(case: Case, source: str = "", warnings: list[str] | None = None
     try:
         system = compile_whole(case, scene, plan)
     except CaseError as error:
-        raise CaseError(error.faults, source) from None
+        raise CaseError(with_paths_of_steps(case, error.faults), source) from None
     if not system.nu:
         where = "strip" if case.strip else "lattice" if case.lattice else "scene"
         text = "all bodies are held or driven, so the system has no degree of freedom; free at least one body"

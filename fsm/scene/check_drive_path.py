@@ -22,7 +22,7 @@ def drives_through_held_panels(sections: Sections, held: frozenset[int]) -> Iter
     strip, contact = sections.strip, sections.contact
     if strip is None or contact is None or contact.pairs is not None:
         return
-    for index, drive in sections.drives.items():
+    for path, drive in sections.all_drives:
         if drive.crease is None or drive.travel is None or not drive.guide or not 1 <= drive.crease < strip.panels:
             continue
         size = math.sqrt(sum(x * x for x in drive.direction))
@@ -35,7 +35,7 @@ def drives_through_held_panels(sections: Sections, held: frozenset[int]) -> Iter
             if part is not None:
                 travel = 1e3 * part * drive.travel
                 yield Fault(
-                    f"drive.{index}.travel",
+                    f"{path}.travel",
                     f"{1e3 * drive.travel:.4g} mm lead crease {drive.crease} through panel {panel}, which is held; they "
                     f"meet at {travel:.4g} mm. Reduce the travel, or hold other panels",
                 )

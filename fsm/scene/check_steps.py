@@ -24,6 +24,8 @@ def step_names(steps: Iterable[Step]) -> list[str]:
 
 def check_steps(sections: Sections) -> Iterable[Fault]:
     """Faults of steps, and of sections that cannot be used beside them."""
+    if sections.faulty_steps:
+        return
     names = step_names(sections.steps.values())
     listed = [(f"drive.{index}", drive.step) for index, drive in sections.drives.items()]
     listed += [(f"load.{index}", load.step) for index, load in sections.loads.items()]

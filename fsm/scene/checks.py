@@ -69,7 +69,7 @@ def _check_deployment(sections: Sections) -> list[Fault]:
         *(drives_through_held_panels(sections, _held(sections.strip)) if sections.strip is not None else ()),
         *_lattice_drives(sections),
         *_scene_drives(sections),
-        *_repeated(sections.drives),
+        *(() if "step" in sections.written else _repeated(sections.drives)),
         *_friction(sections),
         *_obstacles(sections),
         *_end(sections),
@@ -159,10 +159,10 @@ def _strip_drives(sections: Sections) -> Iterable[Fault]:
     strip = sections.strip
     if strip is None or _all_held(strip):
         return
-    for index, drive in sections.drives.items():
+    for place, drive in sections.all_drives:
         if drive.crease is None:
             continue
-        path, last = f"drive.{index}.crease", strip.panels - 1
+        path, last = f"{place}.crease", strip.panels - 1
         if not 1 <= drive.crease <= last:
             yield Fault(
                 path,
@@ -183,8 +183,7 @@ def _strip_drives(sections: Sections) -> Iterable[Fault]:
 def _lattice_drives(sections: Sections) -> Iterable[Fault]:
     if "lattice" in sections.written and sections.solve is not None and sections.solve.spatial:
         yield Fault("solve.spatial", "a lattice moves in its plane only; remove it")
-    for index, drive in sections.drives.items():
-        path = f"drive.{index}"
+    for path, drive in sections.all_drives:
         if drive.edge is not None and "lattice" not in sections.written:
             yield Fault(f"{path}.edge", "only a [lattice] has edges; give `crease` in a [strip], else `body` or `bodies`")
         if drive.crease is not None and "lattice" in sections.written:
@@ -200,18 +199,15 @@ def _scene_drives(sections: Sections) -> Iterable[Fault]:
     if scene is None or "strip" in sections.written:
         return
     held = {body.name for body in scene.bodies if body.held} | {"ground"}
-    listed = [("drive", index, drive) for index, drive in sections.drives.items()]
-    listed += [("scene.drives", index, drive) for index, drive in enumerate(scene.drives)]
-    for name, index, drive in listed:
+    listed = [*sections.all_drives, *((f"scene.drives.{index}", drive) for index, drive in enumerate(scene.drives))]
+    for path, drive in listed:
         if drive.crease is not None:
-            yield Fault(
-                f"{name}.{index}.crease", "only a [strip] has crease numbers; give `body` in a [scene]"
-            )
-        for body in drive.moved:
+            yield Fault(f"{path}.crease", "only a [strip] has crease numbers; give `body` in a [scene]")
+        for body in drive.moved if "step" not in sections.written else ():  # steps may release it before
             if body in held:
                 key = "body" if drive.body is not None else "bodies"
                 yield Fault(
-                    f"{name}.{index}.{key}", f'body "{body}" is held, so it cannot move; free it, or choose another body'
+                    f"{path}.{key}", f'body "{body}" is held, so it cannot move; free it, or choose another body'
                 )
 
 

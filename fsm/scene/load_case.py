@@ -289,6 +289,7 @@ def _sections(data: Mapping[str, Any], valid: Mapping[str, Any]) -> Sections:
         gravity=valid.get("gravity") or (),
         solve=valid.get("solve") if "solve" in data else Solve(),
         save=valid.get("save") if "save" in data else Save(),
+        faulty_steps="step" in data and len(data["step"] or ()) != len(valid.get("step") or ()),
         vibration=valid.get("vibration") if "vibration" in data else Vibration(),
         **items,
         **sections,

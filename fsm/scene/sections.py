@@ -30,6 +30,7 @@ class Sections:
     written : names of the sections in the file
     stages : analyses of the case; empty if they cannot be read
     analysis : value of the key `analysis`
+    faulty_steps : whether the file has steps with faults of their own, which `steps` does not hold
     drives, loads, steps, patches, cables, supports, holds, forces : items by their number in the file, from 0
     """
 
@@ -58,11 +59,21 @@ class Sections:
     drives: Mapping[int, Drive] = field(default_factory=dict)
     loads: Mapping[int, Load] = field(default_factory=dict)
     steps: Mapping[int, Step] = field(default_factory=dict)
+    faulty_steps: bool = False
     patches: Mapping[int, Patch] = field(default_factory=dict)
     cables: Mapping[int, Cable] = field(default_factory=dict)
     supports: Mapping[int, Support] = field(default_factory=dict)
     holds: Mapping[int, PointSupport] = field(default_factory=dict)
     forces: Mapping[int, PointForce] = field(default_factory=dict)
+
+
+    @property
+    def all_drives(self) -> list[tuple[str, Drive]]:
+        """Drives of the case and of its steps, with their paths."""
+        found = [(f"drive.{index}", drive) for index, drive in self.drives.items()]
+        for number, step in self.steps.items():
+            found += [(f"step.{number}.drive.{index}", drive) for index, drive in enumerate(step.drive)]
+        return found
 
 
 def method_faults(solve: Solve | None) -> Iterable[Fault]:

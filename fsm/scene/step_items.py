@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
+from fsm.errors import Fault
 from fsm.scene.case import Case
 from fsm.scene.check_steps import step_names
 from fsm.scene.loads import Drive, Load
 
-__all__ = ["DrivePart", "drive_parts", "drives_of", "loads_of", "releases", "steps_from"]
+__all__ = ["DrivePart", "drive_parts", "drives_of", "loads_of", "releases", "steps_from", "with_paths_of_steps"]
 
 
 @dataclass(frozen=True)
@@ -83,10 +84,31 @@ def drives_of(case: Case) -> tuple[Drive, ...]:
 
 def loads_of(case: Case) -> list[tuple[int, Load]]:
     """All loads with the numbers of their steps."""
+    return [(number, load) for number, load, _ in _loads(case)]
+
+
+def _loads(case: Case) -> list[tuple[int, Load, str]]:
     top = case.load or (case.scene.loads if case.scene is not None else ())
-    found = [(_number(case, load.step), load) for load in top]
-    found += [(number, load) for number, step in enumerate(case.step) for load in step.load]
+    found = [(_number(case, load.step), load, f"load.{index}") for index, load in enumerate(top)]
+    for number, step in enumerate(case.step):
+        found += [(number, load, f"step.{number}.load.{index}") for index, load in enumerate(step.load)]
     return sorted(found, key=lambda item: item[0])
+
+
+def with_paths_of_steps(case: Case, faults: Iterable[Fault]) -> list[Fault]:
+    """Faults of a scene, whose drives and loads have the paths that they have in the steps of the case."""
+    if not case.step:
+        return list(faults)
+    paths = {f"load.{index}": path for index, (_, _, path) in enumerate(_loads(case))}
+    for part in reversed(drive_parts(case)):
+        paths[f"drive.{part.target}"] = part.path
+    found = []
+    for fault in faults:
+        name, _, rest = fault.path.partition(".")
+        index, _, key = rest.partition(".")
+        path = paths.get(f"{name}.{index}")
+        found.append(fault if path is None else Fault(f"{path}.{key}" if key else path, fault.message))
+    return found
 
 
 def releases(case: Case, name: str) -> int | None:

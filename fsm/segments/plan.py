@@ -350,8 +350,9 @@ class _Planner:
         moved: dict[str, int] = {}
         for k, drive in enumerate(self.scene.drives):
             for name in drive.moved if self.acting[k] else ():
-                if name in moved and k != moved[name]:
-                    path = next((part.path for part in begun if part.target == k), "step")
+                both = [part.path for part in begun if part.target in (k, moved.get(name))]
+                if name in moved and k != moved[name] and both:
+                    path = both[-1]
                     text = f"{name!r} is still driven by {self.scene.drives[moved[name]].called!r}; release that first"
                     self.faults.append(Fault(path, text))
                 moved[name] = k

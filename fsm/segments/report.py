@@ -16,10 +16,11 @@ from fsm.scene.materials import SplineCrease
 from fsm.scene.planar import out_of_plane
 from fsm.scene.scene import ForceElement, Scene
 from fsm.scene.start import start_of
+from fsm.scene.step_items import with_paths_of_steps
 from fsm.segments.check_scene import check_scene
 from fsm.segments.crease_checks import crease_faults, crease_warnings
 from fsm.segments.drive import PrescribedMotion, RunUp
-from fsm.segments.plan import PlannedStep
+from fsm.segments.plan import PlannedStep, plan_of
 from fsm.segments.report_contact import (
     approximations_of_contact,
     approximations_of_friction,
@@ -64,8 +65,10 @@ def describe(case: Case, source: str = "") -> list[str]:
     checked = _once_driven(scene) if case.step else scene
     faults = check_scene(checked) or [*steep, *_overlaps(case, scene), *_endless(case, scene)]
     if faults:
-        raise CaseError(faults, source)
+        raise CaseError(with_paths_of_steps(case, faults), source)
     view = View(case, scene)
+    if case.step:
+        plan_of(case, scene)  # its faults have the paths of the steps
     lines = []
     for label, section in _SECTIONS:
         for text in section(view):

@@ -391,6 +391,25 @@ def test_mistakes_have_one_clear_line(tmp_path: Path, steps: str, path: str, mes
     assert message in fault.message
 
 
+STRIP_MISTAKES = (
+    ("crease = 9", "step.0.drive.0.crease", "must be a crease number from 1 to 3"),
+    ("crease = 1", "step.0.drive.0.crease", "is an edge of panel 1, which is held"),
+    ('edge = "top"', "step.0.drive.0.edge", "only a [lattice] has edges"),
+    ('body = "panel 9"', "step.0.drive.0.body", "no body is called 'panel 9'"),
+    ("crease = 3\nspede = 1", "step.0.drive.0.spede", "did you mean"),
+)
+
+
+@pytest.mark.parametrize(("target", "path", "message"), STRIP_MISTAKES)
+def test_mistakes_in_drives_of_steps_have_the_path_of_the_step(tmp_path: Path, target: str, path: str, message: str) -> None:
+    text = STRIP.replace("[[drive]]", '[[step]]\nkind = "static"\n[[step.drive]]').replace("crease = 3", target)
+    with pytest.raises(CaseError) as error:
+        run(tmp_path, text)
+    (fault,) = error.value.faults
+    assert fault.path == path
+    assert message in fault.message
+
+
 def test_the_summary_on_disk_has_the_steps(tmp_path: Path) -> None:
     run(tmp_path, BLOCK + PULL)
     written = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
