@@ -40,7 +40,8 @@ def supports(model: Model) -> Iterator[Offer]:
         return
     table = model.system.bodies
     frames = getattr(getattr(model.system, "frames", None), "bodies", ())
-    free = set() if model.case.step else set(table.free.tolist())  # steps may hold or release any body
+    held_later = any(step.hold for step in model.case.step)  # then each body may have a reaction
+    free = set() if held_later else set(table.free.tolist())
     for i in sorted(set(range(len(table.names))) - free - set(map(int, frames))):
         name = f"support.{table.names[i]}"
         yield Offer(f"{name}.force", "N", "force of the support or drive on the body", _reaction(i, 0), (AXES,))

@@ -15,8 +15,10 @@ import numpy as np
 from fsm.atomic_write import atomic_write
 from fsm.errors import Fault
 
-__all__ = ["AXES", "Channel", "ChannelInfo", "Dim", "extremes_of", "select_channels", "write_channels_csv"]
+__all__ = ["AXES", "MOST_CHANNELS", "Channel", "ChannelInfo", "Dim", "extremes_of", "select_channels", "write_channels_csv"]
 
+MOST_CHANNELS = 10_000
+"""Largest number of channels of a run; each one is a dataset of the results file."""
 _MOST_NAMED = 5
 """Number of similar names in a message."""
 
@@ -92,6 +94,9 @@ def select_channels(
     for pattern in patterns:
         if not any(fnmatchcase(name, pattern) for name in names):
             faults.append(Fault(path, f'no channel matches "{pattern}"; {_hint(pattern, names)}'))
+    if len(chosen) > MOST_CHANNELS:
+        text = f"{len(chosen):,} channels match; at most {MOST_CHANNELS:,} are recorded; give narrower patterns"
+        faults.append(Fault(path, text))
     return chosen, faults
 
 

@@ -263,6 +263,33 @@ unloading = [0.0, 1e-3, 2e-3, 4e-3]
     )
 
 
+def test_channels_go_on_from_step_to_step(tmp_path: Path) -> None:
+    """In the static step reactions are in equilibrium; after the release the drive has no force, and a held body has one."""
+    text = STRIP.replace("[[drive]]", '''[[step]]
+name = "pull"
+kind = "static"
+[[step]]
+name = "swing"
+kind = "dynamic"
+duration = "2 ms"
+release = ["crease 3"]
+hold = ["panel 4 segment 3"]
+[[step.drive]]''').replace('kind = "static"\n', 'kind = "static"\nSECTION', 1)
+    drive = text[text.index("[[step.drive]]") : text.index("[save]")]
+    text = text.replace(drive, "").replace("SECTION", drive)
+    found = solved(text, tmp_path)
+    force, time = value(found, "drive.1.force"), found.time
+    ends = time <= found.time[np.flatnonzero(force)[-1]]
+    assert 0 < ends.sum() < len(time) and force[ends].max() > 0.1 and not force[~ends].any()
+    held = value(found, "support.panel 4 segment 3.force")
+    assert not held[ends][:-1].any() and np.abs(held[~ends][-1]).max() > 1e-3
+    sums = sum(channel.values for name, channel in found.channels.items() if name.startswith("support."))
+    np.testing.assert_allclose(sums[ends], 0.0, atol=1e-6)
+    energy = {name: value(found, f"energy.{name}") for name in ("kinetic", "potential", "dissipated", "work", "error")}
+    total = energy["kinetic"] + energy["potential"] + energy["dissipated"] - energy["work"]
+    np.testing.assert_allclose(total - total[0], energy["error"], atol=1e-5 * energy["work"].max())
+
+
 def test_patterns_are_checked_before_the_run(tmp_path: Path) -> None:
     path = tmp_path / "case.toml"
     path.write_text(STRIP, encoding="utf-8")

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from fsm.errors import CaseError, FsmError
-from fsm.results.channel import AXES, ChannelInfo, Dim
+from fsm.results.channel import AXES, MOST_CHANNELS, ChannelInfo, Dim, select_channels
 from fsm.results.export import write_contact_csv, write_force_csv
 from fsm.results.interrupted_file import checksum, is_marked_open, without_open_marks
 from fsm.results.solution import ENERGIES, PAIRS, Layout, Record, Solution
@@ -184,6 +184,15 @@ def test_channels_are_kept_when_a_run_is_resumed(tmp_path: Path) -> None:
         assert found.channels[info.name].info == info
         np.testing.assert_array_equal(found.channels[info.name].values, wanted.channels[info.name].values)
     assert list(found.channels["panel.1.moment"].columns) == ["panel.1.moment 0.1", "panel.1.moment 0.25"]
+
+
+def test_patterns_match_names() -> None:
+    names = ["crease.1.angle", "crease.2.angle", "energy.work"]
+    assert select_channels(names, ["energy.*", "crease.?.angle"]) == (names, [])
+    chosen, (fault,) = select_channels(names, ["crease.2.*", "creas.1.angle"])
+    assert chosen == ["crease.2.angle"] and "crease.1.angle" in fault.message and '"creas.1.angle"' in fault.message
+    _, (fault,) = select_channels([f"body.{i}.position" for i in range(MOST_CHANNELS + 1)], ["*"])
+    assert "10,001 channels match; at most 10,000" in fault.message
 
 
 def test_opens_with_xarray(tmp_path: Path) -> None:
