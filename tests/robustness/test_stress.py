@@ -89,6 +89,27 @@ def test_what_its_settings_could_not_do_is_not_a_failure(monkeypatch: pytest.Mon
     assert classes == ["asked", "asked", "failed", "failed"]
 
 
+def test_what_a_message_advises_is_tried(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Solved at 1e-8 is "asked" if the message at 1e-6 says so; past the failure when its time is up is "cut off"."""
+    drawn = draw(SEED, 0, ("chain",))
+    tables = {**drawn.tables, "solve": {"rtol": 1e-3, "method": "BDF"}}
+    for first, at_1e6, expected in (
+        (Attempt("failed", "no"), Attempt("failed", "tighten rtol"), "asked"),
+        (Attempt("failed", "no"), Attempt("failed", "no"), "failed"),
+        (Attempt("failed", "no", reached=0.5), Attempt("cut off", reached=0.6), "cut off"),
+        (Attempt("failed", "no", reached=0.5), Attempt("cut off", reached=0.4), "failed"),
+    ):
+
+        ends = {1e-3: first, 1e-6: at_1e6, 1e-8: Attempt("finished")}
+
+        def solved(tables: dict[str, Any], limit: float, ends: dict[float, Attempt] = ends, **_: Any) -> Attempt:
+            return ends[tables["solve"]["rtol"]]
+
+        monkeypatch.setattr("validation.stress.campaign.attempt", solved)
+        monkeypatch.setattr("validation.stress.feasible.attempt", solved)
+        assert examine(dataclasses.replace(drawn, tables=tables), LIMIT)["class"] == expected
+
+
 @pytest.mark.parametrize(("number", "said"), [(28, "energy balance"), (140, "step size"), (70, "could not be solved")])
 def test_joints_that_turn_right_over_are_seen(number: int, said: str) -> None:
     """Swings of 180 deg of seed 1, by three messages."""

@@ -46,6 +46,7 @@ class Attempt:
     warned : what NumPy and others warned of
     cpu : s
     method : that took it on
+    reached : part of its time or travel that was solved
     """
 
     end: str
@@ -55,6 +56,7 @@ class Attempt:
     warned: list[str] = field(default_factory=list)
     cpu: float = 0.0
     method: str = ""
+    reached: float = 0.0
 
 
 class _TimeUp(BaseException):
@@ -123,6 +125,7 @@ def _solve(found: Attempt, name: str, folder: Path, steps: list[float], whole: b
 
     def step(fraction: float) -> None:
         steps.append(time.process_time())
+        found.reached = fraction
 
     if whole:
         run_case(found.loaded, folder, progress=step)

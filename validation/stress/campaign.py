@@ -91,10 +91,9 @@ def examine(drawn: Drawn, limit: float) -> Line:
     line: Line = {"scene": drawn.number, "kind": drawn.kind}
     line["class"], line["what"] = _classified(first)
     line |= {"method": first.method, "cpu_s": round(first.cpu, 3)}
-    if line["class"] == "failed" and better_asked(drawn.tables, limit):
-        line["class"] = "asked"
-    if line["class"] == "failed" and turned_right_over(drawn.tables, first, limit):
-        line["class"] = "singular"
+    if line["class"] == "failed":
+        turned = turned_right_over(drawn.tables, first, limit)
+        line["class"] = "singular" if turned else better_asked(drawn.tables, first, limit) or "failed"
     if first.warned:
         line["warned"] = first.warned[0][:200]
     if first.solution is None or first.loaded is None:

@@ -16,6 +16,8 @@ __all__ = ["better_asked", "largest_turn", "turned_right_over", "turns"]
 
 _OWN_RTOL = 1e-6
 """Relative tolerance of a case that gives none."""
+_SMALL_RTOL = 1e-8
+"""Smallest relative tolerance that is drawn."""
 _PATIENCE = 4.0
 """Times its time that a scene has when it is tried again with settings that take longer."""
 _OVER = np.radians(170.0)
@@ -34,16 +36,26 @@ _KEPT = ("end_time", "spatial")
 """Settings that belong to the scene; all others are the program's own when it is tried again."""
 
 
-def better_asked(tables: Tables, limit: float) -> bool:
-    """Whether a scene that failed with the method, step or tolerance asked for is solved with the program's own.
+def better_asked(tables: Tables, first: Attempt, limit: float) -> str:
+    """What becomes of a scene that failed with the method, step or tolerance asked for, with the program's own.
 
-    Then the run said that it cannot be done so, and what it advised helps.
+    "asked": it is solved, at a tolerance that is ever smaller if the message advises that. The run said that it cannot be
+    done as asked, and what it advised helps. "cut off": it is past the failure when its time is up. "": it fails again.
     """
-    asked = tables["solve"]
-    own: dict[str, Any] = {key: asked[key] for key in _KEPT if key in asked} | {"rtol": min(asked["rtol"], _OWN_RTOL)}
-    if own == {key: value for key, value in asked.items() if (key, value) != ("method", "auto")}:
-        return False
-    return attempt({**tables, "solve": own}, _PATIENCE * limit).end == "finished"
+    asked, what = tables["solve"], first.what
+    own: dict[str, Any] = {key: asked[key] for key in _KEPT if key in asked}
+    for rtol in (min(asked["rtol"], _OWN_RTOL), _SMALL_RTOL):
+        solve = own | {"rtol": rtol}
+        if solve != {key: value for key, value in asked.items() if (key, value) != ("method", "auto")}:
+            again = attempt({**tables, "solve": solve}, _PATIENCE * limit)
+            if again.end == "finished":
+                return "asked"
+            if again.end == "cut off" and again.reached > first.reached:
+                return "cut off"
+            what = again.what
+        if "tighten rtol" not in what:
+            return ""
+    return ""
 
 
 def turned_right_over(tables: Tables, first: Attempt, limit: float) -> bool:
