@@ -191,15 +191,24 @@ class Deployment:
         if solution.travel.shape[1]:
             summary |= summarise(Curve.from_points(statistics.seen), solution.layout.pair_names)
             summary["unstable_at_end"] = self._ends_on_path and bool(solution.negative_pivots[-1] > 0)
-            forth = bool(np.all(np.diff(solution.travel[:, 0]) >= 0.0))  # the errors are derivatives by the travel
-            if self.case.strip is not None and self.case.material is not None and forth and self._same_throughout:
-                error = SegmentError(self.system, self.case.strip, self.case.material)
-                summary["mesh_error"] = error.at(solution, summary["peak_travel"], statistics.events)
-                summary["mesh_error_final"] = error.at(solution, summary["final_travel"], statistics.events)
+            summary |= self._mesh_errors(solution, statistics, summary)
         looked_at = np.array([point.pair_force for point in statistics.seen])
         summary["contact"] = summarise_contacts(solution, looked_at, summary.get("touches", ()))
         summary["contact_stats"] = self.system.contacts.stats()
         return summary
+
+    def _mesh_errors(self, solution: Solution, statistics: Statistics, summary: dict[str, Any]) -> dict[str, float | None]:
+        """Errors of peak and final force from the segments: over the peak, and over the larger of both forces."""
+        strip, material = self.case.strip, self.case.material
+        forth = bool(np.all(np.diff(solution.travel[:, 0]) >= 0.0))  # the errors are derivatives by the travel
+        if strip is None or material is None or not forth or not self._same_throughout:
+            return {}
+        error, found = SegmentError(self.system, strip, material), dict[str, float | None]()
+        peak, final = summary["peak_force"], summary["final_force"]
+        for key, of, scale in (("mesh_error", "peak", abs(peak)), ("mesh_error_final", "final", max(abs(peak), abs(final)))):
+            off = error.at(solution, summary[f"{of}_travel"], summary[f"{of}_force"], statistics.events)
+            found[key] = None if off is None or not scale else off / scale
+        return found
 
     @property
     def _same_throughout(self) -> bool:
@@ -267,7 +276,10 @@ def _coarse(summary: dict[str, Any]) -> list[str]:
     coarse = {name: error for name, error in errors.items() if error is not None and error > _COARSE}
     if not coarse:
         return []
-    off = " and ".join(f"{name} is off by about {100 * error:.2g} %" for name, error in coarse.items())
+    off = " and ".join(
+        f"{name} is off by about {100 * error:.2g} %{' of the peak' if name == 'final_force' else ''}"
+        for name, error in coarse.items()
+    )
     return [f"the segments are coarse: {off}; raise strip.segments_per_panel"]
 
 

@@ -78,13 +78,13 @@ class SegmentError:
         whole = [segments for segments in panels.values() if len(segments) > _FEWEST]
         self.panels = [(np.array([r for r, _ in s]), np.array([length for _, length in s])) for s in whole]
 
-    def at(self, solution: Solution, travel: float, events: Sequence[Event] = ()) -> float | None:
-        """Error of the force at a travel of the first drive, over the force; None without bending panels.
+    def at(self, solution: Solution, travel: float, force: float, events: Sequence[Event] = ()) -> float | None:
+        """Error of the force at a travel of the first drive, N; None without bending panels.
 
         Parameters
         ----------
         solution : Solution
-        travel : m
+        travel, force : m, N
         events : of the run
             Where friction acts, a snap may come earlier or later on another mesh: the change of force at the last one
             counts too.
@@ -93,16 +93,16 @@ class SegmentError:
         record = int(np.argmin(np.abs(travels - travel)))
         if not record and len(travels) > 1:  # a strip that is straight at the start tells nothing
             record = 1
-        time, q, force = float(solution.time[record]), solution.q[record], float(solution.force[record, 0])
+        q = solution.q[record]
         part = self.unresolved(q).part
         if part is None:
             return None
         if not np.any(solution.pair_friction[record]):
-            change = self._change(time, q)
-            return _FACTOR * (part if change is None or not force else abs(change / force))
+            change = self._change(float(solution.time[record]), q)
+            return _FACTOR * (part * abs(force) if change is None else abs(change))
         snaps = [event for event in events if event.travel < travel]
         jump = snaps[-1].end_force - snaps[-1].force if snaps else 0.0
-        return _FACTOR * part + (abs(jump / force) if force else 0.0)
+        return _FACTOR * part * abs(force) + abs(jump)
 
     def unresolved(self, q: np.ndarray) -> Unresolved:
         """Energy that the segments do not resolve at a configuration.
