@@ -31,7 +31,7 @@ def creases(model: Model) -> Iterator[Offer]:
     for element, side in zip(elements, _sides(model, elements), strict=True):
         name = f"crease.{element.name.removeprefix('crease ')}"
         if element.frame == "outer":
-            angle = "fold angle of the crease alone: 0 flat, positive on the side to which it is folded at the start"
+            angle = "crease angle: 0 flat, positive on the side to which the crease is folded at the start"
         else:
             angle = "rotation of the inner body relative to the outer one since the start"
         yield Offer(f"{name}.angle", "rad", angle, _angle(element.name, side, _series(model, element)))
