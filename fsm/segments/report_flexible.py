@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from fsm.scene.flexible import unstressed_length
 from fsm.segments.report_view import View, count, millimetres
 
@@ -47,6 +49,29 @@ def beam_lines(view: View) -> Iterator[str]:
         )
 
 
+def _touching_points(view: View, named: set[str]) -> Iterator[str]:
+    """Distances of contact points, and how far round obstacles sink in between them."""
+    contact = view.scene.contact
+    assert contact is not None
+    films = [(film.name, film.length / film.mesh[0], film.width / film.mesh[1]) for film in view.scene.films]
+    lines = [(line.name, unstressed_length(line) / line.elements, 0.0) for line in view.scene.lines.values()]
+    round_ones = {o.name: o.radius for o in view.scene.obstacles if o.shape in ("sphere", "cylinder") and o.radius}
+    places = np.concatenate([[-1.0], np.polynomial.legendre.leggauss(contact.points_per_segment)[0], [1.0]])
+    gaps = 0.5 * np.diff(places)
+    widest = max(2.0 * float(gaps[0]), float(gaps.max()))
+    for name, length, width in (*films, *lines):
+        if name not in named:
+            continue
+        apart = widest * max(length, width)
+        text = f"{name} touches at points up to {millimetres(apart)} apart: corners of bodies pass between them"
+        others = {other for pair in view.pairs for other in (pair.first, pair.second) if name in (pair.first, pair.second)}
+        radii = [round_ones[other] for other in others if other in round_ones]
+        if radii:
+            depth = (length**2 + width**2) * widest**2 / (8.0 * min(radii))
+            text += f", and a round obstacle sinks in by up to {millimetres(depth)}; contact.points_per_segment refines them"
+        yield text
+
+
 def approximations_of_films(view: View) -> Iterator[str]:
     """Approximations of films, cables and beams."""
     scene = view.scene
@@ -57,7 +82,7 @@ def approximations_of_films(view: View) -> Iterator[str]:
         some = ", ".join(parts[:3]) + (f" and {len(parts) - 3} more" if len(parts) > 3 else "")
         yield f"bodies pass through {some}: no contact pair"
     if any(name in named for name in flexible):
-        yield "films, cables and beams touch at points: a corner of a body passes between them if they are farther apart"
+        yield from _touching_points(view, named)
     if view.scene.films:
         yield "films resist compression as their thin plates do: they wrinkle no finer than their mesh"
     if scene.beams:

@@ -69,7 +69,8 @@ class View:
         return [
             pair
             for pair in self.scene.pairs
-            if not all(
+            if "film" in (self.sides[pair.first].kind, self.sides[pair.second].kind)
+            or not all(
                 name == GROUND or self.bodies[name].held
                 for end in (pair.first, pair.second)
                 for name in self.sides[end].bodies

@@ -9,8 +9,9 @@ import pytest
 from scipy.optimize import brentq
 
 from fsm.assembly.compile import compile_model
-from fsm.scene.flexible import SceneCable, SceneFilm, SceneFrame, SceneSeam
+from fsm.scene.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame, SceneSeam
 from fsm.scene.loads import Load
+from fsm.scene.materials import LinearCrease
 from fsm.scene.scene import Body, ForceElement, Scene
 from fsm.solve.generalized_alpha import GeneralizedAlpha
 from fsm.solve.modal import modes
@@ -138,3 +139,56 @@ def test_forces_of_a_seam_balance_the_pull() -> None:
     stretch = 1e-3 + moved / 0.2
     force = 3e9 * 5e-5 * 0.1 * (stretch + 1.5 * stretch**2)
     assert force == pytest.approx(pull - 1e3 * moved, rel=1e-3)
+
+
+WIDTH, THICKNESS = 0.02, 5e-4
+
+
+def cantilever(angle: float, load: tuple[float, float, float] = (0.0, 0.0, 0.0), elements: int = 6) -> Scene:
+    """A beam in the x-z plane, clamped to the ground at an angle (rad), with a force on its end."""
+    direction = np.array([math.cos(angle), 0.0, math.sin(angle)])
+    beam = SceneBeam(
+        name="beam", start=(0.0, 0.0, 0.0), end=tuple((LENGTH * direction).tolist()), width=WIDTH, thickness=THICKNESS,
+        young=YOUNG, density=DENSITY, elements=elements,
+    )  # fmt: skip
+    frames = (SceneFrame(name="foot", on="beam", at=(0.0,)), SceneFrame(name="tip", on="beam", at=(LENGTH,)))
+    clamp = ForceElement(name="clamp", inner="foot", outer="ground", translation=RIGID, rotation=CLAMP)
+    return Scene(beams=(beam,), frames=frames, elements=(clamp,), loads=(Load(body="tip", force=load),))
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.9, -2.5])
+def test_a_beam_in_a_scene_is_a_cantilever(angle: float) -> None:
+    """Deflection F L^3/(3 E I) and the first two frequencies, at any inclination."""
+    bending = YOUNG * WIDTH * THICKNESS**3 / 12.0
+    force = 1e-4
+    normal = np.array([-math.sin(angle), 0.0, math.cos(angle)])
+    system = compile_model(cantilever(angle, tuple((force * normal).tolist())))
+    start = system.initial()[0]
+    poses = [system.place(0.0, q, None)[0][-1, :3] for q in (start, equilibrium(system, start, np.array([0.0])))]
+    assert (poses[1] - poses[0]) @ normal == pytest.approx(force * LENGTH**3 / (3.0 * bending), rel=1e-3)
+    scale = math.sqrt(bending / (DENSITY * WIDTH * THICKNESS)) / (2.0 * math.pi * LENGTH**2)
+    found = modes(system, 0.0, start, 3).frequencies
+    assert found[:2] == pytest.approx(np.array([1.8751041, 4.6940911]) ** 2 * scale, rel=2e-3)
+
+
+def test_a_crease_between_beams_bends_them() -> None:
+    """A moment M through a beam, a linear crease and another beam turns the end by M (2 L/(E I) + 1/k)."""
+    moment, stiffness = 1e-4, 0.02
+    first = cantilever(0.0)
+    beam = first.beams[0].model_copy(update={"name": "next", "start": (LENGTH, 0.0, 0.0), "end": (2 * LENGTH, 0.0, 0.0)})
+    frames = (SceneFrame(name="begin", on="next", at=(0.0,)), SceneFrame(name="end", on="next", at=(LENGTH,)))
+    crease = ForceElement(
+        name="crease", inner="begin", outer="tip", translation=RIGID, rotation=(10.0, 0.0, 10.0), kind="crease",
+        crease=LinearCrease(stiffness=stiffness, rest_angle=0.0),
+    )  # fmt: skip
+    scene = first.model_copy(
+        update={
+            "beams": (*first.beams, beam), "frames": (*first.frames, *frames), "elements": (*first.elements, crease),
+            "loads": (Load(body="end", moment=(0.0, moment, 0.0)),),
+        }
+    )  # fmt: skip
+    system = compile_model(scene)
+    q = equilibrium(system, system.initial()[0], np.array([0.0]))
+    w, _, y, _ = system.place(0.0, q, None)[0][-1, 3:]
+    bending = YOUNG * WIDTH * THICKNESS**3 / 12.0
+    assert 2.0 * math.atan2(y, w) == pytest.approx(moment * (2.0 * LENGTH / bending + 1.0 / stiffness), rel=2e-3)
