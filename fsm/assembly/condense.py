@@ -185,6 +185,8 @@ def fold_forces(wrenches: np.ndarray, first: np.ndarray, rows: np.ndarray, maps:
     out : (3 n_rows,) array, changed in place
     """
     for i in range(wrenches.shape[0]):
+        if not np.any(wrenches[i]):
+            continue
         for p in range(first[i], first[i + 1]):
             for c in range(3):
                 total = 0.0

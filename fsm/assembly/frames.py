@@ -244,9 +244,9 @@ def frame_maps(
         Coordinates of the ANCF nodes and their rates.
     moments : (n, 3) array, N m
         Moment on each frame, in its axes.
-    maps : (m, 6, 3) array, changed in place
+    maps : (m, 6, 3) array of zeros, changed in place
         T of each vector: derivative of (dr, theta).
-    turns : (m, 6, 3) array, changed in place
+    turns : (m, 6, 3) array of zeros, changed in place
         Derivative of the velocity (r', omega) by each vector, at the rates u.
     curvatures : (n, 6, 6) array, changed in place
         Derivative by (a, b) of the generalised forces of the moments on (a, b).
@@ -288,9 +288,10 @@ def frame_maps(
                         moments[i, 0] * second[0, c, d] + moments[i, 1] * second[1, c, d] + moments[i, 2] * second[2, c, d]
                     )
         else:
-            gradients[:] = 0.0
-            change[:] = 0.0
-            curvatures[i] = 0.0
+            for j in range(first[i], first[i + 1]):  # all else is zero
+                for k in range(3):
+                    maps[j, k, k] = weights[j]
+            continue
         for j in range(first[i], first[i + 1]):
             for k in range(3):
                 for c in range(3):

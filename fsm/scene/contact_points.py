@@ -1,7 +1,8 @@
 """Points of films, cables and beams that touch bodies and obstacles: frames that each stand for an area.
 
-A film has two Gauss points along either side of each element (`contact.points_per_segment` of them). A cable and a beam have
-them along each element; the area is diameter or width times length. The sum of the areas does not depend on the mesh.
+A film has two Gauss points along either side of each element (`contact.points_per_segment` of them, more under round
+obstacles). A cable and a beam have them along each element; the area is diameter or width times length. The sum of the areas
+does not depend on the mesh.
 """
 
 from __future__ import annotations
@@ -13,7 +14,12 @@ import numpy as np
 from fsm.scene.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame, unstressed_length
 from fsm.scene.scene import Scene
 
-__all__ = ["ContactPoint", "contact_points"]
+__all__ = ["ContactPoint", "apart", "contact_points", "points_along", "sunk"]
+
+MOST = 5
+"""Points along a side of an element, at most."""
+_SUNK = 0.02
+"""Depth between points over the radius of a round obstacle that more points avoid."""
 
 
 class ContactPoint(NamedTuple):
@@ -38,9 +44,38 @@ def contact_points(scene: Scene) -> dict[str, tuple[ContactPoint, ...]]:
     if scene.contact is None:
         return {}
     named = {name for pair in scene.pairs for name in (pair.first, pair.second)}
+    found = {film.name: _of_film(film, points_along(scene, film)) for film in scene.films if film.name in named}
+    return found | {name: _of_line(line, points_along(scene, line)) for name, line in scene.lines.items() if name in named}
+
+
+def points_along(scene: Scene, part: SceneFilm | SceneCable | SceneBeam) -> int:
+    """Points along each side of the elements of a film, a cable or a beam in contact.
+
+    More than `contact.points_per_segment`, if a round obstacle would sink in between them by over a part of its radius.
+    """
+    assert scene.contact is not None
     count = scene.contact.points_per_segment
-    found = {film.name: _of_film(film, count) for film in scene.films if film.name in named}
-    return found | {name: _of_line(line, count) for name, line in scene.lines.items() if name in named}
+    others = {name for pair in scene.pairs for name in (pair.first, pair.second) if part.name in (pair.first, pair.second)}
+    radii = [o.radius for o in scene.obstacles if o.name in others and o.radius is not None]
+    while radii and count < MOST and sunk(part, count, min(radii)) > _SUNK * min(radii):
+        count += 1
+    return count
+
+
+def apart(part: SceneFilm | SceneCable | SceneBeam, count: int) -> tuple[float, float]:
+    """Largest distances of neighboring points along both sides of an element, m; across a cable or a beam 0."""
+    places = np.concatenate([[-1.0], np.polynomial.legendre.leggauss(count)[0], [1.0]])
+    gaps = 0.5 * np.diff(places)
+    widest = max(2.0 * float(gaps[0]), float(gaps[1:-1].max(initial=0.0)))
+    if isinstance(part, SceneFilm):
+        return widest * part.length / part.mesh[0], widest * part.width / part.mesh[1]
+    return widest * unstressed_length(part) / part.elements, 0.0
+
+
+def sunk(part: SceneFilm | SceneCable | SceneBeam, count: int, radius: float) -> float:
+    """Depth by which a sphere sinks in between the points of a flat film, m."""
+    along, across = apart(part, count)
+    return (along**2 + across**2) / (8.0 * radius)
 
 
 def _of_film(film: SceneFilm, count: int) -> tuple[ContactPoint, ...]:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import numpy as np
-
+from fsm.scene.contact_points import apart, points_along, sunk
 from fsm.scene.flexible import unstressed_length
 from fsm.segments.report_view import View, count, millimetres
 
@@ -51,24 +50,16 @@ def beam_lines(view: View) -> Iterator[str]:
 
 def _touching_points(view: View, named: set[str]) -> Iterator[str]:
     """Distances of contact points, and how far round obstacles sink in between them."""
-    contact = view.scene.contact
-    assert contact is not None
-    films = [(film.name, film.length / film.mesh[0], film.width / film.mesh[1]) for film in view.scene.films]
-    lines = [(line.name, unstressed_length(line) / line.elements, 0.0) for line in view.scene.lines.values()]
-    round_ones = {o.name: o.radius for o in view.scene.obstacles if o.shape in ("sphere", "cylinder") and o.radius}
-    places = np.concatenate([[-1.0], np.polynomial.legendre.leggauss(contact.points_per_segment)[0], [1.0]])
-    gaps = 0.5 * np.diff(places)
-    widest = max(2.0 * float(gaps[0]), float(gaps.max()))
-    for name, length, width in (*films, *lines):
-        if name not in named:
+    round_ones = {o.name: o.radius for o in view.scene.obstacles if o.radius is not None}
+    for part in (*view.scene.films, *view.scene.lines.values()):
+        if part.name not in named:
             continue
-        apart = widest * max(length, width)
-        text = f"{name} touches at points up to {millimetres(apart)} apart: corners of bodies pass between them"
-        others = {other for pair in view.pairs for other in (pair.first, pair.second) if name in (pair.first, pair.second)}
-        radii = [round_ones[other] for other in others if other in round_ones]
+        count = points_along(view.scene, part)
+        text = f"{part.name} touches at points up to {millimetres(max(apart(part, count)))} apart: corners pass between them"
+        pairs = [(pair.first, pair.second) for pair in view.pairs]
+        radii = [round_ones[name] for pair in pairs if part.name in pair for name in pair if name in round_ones]
         if radii:
-            depth = (length**2 + width**2) * widest**2 / (8.0 * min(radii))
-            text += f", and a round obstacle sinks in by up to {millimetres(depth)}; contact.points_per_segment refines them"
+            text += f", and round obstacles sink in by up to {millimetres(sunk(part, count, min(radii)))}"
         yield text
 
 

@@ -9,6 +9,7 @@ from fsm.assembly.compile import compile_model
 from fsm.assembly.system import JoinedSystem
 from fsm.errors import CaseError
 from fsm.scene.contact import Contact, Friction
+from fsm.scene.contact_points import contact_points, points_along, sunk
 from fsm.scene.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame
 from fsm.scene.obstacle import Obstacle
 from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene
@@ -138,6 +139,17 @@ def test_a_film_touches_a_sphere_on_the_ground() -> None:
     expected = STIFFNESS * 0.8 * 1e-3**2.5 / 0.02
     q, u = system.initial()
     assert system.observe(0.0, q, u).pairs.force[0] == pytest.approx(expected, rel=0.15)
+
+
+def test_round_obstacles_have_more_points() -> None:
+    """A ball of 20 mm on elements of 25 mm: five points along a side instead of two; a plate keeps two."""
+    ball = Obstacle(name="ball", shape="sphere", radius=0.02, position=(0.0, 0.0, -0.05))
+    flat = scene(plate(-1.0, 0.1, 0.1), film((4, 4)))
+    model = flat.model_copy(update={"obstacles": (ball,), "pairs": (ContactPair(first="film", second="ball"),)})
+    part = model.films[0]
+    assert (points_along(flat, part), points_along(model, part)) == (2, 5)
+    assert len(contact_points(model)["film"]) == 16 * 25
+    assert sunk(part, 5, 0.02) < 0.25 * sunk(part, 2, 0.02)
 
 
 def test_joints_at_frames_have_no_moment_as_assembled() -> None:
