@@ -47,12 +47,13 @@ from typing import Any, Final, TypeVar, overload
 import llvmlite
 import llvmlite.binding
 import numba
+import numba.extending
 import numpy as np
 from numba.core import event, sigutils
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, UserProvidedCacheLocator
 from numba.core.types import containers
 
-__all__ = ["cache_folder", "cache_misses", "compile_time", "kernel", "kernel_names", "on_compile"]
+__all__ = ["cache_folder", "cache_misses", "compile_time", "compiled_as", "kernel", "kernel_names", "on_compile", "shared"]
 
 OPTIONS: Final[dict[str, Any]] = {"error_model": "numpy", "fastmath": False}
 """Options of every kernel. In NumPy's error model a division by zero gives inf or nan, and loops can be vectorised."""
@@ -133,6 +134,33 @@ def kernel(function: F | None = None, *, inline: bool = False) -> F | Callable[[
     if function is None:
         return lambda f: _compile_lazily(f, inline)
     return _compile_lazily(function, inline)
+
+
+def shared(function: F) -> F:
+    """Let kernels call a Python function; in Python it stays what it is.
+
+    An algorithm over models of any kind is written once with such functions. A kernel compiles it for models of arrays, and
+    Python runs it for all others.
+    """
+    return function if numba.config.DISABLE_JIT else numba.extending.register_jitable(**OPTIONS)(function)
+
+
+def compiled_as(asked: Callable[..., Any], kind: type, kernel_of_kind: Any) -> None:
+    """Let kernels call another kernel instead of a Python function if its first argument is a NamedTuple of one kind.
+
+    Parameters
+    ----------
+    asked : function
+        Function that kernels call; Python runs the function itself.
+    kind : NamedTuple class
+    kernel_of_kind : kernel with the same arguments
+    """
+
+    def choose(model: Any, *arguments: Any) -> Callable[..., Any] | None:
+        return kernel_of_kind.py_func if getattr(model, "instance_class", None) is kind else None
+
+    if not numba.config.DISABLE_JIT:
+        numba.extending.overload(asked, strict=False)(choose)
 
 
 def _compile_lazily(function: F, inline: bool) -> F:

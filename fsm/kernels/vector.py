@@ -6,7 +6,10 @@ import numpy as np
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["cross", "dot", "equal_vectors", "largest_ratio", "rotate"]
+__all__ = [
+    "cross", "dot", "equal_vectors", "error_norm", "largest_distance", "largest_ratio", "root_mean_square", "rotate",
+    "weighted_mean_square",
+]  # fmt: skip
 
 
 @kernel
@@ -52,3 +55,61 @@ def equal_vectors(a: np.ndarray, b: np.ndarray) -> bool:
         equal = a[i] == b[i]
         i += 1
     return equal
+
+
+@kernel
+def largest_distance(a: np.ndarray, b: np.ndarray, scale: np.ndarray) -> float:
+    """Largest |a - b|/s of (n,) arrays; 0 for empty arrays, NaN if a ratio is NaN."""
+    largest = 0.0
+    for i in range(a.shape[0]):
+        ratio = abs(a[i] - b[i]) / scale[i]
+        if not ratio <= largest:
+            largest = ratio
+            if np.isnan(ratio):
+                break
+    return largest
+
+
+@kernel
+def root_mean_square(vector: np.ndarray) -> float:
+    """Root mean square of (n,) numbers; 0 for an empty array."""
+    total = 0.0
+    for i in range(vector.shape[0]):
+        total += vector[i] * vector[i]
+    return np.sqrt(total / max(vector.shape[0], 1))
+
+
+@kernel
+def weighted_mean_square(vector: np.ndarray, weight: np.ndarray) -> float:
+    """Root mean square of the products of two (n,) arrays; 0 for empty arrays."""
+    total = 0.0
+    for i in range(vector.shape[0]):
+        total += (vector[i] * weight[i]) ** 2
+    return np.sqrt(total / max(vector.shape[0], 1))
+
+
+@kernel
+def error_norm(
+    error_x: np.ndarray,
+    error_u: np.ndarray,
+    tolerance: np.ndarray,
+    rtol: float,
+    velocity: np.ndarray,
+    u: np.ndarray,
+    later_u: np.ndarray,
+) -> float:
+    """Error of a step over the tolerance, root mean square over all components.
+
+    Parameters
+    ----------
+    error_x, error_u : (n,) arrays
+        Local errors of increments and of velocities.
+    tolerance : (n,) array
+        Tolerance of the increments. That of the velocities is rtol (velocity + max(|u|, |later_u|)).
+    rtol, velocity, u, later_u : relative tolerance, and (n,) arrays: scale, and velocities at both ends
+    """
+    total = 0.0
+    for i in range(error_x.shape[0]):
+        allowed = rtol * (velocity[i] + max(abs(u[i]), abs(later_u[i])))
+        total += (error_x[i] / tolerance[i]) ** 2 + (error_u[i] / allowed) ** 2
+    return np.sqrt(0.5 * total / max(error_x.shape[0], 1))

@@ -1,30 +1,4 @@
-"""The generalized-alpha method on Lie groups, with error control: M u' = h(t, q, u), q' = T(q) u.
-
-A step from t_n to t_{n+1} = t_n + h, with x the increment of the configuration [2, 3]:
-
-    (1 - alpha_m) a_{n+1} + alpha_m a_n = (1 - alpha_f) u'_{n+1} + alpha_f u'_n                          (1)
-    x = h u_n + (1/2 - beta) h^2 a_n + beta h^2 a_{n+1},   q_{n+1} = retract(q_n, x)                     (2)
-    u_{n+1} = u_n + (1 - gamma) h a_n + gamma h a_{n+1}                                                  (3)
-    M u'_{n+1} = h(t_{n+1}, q_{n+1}, u_{n+1})                                                            (4)
-
-Newton's unknown is x; (1) to (3) give a, u and u' for it. Its matrix, for increments d at q_{n+1}, is
-
-    S = K + (c_d D + c_m M) increment_map(x),   c_d = gamma/(beta h),   c_m = (1 - alpha_m)/((1 - alpha_f) beta h^2)
-
-Choices:
-
-* a_n belongs to t_n + (alpha_m - alpha_f) h, so a - u' grows with h: it is rescaled when h changes, which keeps order 2 [4].
-* The local error is C h^3 times a derivative of u', taken from differences of u'. In modes too stiff to be resolved those
-  differences are noise that moves nothing; S^-1 c_m M takes them out and leaves the others as they are.
-* A step as short as the system's `shortest_step` is taken whatever its error. Shorter ones would follow waves that the mesh
-  does not resolve; these are damped instead.
-* M is constant, as it is for segments and ANCF, and taken once.
-
-References
-----------
-[1] Chung, Hulbert, J. Appl. Mech. 60 (1993) 371-375. [2] Arnold, Bruls, Multibody Syst. Dyn. 18 (2007) 185-202.
-[3] Bruls, Cardona, Arnold, Mech. Mach. Theory 48 (2012) 121-137. [4] Bruls, Arnold, J. Comput. Nonlin. Dyn. 3 (2008) 041007.
-"""
+"""The generalized-alpha method as an object that goes step by step; `fsm.stepping.generalized_alpha` has the equations."""
 
 from __future__ import annotations
 
@@ -39,6 +13,8 @@ from fsm.kernels.block_sum import effective_stiffness
 from fsm.solve.linear import LinearSolver
 from fsm.solve.renewal import State
 from fsm.solve.status import Outcome, StepFailed
+from fsm.stepping import generalized_alpha as stepping
+from fsm.stepping.generalized_alpha import Motion, Rules, inertial_factor, take_step
 from fsm.system import Linearised, System
 
 __all__ = ["RHO_INF", "Coefficients", "GeneralizedAlpha"]
@@ -48,38 +24,14 @@ RHO_INF = 0.6
 
 _NEWTON, _LOOSEST = 1e-2, 1e-3
 """Error left by Newton's method over the error allowed to a step, but no more than at this relative tolerance."""
-_ITERATIONS, _PATIENT = 10, 50
-"""Of Newton's method, and of its last try at a step that may not be cut: where films slacken and tauten the tangent jumps,
-and corrections grow before they fall."""
-_SLOW = 0.2
-"""Contraction from which on the tangent is renewed."""
-_SURE = 0.02
-"""Contraction below which a measured one is not believed."""
-_SAFETY = 0.9
-_GROWTH, _SHRINK = 2.0, 0.2
-_STEADY = 1.2
-"""A step that could grow by less is kept, and the factorisation with it; no limit of growth is below."""
-_HOP = 0.2
-"""Correction of a prediction, over the span or in radians, that is not believed."""
-_CUT = 0.25
-"""Factor on a step whose equations were not solved."""
-_FIRST = 1e-4
-"""First step over the time to go, at most."""
+_GROWTH = 2.0
 _FLOOR_AT = 1e-6
 """Relative tolerance below which the system's shortest step falls, with its cube root as errors do."""
-_FIRST_SHORTEST = 1e-2
-"""First step over the system's shortest step, at most."""
-_FINEST = 64
-"""Parts, at most, of a fixed step whose equations were not solved."""
-_SAME = 1e-9
-"""Steps that differ by less, relatively, are the same."""
-_SMALLEST = 16.0 * np.finfo(float).eps
-"""Smallest step over the time reached."""
 
 
 @dataclass(frozen=True)
 class Coefficients:
-    """Constants of the method for a spectral radius at infinity, [1] eqs. (25) to (27) and the local errors of (2) and (3).
+    """Constants of the method for a spectral radius at infinity (Chung and Hulbert 1993, eqs. 25 to 27), and local errors.
 
     Attributes
     ----------
@@ -118,18 +70,86 @@ class Coefficients:
         return cls(alpha_m, alpha_f, beta, gamma, shift, 0.5 * shift + beta - 1.0 / 6.0, error_u)
 
 
-@dataclass
-class _Trial:
-    """A step that is being solved for; `old_a` is a_n, rescaled to the size of this step."""
+class SystemModel:
+    """A system as the model of a step (`fsm.stepping.model`), with its tangents, their factors, and its last objection."""
 
-    t: float
-    h: float
-    old_a: np.ndarray
-    x: np.ndarray
-    q: np.ndarray
-    u: np.ndarray
-    a: np.ndarray
-    rate: np.ndarray
+    def __init__(self, system: System, q: np.ndarray) -> None:
+        self.system = system
+        self.linear = LinearSolver()
+        self.reason = ""
+        self.force, self.retract, self.parted = system.force, system.retract, system.parted
+        self.longest_step = system.longest_step
+        self._mass = system.mass(q)
+        self._pattern: BlockPattern | None = None
+        self._inertia = np.zeros((0, 0, 0))
+        self._linear: Linearised | None = None
+        self._map: np.ndarray | None = None
+
+    def renewed_force(self, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """See `fsm.stepping.model`."""
+        self._linear = linear = self.system.linearise(t, q, u)
+        if linear.stiffness.pattern is not self._pattern:
+            self._pattern = linear.stiffness.pattern
+            self._inertia = self.system.inertia(q, self._pattern)
+        return linear.force
+
+    def factorise(self, by_rate: float, by_acceleration: float, x: np.ndarray, maps: bool) -> bool:
+        """See `fsm.stepping.model`."""
+        linear, pattern = self._linear, self._pattern
+        assert linear is not None and pattern is not None
+        moving = by_rate * linear.damping.data + by_acceleration * self._inertia
+        self._map = self.system.increment_map(x) if maps else None
+        return self._factorised(effective_stiffness(linear.stiffness.data, moving, 1.0, self._map, pattern.indices))
+
+    def factorise_mass(self) -> bool:
+        """See `fsm.stepping.model`."""
+        return self._factorised(self._inertia)
+
+    def _factorised(self, data: np.ndarray) -> bool:
+        assert self._pattern is not None
+        try:
+            self.linear.factorise(BlockMatrix(self._pattern, data))
+        except NotConverged:
+            return False
+        return True
+
+    def solve(self, right: np.ndarray) -> np.ndarray:
+        """See `fsm.stepping.model`; not a number where the matrix is singular."""
+        try:
+            return self.linear.solve(right)
+        except NotConverged:
+            return np.full(len(right), math.nan)
+
+    def mapped(self, change: np.ndarray) -> np.ndarray:
+        """See `fsm.stepping.model`."""
+        if self._map is None:
+            return change
+        return np.asarray(self._map @ change.reshape(len(self._map), -1, 1)).ravel()
+
+    def mass_times(self, vector: np.ndarray) -> np.ndarray:
+        """See `fsm.stepping.model`."""
+        return np.asarray(self._mass @ vector)
+
+    def stiffness_times(self, vector: np.ndarray) -> np.ndarray:
+        """See `fsm.stepping.model`."""
+        assert self._linear is not None
+        return self._linear.stiffness.times(vector)
+
+    def damping_times(self, vector: np.ndarray) -> np.ndarray:
+        """See `fsm.stepping.model`."""
+        assert self._linear is not None
+        return self._linear.damping.times(vector)
+
+    def part_of_step(self, t: float, q: np.ndarray, u: np.ndarray, step: float) -> float:
+        """See `fsm.stepping.model`."""
+        objection = self.system.objection(t, q, u, step)
+        self.reason = "" if objection is None else objection.reason
+        return 1.0 if objection is None else objection.part
+
+    def accept(self, t: float, q: np.ndarray, u: np.ndarray) -> float:
+        """See `fsm.stepping.model`."""
+        self.system.commit(t, q, u)
+        return self.system.longest_step(t, q, u)
 
 
 class GeneralizedAlpha:
@@ -173,39 +193,27 @@ class GeneralizedAlpha:
         fixed_step: float | None = None,
         max_step: float = math.inf,
     ) -> None:
-        self.system = system
-        self.t, self.q, self.u = t, q.copy(), u.copy()
-        self.fixed_step, self.max_step = fixed_step, max_step
-        self.coefficients = Coefficients.newmark() if rho_inf is None else Coefficients.of(rho_inf)
+        self.system, self.fixed_step = system, fixed_step
+        self.coefficients = c = Coefficients.newmark() if rho_inf is None else Coefficients.of(rho_inf)
         # h u of modes too stiff to be resolved falls by rho_inf a step: with faster growth their u would rise
-        self._growth = max(_STEADY, min(_GROWTH, 1.0 / max(1.0 if rho_inf is None else rho_inf, 1.0 / _GROWTH)))
-        self.linear = LinearSolver()
-        self.steps = self.rejected = self.failed = 0
-        self.iterations = self.force_evaluations = self.linearisations = 0
+        fastest = 1.0 / max(1.0 if rho_inf is None else rho_inf, 1.0 / _GROWTH)
+        growth = max(stepping.GROWTH_OF_STEADY_STEPS, min(_GROWTH, fastest))
+        newton = _NEWTON * min(1.0, _LOOSEST / rtol)
         scales = system.scales()
-        self._rtol, self._velocity = rtol, scales.velocity
-        self._newton_tolerance = _NEWTON * min(1.0, _LOOSEST / rtol)
-        self._increment, self._tolerance = scales.increment, rtol * scales.increment
-        # Newton's method resolves more where forces need it; steps do not
-        self._resolved = np.minimum(self._tolerance, scales.resolution / self._newton_tolerance)
-        self._span = scales.span
-        self._mass = system.mass(q)
-        self._breaks = sorted(system.break_times())
-        self._pattern: BlockPattern | None = None
-        self._inertia = np.zeros((0, 0, 0))
-        self._linear: Linearised | None = None
-        self._map: np.ndarray | None = None
-        self._size = 0.0
-        self._contraction = 1.0
-        self._last_error = 1.0
-        self._started = self._slow = False
-        self.step_size = 0.0
-        self.rate = self.a = np.zeros_like(u)
-        self._slope = np.zeros_like(u)
-        self._before = self._present = 0.0
-        self._longest = math.inf
-        self._shortest = min(1.0, rtol / _FLOOR_AT) ** (1.0 / 3.0) * system.shortest_step()
-        self._division = 1
+        tolerance = rtol * scales.increment
+        self.rules = Rules(
+            c.alpha_m, c.alpha_f, c.beta, c.gamma, c.shift, c.error_x, c.error_u, rtol, newton, growth, fixed_step or 0.0,
+            min(1.0, rtol / _FLOOR_AT) ** (1.0 / 3.0) * system.shortest_step(), tolerance,
+            # Newton's method resolves more where forces need it; steps do not
+            np.minimum(tolerance, scales.resolution / newton), scales.velocity, scales.increment, scales.span,
+            np.array(sorted(system.break_times()), dtype=float),
+        )  # fmt: skip
+        still, sizes, counts = np.zeros(len(u)), np.zeros(9), np.zeros(9, dtype=np.int64)
+        self.motion = Motion(q.copy(), u.copy(), still, still.copy(), still.copy(), sizes, counts)
+        sizes[stepping.TIME], sizes[stepping.MAX_STEP], sizes[stepping.LONGEST] = t, max_step, math.inf
+        sizes[stepping.CONTRACTION] = sizes[stepping.LAST_ERROR] = 1.0
+        counts[stepping.DIVISION] = 1
+        self.model = SystemModel(system, q)
 
     def step(self, until: float) -> None:
         """One step, that ends at `until` or before.
@@ -215,293 +223,123 @@ class GeneralizedAlpha:
         StepFailed
             The equations of even the smallest step have no solution that Newton's method finds, or its error is too large.
         """
-        if not self._started:
-            self._start(until)
-        target = min([until, *(b for b in self._breaks if b > self.t)])
-        grow = True
-        while True:
-            h, end = self._next_size(target)
-            if not end > self.t:
-                raise self._failure(Outcome.STEP_TOO_SMALL)
-            trial = self._solve(end, h)
-            if self.fixed_step is not None:
-                if trial is not None:
-                    self._division = max(1, self._division // 2)
-                    break
-                self.failed += 1
-                self._division *= 2
-                if self._division > _FINEST:
-                    raise self._failure(Outcome.NO_SOLUTION)
-                continue
-            objection = None
-            if trial is None:
-                self.failed += 1
-                self.step_size = _CUT * h
-            else:
-                error = self._error(trial)
-                small = error <= 1.0 or h <= self._shortest
-                objection = self.system.objection(trial.t, trial.q, trial.u, h) if small else None
-                if small and objection is None:
-                    self._adapt(h, error, grow)
-                    break
-                self.rejected += 1
-                if objection is None:
-                    self.step_size = max(h * max(_SHRINK, _SAFETY * error ** (-1.0 / 3.0)), min(h, self._shortest))
-                else:
-                    self.step_size = h * objection.part
-            grow = False
-            if self.step_size < _SMALLEST * max(abs(self.t), until - self.t):
-                reason = objection.reason if objection is not None else ""
-                outcome = Outcome.TOO_SOFT if reason else Outcome.STEP_TOO_SMALL
-                raise self._failure(Outcome.NO_SOLUTION if trial is None else outcome, reason)
-        self._accept(trial)
+        # users keep the arrays of the state before
+        motion = self.motion = self.motion._replace(q=self.motion.q.copy(), u=self.motion.u.copy())
+        with np.errstate(all="ignore"):  # iterates may go anywhere before they are given up
+            outcome = take_step(self.model, motion, self.rules, until)
+        if outcome != stepping.STEPPED:
+            raise self._failure(outcome)
+
+    # state ----------------------------------------------------------------------------------------------------------
+
+    @property
+    def t(self) -> float:
+        """Present time, s."""
+        return float(self.motion.sizes[stepping.TIME])
+
+    @property
+    def q(self) -> np.ndarray:
+        """Present configuration, (nq,)."""
+        return self.motion.q
+
+    @property
+    def u(self) -> np.ndarray:
+        """Present velocity, (nu,)."""
+        return self.motion.u
+
+    @property
+    def rate(self) -> np.ndarray:
+        """u', (nu,)."""
+        return self.motion.rate
+
+    @property
+    def a(self) -> np.ndarray:
+        """Algorithmic acceleration, (nu,)."""
+        return self.motion.a
+
+    @property
+    def step_size(self) -> float:
+        """Size of the next step, s, unless a time that has to be hit comes first."""
+        return float(self.motion.sizes[stepping.STEP_SIZE])
+
+    @step_size.setter
+    def step_size(self, size: float) -> None:
+        self.motion.sizes[stepping.STEP_SIZE] = size
+
+    @property
+    def max_step(self) -> float:
+        """Largest step, s."""
+        return float(self.motion.sizes[stepping.MAX_STEP])
+
+    @max_step.setter
+    def max_step(self, size: float) -> None:
+        self.motion.sizes[stepping.MAX_STEP] = size
+
+    @property
+    def linear(self) -> LinearSolver:
+        """Linear solver of the steps."""
+        return self.model.linear
+
+    @property
+    def steps(self) -> int:
+        """Steps done."""
+        return int(self.motion.counts[stepping.STEPS])
+
+    @property
+    def rejected(self) -> int:
+        """Steps repeated because of their error."""
+        return int(self.motion.counts[stepping.REJECTED])
+
+    @property
+    def failed(self) -> int:
+        """Steps repeated because their equations were not solved."""
+        return int(self.motion.counts[stepping.FAILED])
+
+    @property
+    def iterations(self) -> int:
+        """Iterations of Newton's method."""
+        return int(self.motion.counts[stepping.ITERATIONS])
+
+    @property
+    def force_evaluations(self) -> int:
+        """Evaluations of the force without tangents."""
+        return int(self.motion.counts[stepping.FORCES])
+
+    @property
+    def linearisations(self) -> int:
+        """Evaluations of the force with tangents."""
+        return int(self.motion.counts[stepping.LINEARISATIONS])
 
     # renewal ------------------------------------------------------------------------------------------------------
 
     def state(self) -> State:
         """What another object goes on with from the present time, q and u."""
-        sizes = (
-            self.step_size, self.max_step, self._present, self._before, self._last_error, self._longest, self._division,
-        )  # fmt: skip
-        counts = (
-            self.steps, self.rejected, self.failed, self.iterations, self.force_evaluations, self.linearisations,
-            self.linear.factorisations,
-        )  # fmt: skip
+        motion = self.motion
         return {
-            "rate": self.rate,
-            "a": self.a,
-            "slope": self._slope,
-            "sizes": np.array(sizes),
-            "counts": np.array([*counts, self._started]),
+            "rate": motion.rate.copy(),
+            "a": motion.a.copy(),
+            "slope": motion.slope.copy(),
+            "sizes": motion.sizes.copy(),
+            "counts": np.array([*motion.counts, self.linear.factorisations]),
         }
 
     def go_on(self, state: State) -> None:
         """Go on with what `state` gave, and a tangent at the present state."""
-        self.rate, self.a, self._slope = state["rate"], state["a"], state["slope"]
-        self.step_size, self.max_step, self._present, self._before, self._last_error, self._longest, division = (
-            state["sizes"].tolist()
-        )
-        self._division = int(division)
-        counts = [int(count) for count in state["counts"]]
-        self.steps, self.rejected, self.failed, self.iterations, self.force_evaluations, self.linearisations = counts[:6]
-        self.linear.factorisations = counts[6]
-        self._started = bool(counts[7])
-        if self._started:
-            self._linearise(self.t, self.q, self.u)
-            self._factorise(self._present, None)
+        motion, t = self.motion, self.t
+        motion.rate[:], motion.a[:], motion.slope[:] = state["rate"], state["a"], state["slope"]
+        motion.sizes[:], motion.counts[:] = state["sizes"], state["counts"][:-1]
+        motion.sizes[stepping.TIME], motion.sizes[stepping.CONTRACTION], motion.counts[stepping.SLOW] = t, 1.0, 0
+        self.linear.factorisations = int(state["counts"][-1])
+        if motion.counts[stepping.STARTED]:
+            motion.counts[stepping.LINEARISATIONS] += 1
+            self.model.renewed_force(t, self.q, self.u)
+            h = float(motion.sizes[stepping.PRESENT])
+            motion.sizes[stepping.FACTORISED] = h
+            rules = self.rules
+            self.model.factorise(rules.gamma / (rules.beta * h), inertial_factor(rules, h), self.u, False)
 
-    # start ----------------------------------------------------------------------------------------------------------
-
-    def _start(self, until: float) -> None:
-        """u' and a as they are right after the present time; needed again wherever the forces jump."""
-        # drives that stop at this very time have stopped right after it
-        t = math.nextafter(self.t, math.inf)
-        linear = self._linearise(t, self.q, self.u)
-        pattern = self._pattern
-        assert pattern is not None
-        self.linear.factorise(BlockMatrix(pattern, self._inertia))
-        self.rate = self.linear.solve(linear.force)
-        if self.step_size == 0.0:
-            self.step_size = self._first_size(until - self.t)
-        h = self.step_size
-        self._factorise(h, None)
-        self.force_evaluations += 1
-        ahead = 1e-3 * h
-        change = (self.system.force(t + ahead, self.q, self.u) - linear.force) / ahead
-        change -= linear.stiffness.bsr() @ self.u + linear.damping.bsr() @ self.rate
-        # u'' = M^-1 change; S in place of M differs by O(h), and stiff modes that the start is not at rest in do not explode
-        self._slope = self.linear.solve(_inertial(self.coefficients, h) * change)
-        self.a = self.rate + self.coefficients.shift * h * self._slope
-        self._present, self._before = h, 0.0
-        self._contraction, self._last_error = 1.0, 1.0
-        self._longest = self.system.longest_step(self.t, self.q, self.u)
-        self._started = True
-
-    def _first_size(self, left: float) -> float:
-        if self.fixed_step is not None:
-            return self.fixed_step
-        # changes of u and q over the step a part rtol^(1/3) of their scales: h^3 is what errors grow with
-        pace = max(_rms(self.rate / self._velocity), _rms(self.u / self._increment))
-        # u' of modes too fast for the shortest step may be far from equilibrium, and a long step moves them by h^2 u'
-        least = _FIRST_SHORTEST * self._shortest if self._shortest > 0.0 else math.inf
-        return min(_FIRST * left, self._rtol ** (1.0 / 3.0) / pace if pace > 0.0 else math.inf, self.max_step, least)
-
-    # steps ----------------------------------------------------------------------------------------------------------
-
-    def _next_size(self, target: float) -> tuple[float, float]:
-        """Size and end of the next step; `target` is hit exactly, without a tiny step before it."""
-        left = target - self.t
-        h = min(self.step_size, self.max_step, self._longest)
-        if self.fixed_step is not None:
-            h = self.fixed_step / self._division
-        count = math.ceil(left / h * (1.0 - 1e-9))
-        if count <= 1:
-            return self._same(left), target
-        if count == 2 or self.fixed_step is not None:
-            h = self._same(left / count)
-        return h, self.t + h
-
-    def _same(self, h: float) -> float:
-        """The step before, if this one differs by round-off of the times alone: its factorisation serves on."""
-        return self._present if abs(h - self._present) <= _SAME * h else h
-
-    def _solve(self, end: float, h: float) -> _Trial | None:
-        """A step with the tangent at hand if that was good, and with a new one if it does not do; None if neither does."""
-        with np.errstate(all="ignore"):  # iterates may go anywhere before they are given up
-            try:
-                kept = None if self._slow else self._newton(end, h, False)
-                return kept or self._newton(end, h, True)
-            except NotConverged:  # a singular matrix
-                return None
-
-    def _newton(self, end: float, h: float, renew: bool) -> _Trial | None:
-        """Newton's method for one step; None if it does not converge."""
-        trial = self._predict(end, h)
-        c = self.coefficients
-        by_u, by_rate = c.gamma / (c.beta * h), _inertial(c, h)
-        weight = 1.0 / np.minimum(self._resolved, (self._rtol / by_u) * (self._velocity + np.abs(self.u)))
-        before, fresh, predicted = math.inf, renew, trial.x
-        last = fresh and self.fixed_step is not None
-        for iteration in range(_PATIENT if last else _ITERATIONS):
-            if renew:
-                force = self._linearise(end, trial.q, trial.u).force
-                self._factorise(h, trial.x)
-            else:
-                if h != self._size:  # the step before was cut short
-                    self._factorise(h, trial.x)
-                force = self.system.force(end, trial.q, trial.u)
-                self.force_evaluations += 1
-            self.iterations += 1
-            change = self.linear.solve(force - self._mass @ trial.rate)
-            size = _rms(change * weight)
-            if not math.isfinite(size):
-                return None
-            self._move(trial, _mapped(self._map, change), by_u, by_rate)
-            if iteration:
-                contraction = size / before if before > 0.0 else 0.0
-                # stiff springs that turn are stretched by the first correction, and set right by the second
-                if contraction > 2.0 and not last and (not fresh or iteration > 1):
-                    return None
-                self._contraction = contraction
-                self._slow = contraction > _SLOW
-            elif renew or h != self._present:
-                # nothing is known of this matrix
-                self._contraction = 1.0
-            left = max(self._contraction, _SURE) / max(1.0 - self._contraction, 1e-3)
-            converged = size * left <= self._newton_tolerance or size <= 1e-3 * self._newton_tolerance
-            if converged and not renew and self.system.parted():
-                renew, before = True, size
-                continue
-            if converged:
-                # a correction as long as the structure has found some other root
-                hopped = np.abs((trial.x - predicted) / self._span).max(initial=0.0) > _HOP
-                return None if hopped and self.fixed_step is None else trial
-            renew = iteration > 0 and self._slow
-            before = size
-        return None
-
-    def _predict(self, end: float, h: float) -> _Trial:
-        """The step with u' going on as it did."""
-        c = self.coefficients
-        old_a = self.a
-        if h != self._present:
-            # a - u' grows with h; in modes too stiff to be resolved it is no derivative, and growing it would excite them
-            self._factorise(h, None)
-            growth = h / self._present - 1.0
-            old_a = old_a + self.linear.solve(growth * _inertial(c, h) * (self._mass @ (self.a - self.rate)))
-        rate = self.rate + h * self._slope
-        a = ((1.0 - c.alpha_f) * rate + c.alpha_f * self.rate - c.alpha_m * old_a) / (1.0 - c.alpha_m)
-        x = h * self.u + h * h * ((0.5 - c.beta) * old_a + c.beta * a)
-        u = self.u + h * ((1.0 - c.gamma) * old_a + c.gamma * a)
-        return _Trial(end, h, old_a, x, self.system.retract(self.q, x), u, a, rate)
-
-    def _move(self, trial: _Trial, dx: np.ndarray, by_u: float, by_rate: float) -> None:
-        trial.x = trial.x + dx
-        trial.q = self.system.retract(self.q, trial.x)
-        trial.u = trial.u + by_u * dx
-        trial.a = trial.a + dx / (self.coefficients.beta * trial.h**2)
-        trial.rate = trial.rate + by_rate * dx
-
-    def _accept(self, trial: _Trial) -> None:
-        self._slope = (trial.rate - self.rate) / trial.h
-        self._before, self._present = trial.h, trial.h
-        self.t, self.q, self.u, self.a, self.rate = trial.t, trial.q, trial.u, trial.a, trial.rate
-        self.steps += 1
-        self.system.commit(self.t, self.q, self.u)
-        self._longest = self.system.longest_step(self.t, self.q, self.u)
-        if self.t in self._breaks and self._jumps():
-            self._started = False
-
-    def _jumps(self) -> bool:
-        """Whether the forces jump right after the present time, as where a drive stops; kinks need no new start."""
-        self.force_evaluations += 2
-        after = self.system.force(math.nextafter(self.t, math.inf), self.q, self.u)
-        jump = self.linear.solve(after - self.system.force(self.t, self.q, self.u))
-        return _rms(jump / self._tolerance) > _NEWTON
-
-    # error ----------------------------------------------------------------------------------------------------------
-
-    def _error(self, trial: _Trial) -> float:
-        """Local error of x and u over what is allowed."""
-        c, h = self.coefficients, trial.h
-        slope = (trial.rate - self.rate) / h
-        bend = 2.0 * (slope - self._slope) / (h + self._before)
-        filtered = _inertial(c, h) * h**3
-        error_x = self.linear.solve(c.error_x * filtered * (self._mass @ slope))
-        error_u = self.linear.solve(c.error_u * filtered * (self._mass @ bend))
-        size = np.maximum(np.abs(self.u), np.abs(trial.u))
-        parts = error_x / self._tolerance, error_u / (self._rtol * (self._velocity + size))
-        return math.sqrt(0.5 * (_rms(parts[0]) ** 2 + _rms(parts[1]) ** 2))
-
-    def _adapt(self, h: float, error: float, grow: bool) -> None:
-        """Soderlind's PI controller (PI.4.2)."""
-        error = max(error, 1e-8)
-        factor = _SAFETY * error ** (-0.2) * self._last_error ** (1.0 / 15.0)
-        self._last_error = error
-        most = self._growth if grow else 1.0
-        factor = min(max(factor, _SHRINK), most)
-        wanted = max(h * factor, min(h * most, self._shortest))
-        # a step cut short by a time that had to be hit says nothing against the size before it
-        if grow and h < self.step_size and error * (self.step_size / h) ** 3 <= 1.0:
-            wanted = max(wanted, self.step_size)
-        if not self.step_size <= wanted <= _STEADY * self.step_size or not grow:
-            self.step_size = min(wanted, self.max_step)
-
-    # matrices -------------------------------------------------------------------------------------------------------
-
-    def _linearise(self, t: float, q: np.ndarray, u: np.ndarray) -> Linearised:
-        self.linearisations += 1
-        self._linear = linear = self.system.linearise(t, q, u)
-        if linear.stiffness.pattern is not self._pattern:
-            self._pattern = linear.stiffness.pattern
-            self._inertia = self.system.inertia(q, self._pattern)
-        return linear
-
-    def _factorise(self, h: float, x: np.ndarray | None) -> None:
-        linear = self._linear
-        assert linear is not None and self._pattern is not None
-        c = self.coefficients
-        moving = c.gamma / (c.beta * h) * linear.damping.data + _inertial(c, h) * self._inertia
-        self._map = None if x is None else self.system.increment_map(x)
-        data = effective_stiffness(linear.stiffness.data, moving, 1.0, self._map, self._pattern.indices)
-        self.linear.factorise(BlockMatrix(self._pattern, data))
-        self._size = h
-
-    def _failure(self, outcome: Outcome, reason: str = "") -> StepFailed:
-        return StepFailed(outcome, self.t, self.system.blame(self.rate / self._velocity), reason)
-
-
-def _inertial(c: Coefficients, h: float) -> float:
-    """c_m = du'/dx, 1/s^2."""
-    return (1.0 - c.alpha_m) / ((1.0 - c.alpha_f) * c.beta * h * h)
-
-
-def _mapped(blocks: np.ndarray | None, change: np.ndarray) -> np.ndarray:
-    """The change of x that an increment at the end of it amounts to."""
-    if blocks is None:
-        return change
-    return np.asarray(blocks @ change.reshape(len(blocks), -1, 1)).ravel()
-
-
-def _rms(vector: np.ndarray) -> float:
-    return math.sqrt(float(vector @ vector) / len(vector)) if len(vector) else 0.0
+    def _failure(self, outcome: int) -> StepFailed:
+        reason = self.model.reason if outcome == stepping.OBJECTED else ""
+        ending = Outcome.NO_SOLUTION if outcome == stepping.NO_SOLUTION else Outcome.STEP_TOO_SMALL
+        worst = self.system.blame(self.rate / self.rules.velocity)
+        return StepFailed(Outcome.TOO_SOFT if reason else ending, self.t, worst, reason)

@@ -1,0 +1,444 @@
+"""One step of the generalized-alpha method on Lie groups, with error control: M u' = h(t, q, u), q' = T(q) u.
+
+A step from t_n to t_{n+1} = t_n + h, with x the increment of the configuration [2, 3]:
+
+    (1 - alpha_m) a_{n+1} + alpha_m a_n = (1 - alpha_f) u'_{n+1} + alpha_f u'_n                          (1)
+    x = h u_n + (1/2 - beta) h^2 a_n + beta h^2 a_{n+1},   q_{n+1} = retract(q_n, x)                     (2)
+    u_{n+1} = u_n + (1 - gamma) h a_n + gamma h a_{n+1}                                                  (3)
+    M u'_{n+1} = h(t_{n+1}, q_{n+1}, u_{n+1})                                                            (4)
+
+Newton's unknown is x; (1) to (3) give a, u and u' for it. Its matrix, for increments d at q_{n+1}, is
+
+    S = K + (c_d D + c_m M) increment_map(x),   c_d = gamma/(beta h),   c_m = (1 - alpha_m)/((1 - alpha_f) beta h^2)
+
+Choices:
+
+* a_n belongs to t_n + (alpha_m - alpha_f) h, so a - u' grows with h: it is rescaled when h changes, which keeps order 2 [4].
+* The local error is C h^3 times a derivative of u', taken from differences of u'. In modes too stiff to be resolved those
+  differences are noise that moves nothing; S^-1 c_m M takes them out and leaves the others as they are.
+* A step as short as the system's `shortest_step` is taken whatever its error. Shorter ones would follow waves that the mesh
+  does not resolve; these are damped instead.
+* M is constant, as it is for segments and ANCF, and taken once.
+
+References
+----------
+[1] Chung, Hulbert, J. Appl. Mech. 60 (1993) 371-375. [2] Arnold, Bruls, Multibody Syst. Dyn. 18 (2007) 185-202.
+[3] Bruls, Cardona, Arnold, Mech. Mach. Theory 48 (2012) 121-137. [4] Bruls, Arnold, J. Comput. Nonlin. Dyn. 3 (2008) 041007.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fsm.kernels.jit import shared
+from fsm.kernels.vector import error_norm, largest_distance, root_mean_square, weighted_mean_square
+from fsm.stepping.model import (
+    accept,
+    damping_times,
+    factorise,
+    factorise_mass,
+    force,
+    longest_step,
+    mapped,
+    mass_times,
+    part_of_step,
+    parted,
+    renewed_force,
+    retract,
+    solve,
+    stiffness_times,
+)
+
+__all__ = [
+    "CONTRACTION", "DIVISION", "FACTORISED", "FAILED", "FORCES", "GROWTH_OF_STEADY_STEPS", "ITERATIONS", "LAST_ERROR",
+    "LINEARISATIONS", "LONGEST", "MAX_STEP", "NO_SOLUTION", "OBJECTED", "PRESENT", "REJECTED", "STARTED", "STEPPED",
+    "STEPS", "STEP_SIZE", "STEP_TOO_SMALL", "SLOW", "TIME", "BEFORE", "Motion", "Rules", "take_step",
+]  # fmt: skip
+
+STEPPED, STEP_TOO_SMALL, NO_SOLUTION, OBJECTED = 0, 1, 2, 3
+"""Outcomes of `take_step`. OBJECTED: the model rejects every step, however small."""
+
+TIME, STEP_SIZE, MAX_STEP, PRESENT, BEFORE, LAST_ERROR, LONGEST, FACTORISED, CONTRACTION = range(9)
+"""Indices of `Motion.sizes`: s, except for the last error and the contraction."""
+STEPS, REJECTED, FAILED, ITERATIONS, FORCES, LINEARISATIONS, DIVISION, STARTED, SLOW = range(9)
+"""Indices of `Motion.counts`; `STARTED` and `SLOW` are 0 or 1."""
+
+_NEWTON = 1e-2
+"""Part of the tolerance above which a jump of the forces needs a new start."""
+_MOST, _PATIENT = 10, 50
+"""Iterations of Newton's method, and of its last try at a step that may not be cut: where films slacken and tauten the
+tangent jumps, and corrections grow before they fall."""
+_SLOW = 0.2
+"""Contraction from which on the tangent is renewed."""
+_SURE = 0.02
+"""Contraction below which a measured one is not believed."""
+_SAFETY = 0.9
+_SHRINK = 0.2
+GROWTH_OF_STEADY_STEPS = 1.2
+"""A step that could grow by less is kept, and the factorisation with it; no limit of growth is below."""
+_HOP = 0.2
+"""Correction of a prediction, over the span or in radians, that is not believed."""
+_CUT = 0.25
+"""Factor on a step whose equations were not solved."""
+_FIRST = 1e-4
+"""First step over the time to go, at most."""
+_FIRST_SHORTEST = 1e-2
+"""First step over the system's shortest step, at most."""
+_FINEST = 64
+"""Parts, at most, of a fixed step whose equations were not solved."""
+_SAME = 1e-9
+"""Steps that differ by less, relatively, are the same."""
+_SMALLEST = 16.0 * float(np.finfo(float).eps)
+"""Smallest step over the time reached."""
+
+
+class Rules(NamedTuple):
+    """Constants of the method [1], tolerances and scales.
+
+    Attributes
+    ----------
+    alpha_m, alpha_f, beta, gamma : -
+    shift : -
+        a_n belongs to t_n + shift h.
+    error_x, error_u : -
+        Local errors error_x h^3 u'' of x and error_u h^3 u''' of u.
+    rtol, newton_tolerance, growth : -
+        `growth` is the largest of a step.
+    fixed_step : s; 0 if the error is controlled
+    shortest : s
+        Steps of this size are not rejected by their error.
+    tolerance, resolved, velocity, increment, span : (nu,) arrays
+        Tolerances of x, for steps and for Newton's method, and scales of `fsm.system.Scales`.
+    breaks : increasing times, s
+    """
+
+    alpha_m: float
+    alpha_f: float
+    beta: float
+    gamma: float
+    shift: float
+    error_x: float
+    error_u: float
+    rtol: float
+    newton_tolerance: float
+    growth: float
+    fixed_step: float
+    shortest: float
+    tolerance: np.ndarray
+    resolved: np.ndarray
+    velocity: np.ndarray
+    increment: np.ndarray
+    span: np.ndarray
+    breaks: np.ndarray
+
+
+class Motion(NamedTuple):
+    """State of the method, changed in place.
+
+    Attributes
+    ----------
+    q, u : configuration (nq,) and velocity (nu,)
+    rate, a, slope : (nu,) arrays
+        u', the algorithmic acceleration, and the last slope of u'.
+    sizes, counts : (9,) float and int arrays
+        See the indices.
+    """
+
+    q: np.ndarray
+    u: np.ndarray
+    rate: np.ndarray
+    a: np.ndarray
+    slope: np.ndarray
+    sizes: np.ndarray
+    counts: np.ndarray
+
+
+class _Trial(NamedTuple):
+    """A step that is being solved for; `solved` is false if it could not be."""
+
+    solved: bool
+    x: np.ndarray
+    q: np.ndarray
+    u: np.ndarray
+    a: np.ndarray
+    rate: np.ndarray
+
+
+@shared
+def take_step(model: Any, motion: Motion, rules: Rules, until: float) -> int:
+    """Take one step that ends at `until` or before; the outcome."""
+    sizes, counts = motion.sizes, motion.counts
+    if counts[STARTED] == 0 and not _start(model, motion, rules, until):
+        return NO_SOLUTION
+    t, target = sizes[TIME], until
+    for b in rules.breaks:
+        if b > t:
+            target = min(target, b)
+    grow = True
+    while True:
+        h, end = _next_size(motion, rules, target)
+        if not end > t:
+            return STEP_TOO_SMALL
+        trial = _solve_step(model, motion, rules, end, h)
+        if rules.fixed_step > 0.0:
+            if trial.solved:
+                counts[DIVISION] = max(1, counts[DIVISION] // 2)
+                break
+            counts[FAILED] += 1
+            counts[DIVISION] *= 2
+            if counts[DIVISION] > _FINEST:
+                return NO_SOLUTION
+            continue
+        part = 1.0
+        if not trial.solved:
+            counts[FAILED] += 1
+            sizes[STEP_SIZE] = _CUT * h
+        else:
+            error = _error(model, motion, rules, h, trial)
+            small = error <= 1.0 or h <= rules.shortest
+            if small:
+                part = part_of_step(model, end, trial.q, trial.u, h)
+            if small and part == 1.0:
+                _adapt(motion, rules, h, error, grow)
+                break
+            counts[REJECTED] += 1
+            if part < 1.0:
+                sizes[STEP_SIZE] = h * part
+            else:
+                sizes[STEP_SIZE] = max(h * max(_SHRINK, _SAFETY * error ** (-1.0 / 3.0)), min(h, rules.shortest))
+        grow = False
+        if sizes[STEP_SIZE] < _SMALLEST * max(abs(t), until - t):
+            if not trial.solved:
+                return NO_SOLUTION
+            return OBJECTED if part < 1.0 else STEP_TOO_SMALL
+    _accept(model, motion, rules, end, h, trial)
+    return STEPPED
+
+
+# start ------------------------------------------------------------------------------------------------------------------
+
+
+@shared
+def _start(model: Any, motion: Motion, rules: Rules, until: float) -> bool:
+    """u' and a as they are right after the present time; needed again wherever the forces jump."""
+    sizes, counts, q, u = motion.sizes, motion.counts, motion.q, motion.u
+    # drives that stop at this very time have stopped right after it
+    t = np.nextafter(sizes[TIME], math.inf)
+    counts[LINEARISATIONS] += 1
+    present = renewed_force(model, t, q, u)
+    if not factorise_mass(model):
+        return False
+    motion.rate[:] = solve(model, present)
+    if sizes[STEP_SIZE] == 0.0:
+        sizes[STEP_SIZE] = _first_size(motion, rules, until - sizes[TIME])
+    h = sizes[STEP_SIZE]
+    if not _factorise(model, motion, rules, h, u, False):
+        return False
+    counts[FORCES] += 1
+    ahead = 1e-3 * h
+    change = (force(model, t + ahead, q, u) - present) / ahead
+    change = change - (stiffness_times(model, u) + damping_times(model, motion.rate))
+    # u'' = M^-1 change; S in place of M differs by O(h), and stiff modes that the start is not at rest in do not explode
+    motion.slope[:] = solve(model, inertial_factor(rules, h) * change)
+    motion.a[:] = motion.rate + rules.shift * h * motion.slope
+    sizes[PRESENT], sizes[BEFORE] = h, 0.0
+    sizes[CONTRACTION] = sizes[LAST_ERROR] = 1.0
+    sizes[LONGEST] = longest_step(model, sizes[TIME], q, u)
+    counts[STARTED] = 1
+    return True
+
+
+@shared
+def _first_size(motion: Motion, rules: Rules, left: float) -> float:
+    if rules.fixed_step > 0.0:
+        return rules.fixed_step
+    # changes of u and q over the step a part rtol^(1/3) of their scales: h^3 is what errors grow with
+    pace = max(root_mean_square(motion.rate / rules.velocity), root_mean_square(motion.u / rules.increment))
+    # u' of modes too fast for the shortest step may be far from equilibrium, and a long step moves them by h^2 u'
+    first = min(_FIRST * left, motion.sizes[MAX_STEP])
+    if rules.shortest > 0.0:
+        first = min(first, _FIRST_SHORTEST * rules.shortest)
+    if pace > 0.0:
+        first = min(first, rules.rtol ** (1.0 / 3.0) / pace)
+    return first
+
+
+# steps ------------------------------------------------------------------------------------------------------------------
+
+
+@shared
+def _next_size(motion: Motion, rules: Rules, target: float) -> tuple[float, float]:
+    """Size and end of the next step; `target` is hit exactly, without a tiny step before it."""
+    sizes = motion.sizes
+    left = target - sizes[TIME]
+    h = min(sizes[STEP_SIZE], sizes[MAX_STEP], sizes[LONGEST])
+    if rules.fixed_step > 0.0:
+        h = rules.fixed_step / motion.counts[DIVISION]
+    count = math.ceil(left / h * (1.0 - 1e-9))
+    if count <= 1:
+        return _same(motion, left), target
+    if count == 2 or rules.fixed_step > 0.0:
+        h = _same(motion, left / count)
+    return h, sizes[TIME] + h
+
+
+@shared
+def _same(motion: Motion, h: float) -> float:
+    """The step before, if this one differs by round-off of the times alone: its factorisation serves on."""
+    present = motion.sizes[PRESENT]
+    return present if abs(h - present) <= _SAME * h else h
+
+
+@shared
+def _solve_step(model: Any, motion: Motion, rules: Rules, end: float, h: float) -> _Trial:
+    """A step with the tangent at hand if that was good, and with a new one if it does not do."""
+    if motion.counts[SLOW] == 0:
+        trial = _newton(model, motion, rules, end, h, False)
+        if trial.solved:
+            return trial
+    return _newton(model, motion, rules, end, h, True)
+
+
+@shared
+def _newton(model: Any, motion: Motion, rules: Rules, end: float, h: float, renew: bool) -> _Trial:
+    """Newton's method for one step."""
+    sizes, counts = motion.sizes, motion.counts
+    good, old_a, x, q, u, a, rate = _predict(model, motion, rules, h)
+    failed = _Trial(False, x, q, u, a, rate)
+    if not good:
+        return failed
+    by_u, by_rate, by_a = rules.gamma / (rules.beta * h), inertial_factor(rules, h), 1.0 / (rules.beta * h**2)
+    weight = 1.0 / np.minimum(rules.resolved, (rules.rtol / by_u) * (rules.velocity + np.abs(motion.u)))
+    before, fresh, predicted = math.inf, renew, x
+    last = fresh and rules.fixed_step > 0.0
+    for iteration in range(_PATIENT if last else _MOST):
+        if renew:
+            counts[LINEARISATIONS] += 1
+            present = renewed_force(model, end, q, u)
+            if not _factorise(model, motion, rules, h, x, True):
+                return failed
+        else:
+            if h != sizes[FACTORISED] and not _factorise(model, motion, rules, h, x, True):
+                return failed  # the step before was cut short
+            present = force(model, end, q, u)
+            counts[FORCES] += 1
+        counts[ITERATIONS] += 1
+        change = solve(model, present - mass_times(model, rate))
+        size = weighted_mean_square(change, weight)
+        if not math.isfinite(size):
+            return failed
+        dx = mapped(model, change)
+        x = x + dx
+        q = retract(model, motion.q, x)
+        u, a, rate = u + by_u * dx, a + by_a * dx, rate + by_rate * dx
+        if iteration > 0:
+            contraction = size / before if before > 0.0 else 0.0
+            # stiff springs that turn are stretched by the first correction, and set right by the second
+            if contraction > 2.0 and not last and (not fresh or iteration > 1):
+                return failed
+            sizes[CONTRACTION] = contraction
+            counts[SLOW] = 1 if contraction > _SLOW else 0
+        elif renew or h != sizes[PRESENT]:
+            sizes[CONTRACTION] = 1.0  # nothing is known of this matrix
+        left = max(sizes[CONTRACTION], _SURE) / max(1.0 - sizes[CONTRACTION], 1e-3)
+        converged = size * left <= rules.newton_tolerance or size <= 1e-3 * rules.newton_tolerance
+        if converged and not renew and parted(model):
+            renew, before = True, size
+            continue
+        if converged:
+            # a correction as long as the structure has found some other root
+            hopped = largest_distance(x, predicted, rules.span) > _HOP
+            return _Trial(not hopped or rules.fixed_step > 0.0, x, q, u, a, rate)
+        renew = iteration > 0 and counts[SLOW] == 1
+        before = size
+    return failed
+
+
+@shared
+def _predict(
+    model: Any, motion: Motion, rules: Rules, h: float
+) -> tuple[bool, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """The step with u' going on as it did: whether it was possible, a_n for this size, x, q, u, a and u'."""
+    present, old_a, good = motion.sizes[PRESENT], motion.a, True
+    if h != present:
+        # a - u' grows with h; in modes too stiff to be resolved it is no derivative, and growing it would excite them
+        good = _factorise(model, motion, rules, h, motion.u, False)
+        if good:
+            growth = (h / present - 1.0) * inertial_factor(rules, h)
+            old_a = motion.a + solve(model, growth * mass_times(model, motion.a - motion.rate))
+    rate = motion.rate + h * motion.slope
+    a = ((1.0 - rules.alpha_f) * rate + rules.alpha_f * motion.rate - rules.alpha_m * old_a) / (1.0 - rules.alpha_m)
+    x = h * motion.u + h * h * ((0.5 - rules.beta) * old_a + rules.beta * a)
+    u = motion.u + h * ((1.0 - rules.gamma) * old_a + rules.gamma * a)
+    return good, old_a, x, retract(model, motion.q, x), u, a, rate
+
+
+@shared
+def _accept(model: Any, motion: Motion, rules: Rules, end: float, h: float, trial: _Trial) -> None:
+    sizes, counts = motion.sizes, motion.counts
+    motion.slope[:] = (trial.rate - motion.rate) / h
+    sizes[BEFORE] = sizes[PRESENT] = h
+    sizes[TIME] = end
+    motion.q[:], motion.u[:], motion.a[:], motion.rate[:] = trial.q, trial.u, trial.a, trial.rate
+    counts[STEPS] += 1
+    sizes[LONGEST] = accept(model, end, motion.q, motion.u)
+    for b in rules.breaks:
+        if b == end and _jumps(model, motion, rules):
+            counts[STARTED] = 0
+
+
+@shared
+def _jumps(model: Any, motion: Motion, rules: Rules) -> bool:
+    """Whether the forces jump right after the present time, as where a drive stops; kinks need no new start."""
+    t = motion.sizes[TIME]
+    motion.counts[FORCES] += 2
+    after = force(model, np.nextafter(t, math.inf), motion.q, motion.u)
+    jump = solve(model, after - force(model, t, motion.q, motion.u))
+    return root_mean_square(jump / rules.tolerance) > _NEWTON
+
+
+# error ------------------------------------------------------------------------------------------------------------------
+
+
+@shared
+def _error(model: Any, motion: Motion, rules: Rules, h: float, trial: _Trial) -> float:
+    """Local error of x and u over what is allowed."""
+    slope = (trial.rate - motion.rate) / h
+    bend = 2.0 * (slope - motion.slope) / (h + motion.sizes[BEFORE])
+    filtered = inertial_factor(rules, h) * h**3
+    error_x = solve(model, rules.error_x * filtered * mass_times(model, slope))
+    error_u = solve(model, rules.error_u * filtered * mass_times(model, bend))
+    return error_norm(error_x, error_u, rules.tolerance, rules.rtol, rules.velocity, motion.u, trial.u)
+
+
+@shared
+def _adapt(motion: Motion, rules: Rules, h: float, error: float, grow: bool) -> None:
+    """Soderlind's PI controller (PI.4.2)."""
+    sizes = motion.sizes
+    error = max(error, 1e-8)
+    factor = _SAFETY * error ** (-0.2) * sizes[LAST_ERROR] ** (1.0 / 15.0)
+    sizes[LAST_ERROR] = error
+    most = rules.growth if grow else 1.0
+    factor = min(max(factor, _SHRINK), most)
+    wanted = max(h * factor, min(h * most, rules.shortest))
+    step_size = sizes[STEP_SIZE]
+    # a step cut short by a time that had to be hit says nothing against the size before it
+    if grow and h < step_size and error * (step_size / h) ** 3 <= 1.0:
+        wanted = max(wanted, step_size)
+    if not step_size <= wanted <= GROWTH_OF_STEADY_STEPS * step_size or not grow:
+        sizes[STEP_SIZE] = min(wanted, sizes[MAX_STEP])
+
+
+@shared
+def _factorise(model: Any, motion: Motion, rules: Rules, h: float, x: np.ndarray, maps: bool) -> bool:
+    motion.sizes[FACTORISED] = h
+    return factorise(model, rules.gamma / (rules.beta * h), inertial_factor(rules, h), x, maps)
+
+
+@shared
+def inertial_factor(rules: Rules, h: float) -> float:
+    """c_m = du'/dx, 1/s^2."""
+    return (1.0 - rules.alpha_m) / ((1.0 - rules.alpha_f) * rules.beta * h * h)
