@@ -7,6 +7,7 @@ velocity u holds velocities in inertial axes and angular rates in body axes. Inc
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple, Protocol, TypeAlias, runtime_checkable
@@ -17,8 +18,8 @@ from scipy import sparse
 from fsm.blocks import BlockMatrix, BlockPattern, Elimination
 
 __all__ = [
-    "Before", "Depths", "DriveState", "Energy", "Linearised", "MixedSystem", "NewtonRules", "Objection",
-    "Observation", "PairState", "Scales", "Settled", "System",
+    "ArraySystem", "Before", "Depths", "DriveState", "Energy", "Linearised", "MixedSystem", "NewtonRules", "Objection",
+    "Observation", "PairState", "Ready", "Scales", "Settled", "System",
 ]  # fmt: skip
 
 
@@ -384,6 +385,22 @@ class System(Protocol):
 
     def widest_joint(self, t: float, q: np.ndarray) -> tuple[float, str]:
         """Largest opening (m) of a joint of the structure, and the name of the joint."""
+        ...
+
+
+Ready: TypeAlias = Callable[[BlockPattern], tuple[Elimination, np.ndarray]]
+"""Function that gives the elimination of a pattern, and the block data of its factors."""
+
+
+@runtime_checkable
+class ArraySystem(Protocol):
+    """System that steps in kernels, if all that acts in it has arrays."""
+
+    def arrays(self, ready: Ready) -> Any:
+        """`fsm.stepping.model.ArrayModel` of this system, always the same; None if something has no arrays.
+
+        The last of `arrays.flags` is 1 where a step was unable to solve its equations.
+        """
         ...
 
 

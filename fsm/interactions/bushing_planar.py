@@ -20,6 +20,7 @@ from fsm.kernels.scatter import add_quarters_planar
 
 __all__ = [
     "advance_efforts_planar",
+    "deformations_pose_planar",
     "force_pose_planar",
     "linearise_pose_planar",
     "pose_constants_planar",
@@ -317,3 +318,14 @@ def widest_pose_planar(
         if square > widest:
             worst, widest = i, square
     return worst, np.sqrt(widest)
+
+
+@kernel
+def deformations_pose_planar(poses: np.ndarray, rates: np.ndarray, bodies: np.ndarray, constants: np.ndarray) -> np.ndarray:
+    """Deformations (m, 3) of all elements, as those of `measure_pose_planar`; arguments as in `force_pose_planar`."""
+    value, turns = np.empty((bodies.shape[0], 3)), _cosines_and_sines(poses)
+    for i in range(bodies.shape[0]):
+        x, _ = _deformations_and_rates(poses, rates, turns, bodies[i, 0], bodies[i, 1], constants[i])
+        for k in range(3):
+            value[i, k] = x[k]
+    return value

@@ -52,6 +52,7 @@ from fsm.kernels.tensor import (
 
 __all__ = [
     "advance_efforts_spatial",
+    "deformations_pose_spatial",
     "force_pose_spatial",
     "linearise_pose_spatial",
     "pose_constants_spatial",
@@ -550,3 +551,20 @@ def widest_pose_spatial(
         if square > widest:
             worst, widest = i, square
     return worst, np.sqrt(widest)
+
+
+@kernel
+def deformations_pose_spatial(poses: np.ndarray, rates: np.ndarray, bodies: np.ndarray, constants: np.ndarray) -> np.ndarray:
+    """Deformations (m, 6) of all elements, as those of `measure_pose_spatial`; arguments as in `force_pose_spatial`.
+
+    Axes without an effort may have zeros.
+    """
+    value, change = np.empty((bodies.shape[0], 6)), np.empty(6)
+    for i in range(bodies.shape[0]):
+        row = constants[i]
+        _measure_all(poses, rates, bodies[i, 0], bodies[i, 1], row, value[i], 0.0, value[i], change)
+        if row[_EVEN] != 0.0:
+            _, _, _, _, _, q = _place(poses, bodies[i, 0], bodies[i, 1], row)
+            value[i, 3], value[i, 5], _, _ = swing_slopes(q, row[_HALF_WAY] != 0.0)
+            value[i, 4] = twist_slopes(q)[0] + row[_OFFSET]
+    return value

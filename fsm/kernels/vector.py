@@ -7,7 +7,7 @@ import numpy as np
 from fsm.kernels.jit import kernel
 
 __all__ = [
-    "cross", "dot", "equal_vectors", "error_norm", "largest_distance", "largest_ratio", "root_mean_square", "rotate",
+    "cross", "dot", "equal_vectors", "error_norm", "largest_distance", "largest_ratio", "mean_ratio", "rotate",
     "weighted_mean_square",
 ]  # fmt: skip
 
@@ -71,11 +71,11 @@ def largest_distance(a: np.ndarray, b: np.ndarray, scale: np.ndarray) -> float:
 
 
 @kernel
-def root_mean_square(vector: np.ndarray) -> float:
-    """Root mean square of (n,) numbers; 0 for an empty array."""
+def mean_ratio(vector: np.ndarray, scale: np.ndarray) -> float:
+    """Root mean square of the ratios v/s of two (n,) arrays; 0 for empty arrays."""
     total = 0.0
     for i in range(vector.shape[0]):
-        total += vector[i] * vector[i]
+        total += (vector[i] / scale[i]) ** 2
     return np.sqrt(total / max(vector.shape[0], 1))
 
 

@@ -153,6 +153,10 @@ class BushingGroup:
         """Arguments of the kernels: bodies, constants, past deformations, inverse of the elapsed time, and slots."""
         return self.bodies, self._constants, *self._before(rates, past), self._cache.slots(self, pattern)
 
+    def arrays(self, pattern: BodyPattern) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Bodies, constants and slots, for `fsm.segments.arrays`."""
+        return self.bodies, self._constants, self._cache.slots(self, pattern)
+
     def efforts(self, poses: np.ndarray, change: np.ndarray, past: Past | None = None) -> np.ndarray:
         """Efforts (m, 3 or 6) after a change (n_bodies, 3 or 6) of the poses, to first order."""
         before = self._before(change, past)
@@ -225,6 +229,13 @@ class CreaseGroup:
     def _arguments(self) -> tuple[np.ndarray, ...]:
         """Arguments of both kernels after poses and rates."""
         return self.bodies, *self.geometry, self.rest, self.side, self.damping, *self._curves
+
+    def arrays(self, pattern: BodyPattern) -> tuple[np.ndarray, ...]:
+        """Arguments of the kernels and slots, for `fsm.segments.arrays`; without axes in the plane."""
+        no_axes = np.zeros((len(self.bodies), 4))
+        axes = self.geometry[:-1] or (no_axes, no_axes)
+        slots = self._cache.slots(self, pattern)
+        return self.bodies, *axes, self.geometry[-1], self.rest, self.side, self.damping, *self._curves, slots
 
     def add_force(
         self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: Past | None = None

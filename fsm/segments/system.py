@@ -24,6 +24,7 @@ from fsm.kernels.newton_euler import (
     support_reactions,
 )
 from fsm.segments.all_contacts import Contacts
+from fsm.segments.arrays_of import arrays_of
 from fsm.segments.configuration import Bodies, Configuration
 from fsm.segments.contacts import ContactGroup
 from fsm.segments.drive import PrescribedMotion
@@ -34,6 +35,7 @@ from fsm.segments.loads import LoadGroup
 from fsm.segments.pattern import BodyPattern, body_pattern
 from fsm.segments.pressed import Pressed
 from fsm.segments.springs_alone import settle_springs
+from fsm.stepping.model import ArrayModel
 from fsm.system import (
     Before,
     DriveState,
@@ -42,6 +44,7 @@ from fsm.system import (
     NewtonRules,
     Objection,
     Observation,
+    Ready,
     Scales,
     Settled,
 )
@@ -89,6 +92,7 @@ class SegmentSystem(Configuration):
         self._last_before: Before | None = None
         self._last_poses = bodies.pose
         self._pattern: BodyPattern | None = None
+        self._arrays: ArrayModel | None = None
         self._pattern_version: tuple[int, ...] = ()
         self._pattern_pairs: tuple[np.ndarray, ...] = ()
         self._driven_pattern: BodyPattern | None = None
@@ -400,6 +404,12 @@ class SegmentSystem(Configuration):
         for group in self._others:
             group.add_linearised(t, poses, rates, pattern, *sums, past)
         return self._assembled(t, q, u, before, pattern, sums, by_rates)
+
+    def arrays(self, ready: Ready) -> ArrayModel | None:
+        """See `ArraySystem`."""
+        if self._arrays is None and self.fixed_pattern and type(self) is SegmentSystem:
+            self._arrays = arrays_of(self, self._current_pattern(self.bodies.pose), ready)
+        return self._arrays
 
     def energy(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Energy:
         """See `System`."""

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
 from fsm.blocks import BlockMatrix, BlockPattern
 from fsm.errors import NotConverged
 from fsm.kernels.block_sum import effective_stiffness
+from fsm.solve.dissipation import mean_dissipation
 from fsm.solve.linear import LinearSolver
 from fsm.solve.renewal import State
 from fsm.solve.status import Outcome, StepFailed
 from fsm.stepping import generalized_alpha as stepping
-from fsm.stepping.generalized_alpha import Motion, Rules, inertial_factor, take_step
-from fsm.system import Linearised, System
+from fsm.stepping.generalized_alpha import Motion, Rules, take_step
+from fsm.stepping.march import march, march_arrays
+from fsm.system import ArraySystem, Before, Linearised, System
 
 __all__ = ["RHO_INF", "Coefficients", "GeneralizedAlpha"]
 
@@ -70,6 +73,12 @@ class Coefficients:
         return cls(alpha_m, alpha_f, beta, gamma, shift, 0.5 * shift + beta - 1.0 / 6.0, error_u)
 
 
+@cache
+def _has_arrays(kind: type) -> bool:
+    """Whether systems of this class are `ArraySystem`; to ask every time takes long."""
+    return issubclass(kind, ArraySystem)
+
+
 class SystemModel:
     """A system as the model of a step (`fsm.stepping.model`), with its tangents, their factors, and its last objection."""
 
@@ -84,6 +93,7 @@ class SystemModel:
         self._inertia = np.zeros((0, 0, 0))
         self._linear: Linearised | None = None
         self._map: np.ndarray | None = None
+        self._last: Before = 0.0, q
 
     def renewed_force(self, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
         """See `fsm.stepping.model`."""
@@ -140,6 +150,18 @@ class SystemModel:
         assert self._linear is not None
         return self._linear.damping.times(vector)
 
+    def unable(self) -> bool:
+        """See `fsm.stepping.model`; SciPy solves what our own blocks do not."""
+        return False
+
+    def energies(self, t: float, q: np.ndarray, u: np.ndarray, step: float) -> tuple[float, float, float, float]:
+        """See `fsm.stepping.model`."""
+        seen, dissipated = self.system.energy(t, q, u), 0.0
+        if step > 0.0:
+            dissipated, _ = mean_dissipation(self.system, self._last, (t, q), seen.pair_power.shape[1])
+        self._last = t, q.copy()
+        return seen.kinetic, seen.stored_at_rest, dissipated, seen.input_power
+
     def part_of_step(self, t: float, q: np.ndarray, u: np.ndarray, step: float) -> float:
         """See `fsm.stepping.model`."""
         objection = self.system.objection(t, q, u, step)
@@ -178,8 +200,7 @@ class GeneralizedAlpha:
         Taken next, unless a time that has to be hit comes first.
     steps, rejected, failed : int
         Steps done; steps repeated because of their error, and because their equations were not solved.
-    iterations, force_evaluations, linearisations : int
-    linear : LinearSolver
+    iterations, force_evaluations, linearisations, factorisations : int
     """
 
     def __init__(
@@ -208,12 +229,13 @@ class GeneralizedAlpha:
             np.minimum(tolerance, scales.resolution / newton), scales.velocity, scales.increment, scales.span,
             np.array(sorted(system.break_times()), dtype=float),
         )  # fmt: skip
-        still, sizes, counts = np.zeros(len(u)), np.zeros(9), np.zeros(9, dtype=np.int64)
+        still, sizes, counts = np.zeros(len(u)), np.zeros(9), np.zeros(11, dtype=np.int64)
         self.motion = Motion(q.copy(), u.copy(), still, still.copy(), still.copy(), sizes, counts)
         sizes[stepping.TIME], sizes[stepping.MAX_STEP], sizes[stepping.LONGEST] = t, max_step, math.inf
         sizes[stepping.CONTRACTION] = sizes[stepping.LAST_ERROR] = 1.0
         counts[stepping.DIVISION] = 1
         self.model = SystemModel(system, q)
+        self._arrays = system.arrays(self.model.linear.ready) if _has_arrays(type(system)) else None
 
     def step(self, until: float) -> None:
         """One step, that ends at `until` or before.
@@ -229,6 +251,31 @@ class GeneralizedAlpha:
             outcome = take_step(self.model, motion, self.rules, until)
         if outcome != stepping.STEPPED:
             raise self._failure(outcome)
+
+    def march(self, books: np.ndarray, until: float, most: int) -> None:
+        """At most so many steps in one kernel, the last of which ends at `until`; see `fsm.stepping.march`.
+
+        Raises
+        ------
+        StepFailed
+            As `step`.
+        """
+        if self._arrays is None:
+            raise ValueError("this system has no arrays")
+        self.motion = self.motion._replace(q=self.motion.q.copy(), u=self.motion.u.copy())
+        outcome = march_arrays(self._arrays, self.motion, self.rules, books, until, most)
+        if outcome == stepping.UNABLE:
+            # the same steps, where SciPy takes over the linear equations
+            self._arrays.arrays.flags[-1] = self.motion.counts[stepping.TANGENT] = 0
+            outcome = march(self.model, self.motion, self.rules, books, until, 1)
+            self.motion.counts[stepping.TANGENT] = 0
+        if outcome != stepping.STEPPED:
+            raise self._failure(outcome)
+
+    @property
+    def marches(self) -> bool:
+        """Whether the system has arrays."""
+        return self._arrays is not None
 
     # state ----------------------------------------------------------------------------------------------------------
 
@@ -276,9 +323,9 @@ class GeneralizedAlpha:
         self.motion.sizes[stepping.MAX_STEP] = size
 
     @property
-    def linear(self) -> LinearSolver:
-        """Linear solver of the steps."""
-        return self.model.linear
+    def factorisations(self) -> int:
+        """Factorisations of matrices."""
+        return int(self.motion.counts[stepping.FACTORISATIONS])
 
     @property
     def steps(self) -> int:
@@ -320,23 +367,16 @@ class GeneralizedAlpha:
             "a": motion.a.copy(),
             "slope": motion.slope.copy(),
             "sizes": motion.sizes.copy(),
-            "counts": np.array([*motion.counts, self.linear.factorisations]),
+            "counts": motion.counts.copy(),
         }
 
     def go_on(self, state: State) -> None:
         """Go on with what `state` gave, and a tangent at the present state."""
         motion, t = self.motion, self.t
         motion.rate[:], motion.a[:], motion.slope[:] = state["rate"], state["a"], state["slope"]
-        motion.sizes[:], motion.counts[:] = state["sizes"], state["counts"][:-1]
-        motion.sizes[stepping.TIME], motion.sizes[stepping.CONTRACTION], motion.counts[stepping.SLOW] = t, 1.0, 0
-        self.linear.factorisations = int(state["counts"][-1])
-        if motion.counts[stepping.STARTED]:
-            motion.counts[stepping.LINEARISATIONS] += 1
-            self.model.renewed_force(t, self.q, self.u)
-            h = float(motion.sizes[stepping.PRESENT])
-            motion.sizes[stepping.FACTORISED] = h
-            rules = self.rules
-            self.model.factorise(rules.gamma / (rules.beta * h), inertial_factor(rules, h), self.u, False)
+        motion.sizes[:], motion.counts[:] = state["sizes"], state["counts"]
+        motion.sizes[stepping.TIME], motion.sizes[stepping.CONTRACTION] = t, 1.0
+        motion.counts[stepping.SLOW] = motion.counts[stepping.TANGENT] = 0
 
     def _failure(self, outcome: int) -> StepFailed:
         reason = self.model.reason if outcome == stepping.OBJECTED else ""

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from fsm.stepping.march import balanced
 from fsm.system import Energy
 
 __all__ = ["JUDGED_FROM", "Ledger"]
@@ -14,6 +15,9 @@ _TRIFLE = 1e-12
 """Part of the energy stored at the start that is but round-off of it, also after many steps."""
 JUDGED_FROM = 0.1
 """Part of the run before which an energy error stops nothing: so little is turned over that tolerances look large."""
+
+_NUMBERS = "start", "dissipated", "work", "error", "worst", "gained", "turnover", "kinetic_worst", "trifle"
+"""In the order of `fsm.stepping.march`."""
 
 
 @dataclass
@@ -52,12 +56,19 @@ class Ledger:
 
     def balance(self, stored: float, kinetic: float) -> None:
         """Compare with the energy stored now."""
-        self.error = stored - self.start + self.dissipated - self.work
-        self.worst, self.gained = max(self.worst, abs(self.error)), max(self.gained, self.error)
-        self.kinetic_worst = max(self.kinetic_worst, kinetic)
-        self.turnover = max(
-            self.turnover, abs(stored - self.start), abs(self.dissipated), abs(self.work), self.kinetic_worst
-        )
+        self.error, self.worst, self.gained, self.turnover, self.kinetic_worst = balanced(
+            stored, kinetic, self.start, self.dissipated, self.work, self.worst, self.gained, self.turnover,
+            self.kinetic_worst,
+        )  # fmt: skip
+
+    def books(self) -> np.ndarray:
+        """The numbers as an array, for `fsm.stepping.march`."""
+        return np.array([getattr(self, name) for name in _NUMBERS])
+
+    def take_over(self, books: np.ndarray) -> None:
+        """Take the numbers of an array of `books`."""
+        for name, number in zip(_NUMBERS, books.tolist(), strict=False):
+            setattr(self, name, number)
 
     @property
     def relative_error(self) -> float:

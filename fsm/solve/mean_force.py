@@ -156,6 +156,11 @@ class MeanForce:
         self._error_before = 1.0
         self._stored = self._start = self._turnover = self._off = self._trifle = 0.0
 
+    @property
+    def factorisations(self) -> int:
+        """Factorisations of matrices."""
+        return self.linear.factorisations
+
     def step(self, until: float) -> None:
         """One step, that ends at `until` or before.
 

@@ -11,11 +11,15 @@ from fsm.solve.generalized_alpha import GeneralizedAlpha
 from fsm.solve.mean_force import MeanForce
 from fsm.solve.run import Run
 from fsm.solve.status import StepFailed
+from fsm.stepping.march import POWER, SHORTEST
 from fsm.system import DriveState, Energy
 
 __all__ = ["GENERALIZED_ALPHA", "MEAN_FORCE", "NEWMARK", "StepwiseRun"]
 
 GENERALIZED_ALPHA, NEWMARK, MEAN_FORCE = "generalized-alpha", "newmark", "mean-force"
+
+_MARCH = 1024
+"""Steps between renewal points, where many are taken in one kernel."""
 
 
 class StepwiseRun(Run):
@@ -32,6 +36,11 @@ class StepwiseRun(Run):
         breaks = set(self.system.break_times())
         try:
             while solver.t < settings.end_time:
+                if isinstance(solver, GeneralizedAlpha) and solver.marches:
+                    self._march(solver)
+                    if self._arrive(solver.t, solver.q, solver.u, solver.state):
+                        solver = self._solver()
+                    continue
                 begin = self.last.energy
                 if solver.t in breaks:
                     begin = self.system.energy(math.nextafter(solver.t, math.inf), solver.q, solver.u)
@@ -47,6 +56,26 @@ class StepwiseRun(Run):
         finally:
             self._count(solver)
 
+    def _march(self, solver: GeneralizedAlpha) -> None:
+        """Many steps in one kernel, up to a state that is wanted or a renewal point."""
+        settings, ledger, statistics = self.settings, self.ledger, self.statistics
+        power, smallest, losses = self.last.energy.input_power, statistics.smallest_step, float(settings.judge_losses)
+        books = np.array([*ledger.books(), power, smallest, settings.energy_abort, losses])
+        most = min(self.renewed + self.every, settings.max_steps) - solver.steps
+        try:
+            solver.march(books, self.pending[0] if self.pending else settings.end_time, max(1, most))
+        except StepFailed as error:
+            self._count(solver)
+            self._fail(error.outcome, error.reason)
+        ledger.take_over(books[:POWER])
+        statistics.smallest_step = float(books[SHORTEST])
+        self._count(solver)
+        self.last = seen = self.system.observe(solver.t, solver.q, solver.u)
+        self._look(solver.t, solver.q, solver.u, seen)
+        if self.pending and self.pending[0] <= solver.t:
+            self.pending.pop(0)
+            self._save(solver.t, solver.q, solver.u, seen, ledger)
+
     def _solver(self) -> GeneralizedAlpha | MeanForce:
         """A new solver at the present state, that goes on from the last renewal point if there was one."""
         settings = self.settings
@@ -60,6 +89,8 @@ class StepwiseRun(Run):
             solver = GeneralizedAlpha(
                 self.system, self.time, self.q, self.u, settings.rtol, rho_inf, settings.step, settings.max_step
             )
+            if solver.marches:
+                self.every = _MARCH
         if self.state is not None:
             solver.go_on(self.state)
         return solver
@@ -70,7 +101,7 @@ class StepwiseRun(Run):
         statistics.rejected = solver.rejected + solver.failed
         statistics.force_evaluations = solver.force_evaluations + solver.linearisations
         statistics.jacobian_evaluations = solver.linearisations
-        statistics.factorisations = solver.linear.factorisations
+        statistics.factorisations = solver.factorisations
         statistics.newton_iterations = solver.iterations
         statistics.wall_time = time.perf_counter() - self.begun
 

@@ -1,1 +1,1 @@
-"""Steps of time integrators, written once: kernels compile them for models of arrays, and Python runs them for all others."""
+"""Steps of time integrators, written once: kernels compile them for models of arrays, Python runs them for all others."""

@@ -34,7 +34,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fsm.kernels.jit import shared
-from fsm.kernels.vector import error_norm, largest_distance, root_mean_square, weighted_mean_square
+from fsm.kernels.vector import error_norm, largest_distance, mean_ratio, weighted_mean_square
 from fsm.stepping.model import (
     accept,
     damping_times,
@@ -50,21 +50,25 @@ from fsm.stepping.model import (
     retract,
     solve,
     stiffness_times,
+    unable,
 )
+from fsm.stepping.vectors import copy_into, correct, newton_weight, predict, scaled, slope_and_bend, start_a, subtracted
 
 __all__ = [
-    "CONTRACTION", "DIVISION", "FACTORISED", "FAILED", "FORCES", "GROWTH_OF_STEADY_STEPS", "ITERATIONS", "LAST_ERROR",
-    "LINEARISATIONS", "LONGEST", "MAX_STEP", "NO_SOLUTION", "OBJECTED", "PRESENT", "REJECTED", "STARTED", "STEPPED",
-    "STEPS", "STEP_SIZE", "STEP_TOO_SMALL", "SLOW", "TIME", "BEFORE", "Motion", "Rules", "take_step",
+    "BEFORE", "CONTRACTION", "DIVISION", "FACTORISATIONS", "FACTORISED", "FAILED", "FORCES", "GROWTH_OF_STEADY_STEPS",
+    "ITERATIONS", "LAST_ERROR", "LINEARISATIONS", "LONGEST", "MAX_STEP", "NO_SOLUTION", "OBJECTED", "PRESENT", "REJECTED",
+    "SLOW", "STARTED", "STEPPED", "STEPS", "STEP_SIZE", "STEP_TOO_SMALL", "TANGENT", "TIME", "UNABLE", "Motion", "Rules",
+    "take_step",
 ]  # fmt: skip
 
-STEPPED, STEP_TOO_SMALL, NO_SOLUTION, OBJECTED = 0, 1, 2, 3
-"""Outcomes of `take_step`. OBJECTED: the model rejects every step, however small."""
+STEPPED, STEP_TOO_SMALL, NO_SOLUTION, OBJECTED, UNABLE = 0, 1, 2, 3, 4
+"""Outcomes of `take_step`. OBJECTED: the model rejects every step, however small. UNABLE: the model cannot solve its linear
+equations, and another model of the same system should take the step; the state is that before the step."""
 
 TIME, STEP_SIZE, MAX_STEP, PRESENT, BEFORE, LAST_ERROR, LONGEST, FACTORISED, CONTRACTION = range(9)
 """Indices of `Motion.sizes`: s, except for the last error and the contraction."""
-STEPS, REJECTED, FAILED, ITERATIONS, FORCES, LINEARISATIONS, DIVISION, STARTED, SLOW = range(9)
-"""Indices of `Motion.counts`; `STARTED` and `SLOW` are 0 or 1."""
+STEPS, REJECTED, FAILED, ITERATIONS, FORCES, LINEARISATIONS, DIVISION, STARTED, SLOW, TANGENT, FACTORISATIONS = range(11)
+"""Indices of `Motion.counts`. `STARTED`, `SLOW` and `TANGENT` are 0 or 1; `TANGENT`: the model has a tangent of this motion."""
 
 _NEWTON = 1e-2
 """Part of the tolerance above which a jump of the forces needs a new start."""
@@ -143,7 +147,7 @@ class Motion(NamedTuple):
     q, u : configuration (nq,) and velocity (nu,)
     rate, a, slope : (nu,) arrays
         u', the algorithmic acceleration, and the last slope of u'.
-    sizes, counts : (9,) float and int arrays
+    sizes, counts : (9,) float and (11,) int arrays
         See the indices.
     """
 
@@ -157,9 +161,10 @@ class Motion(NamedTuple):
 
 
 class _Trial(NamedTuple):
-    """A step that is being solved for; `solved` is false if it could not be."""
+    """A step that is being solved for; `solved` is false if it could not be, `renewed` if the tangent at hand was taken."""
 
     solved: bool
+    renewed: bool
     x: np.ndarray
     q: np.ndarray
     u: np.ndarray
@@ -172,7 +177,12 @@ def take_step(model: Any, motion: Motion, rules: Rules, until: float) -> int:
     """Take one step that ends at `until` or before; the outcome."""
     sizes, counts = motion.sizes, motion.counts
     if counts[STARTED] == 0 and not _start(model, motion, rules, until):
-        return NO_SOLUTION
+        return UNABLE if unable(model) else NO_SOLUTION
+    if counts[TANGENT] == 0:
+        counts[LINEARISATIONS] += 1
+        renewed_force(model, sizes[TIME], motion.q, motion.u)
+        _factorise(model, motion, rules, sizes[PRESENT], motion.u, False)
+        counts[TANGENT] = 1
     t, target = sizes[TIME], until
     for b in rules.breaks:
         if b > t:
@@ -182,7 +192,12 @@ def take_step(model: Any, motion: Motion, rules: Rules, until: float) -> int:
         h, end = _next_size(motion, rules, target)
         if not end > t:
             return STEP_TOO_SMALL
-        trial = _solve_step(model, motion, rules, end, h)
+        # the tangent at hand if that was good, and a new one if it does not do
+        trial = _newton(model, motion, rules, end, h, counts[SLOW] == 1)
+        if not trial.solved and not trial.renewed:
+            trial = _newton(model, motion, rules, end, h, True)
+        if unable(model):
+            return UNABLE
         if rules.fixed_step > 0.0:
             if trial.solved:
                 counts[DIVISION] = max(1, counts[DIVISION] // 2)
@@ -198,6 +213,8 @@ def take_step(model: Any, motion: Motion, rules: Rules, until: float) -> int:
             sizes[STEP_SIZE] = _CUT * h
         else:
             error = _error(model, motion, rules, h, trial)
+            if unable(model):
+                return UNABLE
             small = error <= 1.0 or h <= rules.shortest
             if small:
                 part = part_of_step(model, end, trial.q, trial.u, h)
@@ -229,9 +246,10 @@ def _start(model: Any, motion: Motion, rules: Rules, until: float) -> bool:
     t = np.nextafter(sizes[TIME], math.inf)
     counts[LINEARISATIONS] += 1
     present = renewed_force(model, t, q, u)
+    counts[FACTORISATIONS] += 1
     if not factorise_mass(model):
         return False
-    motion.rate[:] = solve(model, present)
+    copy_into(solve(model, present), motion.rate)
     if sizes[STEP_SIZE] == 0.0:
         sizes[STEP_SIZE] = _first_size(motion, rules, until - sizes[TIME])
     h = sizes[STEP_SIZE]
@@ -239,15 +257,15 @@ def _start(model: Any, motion: Motion, rules: Rules, until: float) -> bool:
         return False
     counts[FORCES] += 1
     ahead = 1e-3 * h
-    change = (force(model, t + ahead, q, u) - present) / ahead
-    change = change - (stiffness_times(model, u) + damping_times(model, motion.rate))
+    change = scaled(1.0 / ahead, subtracted(force(model, t + ahead, q, u), present))
+    change = subtracted(subtracted(change, stiffness_times(model, u)), damping_times(model, motion.rate))
     # u'' = M^-1 change; S in place of M differs by O(h), and stiff modes that the start is not at rest in do not explode
-    motion.slope[:] = solve(model, inertial_factor(rules, h) * change)
-    motion.a[:] = motion.rate + rules.shift * h * motion.slope
+    copy_into(solve(model, scaled(inertial_factor(rules, h), change)), motion.slope)
+    start_a(motion.rate, rules.shift * h, motion.slope, motion.a)
     sizes[PRESENT], sizes[BEFORE] = h, 0.0
     sizes[CONTRACTION] = sizes[LAST_ERROR] = 1.0
     sizes[LONGEST] = longest_step(model, sizes[TIME], q, u)
-    counts[STARTED] = 1
+    counts[STARTED] = counts[TANGENT] = 1
     return True
 
 
@@ -256,7 +274,7 @@ def _first_size(motion: Motion, rules: Rules, left: float) -> float:
     if rules.fixed_step > 0.0:
         return rules.fixed_step
     # changes of u and q over the step a part rtol^(1/3) of their scales: h^3 is what errors grow with
-    pace = max(root_mean_square(motion.rate / rules.velocity), root_mean_square(motion.u / rules.increment))
+    pace = max(mean_ratio(motion.rate, rules.velocity), mean_ratio(motion.u, rules.increment))
     # u' of modes too fast for the shortest step may be far from equilibrium, and a long step moves them by h^2 u'
     first = min(_FIRST * left, motion.sizes[MAX_STEP])
     if rules.shortest > 0.0:
@@ -293,52 +311,48 @@ def _same(motion: Motion, h: float) -> float:
 
 
 @shared
-def _solve_step(model: Any, motion: Motion, rules: Rules, end: float, h: float) -> _Trial:
-    """A step with the tangent at hand if that was good, and with a new one if it does not do."""
-    if motion.counts[SLOW] == 0:
-        trial = _newton(model, motion, rules, end, h, False)
-        if trial.solved:
-            return trial
-    return _newton(model, motion, rules, end, h, True)
-
-
-@shared
 def _newton(model: Any, motion: Motion, rules: Rules, end: float, h: float, renew: bool) -> _Trial:
     """Newton's method for one step."""
     sizes, counts = motion.sizes, motion.counts
-    good, old_a, x, q, u, a, rate = _predict(model, motion, rules, h)
-    failed = _Trial(False, x, q, u, a, rate)
-    if not good:
-        return failed
+    present_size, old_a = sizes[PRESENT], motion.a
+    if h != present_size:
+        # a - u' grows with h; in modes too stiff to be resolved it is no derivative, and growing it would excite them
+        if not _factorise(model, motion, rules, h, motion.u, False):
+            return _Trial(False, renew, motion.u, motion.q, motion.u, motion.a, motion.rate)
+        growth = (1.0 - h / present_size) * inertial_factor(rules, h)
+        more = solve(model, scaled(growth, mass_times(model, subtracted(motion.a, motion.rate))))
+        old_a = subtracted(motion.a, more)
+    x, u, a, rate = predict(
+        h, rules.alpha_m, rules.alpha_f, rules.beta, rules.gamma, old_a, motion.u, motion.rate, motion.slope
+    )
+    q = retract(model, motion.q, x)
     by_u, by_rate, by_a = rules.gamma / (rules.beta * h), inertial_factor(rules, h), 1.0 / (rules.beta * h**2)
-    weight = 1.0 / np.minimum(rules.resolved, (rules.rtol / by_u) * (rules.velocity + np.abs(motion.u)))
-    before, fresh, predicted = math.inf, renew, x
+    weight = newton_weight(rules.resolved, rules.rtol / by_u, rules.velocity, motion.u)
+    before, fresh, predicted = math.inf, renew, x.copy()
     last = fresh and rules.fixed_step > 0.0
     for iteration in range(_PATIENT if last else _MOST):
         if renew:
             counts[LINEARISATIONS] += 1
             present = renewed_force(model, end, q, u)
             if not _factorise(model, motion, rules, h, x, True):
-                return failed
+                break
         else:
             if h != sizes[FACTORISED] and not _factorise(model, motion, rules, h, x, True):
-                return failed  # the step before was cut short
+                break  # the step before was cut short
             present = force(model, end, q, u)
             counts[FORCES] += 1
         counts[ITERATIONS] += 1
-        change = solve(model, present - mass_times(model, rate))
+        change = solve(model, subtracted(present, mass_times(model, rate)))
         size = weighted_mean_square(change, weight)
         if not math.isfinite(size):
-            return failed
-        dx = mapped(model, change)
-        x = x + dx
+            break
+        correct(mapped(model, change), by_u, by_a, by_rate, x, u, a, rate)
         q = retract(model, motion.q, x)
-        u, a, rate = u + by_u * dx, a + by_a * dx, rate + by_rate * dx
         if iteration > 0:
             contraction = size / before if before > 0.0 else 0.0
             # stiff springs that turn are stretched by the first correction, and set right by the second
             if contraction > 2.0 and not last and (not fresh or iteration > 1):
-                return failed
+                break
             sizes[CONTRACTION] = contraction
             counts[SLOW] = 1 if contraction > _SLOW else 0
         elif renew or h != sizes[PRESENT]:
@@ -351,38 +365,22 @@ def _newton(model: Any, motion: Motion, rules: Rules, end: float, h: float, rene
         if converged:
             # a correction as long as the structure has found some other root
             hopped = largest_distance(x, predicted, rules.span) > _HOP
-            return _Trial(not hopped or rules.fixed_step > 0.0, x, q, u, a, rate)
+            return _Trial(not hopped or rules.fixed_step > 0.0, fresh, x, q, u, a, rate)
         renew = iteration > 0 and counts[SLOW] == 1
         before = size
-    return failed
-
-
-@shared
-def _predict(
-    model: Any, motion: Motion, rules: Rules, h: float
-) -> tuple[bool, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """The step with u' going on as it did: whether it was possible, a_n for this size, x, q, u, a and u'."""
-    present, old_a, good = motion.sizes[PRESENT], motion.a, True
-    if h != present:
-        # a - u' grows with h; in modes too stiff to be resolved it is no derivative, and growing it would excite them
-        good = _factorise(model, motion, rules, h, motion.u, False)
-        if good:
-            growth = (h / present - 1.0) * inertial_factor(rules, h)
-            old_a = motion.a + solve(model, growth * mass_times(model, motion.a - motion.rate))
-    rate = motion.rate + h * motion.slope
-    a = ((1.0 - rules.alpha_f) * rate + rules.alpha_f * motion.rate - rules.alpha_m * old_a) / (1.0 - rules.alpha_m)
-    x = h * motion.u + h * h * ((0.5 - rules.beta) * old_a + rules.beta * a)
-    u = motion.u + h * ((1.0 - rules.gamma) * old_a + rules.gamma * a)
-    return good, old_a, x, retract(model, motion.q, x), u, a, rate
+    return _Trial(False, fresh, x, q, u, a, rate)
 
 
 @shared
 def _accept(model: Any, motion: Motion, rules: Rules, end: float, h: float, trial: _Trial) -> None:
     sizes, counts = motion.sizes, motion.counts
-    motion.slope[:] = (trial.rate - motion.rate) / h
+    copy_into(slope_and_bend(trial.rate, motion.rate, motion.slope, h, h)[0], motion.slope)
     sizes[BEFORE] = sizes[PRESENT] = h
     sizes[TIME] = end
-    motion.q[:], motion.u[:], motion.a[:], motion.rate[:] = trial.q, trial.u, trial.a, trial.rate
+    copy_into(trial.q, motion.q)
+    copy_into(trial.u, motion.u)
+    copy_into(trial.a, motion.a)
+    copy_into(trial.rate, motion.rate)
     counts[STEPS] += 1
     sizes[LONGEST] = accept(model, end, motion.q, motion.u)
     for b in rules.breaks:
@@ -396,8 +394,8 @@ def _jumps(model: Any, motion: Motion, rules: Rules) -> bool:
     t = motion.sizes[TIME]
     motion.counts[FORCES] += 2
     after = force(model, np.nextafter(t, math.inf), motion.q, motion.u)
-    jump = solve(model, after - force(model, t, motion.q, motion.u))
-    return root_mean_square(jump / rules.tolerance) > _NEWTON
+    jump = solve(model, subtracted(after, force(model, t, motion.q, motion.u)))
+    return mean_ratio(jump, rules.tolerance) > _NEWTON
 
 
 # error ------------------------------------------------------------------------------------------------------------------
@@ -406,11 +404,10 @@ def _jumps(model: Any, motion: Motion, rules: Rules) -> bool:
 @shared
 def _error(model: Any, motion: Motion, rules: Rules, h: float, trial: _Trial) -> float:
     """Local error of x and u over what is allowed."""
-    slope = (trial.rate - motion.rate) / h
-    bend = 2.0 * (slope - motion.slope) / (h + motion.sizes[BEFORE])
+    slope, bend = slope_and_bend(trial.rate, motion.rate, motion.slope, h, motion.sizes[BEFORE])
     filtered = inertial_factor(rules, h) * h**3
-    error_x = solve(model, rules.error_x * filtered * mass_times(model, slope))
-    error_u = solve(model, rules.error_u * filtered * mass_times(model, bend))
+    error_x = solve(model, scaled(rules.error_x * filtered, mass_times(model, slope)))
+    error_u = solve(model, scaled(rules.error_u * filtered, mass_times(model, bend)))
     return error_norm(error_x, error_u, rules.tolerance, rules.rtol, rules.velocity, motion.u, trial.u)
 
 
@@ -435,6 +432,7 @@ def _adapt(motion: Motion, rules: Rules, h: float, error: float, grow: bool) -> 
 @shared
 def _factorise(model: Any, motion: Motion, rules: Rules, h: float, x: np.ndarray, maps: bool) -> bool:
     motion.sizes[FACTORISED] = h
+    motion.counts[FACTORISATIONS] += 1
     return factorise(model, rules.gamma / (rules.beta * h), inertial_factor(rules, h), x, maps)
 
 

@@ -1,19 +1,60 @@
 """What a step asks of a model.
 
-In Python these functions call the methods of the model. A kernel calls the kernels that `compiled_as` gives for a model of
-arrays instead. Shapes are those of `fsm.system.System`.
+In Python these functions call the methods of the model. A kernel calls the kernels of an `ArrayModel` instead. Shapes are
+those of `fsm.system.System`.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from fsm.kernels.jit import Pointer, compiled_as
+
 __all__ = [
-    "accept", "damping_times", "factorise", "factorise_mass", "force", "longest_step", "mapped", "mass_times", "part_of_step", "parted",
-    "renewed_force", "retract", "solve", "stiffness_times",
+    "ArrayModel", "Calls", "accept", "damping_times", "energies", "factorise", "factorise_mass", "force", "longest_step",
+    "mapped", "mass_times", "part_of_step", "parted", "renewed_force", "retract", "solve", "stiffness_times", "unable",
 ]  # fmt: skip
+
+
+class Calls(NamedTuple):
+    """Kernels that answer for arrays, their first argument, what the functions of this module ask."""
+
+    force: Any
+    renewed_force: Any
+    factorise: Any
+    factorise_mass: Any
+    solve: Any
+    mapped: Any
+    retract: Any
+    mass_times: Any
+    stiffness_times: Any
+    damping_times: Any
+    parted: Any
+    part_of_step: Any
+    longest_step: Any
+    accept: Any
+    unable: Any
+    energies: Any
+
+
+class ArrayModel(NamedTuple):
+    """Model of arrays. `calls` holds `Pointer`s to kernels, and `arrays` is their first argument."""
+
+    calls: Calls
+    arrays: Any
+
+    @classmethod
+    def of(cls, kernels: Calls, arrays: Any, q: np.ndarray, u: np.ndarray) -> ArrayModel:
+        """The model of arrays and kernels; q and u are examples of a configuration (nq,) and a velocity (nu,)."""
+        t, state = 0.0, (0.0, q, u)
+        arguments = Calls(
+            state, state, (t, t, u, True), (), (u,), (u,), (q, u), (u,), (u,), (u,), (), (*state, t), state, state, (),
+            (*state, t),
+        )  # fmt: skip
+        pointers = (Pointer(kernel, arrays, *rest) for kernel, rest in zip(kernels, arguments, strict=True))
+        return cls(Calls(*pointers), arrays)
 
 
 def force(model: Any, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
@@ -87,3 +128,90 @@ def longest_step(model: Any, t: float, q: np.ndarray, u: np.ndarray) -> float:
 def accept(model: Any, t: float, q: np.ndarray, u: np.ndarray) -> float:
     """Accept a state, and give the longest step from it, s; see `System.commit`."""
     return float(model.accept(t, q, u))
+
+
+def unable(model: Any) -> bool:
+    """Whether linear equations could not be solved that another model of the same system can solve."""
+    return bool(model.unable())
+
+
+def energies(model: Any, t: float, q: np.ndarray, u: np.ndarray, step: float) -> tuple[float, float, float, float]:
+    """Kinetic and potential energy (J) of a state, mean power of dampers over the step to it and input power (W).
+
+    The mean power is that of the deformations since the last call. If the step is zero, it is that of the present rates.
+    """
+    kinetic, potential, dissipated, put_in = model.energies(t, q, u, step)
+    return kinetic, potential, dissipated, put_in
+
+
+def _force(model: Any, t: float, q: np.ndarray, u: np.ndarray) -> Any:
+    return model.calls.force(model.arrays, t, q, u)
+
+
+def _renewed_force(model: Any, t: float, q: np.ndarray, u: np.ndarray) -> Any:
+    return model.calls.renewed_force(model.arrays, t, q, u)
+
+
+def _factorise(model: Any, by_rate: float, by_acceleration: float, x: np.ndarray, maps: bool) -> Any:
+    return model.calls.factorise(model.arrays, by_rate, by_acceleration, x, maps)
+
+
+def _factorise_mass(model: Any) -> Any:
+    return model.calls.factorise_mass(model.arrays)
+
+
+def _solve(model: Any, right: np.ndarray) -> Any:
+    return model.calls.solve(model.arrays, right)
+
+
+def _mapped(model: Any, change: np.ndarray) -> Any:
+    return model.calls.mapped(model.arrays, change)
+
+
+def _retract(model: Any, q: np.ndarray, x: np.ndarray) -> Any:
+    return model.calls.retract(model.arrays, q, x)
+
+
+def _mass_times(model: Any, vector: np.ndarray) -> Any:
+    return model.calls.mass_times(model.arrays, vector)
+
+
+def _stiffness_times(model: Any, vector: np.ndarray) -> Any:
+    return model.calls.stiffness_times(model.arrays, vector)
+
+
+def _damping_times(model: Any, vector: np.ndarray) -> Any:
+    return model.calls.damping_times(model.arrays, vector)
+
+
+def _parted(model: Any) -> Any:
+    return model.calls.parted(model.arrays)
+
+
+def _part_of_step(model: Any, t: float, q: np.ndarray, u: np.ndarray, step: float) -> Any:
+    return model.calls.part_of_step(model.arrays, t, q, u, step)
+
+
+def _longest_step(model: Any, t: float, q: np.ndarray, u: np.ndarray) -> Any:
+    return model.calls.longest_step(model.arrays, t, q, u)
+
+
+def _accept(model: Any, t: float, q: np.ndarray, u: np.ndarray) -> Any:
+    return model.calls.accept(model.arrays, t, q, u)
+
+
+def _unable(model: Any) -> Any:
+    return model.calls.unable(model.arrays)
+
+
+def _energies(model: Any, t: float, q: np.ndarray, u: np.ndarray, step: float) -> Any:
+    return model.calls.energies(model.arrays, t, q, u, step)
+
+
+for _asked, _instead in zip(
+    (force, renewed_force, factorise, factorise_mass, solve, mapped, retract, mass_times, stiffness_times, damping_times,
+     parted, part_of_step, longest_step, accept, unable, energies),
+    (_force, _renewed_force, _factorise, _factorise_mass, _solve, _mapped, _retract, _mass_times, _stiffness_times,
+     _damping_times, _parted, _part_of_step, _longest_step, _accept, _unable, _energies), strict=True,
+):  # fmt: skip
+    compiled_as(_asked, ArrayModel, _instead)
