@@ -23,6 +23,7 @@ from fsm.scene.builders.warm_up import (
     warm_up_springs,
     warm_up_strip,
 )
+from fsm.segments.system import SegmentSystem
 from fsm.solve.equilibrium_step import EquilibriumStep
 from fsm.solve.newton import negative_pivots
 from fsm.solve.settings import Settings
@@ -63,6 +64,13 @@ def _springs(spatial: bool) -> None:
     follow(system, PathSettings(end, end / 2.0), [0.0, end], lambda saved: None)
 
 
+def _many_steps(spatial: bool) -> None:
+    """Solve the first instants of a small strip that nothing drives, without contact."""
+    _, system = compile_case(warm_up_springs(spatial))
+    alone = SegmentSystem(system.bodies, (), system.groups, (), ())
+    simulate(alone, Settings("generalized-alpha", 1e-3, 1e-6), [0.0], lambda saved: None)
+
+
 def _film(law: str) -> None:
     """Solve the first instants of a small film with a patch and cables."""
     analysis = analysis_of(warm_up_membrane(law))
@@ -84,6 +92,8 @@ KINDS: dict[str, tuple[Callable[[], None], ...]] = {
     "bars": tuple(partial(_bars, element) for element in ("section", "green", "cable")),
     "rigid bars": (partial(_bars, "rigid"),),
     "plates": tuple(partial(_segments, partial(warm_up_plates, spatial)) for spatial in (False, True)),
+    "many steps at once, planar": (partial(_many_steps, False),),
+    "many steps at once, spatial": (partial(_many_steps, True),),
     "springs alone, planar": (partial(_springs, False),),
     "springs alone, spatial": (partial(_springs, True),),
     "structured Radau, planar": (partial(_segments, partial(warm_up_strip, False), ("Radau-blocks",)),),

@@ -20,6 +20,7 @@ from fsm.results.quantities import summarise, summarise_contacts
 from fsm.results.solution import Layout, Solution
 from fsm.scene.case import Case
 from fsm.scene.start import start_of
+from fsm.segments.arrays_of import has_arrays
 from fsm.segments.in_step import system_in_step, whole_system
 from fsm.segments.plan import PlannedStep, plan_of
 from fsm.segments.save_times import save_times
@@ -74,8 +75,11 @@ class Deployment:
         space, method = "spatial" if self.system.spatial else "planar", self.method()[0]
         if method == "Radau-blocks":
             return space, f"structured Radau, {space}"
-        alone = method == "static" and self.system.settles() is not None
-        return (space, f"springs alone, {space}") if alone else (space,)
+        if method == "static" and self.system.settles() is not None:
+            return space, f"springs alone, {space}"
+        if method in ("generalized-alpha", "newmark") and has_arrays(self.system):
+            return space, f"many steps at once, {space}"
+        return (space,)
 
     def make_ready(self, warnings: list[str]) -> None:
         """See `Analysis`; the scene has been checked whole."""

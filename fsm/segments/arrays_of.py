@@ -17,14 +17,20 @@ from fsm.system import Ready
 if TYPE_CHECKING:
     from fsm.segments.system import SegmentSystem
 
-__all__ = ["arrays_of"]
+__all__ = ["arrays_of", "has_arrays"]
+
+_KINDS = {BushingGroup, CreaseGroup, LigamentGroup, GravityGroup}
+
+
+def has_arrays(system: SegmentSystem) -> bool:
+    """Whether all that acts in a system has arrays, and no body is driven."""
+    kinds = [type(group) for group in system.groups]
+    return _KINDS.issuperset(kinds) and len(set(kinds)) == len(kinds) and not system.motions and system.nu > 0
 
 
 def arrays_of(system: SegmentSystem, pattern: BodyPattern, ready: Ready) -> ArrayModel | None:
-    """The model; None if a group has no arrays, or if bodies are driven."""
-    kinds = [type(group) for group in system.groups]
-    known = {BushingGroup, CreaseGroup, LigamentGroup, GravityGroup}
-    if not known.issuperset(kinds) or len(set(kinds)) < len(kinds) or system.motions or not system.nu:
+    """The model; None if `has_arrays` is false."""
+    if not has_arrays(system):
         return None
     known_pattern, factors = ready(pattern)
     bodies, spatial = system.bodies, system.spatial
@@ -37,7 +43,7 @@ def arrays_of(system: SegmentSystem, pattern: BodyPattern, ready: Ready) -> Arra
         elif isinstance(group, BushingGroup):
             springs = Springs(*group.arrays(pattern), np.zeros(group.rest.shape))
         elif isinstance(group, CreaseGroup):
-            creases = Creases(*group.arrays(pattern), np.zeros(len(group.bodies)))
+            creases = Creases._make((*group.arrays(pattern), np.zeros(len(group.bodies))))
         elif isinstance(group, LigamentGroup):
             ligaments = Ligaments(group.bodies, group.constants, np.zeros(group.rest.shape))
     model = Segments(

@@ -230,7 +230,7 @@ class CreaseGroup:
         """Arguments of both kernels after poses and rates."""
         return self.bodies, *self.geometry, self.rest, self.side, self.damping, *self._curves
 
-    def arrays(self, pattern: BodyPattern) -> tuple[np.ndarray, ...]:
+    def arrays(self, pattern: BodyPattern) -> tuple[Any, ...]:
         """Arguments of the kernels and slots, for `fsm.segments.arrays`; without axes in the plane."""
         no_axes = np.zeros((len(self.bodies), 4))
         axes = self.geometry[:-1] or (no_axes, no_axes)

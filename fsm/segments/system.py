@@ -92,7 +92,7 @@ class SegmentSystem(Configuration):
         self._last_before: Before | None = None
         self._last_poses = bodies.pose
         self._pattern: BodyPattern | None = None
-        self._arrays: ArrayModel | None = None
+        self._array_model: ArrayModel | None = None
         self._pattern_version: tuple[int, ...] = ()
         self._pattern_pairs: tuple[np.ndarray, ...] = ()
         self._driven_pattern: BodyPattern | None = None
@@ -407,9 +407,9 @@ class SegmentSystem(Configuration):
 
     def arrays(self, ready: Ready) -> ArrayModel | None:
         """See `ArraySystem`."""
-        if self._arrays is None and self.fixed_pattern and type(self) is SegmentSystem:
-            self._arrays = arrays_of(self, self._current_pattern(self.bodies.pose), ready)
-        return self._arrays
+        if self._array_model is None and self.fixed_pattern and type(self) is SegmentSystem:
+            self._array_model = arrays_of(self, self._current_pattern(self.bodies.pose), ready)
+        return self._array_model
 
     def energy(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Energy:
         """See `System`."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cache
+from typing import cast
 
 import numpy as np
 
@@ -235,7 +236,7 @@ class GeneralizedAlpha:
         sizes[stepping.CONTRACTION] = sizes[stepping.LAST_ERROR] = 1.0
         counts[stepping.DIVISION] = 1
         self.model = SystemModel(system, q)
-        self._arrays = system.arrays(self.model.linear.ready) if _has_arrays(type(system)) else None
+        self._arrays = cast(ArraySystem, system).arrays(self.model.linear.ready) if _has_arrays(type(system)) else None
 
     def step(self, until: float) -> None:
         """One step, that ends at `until` or before.

@@ -6,6 +6,8 @@ import math
 import time
 from dataclasses import replace
 
+import numpy as np
+
 from fsm.solve.dissipation import mean_dissipation
 from fsm.solve.generalized_alpha import GeneralizedAlpha
 from fsm.solve.mean_force import MeanForce

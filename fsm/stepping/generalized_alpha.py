@@ -68,7 +68,7 @@ equations, and another model of the same system should take the step; the state 
 TIME, STEP_SIZE, MAX_STEP, PRESENT, BEFORE, LAST_ERROR, LONGEST, FACTORISED, CONTRACTION = range(9)
 """Indices of `Motion.sizes`: s, except for the last error and the contraction."""
 STEPS, REJECTED, FAILED, ITERATIONS, FORCES, LINEARISATIONS, DIVISION, STARTED, SLOW, TANGENT, FACTORISATIONS = range(11)
-"""Indices of `Motion.counts`. `STARTED`, `SLOW` and `TANGENT` are 0 or 1; `TANGENT`: the model has a tangent of this motion."""
+"""Indices of `Motion.counts`; `STARTED`, `SLOW` and `TANGENT` (the model has a tangent of this motion) are 0 or 1."""
 
 _NEWTON = 1e-2
 """Part of the tolerance above which a jump of the forces needs a new start."""

@@ -11,8 +11,8 @@ from fsm.stepping.generalized_alpha import STEPPED, TIME, Motion, Rules, take_st
 from fsm.stepping.model import energies
 
 __all__ = [
-    "ALLOWED", "DISSIPATED", "ERROR", "GAINED", "KINETIC_WORST", "LOSSES", "POWER", "SHORTEST", "START", "TRIFLE", "TURNOVER",
-    "WORK", "WORST", "balanced", "march", "march_arrays",
+    "ALLOWED", "DISSIPATED", "ERROR", "GAINED", "KINETIC_WORST", "LOSSES", "POWER", "SHORTEST", "START", "TRIFLE",
+    "TURNOVER", "WORK", "WORST", "balanced", "march", "march_arrays",
 ]  # fmt: skip
 
 START, DISSIPATED, WORK, ERROR, WORST, GAINED, TURNOVER, KINETIC_WORST, TRIFLE, POWER, SHORTEST, ALLOWED, LOSSES = range(13)

@@ -208,10 +208,13 @@ def _energies(model: Any, t: float, q: np.ndarray, u: np.ndarray, step: float) -
     return model.calls.energies(model.arrays, t, q, u, step)
 
 
-for _asked, _instead in zip(
-    (force, renewed_force, factorise, factorise_mass, solve, mapped, retract, mass_times, stiffness_times, damping_times,
-     parted, part_of_step, longest_step, accept, unable, energies),
-    (_force, _renewed_force, _factorise, _factorise_mass, _solve, _mapped, _retract, _mass_times, _stiffness_times,
-     _damping_times, _parted, _part_of_step, _longest_step, _accept, _unable, _energies), strict=True,
-):  # fmt: skip
+_ASKED: tuple[Any, ...] = (
+    force, renewed_force, factorise, factorise_mass, solve, mapped, retract, mass_times, stiffness_times, damping_times,
+    parted, part_of_step, longest_step, accept, unable, energies,
+)  # fmt: skip
+_INSTEAD: tuple[Any, ...] = (
+    _force, _renewed_force, _factorise, _factorise_mass, _solve, _mapped, _retract, _mass_times, _stiffness_times,
+    _damping_times, _parted, _part_of_step, _longest_step, _accept, _unable, _energies,
+)  # fmt: skip
+for _asked, _instead in zip(_ASKED, _INSTEAD, strict=True):
     compiled_as(_asked, ArrayModel, _instead)

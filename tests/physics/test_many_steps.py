@@ -1,0 +1,158 @@
+"""Steps of generalized-alpha in one kernel, against the same steps in Python over the same system."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fsm.scene.builders.lattice import build_lattice
+from fsm.scene.builders.strip import build_strip
+from fsm.scene.case import Case
+from fsm.scene.scene import GROUND, Body, ForceElement, Scene
+from fsm.segments.compile import compile_scene
+from fsm.segments.system import SegmentSystem
+from fsm.solve.generalized_alpha import GeneralizedAlpha
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
+from fsm.stepping import generalized_alpha as stepping
+from fsm.stepping.march import march
+
+SPLINE = {"law": "spline", "angle": [-1.0, 0.0, 0.7, 1.5, 3.0], "moment": [-3e-4, 0.0, 1e-4, 1.5e-4, 4e-4]}
+
+
+def undriven(system: SegmentSystem) -> SegmentSystem:
+    """The same without drives and contacts; what was driven is held."""
+    return SegmentSystem(system.bodies, (), tuple(g for g in system.groups if g not in system.contacts), (), ())
+
+
+def strip(spatial: bool) -> SegmentSystem:
+    """Panels of three segments with splined creases, dampers and gravity."""
+    data: dict[str, Any] = {
+        "strip": {
+            "length": 0.48, "width": 0.04, "thickness": 3e-4, "panels": 6, "fold_angle": "80 deg", "segments_per_panel": 3,
+        },
+        "material": {"young": 3e6, "density": 800, "damping": 1e-3},
+        "crease": SPLINE,
+        "gravity": [0.0, 0.0, -9.81],
+        "drive": [{"crease": 3, "speed": "2 mm/s", "travel": "150 mm"}],
+    }  # fmt: skip
+    return undriven(compile_scene(build_strip(Case.model_validate(data)), spatial))
+
+
+def lattice() -> SegmentSystem:
+    """Rotating squares on ligaments."""
+    data: dict[str, Any] = {
+        "lattice": {
+            "columns": 1, "rows": 4, "spacing": 0.015, "hinge_length": 2e-3, "angle": 0.3, "axial": 1e3, "shear": 1e2,
+            "rotational": 1e-3, "depth": 0.01, "density": 1200.0, "damping": 1e-4,
+        },
+        "drive": [{"edge": "top", "speed": 1e-3, "travel": 1e-3}],
+    }  # fmt: skip
+    return undriven(compile_scene(build_lattice(Case.model_validate(data))))
+
+
+def ball_joints() -> SegmentSystem:
+    """Three rods on ball joints with even rotational dampers."""
+    bodies, elements = [], []
+    for i in range(3):
+        bodies.append(
+            Body(name=f"{i}", mass=0.1, inertia=(1e-4, 2e-4, 3e-4), position=(0.1 * i + 0.05, 0.0, 0.0))
+        )
+        elements.append(
+            ForceElement(
+                name=f"joint {i}", inner=f"{i - 1}" if i else GROUND, outer=f"{i}",
+                point_inner=(0.05 if i else 0.0, 0.0, 0.0), point_outer=(-0.05, 0.0, 0.0), translation=(1e3,) * 3,
+                translation_damping=(0.1,) * 3, rotation_damping=(1e-4,) * 3,
+            )
+        )  # fmt: skip
+    return compile_scene(Scene(bodies=tuple(bodies), elements=tuple(elements), gravity=(0.0, 1.0, -9.81)), True)
+
+
+SYSTEMS: dict[str, Callable[[], SegmentSystem]] = {
+    "strip in the plane": lambda: strip(False),
+    "strip in space": lambda: strip(True),
+    "lattice": lattice,
+    "ball joints": ball_joints,
+}
+
+
+def solver_of(system: SegmentSystem, fixed_step: float | None) -> GeneralizedAlpha:
+    """A solver at the start, with random velocities."""
+    q, u = system.initial()
+    scale = system.scales().increment
+    u = u + scale * np.random.default_rng(1).standard_normal(len(u))
+    return GeneralizedAlpha(system, 0.0, q, u, 1e-5, fixed_step=fixed_step)
+
+
+def opened(solver: GeneralizedAlpha) -> np.ndarray:
+    """Books of a march that nothing stops."""
+    energy = solver.system.energy(0.0, solver.q, solver.u)
+    books = np.zeros(13)
+    books[stepping_books("START")], books[stepping_books("POWER")] = energy.stored, energy.input_power
+    books[stepping_books("SHORTEST")], books[stepping_books("ALLOWED")] = np.inf, np.inf
+    return books
+
+
+def stepping_books(name: str) -> int:
+    """Index of a number of the books."""
+    from fsm.stepping import march as module
+
+    return int(getattr(module, name))
+
+
+@pytest.mark.parametrize("fixed_step", [None, 2e-4], ids=["controlled", "fixed"])
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_same_steps(name: str, fixed_step: float | None) -> None:
+    """States, counts, work and energies of 40 steps agree."""
+    compiled, python = (solver_of(SYSTEMS[name](), fixed_step) for _ in range(2))
+    assert compiled.marches
+    books, others = opened(compiled), opened(python)
+    compiled.march(books, 1.0, 40)
+    assert march(python.model, python.motion, python.rules, others, 1.0, 40) == stepping.STEPPED
+    assert compiled.steps == python.steps == 40
+    assert (compiled.iterations, compiled.rejected) == (python.iterations, python.rejected)
+    assert compiled.t == pytest.approx(python.t, rel=1e-6)
+    scales = python.system.scales()
+    assert np.abs((compiled.q - python.q) / scales.configuration).max() < 1e-6
+    assert np.abs((compiled.u - python.u) / np.abs(python.u).max()).max() < 1e-6
+    turnover = others[stepping_books("TURNOVER")]
+    assert turnover > 0.0
+    assert np.abs(books[:9] - others[:9]).max() < 1e-6 * turnover
+    if name != "lattice":
+        assert books[stepping_books("DISSIPATED")] > 1e-4 * turnover
+
+
+@pytest.mark.parametrize("spatial", [False, True], ids=["plane", "space"])
+def test_a_kernel_that_cannot_solve_leaves_the_step_to_python(spatial: bool) -> None:
+    """A step that the kernel gives up is taken in Python, from the state before it."""
+    whole, helped = (solver_of(strip(spatial), None) for _ in range(2))
+    whole.march(opened(whole), 1.0, 20)
+    books = opened(helped)
+    helped.march(books, 1.0, 10)
+    assert helped._arrays is not None
+    flags = helped._arrays.arrays.flags
+    flags[-1] = 1
+    helped.march(books, 1.0, 10)
+    assert helped.steps == 11
+    assert flags[-1] == 0
+    helped.march(books, 1.0, 9)
+    assert helped.t == pytest.approx(whole.t, rel=1e-3)
+    assert np.abs(helped.q - whole.q).max() < 1e-4 * np.abs(whole.q).max()
+
+
+def test_saved_states_and_ledger_of_a_run() -> None:
+    """A run hands over the states that are wanted, at their times, with the energies of the system there."""
+    system = ball_joints()
+    times = [0.0, 0.013, 0.05]
+    saved: list[Any] = []
+    statistics, ledger = simulate(system, Settings("generalized-alpha", 1e-6, 0.05), times, saved.append)
+    assert [state.time for state in saved] == times
+    for state in saved:
+        energy = system.energy(state.time, state.q, state.u)
+        assert state.observation.energy.stored == pytest.approx(energy.stored, rel=1e-12)
+    assert ledger.relative_error < 1e-4
+    assert statistics.factorisations > 0
+    assert 0.0 < statistics.smallest_step < 0.05
