@@ -77,7 +77,8 @@ def main() -> int:
                 simulate(system, settings, [0.0], lambda saved: None)
                 times[k].append(1e6 * (time.process_time() - begun) / chosen.steps)
         slow, quick = map(statistics.median, times)
-        print(f"| {name} | {slow:.1f} | {quick:.1f} | {slow / quick:.1f} | {compiled[0]:.1f} + {compiled[1]:.1f} |", flush=True)
+        first = " + ".join(f"{taken:.1f}" for taken in compiled)
+        print(f"| {name} | {slow:.1f} | {quick:.1f} | {slow / quick:.1f} | {first} |", flush=True)
     return 0
 
 
