@@ -201,3 +201,13 @@ def test_an_error_is_compared_over_what_it_is_stated_over(tmp_path: Path) -> Non
         (tmp_path / name / "summary.json").write_text(json.dumps(summary), encoding="utf-8")
     (_, off, allowed) = worst(compared("films", tmp_path / "first", tmp_path / "second", 1e-6))
     assert off == pytest.approx(1.0 / 3.0) and allowed == pytest.approx(0.37)
+
+
+def test_a_frequency_of_less_than_three_periods_is_not_compared(tmp_path: Path) -> None:
+    """The summary warns of it; with more periods it is."""
+    for resolution, of in ((0.9, ["amplitude_center"]), (0.2, ["frequency_hz", "amplitude_center"])):
+        told = [{"frequency_hz": f, "frequency_resolution_hz": resolution, "amplitude_center": 1.0} for f in (0.88, 0.48)]
+        for name, summary in zip(("first", "second"), told, strict=True):
+            (tmp_path / name).mkdir(exist_ok=True)
+            (tmp_path / name / "summary.json").write_text(json.dumps(summary), encoding="utf-8")
+        assert [item[0] for item in compared("films", tmp_path / "first", tmp_path / "second", 1e-6)] == of
