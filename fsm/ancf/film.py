@@ -19,7 +19,17 @@ from fsm.ancf.membrane import (
     strains_at,
 )
 from fsm.ancf.shape import gauss, membrane_shape
-from fsm.ancf.tension_field import REMAINDER, TAUT, WRINKLED, film_releases, film_resultants, film_states
+from fsm.ancf.tension_field import (
+    MOVING,
+    REMAINDER,
+    ROUNDED,
+    TAUT,
+    WRINKLED,
+    film_releases,
+    film_resultants,
+    film_states,
+    mean_tension,
+)
 
 __all__ = ["FilmMaterial", "FilmStress", "MembraneGroup", "POINTS", "film_mass"]
 
@@ -210,8 +220,9 @@ class MembraneGroup:
     def _resultants(self, strain: np.ndarray) -> np.ndarray:
         """Second Piola-Kirchhoff resultants xx, yy, xy, N/m."""
         material, arrays = self.material, self._arrays
+        remainder, width = (float(x) for x in arrays.remainder)
         return np.asarray(
-            film_resultants(strain, material.stretch, material.poisson, float(arrays.remainder[0]), arrays.release)
+            film_resultants(strain, material.stretch, material.poisson, remainder, width, arrays.release)
         )
 
     def release(self, q: np.ndarray, remainder: float) -> None:
@@ -223,8 +234,10 @@ class MembraneGroup:
             eps, from then on.
         """
         if self.tension_field:
-            film_releases(self.strains(q), self.material.stretch, self.material.poisson, self._arrays.release)
-            self._arrays.remainder[0] = remainder
+            strain, material = self.strains(q), self.material
+            width = ROUNDED * mean_tension(strain) if remainder >= MOVING else 0.0
+            film_releases(strain, material.stretch, material.poisson, remainder, width, self._arrays.release)
+            self._arrays.remainder[:] = remainder, width
 
     @property
     def _scale(self) -> np.ndarray:
@@ -257,7 +270,7 @@ class MembraneGroup:
         )
         return MembraneArrays(
             np.ascontiguousarray(self.vectors), np.ascontiguousarray(scale), np.ascontiguousarray(self.sides),
-            np.ascontiguousarray(stiffness), np.array([REMAINDER if self.tension_field else 1.0]),
+            np.ascontiguousarray(stiffness), np.array([REMAINDER if self.tension_field else 1.0, 0.0]),
             np.zeros((count, len(stretch_weights), 3)), np.zeros((count, len(stretch_weights), 3)),
             np.zeros((count, len(bend_weights), 3)), np.ascontiguousarray(rows.T), np.ascontiguousarray(rows),
             stretch_weights, bend_weights,

@@ -43,8 +43,8 @@ class MembraneArrays(NamedTuple):
         b, c.
     stiffness : (m, 3) array
         C (N/m), Poisson's ratio, D (N m).
-    remainder : (1,) array
-        eps of a tension field, 1 of a plain film; see `fsm.ancf.tension_field`.
+    remainder : (2,) array
+        eps of a tension field, 1 of a plain film, and the strain w; see `fsm.ancf.tension_field`.
     release : (m, s, 3) array, N/m
         P of a tension field, as xx, yy, xy; zeros of a plain film.
     rest_strain, rest_curvature : (m, s, 3), (m, p, 3) arrays
@@ -132,7 +132,7 @@ def _moments(kappa: np.ndarray, bending: float, poisson: float, m: np.ndarray) -
 @kernel
 def stored_energy(film: MembraneArrays, q: np.ndarray) -> tuple[float, float]:
     """Energy of stretch and of bending, J."""
-    remainder = film.remainder[0]
+    remainder, width = film.remainder[0], film.remainder[1]
     count, points = film.stretch_weights.shape[0], film.bend_weights.shape[0]
     derivatives = _derivatives(film, q)
     g, n, kappa, m = np.empty(15), np.empty(3), np.empty(3), np.empty(3)
@@ -144,7 +144,7 @@ def stored_energy(film: MembraneArrays, q: np.ndarray) -> tuple[float, float]:
         plain, poisson, bending = film.stiffness[k]
         for point in range(count):
             exx, eyy, exy = _strain(r, point, count, per_b, per_c, film.rest_strain[k, point])
-            density = film_energy(exx, eyy, exy, plain, poisson, remainder)
+            density = film_energy(exx, eyy, exy, plain, poisson, remainder, width)
             free = film.release[k, point]
             density += remainder * (free[0] * exx + free[1] * eyy + 2.0 * free[2] * exy)
             stretch += b * c * film.stretch_weights[point] * density
@@ -177,11 +177,11 @@ def add_force(
     film: MembraneArrays, q: np.ndarray, u: np.ndarray, viscosity: float, force: np.ndarray
 ) -> None:
     """Add the forces of all elements; `u` matters where the viscosity (s) is not zero."""
-    remainder = film.remainder[0]
+    remainder, width = film.remainder[0], film.remainder[1]
     count, points = film.stretch_weights.shape[0], film.bend_weights.shape[0]
-    width = film.columns.shape[1]
+    table = film.columns.shape[1]
     elements = film.vectors.shape[0]
-    derivatives, efforts = _derivatives(film, q), np.empty((elements, 3, width))
+    derivatives, efforts = _derivatives(film, q), np.empty((elements, 3, table))
     rates = _derivatives(film, u) if viscosity > 0.0 else derivatives
     g, gv, n, c3, kappa, m = np.empty(15), np.empty(15), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     turning, effort = np.empty(3), np.empty(15)
@@ -193,13 +193,13 @@ def add_force(
         plain, poisson, bending = film.stiffness[k]
         for point in range(count):
             exx, eyy, exy = _strain(r, point, count, per_b, per_c, film.rest_strain[k, point])
-            nxx, nyy, nxy = film_stress(exx, eyy, exy, plain, poisson, remainder)
+            nxx, nyy, nxy = film_stress(exx, eyy, exy, plain, poisson, remainder, width)
             nxx += remainder * film.release[k, point, 0]
             nyy += remainder * film.release[k, point, 1]
             nxy += remainder * film.release[k, point, 2]
             if viscosity > 0.0:
                 dxx, dyy, dxy = _products(r, v, point, count + point, per_b, per_c)
-                vxx, vyy, vxy = film_stress(dxx, dyy, dxy, viscosity * plain, poisson, 1.0)
+                vxx, vyy, vxy = film_stress(dxx, dyy, dxy, viscosity * plain, poisson, 1.0, 0.0)
                 nxx, nyy, nxy = nxx + vxx, nyy + vyy, nxy + vxy
             weight = b * c * film.stretch_weights[point]
             _stretch_effort(r, point, count + point, per_b, per_c, weight, nxx, nyy, nxy, p)
@@ -222,7 +222,7 @@ def add_force(
                 factor = weight * _length(d, per_b, per_c)
                 for a in range(3):
                     p[a, first + d * points] = factor * effort[3 * d + a]
-    products = np.dot(efforts.reshape(3 * elements, width), film.rows).reshape(elements, 3, 12)
+    products = np.dot(efforts.reshape(3 * elements, table), film.rows).reshape(elements, 3, 12)
     for k in range(elements):
         scatter_force(film.vectors[k], film.scale[k], -1.0, products[k], force)
 
@@ -287,9 +287,9 @@ def add_tangent(
     slots: np.ndarray, size: int, into_stiffness: np.ndarray, into_damping: np.ndarray,
 ) -> None:  # fmt: skip
     """Add -dh/dq and -dh/du to the flat block data; `moving` is the viscosity, or 0 at rest (u is not looked at)."""
-    remainder = film.remainder[0]
+    remainder, width = film.remainder[0], film.remainder[1]
     count, points = film.stretch_weights.shape[0], film.bend_weights.shape[0]
-    width = film.columns.shape[1]
+    table = film.columns.shape[1]
     derivatives = _derivatives(film, q)
     rate_derivatives = _derivatives(film, u) if moving > 0.0 else derivatives
     x, y, vx, vy = np.empty(3), np.empty(3), np.zeros(3), np.zeros(3)
@@ -300,29 +300,29 @@ def add_tangent(
     changed, element = np.empty((3, 15)), np.empty((3, 3, 12, 12))
     symmetric = not moving > 0.0
     pairs = 6 if symmetric else 9
-    weighed, products = np.empty((width, pairs, 12)), np.empty((12, 12 * pairs))
-    viscous, viscous_products = np.empty((width, 6, 12)), np.empty((12, 72))
+    weighed, products = np.empty((table, pairs, 12)), np.empty((12, 12 * pairs))
+    viscous, viscous_products = np.empty((table, 6, 12)), np.empty((12, 72))
     for k in range(film.vectors.shape[0]):
         r = derivatives[k]
         v = rate_derivatives[k]
         b, c = film.sides[k]
         per_b, per_c = 1.0 / b, 1.0 / c
         plain, poisson, bending = film.stiffness[k]
-        plain_moduli = film_tangent(0.0, 0.0, 0.0, plain, poisson, 1.0)
+        plain_moduli = film_tangent(0.0, 0.0, 0.0, plain, poisson, 1.0, 0.0)
         for point in range(count):
             weight = b * c * film.stretch_weights[point]
             exx, eyy, exy = _strain(r, point, count, per_b, per_c, film.rest_strain[k, point])
-            nxx, nyy, nxy = film_stress(exx, eyy, exy, plain, poisson, remainder)
+            nxx, nyy, nxy = film_stress(exx, eyy, exy, plain, poisson, remainder, width)
             nxx += remainder * film.release[k, point, 0]
             nyy += remainder * film.release[k, point, 1]
             nxy += remainder * film.release[k, point, 2]
             for a in range(3):
                 x[a], y[a] = r[a, point] * per_b, r[a, count + point] * per_c
             stretch[:] = 0.0
-            _stretch_moduli(x, y, x, y, film_tangent(exx, eyy, exy, plain, poisson, remainder), weight, stretch)
+            _stretch_moduli(x, y, x, y, film_tangent(exx, eyy, exy, plain, poisson, remainder, width), weight, stretch)
             if moving > 0.0:
                 dxx, dyy, dxy = _products(r, v, point, count + point, per_b, per_c)
-                sxx, syy, sxy = film_stress(dxx, dyy, dxy, moving * plain, poisson, 1.0)
+                sxx, syy, sxy = film_stress(dxx, dyy, dxy, moving * plain, poisson, 1.0, 0.0)
                 nxx, nyy, nxy = nxx + sxx, nyy + syy, nxy + sxy
                 for a in range(3):
                     vx[a], vy[a] = v[a, point] * per_b, v[a, count + point] * per_c
@@ -398,7 +398,7 @@ def dissipation(film: MembraneArrays, q: np.ndarray, u: np.ndarray, viscosity: f
         plain, poisson, bending = film.stiffness[k]
         for point in range(count):
             dxx, dyy, dxy = _products(r, v, point, count + point, per_b, per_c)
-            density = film_energy(dxx, dyy, dxy, plain, poisson, 1.0)
+            density = film_energy(dxx, dyy, dxy, plain, poisson, 1.0, 0.0)
             power += 2.0 * viscosity * b * c * film.stretch_weights[point] * density
         for point in range(points):
             _bend_point(r, 2 * count + point, points, per_b, per_c, g)

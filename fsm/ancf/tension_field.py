@@ -21,6 +21,15 @@ stress of its own: with the relaxed stress N and a reference strain E0,
 N, without compression. Where the film is taut P is zero and the law the plain one. With P = 0 everywhere the remainder
 would carry compression, which buckles a thin film at its free edges. eps = 1 is the plain law.
 
+The stress has kinks where wrinkles come and go. With x_+^2 rounded over -w < x < w, so that its second derivative is linear
+there, and e2 + nu e1 rounded over (1 + nu) w, the energy
+
+    U = Et/2 (e1)_+^2 + C/2 (e2 + nu e1)_+^2
+
+is that of the table for w = 0, and its second derivatives are continuous for w > 0, also where e1 = e2. Its stress is off by
+up to C w/4 at a kink. P takes that off at E0 too, so that the stress at rest is N without rounding. What moves has a w of
+`ROUNDED` times the mean of e1 at rest; otherwise w = 0.
+
 On the way to an equilibrium eps is of `SETTLING`, which comes near it quickly, and then `REMAINDER`. What moves about the
 equilibrium has `MOVING`: the forces at rest are nearly the same. Small motions normal to a flat film do not depend on
 eps.
@@ -39,8 +48,8 @@ import numpy as np
 from fsm.kernels.jit import kernel
 
 __all__ = [
-    "MOVING", "REMAINDER", "SETTLING", "SLACK", "TAUT", "WRINKLED", "film_energy", "film_releases", "film_resultants",
-    "film_state", "film_states", "film_stress", "film_tangent",
+    "MOVING", "REMAINDER", "ROUNDED", "SETTLING", "SLACK", "TAUT", "WRINKLED", "film_energy", "film_releases",
+    "film_resultants", "film_state", "film_states", "film_stress", "film_tangent", "mean_tension",
 ]  # fmt: skip
 
 TAUT, WRINKLED, SLACK = 0, 1, 2
@@ -51,15 +60,22 @@ Sheared strip, 32 x 32 cells: 1e-2, 1e-3, 1e-4, 1e-5 take 32, 66, 136, 200 itera
 up to 1 %, 0.03 %, 0.003 % and 0. Corner-pulled films that are struck: 1e-2 in place of 1e-4 changes the largest
 displacement by 0.2 % and their frequency by less, and saves up to two thirds of the time (2026-11-23).
 """
+ROUNDED = 0.05
+"""Half-width of the rounded kinks, over the mean of the positive principal strains.
+
+Corner-pulled films that are struck: 0.03 and 0.1 save a third and more than half of the time of the hardest films. Natural
+frequencies depend on the stress at rest, which the rounding leaves as it is (2026-11-23).
+"""
 
 
 @kernel(inline=True)
 def _principal(exx: float, eyy: float, exy: float) -> tuple[float, float, float, float]:
-    """Principal strains e1 >= e2, and the direction (cos, sin) of e1."""
+    """Principal strains e1 >= e2, and cosine and sine of twice the angle of e1."""
     middle, half = 0.5 * (exx + eyy), 0.5 * (exx - eyy)
     radius = math.sqrt(half * half + exy * exy)
-    angle = 0.5 * math.atan2(exy, half)
-    return middle + radius, middle - radius, math.cos(angle), math.sin(angle)
+    if radius == 0.0:
+        return middle, middle, 1.0, 0.0
+    return middle + radius, middle - radius, half / radius, exy / radius
 
 
 @kernel(inline=True)
@@ -72,64 +88,87 @@ def film_state(exx: float, eyy: float, exy: float, poisson: float) -> int:
 
 
 @kernel(inline=True)
-def film_energy(exx: float, eyy: float, exy: float, plain: float, poisson: float, remainder: float) -> float:
-    """Energy per area without that of P, J/m^2; `plain` is C, `remainder` eps."""
+def _rounded(x: float, width: float) -> tuple[float, float, float]:
+    """x^2/2 for x > 0 and 0 below, and both derivatives, the second one linear from -width to width."""
+    if x >= width:
+        return 0.5 * x * x + width * width / 6.0, x, 1.0
+    if x <= -width:
+        return 0.0, 0.0, 0.0
+    over = x + width
+    return over * over * over / (12.0 * width), over * over / (4.0 * width), over / (2.0 * width)
+
+
+@kernel(inline=True)
+def film_energy(
+    exx: float, eyy: float, exy: float, plain: float, poisson: float, remainder: float, width: float
+) -> float:
+    """Energy per area without that of P, J/m^2; `plain` is C, `remainder` eps, `width` the strain w."""
     shear = 2.0 * (1.0 - poisson) * exy * exy
     whole = 0.5 * plain * (exx * exx + eyy * eyy + 2.0 * poisson * exx * eyy + shear)
     if remainder >= 1.0:
         return whole
-    state = film_state(exx, eyy, exy, poisson)
-    energy = whole if state == TAUT else remainder * whole
-    if state == WRINKLED:
-        e1, _, _, _ = _principal(exx, eyy, exy)
-        energy += (1.0 - remainder) * 0.5 * plain * (1.0 - poisson * poisson) * e1 * e1
-    return energy
+    e1, e2, _, _ = _principal(exx, eyy, exy)
+    first, _, _ = _rounded(e1, width)
+    second, _, _ = _rounded(e2 + poisson * e1, (1.0 + poisson) * width)
+    return remainder * whole + (1.0 - remainder) * plain * ((1.0 - poisson * poisson) * first + second)
 
 
 @kernel(inline=True)
 def film_stress(
-    exx: float, eyy: float, exy: float, plain: float, poisson: float, remainder: float
+    exx: float, eyy: float, exy: float, plain: float, poisson: float, remainder: float, width: float
 ) -> tuple[float, float, float]:
     """Resultants Nxx, Nyy, Nxy (second Piola-Kirchhoff) without eps P, N/m: derivatives of the energy by exx, eyy, 2 exy."""
     nxx, nyy = plain * (exx + poisson * eyy), plain * (eyy + poisson * exx)
     nxy = plain * (1.0 - poisson) * exy
     if remainder >= 1.0:
         return nxx, nyy, nxy
-    state = film_state(exx, eyy, exy, poisson)
-    part = 1.0 if state == TAUT else remainder
-    nxx, nyy, nxy = part * nxx, part * nyy, part * nxy
-    if state == WRINKLED:
-        e1, _, c, s = _principal(exx, eyy, exy)
-        tension = (1.0 - remainder) * plain * (1.0 - poisson * poisson) * e1
-        nxx, nyy, nxy = nxx + tension * c * c, nyy + tension * s * s, nxy + tension * c * s
+    e1, e2, c, s = _principal(exx, eyy, exy)
+    x = e2 + poisson * e1
+    if e1 > width and x > (1.0 + poisson) * width:
+        return nxx, nyy, nxy
+    nxx, nyy, nxy = remainder * nxx, remainder * nyy, remainder * nxy
+    if e1 > -width:
+        whole = (1.0 - remainder) * plain
+        _, first, _ = _rounded(e1, width)
+        _, second, _ = _rounded(x, (1.0 + poisson) * width)
+        n1, n2 = whole * ((1.0 - poisson * poisson) * first + poisson * second), whole * second
+        middle, half = 0.5 * (n1 + n2), 0.5 * (n1 - n2)
+        nxx, nyy, nxy = nxx + middle + half * c, nyy + middle - half * c, nxy + half * s
     return nxx, nyy, nxy
 
 
 @kernel(inline=True)
 def film_tangent(
-    exx: float, eyy: float, exy: float, plain: float, poisson: float, remainder: float
+    exx: float, eyy: float, exy: float, plain: float, poisson: float, remainder: float, width: float
 ) -> tuple[float, float, float, float, float, float]:
     """Derivatives of (Nxx, Nyy, Nxy) by (exx, eyy, 2 exy), symmetric: 11, 12, 13, 22, 23, 33, N/m."""
-    part = 1.0
-    state = TAUT
-    if remainder < 1.0:
-        state = film_state(exx, eyy, exy, poisson)
-        part = 1.0 if state == TAUT else remainder
-    c11, c12, c33 = part * plain, part * plain * poisson, part * 0.5 * plain * (1.0 - poisson)
+    c11, c12, c33 = plain, plain * poisson, 0.5 * plain * (1.0 - poisson)
     c13, c22, c23 = 0.0, c11, 0.0
-    if state == WRINKLED:
-        e1, e2, c, s = _principal(exx, eyy, exy)
-        young = (1.0 - remainder) * plain * (1.0 - poisson * poisson)
-        # dN = young (de1 n n + e1 d(n n)); with the other direction m: d(n n) = (n.dE m)/(e1 - e2) (n m + m n)
-        turn = young * e1 / (e1 - e2)
-        nx, ny, nz = c * c, s * s, c * s
-        mx, my, mz = -2.0 * c * s, 2.0 * c * s, c * c - s * s
-        c11 += young * nx * nx + 0.5 * turn * mx * mx
-        c12 += young * nx * ny + 0.5 * turn * mx * my
-        c13 += young * nx * nz + 0.5 * turn * mx * mz
-        c22 += young * ny * ny + 0.5 * turn * my * my
-        c23 += young * ny * nz + 0.5 * turn * my * mz
-        c33 += young * nz * nz + 0.5 * turn * mz * mz
+    if remainder >= 1.0:
+        return c11, c12, c13, c22, c23, c33
+    e1, e2, c, s = _principal(exx, eyy, exy)
+    x = e2 + poisson * e1
+    if e1 > width and x > (1.0 + poisson) * width:
+        return c11, c12, c13, c22, c23, c33
+    c11, c12, c22, c33 = remainder * c11, remainder * c12, remainder * c22, remainder * c33
+    if e1 > -width:
+        whole = (1.0 - remainder) * plain
+        _, first, stiff = _rounded(e1, width)
+        _, second, across = _rounded(x, (1.0 + poisson) * width)
+        a11 = whole * ((1.0 - poisson * poisson) * stiff + poisson * poisson * across)
+        a12, a22 = whole * poisson * across, whole * across
+        # with the directions n and m: dN = ... + turn (n.dE m) (n m + m n), as n and m turn by (n.dE m)/(e1 - e2)
+        turn = a11 - a12
+        if e1 - e2 > 1e-9 * (abs(e1) + width):
+            turn = whole * ((1.0 - poisson * poisson) * first - (1.0 - poisson) * second) / (e1 - e2)
+        nx, ny, nz = 0.5 * (1.0 + c), 0.5 * (1.0 - c), 0.5 * s
+        mx, my, mz = -s, s, c
+        c11 += a11 * nx * nx + 2.0 * a12 * nx * ny + a22 * ny * ny + 0.5 * turn * mx * mx
+        c12 += a11 * nx * ny + a12 * (nx * nx + ny * ny) + a22 * nx * ny + 0.5 * turn * mx * my
+        c13 += a11 * nx * nz + a12 * (ny - nx) * nz - a22 * ny * nz + 0.5 * turn * mx * mz
+        c22 += a11 * ny * ny + 2.0 * a12 * nx * ny + a22 * nx * nx + 0.5 * turn * my * my
+        c23 += a11 * ny * nz + a12 * (nx - ny) * nz - a22 * nx * nz + 0.5 * turn * my * mz
+        c33 += (a11 - 2.0 * a12 + a22) * nz * nz + 0.5 * turn * mz * mz
     return c11, c12, c13, c22, c23, c33
 
 
@@ -146,14 +185,14 @@ def film_states(strain: np.ndarray, poisson: float) -> np.ndarray:
 
 @kernel
 def film_resultants(
-    strain: np.ndarray, plain: float, poisson: float, remainder: float, release: np.ndarray
+    strain: np.ndarray, plain: float, poisson: float, remainder: float, width: float, release: np.ndarray
 ) -> np.ndarray:
     """Stress resultants (m, p, 3) as Nxx, Nyy, Nxy of strains (m, p, 3) as exx, eyy, exy, N/m; `release` is P (m, p, 3)."""
     out = np.empty(strain.shape)
     for k in range(strain.shape[0]):
         for point in range(strain.shape[1]):
             e = strain[k, point]
-            nxx, nyy, nxy = film_stress(e[0], e[1], e[2], plain, poisson, remainder)
+            nxx, nyy, nxy = film_stress(e[0], e[1], e[2], plain, poisson, remainder, width)
             out[k, point, 0] = nxx + remainder * release[k, point, 0]
             out[k, point, 1] = nyy + remainder * release[k, point, 1]
             out[k, point, 2] = nxy + remainder * release[k, point, 2]
@@ -161,13 +200,24 @@ def film_resultants(
 
 
 @kernel
-def film_releases(strain: np.ndarray, plain: float, poisson: float, release: np.ndarray) -> None:
+def film_releases(
+    strain: np.ndarray, plain: float, poisson: float, remainder: float, width: float, release: np.ndarray
+) -> None:
     """P (m, p, 3) of the module docstring for reference strains (m, p, 3), into `release`, N/m."""
     for k in range(strain.shape[0]):
         for point in range(strain.shape[1]):
             e = strain[k, point]
-            nxx, nyy, nxy = film_stress(e[0], e[1], e[2], plain, poisson, 0.0)
-            pxx, pyy, pxy = film_stress(e[0], e[1], e[2], plain, poisson, 1.0)
-            release[k, point, 0] = nxx - pxx
-            release[k, point, 1] = nyy - pyy
-            release[k, point, 2] = nxy - pxy
+            nxx, nyy, nxy = film_stress(e[0], e[1], e[2], plain, poisson, 0.0, 0.0)
+            rxx, ryy, rxy = film_stress(e[0], e[1], e[2], plain, poisson, 0.0, width)
+            pxx, pyy, pxy = film_stress(e[0], e[1], e[2], plain, poisson, 1.0, width)
+            rest = 1.0 - remainder
+            release[k, point, 0] = (nxx - rest * rxx) / remainder - pxx
+            release[k, point, 1] = (nyy - rest * ryy) / remainder - pyy
+            release[k, point, 2] = (nxy - rest * rxy) / remainder - pxy
+
+
+
+def mean_tension(strain: np.ndarray) -> float:
+    """Mean of the positive principal strains at points (m, p, 3) as exx, eyy, exy."""
+    radius = np.hypot(0.5 * (strain[..., 0] - strain[..., 1]), strain[..., 2])
+    return float(np.maximum(0.5 * (strain[..., 0] + strain[..., 1]) + radius, 0.0).mean()) if strain.size else 0.0

@@ -363,6 +363,13 @@ FILMS = (
         _unit("ancf_elements", "test_mass_of_a_translation_and_of_the_air"),
     ),
     Mutant(
+        "rounded kinks of a tension field with a wrong second derivative",
+        "fsm/ancf/tension_field.py",
+        "over / (2.0 * width)",
+        "over / width",
+        _unit("tension_field_law", "test_slopes_in_all_states"),
+    ),
+    Mutant(
         "tension field ends where the film still bears both ways",
         "fsm/ancf/tension_field.py",
         "if e2 + poisson * e1 > 0.0:",
