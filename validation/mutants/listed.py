@@ -522,4 +522,28 @@ CHANNELS = (
     ),
 )
 
-MUTANTS = (*STRIPS, *LAWS, *SOLVERS, *FILMS, *ARRAYS, *DATA, *CHANNELS)
+JOINED = (
+    Mutant(
+        "inertia of the mean-force method halved",
+        "fsm/solve/mean_force.py",
+        "self._mass @ ((2.0 / h) * (rate - self.u))",
+        "self._mass @ ((1.0 / h) * (rate - self.u))",
+        _unit("mean_force", "test_a_free_body_keeps_its_energy"),
+    ),
+    Mutant(
+        "contact stiffness of films that of the larger face",
+        "fsm/segments/flexible_contacts.py",
+        "self._whole[members].min(axis=1, initial=np.inf)",
+        "self._whole[members].max(axis=1, initial=0.0)",
+        _unit("film_contact", "test_the_stiffness_is_that_of_the_smaller_face_for_any_mesh"),
+    ),
+    Mutant(
+        "bending of beams in scenes doubled",
+        "fsm/ancf/build.py",
+        "self.width * self.thickness**3 / 12.0",
+        "self.width * self.thickness**3 / 6.0",
+        _physics("films_in_scenes", "test_a_beam_in_a_scene_is_a_cantilever"),
+    ),
+)
+
+MUTANTS = (*STRIPS, *LAWS, *SOLVERS, *FILMS, *JOINED, *ARRAYS, *DATA, *CHANNELS)
