@@ -256,9 +256,9 @@ SOLVERS = (
     ),
     Mutant(
         "dissipation not booked",
-        "fsm/solve/ledger.py",
-        "stored - self.start + self.dissipated - self.work",
-        "stored - self.start - self.work",
+        "fsm/stepping/march.py",
+        "stored - start + dissipated - work",
+        "stored - start - work",
         _physics("energy_balance", "test_strip_with_contact_and_friction"),
     ),
     Mutant(
