@@ -35,6 +35,8 @@ class Step(Model):
         Bodies that do not move from this step on; "panel 2" for all segments of a panel, "all" for all bodies.
     release : names
         Bodies, drives and loads that are let go; "all" for all of them. A load falls to zero over a static step.
+    contact : bool
+        Whether contacts act in this step.
     modes : int
         Number of natural modes.
     solve, save : sections as of the case, for this step alone
@@ -47,6 +49,7 @@ class Step(Model):
     load: tuple[Load, ...] = ()
     hold: tuple[Name, ...] = ()
     release: tuple[Name, ...] = ()
+    contact: bool = True
     modes: Annotated[Count, Field(ge=1, le=500)] = 10
     solve: Solve | None = None
     save: Save | None = None

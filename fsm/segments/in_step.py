@@ -8,6 +8,7 @@ import numpy as np
 
 from fsm.scene.loads import Drive
 from fsm.scene.scene import Scene
+from fsm.segments.contacts import ContactGroup
 from fsm.segments.drive import Axis, PrescribedMotion, unit
 from fsm.segments.elements import BushingGroup
 from fsm.segments.group import Group
@@ -58,9 +59,24 @@ def system_in_step(
     groups, latched = _groups(whole, scene, plan, number, states)
     system = whole.variant(moved, motions, groups)
     system.latched = latched
-    if states is not None and len(states["memory"]) == len(system.memory()):
-        system.restore(states["memory"])
+    if states is not None:
+        if _switched(whole, plan, number) == _switched(whole, plan, number - 1):
+            system.restore(states["memory"])
+        elif plan.steps[number].contact and not plan.steps[number - 1].contact:
+            system.contacts.restore(np.zeros(0))
     return system
+
+
+def _switched(whole: SegmentSystem, plan: Plan, number: int) -> list[bool]:
+    """Which of the groups that do not act in all steps act in a step."""
+    step = plan.steps[number]
+    return [step.contact, *(_name(plan, number) in steps.names for _, steps in whole.steps_of)]
+
+
+def _name(plan: Plan, number: int) -> str:
+    """Name of a step for the joints: those of the first step of the case act also while its start is searched."""
+    names = [step.name for step in plan.steps]
+    return names[1] if number == 0 and names[0] == "start" and len(names) > 1 else names[number]
 
 
 def _motions(
@@ -97,11 +113,10 @@ def _groups(
     whole: SegmentSystem, scene: Scene, plan: Plan, number: int, states: dict[str, np.ndarray] | None
 ) -> tuple[tuple[Group, ...], dict[str, np.ndarray]]:
     """Groups that act in a step, with its loads; and the deformations at which latches have closed so far."""
-    name = plan.steps[number].name
-    names = [step.name for step in plan.steps]
-    if number == 0 and name == "start" and len(names) > 1:
-        name = names[1]
+    name = _name(plan, number)
     groups, latched = list(whole.groups), {}
+    if not plan.steps[number].contact:
+        groups = [group for group in groups if not isinstance(group, ContactGroup)]
     for k, (group, steps) in enumerate(whole.steps_of):
         place = next(i for i, one in enumerate(groups) if one is group)
         if name not in steps.names:

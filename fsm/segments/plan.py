@@ -51,6 +51,7 @@ class PlannedStep:
     held : names of the bodies that do not move
     still : bool
         Whether nothing can move.
+    contact : whether contacts act
     modes : int
     described : what begins and ends with this step, for `fsm check`
     """
@@ -67,6 +68,7 @@ class PlannedStep:
     loads: tuple[Load, ...]
     held: frozenset[str]
     still: bool = False
+    contact: bool = True
     modes: int = 10
     described: tuple[str, ...] = ()
 
@@ -197,13 +199,14 @@ class _Planner:
         end = start + self._duration(step, begun, new, number)
         self._drive(begun, start)
         self._load(step, new, let_go, start, end)
+        said += ["without contact"] if not step.contact and self.scene.contact is not None else []
         said += [f"drives {part.drive.called}" for part in begun] + [f"loads {load.body}" for load in new]
         solve = step.solve or self.case.solve
         method, reason = self._method(step, solve)
         return PlannedStep(
             name, step.kind, start, end, method, reason, solve, step.save or self.case.save, tuple(self.acting),
             tuple(acting.as_load() for acting in self.loads), frozenset(self.held), still=self._still(),
-            modes=step.modes, described=tuple(said),
+            contact=step.contact, modes=step.modes, described=tuple(said),
         )  # fmt: skip
 
     def _unchanging(self, planned: PlannedStep, number: int) -> None:

@@ -356,6 +356,76 @@ kind = "relax"
     assert x[-1] == pytest.approx(0.02 * 700.0 / 1000.0, rel=1e-6)
 
 
+def test_contact_begins_and_ends_with_a_step(tmp_path: Path) -> None:
+    """A ball on a soft spring rests on the floor, sinks through it without contact, and is drawn up and dropped on it."""
+    text = """
+[scene.contact]
+law = "linear"
+stiffness = 1e6
+damping = 1000
+[[scene.obstacles]]
+name = "floor"
+shape = "plane"
+[[scene.obstacles]]
+name = "ball"
+shape = "sphere"
+radius = 0.05
+body = "core"
+[[scene.pairs]]
+first = "ball"
+second = "floor"
+[[scene.bodies]]
+name = "core"
+mass = 1.0
+inertia = [1e-3, 1e-3, 1e-3]
+position = [0, 0, 0.0501]
+[[scene.elements]]
+name = "spring"
+inner = "core"
+outer = "ground"
+point_outer = [0, 0, 0.0501]
+translation = [200, 200, 200]
+rotation = [1, 1, 1]
+translation_damping = [0.2, 0.2, 0.2]
+[[step]]
+name = "press"
+kind = "static"
+[[step.load]]
+name = "weight"
+body = "core"
+force = [0, 0, -2]
+[[step]]
+name = "sink"
+kind = "relax"
+contact = false
+[[step]]
+name = "lift"
+kind = "static"
+contact = false
+release = ["weight"]
+[[step]]
+name = "drop"
+kind = "dynamic"
+duration = "0.05 s"
+[[step.load]]
+name = "weight"
+body = "core"
+force = [0, 0, -2]
+"""
+    solution, summary = run(tmp_path, text)
+    z = place(solution, "core")[:, 1] - 0.0501
+    last = {number: np.flatnonzero(solution.step == number)[-1] for number in range(1, 5)}
+    assert z[last[1]] == pytest.approx(-1e-4, rel=0.3)
+    assert z[last[2]] == pytest.approx(-2.0 / 200.0, rel=1e-6)
+    assert abs(z[last[3]]) < 1.01 * 0.2 * 0.01 / 200.0  # what the damper holds back at 10 mm/s
+    assert solution.pair_force[last[1], 0] == pytest.approx(2.0 + 200.0 * z[last[1]], rel=1e-3)
+    assert solution.pair_force[last[2], 0] == 0.0
+    again = solution.step == 4  # the floor stops it, a tenth of a millimetre below
+    assert z[again].min() > -2e-4
+    assert solution.pair_force[again].max() > 2.0
+    assert summary["energy_error"] < 1e-3
+
+
 def test_a_failed_step_names_itself(tmp_path: Path) -> None:
     text = BLOCK + PULL + '[[step]]\nname = "quick"\nkind = "dynamic"\nduration = "9 s"\nsolve = { max_steps = 5 }\n'
     text += 'release = ["hand"]\n'
