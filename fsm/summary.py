@@ -65,10 +65,11 @@ def summary_of(
     if ledger.relative_error > max(1e-3, round_off.part):
         residual = f"energy balance residual: {ledger.relative_error:.2g} of the energy turned over, above 0.001"
         found.append(f"{residual}; {_remedy(analysis, statistics.method)}")
-    found += [_event_text(event) for event in events[:_LISTED_EVENTS]]
-    if len(events) > _LISTED_EVENTS:
-        more = len(events) - _LISTED_EVENTS
-        found.append(f"{more} more events until {_where(events[-1])}; `events` in summary.json lists all")
+    told = [event for event in events if not _vibrates(event, solution)]
+    found += [_event_text(event) for event in told[:_LISTED_EVENTS]]
+    if len(told) > _LISTED_EVENTS:
+        more = len(told) - _LISTED_EVENTS
+        found.append(f"{more} more events until {_where(told[-1])}; `events` in summary.json lists all")
     summary["warnings"] = [*warnings, *found, *analysis.warnings(solution, summary)]
     return summary
 
@@ -106,6 +107,12 @@ def unstable_passages(solution: Solution, events: Sequence[Event]) -> list[Event
         ends = (float(values[k]) for values in (time, travel, force) for k in (begin, end))
         found.append(Event("unstable", *ends))
     return found
+
+
+def _vibrates(event: Event, solution: Solution) -> bool:
+    """Whether an event is a passage of unstable states while the drives stand still: a vibration, and no snap."""
+    driven = solution.travel.shape[1] > 0
+    return driven and event.kind == "unstable" and event.end_travel == event.travel
 
 
 def _where(event: Event) -> str:
