@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from fsm.analyses.analysis import Analysis
 from fsm.analyses.run_step import RunStep, StepResult
+from fsm.results.curve import Curve
+from fsm.results.quantities import peaks
 from fsm.results.solution import Solution
 from fsm.results.step_data import StepModes
 from fsm.solve.handed_over import CurvePoint, Statistics
@@ -44,7 +47,7 @@ def total_of(done: Sequence[StepResult], seen: list[CurvePoint]) -> Statistics:
 
 
 def step_summaries(done: Sequence[StepResult], seen: list[CurvePoint], solution: Solution) -> list[dict[str, Any]]:
-    """One dict for every step: name, kind, times, largest force of the first drive that has one, steps and iterations."""
+    """One dict for every step: name, kind, times, peak of the first drive that has a force, steps and iterations."""
     found, first = [], 0
     for number, result in enumerate(done, 1):
         part, first = seen[first : result.seen], result.seen
@@ -62,10 +65,11 @@ def step_summaries(done: Sequence[StepResult], seen: list[CurvePoint], solution:
         if part and len(part[0].drive.force):
             forces = np.array([point.drive.force for point in part])
             drive = int(np.argmax(np.abs(forces).max(axis=0) > 0.0))
-            largest = int(np.argmax(forces[:, drive]))
+            whole = Curve.from_points(part)
+            curve = replace(whole, travel=whole.travel[:, [drive]], force=whole.force[:, [drive]])
             one["drive"] = solution.layout.drive_names[drive]
-            one["peak_force"] = float(forces[largest, drive])
-            one["peak_travel"] = float(part[largest].drive.travel[drive])
+            one["peak_force"], one["peak_travel"] = peaks(curve).largest
+            one["peak_kind"] = "quasi-static" if curve.has_quasi_static else "dynamic"
             one["final_force"] = float(forces[-1, drive])
             one["final_travel"] = float(part[-1].drive.travel[drive])
         if result.path:
