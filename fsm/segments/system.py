@@ -407,7 +407,9 @@ class SegmentSystem(Configuration):
 
     def arrays(self, ready: Ready) -> ArrayModel | None:
         """See `ArraySystem`."""
-        if self._array_model is None and self.fixed_pattern and type(self) is SegmentSystem:
+        if type(self) is not SegmentSystem or not self.fixed_pattern:  # subclasses have forces of their own
+            return None
+        if self._array_model is None:
             self._array_model = arrays_of(self, self._current_pattern(self.bodies.pose), ready)
         return self._array_model
 

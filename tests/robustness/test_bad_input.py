@@ -225,7 +225,7 @@ ONE_MISTAKE = {
     ),
     "scene beside a strip": (
         ("[[drive]]", "[[scene.frames]]\nname = 'tip'\non = 'sail'\nat = [0]\n[[drive]]"),
-        "scene.frames.0.on: no film or cable is called 'sail'; there are none",
+        "scene.frames.0.on: no film, cable or beam is called 'sail'; there are none",
     ),
     "unquoted unit": (
         ("width = 0.04", "width = 40 mm"),
@@ -386,11 +386,10 @@ def test_bad_lists_of_a_crease(tmp_path):
         (["--set", "strip.length"], "--set strip.length: write it as path=value"),
         (
             ["--method", "RK45"],
-            'solve.method: must be "auto", "static", "generalized-alpha", "newmark", "Radau-blocks", "Radau", "BDF" '
-            'or "LSODA"; '
-            'it is "RK45"',
+            'solve.method: must be "auto", "static", "arc-length", "generalized-alpha", "mean-force", "newmark", '
+            '"Radau-blocks", "Radau", "BDF" or "LSODA"; it is "RK45"',
         ),
-        (["--method", "arc-length"], 'solve.method: must be "auto", "static", "generalized-alpha"'),
+        (["--method", "arc_length"], 'solve.method: must be "auto", "static", "arc-length"'),
     ],
 )
 def test_bad_options(tmp_path, options, words):

@@ -205,11 +205,13 @@ def test_killed_at_any_moment(sticking: Path, method: str, tmp_path: Path) -> No
     chance = random.Random(20)
     out = tmp_path / "cut"
     checkpoint = out / "checkpoint.h5"
-    override = f"solve.method={method}"
+    # short steps, so that no run ends before it is killed
+    overrides = [f"solve.method={method}", "solve.max_step=1 ms"]
+    options = [word for override in overrides for word in ("--set", override)]
     kills = 0
     for _ in range(5):
         before = checkpoint.stat().st_mtime_ns if checkpoint.exists() else 0
-        process = start(sticking, out, "--resume", "--quiet", "--set", override, program=("-c", EAGER))
+        process = start(sticking, out, "--resume", "--quiet", *options, program=("-c", EAGER))
 
         def written(before: int = before) -> bool:
             return checkpoint.exists() and checkpoint.stat().st_mtime_ns != before
@@ -223,8 +225,8 @@ def test_killed_at_any_moment(sticking: Path, method: str, tmp_path: Path) -> No
         kills += 1
         check_unfinished(out)
     assert kills >= 3
-    run_case(load_case(sticking, [override]), out, progress=False, resume=True)
-    summary = run_case(load_case(sticking, [override]), tmp_path / "whole", progress=False)
+    run_case(load_case(sticking, overrides), out, progress=False, resume=True)
+    summary = run_case(load_case(sticking, overrides), tmp_path / "whole", progress=False)
     check_same(out, read_solution(tmp_path / "whole" / "result.h5"), summary)
 
 
