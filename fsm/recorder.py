@@ -79,9 +79,9 @@ class RecordedSolve:
         self.steps = analysis.steps()
         self.of_another_case = False
         self.resumed = self._read_checkpoint() if resume else None
-        (out / "summary.json").unlink(missing_ok=True)  # its presence would mean that the run is complete
+        (out / "summary.json").unlink(missing_ok=True)  # the file marks a complete run
         if self.resumed is None:
-            self.checkpoint.unlink(missing_ok=True)  # belongs to another run, whose records are replaced
+            self.checkpoint.unlink(missing_ok=True)  # the file belongs to an earlier run, whose records are replaced
         resumed = self.resumed
         self.records, self.samples = (0, 0) if resumed is None else resumed.written
         self.number = 0 if resumed is None else resumed.step
@@ -241,7 +241,7 @@ class RecordedSolve:
         return solve(self.current, step.settings, times, on_save, on_step, begins, ledger, self.seen, after)[0]
 
     def _open_ledger(self, step: RunStep, q: np.ndarray, u: np.ndarray) -> None:
-        """Open the energy balance with the first step that is not a search for the start; later ones change the energy."""
+        """Open the energy balance with the first step after the search for the start; update it in later steps."""
         state = (step.start, q, u)
         if self.ledger is None:
             if step.kind != "relax" or step is self.steps[-1]:
@@ -252,7 +252,7 @@ class RecordedSolve:
             self._change_to(self.current.energy(begin, q, u if step.kind == "dynamic" else None).stored)
 
     def _change_to(self, stored: float) -> None:
-        """Energy stored after a jump of the state: a loss is dissipated, a gain is work of what was added."""
+        """Update the balance after a jump of the state: a loss of stored energy is dissipated, a gain is external work."""
         ledger = self.ledger
         assert ledger is not None
         change = 0.0 if self.stored is None else stored - self.stored
@@ -261,14 +261,14 @@ class RecordedSolve:
         self.stored = stored
 
     def _still(self, t: float, q: np.ndarray, u: np.ndarray, ledger: Ledger) -> Saved:
-        """State to be saved in which nothing moves."""
+        """State at rest to be saved."""
         seen = self.current.observe(t, q, None if not u.any() else u)
         pairs = ledger.pair_energy if ledger.pair_energy.size else np.zeros_like(seen.energy.pair_power)
         error = seen.energy.stored - ledger.start + ledger.dissipated - ledger.work
         return Saved(t, q, u, seen, ledger.dissipated, ledger.work, error, pairs)
 
     def _causes(self) -> tuple[str, str]:
-        """Messages on two possible causes of a failed solve: round-off, and squares of a lattice that touch."""
+        """Messages on two possible causes of a failed solve: round-off, and contact of lattice squares."""
         solution, scene = read_solution(part_path(self.target)), getattr(self.analysis, "scene", None)
         meeting = lattice_overlap(solution, scene) if isinstance(scene, Scene) else ""
         return round_off_of(self.system, solution).refusal(), meeting

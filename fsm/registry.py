@@ -57,7 +57,7 @@ def load_extensions(files: Sequence[str], folder: Path) -> tuple[tuple[str, ...]
     Parameters
     ----------
     files : names of Python files
-        With the digest of its content (as in a complete case) a file must not have changed.
+        If a name has a digest (as in a complete case), the content of the file must match it.
     folder : Path
         Folder to which the names are relative.
 
@@ -90,7 +90,7 @@ def load_extensions(files: Sequence[str], folder: Path) -> tuple[tuple[str, ...]
 
 
 def _execute(path: Path, name: str, content: bytes) -> str:
-    """Execute a file as a module of this name, unless it was; the reason of a failure, or nothing."""
+    """Execute a file once as a module with this name; return the reason of a failure, or an empty text."""
     if name in sys.modules:
         return ""
     module = ModuleType(name)

@@ -247,14 +247,14 @@ class ReducedSolve:
                 f"at t = {at:.6g} s: the reduced model left the range of its cubic terms; strike more softly, or take "
                 'vibration.stretch = false or model = "full"'
             )
-        books = _books(self.system, self.model, response)
-        for stored, kinetic, lost, done in zip(*books[1:], strict=True):
+        histories = _energies(self.system, self.model, response)
+        for stored, kinetic, lost, done in zip(*histories[1:], strict=True):
             ledger.dissipated, ledger.work = float(lost), float(done)
             ledger.balance(float(stored) + ledger.start, float(kinetic))
         amplitude = CubicHermiteSpline(response.time, response.amplitude, response.rate)
         potential = self.system.energies(0.0, self.model.rest)
         for t in times:
-            on_save(self._saved(t, amplitude, response, books, potential))
+            on_save(self._saved(t, amplitude, response, histories, potential))
         steps = len(response.time) - 1
         on_step(StepEnd(end, *self._state(response.amplitude[-1], response.rate[-1]), steps))
         return Statistics(MODAL, steps=steps, wall_time=time.perf_counter() - begun)
@@ -267,17 +267,17 @@ class ReducedSolve:
         t: float,
         amplitude: CubicHermiteSpline,
         response: Response,
-        books: tuple[np.ndarray, ...],
+        histories: tuple[np.ndarray, ...],
         at_rest: dict[str, float],
     ) -> Saved:
         q, u = self._state(amplitude(t), amplitude(t, 1))
-        error, stored, kinetic, lost, done = (float(np.interp(t, response.time, values)) for values in books)
+        error, stored, kinetic, lost, done = (float(np.interp(t, response.time, values)) for values in histories)
         energy = Energy(kinetic, at_rest | {"film": at_rest.get("film", 0.0) + stored - kinetic}, 0.0, 0.0)
         seen = Observation(DriveState(np.zeros(0), np.zeros(0)), energy, 0.0, _NO_PAIRS)
         return Saved(t, q, u, seen, lost, done, error, np.zeros((2, 0)))
 
 
-def _books(system: AncfSystem, model: ReducedModel, response: Response) -> tuple[np.ndarray, ...]:
+def _energies(system: AncfSystem, model: ReducedModel, response: Response) -> tuple[np.ndarray, ...]:
     """Error of the balance, energy above that at rest, kinetic energy, energy dissipated and work done, (n,), J."""
     kinetic = 0.5 * np.sum(response.rate**2, axis=1)
     linear = kinetic + 0.5 * np.sum(model.squared * response.amplitude**2, axis=1)

@@ -1,4 +1,4 @@
-"""Segments as a model of arrays: what one compiled step asks for (`fsm.stepping.model`), in kernels.
+"""Segments as a model of arrays: kernels for compiled time steps (see `fsm.stepping.model`).
 
 It covers bodies without drives, with springs, dampers, creases, ligaments and gravity. Contacts, hysteresis, drives and
 loads that depend on time have no arrays yet; such systems take the same steps in Python.
@@ -52,7 +52,7 @@ from fsm.stepping.vectors import copy_into, scaled
 __all__ = ["KERNELS", "Creases", "Ligaments", "Pattern", "Segments", "Springs"]
 
 _SYMMETRIC, _TRUSTED, _FAILED = 0, 1, 2
-"""Indices of `Segments.flags`: of the last factors, and whether any factorisation or solution has failed."""
+"""Indices of `Segments.flags`: two on the last factorisation, and whether any factorisation or solution has failed."""
 
 
 class Springs(NamedTuple):
@@ -428,7 +428,7 @@ def _unable(model: Segments) -> bool:
     return model.flags[_FAILED] == 1
 
 
-# contacts, of which there are none --------------------------------------------------------------------------------------
+# contacts: none in this model -------------------------------------------------------------------------------------------
 
 
 @kernel
@@ -529,4 +529,4 @@ KERNELS = Calls(
     _force, _renewed_force, _factorise, _factorise_mass, _solve, _mapped, _retract, _mass_times, _stiffness_times,
     _damping_times, _parted, _part_of_step, _longest_step, _longest_step, _unable, _energies,
 )  # fmt: skip
-"""What a step asks for, of `Segments`."""
+"""Kernels of `Segments` that time steps call."""

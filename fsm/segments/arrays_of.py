@@ -1,4 +1,4 @@
-"""Arrays of a system for compiled steps, where all that acts on its bodies has arrays."""
+"""Arrays of a system for compiled steps, if all its force elements have arrays."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ _KINDS = {BushingGroup, CreaseGroup, LigamentGroup, GravityGroup}
 
 
 def has_arrays(system: SegmentSystem) -> bool:
-    """Whether all that acts in a system has arrays, and no body is driven."""
+    """Whether all force elements of a system have arrays, and no body is driven."""
     kinds = [type(group) for group in system.groups]
     return _KINDS.issuperset(kinds) and len(set(kinds)) == len(kinds) and not system.motions and system.nu > 0
 
 
 def arrays_of(system: SegmentSystem, pattern: BodyPattern, ready: Ready) -> ArrayModel | None:
-    """The model; None if `has_arrays` is false."""
+    """Model of arrays of a system; None if `has_arrays` is false."""
     if not has_arrays(system):
         return None
     known_pattern, factors = ready(pattern)

@@ -1,4 +1,4 @@
-"""System of a step: the bodies that are free, driven and held in it, its loads, and the elements that act."""
+"""System of a step, with its free, driven and held bodies, its loads, and the active elements."""
 
 from __future__ import annotations
 
@@ -68,13 +68,13 @@ def system_in_step(
 
 
 def _switched(whole: SegmentSystem, plan: Plan, number: int) -> list[bool]:
-    """Which of the groups that do not act in all steps act in a step."""
+    """For each group that acts only in some steps: whether it acts in this step."""
     step = plan.steps[number]
     return [step.contact, *(_name(plan, number) in steps.names for _, steps in whole.steps_of)]
 
 
 def _name(plan: Plan, number: int) -> str:
-    """Name of a step for the joints: those of the first step of the case act also while its start is searched."""
+    """Name of a step for its joints; joints of the first step also act in the search for the start."""
     names = [step.name for step in plan.steps]
     return names[1] if number == 0 and names[0] == "start" and len(names) > 1 else names[number]
 
@@ -101,7 +101,7 @@ def _line(drive: Drive, spatial: bool, pose: np.ndarray) -> tuple[np.ndarray, Ax
 
 
 def _rewind(pose: np.ndarray, motion: PrescribedMotion, travel: float) -> None:
-    """Move the driven bodies back by a travel, so that they are where they are after it."""
+    """Move driven bodies back by a travel, so that the motion by this travel ends at their present positions."""
     for body in motion.bodies.tolist():
         if motion.axis is not None:
             pose[body] = turned_pose(pose[body], motion.axis, -travel)
@@ -112,7 +112,7 @@ def _rewind(pose: np.ndarray, motion: PrescribedMotion, travel: float) -> None:
 def _groups(
     whole: SegmentSystem, scene: Scene, plan: Plan, number: int, states: dict[str, np.ndarray] | None
 ) -> tuple[tuple[Group, ...], dict[str, np.ndarray]]:
-    """Groups that act in a step, with its loads; and the deformations at which latches have closed so far."""
+    """Groups that act in a step, with its loads, and the deformations at which latches have closed."""
     name = _name(plan, number)
     groups, latched = list(whole.groups), {}
     if not plan.steps[number].contact:

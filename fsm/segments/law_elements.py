@@ -48,7 +48,7 @@ class LawGroup:
     ----------
     measure, tangent : kernels of `fsm.interactions.pose_planar` or `pose_spatial`
     bodies : (m, 2) int array
-    geometry : arrays the two kernels take after `bodies`
+    geometry : arrays, arguments of the two kernels after `bodies`
     laws : law and parameters of each element
     names : names of the elements
     """
@@ -111,7 +111,7 @@ class LawGroup:
         value, rate, gradient = self._measured(poses, rates, past)
         effort, slope, by_rate = self.efforts(value, rate)
         scatter_efforts(self.bodies, gradient, effort, len(effort), force)
-        moving = rates if past is None else np.zeros_like(rates)  # differences of deformations know no rates of bodies
+        moving = rates if past is None else np.zeros_like(rates)  # a difference does not depend on body rates
         self.tangent(
             poses, moving, self.bodies, *self.geometry, gradient, effort, slope, by_rate, *pattern.index, stiffness, damping
         )

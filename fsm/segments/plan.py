@@ -1,4 +1,4 @@
-"""Steps of a deployment: those of the case, or those that its other keys stand for.
+"""Steps of a deployment, from `[[step]]` or from the other keys of the case.
 
 A case without `[[step]]` is expanded: a strip that starts in equilibrium has a step "start" (relax), `release.hold_time` a
 step "hold" in which nothing moves, and the motion is the step "deploy". A run consists of such steps only.
@@ -31,9 +31,9 @@ __all__ = ["ALL", "Plan", "PlannedStep", "plan_of"]
 ALL = "all"
 """Name of everything in `hold` and `release`."""
 HOLD = 0.01
-"""Part of the time of a pull for which its drives stand before what comes next: forces of dampers die away."""
+"""Rest of the drives after a pull, over its duration; damper forces decay in this time."""
 _STATIC_DURATION = 1.0
-"""Duration of a static step in which nothing has an end of its own, s."""
+"""Duration of a static step without a drive or load that ends, s."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class PlannedStep:
         Whether nothing can move.
     contact : whether contacts act
     modes : int
-    described : what begins and ends with this step, for `fsm check`
+    described : texts on changes at the start of this step, for `fsm check`
     """
 
     name: str
@@ -108,7 +108,7 @@ def plan_of(case: Case, scene: Scene) -> Plan:
 
 
 def _short(case: Case, scene: Scene) -> Plan:
-    """Steps that a case without `[[step]]` stands for."""
+    """Steps of a case without `[[step]]`."""
     programs = tuple(program_of(drive, f"drive.{k}") for k, drive in enumerate(scene.drives))
     end = case.solve.end_time
     if end is None:
@@ -140,7 +140,7 @@ def _relaxing(step: PlannedStep) -> PlannedStep:
 
 @dataclass
 class _Acting:
-    """A load that acts: its name, itself, its factor over the time of the run, and whether it ends in this step."""
+    """Active load: name, load, factor over the time of the run, and whether it ends in this step."""
 
     name: str
     load: Load
@@ -167,7 +167,7 @@ class _Planner:
         self.loads: list[_Acting] = []
 
     def plan(self) -> Plan:
-        """All steps, or their faults."""
+        """Plan all steps, or raise the faults of the case."""
         steps: list[PlannedStep] = []
         time = 0.0
         for number, (name, step) in enumerate(zip(step_names(self.case.step), self.case.step, strict=True)):
@@ -210,7 +210,7 @@ class _Planner:
         )  # fmt: skip
 
     def _unchanging(self, planned: PlannedStep, number: int) -> None:
-        """Fault of a path by arc length on which no load or drive changes."""
+        """Report a fault if no load or drive changes on a path by arc length."""
         if planned.method != "arc-length":
             return
         ends = (planned.start, planned.end)
@@ -267,12 +267,12 @@ class _Planner:
                 self.faults.append(Fault(f"step.{number}.hold.{index}", text))
             driven = bodies & self._driven() if name != ALL else set()
             if driven:
-                text = f"{sorted(driven)[0]!r} is driven, so it cannot be held; it stands where its drive has stopped"
+                text = f"{sorted(driven)[0]!r} is driven, so it cannot be held; it stays where its drive stops"
                 self.faults.append(Fault(f"step.{number}.hold.{index}", text))
             self.held |= bodies
 
     def _release(self, number: int, step: Step) -> list[_Acting]:
-        """Let bodies and drives go; the loads that are let go."""
+        """Release bodies and drives, and return the loads that are released."""
         let_go: list[_Acting] = []
         initially = {body.name for body in self.scene.bodies if body.held}
         for index, name in enumerate(step.release):
@@ -292,7 +292,7 @@ class _Planner:
             self.held -= bodies
             for k in drives:
                 self.acting[k] = False
-                if self._is_line(k):  # without mass: it stays, and other springs join the panels
+                if self._is_line(k):  # a crease line without mass: its body stays, and other springs join the panels
                     self.held |= set(self.scene.drives[k].moved)
             let_go += loads
         return let_go
@@ -361,7 +361,7 @@ class _Planner:
                 moved[name] = k
 
     def _load(self, step: Step, new: list[Load], let_go: list[_Acting], start: float, end: float) -> None:
-        """Loads of a step: a static step ramps what begins or ends, a dynamic one lets it begin and end at once."""
+        """Loads of a step. In a static step they begin and end with a ramp, in a dynamic step at once."""
         named = {load.called for load in new}
         kept: list[_Acting] = []
         for acting in self.loads:

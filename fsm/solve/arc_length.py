@@ -1,12 +1,12 @@
 """Arc-length continuation: the whole equilibrium path, through limit points and back, stable or not.
 
-Configuration and time (which here only says where drives and loads are) are unknowns together, and steps are measured
-along the path, so it may turn back in both. A step from (q_n, t_n) along the tangent (x', t') of unit length ends where
+Configuration and time are unknowns together; time is only the parameter of drives and loads. Steps have a given length along
+the path, so the path may turn back in both. A step from (q_n, t_n) along the unit tangent (x', t') ends where
 
     h(t, q) = 0,     x'.x + t' (t - t_n)/T = s
 
 with x the increment from q_n, scaled by the structure's span over the root of its size, and T the whole time
-(pseudo-arclength: Keller 1977; Riks 1979). Rates play no part: damping and friction are left out, and said to be.
+(pseudo-arclength: Keller 1977; Riks 1979). The path is independent of rates: damping and friction are neglected.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ __all__ = ["ArcSettings", "PathPoint", "trace"]
 
 _ITERATIONS = 10
 _WANTED = 4
-"""Iterations that a step of the right length takes."""
+"""Desired number of Newton iterations of a step."""
 _TURN = 0.9
-"""Least cosine between the tangents at the ends of a step: a sharper turn may have hopped to another branch."""
+"""Least cosine between the tangents at the ends of a step: a sharper turn may be a jump to another branch."""
 
 
 @dataclass(frozen=True)
@@ -40,9 +40,9 @@ class PathPoint:
     time : s
     q : configuration
     negative_pivots : int
-        Of K; more than zero: unstable.
+        Negative pivots of K; unstable if there are any.
     iterations : int
-        Of Newton's method, for this point.
+        Newton iterations for this point.
     """
 
     length: float
@@ -54,7 +54,7 @@ class PathPoint:
 
 @dataclass(frozen=True)
 class ArcSettings:
-    """How to follow a path by arc length; arguments of `trace`.
+    """Settings of path following by arc length; arguments of `trace`.
 
     Attributes
     ----------
@@ -91,7 +91,7 @@ def trace(
     tolerance: float = 1e-9,
     lowest: float | None = None,
 ) -> Iterator[PathPoint]:
-    """Equilibria along the path from an equilibrium on, until the time reaches `end` or falls below `lowest`.
+    """Equilibria along the path from a given one, until the time reaches `end` or falls below `lowest`.
 
     Parameters
     ----------
@@ -100,17 +100,17 @@ def trace(
         Equilibrium at `start`.
     start, end : s
     first, longest : -
-        First and longest step along the path: 1 is a motion of everything by the whole span, or all of the time.
+        First and longest step along the path. Length 1: all parts move by the span, or the whole time passes.
     max_steps : int
     tolerance : -
-        Last step of Newton's method, relative to the span.
+        Bound of the last Newton step, relative to the span.
     lowest : s
         Absent: `start`.
 
     Raises
     ------
     NotConverged
-        Steps became too small, or too many.
+        The step is too small, or the number of steps too large.
     """
     tracer = _Tracer(system, start, end, tolerance)
     point, tangent = tracer.first(q, start)
@@ -131,7 +131,7 @@ def trace(
         if point.time >= end or point.time < (start if lowest is None else lowest):
             return
         step = min(longest, step * float(np.clip(np.sqrt(_WANTED / max(iterations, 1)), 0.5, 2.0)))
-    raise NotConverged(f"arc-length: more than {max_steps} steps; the path has come to t = {point.time:.6g} s")
+    raise NotConverged(f"arc-length: more than {max_steps} steps; the path ends at t = {point.time:.6g} s")
 
 
 class _Tracer:
@@ -142,15 +142,15 @@ class _Tracer:
         self.solver = LinearSolver()
 
     def first(self, q: np.ndarray, t: float) -> tuple[PathPoint, _Tangent]:
-        """The start, and the tangent with time going on."""
+        """Start of the path, and its tangent towards later times."""
         tangent, negative = self._tangent(t, q, None)
         return PathPoint(0.0, t, q, negative), tangent
 
     def step(
         self, point: PathPoint, tangent: _Tangent, length: float
     ) -> tuple[PathPoint, _Tangent, int] | None:
-        """The next point; None if it was not found, or lies round a corner."""
-        # the end of the time is met exactly: there the time is held instead of the length
+        """Next point; None if it is not found, or if the tangent turns too far."""
+        # the last step prescribes the end time instead of the length
         hold = point.time + length * tangent.t * self.duration >= self.end
         if hold:
             length = (self.end - point.time) / (tangent.t * self.duration)
@@ -188,7 +188,7 @@ class _Tracer:
         return linear.force
 
     def _tangent(self, t: float, q: np.ndarray, before: _Tangent | None) -> tuple[_Tangent, int]:
-        """Unit tangent that goes on the way the one before went, and the negative pivots of K."""
+        """Unit tangent in the sense of the previous one, and the number of negative pivots of K."""
         linear = self.system.linearise(t, q, None)
         self.solver.factorise(linear.stiffness)
         x = self.solver.solve(self.system.force_rate(t, q)) / self.scale * self.duration

@@ -1,6 +1,6 @@
-"""Path of equilibria by arc length as a step of a run: records, work, force curve, and loads over their ways.
+"""Path of equilibria by arc length as a step of a run: records, work, force curve, and loads over displacements.
 
-Loads and drives are functions of a time that goes forth and back on such a path. Records have a time of their own: it
+Loads and drives are functions of the program time, which may decrease on such a path. The time of records is another one: it
 increases with the length of the path, and ends with the step.
 """
 
@@ -20,18 +20,18 @@ __all__ = ["ArcRun"]
 
 
 class ArcRun:
-    """One path.
+    """Path of equilibria by arc length.
 
     Parameters
     ----------
     system : system with the method `loaded`
     settings : ArcSettings
-    ledger, seen : changed as the path goes on
+    ledger, seen : energy balance and curve, to which all points are added
 
     Attributes
     ----------
     saved : all points as states to be saved
-    loads : time of the programs, stability, and size and way of every load at all points, as lists by name
+    loads : program time, stability, and size and displacement of every load at all points, as lists by name
     warnings : list of str
     """
 
@@ -43,12 +43,12 @@ class ArcRun:
         self.warnings: list[str] = []
 
     def go(self, start: float, q: np.ndarray, on_point: Callable[[float, int], None]) -> np.ndarray:
-        """Follow the path from an equilibrium at a time (s); the configuration at its end."""
+        """Follow the path from an equilibrium at a time (s), and return the configuration at its end."""
         settings, system = self.settings, self.system
         at_rest = np.zeros(system.nu)
         system.forget(np.zeros(0))
         points: list[PathPoint] = []
-        lowest = 2.0 * start - settings.end_time  # loads may turn round up to their full size
+        lowest = 2.0 * start - settings.end_time  # loads may reverse up to their full size
         for point in trace(
             system, q, start, settings.end_time, settings.first, settings.longest, settings.max_steps, lowest=lowest
         ):
@@ -61,13 +61,14 @@ class ArcRun:
         last = points[-1]
         if last.time < settings.end_time:
             self.warnings.append(
-                f"the path by arc length did not reach the loads of the end of its step, {settings.end_time:.4g} s; the "
-                f"largest were those of {max(p.time for p in points):.4g} s, and then they turned round"
+                f"arc-length: the path did not reach the program time of the end of its step, {settings.end_time:.4g} s; the "
+                f"loads decreased after a program time of {max(p.time for p in points):.4g} s, and the path ended at their "
+                "reverse"
             )
         return last.q
 
     def _account(self, start: float, points: list[PathPoint]) -> None:
-        """Records, work and loads of all points."""
+        """Compute the records, work and loads of all points."""
         system, ledger = self.system, self.ledger
         at_rest = np.zeros(system.nu)
         whole = points[-1].length or 1.0

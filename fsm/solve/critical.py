@@ -1,4 +1,4 @@
-"""Critical points of an equilibrium path: their mode, what they are, and the stable branch at a bifurcation."""
+"""Critical points of an equilibrium path: critical mode, type, and stable branch after a bifurcation."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ __all__ = ["Critical", "critical_point", "loose_mode", "stable_branch"]
 
 _ITERATIONS = 30
 _ALONG = 0.1
-"""Part of the response that is along the critical mode, below which the point is a bifurcation."""
+"""Component of the response along the critical mode, below which the point is a bifurcation."""
 _AMPLITUDES = (1e-3, 3e-3, 1e-2, 3e-2, 1e-1)
-"""Sizes, over the span, tried along the critical mode."""
+"""Amplitudes of the critical mode, over the span, that are tried."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Critical:
     mode : (nu,) array
         Largest component, over the span, 1.
     bifurcation : bool
-        The loads and drives do not push along the mode; else the point is a limit point.
+        Whether loads and drives do no work along the mode; otherwise the point is a limit point.
     """
 
     mode: np.ndarray
@@ -37,10 +37,10 @@ class Critical:
 
 
 def critical_point(system: System, t: float, q: np.ndarray, later: float) -> Critical:
-    """Softest mode at a state, and whether what moves until `later` (s) pushes along it.
+    """Softest mode at a state, and whether the change of loads and drives until `later` (s) does work along it.
 
-    Inverse iteration with the symmetric part of K, scaled by the span, from a fixed start. Near a limit point the whole
-    response to the drive is along the mode; at a bifurcation the mode stays out of it.
+    Inverse iteration with the symmetric part of K, scaled by the span, from a fixed start. Near a limit point the
+    response to the drive is along the mode; at a bifurcation it has no component along the mode.
     """
     span = system.scales().span
     solver = LinearSolver()
@@ -60,14 +60,14 @@ def critical_point(system: System, t: float, q: np.ndarray, later: float) -> Cri
 
 
 def loose_mode(system: System, t: float, q: np.ndarray) -> np.ndarray:
-    """What nothing holds, (nu,): the softest mode of a stiffness that is singular, made regular by a trifle."""
+    """Mode without stiffness, (nu,): the softest mode of a singular stiffness with a small diagonal shift."""
     span = system.scales().span
     stiffness = system.linearise(t, q, None).stiffness.symmetric()
     diagonal, size = stiffness.pattern.diagonal, range(stiffness.pattern.size)
     data = stiffness.data.copy()
     scale = span.reshape(-1, stiffness.pattern.size) ** 2
-    trifle = 1e-9 * float(np.max(np.abs(data[diagonal][:, size, size]) * scale)) or 1.0
-    data[diagonal[:, None], size, size] += trifle / scale
+    shift = 1e-9 * float(np.max(np.abs(data[diagonal][:, size, size]) * scale)) or 1.0
+    data[diagonal[:, None], size, size] += shift / scale
     solver = LinearSolver()
     solver.factorise(BlockMatrix(stiffness.pattern, data))
     mode = np.random.default_rng(0).standard_normal(system.nu)
@@ -85,14 +85,14 @@ def stable_branch(
     critical: Critical,
     side: float,
 ) -> Equilibrium | None:
-    """A stable equilibrium at rest, at time t, beside the unstable path.
+    """Stable equilibrium at rest, at time t, beside the unstable path.
 
     Parameters
     ----------
     step : EquilibriumStep
     t, guess, efforts : time just past the bifurcation, and the configuration and springs' efforts of the path there
     critical : Critical
-    side : sign of the mode to go to; 0: try both and take the one of lower energy
+    side : sign of the critical mode; 0: try both signs and select the lower energy
 
     Returns
     -------
@@ -106,5 +106,5 @@ def stable_branch(
             if trial.ending is Ending.CONVERGED:
                 found.append((step.system.energy(t, trial.q, None).stored, trial))
                 break
-    # of equal energies (a symmetric pair) the positive side, which comes first
+    # at equal energies (a symmetric pair) select the positive side, which is tried first
     return min(found, key=lambda pair: pair[0] - 1e-9 * abs(pair[0]) * (pair is found[0]))[1] if found else None

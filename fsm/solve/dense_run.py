@@ -1,4 +1,4 @@
-"""SciPy's methods, with what their dense output gives between the ends of steps."""
+"""Runs of SciPy's methods, with dense output between the ends of steps."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ _WEIGHTS = np.array([5.0, 8.0, 5.0]) / 18.0
 _ENDS_AT_SAVES = ("Radau", "Radau-blocks")
 """SciPy's methods whose steps end at every saved time."""
 _RARELY = {"LSODA": 8}
-"""Methods that begin anew at a renewal point with short steps of low order: so many times as many steps lie between."""
+"""Factor on the steps between restart points, for methods that restart with short steps of low order."""
 _STAGES = {"Radau": 3, "Radau-blocks": 3, "BDF": 1, "LSODA": 1}
-"""Right-hand sides that one Newton iteration evaluates."""
+"""Evaluations of the right-hand side in one Newton iteration."""
 _NEXT_TO = 1e-9
-"""Times that differ by less, relative to a step, are the same."""
+"""Difference of times over the step, below which they are equal."""
 
 
 class DenseRun(Run):
@@ -39,7 +39,7 @@ class DenseRun(Run):
         """See `Run`."""
         settings = self.settings
         self.equations = FirstOrder(self.system)
-        # a one-step method loses nothing by stopping at every save; between steps stiff springs are interpolated, and
+        # a one-step method may stop at every save; between steps stiff springs are interpolated, and
         # their forces are wrong by far more than the positions (rigid panels at rtol 1e-5: 5e-3 against 4e-4)
         exact = settings.method in _ENDS_AT_SAVES
         self.factorisations = 0
@@ -65,7 +65,7 @@ class DenseRun(Run):
                     self._save_between(self.pending.pop(0), solver.t, dense, before)
                 q, u = self.equations.split(state.copy())
                 objection = self.system.objection(solver.t, q, u, solver.t - self.time)
-                if objection is not None and objection.reason:  # these methods cannot take a step back
+                if objection is not None and objection.reason:  # these methods cannot repeat a step
                     self._fail(Outcome.CROSSED, objection.reason)
                 self.system.commit(solver.t, q, u)
                 if self._arrive(solver.t, q, u, partial(self._state, solver)):
@@ -74,7 +74,7 @@ class DenseRun(Run):
             self._count(solver, step=False)
 
     def _solver(self) -> Any:
-        """A new solver at the present state, that goes on from the last renewal point if there was one."""
+        """New solver at the present state; it continues from the last restart point, if any."""
         settings, state = self.settings, np.concatenate([self.q, self.u])
         if self.state is not None:
             counts = [int(count) for count in self.state["counts"]]
@@ -124,7 +124,7 @@ class DenseRun(Run):
         ledger.add(duration * energy.input_power, duration * energy.dissipated_power, duration * energy.pair_power)
 
     def _save_between(self, at: float, end: float, dense: Callable[[float], np.ndarray], before: Ledger) -> None:
-        """Save inside or at the end of a step; the integrals there are taken up to the very time."""
+        """Save states inside or at the end of a step, with the integrals up to their times."""
         q, u = self.equations.split(dense(at))
         if at >= end:
             self._save(end, q, u, self.last, self.ledger)
@@ -140,7 +140,7 @@ class DenseRun(Run):
 
 
 def stretch(solver: Any) -> None:
-    """Stretch a step that would end a rounding error short of its bound: what is left would be a step of its own."""
+    """Extend a step that ends within round-off before its bound, to avoid a tiny step after it."""
     left = solver.t_bound - solver.t
     if abs(solver.h_abs - left) < _NEXT_TO * left:
         solver.h_abs = (1.0 + _NEXT_TO) * left  # the solver stops at its bound

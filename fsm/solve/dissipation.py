@@ -12,13 +12,13 @@ __all__ = ["mean_dissipation"]
 def mean_dissipation(
     system: System, begin: Before, end: Before, pairs: int, halfway: bool = False
 ) -> tuple[float, np.ndarray]:
-    """Mean dissipated power (W) of a step between two states (time, configuration), and that of so many contact pairs.
+    """Mean dissipated power (W) of a step between two states (time, configuration), total and by contact pairs.
 
-    Of the mean rates, and of the forces at both ends. Rates at the ends hold what is left of stiff vibrations,
-    and its square: far more than was dissipated on the way. That of the pairs is as in `Energy.pair_power`.
+    It is computed from mean rates and the forces at both ends. Rates at the ends contain stiff vibrations, and their square
+    would overestimate the loss. The power of pairs is as in `Energy.pair_power`.
 
-    With `halfway` the forces are those in the middle of the step, where the chord of a rotation is no strain rate. At the
-    ends of a step that rotates slopes by an angle d it looks like a strain of d^2/2, which a stiff material dissipates.
+    With `halfway` the forces are those in the middle of the step, where the chord of a rotation causes no strain rate. At the
+    ends, a rotation of slopes by an angle d causes an apparent strain of d^2/2, which a stiff material dissipates.
     """
     if not system.rate_dependent:
         return 0.0, np.zeros((2, pairs))

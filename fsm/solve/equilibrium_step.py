@@ -1,11 +1,10 @@
 """One quasi-static step by Newton's method: h(t, q, u) = 0 with u the mean velocity since the last state.
 
-Inertia is dropped, rates are not: damping and friction keep their velocities, taken as increments over the drive's own
-time (implicit Euler). A system without damping and friction is solved at rest.
+Inertia is neglected. Damping and friction act with mean velocities over the step (implicit Euler). A system without damping
+and friction is solved at rest.
 
-The efforts of stiff springs are unknowns of their own where the system lets them (`fsm.system.MixedSystem`), beginning with
-predicted ones, and contacts are linearised at depths of their own. On the pulled strip three iterations do then what six or
-more do without, over steps three times as long.
+The efforts of stiff springs are separate unknowns in a `fsm.system.MixedSystem`. They start from predicted values, and contacts
+are linearised at separate depths. On the pulled strip this halves the iterations, with steps three times as long.
 """
 
 from __future__ import annotations
@@ -28,29 +27,29 @@ from fsm.system import Before, Depths, Linearised, MixedSystem, NewtonRules, Sys
 __all__ = ["Ending", "Equilibrium", "EquilibriumStep"]
 
 _ROUND_OFF = 1e-15
-"""Forces are known to this part of stiffness times size."""
+"""Round-off of forces over stiffness times size."""
 _OVERSHOOT = 4.0
-"""A step whose work turns to more than minus so many times what it was has gone much too far: contacts were met or lost."""
+"""A step is cut if its work becomes more negative than this factor times its initial work: contacts opened or closed."""
 _ENOUGH = 0.5
-"""Work left of such a step, over what it was, at which it is cut short."""
+"""Remaining work of a cut step over its initial work."""
 _TRIALS = 10
-"""States looked at for that, at most."""
+"""Largest number of trial states for the cut."""
 _NEARLY = 1e-4
-"""After a step smaller than this the forces alone are looked at first: they will probably do."""
+"""Step below which only the forces are evaluated first, since they are probably in balance."""
 _LATE = 4
-"""Iterations after which the forces left over should have come into sight of the reactions."""
+"""Number of iterations after which the residual is compared with the reactions."""
 _LOST, _HARDLY = 200.0, 1e-2
-"""If they are so many times the largest reaction still, and that part of the first ones, a shorter step is cheaper."""
+"""Residual over the largest reaction, and over the first residual, above which the iteration stops: a shorter step costs less."""
 
 
 @cache
 def _is_mixed(kind: type) -> bool:
-    """Whether systems of this class are `MixedSystem`; to ask every time takes longer than a step of a small one."""
+    """Whether systems of this class are `MixedSystem`; cached, since the check is slow."""
     return issubclass(kind, MixedSystem)
 
 
 class Ending(Enum):
-    """How Newton's method ended."""
+    """Outcome of Newton's method."""
 
     CONVERGED = "converged"
     UNSTABLE = "the equilibrium is unstable"
@@ -61,20 +60,20 @@ class Ending(Enum):
 
 @dataclass
 class Equilibrium:
-    """What Newton's method ended with.
+    """Result of Newton's method.
 
     Attributes
     ----------
     q : configuration
     u : (nu,) array
         Mean velocity since the last state.
-    efforts : of the springs at q, if they can be unknowns; none where no equilibrium was found
+    efforts : of the springs at q, if they are unknowns; None without an equilibrium
     ending : Ending
     iterations : int
     residual : (nu,) array, N and N m
-        Forces left over.
+        Residual of the forces.
     negative_pivots : int
-        Of the symmetric part of the last matrix, K + D/dt.
+        Negative pivots of the symmetric part of the last matrix, K + D/dt.
     """
 
     q: np.ndarray
@@ -87,28 +86,28 @@ class Equilibrium:
 
 
 class EquilibriumStep:
-    """Newton's method with the exact tangent inside a trust region, the last step cut where it overshot.
+    """Newton's method with the exact tangent in a trust region; steps that overshoot are cut.
 
     Parameters
     ----------
     system : System
     tolerance : -
-        Forces left over, relative to the largest reaction.
+        Bound of the residual, relative to the largest reaction.
     max_iterations : int
     reach : -
-        Largest part of the structure's span, or radians, that one iteration may move anything by.
+        Largest motion of any part in one iteration, over the structure's span or in rad.
 
     Attributes
     ----------
     solver : LinearSolver
     mixed : MixedSystem or None
-        The system, if the efforts of its springs can be unknowns.
+        The system, if the efforts of its springs are unknowns.
     iterations, evaluations : int
-        Of all steps so far.
+        Sums over all steps so far.
     largest_reaction : N
-        So far; the caller keeps it up to date.
+        Largest reaction so far; the caller updates it.
     round_off : N
-        Forces of the last step smaller than this are nothing.
+        Round-off of the forces of the last step.
     """
 
     def __init__(
@@ -160,7 +159,7 @@ class EquilibriumStep:
             if size < _NEARLY and matrix is not None:
                 residual = system.force(t, q, u, rates)
                 if self._balanced(residual):
-                    if iteration == 1 and self.mixed is not None:  # its efforts were but predicted
+                    if iteration == 1 and self.mixed is not None:  # its efforts were only predicted
                         matrix = self._matrix(system.linearise(t, q, u, rates), dx, t - before[0])
                         self.solver.factorise(matrix)
                     return self._found(t, q, before, iteration, residual, matrix, self.efforts(t, q, before))
@@ -203,7 +202,7 @@ class EquilibriumStep:
         return self._ended(Ending.ITERATIONS, q, self.max_iterations, residual)
 
     def _settle(self, t: float, guess: np.ndarray, before: Before, efforts: np.ndarray | None) -> Equilibrium | None:
-        """The same in one call, where the system can and all goes well."""
+        """Solve in one call, if the system supports this and the iteration converges; else None."""
         pattern = None if self.mixed is None else self.mixed.settles()
         if self.mixed is None or efforts is None or pattern is None:
             return None
@@ -215,20 +214,20 @@ class EquilibriumStep:
         self.iterations += count
         self.evaluations += count + 1
         self.round_off = settled.round_off
-        # found at once, the matrix of the state itself was factorised for its stability
+        # without an iteration, the last factorisation is that of the state itself
         self.solver.adopt(settled.matrix, settled.symmetric, max(count, 2))
         return self._found(t, settled.q, before, count, settled.residual, settled.matrix, settled.efforts)
 
     def _rates(self, t: float, before: Before | None) -> Before | None:
-        """The last state, if rates matter."""
+        """Last state, if forces depend on rates."""
         return before if before is not None and self.system.rate_dependent and t > before[0] else None
 
     def _shortened(
         self, t: float, q: np.ndarray, step: np.ndarray, before: Before, work: float, after: float
     ) -> float:
-        """Part of a step that overshot, at which its work is about zero, by the Illinois method.
+        """Part of an overshooting step at which its work is about zero, by the Illinois method.
 
-        What was met on the way is then just touched, and the next matrix knows of it.
+        Contacts that close along the step just touch there, and the next matrix includes them.
         """
         rates = self._rates(t, before)
         low, high, side = 0.0, 1.0, 0
@@ -267,7 +266,7 @@ class EquilibriumStep:
         return self.mixed.linearise_mixed(t, q, u, rates, efforts, depths)
 
     def _matrix(self, linear: Linearised, dx: np.ndarray | None, duration: float) -> BlockMatrix:
-        """K + D/dt; without rates K alone."""
+        """K + D/dt, or K without rates."""
         if dx is None:
             return linear.stiffness
         stiffness, damping = linear.stiffness, linear.damping.data
@@ -275,11 +274,11 @@ class EquilibriumStep:
         return BlockMatrix(stiffness.pattern, together)
 
     def _left_over(self, residual: np.ndarray) -> float:
-        """Largest force left over, N."""
+        """Largest component of the residual, N."""
         return float(largest_ratio(residual, self.scales.of_forces))
 
     def _balanced(self, residual: np.ndarray) -> bool:
-        """Forces left over are nothing against the reactions, or round-off."""
+        """Whether the residual is below the tolerance or below round-off."""
         return self._left_over(residual) <= max(self.tolerance * self.largest_reaction, self.round_off)
 
     def _ended(self, ending: Ending, q: np.ndarray, iterations: int, residual: np.ndarray) -> Equilibrium:
@@ -295,15 +294,15 @@ class EquilibriumStep:
         matrix: BlockMatrix,
         efforts: np.ndarray | None,
     ) -> Equilibrium:
-        """An equilibrium, with its stability by the matrix of the last iteration, a hair's breadth away.
+        """Equilibrium, with the stability from the matrix of the last iteration, which is very near.
 
-        Where the symmetric part is not definite, the matrix itself says whether an equilibrium is being lost. Sliding
-        friction couples what slides to what presses, mu k, and not the other way round: the symmetric part of a body that
-        gives way less than mu^2 k/4 along a stiff contact has a negative eigenvalue, and nothing happens.
+        If the symmetric part is not definite, the unsymmetric matrix decides on stability. Sliding friction couples the
+        tangential force to the normal displacement (mu k) but not the reverse. The symmetric part then has a negative
+        eigenvalue if the stiffness along a stiff contact is below mu^2 k/4, although the equilibrium is stable.
         """
         duration = t - before[0]
         u = self.system.difference(before[1], q) / duration if duration > 0.0 else np.zeros(self.system.nu)
-        if self.system.rate_dependent:  # not symmetric: friction, and dampers that turn
+        if self.system.rate_dependent:  # unsymmetric: friction, and rotating dampers
             self.solver.factorise(matrix.symmetric())
         negative = self.solver.negative_pivots()
         if negative and self.system.rate_dependent:

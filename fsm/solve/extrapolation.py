@@ -1,4 +1,4 @@
-"""Where the next state will be, from the last ones: a parabola in the progress of the drive."""
+"""Extrapolation of the next state from the last ones, by a parabola over the progress of the drive."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from fsm.system import System
 __all__ = ["History", "Prediction"]
 
 _KEPT = 3
-"""States kept: the curve through them is a parabola."""
+"""Number of stored states: three for a parabola."""
 
 
 class Prediction(NamedTuple):
-    """Increment (nu,) from the last state, and the efforts of the springs after it; none if none were kept."""
+    """Increment (nu,) from the last state, and the efforts of the springs after it, or None."""
 
     increment: np.ndarray
     efforts: np.ndarray | None
@@ -44,11 +44,11 @@ class History:
         return len(self._states)
 
     def add(self, t: float, q: np.ndarray, efforts: np.ndarray | None = None) -> None:
-        """Take a state; the efforts of its springs, if they are to be predicted too, in all states."""
+        """Add a state, with the efforts of its springs if these are predicted too (in all states or in none)."""
         self._states = [*self._states[-(_KEPT - 1) :], _State(self.system.progress(t), q, efforts)]
 
     def state(self) -> State:
-        """All states, to go on from."""
+        """All states, for a restart."""
         states = self._states
         return {
             "history_progress": np.array([state.progress for state in states]),
@@ -57,7 +57,7 @@ class History:
         }
 
     def go_on(self, state: State) -> None:
-        """Have the states that `state` gave."""
+        """Set the states of a restart point (see `state`)."""
         progress, efforts = state["history_progress"].tolist(), state["history_efforts"]
         kept: list[np.ndarray | None] = list(efforts) if len(efforts) else [None] * len(progress)
         self._states = [_State(*values) for values in zip(progress, state["history_q"], kept, strict=True)]
@@ -68,7 +68,7 @@ class History:
         return self._states[-1].efforts
 
     def predict(self, t: float) -> Prediction | None:
-        """The state at time t; None with fewer than two states."""
+        """Prediction of the state at time t; None with fewer than two states."""
         if len(self._states) < 2:
             return None
         *earlier, last = self._states

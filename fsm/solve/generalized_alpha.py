@@ -1,4 +1,4 @@
-"""The generalized-alpha method as an object that goes step by step; `fsm.stepping.generalized_alpha` has the equations."""
+"""The generalized-alpha method, step by step; see `fsm.stepping.generalized_alpha` for the equations."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ from fsm.system import ArraySystem, Before, Linearised, System
 __all__ = ["RHO_INF", "Coefficients", "GeneralizedAlpha"]
 
 RHO_INF = 0.6
-"""Spectral radius at infinity unless another is asked for."""
+"""Default spectral radius at infinite frequency."""
 
 _NEWTON, _LOOSEST = 1e-2, 1e-3
-"""Error left by Newton's method over the error allowed to a step, but no more than at this relative tolerance."""
+"""Tolerance of Newton's method over that of a step; and the largest relative tolerance it is based on."""
 _GROWTH = 2.0
 _FLOOR_AT = 1e-6
-"""Relative tolerance below which the system's shortest step falls, with its cube root as errors do."""
+"""Relative tolerance below which the system's shortest step decreases, with its cube root."""
 
 
 @dataclass(frozen=True)
@@ -56,13 +56,13 @@ class Coefficients:
 
     @classmethod
     def of(cls, rho_inf: float) -> Coefficients:
-        """Those of a spectral radius at infinity, 0 (stiff modes vanish in a step) to 1 (they are kept)."""
+        """Constants for a spectral radius at infinite frequency, from 0 (most damping) to 1 (no numerical damping)."""
         alpha_m, alpha_f = (2.0 * rho_inf - 1.0) / (rho_inf + 1.0), rho_inf / (rho_inf + 1.0)
         return cls._with(alpha_m, alpha_f, 1.0 / (1.0 + rho_inf) ** 2, 0.5 * (3.0 - rho_inf) / (1.0 + rho_inf))
 
     @classmethod
     def newmark(cls) -> Coefficients:
-        """Newmark's method of constant mean acceleration, beta = 1/4, gamma = 1/2: no numerical damping at all."""
+        """Newmark's method of constant mean acceleration, beta = 1/4, gamma = 1/2, without numerical damping."""
         return cls._with(0.0, 0.0, 0.25, 0.5)
 
     @classmethod
@@ -76,12 +76,12 @@ class Coefficients:
 
 @cache
 def _has_arrays(kind: type) -> bool:
-    """Whether systems of this class are `ArraySystem`; to ask every time takes long."""
+    """Whether systems of this class are `ArraySystem`; cached, since the check is slow."""
     return issubclass(kind, ArraySystem)
 
 
 class SystemModel:
-    """A system as the model of a step (`fsm.stepping.model`), with its tangents, their factors, and its last objection."""
+    """Model of a system for time steps (`fsm.stepping.model`), with its tangent, factorisation and last rejection."""
 
     def __init__(self, system: System, q: np.ndarray) -> None:
         self.system = system
@@ -125,7 +125,7 @@ class SystemModel:
         return True
 
     def solve(self, right: np.ndarray) -> np.ndarray:
-        """See `fsm.stepping.model`; not a number where the matrix is singular."""
+        """See `fsm.stepping.model`; NaN if the matrix is singular."""
         try:
             return self.linear.solve(right)
         except NotConverged:
@@ -152,7 +152,7 @@ class SystemModel:
         return self._linear.damping.times(vector)
 
     def unable(self) -> bool:
-        """See `fsm.stepping.model`; SciPy solves what our own blocks do not."""
+        """See `fsm.stepping.model`; false, since SciPy solves the equations if the block solver fails."""
         return False
 
     def energies(self, t: float, q: np.ndarray, u: np.ndarray, step: float) -> tuple[float, float, float, float]:
@@ -176,20 +176,20 @@ class SystemModel:
 
 
 class GeneralizedAlpha:
-    """The method as an object that goes step by step.
+    """The generalized-alpha method, step by step.
 
     Parameters
     ----------
     system : System
     t, q, u : time and state to start from
     rtol : -
-        The local error of a step, root mean square over all components: rtol times the system's scales for increments,
-        rtol times scales and size for velocities.
+        Bound of the local error of a step, root mean square over all components, relative to the system's scales; of
+        velocities relative to scales and size.
     rho_inf : -
-        Spectral radius at infinity; None: Newmark's method.
+        Spectral radius at infinite frequency; None: Newmark's method.
     fixed_step : s
-        Steps of this size, or the next smaller that divides the way to the next time that is to be hit, whatever the
-        error; down to a 64th where equations are not solved. None: the error is controlled.
+        Fixed step size, reduced to divide the time to the next end time, and down to a 64th if Newton's method does not
+        converge. None: error control.
     max_step : s
 
     Attributes
@@ -198,9 +198,9 @@ class GeneralizedAlpha:
     rate, a : (nu,) arrays
         u' and the algorithmic acceleration.
     step_size : s
-        Taken next, unless a time that has to be hit comes first.
+        Size of the next step, unless a given end time comes first.
     steps, rejected, failed : int
-        Steps done; steps repeated because of their error, and because their equations were not solved.
+        Steps taken; steps repeated because of the error, and because Newton's method did not converge.
     iterations, force_evaluations, linearisations, factorisations : int
     """
 
@@ -217,7 +217,7 @@ class GeneralizedAlpha:
     ) -> None:
         self.system, self.fixed_step = system, fixed_step
         self.coefficients = c = Coefficients.newmark() if rho_inf is None else Coefficients.of(rho_inf)
-        # h u of modes too stiff to be resolved falls by rho_inf a step: with faster growth their u would rise
+        # h u of modes too stiff for the step decreases by rho_inf in a step: with faster growth of h their u would increase
         fastest = 1.0 / max(1.0 if rho_inf is None else rho_inf, 1.0 / _GROWTH)
         growth = max(stepping.GROWTH_OF_STEADY_STEPS, min(_GROWTH, fastest))
         newton = _NEWTON * min(1.0, _LOOSEST / rtol)
@@ -226,7 +226,7 @@ class GeneralizedAlpha:
         self.rules = Rules(
             c.alpha_m, c.alpha_f, c.beta, c.gamma, c.shift, c.error_x, c.error_u, rtol, newton, growth, fixed_step or 0.0,
             min(1.0, rtol / _FLOOR_AT) ** (1.0 / 3.0) * system.shortest_step(), tolerance,
-            # Newton's method resolves more where forces need it; steps do not
+            # the tolerance of Newton's method is tighter where forces need it; that of steps is not
             np.minimum(tolerance, scales.resolution / newton), scales.velocity, scales.increment, scales.span,
             np.array(sorted(system.break_times()), dtype=float),
         )  # fmt: skip
@@ -239,22 +239,22 @@ class GeneralizedAlpha:
         self._arrays = cast(ArraySystem, system).arrays(self.model.linear.ready) if _has_arrays(type(system)) else None
 
     def step(self, until: float) -> None:
-        """One step, that ends at `until` or before.
+        """Take one step that ends at `until` or before.
 
         Raises
         ------
         StepFailed
-            The equations of even the smallest step have no solution that Newton's method finds, or its error is too large.
+            Newton's method does not converge, or the error is too large, even with the smallest step.
         """
-        # users keep the arrays of the state before
+        # callers may store the arrays of the previous state
         motion = self.motion = self.motion._replace(q=self.motion.q.copy(), u=self.motion.u.copy())
-        with np.errstate(all="ignore"):  # iterates may go anywhere before they are given up
+        with np.errstate(all="ignore"):  # iterates may overflow before the step is rejected
             outcome = take_step(self.model, motion, self.rules, until)
         if outcome != stepping.STEPPED:
             raise self._failure(outcome)
 
-    def march(self, books: np.ndarray, until: float, most: int) -> None:
-        """At most so many steps in one kernel, the last of which ends at `until`; see `fsm.stepping.march`.
+    def march(self, balance: np.ndarray, until: float, most: int) -> None:
+        """Take at most `most` steps up to `until` in one kernel; see `fsm.stepping.march`.
 
         Raises
         ------
@@ -264,11 +264,11 @@ class GeneralizedAlpha:
         if self._arrays is None:
             raise ValueError("this system has no arrays")
         self.motion = self.motion._replace(q=self.motion.q.copy(), u=self.motion.u.copy())
-        outcome = march_arrays(self._arrays, self.motion, self.rules, books, until, most)
+        outcome = march_arrays(self._arrays, self.motion, self.rules, balance, until, most)
         if outcome == stepping.UNABLE:
-            # the same steps, where SciPy takes over the linear equations
+            # one step in Python, where SciPy solves the linear equations
             self._arrays.arrays.flags[-1] = self.motion.counts[stepping.TANGENT] = 0
-            outcome = march(self.model, self.motion, self.rules, books, until, 1)
+            outcome = march(self.model, self.motion, self.rules, balance, until, 1)
             self.motion.counts[stepping.TANGENT] = 0
         if outcome != stepping.STEPPED:
             raise self._failure(outcome)
@@ -307,7 +307,7 @@ class GeneralizedAlpha:
 
     @property
     def step_size(self) -> float:
-        """Size of the next step, s, unless a time that has to be hit comes first."""
+        """Size of the next step, s, unless a given end time comes first."""
         return float(self.motion.sizes[stepping.STEP_SIZE])
 
     @step_size.setter
@@ -358,10 +358,10 @@ class GeneralizedAlpha:
         """Evaluations of the force with tangents."""
         return int(self.motion.counts[stepping.LINEARISATIONS])
 
-    # renewal ------------------------------------------------------------------------------------------------------
+    # restart ------------------------------------------------------------------------------------------------------
 
     def state(self) -> State:
-        """What another object goes on with from the present time, q and u."""
+        """State of the method for a restart, besides time, q and u."""
         motion = self.motion
         return {
             "rate": motion.rate.copy(),
@@ -372,7 +372,7 @@ class GeneralizedAlpha:
         }
 
     def go_on(self, state: State) -> None:
-        """Go on with what `state` gave, and a tangent at the present state."""
+        """Continue from a restart point (see `state`), with a tangent at the present state."""
         motion, t = self.motion, self.t
         motion.rate[:], motion.a[:], motion.slope[:] = state["rate"], state["a"], state["slope"]
         motion.sizes[:], motion.counts[:] = state["sizes"], state["counts"]

@@ -1,4 +1,4 @@
-"""What a solve is told to begin with and to hand over, and what it does: states, the ends of its steps, what it took."""
+"""Input and output of a solve: initial state, saved states, ends of steps, statistics."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from fsm.system import Before, DriveState, Observation, System
 __all__ = ["Beginning", "CurvePoint", "Saved", "Statistics", "StepEnd", "Wanted", "inertia_counts"]
 
 _INERTIAL = 1e-2
-"""Inertial forces over the force of the drives, up to which that force counts as quasi-static."""
+"""Largest ratio of inertial forces to the drive force at which the drive force is quasi-static."""
 
 
 @dataclass(frozen=True)
 class Saved:
-    """A state that was asked for: time (s), q, u, what was observed, and the ledger's numbers (J).
+    """Saved state: time (s), q, u, observation, and numbers of the energy balance (J).
 
-    `before` is the state at the start of a quasi-static step, from which rates are differences; None of a motion.
-    `program_time` is the time at which loads and drives are taken, if it is another: on a path by arc length it goes back.
+    `before` is the state at the start of a quasi-static step; rates are differences from it. It is None in dynamics.
+    `program_time` is the time of loads and drives if it differs from `time`, as on a path by arc length.
     """
 
     time: float
@@ -41,7 +41,7 @@ class Saved:
 
     @property
     def acting(self) -> float:
-        """Time at which loads and drives are taken, s."""
+        """Time at which loads and drives are evaluated, s."""
         return self.time if self.program_time is None else self.program_time
 
 
@@ -54,8 +54,8 @@ class CurvePoint(NamedTuple):
     pair_force : (n_pairs,) array, N
     time : s
     path : int
-        Even: number of a path, times two, along which forces are quasi-static: equilibria, or motion whose inertia does not
-        count (`inertia_counts`), of a snap only near a stable equilibrium. Odd: motion between two paths.
+        Even: twice the number of a quasi-static path, that is equilibria, or motion with negligible inertia
+        (`inertia_counts`); a snap counts only near a stable equilibrium. Odd: motion between two paths.
     panels, creases : J
         Elastic energy.
     """
@@ -71,7 +71,7 @@ class CurvePoint(NamedTuple):
     def after(
         cls, points: Sequence[CurvePoint], time: float, seen: Observation, dynamic: bool, jumped: bool = False
     ) -> CurvePoint:
-        """The point that follows others; `jumped`: it is on another equilibrium path than the last one."""
+        """Next point of a curve; `jumped`: it is on another equilibrium path than the last point."""
         path = points[-1].path if points else 0
         if path % 2 != int(dynamic):
             path += 1
@@ -82,9 +82,9 @@ class CurvePoint(NamedTuple):
 
 
 def inertia_counts(system: System, t: float, q: np.ndarray, u: np.ndarray, seen: Observation) -> bool:
-    """Whether the inertial forces M u' of a motion, summed by magnitude, are more than `_INERTIAL` of the drives' force.
+    """Whether the inertial forces M u', summed by magnitude, exceed `_INERTIAL` times the drive force.
 
-    On a strip that snaps they are 1e-4 of it where the motion has died and about all of it in a spike.
+    On a strip that snaps their ratio is 1e-4 after the motion has decayed, and about 1 in a peak of the force.
     """
     if not len(seen.drive.force):
         return False
@@ -100,10 +100,10 @@ class StepEnd:
     ----------
     time, q, u : s, (nq,) and (nu,) arrays
     steps : int
-        So far.
-    events : so far
+        Number of steps so far.
+    events : events so far
     state : dict of arrays, or None
-        At a renewal point (`fsm.solve.renewal`) what another solve goes on with from here.
+        Restart data, at a restart point (`fsm.solve.renewal`).
     """
 
     time: float
@@ -116,7 +116,7 @@ class StepEnd:
 
 @dataclass(frozen=True)
 class Wanted:
-    """What a solve is to hand over.
+    """Requested output of a solve.
 
     Attributes
     ----------
@@ -132,15 +132,15 @@ class Wanted:
 
 @dataclass(frozen=True)
 class Beginning:
-    """What a solve begins or goes on with.
+    """Initial state of a solve, or a restart point from which it continues.
 
     Attributes
     ----------
     start : time, q, u; the system's initial state if absent
-    ledger, seen : changed in place; a ledger is opened if there is none
+    ledger, seen : energy balance and curve, changed in place; a new balance is opened if absent
     after : StepEnd
-        A renewal point of another solve of the same system to go on from, with its ledger and what it had seen there, as
-        that one did: to the bit.
+        Restart point of an earlier solve of the same system, with its ledger and curve. The results are then equal to
+        the last bit to those of a solve without interruption.
     """
 
     start: tuple[float, np.ndarray, np.ndarray] | None
@@ -151,9 +151,9 @@ class Beginning:
 
 @dataclass
 class Statistics:
-    """What a solve took, and the curve at every point looked at.
+    """Counters of a solve, and its curve.
 
-    `seen` holds what a curve has at the ends of all steps (and Gauss points in them), in the order of time;
+    `seen` holds the points of the curve at the ends of all steps, and at Gauss points in them, in the order of time.
     `newton_iterations` of SciPy's methods are evaluations of the right-hand side over the stages of one iteration.
     """
 

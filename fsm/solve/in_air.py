@@ -1,4 +1,4 @@
-"""A system in air that thins out, in which every motion dies in a few of its own periods; what comes to rest in it."""
+"""Rest state of a system by artificial damping that decreases with time, so that each mode decays in a few periods."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from fsm.system import Before, Linearised, Objection, System
 __all__ = ["InAir", "come_to_rest"]
 
 _DECAY = 8.0
-"""Rate of the air times the time since the motion began: energies fall with this power of that time."""
+"""Damping rate times the time since the start; the energy decreases with this power of that time."""
 _AT_FIRST = 1e-3
-"""Time before the start of a motion that its air counts from, over the time that it takes to move by its own size."""
+"""Offset of the time in the damping rate, over the time in which the system moves by its own size."""
 _RTOL, _STEPS = 1e-3, 5000
 _DEAD = 1e-8
-"""Kinetic energy over the largest of a motion, below which it has died."""
+"""Kinetic energy over its largest value, below which the motion has decayed."""
 
 
 class InAir:
-    """A system in air of rate c = 8/(t - began) 1/s: a force -c M u.
+    """System with the artificial damping force -c M u, c = 8/(t - began), 1/s.
 
-    At any time what swings faster than c has died, and what is slower hardly feels it: no period needs to be known.
+    At any time, vibrations faster than c have decayed and slower ones are hardly damped, so no period need be known.
 
     Parameters
     ----------
     system : System
     began : s
     stopped : s, or None
-        Time at which loads and drives stay, whatever the time is.
+        Time at which loads and drives are evaluated; None: the present time.
     """
 
     def __init__(self, system: System, began: float, stopped: float | None = None) -> None:
@@ -84,16 +84,16 @@ class InAir:
         return self.system.longest_step(self._at(t), q, u)
 
     def taken(self, begin: Before, end: Before) -> float:
-        """Energy that the air takes in a step, J, at its mean velocity."""
+        """Energy that the artificial damping dissipates in a step, J, at the mean velocity."""
         step = end[0] - begin[0]
         u = self.system.difference(begin[1], end[1]) / step
         return self._rate(0.5 * (begin[0] + end[0])) * float(u @ (self.system.mass(end[1]) @ u)) * step
 
 
 def come_to_rest(system: System, t: float, q: np.ndarray) -> np.ndarray:
-    """Configuration to which a motion comes that begins at rest, with loads and drives as they are at time t.
+    """Final configuration of a damped motion from rest, with loads and drives at their values at time t.
 
-    As an equilibrium it is rough: friction may hold it a little off, and dampers that are slow.
+    It is an approximate equilibrium: friction and slow dampers may keep it slightly away.
 
     Raises
     ------

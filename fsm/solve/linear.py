@@ -1,8 +1,8 @@
-"""Linear solvers behind one door: analyse a pattern once, factorise and solve often.
+"""Linear solvers with one interface: analyse a pattern once, factorise and solve often.
 
-* ``block``: our own LU on the blocks (`fsm.kernels.block_lu`), rows in minimum-degree order. Default.
-* ``splu``: SuperLU. Taken for one matrix when the blocks' own pivots fail or leave a poor residual.
-* ``pardiso``: Intel's, for large membranes; needs the extra ``mkl``.
+* ``block``: LU on the blocks (`fsm.kernels.block_lu`), rows in minimum-degree order. Default.
+* ``splu``: SuperLU. It replaces ``block`` for one matrix if a pivot fails or the residual is poor.
+* ``pardiso``: PARDISO of Intel MKL, for large membranes; requires the extra ``mkl``.
 """
 
 from __future__ import annotations
@@ -48,11 +48,11 @@ def _minimum_degree(pattern: BlockPattern) -> np.ndarray:
 
 
 _REAL_TO = 1e-9
-"""Imaginary over real part of an eigenvalue that is real but for rounding."""
+"""Ratio of imaginary to real part, below which an eigenvalue is real."""
 
 
 class LinearSolver:
-    """Factorises block matrices and solves with them.
+    """Solver that factorises block matrices.
 
     Parameters
     ----------
@@ -61,16 +61,16 @@ class LinearSolver:
     Attributes
     ----------
     analyses, factorisations, fallbacks : int
-        Patterns met that no other solver had, matrices factorised, matrices that SuperLU had to take over.
+        New patterns analysed, matrices factorised, and matrices for which SuperLU replaced the block solver.
 
     Raises
     ------
     FsmError
-        PARDISO is asked for and not installed.
+        PARDISO is selected but not installed.
     """
 
     _known: ClassVar[WeakKeyDictionary[BlockPattern, Elimination]] = WeakKeyDictionary()
-    """What all solvers have worked out, as long as the patterns live."""
+    """Analyses of patterns, shared by all solvers, with the lifetime of the patterns."""
 
     def __init__(self, backend: Backend = "block") -> None:
         self.backend = backend
@@ -84,12 +84,12 @@ class LinearSolver:
         self._symmetric = self._trusted = False
 
     def factorise(self, matrix: BlockMatrix) -> None:
-        """Take a matrix, real or complex; it must not be changed until the last `solve` with it.
+        """Factorise a real or complex matrix; it must not change until the last `solve` with it.
 
         Raises
         ------
         NotConverged
-            It is singular.
+            The matrix is singular.
         """
         self.factorisations += 1
         self._matrix, self._other, self._trusted = matrix, None, False
@@ -106,7 +106,7 @@ class LinearSolver:
             self._other = self._library_factors(matrix)
 
     def ready(self, pattern: BlockPattern, dtype: np.dtype = _REAL) -> tuple[Elimination, np.ndarray]:
-        """What is known of a pattern, and the block data (n_filled, size, size) that its factors go into."""
+        """Elimination of a pattern, and the block data (n_filled, size, size) for its factors."""
         known = self._analyse(pattern)
         shape = (len(known.indices), pattern.size, pattern.size)
         if self._factors.shape != shape or self._factors.dtype != dtype:
@@ -114,15 +114,15 @@ class LinearSolver:
         return known, self._factors
 
     def adopt(self, matrix: BlockMatrix, symmetric: bool, times: int) -> None:
-        """Take over the factors of a matrix that somebody else has put where `ready` said, the last of so many times."""
+        """Use factors that the caller has computed in the data of `ready`, in the last of `times` factorisations."""
         self.factorisations += times
         self._matrix, self._other, self._trusted, self._symmetric = matrix, None, False, symmetric
 
     def solve(self, right: np.ndarray) -> np.ndarray:
-        """Solution (n,) of A x = b, refined once where its backward error asks for it.
+        """Solution (n,) of A x = b, with one refinement if its backward error is too large.
 
-        The error is that of the factors. Once it was good without being refined, it is not looked at again with the same
-        ones: that takes as long as to solve.
+        After a solution with a small backward error, the check is skipped for the same factors, since it costs as much as a
+        solution.
         """
         if self._other is not None:
             return np.asarray(self._other(right))
@@ -145,7 +145,7 @@ class LinearSolver:
         return np.asarray(x)
 
     def negative_pivots(self) -> int:
-        """Negative eigenvalues of the matrix, which must be symmetric; dense where the blocks' pivots failed."""
+        """Number of negative eigenvalues of a symmetric matrix; by a dense solver if the block pivots failed."""
         assert self._matrix is not None
         if self._other is None and self._elimination is not None:
             return int(count_negative(self._elimination.diagonal, self._factors))
@@ -153,9 +153,9 @@ class LinearSolver:
         return int(np.sum(values < -1e-12 * np.abs(values).max(initial=0.0)))
 
     def negative_real_pivots(self) -> int:
-        """Negative real eigenvalues of the pivot blocks; of a symmetric matrix the same as `negative_pivots`.
+        """Number of negative real eigenvalues of the pivot blocks; `negative_pivots` for a symmetric matrix.
 
-        Of one that is not, their number is even or odd as that of the matrix' own negative real eigenvalues.
+        For an unsymmetric matrix it is even or odd as the number of negative real eigenvalues of the matrix.
         """
         assert self._matrix is not None
         if self._other is None and self._elimination is not None:
@@ -177,7 +177,7 @@ class LinearSolver:
         return self._elimination
 
     def _library_factors(self, matrix: BlockMatrix) -> Any:
-        """A function that solves with the matrix, by PARDISO where chosen and else by SuperLU."""
+        """Function that solves with the matrix, by PARDISO if selected, else by SuperLU."""
         scalar = matrix.bsr()
         if self._pardiso is not None:
             csr = scalar.tocsr()
@@ -186,7 +186,10 @@ class LinearSolver:
         try:
             return splu(scalar.tocsc()).solve
         except RuntimeError:
-            raise NotConverged("the linear equations are singular: something is not held (a mechanism)") from None
+            raise NotConverged(
+                "the linear equations are singular: a part of the model moves without resistance (a mechanism); "
+                "add a support or a stiffness"
+            ) from None
 
 
 def _pardiso_solver() -> Any:

@@ -265,9 +265,9 @@ class MeanForce:
             else:
                 objection = self._objection(h, x, end)
                 if objection is None:
-                    books = self._books(h, x, end)
+                    energies = self._step_energies(h, x, end)
                     of_time = self._error(h, x) if h > shortest else 0.0
-                    error = max(of_time, self._lost(books) if h > shortest / _FINEST else 0.0)
+                    error = max(of_time, self._lost(energies) if h > shortest / _FINEST else 0.0)
                     if error <= 1.0:
                         break
                     self._next = h * max(_SHRINK, _SAFETY * error ** (-1.0 / 3.0))
@@ -282,7 +282,7 @@ class MeanForce:
                 outcome = Outcome.TOO_SOFT if reason else Outcome.STEP_TOO_SMALL
                 raise self._failure(Outcome.NO_SOLUTION if x is None else outcome, reason)
         self._adapt(h, max(error, 1e-8), grow, shortest)
-        self._accept(h, x, end, books)
+        self._accept(h, x, end, energies)
 
     def _first_size(self, left: float) -> float:
         pace = _rms(self.u / self._size)
@@ -312,14 +312,14 @@ class MeanForce:
         rate = (mean - self._mean) / (0.5 * (h + self._last))
         return np.asarray((rate - self._rate) / (0.5 * (0.5 * h + self._last + 0.5 * self._last_before)))
 
-    def _lost(self, books: _Books) -> float:
+    def _lost(self, energies: _StepEnergies) -> float:
         """Energy that the rule of the integral has lost or gained, over what is allowed."""
-        moved = max(books.kinetic, abs(books.stored - self._start), self._turnover)
+        moved = max(energies.kinetic, abs(energies.stored - self._start), self._turnover)
         most = max(_AT_ONCE * (_LOST * moved - abs(self._off)), _LEAST * moved, self._trifle)
-        return abs(self._off_by(books)) / most if most > 0.0 else 0.0
+        return abs(self._off_by(energies)) / most if most > 0.0 else 0.0
 
-    def _off_by(self, books: _Books) -> float:
-        return books.stored - self._stored + books.dissipated - books.work
+    def _off_by(self, energies: _StepEnergies) -> float:
+        return energies.stored - self._stored + energies.dissipated - energies.work
 
     def _adapt(self, h: float, error: float, grow: bool, shortest: float) -> None:
         """Soderlind's PI controller (PI.4.2)."""
@@ -425,7 +425,7 @@ class MeanForce:
             if all(linear.stiffness.pattern is tangents[0].stiffness.pattern for linear in tangents):
                 return tangents
 
-    def _books(self, h: float, x: np.ndarray, end: float) -> _Books:
+    def _step_energies(self, h: float, x: np.ndarray, end: float) -> _StepEnergies:
         """Energies of a step: of its end, and what was done over it."""
         rate = x / h
         forces = np.zeros(0)
@@ -437,20 +437,20 @@ class MeanForce:
         after = self.system.energy(end, self.system.retract(self.q, x), 2.0 * rate - self.u)
         part = h / len(_POINTS)
         pairs = part * np.sum([energy.pair_power for energy in seen], axis=0)
-        return _Books(
+        return _StepEnergies(
             part * sum(energy.input_power for energy in seen), part * sum(energy.dissipated_power for energy in seen), pairs,
             after.stored_freely, after.kinetic, forces,
         )  # fmt: skip
 
-    def _accept(self, h: float, x: np.ndarray, end: float, books: _Books | None) -> None:
+    def _accept(self, h: float, x: np.ndarray, end: float, energies: _StepEnergies | None) -> None:
         rate = x / h
-        if books is None:
-            books = self._books(h, x, end)
-        self.drive_force = books.drive_force
-        self.work, self.dissipated, self.of_pairs = books.work, books.dissipated, books.pairs
-        self._turnover = max(self._turnover, books.kinetic, abs(books.stored - self._start))
-        self._off += self._off_by(books)
-        self._stored = books.stored
+        if energies is None:
+            energies = self._step_energies(h, x, end)
+        self.drive_force = energies.drive_force
+        self.work, self.dissipated, self.of_pairs = energies.work, energies.dissipated, energies.pairs
+        self._turnover = max(self._turnover, energies.kinetic, abs(energies.stored - self._start))
+        self._off += self._off_by(energies)
+        self._stored = energies.stored
         if self._known:
             self._rate = (rate - self._mean) / (0.5 * (h + self._last))
         self._known = min(self._known + 1, 2)
@@ -461,7 +461,7 @@ class MeanForce:
         self.system.commit(self.t, self.q, self.u)
 
 
-class _Books(NamedTuple):
+class _StepEnergies(NamedTuple):
     """Energies of a step, J: work, dissipated, dissipated by pairs; stored at its end but for driven bodies, kinetic.
 
     `drive_force` (N) is the mean over the step. Rates at the ends hold what is left of stiff vibrations, and dampers would

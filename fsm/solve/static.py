@@ -25,7 +25,7 @@ import numpy as np
 
 from fsm.errors import EnergyAbort, NotConverged
 from fsm.kernels.vector import largest_ratio
-from fsm.solve.books import Books
+from fsm.solve.path_recorder import PathRecorder
 from fsm.solve.critical import Critical, critical_point, loose_mode, stable_branch
 from fsm.solve.equilibrium_step import Ending, EquilibriumStep
 from fsm.solve.extrapolation import History, Prediction
@@ -124,7 +124,7 @@ def follow(
     beginning = Beginning(start, ledger, [] if seen is None else seen, after)
     run = _Follower(system, settings, Wanted(list(save_times), on_save, on_step), beginning)
     run.go()
-    return run.statistics, run.books.ledger
+    return run.statistics, run.recorder.ledger
 
 
 class _Reason(Enum):
@@ -165,7 +165,7 @@ class _Follower:
             if start is None:
                 system.restore(np.zeros(0))
             self.history.add(t, q, self.newton.efforts(t, q))
-        self.books = Books(system, self.statistics, wanted, beginning, t, q, u)
+        self.recorder = PathRecorder(system, self.statistics, wanted, beginning, t, q, u)
         self.breaks = [at for at in system.break_times() if t < at < settings.end_time]
         # one state gives a tangent only, and of a solve that does not begin at rest the drive does not begin slowly
         self.step_size = self.first_step if start is None else _AGAIN * self.first_step
@@ -185,19 +185,19 @@ class _Follower:
     def go(self) -> None:
         """To the end."""
         begun = time.perf_counter()
-        settings, books = self.settings, self.books
+        settings, recorder = self.settings, self.recorder
         smallest = _SMALLEST * settings.end_time
         try:
             if self.statistics.steps == 0 and self._is_far_from_equilibrium():
-                before = _mark(books)
+                before = _mark(recorder)
                 self._move(moving=False, released=True)
                 self._note("release", before)
                 self._go_on_slowly()
-            while books.time < settings.end_time:
+            while recorder.time < settings.end_time:
                 if self.statistics.steps >= settings.max_steps:
                     self._fail(Outcome.TOO_MANY_STEPS)
                 duration = self._duration()
-                reason = self._attempt(books.time + duration, may_renew=True)
+                reason = self._attempt(recorder.time + duration, may_renew=True)
                 if reason is None:
                     self._judge_energy()
                     continue
@@ -212,11 +212,11 @@ class _Follower:
 
     def _duration(self) -> float:
         """Length of the next step: to the next time that is to be hit, or part of the way there."""
-        books = self.books
-        while self.breaks and self.breaks[0] <= books.time * (1.0 + 1e-12):
+        recorder = self.recorder
+        while self.breaks and self.breaks[0] <= recorder.time * (1.0 + 1e-12):
             self.breaks.pop(0)
-        target = min(books.next_save(self.settings.end_time), *self.breaks[:1], self.settings.end_time)
-        left = target - books.time
+        target = min(recorder.next_save(self.settings.end_time), *self.breaks[:1], self.settings.end_time)
+        left = target - recorder.time
         size = min(self.step_size, self.settings.max_step)
         if size >= 0.999 * left:
             return left
@@ -224,20 +224,20 @@ class _Follower:
 
     def _attempt(self, t: float, may_renew: bool = False) -> _Reason | None:
         """Try a step to time t; None if it was taken."""
-        books = self.books
-        before = (books.time, books.q)
+        recorder = self.recorder
+        before = (recorder.time, recorder.q)
         prediction = self.history.predict(t)
         extrapolated = prediction is not None
         if prediction is None:
             try:
-                increment = tangent_prediction(self.system, books.time, t, books.q, self.newton.solver)
+                increment = tangent_prediction(self.system, recorder.time, t, recorder.q, self.newton.solver)
             except NotConverged:
                 return _Reason.SINGULAR
-            prediction = Prediction(increment, self.newton.efforts(t, books.q, before, increment))
-        guess = self.system.retract(books.q, prediction.increment)
+            prediction = Prediction(increment, self.newton.efforts(t, recorder.q, before, increment))
+        guess = self.system.retract(recorder.q, prediction.increment)
         if extrapolated and self._head_on(t, guess):
             return _Reason.HEAD_ON
-        self.newton.largest_reaction = books.largest_reaction
+        self.newton.largest_reaction = recorder.largest_reaction
         found = self.newton.solve(t, guess, before, prediction.efforts)
         if found.ending is Ending.UNSTABLE:
             self.failed = found.residual
@@ -248,18 +248,18 @@ class _Follower:
         correction = self._size(self.system.difference(guess, found.q))
         if extrapolated and correction > self.far:
             return _Reason.FAR
-        objection = self.system.objection(t, found.q, None, t - books.time)
+        objection = self.system.objection(t, found.q, None, t - recorder.time)
         if objection is not None:
             self.objection = objection.reason
             return _Reason.CROSSED
-        books.ledger.trifle = max(books.ledger.trifle, self.newton.round_off * self.newton.scales.length)
+        recorder.ledger.trifle = max(recorder.ledger.trifle, self.newton.round_off * self.newton.scales.length)
         seen = self.system.observe(t, found.q, found.u, before)
         if self._inertia_counts(seen):
             return _Reason.INERTIA
-        duration = t - books.time
-        turned_over = books.turned_over(t, found.q, found.u, seen)
+        duration = t - recorder.time
+        turned_over = recorder.turned_over(t, found.q, found.u, seen)
         judged = duration > _KINK * self.first_step
-        if judged and self._coarse(duration, books.imbalance(seen, turned_over), found.iterations):
+        if judged and self._coarse(duration, recorder.imbalance(seen, turned_over), found.iterations):
             return _Reason.COARSE
         unstable = self.system.rate_dependent and bool(negative_pivots(self.system, t, found.q, self.newton.solver))
         if unstable and self._rests(t, found.q):
@@ -268,8 +268,8 @@ class _Follower:
         if apart > TORN * self.newton.scales.length:
             self._fail(Outcome.TORN)
         self._adapt(duration, correction if extrapolated else None, found.iterations)
-        lost = self.lost or _mark(books)
-        books.quasi_static(t, found.q, found.u, seen, turned_over, unstable)
+        lost = self.lost or _mark(recorder)
+        recorder.quasi_static(t, found.q, found.u, seen, turned_over, unstable)
         if self.lost is not None and not unstable:
             self._note("damped snap", self.lost)
         self.lost = lost if unstable else None
@@ -277,25 +277,25 @@ class _Follower:
         self.history.add(t, found.q, found.efforts)
         due = self.statistics.steps - self.renewed >= self.every and not unstable
         renews = may_renew and due and t < self.settings.end_time
-        end = books.tell(self._state() if renews else None)
+        end = recorder.tell(self._state() if renews else None)
         if renews:
             self._renew(end)
         return None
 
     def _head_on(self, t: float, guess: np.ndarray) -> bool:
         """Whether a prediction goes deep into what the structure is about to meet: Newton's method would be at a loss."""
-        system, books = self.system, self.books
-        if system.fixed_pattern or t - books.time < _KINK * self.first_step:
+        system, recorder = self.system, self.recorder
+        if system.fixed_pattern or t - recorder.time < _KINK * self.first_step:
             return False
         force = system.contact_force(t, guess) / _DEEP
-        return force > books.largest_reaction and force > system.contact_force(books.time, books.q)
+        return force > recorder.largest_reaction and force > system.contact_force(recorder.time, recorder.q)
 
     def _state(self) -> State:
         """What another solve goes on with from here."""
         counts = self._counts()
         return {
             **self.history.state(),
-            **self.books.state(),
+            **self.recorder.state(),
             "memory": self.system.memory(),
             "counted": self.system.counted(),
             "step_size": np.array([self.step_size]),
@@ -317,7 +317,7 @@ class _Follower:
         statistics.newton_iterations, statistics.rejected = counts[3:]
         statistics.steps, self.renewed = end.steps, end.steps
         self.history.go_on(state)
-        self.books.go_on(end)
+        self.recorder.go_on(end)
         self.step_size = float(state["step_size"][0])
         self.failed, self.coarse = np.zeros(self.system.nu), _NONE_COARSE
 
@@ -328,13 +328,13 @@ class _Follower:
         many iterations led there, which may have gone astray to another branch.
         """
         at, longer, worse = self.coarse
-        self.coarse = self.books.time, duration, imbalance
-        jump = at == self.books.time and duration < longer and imbalance > math.sqrt(duration / longer) * worse
+        self.coarse = self.recorder.time, duration, imbalance
+        jump = at == self.recorder.time and duration < longer and imbalance > math.sqrt(duration / longer) * worse
         return imbalance > _COARSE * self.settings.rtol and not (jump and iterations <= _ITERATIONS)
 
     def _inertia_counts(self, seen: Observation) -> bool:
         """Whether the motion is too fast for statics; nothing would damp it in a system without rates, so there never."""
-        ledger = self.books.ledger
+        ledger = self.recorder.ledger
         turnover = max(ledger.turnover, abs(seen.energy.stored_at_rest - ledger.start))
         return self.system.rate_dependent and seen.energy.kinetic > max(_MOVING * turnover, self.slow)
 
@@ -345,12 +345,12 @@ class _Follower:
         dampers hold back. It is an event ("damped snap"), and its forces are not those of a quasi-static path.
         """
         left_over = np.abs(self.system.force(t, q, None) * self.newton.scales.length / self.newton.scales.increment)
-        return bool(left_over.max() < _RESTING * self.books.largest_reaction)
+        return bool(left_over.max() < _RESTING * self.recorder.largest_reaction)
 
     def _is_far_from_equilibrium(self) -> bool:
         """Whether Newton's first step from the start is longer than any correction that is believed."""
-        books, solver = self.books, self.newton.solver
-        linear = self.system.linearise(books.time, books.q, None)
+        recorder, solver = self.recorder, self.newton.solver
+        linear = self.system.linearise(recorder.time, recorder.q, None)
         try:
             solver.factorise(linear.stiffness)
             step = solver.solve(linear.force)
@@ -364,7 +364,7 @@ class _Follower:
     def _forget(self) -> None:
         """Begin the history anew at the present state."""
         self.history = History(self.system)
-        self.history.add(self.books.time, self.books.q, self.newton.efforts(self.books.time, self.books.q))
+        self.history.add(self.recorder.time, self.recorder.q, self.newton.efforts(self.recorder.time, self.recorder.q))
 
     def _adapt(self, duration: float, correction: float | None, iterations: int) -> None:
         """Next step: the prediction is of third order, so its error grows as the cube of the step.
@@ -380,29 +380,29 @@ class _Follower:
         self.step_size = wanted if duration >= 0.5 * self.step_size else max(wanted, self.step_size)
 
     def _judge_energy(self) -> None:
-        judged = self.books.time >= JUDGED_FROM * self.settings.end_time
-        if judged and self.books.ledger.relative_error > self.settings.energy_abort:
+        judged = self.recorder.time >= JUDGED_FROM * self.settings.end_time
+        if judged and self.recorder.ledger.relative_error > self.settings.energy_abort:
             self._fail(Outcome.ENERGY_OF_STATICS)
 
     # critical points ------------------------------------------------------------------------------------------------
 
     def _pass_critical(self, reason: _Reason) -> None:
         """Get past a point where steps do not help."""
-        books = self.books
+        recorder = self.recorder
         if sum(event.kind != "damped snap" for event in self.statistics.events) >= _EVENTS:
             self._fail(Outcome.NO_EQUILIBRIUM)
-        before = self.lost or _mark(books)
+        before = self.lost or _mark(recorder)
         self.lost = None
-        later = books.time + 1e-3 * self.first_step
+        later = recorder.time + 1e-3 * self.first_step
         kind = "motion"
         if reason is _Reason.SINGULAR:
-            self.failed = loose_mode(self.system, books.time, books.q)
+            self.failed = loose_mode(self.system, recorder.time, recorder.q)
             self._fail(Outcome.MECHANISM)
         if reason is not _Reason.INERTIA:
-            critical = critical_point(self.system, books.time, books.q, later)
+            critical = critical_point(self.system, recorder.time, recorder.q, later)
             kind = "snap"
             # branches are looked for at rest, where nothing has friction
-            if critical.bifurcation and self._rests(books.time, books.q) and self._branch(critical):
+            if critical.bifurcation and self._rests(recorder.time, recorder.q) and self._branch(critical):
                 kind = "bifurcation"
         if kind != "bifurcation":
             self._move(reason is _Reason.INERTIA)
@@ -411,7 +411,7 @@ class _Follower:
 
     def _note(self, kind: str, begin: _Mark) -> None:
         """Note an event that ends at the present state."""
-        end = _mark(self.books)
+        end = _mark(self.recorder)
         self.statistics.events.append(Event(kind, begin.time, end.time, begin.travel, end.travel, begin.force, end.force))
 
     def _go_on_slowly(self) -> None:
@@ -422,18 +422,18 @@ class _Follower:
 
     def _branch(self, critical: Critical) -> bool:
         """Go on along the stable branch of a bifurcation, at the smallest step at which there is one."""
-        books = self.books
+        recorder = self.recorder
         step = 10.0 * _SMALLEST * self.settings.end_time
         while step < self.first_step:
-            t = min(books.time + step, books.next_save(self.settings.end_time))
+            t = min(recorder.time + step, recorder.next_save(self.settings.end_time))
             prediction = self.history.predict(t)
-            guess, efforts = books.q, self.history.efforts
+            guess, efforts = recorder.q, self.history.efforts
             if prediction is not None:
-                guess, efforts = self.system.retract(books.q, prediction.increment), prediction.efforts
+                guess, efforts = self.system.retract(recorder.q, prediction.increment), prediction.efforts
             found = stable_branch(self.newton, t, guess, efforts, critical, self.settings.imperfection)
             seen = None if found is None else self.system.observe(t, found.q, None)
-            if found is not None and seen is not None and books.may_jump(t, found.q, seen):
-                books.slide(t, found.q, seen)
+            if found is not None and seen is not None and recorder.may_jump(t, found.q, seen):
+                recorder.slide(t, found.q, seen)
                 return True
             step *= 4.0
         return False
@@ -444,44 +444,44 @@ class _Follower:
         `moving`: it has been going faster and faster. Otherwise it begins at rest: nothing had kinetic energy until here.
         `released`: nothing has been turned over yet, and what is stored sets the scale.
         """
-        books, settings = self.books, self.settings
+        recorder, settings = self.recorder, self.settings
         if not self.system.rate_dependent:
             self._slide()
             return
-        scale = sum(map(abs, books.last.energy.potential.values())) if released else books.ledger.turnover
+        scale = sum(map(abs, recorder.last.energy.potential.values())) if released else recorder.ledger.turnover
         worst = math.inf if released else settings.energy_abort
         calm = Calm(_MOVING, scale, _DRIVEN * self.slow, math.inf if released else _WAIT * self.first_step)
-        u = books.u if moving else np.zeros_like(books.u)
+        u = recorder.u if moving else np.zeros_like(recorder.u)
         if moving:
-            books.set_going()
+            recorder.set_going()
         for again in range(_CALMER):
             calm = calm._replace(part=0.1 * calm.part, wait=4.0 * calm.wait)
             try:
                 self.statistics.newton_iterations += move_until_calm(
-                    self.system, books, u, settings.end_time, calm, worst, _IN_MOTION * settings.rtol,
+                    self.system, recorder, u, settings.end_time, calm, worst, _IN_MOTION * settings.rtol,
                     begins=not again,
                 )
             except StepFailed as error:
                 self.objection = error.reason
                 self._fail(error.outcome)
             self._judge_energy()
-            if books.time >= settings.end_time:
+            if recorder.time >= settings.end_time:
                 return
-            u = books.u
+            u = recorder.u
             self._forget()
             self.step_size = 1e-2 * self.first_step
-            if self._attempt(books.time + self._duration()) is None:
+            if self._attempt(recorder.time + self._duration()) is None:
                 return
         self._fail(Outcome.NO_EQUILIBRIUM)
 
     def _slide(self) -> None:
         """Slide at a time so little later that the equilibrium is lost; how little, is found by trying."""
-        books, start = self.books, self.books.q
+        recorder, start = self.recorder, self.recorder.q
         later = _SMALLEST * self.settings.end_time
-        while books.time < self.settings.end_time:
-            if not slide(self.system, books, min(books.time + later, self.settings.end_time)):
+        while recorder.time < self.settings.end_time:
+            if not slide(self.system, recorder, min(recorder.time + later, self.settings.end_time)):
                 self._fail(Outcome.NO_EQUILIBRIUM)
-            if self._size(self.system.difference(start, books.q)) > self.far:
+            if self._size(self.system.difference(start, recorder.q)) > self.far:
                 return
             later *= 2.0
             if later > self.first_step:
@@ -499,12 +499,12 @@ class _Follower:
         if outcome is Outcome.NO_EQUILIBRIUM and not self.system.rate_dependent:
             outcome = Outcome.NO_EQUILIBRIUM_UNDAMPED
         self.statistics.outcome = outcome
-        books = self.books
-        books.save_last()
-        travel = ", ".join(f"{1e3 * x:.4g} mm" for x in books.last.drive.travel)
-        where = f"at t = {books.time:.6g} s" + (f" (travel {travel})" if travel else "")
+        recorder = self.recorder
+        recorder.save_last()
+        travel = ", ".join(f"{1e3 * x:.4g} mm" for x in recorder.last.drive.travel)
+        where = f"at t = {recorder.time:.6g} s" + (f" (travel {travel})" if travel else "")
         if outcome is Outcome.ENERGY_OF_STATICS:
-            ledger = books.ledger
+            ledger = recorder.ledger
             raise EnergyAbort(
                 f"{where}: {outcome.value}. Energy error {ledger.worst:.3g} J of {ledger.turnover:.3g} J turned over"
             )
@@ -517,8 +517,8 @@ class _Follower:
         raise NotConverged(f"{text}. Joint strained most: {self.joint}")
 
 
-def _mark(books: Books) -> _Mark:
+def _mark(recorder: PathRecorder) -> _Mark:
     """The present state, as events have it."""
-    drive = books.last.drive
+    drive = recorder.last.drive
     first = (float(drive.travel[0]), float(drive.force[0])) if len(drive.travel) else (0.0, 0.0)
-    return _Mark(books.time, *first)
+    return _Mark(recorder.time, *first)

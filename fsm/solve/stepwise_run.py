@@ -62,15 +62,15 @@ class StepwiseRun(Run):
         """Many steps in one kernel, up to a state that is wanted or a renewal point."""
         settings, ledger, statistics = self.settings, self.ledger, self.statistics
         power, smallest, losses = self.last.energy.input_power, statistics.smallest_step, float(settings.judge_losses)
-        books = np.array([*ledger.books(), power, smallest, settings.energy_abort, losses])
+        balance = np.array([*ledger.numbers(), power, smallest, settings.energy_abort, losses])
         most = min(self.renewed + self.every, settings.max_steps) - solver.steps
         try:
-            solver.march(books, self.pending[0] if self.pending else settings.end_time, max(1, most))
+            solver.march(balance, self.pending[0] if self.pending else settings.end_time, max(1, most))
         except StepFailed as error:
             self._count(solver)
             self._fail(error.outcome, error.reason)
-        ledger.take_over(books[:POWER])
-        statistics.smallest_step = float(books[SHORTEST])
+        ledger.set_numbers(balance[:POWER])
+        statistics.smallest_step = float(balance[SHORTEST])
         self._count(solver)
         self.last = seen = self.system.observe(solver.t, solver.q, solver.u)
         self._look(solver.t, solver.q, solver.u, seen)

@@ -9,7 +9,7 @@ import numpy as np
 from fsm.blocks import BlockMatrix
 from fsm.errors import NotConverged
 from fsm.kernels.block_lu import multiply_blocks
-from fsm.solve.books import Books
+from fsm.solve.path_recorder import PathRecorder
 from fsm.solve.generalized_alpha import GeneralizedAlpha
 from fsm.solve.in_air import InAir
 from fsm.solve.ledger import JUDGED_FROM
@@ -63,7 +63,7 @@ class Calm(NamedTuple):
 
 
 def move_until_calm(
-    system: System, books: Books, u: np.ndarray, until: float, calm: Calm, worst: float, rtol: float, begins: bool = True
+    system: System, recorder: PathRecorder, u: np.ndarray, until: float, calm: Calm, worst: float, rtol: float, begins: bool = True
 ) -> int:
     """Integrate with inertia and damping until the motion has died or the time is `until` (s).
 
@@ -76,26 +76,26 @@ def move_until_calm(
     int
         Newton iterations taken.
     """
-    began, earliest = books.time, books.time + calm.wait
+    began, earliest = recorder.time, recorder.time + calm.wait
     air: InAir | None = None
     if begins:
-        u = _relaxed(system, books.time, books.q, u)
-    solver = GeneralizedAlpha(system, books.time, books.q, u, rtol, rho_inf=_RHO_INF)
+        u = _relaxed(system, recorder.time, recorder.q, u)
+    solver = GeneralizedAlpha(system, recorder.time, recorder.q, u, rtol, rho_inf=_RHO_INF)
     largest, iterations, tries, steps = 0.0, 0, 0, 0
-    while books.time < until:
+    while recorder.time < until:
         if steps == _RINGING:
             air = InAir(system, began)
             iterations += solver.iterations
             system = cast(System, air)
-            solver = GeneralizedAlpha(system, books.time, books.q, books.u, rtol, rho_inf=_RHO_INF, max_step=solver.max_step)
+            solver = GeneralizedAlpha(system, recorder.time, recorder.q, recorder.u, rtol, rho_inf=_RHO_INF, max_step=solver.max_step)
         before, memory = (solver.t, solver.q, solver.u), system.memory()
-        solver.step(books.next_save(until))
+        solver.step(recorder.next_save(until))
         seen = system.observe(solver.t, solver.q, solver.u)
-        turned_over = books.turned_over_in_motion(solver.t, solver.q, seen)
+        turned_over = recorder.turned_over_in_motion(solver.t, solver.q, seen)
         if air is not None:
             taken = air.taken(before[:2], (solver.t, solver.q))
             turned_over = turned_over._replace(dissipated=turned_over.dissipated + taken)
-        if books.loss(seen, turned_over) > _LOST and tries < _TRIES:
+        if recorder.loss(seen, turned_over) > _LOST and tries < _TRIES:
             tries, iterations = tries + 1, iterations + solver.iterations
             system.restore(memory)
             shorter = _SHORTER * (solver.t - before[0])
@@ -104,17 +104,17 @@ def move_until_calm(
         tries, steps = 0, steps + 1
         solver.max_step *= _LONGER
         kinetic = seen.energy.kinetic
-        quiet = calm.part * max(calm.scale, books.ledger.turnover)
+        quiet = calm.part * max(calm.scale, recorder.ledger.turnover)
         # a column that buckles is nearly straight for a while, far above its critical load, and hardly moves
         near = kinetic < quiet and (kinetic < calm.slow or steps % _LOOKS == 0)
         rests = near and _on_path(system, solver.t, solver.q, kinetic, calm.slow)
-        books.dynamic(solver.t, solver.q, solver.u, seen, turned_over, rests)
+        recorder.dynamic(solver.t, solver.q, solver.u, seen, turned_over, rests)
         largest = max(largest, kinetic)
-        if books.time >= JUDGED_FROM * until and books.ledger.relative_error > worst:
+        if recorder.time >= JUDGED_FROM * until and recorder.ledger.relative_error > worst:
             break
         if kinetic < quiet and kinetic < _CALM * largest:
             break
-        if rests and books.time >= earliest:
+        if rests and recorder.time >= earliest:
             break
     return iterations + solver.iterations
 
@@ -152,7 +152,7 @@ def _relaxed(system: System, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarr
     return velocity
 
 
-def slide(system: System, books: Books, t: float) -> bool:
+def slide(system: System, recorder: PathRecorder, t: float) -> bool:
     """Slide downhill in energy at time t, just past a critical point, as if overdamped, to a stable equilibrium.
 
     Steps of (M/theta + K) dx = h with theta as large as the matrix stays positive definite and the step small, an
@@ -163,7 +163,7 @@ def slide(system: System, books: Books, t: float) -> bool:
     bool
         Whether a stable equilibrium was reached.
     """
-    q, solver, theta = books.q, LinearSolver(), 0.0
+    q, solver, theta = recorder.q, LinearSolver(), 0.0
     for _ in range(_SLIDES):
         linear = system.linearise(t, q, None)
         stiffness = linear.stiffness.symmetric()
@@ -183,9 +183,9 @@ def slide(system: System, books: Books, t: float) -> bool:
         q = system.retract(q, step)
         if size < _SETTLED:
             seen = system.observe(t, q, None)
-            if not books.may_jump(t, q, seen):
+            if not recorder.may_jump(t, q, seen):
                 return False
-            books.slide(t, q, seen)
+            recorder.slide(t, q, seen)
             return True
     return False
 

@@ -1,1 +1,1 @@
-"""Steps of time integrators, written once: kernels compile them for models of arrays, Python runs them for all others."""
+"""Steps of time integrators. Models of arrays run them in compiled kernels, all other models in Python."""

@@ -7,18 +7,18 @@ A step from t_n to t_{n+1} = t_n + h, with x the increment of the configuration 
     u_{n+1} = u_n + (1 - gamma) h a_n + gamma h a_{n+1}                                                  (3)
     M u'_{n+1} = h(t_{n+1}, q_{n+1}, u_{n+1})                                                            (4)
 
-Newton's unknown is x; (1) to (3) give a, u and u' for it. Its matrix, for increments d at q_{n+1}, is
+Newton's method solves for x; (1) to (3) give a, u and u' from x. Its matrix, for increments d at q_{n+1}, is
 
     S = K + (c_d D + c_m M) increment_map(x),   c_d = gamma/(beta h),   c_m = (1 - alpha_m)/((1 - alpha_f) beta h^2)
 
 Choices:
 
-* a_n belongs to t_n + (alpha_m - alpha_f) h, so a - u' grows with h: it is rescaled when h changes, which keeps order 2 [4].
-* The local error is C h^3 times a derivative of u', taken from differences of u'. In modes too stiff to be resolved those
-  differences are noise that moves nothing; S^-1 c_m M takes them out and leaves the others as they are.
-* A step as short as the system's `shortest_step` is taken whatever its error. Shorter ones would follow waves that the mesh
-  does not resolve; these are damped instead.
-* M is constant, as it is for segments and ANCF, and taken once.
+* a_n belongs to t_n + (alpha_m - alpha_f) h, so a - u' is proportional to h. A change of h rescales it, for order 2 [4].
+* The local error is C h^3 times a derivative of u', from differences of u'. In modes that are too stiff for the step these
+  differences are noise. The filter S^-1 c_m M removes them and does not change the other modes.
+* A step as short as the system's `shortest_step` is accepted with any error. Shorter steps would follow waves that the mesh
+  does not resolve; numerical damping removes these waves.
+* M is constant for segments and ANCF, and is evaluated once.
 
 References
 ----------
@@ -62,41 +62,41 @@ __all__ = [
 ]  # fmt: skip
 
 STEPPED, STEP_TOO_SMALL, NO_SOLUTION, OBJECTED, UNABLE = 0, 1, 2, 3, 4
-"""Outcomes of `take_step`. OBJECTED: the model rejects every step, however small. UNABLE: the model cannot solve its linear
-equations, and another model of the same system should take the step; the state is that before the step."""
+"""Outcomes of `take_step`. OBJECTED: the model rejects every step size. UNABLE: the model cannot solve its linear equations.
+The state is then that before the step, and another model of the same system should repeat the step."""
 
 TIME, STEP_SIZE, MAX_STEP, PRESENT, BEFORE, LAST_ERROR, LONGEST, FACTORISED, CONTRACTION = range(9)
-"""Indices of `Motion.sizes`: s, except for the last error and the contraction."""
+"""Indices of `Motion.sizes`, in s; the last error and the contraction have no unit."""
 STEPS, REJECTED, FAILED, ITERATIONS, FORCES, LINEARISATIONS, DIVISION, STARTED, SLOW, TANGENT, FACTORISATIONS = range(11)
-"""Indices of `Motion.counts`; `STARTED`, `SLOW` and `TANGENT` (the model has a tangent of this motion) are 0 or 1."""
+"""Indices of `Motion.counts`. `STARTED`, `SLOW` and `TANGENT` are 0 or 1; `TANGENT`: the model has a tangent of this motion."""
 
 _NEWTON = 1e-2
-"""Part of the tolerance above which a jump of the forces needs a new start."""
+"""Jump of the forces over the tolerance, above which the accelerations are computed again."""
 _MOST, _PATIENT = 10, 50
-"""Iterations of Newton's method, and of its last try at a step that may not be cut: where films slacken and tauten the
-tangent jumps, and corrections grow before they fall."""
+"""Largest number of Newton iterations, and that with a new tangent in a fixed step. Where films become slack or taut, the
+tangent jumps, and corrections grow before they decrease."""
 _SLOW = 0.2
-"""Contraction from which on the tangent is renewed."""
+"""Ratio of successive corrections above which the tangent is evaluated again."""
 _SURE = 0.02
-"""Contraction below which a measured one is not believed."""
+"""Lower bound of the ratio of successive corrections."""
 _SAFETY = 0.9
 _SHRINK = 0.2
 GROWTH_OF_STEADY_STEPS = 1.2
-"""A step that could grow by less is kept, and the factorisation with it; no limit of growth is below."""
+"""Smallest growth of a step; with less, step size and factorisation are reused. Limits of growth are not below it."""
 _HOP = 0.2
-"""Correction of a prediction, over the span or in radians, that is not believed."""
+"""Largest correction of a prediction, over the span or in radians; a larger one rejects the step."""
 _CUT = 0.25
-"""Factor on a step whose equations were not solved."""
+"""Factor on a step size for which Newton's method did not converge."""
 _FIRST = 1e-4
-"""First step over the time to go, at most."""
+"""Largest first step over the remaining time."""
 _FIRST_SHORTEST = 1e-2
-"""First step over the system's shortest step, at most."""
+"""Largest first step over the system's shortest step."""
 _FINEST = 64
-"""Parts, at most, of a fixed step whose equations were not solved."""
+"""Largest number of parts of a fixed step for which Newton's method did not converge."""
 _SAME = 1e-9
-"""Steps that differ by less, relatively, are the same."""
+"""Relative difference below which two step sizes are equal."""
 _SMALLEST = 16.0 * float(np.finfo(float).eps)
-"""Smallest step over the time reached."""
+"""Smallest step over the present time."""
 
 
 class Rules(NamedTuple):
@@ -110,12 +110,12 @@ class Rules(NamedTuple):
     error_x, error_u : -
         Local errors error_x h^3 u'' of x and error_u h^3 u''' of u.
     rtol, newton_tolerance, growth : -
-        `growth` is the largest of a step.
-    fixed_step : s; 0 if the error is controlled
+        `growth` is the largest ratio of successive step sizes.
+    fixed_step : s; 0 with error control
     shortest : s
-        Steps of this size are not rejected by their error.
+        Error control does not reject steps of this size.
     tolerance, resolved, velocity, increment, span : (nu,) arrays
-        Tolerances of x, for steps and for Newton's method, and scales of `fsm.system.Scales`.
+        Tolerances of x for the local error and for Newton's method, and scales of `fsm.system.Scales`.
     breaks : increasing times, s
     """
 
@@ -146,9 +146,9 @@ class Motion(NamedTuple):
     ----------
     q, u : configuration (nq,) and velocity (nu,)
     rate, a, slope : (nu,) arrays
-        u', the algorithmic acceleration, and the last slope of u'.
+        u', the algorithmic acceleration, and the latest slope of u'.
     sizes, counts : (9,) float and (11,) int arrays
-        See the indices.
+        See the indices above.
     """
 
     q: np.ndarray
@@ -161,7 +161,7 @@ class Motion(NamedTuple):
 
 
 class _Trial(NamedTuple):
-    """A step that is being solved for; `solved` is false if it could not be, `renewed` if the tangent at hand was taken."""
+    """Result of Newton's method for a step. `solved`: converged; `renewed`: with a new tangent."""
 
     solved: bool
     renewed: bool
@@ -174,7 +174,7 @@ class _Trial(NamedTuple):
 
 @shared
 def take_step(model: Any, motion: Motion, rules: Rules, until: float) -> int:
-    """Take one step that ends at `until` or before; the outcome."""
+    """Take one step that ends at `until` or before, and return the outcome."""
     sizes, counts = motion.sizes, motion.counts
     if counts[STARTED] == 0 and not _start(model, motion, rules, until):
         return UNABLE if unable(model) else NO_SOLUTION
@@ -192,7 +192,7 @@ def take_step(model: Any, motion: Motion, rules: Rules, until: float) -> int:
         h, end = _next_size(motion, rules, target)
         if not end > t:
             return STEP_TOO_SMALL
-        # the tangent at hand if that was good, and a new one if it does not do
+        # try the present tangent if it converged well, then a new one
         trial = _newton(model, motion, rules, end, h, counts[SLOW] == 1)
         if not trial.solved and not trial.renewed:
             trial = _newton(model, motion, rules, end, h, True)
@@ -240,9 +240,9 @@ def take_step(model: Any, motion: Motion, rules: Rules, until: float) -> int:
 
 @shared
 def _start(model: Any, motion: Motion, rules: Rules, until: float) -> bool:
-    """u' and a as they are right after the present time; needed again wherever the forces jump."""
+    """Compute u' and a right after the present time; this is repeated wherever the forces jump."""
     sizes, counts, q, u = motion.sizes, motion.counts, motion.q, motion.u
-    # drives that stop at this very time have stopped right after it
+    # a drive that stops at this time does not move right after it
     t = np.nextafter(sizes[TIME], math.inf)
     counts[LINEARISATIONS] += 1
     present = renewed_force(model, t, q, u)
@@ -259,7 +259,7 @@ def _start(model: Any, motion: Motion, rules: Rules, until: float) -> bool:
     ahead = 1e-3 * h
     change = scaled(1.0 / ahead, subtracted(force(model, t + ahead, q, u), present))
     change = subtracted(subtracted(change, stiffness_times(model, u)), damping_times(model, motion.rate))
-    # u'' = M^-1 change; S in place of M differs by O(h), and stiff modes that the start is not at rest in do not explode
+    # u'' = M^-1 change; S in place of M differs by O(h), and keeps stiff modes bounded that are not in equilibrium
     copy_into(solve(model, scaled(inertial_factor(rules, h), change)), motion.slope)
     start_a(motion.rate, rules.shift * h, motion.slope, motion.a)
     sizes[PRESENT], sizes[BEFORE] = h, 0.0
@@ -273,9 +273,9 @@ def _start(model: Any, motion: Motion, rules: Rules, until: float) -> bool:
 def _first_size(motion: Motion, rules: Rules, left: float) -> float:
     if rules.fixed_step > 0.0:
         return rules.fixed_step
-    # changes of u and q over the step a part rtol^(1/3) of their scales: h^3 is what errors grow with
+    # changes of u and q over the step are rtol^(1/3) of their scales, since errors are proportional to h^3
     pace = max(mean_ratio(motion.rate, rules.velocity), mean_ratio(motion.u, rules.increment))
-    # u' of modes too fast for the shortest step may be far from equilibrium, and a long step moves them by h^2 u'
+    # modes too fast for the shortest step may be far from equilibrium, and a long step moves them by h^2 u'
     first = min(_FIRST * left, motion.sizes[MAX_STEP])
     if rules.shortest > 0.0:
         first = min(first, _FIRST_SHORTEST * rules.shortest)
@@ -289,7 +289,7 @@ def _first_size(motion: Motion, rules: Rules, left: float) -> float:
 
 @shared
 def _next_size(motion: Motion, rules: Rules, target: float) -> tuple[float, float]:
-    """Size and end of the next step; `target` is hit exactly, without a tiny step before it."""
+    """Size and end of the next step; a step ends exactly at `target`, without a tiny step before it."""
     sizes = motion.sizes
     left = target - sizes[TIME]
     h = min(sizes[STEP_SIZE], sizes[MAX_STEP], sizes[LONGEST])
@@ -305,7 +305,7 @@ def _next_size(motion: Motion, rules: Rules, target: float) -> tuple[float, floa
 
 @shared
 def _same(motion: Motion, h: float) -> float:
-    """The step before, if this one differs by round-off of the times alone: its factorisation serves on."""
+    """Size of the previous step if h equals it but for round-off, so that its factorisation is reused; else h."""
     present = motion.sizes[PRESENT]
     return present if abs(h - present) <= _SAME * h else h
 
@@ -316,7 +316,7 @@ def _newton(model: Any, motion: Motion, rules: Rules, end: float, h: float, rene
     sizes, counts = motion.sizes, motion.counts
     present_size, old_a = sizes[PRESENT], motion.a
     if h != present_size:
-        # a - u' grows with h; in modes too stiff to be resolved it is no derivative, and growing it would excite them
+        # a - u' is proportional to h; in modes that are too stiff for the step, rescaling it up would excite them
         if not _factorise(model, motion, rules, h, motion.u, False):
             return _Trial(False, renew, motion.u, motion.q, motion.u, motion.a, motion.rate)
         growth = (1.0 - h / present_size) * inertial_factor(rules, h)
@@ -338,7 +338,7 @@ def _newton(model: Any, motion: Motion, rules: Rules, end: float, h: float, rene
                 break
         else:
             if h != sizes[FACTORISED] and not _factorise(model, motion, rules, h, x, True):
-                break  # the step before was cut short
+                break  # the previous step was cut
             present = force(model, end, q, u)
             counts[FORCES] += 1
         counts[ITERATIONS] += 1
@@ -350,20 +350,20 @@ def _newton(model: Any, motion: Motion, rules: Rules, end: float, h: float, rene
         q = retract(model, motion.q, x)
         if iteration > 0:
             contraction = size / before if before > 0.0 else 0.0
-            # stiff springs that turn are stretched by the first correction, and set right by the second
+            # the first correction stretches stiff springs that rotate; the second removes this
             if contraction > 2.0 and not last and (not fresh or iteration > 1):
                 break
             sizes[CONTRACTION] = contraction
             counts[SLOW] = 1 if contraction > _SLOW else 0
         elif renew or h != sizes[PRESENT]:
-            sizes[CONTRACTION] = 1.0  # nothing is known of this matrix
+            sizes[CONTRACTION] = 1.0  # convergence with this matrix is unknown
         left = max(sizes[CONTRACTION], _SURE) / max(1.0 - sizes[CONTRACTION], 1e-3)
         converged = size * left <= rules.newton_tolerance or size <= 1e-3 * rules.newton_tolerance
         if converged and not renew and parted(model):
             renew, before = True, size
             continue
         if converged:
-            # a correction as long as the structure has found some other root
+            # a correction as long as the structure leads to another solution
             hopped = largest_distance(x, predicted, rules.span) > _HOP
             return _Trial(not hopped or rules.fixed_step > 0.0, fresh, x, q, u, a, rate)
         renew = iteration > 0 and counts[SLOW] == 1
@@ -390,7 +390,7 @@ def _accept(model: Any, motion: Motion, rules: Rules, end: float, h: float, tria
 
 @shared
 def _jumps(model: Any, motion: Motion, rules: Rules) -> bool:
-    """Whether the forces jump right after the present time, as where a drive stops; kinks need no new start."""
+    """Whether the forces jump right after the present time, for example where a drive stops; a kink is no jump."""
     t = motion.sizes[TIME]
     motion.counts[FORCES] += 2
     after = force(model, np.nextafter(t, math.inf), motion.q, motion.u)
@@ -403,7 +403,7 @@ def _jumps(model: Any, motion: Motion, rules: Rules) -> bool:
 
 @shared
 def _error(model: Any, motion: Motion, rules: Rules, h: float, trial: _Trial) -> float:
-    """Local error of x and u over what is allowed."""
+    """Local error of x and u over the tolerance."""
     slope, bend = slope_and_bend(trial.rate, motion.rate, motion.slope, h, motion.sizes[BEFORE])
     filtered = inertial_factor(rules, h) * h**3
     error_x = solve(model, scaled(rules.error_x * filtered, mass_times(model, slope)))
@@ -422,7 +422,7 @@ def _adapt(motion: Motion, rules: Rules, h: float, error: float, grow: bool) -> 
     factor = min(max(factor, _SHRINK), most)
     wanted = max(h * factor, min(h * most, rules.shortest))
     step_size = sizes[STEP_SIZE]
-    # a step cut short by a time that had to be hit says nothing against the size before it
+    # a step shortened to end at a given time does not reduce the size of later steps
     if grow and h < step_size and error * (step_size / h) ** 3 <= 1.0:
         wanted = max(wanted, step_size)
     if not step_size <= wanted <= GROWTH_OF_STEADY_STEPS * step_size or not grow:

@@ -1,4 +1,4 @@
-"""Several steps of the generalized-alpha method, with the energy ledger kept at each."""
+"""Several steps of the generalized-alpha method, with the energy balance at the end of each step."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ __all__ = [
 ]  # fmt: skip
 
 START, DISSIPATED, WORK, ERROR, WORST, GAINED, TURNOVER, KINETIC_WORST, TRIFLE, POWER, SHORTEST, ALLOWED, LOSSES = range(13)
-"""Indices of books: the numbers of `fsm.solve.ledger.Ledger` (J), the input power at the end of the last step (W), the
-shortest step (s), the error over the turnover up to which the march goes on, and whether losses count for that (0 or 1)."""
+"""Indices of the array `balance` of `march`: the numbers of `fsm.solve.ledger.Ledger` (J), the input power at the end of the
+last step (W), the shortest step (s), the largest error over the turnover, and whether losses are judged too (0 or 1)."""
 
 
 @shared
@@ -25,9 +25,9 @@ def balanced(
     stored: float, kinetic: float, start: float, dissipated: float, work: float, worst: float, gained: float,
     turnover: float, kinetic_worst: float,
 ) -> tuple[float, float, float, float, float]:  # fmt: skip
-    """Compare a ledger with the energy stored now, of which some is kinetic, J.
+    """Energy balance at the end of a step, with the stored energy (kinetic and potential) and its kinetic part, J.
 
-    The new error, worst, gained, turnover and largest kinetic energy of `fsm.solve.ledger.Ledger`.
+    Returns the new error, worst error, largest gain, turnover and largest kinetic energy of `fsm.solve.ledger.Ledger`.
     """
     error = stored - start + dissipated - work
     kinetic_worst = max(kinetic_worst, kinetic)
@@ -36,10 +36,10 @@ def balanced(
 
 
 @shared
-def march(model: Any, motion: Motion, rules: Rules, books: np.ndarray, until: float, most: int) -> int:
-    """Take at most so many steps, the last of which ends at `until`; the outcome of the last one.
+def march(model: Any, motion: Motion, rules: Rules, balance: np.ndarray, until: float, most: int) -> int:
+    """Take at most `most` steps up to `until`, and return the outcome of the last step.
 
-    It ends early where the balance is off by more than the books allow: the caller judges these steps one by one.
+    The function returns early if the energy error exceeds `balance[ALLOWED]`; the caller then takes single steps.
     """
     sizes = motion.sizes
     energies(model, sizes[TIME], motion.q, motion.u, 0.0)
@@ -52,19 +52,19 @@ def march(model: Any, motion: Motion, rules: Rules, books: np.ndarray, until: fl
             return outcome
         step = sizes[TIME] - begin
         kinetic, potential, dissipated, power = energies(model, sizes[TIME], motion.q, motion.u, step)
-        books[WORK] += 0.5 * step * (books[POWER] + power)
-        books[DISSIPATED] += step * dissipated
-        books[POWER] = power
-        books[SHORTEST] = min(books[SHORTEST], step)
-        books[ERROR], books[WORST], books[GAINED], books[TURNOVER], books[KINETIC_WORST] = balanced(
-            kinetic + potential, kinetic, books[START], books[DISSIPATED], books[WORK], books[WORST], books[GAINED],
-            books[TURNOVER], books[KINETIC_WORST],
+        balance[WORK] += 0.5 * step * (balance[POWER] + power)
+        balance[DISSIPATED] += step * dissipated
+        balance[POWER] = power
+        balance[SHORTEST] = min(balance[SHORTEST], step)
+        balance[ERROR], balance[WORST], balance[GAINED], balance[TURNOVER], balance[KINETIC_WORST] = balanced(
+            kinetic + potential, kinetic, balance[START], balance[DISSIPATED], balance[WORK], balance[WORST], balance[GAINED],
+            balance[TURNOVER], balance[KINETIC_WORST],
         )  # fmt: skip
-        off = books[WORST] if books[LOSSES] > 0.0 else books[GAINED]
-        if books[TURNOVER] > books[TRIFLE] and off > books[ALLOWED] * books[TURNOVER]:
+        off = balance[WORST] if balance[LOSSES] > 0.0 else balance[GAINED]
+        if balance[TURNOVER] > balance[TRIFLE] and off > balance[ALLOWED] * balance[TURNOVER]:
             break
     return STEPPED
 
 
 march_arrays = kernel(march)
-"""The same in one kernel, for an `ArrayModel`."""
+"""Compiled `march` for an `ArrayModel`."""

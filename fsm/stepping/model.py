@@ -1,4 +1,4 @@
-"""What a step asks of a model.
+"""Functions of a model that a time step calls.
 
 In Python these functions call the methods of the model. A kernel calls the kernels of an `ArrayModel` instead. Shapes are
 those of `fsm.system.System`.
@@ -19,7 +19,7 @@ __all__ = [
 
 
 class Calls(NamedTuple):
-    """Kernels that answer for arrays, their first argument, what the functions of this module ask."""
+    """Kernels of the functions of this module; their first argument are the arrays of the model."""
 
     force: Any
     renewed_force: Any
@@ -47,7 +47,7 @@ class ArrayModel(NamedTuple):
 
     @classmethod
     def of(cls, kernels: Calls, arrays: Any, q: np.ndarray, u: np.ndarray) -> ArrayModel:
-        """The model of arrays and kernels; q and u are examples of a configuration (nq,) and a velocity (nu,)."""
+        """Create a model from arrays and kernels; q (nq,) and u (nu,) are an example of a state."""
         t, state = 0.0, (0.0, q, u)
         arguments = Calls(
             state, state, (t, t, u, True), (), (u,), (u,), (q, u), (u,), (u,), (u,), (), (*state, t), state, state, (),
@@ -63,7 +63,7 @@ def force(model: Any, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
 
 
 def renewed_force(model: Any, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
-    """Force h (nu,); K and D at this state are those of all later calls."""
+    """Force h (nu,); K and D are evaluated at this state and used by all later calls."""
     return np.asarray(model.renewed_force(t, q, u))
 
 
@@ -86,7 +86,7 @@ def solve(model: Any, right: np.ndarray) -> np.ndarray:
 
 
 def mapped(model: Any, change: np.ndarray) -> np.ndarray:
-    """The change (nu,) of x by an increment after x, with T of the last factors."""
+    """Change (nu,) of x by an increment after x, with T of the last factorisation."""
     return np.asarray(model.mapped(change))
 
 
@@ -116,7 +116,7 @@ def parted(model: Any) -> bool:
 
 
 def part_of_step(model: Any, t: float, q: np.ndarray, u: np.ndarray, step: float) -> float:
-    """1 if the model accepts the step, else the part of it that should be tried; see `System.objection`."""
+    """1 if the model accepts the step, else the factor on the step size to try next; see `System.objection`."""
     return float(model.part_of_step(t, q, u, step))
 
 
@@ -126,19 +126,19 @@ def longest_step(model: Any, t: float, q: np.ndarray, u: np.ndarray) -> float:
 
 
 def accept(model: Any, t: float, q: np.ndarray, u: np.ndarray) -> float:
-    """Accept a state, and give the longest step from it, s; see `System.commit`."""
+    """Accept a state and return the longest step from it, s; see `System.commit`."""
     return float(model.accept(t, q, u))
 
 
 def unable(model: Any) -> bool:
-    """Whether linear equations could not be solved that another model of the same system can solve."""
+    """Whether the solution of linear equations failed which another model of the same system can solve."""
     return bool(model.unable())
 
 
 def energies(model: Any, t: float, q: np.ndarray, u: np.ndarray, step: float) -> tuple[float, float, float, float]:
-    """Kinetic and potential energy (J) of a state, mean power of dampers over the step to it and input power (W).
+    """Kinetic and potential energy (J) of a state, mean power of dampers over the step to it, and input power (W).
 
-    The mean power is that of the deformations since the last call. If the step is zero, it is that of the present rates.
+    The mean power follows from the deformations since the last call, or from the present rates if the step is zero.
     """
     kinetic, potential, dissipated, put_in = model.energies(t, q, u, step)
     return kinetic, potential, dissipated, put_in

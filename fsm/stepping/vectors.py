@@ -11,7 +11,7 @@ __all__ = ["copy_into", "correct", "newton_weight", "predict", "scaled", "slope_
 
 @kernel
 def copy_into(values: np.ndarray, out: np.ndarray) -> None:
-    """Copy an array to another of the same shape. Slices would compile texts for errors of shape, which take seconds."""
+    """Copy an array to another of the same shape. Slices would also compile messages on wrong shapes, for seconds."""
     source, target = values.reshape(-1), out.reshape(-1)
     for i in range(target.shape[0]):
         target[i] = source[i]
@@ -40,7 +40,7 @@ def predict(
     h: float, alpha_m: float, alpha_f: float, beta: float, gamma: float,
     old_a: np.ndarray, u: np.ndarray, rate: np.ndarray, slope: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
-    """x, u, a and u' (n,) at the end of a step if u' goes on with its slope; `old_a` is a_n."""
+    """Predict x, u, a and u' (n,) at the end of a step, with a constant slope of u'; `old_a` is a_n."""
     n = u.shape[0]
     x, later_u, a, later_rate = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     for i in range(n):
@@ -55,7 +55,7 @@ def predict(
 def correct(
     dx: np.ndarray, by_u: float, by_a: float, by_rate: float, x: np.ndarray, u: np.ndarray, a: np.ndarray, rate: np.ndarray
 ) -> None:
-    """Add an increment dx (n,) to x, and what follows from it to u, a and u', in place."""
+    """Add an increment dx (n,) to x, and the increments that follow from it to u, a and u', in place."""
     for i in range(dx.shape[0]):
         x[i] += dx[i]
         u[i] += by_u * dx[i]

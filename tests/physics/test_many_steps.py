@@ -88,16 +88,16 @@ def solver_of(system: SegmentSystem, fixed_step: float | None) -> GeneralizedAlp
 
 
 def opened(solver: GeneralizedAlpha) -> np.ndarray:
-    """Books of a march that nothing stops."""
+    """Array `balance` of `march` without a bound on the energy error."""
     energy = solver.system.energy(0.0, solver.q, solver.u)
-    books = np.zeros(13)
-    books[stepping_books("START")], books[stepping_books("POWER")] = energy.stored, energy.input_power
-    books[stepping_books("SHORTEST")], books[stepping_books("ALLOWED")] = np.inf, np.inf
-    return books
+    balance = np.zeros(13)
+    balance[index_of("START")], balance[index_of("POWER")] = energy.stored, energy.input_power
+    balance[index_of("SHORTEST")], balance[index_of("ALLOWED")] = np.inf, np.inf
+    return balance
 
 
-def stepping_books(name: str) -> int:
-    """Index of a number of the books."""
+def index_of(name: str) -> int:
+    """Index of a number in the array `balance`."""
     from fsm.stepping import march as module
 
     return int(getattr(module, name))
@@ -109,8 +109,8 @@ def test_same_steps(name: str, fixed_step: float | None) -> None:
     """States, counts, work and energies of 40 steps agree."""
     compiled, python = (solver_of(SYSTEMS[name](), fixed_step) for _ in range(2))
     assert compiled.marches
-    books, others = opened(compiled), opened(python)
-    compiled.march(books, 1.0, 40)
+    balance, others = opened(compiled), opened(python)
+    compiled.march(balance, 1.0, 40)
     assert march(python.model, python.motion, python.rules, others, 1.0, 40) == stepping.STEPPED
     assert compiled.steps == python.steps == 40
     assert (compiled.iterations, compiled.rejected) == (python.iterations, python.rejected)
@@ -118,11 +118,11 @@ def test_same_steps(name: str, fixed_step: float | None) -> None:
     scales = python.system.scales()
     assert np.abs((compiled.q - python.q) / scales.configuration).max() < 1e-6
     assert np.abs((compiled.u - python.u) / np.abs(python.u).max()).max() < 1e-6
-    turnover = others[stepping_books("TURNOVER")]
+    turnover = others[index_of("TURNOVER")]
     assert turnover > 0.0
-    assert np.abs(books[:9] - others[:9]).max() < 1e-6 * turnover
+    assert np.abs(balance[:9] - others[:9]).max() < 1e-6 * turnover
     if name != "lattice":
-        assert books[stepping_books("DISSIPATED")] > 1e-4 * turnover
+        assert balance[index_of("DISSIPATED")] > 1e-4 * turnover
 
 
 @pytest.mark.parametrize("spatial", [False, True], ids=["plane", "space"])
@@ -130,15 +130,15 @@ def test_a_kernel_that_cannot_solve_leaves_the_step_to_python(spatial: bool) -> 
     """A step that the kernel gives up is taken in Python, from the state before it."""
     whole, helped = (solver_of(strip(spatial), None) for _ in range(2))
     whole.march(opened(whole), 1.0, 20)
-    books = opened(helped)
-    helped.march(books, 1.0, 10)
+    balance = opened(helped)
+    helped.march(balance, 1.0, 10)
     assert helped._arrays is not None
     flags = helped._arrays.arrays.flags
     flags[-1] = 1
-    helped.march(books, 1.0, 10)
+    helped.march(balance, 1.0, 10)
     assert helped.steps == 11
     assert flags[-1] == 0
-    helped.march(books, 1.0, 9)
+    helped.march(balance, 1.0, 9)
     assert helped.t == pytest.approx(whole.t, rel=1e-3)
     assert np.abs(helped.q - whole.q).max() < 1e-4 * np.abs(whole.q).max()
 

@@ -18,7 +18,7 @@ from fsm.ancf.loading import Loading
 from fsm.errors import CaseError, NotConverged
 from fsm.results.solution import Solution
 from fsm.solve import scipy_ivp
-from fsm.solve.books import Books
+from fsm.solve.path_recorder import PathRecorder
 from fsm.solve.handed_over import Beginning, Statistics, Wanted
 from fsm.solve.modal import modes
 from fsm.solve.newton import negative_pivots
@@ -86,13 +86,13 @@ def test_a_slide_takes_no_energy_from_nowhere() -> None:
     system = analysis_of(loaded(LATTICE, "scene").case).system
     t, q = result.time[5], result.q[5]
     wanted, beginning = Wanted([], lambda saved: None, None), Beginning(None, None, [], None)
-    books = Books(system, Statistics("static"), wanted, beginning, t, q, np.zeros(system.nu))
-    books.slide(result.time[6], result.q[6], system.observe(result.time[6], result.q[6], None))
+    recorder = PathRecorder(system, Statistics("static"), wanted, beginning, t, q, np.zeros(system.nu))
+    recorder.slide(result.time[6], result.q[6], system.observe(result.time[6], result.q[6], None))
     stored = system.energy(result.time[6], result.q[6], None).stored_at_rest - system.energy(t, q, None).stored_at_rest
     assert stored > 0.0
-    assert books.ledger.work == pytest.approx(stored, rel=1e-2)
-    assert abs(books.ledger.dissipated) < 1e-2 * stored
-    assert abs(books.ledger.error) < 1e-8 * stored
+    assert recorder.ledger.work == pytest.approx(stored, rel=1e-2)
+    assert abs(recorder.ledger.dissipated) < 1e-2 * stored
+    assert abs(recorder.ledger.error) < 1e-8 * stored
 
 
 @pytest.mark.parametrize("method", ["Radau", "BDF", "LSODA"])

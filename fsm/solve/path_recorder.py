@@ -1,4 +1,4 @@
-"""What a solve hands over as it goes: saved states, the energy ledger, the curve, counters."""
+"""Recorder of a quasi-static path: saved states, energy balance, force curve, counters."""
 
 from __future__ import annotations
 
@@ -12,35 +12,35 @@ from fsm.solve.ledger import Ledger
 from fsm.solve.renewal import State, observation_from, observation_state
 from fsm.system import Before, DriveState, Observation, System
 
-__all__ = ["Books"]
+__all__ = ["PathRecorder"]
 
 
 _AT_FIRST = 5e-4
-"""Part of the span that the largest reaction is taken along for a first measure of energy."""
+"""Displacement over the span that, with the largest reaction, gives the first scale of energy."""
 
 
-_NEXT_TO_NOTHING = 1e-6
-"""Part of the energy turned over that dissipation need not be taken exactly below."""
+_SMALL_LOSS = 1e-6
+"""Dissipation over the energy turned over, below which the forces at the end of a step are accurate enough."""
 
 
-class TurnedOver(NamedTuple):
-    """What a step turns over: work and dissipated energy, J; of that friction and damping of pairs, (2, n_pairs)."""
+class StepEnergy(NamedTuple):
+    """Work and dissipated energy of a step, J; `of_pairs` (2, n_pairs): part of friction and damping of contact pairs."""
 
     work: float
     dissipated: float
     of_pairs: np.ndarray
 
 
-class Books:
-    """Books of a quasi-static path with dynamics in between.
+class PathRecorder:
+    """Recorder of a quasi-static path with dynamic phases.
 
     Parameters
     ----------
     system : System
-    statistics : changed as the solve goes on
+    statistics : updated during the solve
     wanted, beginning : Wanted and Beginning
-        After a renewal point `go_on` is to follow.
-    time, q, u : where the solve begins
+        If the solve continues from a restart point, the caller must call `go_on` next.
+    time, q, u : initial state
     """
 
     def __init__(
@@ -69,7 +69,7 @@ class Books:
             self.pending = [t for t in save_times if t > time + self._nothing]
             return
         system.commit(time, q, u)
-        # what begins at rest is seen before drives without a run-up press on dampers, at full speed
+        # at rest: without the damper forces of drives that start without a run-up
         self.last = system.observe(time, q, u if u.any() else None)
         self.ledger = Ledger.opened(self.last.energy) if ledger is None else ledger
         self.largest_reaction = self.last.reaction
@@ -78,7 +78,7 @@ class Books:
         self._save()
 
     def state(self) -> State:
-        """What other books go on with from here, besides time, q, u, the ledger and what was seen."""
+        """State of the recorder for a restart, besides time, q, u, ledger and curve."""
         earlier = [] if self._earlier is None else [self._earlier.travel, self._earlier.force]
         resting = [found for known, found in self._resting if known is self.q]
         return {
@@ -89,7 +89,7 @@ class Books:
         }
 
     def go_on(self, end: StepEnd) -> None:
-        """Go on with what `state` gave."""
+        """Continue from a restart point (see `state`)."""
         state = end.state
         assert state is not None
         self.time, self.q, self.u = end.time, end.q, end.u
@@ -100,13 +100,13 @@ class Books:
         self.largest_reaction, self._saved = state["bounds"].tolist()
 
     def next_save(self, end: float) -> float:
-        """Time of the next state to be saved, or the end."""
+        """Time of the next state to be saved, or `end`."""
         return self.pending[0] if self.pending else end
 
-    def turned_over(self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation) -> TurnedOver:
-        """Work (J), dissipated energy (J) and what of it contact pairs take, of a step whose velocities are means over it.
+    def turned_over(self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation) -> StepEnergy:
+        """Work and dissipated energy of a quasi-static step, whose velocities are means over the step.
 
-        Work under the parabola through the forces of the last three states.
+        The work of drives is the integral of the parabola through the forces of the last three states.
         """
         duration = t - self.time
         drives = driven = 0.0
@@ -116,20 +116,20 @@ class Books:
             driven += force * travel
         power = seen.energy.load_power
         loads = seen.energy.input_power * duration - driven if power is None else power * duration
-        if loads:  # the loads as they were when the step began, along the same motion
+        if loads:  # mean of the loads at both ends of the step, along the same motion
             begin = self.system.energy(self.time, self.q, u)
             power = begin.input_power if begin.load_power is None else begin.load_power
             loads = 0.5 * (loads + power * duration)
-        return TurnedOver(drives + loads, self._dissipated(t, q, seen), seen.energy.pair_power * duration)
+        return StepEnergy(drives + loads, self._dissipated(t, q, seen), seen.energy.pair_power * duration)
 
     def _dissipated(self, t: float, q: np.ndarray, seen: Observation) -> float:
-        """What dampers and friction take in such a step, J: the mean of their forces at both ends, times the motion.
+        """Energy that dampers and friction dissipate in a quasi-static step, J: mean force at both ends times the motion.
 
-        At an equilibrium they are what is left over without them. Their forces at the end alone would do for steps that take
-        next to nothing, and have to for the first one. What slides without regard to rates knows what it takes exactly.
+        At an equilibrium these forces are the residual without them. Small losses, and the first step, use the forces at the
+        end only. Rate-independent sliding computes its loss exactly.
         """
         alone = seen.energy.dissipated_power * (t - self.time)
-        if self._earlier is None or alone < _NEXT_TO_NOTHING * self.ledger.turnover:
+        if self._earlier is None or alone < _SMALL_LOSS * self.ledger.turnover:
             return alone
         (force, drive), (next_force, next_drive) = self._at_rest(self.time, self.q), self._at_rest(t, q)
         driven = self.last.drive.force - drive + seen.drive.force - next_drive
@@ -138,7 +138,7 @@ class Books:
         return damped + seen.energy.sliding_power * (t - self.time)
 
     def _at_rest(self, t: float, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Forces left over at rest, and those of the drives, N; kept for the step after."""
+        """Residual at rest and drive forces, N; stored for the next step."""
         for known, found in self._resting:
             if known is q:
                 return found
@@ -147,7 +147,7 @@ class Books:
         return found
 
     def _bow(self, k: int, seen: Observation) -> float:
-        """What the mean force of drive k in a step lies below that of its ends because the curve is bent, N."""
+        """Mean force of drive k at both ends minus its mean over the step, from the curvature of the force curve, N."""
         if self._earlier is None:
             return 0.0
         points = [
@@ -162,20 +162,19 @@ class Books:
         return second**2 / (6.0 * (first + second)) * bend
 
     def quasi_static(
-        self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation, turned_over: TurnedOver, unstable: bool = False
+        self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation, turned_over: StepEnergy, unstable: bool = False
     ) -> None:
-        """Take a step whose velocities are means over it; `tell` is to follow. `unstable`: dampers hold the state."""
+        """Record a quasi-static step; the caller must call `tell` next. `unstable`: only dampers hold the state."""
         self.ledger.add(*turned_over)
         earlier = self.last.drive
         self.system.commit(t, q, u, (self.time, self.q))
         self._take(t, q, u, seen, dynamic=unstable, before=(self.time, self.q))
         self._earlier = earlier
 
-    def imbalance(self, seen: Observation, turned_over: TurnedOver) -> float:
-        """What the balance of such a step would be off by, over the energy turned over so far.
+    def imbalance(self, seen: Observation, turned_over: StepEnergy) -> float:
+        """Energy balance residual of a quasi-static step over the energy turned over so far; 0 below round-off.
 
-        At the start, before anything has been turned over, over that of the reactions along a part of the span. Nothing
-        where all of it is round-off.
+        At the start the scale is the work of the largest reaction along a small part of the span.
         """
         work, dissipated, _ = turned_over
         stored = seen.energy.stored_at_rest - self.last.energy.stored_at_rest
@@ -183,34 +182,34 @@ class Books:
         turnover = max(turnover, _AT_FIRST * max(self.largest_reaction, seen.reaction) * self._span)
         return abs(stored + dissipated - work) / turnover if turnover > self.ledger.trifle else 0.0
 
-    def turned_over_in_motion(self, t: float, q: np.ndarray, seen: Observation) -> TurnedOver:
-        """Work (J) and dissipated energy (J) of a step of a time integrator."""
+    def turned_over_in_motion(self, t: float, q: np.ndarray, seen: Observation) -> StepEnergy:
+        """Work and dissipated energy of a step of a time integrator."""
         step = t - self.time
         dissipated, of_pairs = mean_dissipation(self.system, (self.time, self.q), (t, q), len(seen.pairs.force))
         work = 0.5 * step * (self.last.energy.input_power + seen.energy.input_power)
-        return TurnedOver(work, step * dissipated, step * of_pairs)
+        return StepEnergy(work, step * dissipated, step * of_pairs)
 
-    def loss(self, seen: Observation, turned_over: TurnedOver) -> float:
-        """What the balance of such a step would be off by, over the energy turned over."""
+    def loss(self, seen: Observation, turned_over: StepEnergy) -> float:
+        """Energy balance residual of a step of a time integrator, over the energy turned over."""
         work, dissipated, _ = turned_over
         off = abs(seen.energy.stored_freely - self.last.energy.stored_freely + dissipated - work)
         return off / self.ledger.turnover if self.ledger.turnover > 0.0 else 0.0
 
     def dynamic(
-        self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation, turned_over: TurnedOver, calm: bool
+        self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation, turned_over: StepEnergy, calm: bool
     ) -> None:
-        """Take a step of a time integrator; `calm`: at its end the motion is near a stable equilibrium."""
+        """Record a step of a time integrator; `calm`: it ends near a stable equilibrium."""
         self.ledger.add(*turned_over)
         moving = not calm or inertia_counts(self.system, t, q, u, seen)
         self._take(t, q, u, seen, seen.energy.stored_freely, moving)
         self.tell()
 
     def set_going(self) -> None:
-        """Go on with inertia from a state of statics: what drives and loads gave to motion, statics had left out."""
+        """Change from statics to dynamics: add the kinetic energy, which statics neglects, to the work."""
         self.ledger.work += self.last.energy.kinetic
 
     def may_jump(self, t: float, q: np.ndarray, seen: Observation) -> bool:
-        """Whether a jump to a state could happen: through no face, and without a gain of energy that nothing gave."""
+        """Whether a jump to a state is admissible: it passes through no face, and gains no energy beyond the work."""
         if self.system.objection(t, q, None, t - self.time) is not None:
             return False
         travel = np.abs(seen.drive.travel - self.last.drive.travel)
@@ -219,7 +218,7 @@ class Books:
         return bool(gained <= given + 1e-6 * self.ledger.turnover)
 
     def slide(self, t: float, q: np.ndarray, seen: Observation) -> None:
-        """Take a jump in next to no time, whose energy is gone, with that of the drives' little way in it."""
+        """Record an instantaneous jump: the loss of stored energy and the work of the drives are dissipated."""
         forces = 0.5 * (self.last.drive.force + seen.drive.force)
         work = float(forces @ (seen.drive.travel - self.last.drive.travel))
         self.ledger.work += work
@@ -240,10 +239,10 @@ class Books:
         jumped: bool = False,
         before: Before | None = None,
     ) -> None:
-        """Go on to a state; `stored` is its energy if inertia counts, which it does not in statics."""
+        """Set the present state; `stored` is its energy if inertia is included, None in statics."""
         self.time, self.q, self.u, self.last, self._earlier, self._before = t, q, u, seen, None, before
         if stored is None:
-            self.largest_reaction = max(self.largest_reaction, seen.reaction)  # that of a motion is another matter
+            self.largest_reaction = max(self.largest_reaction, seen.reaction)  # statics only
             self.ledger.balance(seen.energy.stored_at_rest, 0.0)
         else:
             self.ledger.balance(stored, seen.energy.kinetic)
@@ -253,14 +252,14 @@ class Books:
         self._save()
 
     def tell(self, state: State | None = None) -> StepEnd:
-        """Tell that a step has ended, at a renewal point with what another solve goes on with."""
+        """Report the end of a step; `state` is the restart data at a restart point."""
         end = StepEnd(self.time, self.q, self.u, self.statistics.steps, tuple(self.statistics.events), state)
         if self.wanted.on_step is not None:
             self.wanted.on_step(end)
         return end
 
     def save_last(self) -> None:
-        """Hand over the last state, if it was not: the solve ends here."""
+        """Save the last state, if it is not saved yet."""
         if self._saved < self.time:
             self.pending = [self.time]
             self._save()
@@ -270,5 +269,5 @@ class Books:
             self.pending.pop(0)
             self._saved = self.time
             ledger = self.ledger
-            books = ledger.dissipated, ledger.work, ledger.error, ledger.pair_energy
-            self.wanted.on_save(Saved(self.time, self.q.copy(), self.u.copy(), self.last, *books, self._before))
+            numbers = ledger.dissipated, ledger.work, ledger.error, ledger.pair_energy
+            self.wanted.on_save(Saved(self.time, self.q.copy(), self.u.copy(), self.last, *numbers, self._before))
