@@ -61,9 +61,9 @@ class ArcRun:
         last = points[-1]
         if last.time < settings.end_time:
             self.warnings.append(
-                f"arc-length: the path did not reach the program time of the end of its step, {settings.end_time:.4g} s; the "
-                f"loads decreased after a program time of {max(p.time for p in points):.4g} s, and the path ended at their "
-                "reverse"
+                f"arc-length: the path did not reach the program time of the end of its step, {settings.end_time:.4g} s; "
+                f"the loads decreased after a program time of {max(p.time for p in points):.4g} s, and the path ended at "
+                "their reverse"
             )
         return last.q
 

@@ -3,8 +3,8 @@
 Inertia is neglected. Damping and friction act with mean velocities over the step (implicit Euler). A system without damping
 and friction is solved at rest.
 
-The efforts of stiff springs are separate unknowns in a `fsm.system.MixedSystem`. They start from predicted values, and contacts
-are linearised at separate depths. On the pulled strip this halves the iterations, with steps three times as long.
+The efforts of stiff springs are separate unknowns in a `fsm.system.MixedSystem`. They start from predicted values, and
+contacts are linearised at separate depths. On the pulled strip this halves the iterations, with steps three times as long.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _NEARLY = 1e-4
 _LATE = 4
 """Number of iterations after which the residual is compared with the reactions."""
 _LOST, _HARDLY = 200.0, 1e-2
-"""Residual over the largest reaction, and over the first residual, above which the iteration stops: a shorter step costs less."""
+"""Residual over the largest reaction, and over the first residual, above which the iteration stops."""
 
 
 @cache

@@ -26,8 +26,8 @@ class Ledger:
 
     `error` is the present residual, `worst` its largest magnitude, `gained` its largest positive value. `turnover` is the
     largest energy stored, dissipated or put in so far; relative errors refer to it. Up to `trifle` the turnover is round-off
-    (of a structure at rest, or of a mechanism without resistance), and there is no relative error. `pair_energy` (2, n_pairs)
-    is the energy that friction and damping of every contact pair have dissipated.
+    (of a structure at rest, or of a mechanism without resistance), and there is no relative error. `pair_energy`
+    (2, n_pairs) is the energy that friction and damping of every contact pair have dissipated.
     """
 
     start: float = 0.0

@@ -1,24 +1,24 @@
-"""A conserving method for elastic structures: the force over a step is its mean along the step.
+"""Energy-conserving mean-force method: the force of a step is its mean along the step.
 
 With x the increment of the configuration from t_n to t_{n+1} = t_n + h [1, 2]:
 
     M (u_{n+1} - u_n)/h = int_0^1 f(t_n + s h, retract(q_n, s x), x/h) ds,    x/h = (u_n + u_{n+1})/2
 
-f.x is then the difference of the potential, whatever it is, and kinetic + potential energy + dissipated - work done stays
-what it is, to the rule that the integral is taken by: two points of Gauss, exact for potentials up to the fourth degree,
-as that of a film's stretch is. Rigid bodies turn about their mean angular velocity, along which gyroscopic moments do no
-work. The method is of second order, has no damping of its own, and cannot gain energy: Newmark's
-and generalized-alpha with little damping do, where a film stretches. Its dissipation is what dampers take at the mean rates.
+f.x is then the difference of the potential, so kinetic + potential + dissipated energy - work is constant but for the
+quadrature. Two Gauss points are exact for potentials up to the fourth degree, such as that of a stretched film. Rigid bodies
+rotate about their mean angular velocity, along which gyroscopic moments do no work. The method is of second order, has no
+numerical damping, and cannot gain energy; Newmark's method, and generalized-alpha with little damping, gain energy where a
+film stretches. Dampers dissipate energy at the mean rates.
 
-Newton's unknown is x; its matrix 2/h^2 M + D/h + int s K(q_n + s x) ds, by the same rule: where films slacken and tauten, K
-differs from point to point by orders of magnitude, and one in between converges to nothing. Corrections that overshoot are
-cut where the work of what is left over along them vanishes, but not to less than a part: a single spot that tautens would
-hold up all else. With fixed steps, corrections between two tangents learn from those before (Broyden's good update [3]).
-Steps that cost much, because parts of a film slacken and tauten in them, are halved: both halves may cost less.
+Newton's method solves for x with the matrix 2/h^2 M + D/h + int s K(q_n + s x) ds, by the same quadrature. Where films
+become slack or taut, K differs between the points by orders of magnitude, and K at one point between them does not converge.
+Corrections that overshoot are cut where the work of the residual along them vanishes. The cut is limited, because one
+spot that becomes taut would stop all others. With fixed steps, Broyden's good update [3] corrects a reused tangent.
+Steps with many iterations are halved, since both halves together may need fewer.
 
 Without a fixed step the error is controlled. The local error of x is h^3/12 times the derivative of u', from differences of
-the mean rates; 2/h^2 S^-1 M, with the matrix S of Newton's method, takes modes out that are too fast for the step. A step is
-also repeated if the rule of the integral loses more energy than a part of that turned over, as where a contact closes.
+the mean rates. The filter 2/h^2 S^-1 M, with the matrix S of Newton's method, removes modes that are too fast for the step.
+A step is also repeated if the quadrature loses too much energy, as where a contact closes.
 
 References
 ----------
@@ -45,54 +45,54 @@ from fsm.system import Linearised, Objection, System
 __all__ = ["MeanForce"]
 
 _POINTS = (0.5 - 0.5 / math.sqrt(3.0), 0.5 + 0.5 / math.sqrt(3.0))
-"""Of Gauss, over the step; of equal weight."""
+"""Gauss points over the step, of equal weight."""
 _NEWTON, _LOOSEST = 1e-3, 1e-6
-"""Error left by Newton's method, over the scales: this part of rtol, but no more than at this rtol.
+"""Tolerance of Newton's method over the scales and rtol; and the largest rtol it is based on.
 
-What is left over works along every step: with 1e-4, a struck strip gained 5 % of its energy in 2640 steps (2026-11-23).
+The residual does work in every step: with 1e-4, a struck strip gained 5 % of its energy in 2640 steps (2026-11-23).
 """
 _EXACT = 1e-5
-"""The same with error control, whose longer steps turn over more."""
+"""The same with error control, whose longer steps do more work."""
 _ITERATIONS = 30
 _SLOW, _SLOW_AND_EXACT = 0.7, 0.35
-"""Contraction from which on the tangent is renewed: two tangents and their factors cost ten times what two forces do. Steps
-of error control are solved more exactly, and would take more iterations."""
+"""Ratio of successive corrections above which the tangent is evaluated again, for fixed steps and for error control. Two
+tangents and their factorisation cost ten times as much as two forces. Error control has a tighter tolerance."""
 _SURE = 0.02
-"""Contraction below which a measured one is not believed."""
+"""Lower bound of the ratio of successive corrections."""
 _OVERSHOT = 0.5
-"""Work left over along a correction, over that before it, from which on the correction is cut."""
+"""Work of the residual at the end of a correction over that at its start, above which the correction is cut."""
 _CUTS, _SHORTEST = 3, 0.3
-"""Of a correction: how often at most, and to what part of it in one cut."""
+"""Largest number of cuts of a correction, and smallest factor of a cut."""
 _FINEST = 64
-"""Parts, at most, of a step whose equations were not solved."""
+"""Largest number of parts of a step for which Newton's method did not converge."""
 _FACTORS = 5.0
-"""Cost of a tangent and its factors, in iterations."""
+"""Cost of a tangent and its factorisation, in iterations."""
 _DEAR, _CHEAP, _BETWEEN = 25.0, 9.0, 15.0
-"""Mean cost of a fixed step, in iterations, from which on steps are halved, below which they are doubled, and after that.
+"""Mean cost of a fixed step, in iterations: bound for halving, bound for doubling, and initial value after a change.
 
-A film with slack parts that tauten: 40 a step, 10 each of its halves, 6 each of its quarters (2026-11-23).
+Film with slack parts that become taut: 40 for a step, 10 for each half, 6 for each quarter (2026-11-23).
 """
 _HALVES = 4
-"""Parts, at most, of a step that costs much."""
+"""Largest number of parts of an expensive step."""
 _MEMORY = 0.7
-"""Part of the mean cost that the next step leaves as it is."""
+"""Weight of the previous mean in the running mean of the cost."""
 _FIRST = 1e-4
-"""First step over the time to go, at most."""
+"""Largest first step over the remaining time."""
 _SAFETY, _GROWTH, _SHRINK, _STEADY = 0.9, 2.0, 0.2, 1.2
-"""Of the control of errors; a step that could grow by less than the last is kept, and the factors with it."""
+"""Constants of error control; with a growth below the last one, step size and factorisation are reused."""
 _CUT = 0.25
-"""Factor on a step whose equations were not solved."""
+"""Factor on a step size for which Newton's method did not converge."""
 _LOST, _AT_ONCE, _LEAST = 3e-6, 0.01, 1e-9
-"""Energy that all steps may lose or gain by the rule of the integral, over that turned over so far; the part of what is left
-of it that a step may take; and what any step may."""
+"""Bounds of the quadrature error of the energy, over the energy turned over so far: of all steps; of one step, as a part of
+the remaining error of all steps; and the smallest bound of a step."""
 _TRIFLE = 1e-13
-"""Part of the energy stored at the start that is but round-off of it."""
+"""Round-off of the energy over the stored energy at the start."""
 _SMALLEST = 16.0 * np.finfo(float).eps
-"""Smallest step over the time reached."""
+"""Smallest step over the present time."""
 
 
 class MeanForce:
-    """The method as an object that goes step by step.
+    """The mean-force method, step by step.
 
     Parameters
     ----------
@@ -100,8 +100,8 @@ class MeanForce:
     t, q, u : time and state to start from
     rtol : -
     step : s
-        Fixed, or the next smaller that divides the way to the next time that is to be hit, or a half or a quarter of it
-        where steps cost much. None: the error is controlled.
+        Fixed step size, reduced to divide the time to the next end time, and to a half or a quarter where steps need many
+        iterations. None: error control.
     max_step : s
         Largest step of error control.
 
@@ -109,11 +109,11 @@ class MeanForce:
     ----------
     t, q, u : present state
     work, dissipated : J
-        Of the last step.
+        Work and dissipated energy of the last step.
     of_pairs : (2, n_pairs) array, J
-        Dissipated by every contact pair in the last step.
+        Energy dissipated by every contact pair in the last step.
     drive_force : (n_drives,) array, N
-        Mean over the last step.
+        Mean force over the last step.
     steps, rejected, failed, iterations, force_evaluations, linearisations : int
     linear : LinearSolver
     """
@@ -146,10 +146,10 @@ class MeanForce:
         self._factored = 0.0
         self._map: np.ndarray | None = None
         self._division, self._cost = 1, _BETWEEN
-        # mean rates of the last two steps, and their sizes: those at the ends hold what is left of stiff vibrations
+        # mean rates of the last two steps, and their sizes: rates at the ends contain stiff vibrations
         self._mean, self._mean_before = u.copy(), u.copy()
         self._last = self._last_before = 0.0
-        # of error control: the size to try, the acceleration half-way between the last two steps, errors, energies
+        # for error control: step size, acceleration half-way between the last two steps, errors, energies
         self._next = 0.0
         self._rate = np.zeros_like(u)
         self._known = 0
@@ -162,12 +162,12 @@ class MeanForce:
         return self.linear.factorisations
 
     def step(self, until: float) -> None:
-        """One step, that ends at `until` or before.
+        """Take one step that ends at `until` or before.
 
         Raises
         ------
         StepFailed
-            The equations of even the smallest step have no solution that Newton's method finds, or its error is too large.
+            Newton's method does not converge, or the error is too large, even with the smallest step.
         """
         target = min([until, *(b for b in self._breaks if b > self.t)])
         if self._step is None:
@@ -197,17 +197,17 @@ class MeanForce:
         return self.iterations + _FACTORS * self.linearisations
 
     def _divide(self, cost: float) -> None:
-        """Halve or double the steps to come by what the last ones cost."""
+        """Halve or double the next steps by the cost of the last ones."""
         self._cost = _MEMORY * self._cost + (1.0 - _MEMORY) * cost
         if self._cost > _DEAR and self._division < _HALVES:
             self._division, self._cost = 2 * self._division, _BETWEEN
         elif self._cost < _CHEAP and self._division > 1:
             self._division, self._cost = self._division // 2, _BETWEEN
 
-    # renewal --------------------------------------------------------------------------------------------------------
+    # restart --------------------------------------------------------------------------------------------------------
 
     def state(self) -> State:
-        """What another object goes on with from the present time, q and u."""
+        """State of the method for a restart, besides time, q and u."""
         counts = (
             self.steps, self.rejected, self.failed, self.iterations, self.force_evaluations, self.linearisations,
             self.linear.factorisations, self._division, self._known,
@@ -225,7 +225,7 @@ class MeanForce:
         }
 
     def go_on(self, state: State) -> None:
-        """Go on with what `state` gave."""
+        """Continue from a restart point (see `state`)."""
         self._mean, self._mean_before = state["mean"], state["mean_before"]
         self._rate = state["rate"]
         (
@@ -239,7 +239,7 @@ class MeanForce:
     # error control --------------------------------------------------------------------------------------------------
 
     def _controlled_step(self, target: float, until: float) -> None:
-        """One step of which the error is controlled."""
+        """Take one step with error control."""
         shortest = self.system.shortest_step()
         if not self._next:
             energy = self.system.energy(self.t, self.q, self.u)
@@ -298,9 +298,9 @@ class MeanForce:
         return self.system.objection(end, self.system.retract(self.q, x), 2.0 * x / h - self.u, h)
 
     def _error(self, h: float, x: np.ndarray) -> float:
-        """Local error of the increment over what is allowed; 0 until it is known.
+        """Local error of the increment over the tolerance; 0 until it is known.
 
-        That of the rate does not count: without damping the fastest vibrations of stiff joints would set the steps.
+        The error of the rate is not judged: without damping the fastest vibrations of stiff joints would set the steps.
         """
         mean = x / h
         if self._known < 2:
@@ -313,7 +313,7 @@ class MeanForce:
         return np.asarray((rate - self._rate) / (0.5 * (0.5 * h + self._last + 0.5 * self._last_before)))
 
     def _lost(self, energies: _StepEnergies) -> float:
-        """Energy that the rule of the integral has lost or gained, over what is allowed."""
+        """Energy error of the quadrature over its bound."""
         moved = max(energies.kinetic, abs(energies.stored - self._start), self._turnover)
         most = max(_AT_ONCE * (_LOST * moved - abs(self._off)), _LEAST * moved, self._trifle)
         return abs(self._off_by(energies)) / most if most > 0.0 else 0.0
@@ -338,8 +338,8 @@ class MeanForce:
     # Newton's method ------------------------------------------------------------------------------------------------
 
     def _solve(self, h: float) -> np.ndarray | None:
-        """Increment of a step, None if Newton's method does not find it."""
-        with np.errstate(all="ignore"):  # iterates may go anywhere before they are given up
+        """Increment of a step; None if Newton's method does not converge."""
+        with np.errstate(all="ignore"):  # iterates may overflow before the step is rejected
             try:
                 return self._newton(h)
             except NotConverged:  # a singular matrix
@@ -368,7 +368,7 @@ class MeanForce:
             contraction = size / before if before else 0.5
             left = size * max(contraction, _SURE) / max(1.0 - contraction, 1e-3)
             converged = left <= self._tolerance or size <= 1e-3 * self._tolerance
-            parted = converged and not renew and self.system.parted()  # the factors hold contacts that have opened
+            parted = converged and not renew and self.system.parted()  # the factorisation contains contacts that have opened
             if converged and not parted:
                 return x + dx
             start = x
@@ -380,7 +380,7 @@ class MeanForce:
         return None
 
     def _moved(self, h: float, x: np.ndarray, dx: np.ndarray, residual: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The increment with a correction that does not overshoot, and what is left over there."""
+        """Increment after a correction that does not overshoot, and its residual."""
         part, start = 1.0, float(dx @ residual)
         after = self._residual(h, x + dx)
         for _ in range(_CUTS):
@@ -392,11 +392,11 @@ class MeanForce:
         return x + part * dx, after
 
     def _along(self, h: float, x: np.ndarray) -> list[tuple[float, np.ndarray]]:
-        """Times and configurations of the points of a step."""
+        """Times and configurations at the quadrature points of a step."""
         return [(self.t + s * h, self.system.retract(self.q, s * x)) for s in _POINTS]
 
     def _residual(self, h: float, x: np.ndarray) -> np.ndarray:
-        """What the forces and inertia leave over, N."""
+        """Residual of forces and inertia, N."""
         self.force_evaluations += len(_POINTS)
         rate = x / h
         force = sum(self.system.force(*point, rate) for point in self._along(h, x)) / len(_POINTS)
@@ -409,7 +409,7 @@ class MeanForce:
             self._pattern, self._inertia = pattern, self.system.inertia(self.q, pattern)
         stiffness = sum(s * linear.stiffness.data for s, linear in zip(_POINTS, tangents, strict=True)) / len(_POINTS)
         damping = sum(linear.damping.data for linear in tangents) / (h * len(_POINTS))
-        # increments at the points are s times those of x, but for the turn of the axes in between
+        # increments at the points are s times those of x, but for the rotation of the axes
         self._map = self.system.increment_map(0.5 * x)
         moving = damping + (2.0 / h**2) * self._inertia
         self.linear.factorise(
@@ -426,7 +426,7 @@ class MeanForce:
                 return tangents
 
     def _step_energies(self, h: float, x: np.ndarray, end: float) -> _StepEnergies:
-        """Energies of a step: of its end, and what was done over it."""
+        """Energies of a step: at its end, and work and dissipation over it."""
         rate = x / h
         forces = np.zeros(0)
         if self._driven:
@@ -462,10 +462,9 @@ class MeanForce:
 
 
 class _StepEnergies(NamedTuple):
-    """Energies of a step, J: work, dissipated, dissipated by pairs; stored at its end but for driven bodies, kinetic.
+    """Energies of a step, J: work, dissipated, dissipated by pairs; at its end stored (without driven bodies) and kinetic.
 
-    `drive_force` (N) is the mean over the step. Rates at the ends hold what is left of stiff vibrations, and dampers would
-    make forces of them.
+    `drive_force` (N) is the mean over the step. Rates at the ends contain stiff vibrations, which would cause damper forces.
     """
 
     work: float

@@ -1,8 +1,8 @@
 """Natural vibrations about an equilibrium: K phi = omega^2 M phi by shift-invert Lanczos, or dense where that is as cheap.
 
-What Lanczos may miss (modes of equal frequency; one start vector sees one of them) is found out by Sylvester's law of
-inertia: the negative pivots of K - sigma M are the modes below sigma. If some are missing, more are asked for, and in the
-end the dense solver is taken.
+Lanczos may miss modes of equal frequency, since one start vector contains only one of them. Sylvester's law of inertia
+detects this: the number of negative pivots of K - sigma M is the number of modes below sigma. If modes are missing, more are
+computed, and finally the dense solver is used.
 """
 
 from __future__ import annotations
@@ -25,25 +25,25 @@ from fsm.system import System
 __all__ = ["Modes", "modes"]
 
 _DENSE_SIZE = 60
-"""Up to this many unknowns the dense solver is taken."""
+"""Largest number of unknowns for the dense solver."""
 _DENSE_PART = 0.25
-"""And from this part of all modes on."""
+"""Part of all modes above which the dense solver is used."""
 _BELOW_ZERO = 1e-9
-"""The shift lies this far below zero, over the highest frequency squared: above round-off, below what bends.
+"""Distance of the shift below zero, over the highest omega^2: above round-off, and below bending modes.
 
-Nearer to zero, rigid-body motions outweigh all others in the Lanczos vectors by more.
+Nearer to zero, rigid-body modes dominate the Lanczos vectors more.
 """
 _POLISHED = 2
-"""Inverse iterations after Lanczos, whose vectors carry the errors of every solution, those beside rigid motions most.
+"""Inverse iterations after Lanczos. Its vectors contain the errors of all solutions, most if there are rigid-body modes.
 
-Measured on beams: one takes residuals from some hundreds of `resolution` to below one; free bodies need a second.
+On beams one iteration reduces residuals from some hundreds of `resolution` to below one; free bodies need a second.
 """
 _RESTARTS = 50
-"""Of Lanczos' method; a larger space is better than more of them: ten do where all is well, of slack films 4000 did not."""
+"""Largest number of restarts of Lanczos' method: ten suffice usually; for slack films 4000 did not."""
 _APART = 1e-6
-"""Modes closer than this, relatively, may be one frequency."""
+"""Relative difference below which two frequencies may be equal."""
 _SEED: dict[str, Any] = {"rng": 0} if "rng" in inspect.signature(eigsh).parameters else {}
-"""The same question has the same answer: older ARPACK draws from a series of its own, the new one from a generator."""
+"""Fixed start vector for reproducible results: ARPACK versions draw random ones differently."""
 
 
 @dataclass(frozen=True)
@@ -57,13 +57,13 @@ class Modes:
     shapes : (count, nu) array
         Increments dx of the tangent space, phi^T M phi = 1; the largest entry (by its kinetic energy) is positive.
     residuals : (count,) array, rad^2/s^2
-        |K phi - omega^2 M phi| in the norm of M^-1: an eigenvalue is that near to `squared` at least.
+        |K phi - omega^2 M phi| in the norm of M^-1: bound of the distance from `squared` to an eigenvalue.
     resolution : rad^2/s^2
-        Round-off of K over M. What is smaller than some tens of it is zero: a motion as a rigid body, a mechanism.
+        Round-off of K over M. A value below some tens of it is zero: a rigid-body motion or a mechanism.
     asymmetry : -
-        Size of the unsymmetric part of K, which is left out, over that of the symmetric one, both scaled to a unit
+        Size of the unsymmetric part of K, which is neglected, over that of the symmetric one, both scaled to a unit
         diagonal. Above about 1e-8 the state is not an equilibrium, or its loads follow the bodies; the modes are then
-        those of the symmetric part, and flutter is not seen.
+        those of the symmetric part, without flutter.
     method : "dense" or "lanczos"
     """
 
@@ -92,12 +92,12 @@ def modes(system: System, t: float, q: np.ndarray, count: int = 10, shift: float
     ----------
     system : System
     t : s
-        Loads and drives are taken as they are at this time.
+        Time at which loads and drives are evaluated.
     q : (nq,) array
         Equilibrium there; see `fsm.solve.newton.equilibrium`.
-    count : modes wanted, at most nu of them come
+    count : number of modes; at most nu are returned
     shift : rad^2/s^2
-        The modes whose omega^2 is nearest to it; absent: those of the lowest omega^2, negative ones first.
+        Selects the modes with omega^2 nearest to it; absent: those of the lowest omega^2, negative ones first.
 
     Raises
     ------
@@ -113,7 +113,7 @@ def modes(system: System, t: float, q: np.ndarray, count: int = 10, shift: float
     count = min(count, problem.size)
     found = None
     if problem.size > _DENSE_SIZE and count <= _DENSE_PART * problem.size:
-        with suppress(NotConverged):  # the shift is an eigenvalue to the last digit
+        with suppress(NotConverged):  # the shift equals an eigenvalue to the last digit
             found = _lanczos(problem, count, shift)
     method = "dense" if found is None else "lanczos"
     squared, shapes = _dense(problem, count, shift) if found is None else found
@@ -144,7 +144,7 @@ class _Problem:
         self.asymmetry = self._asymmetry(stiffness)
 
     def _asymmetry(self, stiffness: BlockMatrix) -> float:
-        # a floor for unknowns without stiffness of their own
+        # lower bound for unknowns without diagonal stiffness
         size = np.sqrt(np.abs(_diagonal(self.stiffness)) + 1e-12 * self.highest * self.mass_diagonal)
         size = size.reshape(-1, self.pattern.size)
         if not self.highest > 0.0:
@@ -192,7 +192,7 @@ def _dense(problem: _Problem, count: int, shift: float | None) -> tuple[np.ndarr
 
 
 def _lanczos(problem: _Problem, count: int, shift: float | None) -> tuple[np.ndarray, np.ndarray] | None:
-    """Modes by shift-invert Lanczos; None where not all could be had."""
+    """Modes by shift-invert Lanczos; None if some are missing."""
     start = _below_all(problem) if shift is None else shift
     if start is None:
         return None
@@ -207,7 +207,7 @@ def _lanczos(problem: _Problem, count: int, shift: float | None) -> tuple[np.nda
 
 
 def _below_all(problem: _Problem) -> float | None:
-    """A shift that no mode is below, as near to zero as can be; None if none is found."""
+    """Shift below all modes, as near to zero as possible; None if none is found."""
     shift = -_BELOW_ZERO * problem.highest
     while shift > -1e3 * problem.highest:
         if problem.below(shift) == 0:
@@ -227,7 +227,7 @@ def _near(problem: _Problem, shift: float, count: int) -> tuple[np.ndarray, np.n
             problem.stiffness.bsr(), count, M=problem.inertia.bsr(), sigma=shift, OPinv=inverse, v0=first,
             ncv=min(size, max(2 * count + 1, 20)), maxiter=_RESTARTS, **_SEED,
         )  # fmt: skip
-    except ArpackError:  # it did not converge: fewer modes than asked for are as good as none
+    except ArpackError:  # no convergence: fewer modes than requested are not used
         return np.zeros(0), np.zeros((0, size))
     for _ in range(_POLISHED):
         squared, shapes = _polished(problem, shift, solver, shapes)
@@ -235,7 +235,7 @@ def _near(problem: _Problem, shift: float, count: int) -> tuple[np.ndarray, np.n
 
 
 def _polished(problem: _Problem, shift: float, solver: LinearSolver, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """One inverse iteration with refined solutions, and the Rayleigh-Ritz values of what comes of it.
+    """One inverse iteration with refined solutions, and the Rayleigh-Ritz values of the result.
 
     Shapes are (nu, count) arrays here.
     """
@@ -255,7 +255,7 @@ def _solve_all(solver: LinearSolver, right: np.ndarray) -> np.ndarray:
 
 
 def _complete(problem: _Problem, squared: np.ndarray, shift: float, count: int) -> bool:
-    """Whether no mode is missing that is nearer to the shift than the last one wanted, but for those as near as that."""
+    """Whether no mode is missing that is nearer to the shift than the last requested one (equal distances excepted)."""
     distance = np.abs(squared - shift)
     reach = np.sort(distance)[count - 1]
     reach -= _APART * reach + 100.0 * problem.resolution

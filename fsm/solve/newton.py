@@ -30,22 +30,22 @@ def equilibrium(
     q : (nq,) array
         Configuration to start from.
     times : increasing times, s
-        The loads' and drives' own time; small steps keep Newton on the branch it started on. Begin with the time at
-        which `q` is an equilibrium, if it is one: the tangent there is what predicts the next.
+        Times of loads and drives; small steps keep the iteration on its branch. If `q` is an equilibrium, start with
+        its time: the tangent there predicts the next equilibrium.
     tolerance : -
-        Largest last step of Newton, over the size of a segment or a radian.
+        Bound of the last Newton step, over the size of a segment or a radian.
     max_iterations : int
     on_state : called with (time, q) at each equilibrium
 
     Returns
     -------
     (nq,) array
-        The equilibrium at the last time. Its stability is not judged here: see `negative_pivots`.
+        Equilibrium at the last time. Its stability is not checked; see `negative_pivots`.
 
     Raises
     ------
     NotConverged
-        With the time and the worst body.
+        The message states the time and the worst body.
     """
     before = times[0] if len(times) else 0.0
     for t in times:
@@ -73,10 +73,10 @@ def equilibrium(
 def tangent_prediction(
     system: System, before: float, t: float, q: np.ndarray, solver: LinearSolver | None = None
 ) -> np.ndarray:
-    """Increment of the equilibrium from `before` to t, to first order; what `solver` has factorised is lost.
+    """Increment of the equilibrium from `before` to t, to first order; it overwrites the factorisation of `solver`.
 
-    A drive that moves alone by much stretches its springs so far that neither the forces nor the tangent mean anything.
-    So the change of the forces is taken over the beginning of the step, and its size by comparison with all of it.
+    A large motion of the drive alone would stretch its springs beyond the range of the linearisation. So the change of the
+    forces is computed for the beginning of the step, and scaled to the whole step.
     """
     start = system.force(before, q, None)
     whole = system.force(t, q, None) - start
@@ -92,16 +92,16 @@ def _solved(matrix: BlockMatrix, right: np.ndarray, solver: LinearSolver | None 
 
 
 def _limited(step: np.ndarray, size: np.ndarray) -> np.ndarray:
-    """A step of more than half a segment or half a radian leaves the region where the tangent means anything."""
+    """Step limited to half a segment or half a radian, the range of the linearisation."""
     return step * min(1.0, 0.5 / max(float(np.abs(step / size).max(initial=0.0)), 1e-300))
 
 
 def negative_pivots(system: System, t: float, q: np.ndarray, solver: LinearSolver | None = None) -> int:
     """Number of negative pivots of the tangent stiffness at rest; 0 where stable.
 
-    By Sylvester's law those of its symmetric part, from a factorisation without row exchanges between blocks. Where it has
-    some and bristles of friction make the stiffness unsymmetric, the real ones of the stiffness itself: see
-    `fsm.solve.equilibrium_step`. A solver that knows the pattern already saves its analysis; what it has factorised is lost.
+    They are counted by Sylvester's law for the symmetric part, by a factorisation without row exchanges between blocks. If
+    there are some and friction bristles make the stiffness unsymmetric, the negative real pivots of the stiffness itself
+    count: see `fsm.solve.equilibrium_step`. A given `solver` saves the analysis of the pattern; its factorisation is lost.
     """
     if system.nu == 0:
         return 0
@@ -113,7 +113,7 @@ def negative_pivots(system: System, t: float, q: np.ndarray, solver: LinearSolve
         if solver.negative_pivots() == 0:
             return 0
         solver.factorise(stiffness)
-    except NotConverged:  # exactly singular: a mechanism, or a body that nothing holds
+    except NotConverged:  # exactly singular: a mechanism, or a free body
         values = np.linalg.eigvalsh(matrix.bsr().toarray())
         return int(np.sum(values < -1e-12 * np.abs(values).max(initial=0.0)))
     return solver.negative_real_pivots()

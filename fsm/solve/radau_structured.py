@@ -1,18 +1,18 @@
 """SciPy's Radau with the linear algebra of a mechanical system: half the unknowns, dense blocks, the same steps.
 
-All that Radau does with a Jacobian is to solve (gamma I - J)(a, b) = (f, g), once for a real and once for a complex gamma
+Radau uses the Jacobian only to solve (gamma I - J)(a, b) = (f, g), once for a real and once for a complex gamma
 (Hairer and Wanner, Solving ODEs II, section IV.8, where eq. (8.19) is the same reduction for y'' = f). Here, with
 q' = T(q) u and M u' = h,
 
     gamma a - Q a - T b = f,        g = gamma b + M^-1 (K P a + D b),        Q = dq'/dq,  P = dx/dq,
 
-Q, T and P a small block a node. So a = R (f + T b) with R = (gamma I - Q)^-1, and with the increment x = P a in the
-tangent space as unknown
+with a small block of Q, T and P for each node. So a = R (f + T b) with R = (gamma I - Q)^-1. With the increment x = P a
+in the tangent space as unknown
 
     [(gamma M + D) G + K] x = M g + (gamma M + D) G c,      c = P R f,   G = (P R T)^-1,   b = G (x - c),
 
 a matrix on K's own pattern. Where the configurations are a vector space (the plane), G = gamma I and this is
-(gamma^2 M + gamma D + K) a = M g + (gamma M + D) f, b = gamma a - f. M is taken to be constant, as it is everywhere else.
+(gamma^2 M + gamma D + K) a = M g + (gamma M + D) f, b = gamma a - f. M is constant.
 """
 
 from __future__ import annotations
@@ -45,14 +45,14 @@ class _Kinematics:
 
 @dataclass(frozen=True, eq=False)
 class _Few:
-    """The blocks of a pattern that are not zero: a pattern holds all contacts that could come.
+    """Nonzero blocks of a pattern, which also contains all possible contacts.
 
     Attributes
     ----------
     place : (m,) int array
-        Their numbers in the pattern.
+        Numbers of the blocks in the pattern.
     indptr, indices : int arrays
-        Their own rows.
+        Compressed rows of the nonzero blocks.
     """
 
     place: np.ndarray
@@ -61,7 +61,7 @@ class _Few:
 
     @classmethod
     def of(cls, pattern: BlockPattern, used: np.ndarray) -> _Few:
-        """Those that a mask (n_blocks,) names."""
+        """Select the blocks by a mask (n_blocks,)."""
         place = np.flatnonzero(used)
         indptr = np.searchsorted(pattern.rows[place], np.arange(pattern.order + 1))
         return cls(place, indptr, pattern.indices[place])
@@ -73,7 +73,7 @@ class _Few:
 
 @dataclass(frozen=True, eq=False)
 class SecondOrderJacobian:
-    """dy'/dy of y = (q, u) in its parts; nothing is multiplied out.
+    """dy'/dy of y = (q, u) in its parts, without their products.
 
     Attributes
     ----------
@@ -135,16 +135,19 @@ def _diagonal_blocks(matrix: sparse.csr_matrix, count: int) -> np.ndarray:
     found = matrix.tobsr((rows, columns))
     node = np.repeat(np.arange(count), np.diff(found.indptr))
     if np.any(node != found.indices):
-        raise ValueError("the kinematics of one node depend on another; Radau-blocks cannot take that")
+        raise ValueError(
+            "the kinematics of one node depend on another node, which Radau-blocks does not support; "
+            'use method = "Radau"'
+        )
     blocks = np.zeros((count, rows, columns))
     blocks[node] = found.data
     return blocks
 
 
 class _Multiple:
-    """gamma times the identity: what `MU / h * I - J` is made of in SciPy's source."""
+    """gamma times the identity, for `MU / h * I - J` in SciPy's source."""
 
-    __array_ufunc__ = None  # so that a NumPy scalar leaves the product to us
+    __array_ufunc__ = None  # a NumPy scalar then calls __rmul__ of this class
 
     def __init__(self, gamma: complex) -> None:
         self.gamma = gamma
@@ -171,7 +174,7 @@ class _Reduced:
     ----------
     shifted : _Shifted
     solver : LinearSolver
-        Its factors are this object's until it is given another matrix.
+        Its factorisation belongs to this object until the next one.
     """
 
     def __init__(self, shifted: _Shifted, solver: LinearSolver) -> None:
@@ -240,7 +243,7 @@ def _multiply_pairs(left: np.ndarray, right: np.ndarray, chosen: np.ndarray) -> 
 
 @kernel
 def _solve_small(matrix: np.ndarray, right: np.ndarray) -> None:
-    """Gauss-Jordan with row exchanges: `right` becomes matrix^-1 right, and `matrix` is used up."""
+    """Gauss-Jordan with row exchanges: `right` becomes matrix^-1 right; `matrix` is overwritten."""
     size, columns = matrix.shape[0], right.shape[1]
     for k in range(size):
         row = k
@@ -310,7 +313,7 @@ class StructuredRadau(Radau):
         `fun(t, y)` is (T u, M^-1 h) of the system.
     system : System
     jac : callable, jac(t, y) -> SecondOrderJacobian
-        That of the system if absent.
+        Absent: Jacobian of the system.
     """
 
     def __init__(
@@ -325,7 +328,7 @@ class StructuredRadau(Radau):
         **options: Any,
     ) -> None:
         size = len(y0)
-        # a constant sparse Jacobian keeps SciPy from making one of its own; it is replaced before the first step
+        # a constant sparse Jacobian stops SciPy from computing one; it is replaced before the first step
         super().__init__(fun, t0, y0, t_bound, jac=sparse.csc_matrix((size, size)), **options)
         self._evaluate = jac or (lambda t, y: second_order_jacobian(system, t, y))
         self._real, self._complex = LinearSolver(), LinearSolver()
@@ -340,5 +343,5 @@ class StructuredRadau(Radau):
 
     def _factorise(self, shifted: _Shifted) -> _Reduced:
         self.nlu += 1
-        # two solvers, since Radau keeps one pair of factors: a real and a complex one
+        # two solvers, since Radau uses a real and a complex factorisation
         return _Reduced(shifted, self._complex if isinstance(shifted.gamma, complex) else self._real)

@@ -1,18 +1,18 @@
-"""Stable equilibrium by going down the energy: Newton's method made heavy where it would go astray.
+"""Stable equilibrium by energy descent: Newton's method with a mass term where it would diverge.
 
     (K + mu M) dx = h(t, q),   mu >= 0
 
-is Newton's step at mu = 0 and a short way down the slope at large mu: an implicit step of an overdamped motion. mu is
-raised until the matrix has no negative pivot and until the step gains what its quadratic model promises (to a tenth),
-and falls where it gains that much, so that the end is Newton's method (pseudo-transient continuation: Kelley, Keyes,
+is Newton's step at mu = 0 and a short descent step at large mu: an implicit step of an overdamped motion. mu is
+raised until the matrix has no negative pivot and the energy decreases by at least a tenth of the quadratic model, and
+lowered where it decreases as predicted, so the last steps are Newton's (pseudo-transient continuation: Kelley and Keyes,
 SIAM J. Numer. Anal. 35, 1998, 508). The mass as weight leaves the stiff motions of a structure almost as they are and
 holds back the soft ones, which buckle.
 
-For systems whose forces have a potential at rest. Wrinkles of a film, say, where a path with small steps would meet
-bifurcation after bifurcation.
+The method requires forces with a potential at rest. An example are wrinkles of a film, where a path with small steps has
+many bifurcations.
 
-Where the steps become small but the stiffness is not positive definite, they creep to a saddle of the energy. The softest
-mode leads away from it, downhill. Curvatures and gains below the round-off of their sums count as zero.
+Small steps with an indefinite stiffness approach a saddle of the energy. A step along the softest mode leaves the saddle and
+lowers the energy. Curvatures and gains below the round-off of their sums count as zero.
 """
 
 from __future__ import annotations
@@ -34,33 +34,33 @@ _SMALLEST = 1e-10
 """Smallest mu that is not zero, over the largest ratio of stiffness to mass."""
 _RAISED, _LOWERED = 4.0, 0.25
 _POOR, _GOOD = 0.1, 0.7
-"""Gain over that of the model, below which a step is not taken, and above which mu falls."""
+"""Decrease of the energy over that of the model: bound below which a step is rejected, bound above which mu falls."""
 _LITTLE = 0.01
-"""Part of the work of a step that its weight takes, below which the next one goes without."""
+"""Part of the work of a step done against the mass term, below which the next step has mu = 0."""
 _LARGEST = 0.5
 """Largest step over the size of an element or a radian."""
 _CORRECTIONS = 3
-"""Iterations that a step which gains too little is given before it is taken back."""
+"""Number of corrections of a step with too small a decrease before it is rejected."""
 _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
 _ROUND_OFF = 4.0 * float(np.finfo(float).eps)
-"""Of a force over the sum of what it is made of."""
+"""Round-off of a force over the sum of its terms."""
 _CREEPING = 5e-3
-"""Length of a step, as tolerances, below which it may lead to a saddle."""
+"""Length of a step over the tolerance, below which it may lead to a saddle."""
 _MODE_ITERATIONS = 8
-"""Of inverse iteration for the softest mode, which goes on from that of the step before."""
+"""Inverse iterations for the softest mode, which start from that of the previous step."""
 _BESIDE = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5)
-"""Largest components of the way along that mode, as tolerances; they are tried in this order."""
+"""Largest components of steps along that mode, over the tolerance, in the order of the trials."""
 _PATIENT = 8
-"""Most good steps in a row before mu falls again; each fall that was too much doubles them."""
+"""Largest number of good steps in a row before mu falls again; each fall that was too large doubles the number."""
 _DENSE = 1000
 """Largest number of coordinates whose eigenvalues are computed."""
 _STALLED = 0.5
-"""A step of Newton's method over the one before, above which it comes no nearer."""
+"""Ratio of successive Newton steps above which the iteration does not converge further."""
 
 
 @dataclass(frozen=True)
 class Relaxed:
-    """A stable equilibrium: configuration, iterations (steps not taken included), size of the last step."""
+    """Stable equilibrium: configuration, iterations (with rejected steps), size of the last step."""
 
     q: np.ndarray
     iterations: int
@@ -76,29 +76,29 @@ def relaxed(
     renew: Callable[[np.ndarray], None] | None = None,
     watched: bool = False,
 ) -> Relaxed:
-    """A stable equilibrium near a configuration, at time t and at rest.
+    """Stable equilibrium near a configuration, at time t and at rest.
 
-    It is reached where the last step of Newton's method is small, or where steps no longer become smaller and the forces are
-    the round-off of those at work: what hardly anything holds (a slack corner of a thin film) has steps without meaning.
+    It is reached if the last Newton step is small, or if steps no longer decrease and the residual is round-off. The latter
+    occurs in parts with almost no stiffness, such as a slack corner of a thin film.
 
     Parameters
     ----------
     system : System
     t : s
     q : (nq,) array
-        To start from.
+        Initial guess.
     tolerance : -
-        Largest last step of Newton's method, over the size of an element or a radian.
+        Bound of the last Newton step, over the size of an element or a radian.
     max_iterations : int
-    renew : called with a configuration whose stiffness is not positive definite, before anything else is tried
-        May change the forces there a little, so that it is; called once at a configuration.
+    renew : called once at a configuration whose stiffness is not positive definite
+        It may change the forces there slightly, so that the stiffness becomes positive definite.
     watched : bool
-        Steps in which something passes through a face are not taken, and the system is told of every one that is.
+        Steps in which a body passes through a face are rejected, and accepted steps are committed to the system.
 
     Raises
     ------
     NotConverged
-        None is found: with the negative pivots, the force left over and the worst node.
+        No equilibrium is found; the message states the negative pivots, the residual and the worst node.
     """
     size = system.scales().increment
     solver = LinearSolver()
@@ -112,7 +112,7 @@ def relaxed(
     mode = np.random.default_rng(0).standard_normal(system.nu) * size
     rest = np.zeros(system.nu)
     for iteration in range(1, max_iterations + 1):
-        if linear.stiffness.pattern is not pattern:  # contacts came near or went
+        if linear.stiffness.pattern is not pattern:  # the set of near contacts has changed
             pattern = linear.stiffness.pattern
             inertia = system.inertia(q, pattern)
             mass = BlockMatrix(pattern, inertia)
@@ -186,17 +186,17 @@ def relaxed(
 def _corrected(
     system: System, t: float, start: np.ndarray, trial: np.ndarray, mu: float, inertia: np.ndarray
 ) -> np.ndarray | None:
-    """A trial after more iterations for the same mu, if these bring it below the start; else None.
+    """Trial after more iterations at the same mu, if its energy is below that at the start; else None.
 
-    A first step that turns a long part stretches it by the square of the turn, far up in energy; the next ones take that
-    back (watchdog technique: Chamberlain et al., Math. Program. Study 16, 1982, 1). The gain is the work of the forces on
-    the straight way, whose stretch Gauss' points see.
+    A first step that rotates a long part stretches it by the square of the rotation, which raises the energy; the next
+    iterations remove the stretch (watchdog technique: Chamberlain et al., Math. Program. Study 16, 1982, 1). The decrease is
+    the work of the forces along the straight path, by Gauss quadrature.
     """
     solver, size = LinearSolver(), system.scales().increment
     for _ in range(_CORRECTIONS):
         linear = system.linearise(t, trial, None)
         pattern = linear.stiffness.pattern
-        if len(pattern.indices) != len(inertia):  # bodies have come near that were not
+        if len(pattern.indices) != len(inertia):  # further bodies have come near
             return None
         mass = BlockMatrix(pattern, inertia)
         solver.factorise(BlockMatrix(pattern, linear.stiffness.symmetric().data + mu * inertia))
@@ -208,7 +208,7 @@ def _corrected(
 
 
 def _work(system: System, t: float, start: np.ndarray, way: np.ndarray) -> float:
-    """Work of the forces on a straight way, by Gauss' points."""
+    """Work of the forces along a straight path, by Gauss quadrature."""
     return sum(
         float(weight * (way @ system.force(t, system.retract(start, part * way), None)))
         for part, weight in zip(0.5 + 0.5 * _PLACES, 0.5 * _WEIGHTS, strict=True)
@@ -224,9 +224,9 @@ def _softest(solver: LinearSolver, mass: BlockMatrix, mode: np.ndarray, size: np
 
 
 def _is_stable(stiffness: BlockMatrix, size: np.ndarray) -> bool:
-    """Whether a stiffness has no negative eigenvalue but for round-off, n eps of the largest one.
+    """Whether a stiffness has no negative eigenvalue beyond round-off, n eps of the largest one.
 
-    Pivots of a large one decide; of soft creases between stiff panels they may be round-off alone.
+    For large matrices the pivots decide; with soft creases between stiff panels these may be round-off.
     """
     if len(size) > _DENSE:
         solver = LinearSolver()
@@ -252,9 +252,9 @@ def _is_round_off(system: System, linear: Linearised, q: np.ndarray) -> bool:
 
 
 def _round_off(system: System, linear: Linearised, q: np.ndarray) -> np.ndarray:
-    """Round-off of the forces: that of the stiffnesses times coordinates, whose sum they are.
+    """Round-off of the forces, which are sums of stiffnesses times coordinates.
 
-    Of bodies in space, whose quaternions are one number more, the span of the structure and a radian stand for coordinates.
+    For bodies in space, the span of the structure and one radian replace the coordinates.
     """
     stiffness = linear.stiffness
     coordinates = np.abs(q) if len(q) == system.nu else system.scales().span

@@ -1,8 +1,8 @@
-"""Renewal points: steps after which a solve is what one would be that goes on from a few arrays.
+"""Restart points: steps at which a solve resets its internal data, so that a restart gives equal results.
 
-A solve keeps more than its state: tangents of earlier steps, lists of what is near, patterns of matrices. They change no
-result by more than round-off and tolerances, but a solve that goes on from a file has none of them. So a solve drops them
-at steps whose numbers are fixed, and only from there can another go on: to the bit as the one that never stopped.
+A solve stores more than its state: tangents of earlier steps, contact search lists, matrix patterns. They change results by
+no more than round-off and tolerances, but a solve that continues from a file does not have them. So every solve drops them
+at fixed step numbers. A restart from such a step gives the results of an uninterrupted solve to the last bit.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ from fsm.system import DriveState, Energy, Observation, PairState
 __all__ = ["State", "observation_from", "observation_state", "steps_between"]
 
 State = dict[str, np.ndarray]
-"""What a solve goes on with besides time, q and u, by name."""
+"""Restart data besides time, q and u, by name."""
 
 _MOST, _FEWEST = 64, 8
-"""Fewer would cost: a tangent and its factors are what one to two steps of an array of 300 units take."""
+"""Smallest number of steps between restart points: a new tangent costs one to two steps of an array of 300 units."""
 _WORK = 60_000
-"""Steps between renewal points times velocities: a second or two of work (a film of 5600 takes 0.2 s a step)."""
+"""Steps between restart points times number of velocities: one or two seconds (a film of 5600: 0.2 s per step)."""
 
 
 def steps_between(nu: int) -> int:
-    """Steps from one renewal point to the next, of a system with so many velocities."""
+    """Steps between restart points of a system with nu velocities."""
     return min(_MOST, max(_FEWEST, _WORK // max(nu, 1)))
 
 
@@ -42,7 +42,7 @@ def observation_state(seen: Observation) -> State:
 
 
 def observation_from(state: State, stored_by: list[str]) -> Observation:
-    """The observation again; `stored_by` names what stores potential energy."""
+    """Observation from arrays; `stored_by` names the kinds of potential energy."""
     kinetic, dissipated, power, sliding, driven, reaction = state["seen_powers"].tolist()
     potential = dict(zip(stored_by, state["seen_potential"].tolist(), strict=True))
     energy = Energy(kinetic, potential, dissipated, power, state["seen_pair_power"], sliding, driven)

@@ -1,7 +1,7 @@
-"""What stepping a system through time is, whatever the method.
+"""Time integration of a system: common part of all methods.
 
 Dissipated and input power are integrated over every step: by Gauss's three points on the dense output of SciPy's methods, by
-the trapezoidal rule and mean rates for generalized-alpha. The reaction of the drives is looked at there too, so a peak
+the trapezoidal rule and mean rates for generalized-alpha. The reaction of the drives is evaluated there too, so a peak
 between steps is not missed.
 """
 
@@ -30,15 +30,15 @@ __all__ = ["Run", "just_after"]
 _FAST = 1e-2
 """Kinetic energy over the energy turned over, above which a force of the drives is dynamic."""
 _HOPELESS = 0.5
-"""Energy error over the energy turned over at which a solve is given up at once."""
+"""Energy error over the energy turned over at which a solve stops at once."""
 _AS_LONG_AGAIN = 2.0
-"""A smaller error has until this multiple of the time at which the balance was good last: a drive turns over ever more."""
+"""A smaller error stops the solve at this multiple of the last time without it: the energy turned over may still grow."""
 _ROUNDING = 1e-13
-"""Times that differ by less, relative to themselves, were meant to be the same."""
+"""Relative difference of times below which they are equal."""
 
 
 class Run(ABC):
-    """What all methods share: the state, the ledger, saving, judging, failing."""
+    """Common part of all methods: state, energy balance, saved states, checks, failures."""
 
     def __init__(self, system: System, settings: Settings, wanted: Wanted, beginning: Beginning) -> None:
         self.system, self.settings, self.wanted = system, settings, wanted
@@ -77,7 +77,7 @@ class Run(ABC):
         """Step to the end."""
 
     def _renew(self, end: StepEnd) -> None:
-        """Have nothing but what the end of a step holds."""
+        """Reset the run to the data of a restart point."""
         assert end.state is not None
         self.time, self.q, self.u, self.renewed, self.state = end.time, end.q, end.u, end.steps, end.state
         self.statistics.steps = end.steps
@@ -87,9 +87,9 @@ class Run(ABC):
         self.last = self.system.observe(self.time, self.q, self.u)
 
     def _arrive(self, t: float, q: np.ndarray, u: np.ndarray, state: Callable[[], State]) -> bool:
-        """The end of a step, when all that belongs to it has been accounted for and saved; whether it was a renewal point.
+        """Complete a step whose energies are accounted for and whose states are saved; return whether it is a restart point.
 
-        `state` gives what the method's solver goes on with from there.
+        `state` returns the restart data of the method's solver.
         """
         self.time, self.q, self.u = t, q, u
         judged = self.settings.judge_losses or t >= self.settings.end_time
@@ -98,7 +98,7 @@ class Run(ABC):
             self.balanced = t
         elif self._off_for_long(t, off):
             self._fail(Outcome.ENERGY if self.settings.step is None else Outcome.ENERGY_OF_FIXED_STEPS)
-        if len(self.last.drive.travel):  # nothing else pulls a structure beyond its reach
+        if len(self.last.drive.travel):  # only drives can pull a structure beyond its reach
             apart, joint = self.system.widest_joint(t, q)
             if apart > TORN * self.system.scales().length:
                 self._fail(Outcome.TORN, f"Joint strained most: {joint}")
@@ -120,7 +120,7 @@ class Run(ABC):
         return renews
 
     def _off_for_long(self, t: float, off: float) -> bool:
-        """Whether the energy balance, which is off now, has been so for too long, or by too much."""
+        """Whether the energy error `off` at time t is too large, or has been above its bound for too long."""
         judged_from = JUDGED_FROM * self.settings.end_time
         patience = judged_from if off > _HOPELESS else _AS_LONG_AGAIN * max(self.balanced, judged_from)
         return t >= min(self.settings.end_time, patience)
@@ -157,12 +157,12 @@ class Run(ABC):
 
 
 def just_after(system: System, t: float) -> float:
-    """Time at which a step of a run begins, but for the first: drives that stop there have stopped, also for dampers."""
+    """Time at which a step of a run starts; except at zero, drives that stop at t do not move any more."""
     return math.nextafter(t, math.inf) if t > 0.0 and t in system.break_times() else t
 
 
 def _at_breaks(times: Sequence[float], breaks: Sequence[float]) -> list[float]:
-    """Times, those that differ from a break by rounding put on it: between the two there is no step worth the name."""
+    """Times; a time that equals a break but for round-off is replaced by it, which avoids tiny steps."""
     found = []
     for t in times:
         near = [b for b in breaks if abs(b - t) <= _ROUNDING * abs(b)]

@@ -1,9 +1,9 @@
 """Radau, BDF and LSODA of SciPy over the System protocol: y = (q, u), with the exact Jacobian.
 
-The mass matrix M is constant. Where it couples velocities, as that of ANCF does, M^-1 K is full: Radau and BDF then solve
-with M, K and D, which are sparse, and LSODA, which takes a Jacobian only, has the full one.
+The mass matrix M is constant. If it couples velocities, as in ANCF, M^-1 K is full. Radau and BDF then solve
+with the sparse M, K and D. LSODA accepts only a Jacobian, and uses the full one.
 
-These are the references that users know, and what faster methods are measured against.
+These well-known methods are references for the faster ones.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ from fsm.system import System
 __all__ = ["FirstOrder", "go_on", "make_solver", "solver_state"]
 
 _FIRST_STEP = 1e-6
-"""LSODA's first step as a fraction of the time to go."""
+"""LSODA's first step over the remaining time."""
 _AGAIN = 1e-2
-"""The same where it goes on, as a fraction of the step before: it begins anew with order one."""
+"""LSODA's first step after a restart over the previous step: the method restarts with order one."""
 _LARGEST = 2e8
-"""Numbers in LSODA's matrix, full or banded, that are asked of the memory at most."""
+"""Largest number of entries of LSODA's matrix, full or banded."""
 _BAND_WORTHWHILE = 0.25
-"""LSODA takes the banded Jacobian when the band is at most this fraction of the matrix."""
+"""Largest band over the size of the matrix for which LSODA uses a banded Jacobian."""
 
 
 class FirstOrder:
@@ -107,7 +107,7 @@ class FirstOrder:
         return splu(self.mass, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
 
     def structured_jacobian(self, t: float, y: np.ndarray) -> SecondOrderJacobian:
-        """The same in its parts, K, D and M, for "Radau-blocks"."""
+        """Jacobian in its parts K, D and M, for "Radau-blocks"."""
         self.jacobian_calls += 1
         return second_order_jacobian(self.system, t, y)
 
@@ -120,12 +120,12 @@ class FirstOrder:
 def make_solver(
     method: str, equations: FirstOrder, t: float, y: np.ndarray, end: float, rtol: float, max_step: float
 ) -> OdeSolver:
-    """A SciPy solver ready to step.
+    """Create a SciPy solver.
 
     Parameters
     ----------
     method : "Radau", "Radau-blocks", "BDF" or "LSODA"
-        "Radau-blocks" takes Radau's steps with linear algebra of its own.
+        "Radau-blocks" is Radau with block linear algebra.
     equations : FirstOrder
     t, y, end : start time and state, end time
     rtol : relative tolerance
@@ -149,10 +149,10 @@ def make_solver(
 
 
 def solver_state(solver: OdeSolver) -> State:
-    """What a new solver goes on with, besides t and y.
+    """Restart data of a solver, besides t and y.
 
-    Of Radau the steps and errors of its step control, of BDF its differences and order too. LSODA keeps all to itself, and
-    has to begin again: of that the last step alone.
+    Radau: steps and errors of its step control. BDF: also its differences and order. LSODA does not expose its state and
+    restarts: only the last step.
     """
     if isinstance(solver, LSODA):
         return {"steps": np.array([abs(solver.t - solver.t_old)])}
@@ -170,7 +170,7 @@ def _control(solver: OdeSolver) -> tuple[float | None, float | None]:
 
 
 def go_on(solver: OdeSolver, state: State) -> None:
-    """Let a new solver take its first step as the one that `solver_state` was of would have taken its next."""
+    """Set the restart data of `solver_state` in a new solver, so that its first step equals the next step of the old one."""
     steps = state["steps"].tolist()
     if isinstance(solver, LSODA):
         integrator = solver._lsoda_solver._integrator
@@ -186,7 +186,7 @@ def go_on(solver: OdeSolver, state: State) -> None:
 def _lsoda(
     equations: FirstOrder, t: float, y: np.ndarray, end: float, rtol: float, atol: np.ndarray, max_step: float
 ) -> OdeSolver:
-    """LSODA with its band where the scene has one: states reordered by reverse Cuthill-McKee."""
+    """LSODA with a banded Jacobian where possible: states are reordered by reverse Cuthill-McKee."""
     pattern = _structure(equations, t, y)
     order = np.asarray(reverse_cuthill_mckee(pattern + pattern.T, symmetric_mode=True))
     position = np.empty(len(order), dtype=np.int64)
@@ -194,7 +194,7 @@ def _lsoda(
     row, column = pattern.nonzero()
     reach = position[row] - position[column]
     lower, upper = int(max(reach.max(initial=0), 0)), int(max((-reach).max(initial=0), 0))
-    # from rest its own first step is far too long for stiff springs, and it gives up after ten cuts
+    # from rest LSODA's default first step is far too long for stiff springs, and it fails after ten cuts
     options: dict[str, Any] = {"rtol": rtol, "max_step": max_step, "first_step": min(_FIRST_STEP * (end - t), max_step)}
     banded = lower + upper + 1 <= _BAND_WORTHWHILE * len(y) and equations.system.fixed_pattern
     entries = len(y) * (2 * lower + upper + 1 if banded else len(y))
@@ -211,7 +211,7 @@ def _lsoda(
 
 
 def _structure(equations: FirstOrder, t: float, y: np.ndarray) -> sparse.csr_matrix:
-    """Places where the Jacobian can be non-zero, from states slightly off the start (a straight strip has zeros there)."""
+    """Pattern of the Jacobian, from states slightly away from the start (a straight strip has zeros there)."""
     rng = np.random.default_rng(0)
     scale = equations.absolute_tolerance(1e-3)
     pattern = sparse.csr_matrix((len(y), len(y)))
@@ -245,7 +245,7 @@ class _ReorderedLSODA(LSODA):
         def jacobian(t: float, z: np.ndarray) -> np.ndarray:
             entries = equations.jacobian(t, z[position]).tocoo()
             row, column = position[entries.row], position[entries.col]
-            # scipy wants room for the pivots below the band
+            # SciPy requires additional rows for pivots
             packed = np.zeros((2 * lower + upper + 1, len(z)))
             packed[row - column + upper, column] = entries.data
             return packed[: lower + upper + 1]

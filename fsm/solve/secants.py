@@ -1,4 +1,4 @@
-"""What the iterations of Newton's method show of a tangent that is kept over several of them."""
+"""Broyden updates of a tangent that is reused in several Newton iterations."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ import numpy as np
 __all__ = ["Secants"]
 
 _CURVED = 0.1
-"""Part of a step that the tangent must promise for what came of it, for it to be learnt from."""
+"""Smallest predicted change over a correction for which an update is made."""
 
 
 class Secants:
-    """Broyden's good updates of the inverse of a tangent that is kept over several iterations.
+    """Broyden's good updates of the inverse of a tangent that is reused in several iterations.
 
     Parameters
     ----------
     weight : (n,) array
-        Of the square of each increment.
+        Weight of the square of each increment.
     """
 
     def __init__(self, weight: np.ndarray) -> None:
@@ -25,12 +25,12 @@ class Secants:
         self._last: tuple[np.ndarray, np.ndarray] | None = None
 
     def clear(self) -> None:
-        """Forget all: the tangent is new."""
+        """Remove all updates, after a new tangent."""
         self._pairs.clear()
         self._last = None
 
     def improved(self, dx: np.ndarray) -> np.ndarray:
-        """A correction by the tangent, improved by what the iterations since then have shown."""
+        """Correction by the tangent, with the updates of the iterations since then."""
         for weighted, more in self._pairs:
             dx = dx + float(weighted @ dx) * more
         if self._last is not None:
@@ -44,5 +44,5 @@ class Secants:
         return dx
 
     def tell(self, way: np.ndarray, whole: np.ndarray) -> None:
-        """How far an iteration went, of the whole correction."""
+        """Store the applied part `way` of a correction and the whole correction."""
         self._last = way, whole

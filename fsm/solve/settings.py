@@ -1,4 +1,4 @@
-"""How to step a system through time."""
+"""Settings of time integration."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["Settings"]
 
 @dataclass(frozen=True)
 class Settings:
-    """How to integrate; see `fsm.scene.case.Solve`.
+    """Settings of time integration; see `fsm.scene.case.Solve`.
 
     Attributes
     ----------
@@ -22,10 +22,9 @@ class Settings:
     max_steps : int
     energy_abort : -
     judge_losses : bool
-        Whether lost energy counts for that, too: numerical damping takes that of motion too fast for the steps.
+        Whether `energy_abort` also bounds losses of energy; numerical damping dissipates motion too fast for the steps.
     rho_inf, step : -, s
-        Of generalized-alpha only: spectral radius at infinity. Of stepwise methods: fixed step, None for error control,
-        which "mean-force" does not have.
+        Generalized-alpha only: spectral radius at infinite frequency. Stepwise methods: fixed step; None: error control.
     """
 
     method: str

@@ -1,4 +1,4 @@
-"""Step a system through time, keep the energy ledger, and hand states over as they are wanted."""
+"""Time integration of a system with its energy balance, and output of states at requested times."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ def simulate(
     seen: list[CurvePoint] | None = None,
     after: StepEnd | None = None,
 ) -> tuple[Statistics, Ledger]:
-    """Integrate a system and report states at the times asked for.
+    """Integrate a system and report states at the requested times.
 
     Parameters
     ----------
     system : System
     settings : Settings
     save_times, on_save, on_step : see `Wanted`
-    start, ledger, seen, after : see `Beginning`; saved times are those of the whole
+    start, ledger, seen, after : see `Beginning`; after a restart the times are those of the whole solve
 
     Raises
     ------
     NotConverged
-        With the time, the worst body and what to try. What was saved until then has been handed over.
+        The message states the time, the worst body and a remedy. Earlier states are already saved.
     EnergyAbort
     """
     kind = StepwiseRun if settings.method in (GENERALIZED_ALPHA, NEWMARK, MEAN_FORCE) else DenseRun

@@ -1,4 +1,4 @@
-"""One door to all methods: equilibria for `PathSettings`, time integration for `Settings`."""
+"""Common interface of all methods: equilibria for `PathSettings`, time integration for `Settings`."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def solve(
     seen: list[CurvePoint] | None = None,
     after: StepEnd | None = None,
 ) -> tuple[Statistics, Ledger]:
-    """Solve a system and report states at the times asked for; see `simulate`, whose arguments these are."""
+    """Solve a system and report states at the requested times; arguments as in `simulate`."""
     if isinstance(settings, PathSettings):
         return follow(system, settings, save_times, on_save, on_step, start, ledger, seen, after)
     return simulate(system, settings, save_times, on_save, on_step, start, ledger, seen, after)

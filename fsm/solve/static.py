@@ -1,15 +1,15 @@
-"""Quasi-static path following: equilibria one after the other as the drives move, with the dynamics where it must be.
+"""Quasi-static path following: a sequence of stable equilibria, with dynamics at snap-throughs.
 
-A step predicts the next configuration by extrapolation, corrects it by Newton's method, and is taken only if
+A step predicts the next configuration by extrapolation and corrects it by Newton's method. It is accepted only if
 
 * the equilibrium is stable: K + D/dt has no negative pivots, or none that is real where friction makes it unsymmetric;
-* it is near its prediction: a correction much larger than asked for has hopped to another branch;
-* inertia could be dropped: the kinetic energy is nothing against the energy turned over;
-* its energy balance closes: else the force has a kink on the way, such as a first touch.
+* it is near its prediction: a much larger correction indicates another branch;
+* inertia is negligible: the kinetic energy is small against the energy turned over;
+* its energy balance closes: else the force has a kink in the step, such as a first touch.
 
-Otherwise the step is cut. Where cutting does not help there is a critical point, and `fsm.solve.critical` says which: at a
-bifurcation the stable branch is taken, at a limit point the structure snaps, and the dynamics takes over until it has
-come to rest (`fsm.solve.takeover`). Both are noted as events.
+Otherwise the step is cut. If the smallest step fails there is a critical point, and `fsm.solve.critical` finds its type. At
+a bifurcation the stable branch is followed. At a limit point the structure snaps, and its motion is integrated until it
+comes to rest (`fsm.solve.takeover`). Both are recorded as events.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ import numpy as np
 
 from fsm.errors import EnergyAbort, NotConverged
 from fsm.kernels.vector import largest_ratio
-from fsm.solve.path_recorder import PathRecorder
 from fsm.solve.critical import Critical, critical_point, loose_mode, stable_branch
 from fsm.solve.equilibrium_step import Ending, EquilibriumStep
 from fsm.solve.extrapolation import History, Prediction
 from fsm.solve.handed_over import Beginning, CurvePoint, Saved, Statistics, StepEnd, Wanted
 from fsm.solve.ledger import JUDGED_FROM, Ledger
 from fsm.solve.newton import negative_pivots, tangent_prediction
+from fsm.solve.path_recorder import PathRecorder
 from fsm.solve.renewal import State, steps_between
 from fsm.solve.status import TORN, Event, Outcome, StepFailed
 from fsm.solve.takeover import Calm, move_until_calm, slide
@@ -40,58 +40,58 @@ from fsm.system import Observation, System
 __all__ = ["PathSettings", "follow"]
 
 _FORCES = 1e-3
-"""Forces left over at an equilibrium, over the largest reaction and rtol."""
+"""Residual at an equilibrium, over the largest reaction and rtol."""
 _FAR = 8.0
-"""A correction this much larger than the one aimed at is not believed."""
+"""Largest correction over the desired one; a larger one rejects the step."""
 _FURTHEST = 0.25
-"""Part of the structure's span, or radians, that no correction is believed beyond, however loose the tolerance."""
+"""Largest correction over the structure's span, or in rad, at any tolerance."""
 _GROWTH, _SHRINK, _CUT = 2.0, 0.4, 0.35
 _ITERATIONS = 6
-"""Iterations of Newton's method, above which steps do not grow."""
+"""Newton iterations above which steps do not grow."""
 _SMALLEST = 1e-6
-"""Smallest step over the whole time; below it a point is critical."""
+"""Smallest step over the whole time; if it fails, the point is critical."""
 _MOVING = 1e-3
-"""Kinetic energy over the energy turned over, above which inertia is not to be dropped."""
+"""Kinetic energy over the energy turned over, above which inertia is not negligible."""
 _DRIVEN = 1e-2
-"""Kinetic energy of everything going at the speed of the drives, over that at the speed that they may bring about."""
+"""Kinetic energy of all bodies at the speed of the drives, over the largest one that the drives may cause."""
 _COARSE = 3.0
-"""Energy error of one step, over the energy turned over and rtol: above it the force has a kink that is missed."""
+"""Energy error of one step, over the energy turned over and rtol: above it the step has missed a kink of the force."""
 _DEEP = 1e4
-"""Contact forces of a prediction, over reactions and over those before, above which it goes through what it should touch."""
+"""Contact forces of a prediction over reactions and previous contact forces, above which it penetrates too far."""
 _RESTING = 1e-3
-"""Forces left over without the dampers', over the largest reaction, below which a state is an equilibrium."""
+"""Residual without damper forces, over the largest reaction, below which a state is an equilibrium."""
 _AGAIN = 0.1
-"""Part of the first step with which a path goes on where there is no history to predict from."""
+"""Step over the first step where there is no history for a prediction."""
 _KINK = 1e-2
-"""Part of the first step to which steps are cut for the energy balance, and before what is about to be met."""
+"""Smallest step over the first step, for cuts because of the energy balance or a contact that closes."""
 _WAIT = 1e-2
-"""Part of the first step that a motion no faster than the drive is given at least; four times as much each time again."""
+"""Shortest duration of a motion at the speed of the drive, over the first step; four times as long each time again."""
 _IN_MOTION = 10.0
 """Tolerance of the dynamics at a snap over that of the path."""
 _EVENTS = 30
-"""Critical points passed before the path is given up: so many are no path but a solver at a loss."""
+"""Largest number of critical points; with more the solver has lost the path."""
 _NONE_COARSE = (-math.inf, 0.0, 0.0)
-"""Time, duration and energy error of the last step that was looked at for its energy balance: none."""
+"""Time, duration and energy error of the last step whose energy balance was judged; initial value."""
 _CALMER = 6
-"""How often the motion after a snap is given a tenth of the energy to come down to before it is given up."""
+"""Number of times that the energy at which a snap has ended is reduced to a tenth, before the run stops."""
 
 
 @dataclass(frozen=True)
 class PathSettings:
-    """How to follow a path.
+    """Settings of quasi-static path following.
 
     Attributes
     ----------
     end_time : s
     first_step, max_step : s
     rtol : -
-        A prediction may be off by sqrt(rtol) of the structure's span, or radians: this sets the steps.
+        Predictor tolerance: sqrt(rtol) times the structure's span (rotations: rad); it sets the step size.
     max_steps : int
     imperfection : -
-        At a bifurcation, the branch to the side of the critical mode that this has the sign of (the mode's largest
-        component positive). Zero: the side of lower energy.
+        Sign of the critical mode (largest component positive) along which the path continues after a bifurcation.
+        Zero: the side of lower energy.
     energy_abort : -
-        Energy error over the energy turned over at which the solve is given up, from a tenth of the way on.
+        Energy error over the energy turned over at which the solve stops, after a tenth of the time.
     """
 
     end_time: float
@@ -114,12 +114,12 @@ def follow(
     seen: list[CurvePoint] | None = None,
     after: StepEnd | None = None,
 ) -> tuple[Statistics, Ledger]:
-    """Follow the stable equilibrium path and report states at the times asked for; the same as `simulate` otherwise.
+    """Follow the stable equilibrium path and report states at the requested times; arguments as in `simulate`.
 
     Raises
     ------
     NotConverged
-        With the time, the worst body and what to try. What was saved until then has been handed over.
+        The message states the time, the worst body and a remedy. Earlier states are already saved.
     """
     beginning = Beginning(start, ledger, [] if seen is None else seen, after)
     run = _Follower(system, settings, Wanted(list(save_times), on_save, on_step), beginning)
@@ -128,16 +128,16 @@ def follow(
 
 
 class _Reason(Enum):
-    """Why a step was not taken."""
+    """Reason for the rejection of a step."""
 
     NEWTON = "Newton's method did not converge"
     FAR = "the equilibrium found is far from its prediction"
     UNSTABLE = "the equilibrium is unstable"
     SINGULAR = "the stiffness is singular"
-    INERTIA = "inertia is not to be dropped"
+    INERTIA = "inertia is not negligible"
     CROSSED = "something passed through a face"
-    HEAD_ON = "contacts are met head on"
-    COARSE = "the energy balance of the step is off"
+    HEAD_ON = "the prediction penetrates closing contacts"
+    COARSE = "the energy balance of the step does not close"
 
 
 class _Mark(NamedTuple):
@@ -167,7 +167,7 @@ class _Follower:
             self.history.add(t, q, self.newton.efforts(t, q))
         self.recorder = PathRecorder(system, self.statistics, wanted, beginning, t, q, u)
         self.breaks = [at for at in system.break_times() if t < at < settings.end_time]
-        # one state gives a tangent only, and of a solve that does not begin at rest the drive does not begin slowly
+        # one state gives only a tangent, and in a solve that does not start at rest the drive starts at full speed
         self.step_size = self.first_step if start is None else _AGAIN * self.first_step
         self.aim = math.sqrt(settings.rtol)
         self.far = min(_FAR * self.aim, _FURTHEST)
@@ -175,7 +175,7 @@ class _Follower:
         self.objection = ""
         self.coarse = _NONE_COARSE
         self.lost: _Mark | None = None
-        # energy of everything moving at the speed that the drive may bring about by itself
+        # kinetic energy of all bodies at the speed that the drive may cause
         speed = self.newton.scales.velocity
         self.slow = 0.5 * float(speed @ (system.mass(q) @ speed)) if system.rate_dependent else 0.0
         self.joint = system.widest_joint(t, q)[1]
@@ -211,7 +211,7 @@ class _Follower:
             self._count(begun)
 
     def _duration(self) -> float:
-        """Length of the next step: to the next time that is to be hit, or part of the way there."""
+        """Duration of the next step: to the next given time, or a part of it."""
         recorder = self.recorder
         while self.breaks and self.breaks[0] <= recorder.time * (1.0 + 1e-12):
             self.breaks.pop(0)
@@ -223,7 +223,7 @@ class _Follower:
         return min(size, 0.5 * left)
 
     def _attempt(self, t: float, may_renew: bool = False) -> _Reason | None:
-        """Try a step to time t; None if it was taken."""
+        """Try a step to time t; return None if it is accepted, else the reason."""
         recorder = self.recorder
         before = (recorder.time, recorder.q)
         prediction = self.history.predict(t)
@@ -283,7 +283,7 @@ class _Follower:
         return None
 
     def _head_on(self, t: float, guess: np.ndarray) -> bool:
-        """Whether a prediction goes deep into what the structure is about to meet: Newton's method would be at a loss."""
+        """Whether a prediction penetrates a closing contact too far for Newton's method."""
         system, recorder = self.system, self.recorder
         if system.fixed_pattern or t - recorder.time < _KINK * self.first_step:
             return False
@@ -291,7 +291,7 @@ class _Follower:
         return force > recorder.largest_reaction and force > system.contact_force(recorder.time, recorder.q)
 
     def _state(self) -> State:
-        """What another solve goes on with from here."""
+        """State of the solve for a restart."""
         counts = self._counts()
         return {
             **self.history.state(),
@@ -306,7 +306,7 @@ class _Follower:
         return self.newton.iterations, self.newton.evaluations, self.newton.solver.factorisations
 
     def _renew(self, end: StepEnd) -> None:
-        """Have nothing but what the end of a step holds."""
+        """Reset the solve to the data of a restart point."""
         state, statistics = end.state, self.statistics
         assert state is not None
         self.system.forget(state["counted"])
@@ -322,10 +322,10 @@ class _Follower:
         self.failed, self.coarse = np.zeros(self.system.nu), _NONE_COARSE
 
     def _coarse(self, duration: float, imbalance: float, iterations: int) -> bool:
-        """Whether the energy balance of a step asks for a shorter one.
+        """Whether the energy balance of a step requires a shorter step.
 
-        One that does not come down with the step is that of a state which was no equilibrium, and is taken as it is; not if
-        many iterations led there, which may have gone astray to another branch.
+        If a residual does not decrease with the step, the initial state was no equilibrium, and the step is accepted. After
+        many iterations it is not accepted, since it may be on another branch.
         """
         at, longer, worse = self.coarse
         self.coarse = self.recorder.time, duration, imbalance
@@ -333,22 +333,22 @@ class _Follower:
         return imbalance > _COARSE * self.settings.rtol and not (jump and iterations <= _ITERATIONS)
 
     def _inertia_counts(self, seen: Observation) -> bool:
-        """Whether the motion is too fast for statics; nothing would damp it in a system without rates, so there never."""
+        """Whether the motion is too fast for statics; false without damping, since the motion would not decay."""
         ledger = self.recorder.ledger
         turnover = max(ledger.turnover, abs(seen.energy.stored_at_rest - ledger.start))
         return self.system.rate_dependent and seen.energy.kinetic > max(_MOVING * turnover, self.slow)
 
     def _rests(self, t: float, q: np.ndarray) -> bool:
-        """Whether a state is an equilibrium without its dampers, which could keep it on an unstable one for long.
+        """Whether a state is an equilibrium without damper forces, which may hold an unstable one for long.
 
-        On its way from one equilibrium to the next a state may well have a stiffness that is not definite: a snap that
-        dampers hold back. It is an event ("damped snap"), and its forces are not those of a quasi-static path.
+        Between two equilibria the stiffness of a state may be indefinite: dampers slow a snap. This is an event ("damped
+        snap"), and its forces do not belong to a quasi-static path.
         """
         left_over = np.abs(self.system.force(t, q, None) * self.newton.scales.length / self.newton.scales.increment)
         return bool(left_over.max() < _RESTING * self.recorder.largest_reaction)
 
     def _is_far_from_equilibrium(self) -> bool:
-        """Whether Newton's first step from the start is longer than any correction that is believed."""
+        """Whether the first Newton step from the start exceeds the largest admissible correction."""
         recorder, solver = self.recorder, self.newton.solver
         linear = self.system.linearise(recorder.time, recorder.q, None)
         try:
@@ -362,21 +362,21 @@ class _Follower:
         return float(largest_ratio(increment, self.newton.scales.span))
 
     def _forget(self) -> None:
-        """Begin the history anew at the present state."""
+        """Restart the history at the present state."""
         self.history = History(self.system)
         self.history.add(self.recorder.time, self.recorder.q, self.newton.efforts(self.recorder.time, self.recorder.q))
 
     def _adapt(self, duration: float, correction: float | None, iterations: int) -> None:
-        """Next step: the prediction is of third order, so its error grows as the cube of the step.
+        """Set the size of the next step: the error of the prediction is proportional to the cube of the step.
 
-        Where Newton's method took many iterations, a longer step would be one too far.
+        The step does not grow after many Newton iterations.
         """
         if correction is None:
             return
         factor = 0.9 * (self.aim / max(correction, 1e-12)) ** (1.0 / 3.0)
         factor = min(factor, _GROWTH, _ITERATIONS / max(iterations, 1))
         wanted = duration * max(_SHRINK, factor)
-        # a step that was short because a time had to be hit says little about a long one
+        # a step shortened to end at a given time gives no estimate for a long one
         self.step_size = wanted if duration >= 0.5 * self.step_size else max(wanted, self.step_size)
 
     def _judge_energy(self) -> None:
@@ -387,7 +387,7 @@ class _Follower:
     # critical points ------------------------------------------------------------------------------------------------
 
     def _pass_critical(self, reason: _Reason) -> None:
-        """Get past a point where steps do not help."""
+        """Continue past a critical point."""
         recorder = self.recorder
         if sum(event.kind != "damped snap" for event in self.statistics.events) >= _EVENTS:
             self._fail(Outcome.NO_EQUILIBRIUM)
@@ -401,7 +401,7 @@ class _Follower:
         if reason is not _Reason.INERTIA:
             critical = critical_point(self.system, recorder.time, recorder.q, later)
             kind = "snap"
-            # branches are looked for at rest, where nothing has friction
+            # branches are searched at rest, without friction
             if critical.bifurcation and self._rests(recorder.time, recorder.q) and self._branch(critical):
                 kind = "bifurcation"
         if kind != "bifurcation":
@@ -410,18 +410,18 @@ class _Follower:
         self._go_on_slowly()
 
     def _note(self, kind: str, begin: _Mark) -> None:
-        """Note an event that ends at the present state."""
+        """Record an event that ends at the present state."""
         end = _mark(self.recorder)
         self.statistics.events.append(Event(kind, begin.time, end.time, begin.travel, end.travel, begin.force, end.force))
 
     def _go_on_slowly(self) -> None:
-        """Begin the history anew, with a short step."""
+        """Restart the history with a short step."""
         self._forget()
         self.step_size = min(self.step_size, _AGAIN * self.first_step)
         self.step_size = max(self.step_size, 10.0 * _SMALLEST * self.settings.end_time)
 
     def _branch(self, critical: Critical) -> bool:
-        """Go on along the stable branch of a bifurcation, at the smallest step at which there is one."""
+        """Follow the stable branch of a bifurcation, from the smallest step at which it exists."""
         recorder = self.recorder
         step = 10.0 * _SMALLEST * self.settings.end_time
         while step < self.first_step:
@@ -439,10 +439,10 @@ class _Follower:
         return False
 
     def _move(self, moving: bool, released: bool = False) -> None:
-        """Let the structure move, or slide where nothing would damp it, until equilibria can be followed again.
+        """Integrate the motion (a slide without damping) until equilibria can be followed again.
 
-        `moving`: it has been going faster and faster. Otherwise it begins at rest: nothing had kinetic energy until here.
-        `released`: nothing has been turned over yet, and what is stored sets the scale.
+        `moving`: the motion starts with the present velocities, which have grown; otherwise it starts at rest.
+        `released`: no energy has been turned over yet, and the stored energy is the scale.
         """
         recorder, settings = self.recorder, self.settings
         if not self.system.rate_dependent:
@@ -475,7 +475,7 @@ class _Follower:
         self._fail(Outcome.NO_EQUILIBRIUM)
 
     def _slide(self) -> None:
-        """Slide at a time so little later that the equilibrium is lost; how little, is found by trying."""
+        """Slide from a time just after the equilibrium is lost; the time is found by trial."""
         recorder, start = self.recorder, self.recorder.q
         later = _SMALLEST * self.settings.end_time
         while recorder.time < self.settings.end_time:
@@ -510,7 +510,7 @@ class _Follower:
             )
         text = f"{where}, step {self.statistics.steps}, method static: {outcome.value}"
         if np.any(self.failed):
-            what = "Not held" if outcome is Outcome.MECHANISM else "Largest force left over at"
+            what = "Not held" if outcome is Outcome.MECHANISM else "Largest residual at"
             text += f". {what}: {self.system.blame(self.failed)}"
         if self.objection:
             text += f". {self.objection}"
@@ -518,7 +518,7 @@ class _Follower:
 
 
 def _mark(recorder: PathRecorder) -> _Mark:
-    """The present state, as events have it."""
+    """Present state as the end of an event."""
     drive = recorder.last.drive
     first = (float(drive.travel[0]), float(drive.force[0])) if len(drive.travel) else (0.0, 0.0)
     return _Mark(recorder.time, *first)

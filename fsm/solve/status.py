@@ -1,4 +1,4 @@
-"""How a solve ended, with advice."""
+"""Outcomes of a solve, with remedies."""
 
 from __future__ import annotations
 
@@ -10,33 +10,33 @@ from fsm.errors import NotConverged
 __all__ = ["TORN", "Event", "Outcome", "StepFailed"]
 
 TORN = 0.1
-"""Part of a segment's length that the ends of a joint may come apart, whatever the method."""
+"""Largest opening of a joint over the length of a segment, for all methods."""
 
 
 class Outcome(Enum):
-    """Outcome of a solve; the value is what to tell the user."""
+    """Outcome of a solve; the value is the message for the user."""
 
     FINISHED = "finished"
     STEP_TOO_SMALL = (
-        "the step size fell to nothing; try more damping, softer contacts or stops, a larger speed at which friction sets "
-        "in (v_static, friction_speed), or method = \"Radau\""
+        "the step size fell below its lower bound; try more damping, softer contacts or stops, a larger friction speed "
+        "(v_static, friction_speed), or method = \"Radau\""
     )
     TOO_SOFT = "bodies pass through each other at any step size; raise contact.stiffness"
     NO_SOLUTION = (
-        "the equations of a step could not be solved; try a smaller step or none, more damping, softer contacts or stops, "
-        "or a larger speed at which friction sets in (v_static, friction_speed)"
+        "the equations of a step could not be solved; try a smaller solve.step or none, more damping, softer contacts or "
+        "stops, or a larger friction speed (v_static, friction_speed)"
     )
     NO_EQUILIBRIUM = (
-        "no stable equilibrium was found to go on from: what damping there is did not bring the motion of a snap to rest; "
-        "give the material more, or solve it as dynamics: method = \"generalized-alpha\""
+        "no stable equilibrium was found: the damping did not bring the motion after a snap to rest; raise "
+        "material.damping, or solve with inertia: method = \"generalized-alpha\""
     )
     NO_EQUILIBRIUM_UNDAMPED = (
-        "no stable equilibrium was found to go on from; give the material damping, so that the motion of a snap can die, "
-        "or solve it as dynamics: method = \"generalized-alpha\""
+        "no stable equilibrium was found; set material.damping, so that the motion after a snap decays, or solve with "
+        "inertia: method = \"generalized-alpha\""
     )
     MECHANISM = (
-        "the stiffness is singular, so something is not held; give its hinges stiffness, hold it, or solve the motion with "
-        "its inertia: method = \"generalized-alpha\""
+        "the stiffness is singular: a part of the model can move without resistance; give its hinges stiffness, hold it, or "
+        "solve with inertia: method = \"generalized-alpha\""
     )
     TORN = (
         "a joint has come apart by more than a tenth of a segment: the drive pulls beyond what the structure can reach; "
@@ -44,27 +44,27 @@ class Outcome(Enum):
     )
     TOO_MANY_STEPS = "more steps than [solve] max_steps; raise it, loosen rtol, or pull faster"
     CROSSED = (
-        "something passed through a face; take smaller steps (max_step), a stiffer contact, or method = "
+        "a body passed through a face; take smaller steps (max_step), a stiffer contact, or method = "
         "\"generalized-alpha\" or \"static\", which cut the step"
     )
     NOT_FINITE = "the state is no longer finite; check masses and stiffnesses, or tighten rtol"
     ENERGY = "the energy balance is off by more than [solve] energy_abort; tighten rtol or set max_step"
     ENERGY_OF_STATICS = (
-        "the energy balance is off by more than [solve] energy_abort; tighten solve.rtol, by which increments are chosen, "
-        "or solve it as dynamics: method = \"generalized-alpha\""
+        "the energy balance is off by more than [solve] energy_abort; tighten solve.rtol, which sets the increments, "
+        "or solve with inertia: method = \"generalized-alpha\""
     )
     ENERGY_OF_FIXED_STEPS = "the energy balance is off by more than [solve] energy_abort; take a shorter solve.step"
 
 
 @dataclass(frozen=True)
 class Event:
-    """A place where the path is not smooth.
+    """Event on a path: a bifurcation, a snap or a motion.
 
     Attributes
     ----------
     kind : "bifurcation", "snap", "damped snap", "motion", "release" or "unstable"
-        A stable branch was taken; the structure snapped, solved with inertia, or held back by its dampers alone; inertia
-        mattered for a while; the start was no equilibrium; a motion solved with inertia throughout passed unstable states.
+        Change to a stable branch; snap, solved with inertia; snap that dampers slow; phase in which inertia is not
+        negligible; start that is no equilibrium; unstable states in a run solved with inertia throughout.
     time, end_time : s
     travel, end_travel : m, of the first drive; 0 without one
     force, end_force : N, of the first drive
@@ -86,8 +86,8 @@ class StepFailed(NotConverged):
     ----------
     outcome : Outcome
     time : s
-    worst : name of the body that is to blame
-    reason : what stood against the last step, if it was not its error
+    worst : name of the body with the largest acceleration
+    reason : why the last step was rejected, if not because of its error
     """
 
     def __init__(self, outcome: Outcome, time: float, worst: str, reason: str = "") -> None:

@@ -1,4 +1,4 @@
-"""Methods that end their steps where states are wanted: generalized-alpha, Newmark's and that of the mean force."""
+"""Runs of methods whose steps end at saved times: generalized-alpha, Newmark, mean-force."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ __all__ = ["GENERALIZED_ALPHA", "MEAN_FORCE", "NEWMARK", "StepwiseRun"]
 GENERALIZED_ALPHA, NEWMARK, MEAN_FORCE = "generalized-alpha", "newmark", "mean-force"
 
 _MARCH = 1024
-"""Steps between renewal points, where many are taken in one kernel."""
+"""Steps between restart points, if one kernel takes many steps."""
 
 
 class StepwiseRun(Run):
-    """A method that ends its steps where states are wanted; powers are integrated to second order, as the method is.
+    """Run of a method whose steps end at saved times; powers are integrated to second order, the order of the method.
 
-    Input power by the trapezoidal rule. Where it jumps (a drive stops), the step after begins with what it is then.
-    The method of the mean force knows both over its steps.
+    The input power is integrated by the trapezoidal rule. After a jump (a drive stops), the next step starts with its new
+    value. The mean-force method computes work and dissipated energy of its steps itself.
     """
 
     def go(self) -> None:
@@ -59,7 +59,7 @@ class StepwiseRun(Run):
             self._count(solver)
 
     def _march(self, solver: GeneralizedAlpha) -> None:
-        """Many steps in one kernel, up to a state that is wanted or a renewal point."""
+        """Take many steps in one kernel, up to a saved time or a restart point."""
         settings, ledger, statistics = self.settings, self.ledger, self.statistics
         power, smallest, losses = self.last.energy.input_power, statistics.smallest_step, float(settings.judge_losses)
         balance = np.array([*ledger.numbers(), power, smallest, settings.energy_abort, losses])
@@ -79,7 +79,7 @@ class StepwiseRun(Run):
             self._save(solver.t, solver.q, solver.u, seen, ledger)
 
     def _solver(self) -> GeneralizedAlpha | MeanForce:
-        """A new solver at the present state, that goes on from the last renewal point if there was one."""
+        """New solver at the present state; it continues from the last restart point, if any."""
         settings = self.settings
         solver: GeneralizedAlpha | MeanForce
         if settings.method == MEAN_FORCE:
@@ -108,7 +108,7 @@ class StepwiseRun(Run):
         statistics.wall_time = time.perf_counter() - self.begun
 
     def _account(self, begin: Energy, solver: GeneralizedAlpha | MeanForce) -> None:
-        """Integrate the powers over the step, check the balance at its end, and save if that is wanted there."""
+        """Integrate the powers over the step, check the balance at its end, and save the state at a saved time."""
         step = solver.t - self.time
         self.statistics.smallest_step = min(self.statistics.smallest_step, step)
         driven = self.last.energy.driven

@@ -1,4 +1,4 @@
-"""What happens at a snap: motion with inertia and damping until it has died, or a slide where nothing damps it."""
+"""Snap-through: motion with inertia and damping until it has decayed, or a slide without damping."""
 
 from __future__ import annotations
 
@@ -9,51 +9,51 @@ import numpy as np
 from fsm.blocks import BlockMatrix
 from fsm.errors import NotConverged
 from fsm.kernels.block_lu import multiply_blocks
-from fsm.solve.path_recorder import PathRecorder
 from fsm.solve.generalized_alpha import GeneralizedAlpha
 from fsm.solve.in_air import InAir
 from fsm.solve.ledger import JUDGED_FROM
 from fsm.solve.linear import LinearSolver
 from fsm.solve.newton import negative_pivots
+from fsm.solve.path_recorder import PathRecorder
 from fsm.system import System
 
 __all__ = ["Calm", "move_until_calm", "slide"]
 
 _CALM = 1e-4
-"""Kinetic energy over the largest since the snap, below which rest is near."""
+"""Kinetic energy over its largest value since the snap, below which rest is near."""
 _AS_THE_PATH = 4.0
-"""Kinetic energy of a motion along stable equilibria over that of their path, at most: it goes at twice the speed."""
+"""Largest kinetic energy of a motion along stable equilibria over that of their path (twice the speed)."""
 _LOOKS = 8
-"""Steps from one look at the path to the next."""
+"""Steps between two checks of the path."""
 _RHO_INF = 0.6
 _LOST = 2e-3
-"""Energy error of one step, over the energy turned over, above which it was too long: it is done again, shorter."""
+"""Energy error of one step, over the energy turned over, above which the step is repeated with a shorter size."""
 _SHORTER, _LONGER = 0.25, 1.5
 _TRIES = 4
-"""How often a step is done again; what is lost still is numerical damping of what is too fast to be followed."""
+"""Largest number of repetitions of a step; the remaining loss is numerical damping of fast modes."""
 _RINGING = 500
-"""Steps of a motion after which air takes from it what its own dampers do not."""
+"""Steps of a motion after which artificial damping is added."""
 _RELAXATIONS = 3
 _RELAXATION_TIME = 1e-3
 """s"""
 _SLIDES = 200
 _SLIDE_STEP = 0.02
-"""Largest part of the span, or radians, of one step of a slide."""
+"""Largest step of a slide, over the span or in rad."""
 _SETTLED = 1e-9
-"""Step of Newton's method at which a slide has ended."""
+"""Size of the Newton step below which a slide has ended."""
 
 
 class Calm(NamedTuple):
-    """When a motion has died.
+    """Criterion for the end of a motion.
 
     Attributes
     ----------
     part, scale : -, J
-        Kinetic energy that it must have come down to, far below its largest, over the energy turned over so far, or over
-        `scale` if that is more.
+        Bound of the kinetic energy over the energy turned over so far, or over `scale` if that is larger; the kinetic
+        energy must also be far below its largest value.
     slow, wait : J, s
-        Or only to what the drives bring about by themselves, or to four times that of the path of equilibria, after a while,
-        where the stiffness is positive definite: a small snap never has much more.
+        After the time `wait`, if the stiffness is positive definite, a larger bound: the kinetic energy that the drives
+        cause (`slow`), or four times that of the path of equilibria. A small snap never has much more.
     """
 
     part: float
@@ -63,13 +63,14 @@ class Calm(NamedTuple):
 
 
 def move_until_calm(
-    system: System, recorder: PathRecorder, u: np.ndarray, until: float, calm: Calm, worst: float, rtol: float, begins: bool = True
+    system: System, recorder: PathRecorder, u: np.ndarray, until: float, calm: Calm, worst: float, rtol: float,
+    begins: bool = True,
 ) -> int:
-    """Integrate with inertia and damping until the motion has died or the time is `until` (s).
+    """Integrate with inertia and damping until the motion has decayed or the time is `until` (s).
 
-    Stops, too, when the energy error is more than `worst` of the energy turned over. What rings on after some hundred steps,
-    with friction alone to damp it, say, moves in air from there on, whose force on a body is proportional to its momentum.
-    A motion that `begins` has velocities of statics; one that goes on has its own.
+    The integration also stops if the energy error exceeds `worst` times the energy turned over. A motion that still rings
+    after some hundred steps, for example with friction only, then gets artificial damping proportional to the momentum.
+    If the motion `begins`, its velocities are those of statics.
 
     Returns
     -------
@@ -87,7 +88,9 @@ def move_until_calm(
             air = InAir(system, began)
             iterations += solver.iterations
             system = cast(System, air)
-            solver = GeneralizedAlpha(system, recorder.time, recorder.q, recorder.u, rtol, rho_inf=_RHO_INF, max_step=solver.max_step)
+            solver = GeneralizedAlpha(
+                system, recorder.time, recorder.q, recorder.u, rtol, rho_inf=_RHO_INF, max_step=solver.max_step
+            )
         before, memory = (solver.t, solver.q, solver.u), system.memory()
         solver.step(recorder.next_save(until))
         seen = system.observe(solver.t, solver.q, solver.u)
@@ -105,7 +108,7 @@ def move_until_calm(
         solver.max_step *= _LONGER
         kinetic = seen.energy.kinetic
         quiet = calm.part * max(calm.scale, recorder.ledger.turnover)
-        # a column that buckles is nearly straight for a while, far above its critical load, and hardly moves
+        # a buckling column stays nearly straight for some time above its critical load, and hardly moves
         near = kinetic < quiet and (kinetic < calm.slow or steps % _LOOKS == 0)
         rests = near and _on_path(system, solver.t, solver.q, kinetic, calm.slow)
         recorder.dynamic(solver.t, solver.q, solver.u, seen, turned_over, rests)
@@ -120,7 +123,7 @@ def move_until_calm(
 
 
 def _on_path(system: System, t: float, q: np.ndarray, kinetic: float, slow: float) -> bool:
-    """Whether a state is near stable equilibria and no faster than their path, whose velocity is K^-1 dh/dt."""
+    """Whether a state is near stable equilibria and not faster than their path, whose velocity is K^-1 dh/dt."""
     solver = LinearSolver()
     if negative_pivots(system, t, q, solver):
         return False
@@ -134,11 +137,10 @@ def _on_path(system: System, t: float, q: np.ndarray, kinetic: float, slow: floa
 
 
 def _relaxed(system: System, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
-    """Velocities for a motion to start with, from zero or the mean ones of the last step.
+    """Initial velocities of a motion, from zero or from the mean velocities of the last step.
 
-    Mean velocities are chords, and stiff dampers would answer with forces of their own, as they would to rest. So
-    M (v - u)/tau = h(t, q, v) is solved at a fixed configuration: what is damped fast takes the velocity in balance, the
-    rest keeps its own.
+    Mean velocities, or zero, would cause large forces of stiff dampers. So M (v - u)/tau = h(t, q, v) is solved at a fixed
+    configuration. Strongly damped modes then have the velocity at which forces balance; the others keep u.
     """
     solver = LinearSolver()
     velocity = u
@@ -153,10 +155,10 @@ def _relaxed(system: System, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarr
 
 
 def slide(system: System, recorder: PathRecorder, t: float) -> bool:
-    """Slide downhill in energy at time t, just past a critical point, as if overdamped, to a stable equilibrium.
+    """Slide to a stable equilibrium of lower energy at time t, just past a critical point (overdamped motion).
 
-    Steps of (M/theta + K) dx = h with theta as large as the matrix stays positive definite and the step small, an
-    implicit gradient flow, which never climbs; of K dx = h as soon as those are.
+    The steps solve (M/theta + K) dx = h with the largest theta for which the matrix is positive definite and the step
+    small. This implicit gradient flow never increases the energy. When K itself is positive definite, K dx = h is solved.
 
     Returns
     -------
@@ -168,7 +170,7 @@ def slide(system: System, recorder: PathRecorder, t: float) -> bool:
         linear = system.linearise(t, q, None)
         stiffness = linear.stiffness.symmetric()
         step, size = _downhill(system, solver, stiffness, linear.force)
-        if step is None:  # not yet near a stable equilibrium: inertia holds the step back
+        if step is None:  # not yet near a stable equilibrium: the mass limits the step
             inertia = system.inertia(q, stiffness.pattern)
             diagonal = stiffness.pattern.diagonal
             softness = _ratio(inertia[diagonal], stiffness.data[diagonal])
@@ -203,7 +205,7 @@ def _downhill(
 
 
 def _ratio(inertia: np.ndarray, stiffness: np.ndarray) -> float:
-    """Smallest mass over stiffness on the diagonal: one over the square of the highest frequency, about."""
+    """Smallest ratio of mass to stiffness on the diagonal, about 1/omega^2 of the highest frequency."""
     size = inertia.shape[1]
     masses, springs = inertia[:, range(size), range(size)], np.abs(stiffness[:, range(size), range(size)])
     return float(np.min(masses / np.maximum(springs, 1e-300)))

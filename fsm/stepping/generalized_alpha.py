@@ -68,7 +68,7 @@ The state is then that before the step, and another model of the same system sho
 TIME, STEP_SIZE, MAX_STEP, PRESENT, BEFORE, LAST_ERROR, LONGEST, FACTORISED, CONTRACTION = range(9)
 """Indices of `Motion.sizes`, in s; the last error and the contraction have no unit."""
 STEPS, REJECTED, FAILED, ITERATIONS, FORCES, LINEARISATIONS, DIVISION, STARTED, SLOW, TANGENT, FACTORISATIONS = range(11)
-"""Indices of `Motion.counts`. `STARTED`, `SLOW` and `TANGENT` are 0 or 1; `TANGENT`: the model has a tangent of this motion."""
+"""Indices of `Motion.counts`. `STARTED`, `SLOW` and `TANGENT` are 0 or 1; `TANGENT`: the model has a tangent."""
 
 _NEWTON = 1e-2
 """Jump of the forces over the tolerance, above which the accelerations are computed again."""

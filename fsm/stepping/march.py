@@ -57,8 +57,8 @@ def march(model: Any, motion: Motion, rules: Rules, balance: np.ndarray, until: 
         balance[POWER] = power
         balance[SHORTEST] = min(balance[SHORTEST], step)
         balance[ERROR], balance[WORST], balance[GAINED], balance[TURNOVER], balance[KINETIC_WORST] = balanced(
-            kinetic + potential, kinetic, balance[START], balance[DISSIPATED], balance[WORK], balance[WORST], balance[GAINED],
-            balance[TURNOVER], balance[KINETIC_WORST],
+            kinetic + potential, kinetic, balance[START], balance[DISSIPATED], balance[WORK], balance[WORST],
+            balance[GAINED], balance[TURNOVER], balance[KINETIC_WORST],
         )  # fmt: skip
         off = balance[WORST] if balance[LOSSES] > 0.0 else balance[GAINED]
         if balance[TURNOVER] > balance[TRIFLE] and off > balance[ALLOWED] * balance[TURNOVER]:

@@ -18,10 +18,10 @@ from fsm.ancf.loading import Loading
 from fsm.errors import CaseError, NotConverged
 from fsm.results.solution import Solution
 from fsm.solve import scipy_ivp
-from fsm.solve.path_recorder import PathRecorder
 from fsm.solve.handed_over import Beginning, Statistics, Wanted
 from fsm.solve.modal import modes
 from fsm.solve.newton import negative_pivots
+from fsm.solve.path_recorder import PathRecorder
 from validation.stress.attempt import attempt
 from validation.stress.campaign import examine
 from validation.stress.scenes import draw, loaded
