@@ -1,1 +1,1 @@
-"""From a case to what is solved, by kind of analysis; all kinds are recorded, resumed, summed up and drawn in one way."""
+"""Analyses of a case: deployment, vibration, scissor array. All share recording, restart, summary and plots."""

@@ -1,4 +1,4 @@
-"""What a kind of analysis owes the one way from a case to its results."""
+"""Protocol of an analysis."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from fsm.system import System
 __all__ = ["Analysis", "OneStep", "Solver", "Watch"]
 
 Watch = Callable[[str, float], Callable[[StepEnd], None]]
-"""From the name and the end time (s) of a further solve: function that is called after each of its steps."""
+"""Function of the name and end time (s) of a further solve; returns a function to call after each of its steps."""
 
 
 class Solver(Protocol):
-    """Solves up to the end and hands over the states at the times that are wanted, see `fsm.solve.simulate.simulate`."""
+    """Solver that reports states at requested times; see `fsm.solve.simulate.simulate`."""
 
     def __call__(
         self,
@@ -39,20 +39,20 @@ class Solver(Protocol):
 
 
 class Analysis(Protocol):
-    """A case of one kind, compiled: the system that is solved, and all that is not the same for every kind."""
+    """Compiled case of one kind of analysis: its system, and the methods that differ between kinds."""
 
     @property
     def system(self) -> System:
-        """What the solvers get."""
+        """System for the solvers."""
         ...
 
     @property
     def kernels(self) -> tuple[str, ...]:
-        """The kernels it needs, as `fsm.warm_up.KINDS` calls them."""
+        """Names of the required kernels in `fsm.warm_up.KINDS`."""
         ...
 
     def make_ready(self, warnings: list[str]) -> None:
-        """Do what comes before the solve and may be refused; nothing has been written yet.
+        """Prepare the solve and check the case; no results have been written yet.
 
         Raises
         ------
@@ -65,23 +65,23 @@ class Analysis(Protocol):
         ...
 
     def enter(self, number: int, states: States | None) -> System:
-        """System of a step (from 0), which begins where the step before ended; None for the first."""
+        """System of a step (number from 0); `states`: end of the previous step, None for the first step."""
         ...
 
     def begin(self, number: int, system: System, states: States | None) -> tuple[np.ndarray, np.ndarray]:
-        """Configuration and velocity that a step starts from."""
+        """Configuration and velocity at the start of a step."""
         ...
 
     def leave(self, system: System, t: float, q: np.ndarray, u: np.ndarray) -> States:
-        """What the next step begins from."""
+        """States at the end of a step, from which the next step begins."""
         ...
 
     def whole(self, system: System, t: float, q: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Configuration and velocity of `system` of the analysis, in a state of the system of a step."""
+        """Configuration and velocity of the whole system in a state of the system of a step."""
         ...
 
     def layout(self) -> Layout:
-        """What does not change; the recorder adds the case and where it comes from."""
+        """Constant data of the results; the recorder adds the case and its source."""
         ...
 
     def probes(self, q: np.ndarray) -> np.ndarray:
@@ -89,26 +89,26 @@ class Analysis(Protocol):
         ...
 
     def unstable_ways(self, system: System, t: float, q: np.ndarray) -> int:
-        """Negative pivots of the stiffness where they mean something, else 0."""
+        """Number of negative pivots of the stiffness if the analysis follows equilibria, else 0."""
         ...
 
     def array_motion(self, solution: Solution, warnings: list[str], watch: Watch | None = None) -> ArrayMotion | None:
-        """Of a scissor array, how its points move and its bars are stressed; None of anything else.
+        """Motion of points and stress of bars of a scissor array; None for other analyses.
 
-        Its further solves are watched.
+        `watch` receives the progress of further solves.
         """
         ...
 
     def own_solver(self) -> Solver | None:
-        """What solves it in place of the solvers of systems; None if they do."""
+        """Special solver of this analysis; None for the common solvers."""
         ...
 
     def summarise(self, solution: Solution, statistics: Statistics) -> dict[str, Any]:
-        """Its own part of the summary."""
+        """Part of the summary that depends on the analysis."""
         ...
 
     def warnings(self, solution: Solution, summary: dict[str, Any]) -> list[str]:
-        """What a user should know of the result."""
+        """Warnings about the result."""
         ...
 
 
@@ -124,7 +124,7 @@ class OneStep(ABC):
 
     @abstractmethod
     def method(self) -> tuple[str, str]:
-        """Method of the solver, and why."""
+        """Method of the solver, and the reason."""
 
     @abstractmethod
     def settings(self, method: str) -> Settings | PathSettings:

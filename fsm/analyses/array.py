@@ -26,7 +26,7 @@ __all__ = ["compile_array"]
 
 @dataclass(frozen=True)
 class _Factor:
-    """A time function of the scene for the loading of a mesh."""
+    """Time function of the scene as a factor on the loads of a mesh."""
 
     function: TimeFunction
 
@@ -35,7 +35,7 @@ class _Factor:
         return factor(self.function, t), slope(self.function, t), curvature(self.function, t)
 
     def breaks(self) -> tuple[float, ...]:
-        """Times at which it is not smooth, s."""
+        """Times at which the function is not smooth, s."""
         return breaks(self.function)
 
 
@@ -49,7 +49,7 @@ def compile_array(
     stop: Stop | None = None,
     gravity: tuple[float, float] = (0.0, 0.0),
 ) -> ArraySystem:
-    """The system of an array with flexible bars; names and numbers have been checked (`fsm.scene.check_scissor`)."""
+    """System of an array with flexible bars, from a checked case (`fsm.scene.check_scissor`)."""
     array = array_at(scissor, scissor.initial_angle)
     damping = DAMPING if material.damping is None else material.damping
     bar_material = BarMaterial(
@@ -96,7 +96,7 @@ def _bars(scissor: Scissor, array: Array, material: BarMaterial) -> tuple[BarMes
 
 
 def _units(mesh: BarMesh) -> list[list[int]]:
-    """Vectors that the bars of each unit use, those of its left ends first."""
+    """Vectors of the bars of each unit, those of its left ends first."""
     units = []
     vectors = mesh.group().vectors // 2
     for first, second in zip(mesh.bars[::2], mesh.bars[1::2], strict=True):
@@ -109,7 +109,7 @@ def _units(mesh: BarMesh) -> list[list[int]]:
 def _hinges(
     scissor: Scissor, array: Array, mesh: BarMesh, points: dict[str, int], hinge: HingeJoint | None, stop: Stop | None
 ) -> tuple[HingeGroup | None, tuple[str, ...]]:
-    """Hinges that resist, or None, and their names."""
+    """Hinges with a moment, or None, and their names."""
     points_of: dict[str, list[str]] = {"middle": [], "tips": []}
     if stop is not None or (hinge is not None and hinge.at in ("middle", "all")):
         points_of["middle"] = [f"h{k + 1}" for k in range(array.units)]
@@ -140,25 +140,25 @@ def _hinges(
 
 
 def _directions(bar: BarNodes) -> np.ndarray:
-    """First coordinates of what takes moments at the nodes of a bar: its sections, the slopes of a cable."""
+    """First coordinates of the directions at the nodes of a bar: its sections, or the slopes of a cable element."""
     return bar.sections if len(bar.sections) else bar.slopes
 
 
 def _directions_at(mesh: BarMesh, point: int) -> tuple[int, ...]:
-    """First coordinates of the directions of the bars that meet at a point, the one that rises first."""
+    """First coordinates of the directions of the bars at a point, that of the rising bar first."""
     return tuple(int(_directions(bar)[i]) for bar in mesh.bars for i in np.flatnonzero(bar.positions == point))
 
 
 def _senses(
     scissor: Scissor, mesh: BarMesh, points: dict[str, int], vectors: np.ndarray, initial: np.ndarray
 ) -> np.ndarray:
-    """Sense in which each hinge turns as rigid bars deploy a little."""
+    """Sense of rotation of each hinge in a small deployment of rigid bars."""
     later = array_at(scissor, scissor.initial_angle * (1.0 - 1e-4)).points
     named = {first: name for name, first in points.items()}
     direction: dict[int, np.ndarray] = {}
     for bar in mesh.bars:
         nodes = [i for i, first in enumerate(bar.positions) if int(first) in named]
-        # bars are rigid here, and all their sections are kept as those of the first half
+        # bars are rigid here, and all their sections equal those of the first half
         from_, to = (later[named[int(bar.positions[i])]] for i in nodes[:2])
         for at in nodes:
             direction[int(_directions(bar)[at])] = np.subtract(to, from_)

@@ -1,4 +1,4 @@
-"""Equilibrium that a solve starts from."""
+"""Equilibrium at the start of a solve."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from fsm.system import System
 __all__ = ["equilibrium_at_start"]
 
 _RESTING = 1e-12
-"""Way to the equilibrium, over the size of an element or a radian, below which a configuration is one."""
+"""Distance to the equilibrium, over the size of an element or a radian, below which a configuration is one."""
 _NEAR = 1.0
-"""Way to an equilibrium, likewise, within which Newton's method alone is believed."""
+"""Largest distance, likewise, for which the result of Newton's method alone is accepted."""
 _ITERATIONS = 3000
 
 
 def equilibrium_at_start(system: System, q: np.ndarray, t: float = 0.0) -> np.ndarray:
     """Stable equilibrium at a time near a configuration, or the configuration itself if it is one.
 
-    Newton's method is believed nearby, where it ends in a stable state and nothing passed through a face on the way.
-    Otherwise the energy is followed downhill (`fsm.solve.relax`), through no face, which ends in a stable state. Where that
-    takes too long, as on heavy panels that swing far, a motion in air is followed until it has died, and then the energy.
+    The result of Newton's method is accepted if it is near and stable and no body has passed through a face. Otherwise the
+    energy is minimised without passing through faces (`fsm.solve.relax`), which ends in a stable state. If this takes too
+    many iterations, as on heavy panels that swing far, a damped motion is integrated to rest before the energy is minimised.
 
     Parameters
     ----------
@@ -66,13 +66,13 @@ def _downhill(system: System, q: np.ndarray, t: float, memory: np.ndarray) -> np
 
 
 def _reset(system: System, q: np.ndarray, t: float, memory: np.ndarray) -> None:
-    """Begin anew at a configuration, with the internal variables that the step began with."""
+    """Reset to a configuration, with the internal variables at the start of the step."""
     system.forget(np.zeros(0))
     system.restore(memory)
     system.commit(t, q, np.zeros(system.nu))
 
 
 def _reached(system: System, q: np.ndarray, found: np.ndarray, t: float, memory: np.ndarray) -> bool:
-    """Whether nothing passed through a face between two configurations."""
+    """Whether no body passes through a face between two configurations."""
     _reset(system, q, t, memory)
     return system.objection(t, found, None, 1.0) is None

@@ -1,4 +1,4 @@
-"""Creases that went beyond the angles of their tabulated curves, where the moment is extrapolated."""
+"""Creases outside the angles of their tabulated curves, where the moment is extrapolated."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from fsm.segments.system import SegmentSystem
 __all__ = ["beyond_data"]
 
 _MARGIN = 0.01
-"""Part of the range of angles by which a crease may be beyond it: half a degree of a curve over fifty says nothing new."""
+"""Excess over the range of angles below which there is no warning (half a degree for a curve over fifty)."""
 _NAMED = 4
-"""Creases that a line names, at most."""
+"""Largest number of creases named in a warning."""
 
 
 def beyond_data(solution: Solution, scene: Scene, system: SegmentSystem) -> list[str]:
-    """A line for the creases that were opened, and one for those that were closed, beyond their curves in a saved state.
+    """Warnings on creases that are opened, and on creases that are closed, beyond their curves in a saved state.
 
     Parameters
     ----------
-    solution : states as they were saved
+    solution : saved states
     scene : Scene
-    system : what the scene was compiled to
+    system : compiled system of the scene
     """
     group = next((group for group in system.groups if isinstance(group, CreaseGroup)), None)
     creases = [element for element in scene.elements if element.crease is not None]
@@ -47,10 +47,10 @@ def _openings(solution: Solution, system: SegmentSystem, group: CreaseGroup) -> 
 
 
 def _past(creases: list[ForceElement], group: CreaseGroup, opening: np.ndarray, end: int) -> np.ndarray:
-    """How far beyond the first (`end` 0) or last (-1) angle of its curve each crease is by itself, (m,), rad.
+    """Excess of each crease over the first (`end` 0) or last (-1) angle of its curve, (m,), rad.
 
-    The half segments in series have their share of an opening: beyond a curve, where its slope k is constant, the crease
-    has the part 1 - k f of it.
+    The half segments in series carry a part of an opening. Beyond a curve its slope k is constant, and the crease has the
+    part 1 - k f of the opening.
     """
     table, number = group.table, group.curve
     knot = table.bounds[number] if end == 0 else table.bounds[number + 1] - 1
@@ -60,7 +60,7 @@ def _past(creases: list[ForceElement], group: CreaseGroup, opening: np.ndarray, 
 
 
 def _told(creases: list[ForceElement], past: np.ndarray, end: int, moved: str) -> list[str]:
-    """Which creases, how far, and what that means."""
+    """Warning with the creases, the excess and the remedy."""
     far = [i for i, element in enumerate(creases) if past[i] > _margin(element)]
     if not far:
         return []
@@ -73,12 +73,12 @@ def _told(creases: list[ForceElement], past: np.ndarray, end: int, moved: str) -
     limit = f"{'begin' if end == 0 else 'end'} at {np.degrees(crease.angle[end]):.4g} deg"
     return [
         f"{names}{more} {moved} beyond the measured angles, which {limit}, {by} {np.degrees(past[most]):.3g} deg: the "
-        "moment is extrapolated straight there; measure it farther"
+        "moment is extrapolated linearly there; extend the test to these angles"
     ]
 
 
 def _margin(element: ForceElement) -> float:
-    """How far a crease may be beyond its curve, rad; a linear law has no end."""
+    """Admissible excess of a crease over its curve, rad; infinite for a linear law."""
     crease = element.crease
     if not isinstance(crease, SplineCrease) or crease.angle is None:
         return np.inf

@@ -1,4 +1,4 @@
-"""The one place where a case's kind of analysis is looked at."""
+"""Selection of the analysis of a case."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ def analysis_of(case: Case, source: str = "", warnings: list[str] | None = None)
     ----------
     case : Case
     source : str
-        File that faults are told of.
+        Name of the file in messages.
     warnings : list of str, optional
-        What was changed is added to it.
+        Warnings on changed values are appended.
 
     Raises
     ------
     CaseError
-        All faults that compiling finds.
+        With all faults found in compilation.
     """
     if case.analysis == "vibrate":
         return VibrationAnalysis(case, source)

@@ -36,24 +36,24 @@ from fsm.system import System
 __all__ = ["Deployment"]
 
 _NAMED = 3
-"""Pairs of panels that a warning names."""
+"""Largest number of pairs of panels named in a warning."""
 
 
 _STRETCHED = 0.01
-"""Opening of a joint over the length of a segment, above which a strip is pulled beyond its reach: sheets yield before."""
+"""Opening of a joint over the length of a segment, above which a strip is pulled beyond its reach (sheets yield before)."""
 
 _COARSE = 0.05
-"""Error of the peak from the segments, above which a warning names it."""
+"""Error of the peak force due to the segments, above which there is a warning."""
 
 
 class Deployment:
-    """A strip or a scene, compiled; see `Analysis`.
+    """Compiled strip or scene; see `Analysis`.
 
     Parameters
     ----------
     case : Case
-    source : file that faults are told of
-    warnings : what was changed is added to it
+    source : name of the file in messages
+    warnings : warnings on changed values are appended
 
     Attributes
     ----------
@@ -82,10 +82,10 @@ class Deployment:
         return (space,)
 
     def make_ready(self, warnings: list[str]) -> None:
-        """See `Analysis`; the scene has been checked whole."""
+        """See `Analysis`; the scene has been checked already."""
 
     def method(self) -> tuple[str, str]:
-        """Method of the last step that is solved, and why."""
+        """Method of the last step that is solved, and the reason."""
         last = [step for step in self.plan.steps if step.kind in ("static", "dynamic")][-1:] or self.plan.steps[-1:]
         return last[0].method, last[0].reason
 
@@ -133,7 +133,7 @@ class Deployment:
         return system_in_step(self.system, self.scene, self.plan, number, states)
 
     def begin(self, number: int, system: System, states: States | None) -> tuple[np.ndarray, np.ndarray]:
-        """See `Analysis`: a dynamic step after another one goes on with its velocities; all others begin at rest."""
+        """See `Analysis`: a dynamic step after another one keeps its velocities; all others start at rest."""
         if states is None:
             return system.initial()
         assert isinstance(system, SegmentSystem)
@@ -142,7 +142,7 @@ class Deployment:
         return q, u if kinds == ["dynamic", "dynamic"] else self._at_first(number, system)
 
     def _at_first(self, number: int, system: SegmentSystem) -> np.ndarray:
-        """Velocities of the case where no motion came before; else none."""
+        """Initial velocities of the case before any motion; later zero."""
         moved = any(step.kind in ("static", "dynamic") and not step.still for step in self.plan.steps[:number])
         return np.zeros(system.nu) if moved else system.initial()[1]
 
@@ -202,9 +202,9 @@ class Deployment:
         return summary
 
     def _mesh_errors(self, solution: Solution, statistics: Statistics, summary: dict[str, Any]) -> dict[str, float | None]:
-        """Errors of peak and final force from the segments: over the peak, and over the larger of both forces."""
+        """Errors of peak and final force due to the segments: over the peak, and over the larger of both forces."""
         strip, material = self.case.strip, self.case.material
-        forth = bool(np.all(np.diff(solution.travel[:, 0]) >= 0.0))  # the errors are derivatives by the travel
+        forth = bool(np.all(np.diff(solution.travel[:, 0]) >= 0.0))  # the errors are derivatives with respect to the travel
         if strip is None or material is None or not forth or not self._same_throughout:
             return {}
         error, found = SegmentError(self.system, strip, material), dict[str, float | None]()
@@ -216,7 +216,7 @@ class Deployment:
 
     @property
     def _same_throughout(self) -> bool:
-        """Whether `system` has all forces of every record: the same joints and drives act, and drives follow the time."""
+        """Whether `system` has the forces of all records: the same joints and drives act, and drives follow the time."""
         steps = self.plan.steps
         return not self.system.steps_of and all(all(step.acting) and step.method != "arc-length" for step in steps)
 
@@ -226,7 +226,7 @@ class Deployment:
         return not self.plan.written or self.plan.steps[-1].kind != "dynamic"
 
     def _stretched(self, solution: Solution) -> list[str]:
-        """Whether a drive stretches the panels of a strip, which turn and bend long before, and from which travel on."""
+        """Warning if a drive stretches the panels of a strip, with the travel at which this begins."""
         if self.case.strip is None or not solution.travel.shape[1] or not self._same_throughout:
             return []
         length = self.system.scales().length
@@ -263,7 +263,7 @@ class Deployment:
 
 
 def _unstable_at_end(solution: Solution) -> list[str]:
-    """Whether the last state is unstable, and from which travel on."""
+    """Warning if the last state is unstable, with the travel at which this begins."""
     if not solution.travel.shape[1] or not solution.negative_pivots[-1] > 0:
         return []
     stable = np.flatnonzero(solution.negative_pivots == 0)
@@ -275,20 +275,20 @@ def _unstable_at_end(solution: Solution) -> list[str]:
 
 
 def _coarse(summary: dict[str, Any]) -> list[str]:
-    """Which of the forces that the summary states are off by much because of the segments."""
+    """Warning on forces of the summary with a large error due to the segments."""
     errors = {name: summary.get(key) for name, key in (("peak_force", "mesh_error"), ("final_force", "mesh_error_final"))}
     coarse = {name: error for name, error in errors.items() if error is not None and error > _COARSE}
     if not coarse:
         return []
     off = " and ".join(
-        f"{name} is off by about {100 * error:.2g} %{' of the peak' if name == 'final_force' else ''}"
+        f"{name} has an error of about {100 * error:.2g} %{' of the peak' if name == 'final_force' else ''}"
         for name, error in coarse.items()
     )
     return [f"the segments are coarse: {off}; raise strip.segments_per_panel"]
 
 
 def _crossed(crossings: list[tuple[int, int, float]], driven: bool) -> list[str]:
-    """A line for the panels that pass through each other, the first ones named with the travel, or the time."""
+    """Warning on panels that pass through each other, with the travel or time of the first ones."""
     if not crossings:
         return []
     first = sorted(crossings, key=lambda crossing: crossing[2])
@@ -296,11 +296,11 @@ def _crossed(crossings: list[tuple[int, int, float]], driven: bool) -> list[str]
         f"{a} and {b} (from {f'{1e3 * at:.4g} mm of travel' if driven else f'{at:.4g} s'} on)" for a, b, at in first[:_NAMED]
     )
     more = f", and {len(first) - _NAMED} more pairs later" if len(first) > _NAMED else ""
-    return [f"panels pass through each other: {named}{more}; they are no contact pair; the result beyond is not physical"]
+    return [f"panels pass through each other: {named}{more}; they are no contact pair; later results are not physical"]
 
 
 def _of_the_pull(solution: Solution, summary: dict[str, Any]) -> list[str]:
-    """Whether the pull was slow, and its peak passed."""
+    """Warnings on a pull that is not quasi-static, or that ends before its peak."""
     found: list[str] = []
     if not solution.travel.size:
         return found
@@ -309,10 +309,10 @@ def _of_the_pull(solution: Solution, summary: dict[str, Any]) -> list[str]:
     moving &= solution.travel[:, 0] > 0.02 * solution.travel[-1, 0]
     if moving.any():
         at = float(solution.travel[np.argmax(moving), 0])
-        found.append(f"not quasi-static at {1e3 * at:.4g} mm: the kinetic energy is over 1 % of the elastic; pull slower")
+        found.append(f"not quasi-static at {1e3 * at:.4g} mm: kinetic energy above 1 % of the elastic energy; pull slower")
     if summary["peak_kind"] == "dynamic":
         found.append("no part of the pull is quasi-static: peak_force is the largest dynamic force; pull slower")
-    # where other drives go on, the force may have fallen since, at the same travel
+    # if other drives continue, the force may have decreased at the same travel
     at_end = summary["peak_travel"] > 0.999 * solution.travel[-1, 0]
     if at_end and summary["final_force"] >= summary["peak_force"] - 1e-3 * abs(summary["peak_force"]):
         found.append("the force is still rising at the end of the travel; the peak may lie beyond it")

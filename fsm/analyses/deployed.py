@@ -1,4 +1,4 @@
-"""The second stage of two: the strip as its deployment left it becomes the film that vibrates."""
+"""Second stage of two: the deployed strip as a film that vibrates."""
 
 from __future__ import annotations
 
@@ -27,21 +27,21 @@ from fsm.solve.relax import relaxed
 __all__ = ["DeployedFilm", "film_of_deployment"]
 
 _SAME_PLACE = 1e-6
-"""Part of a panel within which two mesh lines are one."""
+"""Distance over the length of a panel below which two mesh lines coincide."""
 _FINER = 1.5
 """Elements of the finer mesh over those of the mesh itself, in both directions."""
 
 
 @dataclass(frozen=True, eq=False)
 class DeployedFilm:
-    """A film, and the coordinates that are held: what held and drew the strip.
+    """Film of a deployed strip, and its coordinates that supports and drives of the strip hold.
 
     Attributes
     ----------
     film : FilmMesh
     held : int array
     finer : DeployedFilm, optional
-        The same strip on a finer mesh, which tells the error of this one.
+        The same strip on a finer mesh, for the error of this one.
     """
 
     film: FilmMesh
@@ -50,20 +50,20 @@ class DeployedFilm:
 
 
 def film_of_deployment(case: Case, solution: Solution, system: SegmentSystem) -> DeployedFilm:
-    """The film that a deployed strip is: the strip at rest where its drives have stopped.
+    """Film of a deployed strip at rest, after its drives have stopped.
 
     Parameters
     ----------
     case : Case
-        With both stages.
-    solution : of the first one
+        Case with both stages.
+    solution : solution of the first stage
     system : SegmentSystem
-        Of the first one.
+        System of the first stage.
 
     Raises
     ------
     NotConverged
-        The strip finds no equilibrium where the drives have stopped.
+        The strip has no equilibrium at the end of the drives.
     """
     strip, material, crease = case.strip, case.material, case.crease
     assert strip is not None and material is not None and crease is not None
@@ -86,7 +86,7 @@ def film_of_deployment(case: Case, solution: Solution, system: SegmentSystem) ->
         lines = _lines(strip, options, panel_length, clamped)
         mesh, grid = deployed_mesh(deployed, np.array(lines.x), np.array(lines.y), air, viscosity)
         held = _held(case, grid, panel_length, clamped)
-        # material places count from the middle of the strip, as those of any film do from their centre
+        # material coordinates start at the middle of the strip, as for all films
         grid = FilmGrid(grid.x - 0.5 * strip.length, grid.y, grid.position, grid.behind)
         cells = np.zeros((len(grid.x) - 1, len(grid.y) - 1), dtype=np.int64)
         corners = np.array([grid.position[i, j] for i, j in ((0, 0), (-1, 0), (-1, -1), (0, -1))])
@@ -102,21 +102,21 @@ def _finer(options: Deployed) -> Deployed:
 
 
 def _shape_at_rest(solution: Solution, system: SegmentSystem) -> Floats:
-    """Corners of the segments in equilibrium, the drives at rest where they ended: dampers carry no force any more."""
+    """Corners of the segments in equilibrium, with drives at rest at their ends and without damper forces."""
     t, q = float(solution.time[-1]), solution.q[-1]
     try:
         return system.shape(t, relaxed(system, t, q).q)
     except NotConverged as error:
-        raise NotConverged(f"the strip at rest where its drives have stopped: {error}") from None
+        raise NotConverged(f"equilibrium of the strip at the end of its drives: {error}") from None
 
 
 def _middle_line(quads: Floats, panel: np.ndarray, panel_length: float) -> tuple[Floats, Floats, Floats, np.ndarray]:
-    """Material places and positions of the segments' ends, the direction across, and the panel of each segment."""
+    """Material coordinates and positions of the segments' ends, direction across, and panel of each segment."""
     order = np.flatnonzero(panel > 0)
     quads, panel = quads[order], panel[order]
     start, end = quads[:, [0, 3]].mean(axis=1), quads[:, [1, 2]].mean(axis=1)
     sizes = np.linalg.norm(end - start, axis=1)
-    for number in np.unique(panel):  # a plate keeps its length, but for the layers beside a crease
+    for number in np.unique(panel):  # a plate has constant length, except in the layers beside a crease
         sizes[panel == number] *= panel_length / sizes[panel == number].sum()
     place = np.concatenate([[0.0], np.cumsum(sizes)])
     position = np.vstack([start[:1], 0.5 * (end[:-1] + start[1:]), end[-1:]])
@@ -125,9 +125,9 @@ def _middle_line(quads: Floats, panel: np.ndarray, panel_length: float) -> tuple
 
 
 def _known_places(case: Case, strip: Strip, solution: Solution) -> dict[int, Floats]:
-    """Where ends of panels are exactly, by number of the crease: of held panels, and driven lines.
+    """Exact positions of panel ends, by number of the crease, at held panels and driven lines.
 
-    Elsewhere the ends of two segments have come apart by the stretch of the spring between them, and the middle counts.
+    Elsewhere the spring between two segments is stretched, and the position is the middle of both ends.
     """
     known = {}
     for drive in case.drive:
@@ -143,7 +143,7 @@ def _known_places(case: Case, strip: Strip, solution: Solution) -> dict[int, Flo
 
 
 def _turns(position: Floats, across: Floats, panel: np.ndarray) -> Floats:
-    """Turn of the strip at each crease about its width, rad; positive up where the strip goes along x."""
+    """Rotation of the strip at each crease about its width, rad; positive upwards for a strip along x."""
     along = np.diff(position, axis=0)
     at = np.flatnonzero(np.diff(panel) != 0)
     before, behind = along[at], along[at + 1]
@@ -151,13 +151,13 @@ def _turns(position: Floats, across: Floats, panel: np.ndarray) -> Floats:
 
 
 def _crease_line(place: float, turn: float, number: int, strip: Strip, crease: Crease) -> CreaseLine:
-    """Stiffness of a crease at its present angle, and the turn at which it would have no moment."""
+    """Stiffness of a crease at its present angle, and the rotation at zero moment."""
     folded = 2.0 * strip.fold_angle if crease.rest_angle is None else crease.rest_angle
-    side = -1.0 if number % 2 else 1.0  # panels 1, 3, 5 rise: the strip turns down at crease 1
+    side = -1.0 if number % 2 else 1.0  # panels 1, 3, 5 rise: the strip bends down at crease 1
     psi = side * turn
     if isinstance(crease, LinearCrease):
         return CreaseLine(place, crease.stiffness, side * folded)
-    assert isinstance(crease, SplineCrease)  # a family gives its curve when the case is read
+    assert isinstance(crease, SplineCrease)  # the curve of a family is computed when the case is read
     assert crease.angle is not None and crease.moment is not None
     law = CubicSpline if crease.interpolation == "cubic" else PchipInterpolator
     curve = law(np.array(crease.angle), np.array(crease.moment))
@@ -169,7 +169,7 @@ def _crease_line(place: float, turn: float, number: int, strip: Strip, crease: C
 def _lines(
     strip: Strip, options: Deployed, panel_length: float, clamped: list[tuple[float, float]]
 ) -> MeshLines:
-    """Mesh lines along the flat strip: on creases, a little beside them, evenly between, and where clamps end; across."""
+    """Mesh lines along the flat strip (at creases, near them, evenly between, at ends of clamps), and across it."""
     beside = 0.5 * (options.crease_width or 0.1 * panel_length)
     lines: list[float] = []
     for number in range(strip.panels):
@@ -188,7 +188,7 @@ def _lines(
 
 
 def _clamped(case: Case, strip: Strip, panel_length: float) -> list[tuple[float, float]]:
-    """Ends, along the flat strip, of what neither moves nor turns: held panels and segments that drives move."""
+    """Ends of clamped parts along the flat strip: held panels and driven segments."""
     parts = []
     for number in (1, strip.panels) if strip.held is None else strip.held:
         parts.append(((number - 1) * panel_length, number * panel_length))
@@ -204,7 +204,7 @@ def _clamped(case: Case, strip: Strip, panel_length: float) -> list[tuple[float,
 
 
 def _held(case: Case, grid: FilmGrid, panel_length: float, clamped: list[tuple[float, float]]) -> np.ndarray:
-    """All coordinates of what is clamped, and those of driven crease lines; x as if the strip were flat."""
+    """All coordinates of clamped parts and of driven crease lines; x along the flat strip."""
     held = []
     for begin, end in clamped:
         first, last = (int(np.argmin(np.abs(grid.x - place))) for place in (begin, end))

@@ -1,4 +1,4 @@
-"""From the film of a case to a mesh: elements, supports, points, and where it is drawn at."""
+"""Mesh of the film of a case: elements, supports, points, and corners that are pulled."""
 
 from __future__ import annotations
 
@@ -19,28 +19,28 @@ from fsm.scene.membrane import CornerCable, EdgeCable, Membrane, Support
 __all__ = ["CORNERS", "FilmMesh", "FilmPoint", "build_film", "mean_strain", "on_other_mesh"]
 
 CORNERS = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
-"""Signs of x and y at the corners, in turn."""
+"""Signs of x and y at the corners, in order."""
 _PARTS = 8
-"""Points in an element, along a side, of a force that is spread."""
+"""Quadrature points along a side of an element, for distributed forces."""
 _OTHER = (1.5, 2.0, 3.0)
-"""Elements of another mesh over those of the mesh itself, in both directions; the first that changes it enough."""
+"""Ratios of elements of the comparison mesh in both directions; the first ratio with a sufficient difference is used."""
 _CHANGED = 1.3
-"""Elements in a direction, over those of the other mesh, that are enough."""
+"""Sufficient ratio of elements in a direction."""
 _MANY = 400
-"""Elements from which on the other mesh is coarser, which takes less time than a finer one."""
+"""Number of elements above which the comparison mesh is coarser, to save time."""
 _NAMES = {"x": 0, "y": 1, "z": 2}
 
 
 @dataclass(frozen=True, eq=False)
 class FilmPoint:
-    """A material point of the film: its position is weights @ vectors of q.
+    """Material point of the film; its position is weights @ vectors of q.
 
     Attributes
     ----------
     vectors : (12,) int array
-        First coordinates of the vectors of the element that it lies in.
+        First coordinates of the vectors of its element.
     weights, along, across : (12,) arrays
-        Of the position, and of the slopes along length and width.
+        Weights of the position, and of the slopes along length and width.
     """
 
     vectors: np.ndarray
@@ -49,7 +49,7 @@ class FilmPoint:
     across: np.ndarray
 
     def position(self, q: np.ndarray) -> np.ndarray:
-        """Where it is, (3,), m."""
+        """Position, (3,), m."""
         return np.asarray(self.weights @ q[self.vectors[:, None] + np.arange(3)])
 
     def axes(self, q: np.ndarray) -> np.ndarray:
@@ -62,7 +62,7 @@ class FilmPoint:
         return np.array([first, np.cross(normal, first), normal])
 
     def load(self, count: int, force: np.ndarray) -> np.ndarray:
-        """Generalised forces (count,) of a force (3,), N, on it."""
+        """Generalised forces (count,) of a force (3,), N, on the point."""
         out = np.zeros(count)
         np.add.at(out, (self.vectors[:, None] + np.arange(3)).ravel(), np.outer(self.weights, force).ravel())
         return out
@@ -70,19 +70,19 @@ class FilmPoint:
 
 @dataclass(frozen=True, eq=False)
 class FilmMesh:
-    """A film as a mesh, free of supports, and where its parts are.
+    """Mesh of a film without supports, and the places of its parts.
 
     Attributes
     ----------
     mesh : Mesh
-        With only that fixed which is not used.
+        Mesh in which only unused coordinates are fixed.
     grid : FilmGrid
     lines : MeshLines
-    patches : where they are
+    patches : places of the patches
     cells : (nx, ny) int array
         0 the film, k + 1 the patch of section k.
     ends : (4,) int array
-        First coordinates of what is drawn at the corners: the ends of the cables, or the corners themselves.
+        First coordinates of the pulled points: ends of the cables, or corners.
     outwards : (4, 3) array
         Unit vectors along the diagonals.
     """
@@ -96,7 +96,7 @@ class FilmMesh:
     outwards: np.ndarray
 
     def point(self, x: float, y: float) -> FilmPoint:
-        """The material point at a distance (m) from the film's centre."""
+        """Material point at coordinates x, y (m) from the centre of the film."""
         grid = self.grid
         i = int(np.clip(np.searchsorted(grid.x, x, side="right") - 1, 0, len(grid.x) - 2))
         j = int(np.clip(np.searchsorted(grid.y, y, side="right") - 1, 0, len(grid.y) - 2))
@@ -129,12 +129,12 @@ class FilmMesh:
         return out
 
     def _parts(self, sides: tuple[float, float]) -> list[int]:
-        """Parts in which the sides of a rectangle are integrated over."""
+        """Numbers of parts of the sides of a rectangle for the integration."""
         smallest = (float(np.diff(self.grid.x).min()), float(np.diff(self.grid.y).min()))
         return [_PARTS * math.ceil(side / least) if side else 1 for side, least in zip(sides, smallest, strict=True)]
 
     def held_by(self, support: Support) -> np.ndarray:
-        """Coordinates that a support holds: edges with the slopes along them, which keep them straight between nodes."""
+        """Coordinates that a support holds; at edges also the slopes along them, so that edges stay straight."""
         fixed = np.array([_NAMES[name] for name in support.fixed])
         nodes, vectors = self._held_vectors(support)
         if support.clamped:
@@ -187,7 +187,7 @@ def build_film(case: Case) -> FilmMesh:
 
 
 def on_other_mesh(case: Case) -> Case | None:
-    """The same film on a finer mesh, or a coarser one if it has many elements; None if its patches make the whole mesh."""
+    """The same film on a finer mesh, or on a coarser one if it has many elements; None if patches determine the mesh."""
     membrane = case.membrane
     assert membrane is not None
     placed = place_patches(membrane, dict(enumerate(case.patch)))
@@ -218,7 +218,7 @@ def _tension_fields(case: Case, film: FilmMaterial, patches: list[FilmMaterial])
 
 
 def mean_strain(case: Case) -> float:
-    """About the strain that the tension gives the film along length and width."""
+    """Approximate strain of the film along length and width due to the tension."""
     tension, membrane, material = case.tension, case.membrane, case.material
     assert tension is not None and membrane is not None and material is not None
     if tension.pull is None:
@@ -242,7 +242,7 @@ def _cables(
     outwards: np.ndarray,
     viscosity: float,
 ) -> np.ndarray:
-    """Add the cables; the first coordinates of the positions that the corners are drawn at."""
+    """Add the cables, and return the first coordinates of the pulled points."""
     ends = corners
     limp = case.tension is not None and case.tension.film == "tension-field"
     half = np.array([0.5 * membrane.length, 0.5 * membrane.width, 0.0])

@@ -1,10 +1,10 @@
 """Error of a film's frequencies and of its largest displacement that its mesh causes, by another mesh.
 
 The natural frequencies on both meshes, of order p in the size of the elements, are extrapolated (Richardson): with n and
-m elements the error on the first mesh is (f_m - f_n)/(1 - (n/m)^p). The order is 2; it is 1 where parts of a film are
-wrinkled or slack, whose edges cross the elements. The largest displacement of a motion in many modes
-depends on how their phases meet. After many periods a small error of a frequency decides that. So its error is taken from
-linear responses: on the other mesh, and on the mesh itself with its frequencies moved, in steps, by up to their errors.
+m elements the error on the first mesh is (f_m - f_n)/(1 - (n/m)^p). The order is 2, or 1 if parts of a film are
+wrinkled or slack, since edges of these parts cross elements. The largest displacement of a motion in many modes depends on
+their phases, which after many periods depend on small errors of frequencies. So its error is computed from linear responses:
+on the other mesh, and on the mesh itself with frequencies changed, in steps, by up to their errors.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ from fsm.solve.modal import Modes
 __all__ = ["MeshError", "OnMesh", "mesh_error"]
 
 _MODES = 40
-"""Modes of the linear responses, if the case asks for no more."""
+"""Smallest number of modes of the linear responses."""
 _STEPS = 8
-"""Steps in which the frequencies are moved."""
+"""Number of steps in which the frequencies are changed."""
 _COARSE = 0.05
-"""Error from which on a finer mesh is advised."""
+"""Error above which a finer mesh is advised."""
 _LOWEST = 3
 """Natural modes whose errors a warning names."""
 _SOFTEST = 0.1
-"""Part of its value to which a frequency is moved at most."""
+"""Largest relative change of a frequency."""
 _RESPONSE = 5e4
-"""Steps of a linear response at most."""
+"""Largest number of steps of a linear response."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,15 +67,15 @@ class OnMesh:
 
 @dataclass(frozen=True, eq=False)
 class MeshError:
-    """What the mesh puts a vibration off by.
+    """Errors of a vibration due to the mesh.
 
     Attributes
     ----------
     frequencies : (n,) array, Hz
-        Of the natural modes on the mesh itself.
+        Natural frequencies on the mesh itself.
     modes : (n,) array
-        Error of each, over it; nan where one of the meshes has no stiffness in it.
-    amplitude : of the largest displacement at the probe, over it; None if nothing moves, or a mode has no stiffness
+        Relative error of each; NaN if the mode has no stiffness on one of the meshes.
+    amplitude : relative error of the largest displacement at the probe; None without motion, or if a mode has no stiffness
     """
 
     frequencies: np.ndarray
@@ -83,7 +83,7 @@ class MeshError:
     amplitude: float | None
 
     def at(self, frequency: float) -> float | None:
-        """Error of a frequency (Hz): that of the natural mode nearest to it; None if that is not known."""
+        """Relative error of the natural mode nearest to a frequency (Hz); None if it is not known."""
         known = np.isfinite(self.modes)
         if not known.any():
             return None
@@ -97,7 +97,7 @@ class MeshError:
             "frequency": None if frequency is None else self.at(frequency),
             "natural frequencies": float(lowest.max()) if len(lowest) else None,
         }
-        large = [f"{name} off by about {100.0 * e:.2g} %" for name, e in found.items() if e is not None and e > _COARSE]
+        large = [f"{name}: error about {100.0 * e:.2g} %" for name, e in found.items() if e is not None and e > _COARSE]
         return [f"the mesh of the film is coarse: {', '.join(large)}; {remedy}"] if large else []
 
 
@@ -108,12 +108,12 @@ def mesh_error(own: OnMesh, other: OnMesh, order: int, count: int, duration: flo
     ----------
     own, other : OnMesh
         The other is finer, or coarser.
-    order : of the natural frequencies in the size of the elements
-    count : modes whose errors are wanted
+    order : order of the natural frequencies in the size of the elements
+    count : number of modes
     duration : s
-        Of the vibration.
+        Duration of the vibration.
     step : s
-        Of the linear responses; longer if these would have more than `_RESPONSE` steps.
+        Step of the linear responses; longer if there were more than `_RESPONSE` steps.
     """
     first, second = own.modes(max(count, _MODES)), other.modes(max(count, _MODES))
     both = min(len(first.squared), len(second.squared))

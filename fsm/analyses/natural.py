@@ -1,4 +1,4 @@
-"""Natural modes of a film, without the oscillators that stand in for what is held."""
+"""Natural modes of a film, without those of held coordinates."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ __all__ = ["natural_modes"]
 
 
 def natural_modes(system: AncfSystem, q: np.ndarray, count: int) -> Modes:
-    """The lowest modes at rest; no more than there are free coordinates.
+    """Lowest modes at rest, at most as many as free coordinates.
 
-    Held coordinates are oscillators beside the film, as fast as its fastest coordinate and therefore among its own modes
-    where nearly all of those are asked for. A mode belongs to them if nothing free moves.
+    Held coordinates are separate oscillators with the frequency of the fastest coordinate of the film. They appear among the
+    modes if nearly all modes are requested. A mode without motion of free coordinates belongs to them.
 
     Parameters
     ----------
     system : AncfSystem
     q : (n,) array
-        An equilibrium.
-    count : modes wanted
+        Equilibrium.
+    count : number of modes
     """
     free = ~system.fixed
     count = min(count, int(np.count_nonzero(free)))
@@ -39,6 +39,6 @@ def natural_modes(system: AncfSystem, q: np.ndarray, count: int) -> Modes:
 
 
 def _moves(found: Modes, free: np.ndarray) -> np.ndarray:
-    """Whether something free moves in each mode, (count,)."""
+    """Whether free coordinates move in each mode, (count,)."""
     moved = np.abs(found.shapes)
     return np.asarray(moved[:, free].max(axis=1, initial=0.0) > 1e-6 * moved.max(axis=1, initial=0.0))

@@ -1,4 +1,4 @@
-"""A film solved in its modes: the reduced model's motion handed over as a solver does, and how good it is."""
+"""Solution of a film by a reduced model in its modes, and the error of the reduced model."""
 
 from __future__ import annotations
 
@@ -26,24 +26,24 @@ from fsm.system import DriveState, Energy, Observation, PairState
 __all__ = ["MODAL", "ModelError", "ReducedSolve", "error_against_full", "reduced_model", "stretch_left_out"]
 
 MODAL = "modal"
-"""What the method is called."""
+"""Name of the method."""
 _PER_PERIOD = 60.0
 """Steps in a period of the highest mode."""
 _CHECKED = 40
-"""Steps of the full model that the reduced one is compared with."""
+"""Number of steps of the full model in the comparison."""
 _USELESS = 1.0
-"""Error from which on the modes say nothing of the motion."""
+"""Error above which the modes do not describe the motion."""
 _STRETCHED = 0.1
-"""Error of the restoring force from which on more modes are of no use."""
+"""Error of the restoring force above which more modes do not help."""
 _FOLLOWS = 8.0
-"""Frequency over the mean one of a motion from which on a mode follows it at once (to 1/16, at twice its frequency)."""
+"""Frequency over the mean one of a motion, above which a mode responds quasi-statically (error 1/16 at twice that)."""
 _ROUNDING = 1e-6
-"""Rise of the energy over that of the modes that is none."""
+"""Increase of the energy over that of the modes that is round-off."""
 _NO_PAIRS = PairState(*(np.zeros(0) for _ in range(7)))
 
 
 def reduced_model(system: AncfSystem, found: Modes, stretch: bool) -> ReducedModel:
-    """The model of a film at rest in its modes; without stretch, linear, with terms of the third degree for none of them."""
+    """Reduced model of a film at rest; without `stretch` it is linear."""
     q, _ = system.initial()
     if stretch:
         return ReducedModel.of(system, 0.0, q, found.squared, found.shapes, cubic=True)
@@ -54,14 +54,14 @@ def reduced_model(system: AncfSystem, found: Modes, stretch: bool) -> ReducedMod
 
 @dataclass(frozen=True)
 class ModelError:
-    """What a reduced model is off from the full one; None where the full one needs shorter steps to be compared with.
+    """Errors of a reduced model against the full one; None if the full one needs shorter steps for the comparison.
 
     Attributes
     ----------
-    probes, struck : largest difference at the probes and where the film is struck, over the largest displacement there
-    stretch : of the restoring force at the largest displacement, see `stretch_left_out`; None where that is not known
+    probes, struck : largest difference at the probes and at the impact, over the largest displacement there
+    stretch : error of the restoring force at the largest displacement (`stretch_left_out`); None if not known
     until : s
-        Compared so long, 0 where the force alone told; that is of the largest displacement whenever it comes.
+        Duration of the comparison; 0 if only the force was compared.
     """
 
     probes: float | None
@@ -71,33 +71,33 @@ class ModelError:
 
     @property
     def largest(self) -> float:
-        """Of all of them; infinite where one is not known."""
+        """Largest of the three errors; infinite if one is not known."""
         return max(math.inf if error is None else error for error in (self.probes, self.struck, self.stretch))
 
     @property
     def said(self) -> str:
-        """In words."""
-        force = "its restoring force not known at the largest displacement, too far from rest or wrinkled there"
+        """Description of the errors."""
+        force = "error of the restoring force not known at the largest displacement (too large or wrinkled)"
         if self.stretch is not None:
-            force = f"its restoring force off by {_part(self.stretch)} at the largest displacement"
+            force = f"error of the restoring force {_part(self.stretch)} at the largest displacement"
         if not self.until:
-            return f"{force}; so its motion was not compared with that of the full model"
+            return f"{force}; its motion was therefore not compared with the full model"
         if self.probes is None or self.struck is None:
-            return f"error unknown: the full model needs shorter steps than solve.step to be compared with; {force}"
-        motion = f"{_part(self.probes)} at the probes and {_part(self.struck)} where it is struck"
-        return f"off the full model by {motion} over the first {1e3 * self.until:.3g} ms, {force}"
+            return f"error of the motion not known: the full model needs shorter steps than solve.step; {force}"
+        motion = f"{_part(self.probes)} at the probes and {_part(self.struck)} at the impact"
+        return f"error against the full model {motion} over the first {1e3 * self.until:.3g} ms; {force}"
 
     @property
     def advice(self) -> str:
-        """What would be better."""
+        """Remedy."""
         if self.stretch is None or self.stretch > _STRETCHED:
             return 'take vibration.model = "full"; with few modes vibration.stretch = true may do'
-        useless = "the modes say nothing of this motion: " if self.largest > _USELESS else ""
+        useless = "the modes do not describe this motion: " if self.largest > _USELESS else ""
         return f'{useless}take more vibration.modes, or vibration.model = "full"'
 
 
 def _part(error: float) -> str:
-    """An error in percent, or as a multiple where that is easier to read."""
+    """Text of an error, in percent or, if large, as a multiple."""
     return f"{100.0 * error:.2g} %" if error <= _USELESS else f"{error:.2g} times the whole"
 
 
@@ -110,17 +110,17 @@ def error_against_full(
     struck: Callable[[np.ndarray], np.ndarray],
     enough: float = math.inf,
 ) -> ModelError:
-    """How good the reduced model is: beside the full one over some steps, and by its force.
+    """Error of the reduced model against the full one, by its motion over some steps and by its force.
 
     Parameters
     ----------
     step : s
-        Of the full model.
+        Step of the full model.
     duration : s
-        Of the vibration.
-    probes, struck : displacements (n, 3) of all probes, and of where the film is struck, at a configuration
+        Duration of the vibration.
+    probes, struck : functions of a configuration: displacements (n, 3) of all probes, and of the impact
     enough : -
-        Error of the force from which on nothing else is asked: steps of a film that slackens may take minutes.
+        Error of the force above which the motion is not compared, since steps of a slack film may take minutes.
     """
     until = min(duration, _CHECKED * step)
     stretch = stretch_left_out(system, model, duration)
@@ -136,7 +136,7 @@ def error_against_full(
     except NotConverged:
         return ModelError(None, None, stretch, until)
     response = model.respond(until, step / 8.0, system.loading.forcings)
-    if not np.all(np.isfinite(response.amplitude)):  # far beyond where terms of third order hold, it flies off
+    if not np.all(np.isfinite(response.amplitude)):  # far beyond the range of the cubic terms the motion diverges
         return ModelError(math.inf, math.inf, stretch, until)
     amplitude = CubicHermiteSpline(response.time, response.amplitude, response.rate)
     ours = [model.coordinates(amplitude(t)) for t, _, _ in full]

@@ -1,4 +1,4 @@
-"""A step of a run, as the runner sees it, whatever the analysis."""
+"""Steps of a run, for all analyses."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ States = dict[str, np.ndarray]
 
 @dataclass(frozen=True)
 class RunStep:
-    """One step of a run.
+    """Step of a run.
 
     Attributes
     ----------
     name, kind : see `fsm.scene.steps.Step`
     start, end : s
-    method, reason : method of the solver, and why
-    settings : of the solver; None if nothing is solved
+    method, reason : method of the solver, and the reason
+    settings : settings of the solver; None if nothing is solved
     record_times, sample_times : times of records and of samples of probes, s
     modes : number of natural modes
     """
@@ -46,7 +46,7 @@ class RunStep:
 
 @dataclass
 class StepResult:
-    """What came of a step, for the summary and for a restart.
+    """Result of a step, for the summary and for a restart.
 
     Attributes
     ----------

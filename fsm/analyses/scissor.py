@@ -1,4 +1,4 @@
-"""Deployment of a scissor array: with bars that deform, or rigid ones."""
+"""Deployment of a scissor array with flexible or rigid bars."""
 
 from __future__ import annotations
 
@@ -35,16 +35,16 @@ _RIGID_RTOL = 1e-6
 """Of the comparison with rigid bars."""
 _RECORDS = 200
 _UNSURE = 0.1
-"""Error of the largest stress that is a warning."""
+"""Error of the largest stress above which there is a warning."""
 
 
 class ScissorArray(OneStep):
-    """A scissor array, compiled; see `Analysis`.
+    """Compiled scissor array; see `Analysis`.
 
     Parameters
     ----------
     case : Case
-    source : file that faults are told of
+    source : name of the file in messages
 
     Attributes
     ----------
@@ -71,17 +71,17 @@ class ScissorArray(OneStep):
 
     @property
     def kernels(self) -> tuple[str, ...]:
-        """See `Analysis`; bars that deform are compared with rigid ones."""
+        """See `Analysis`; flexible bars are compared with rigid ones."""
         return ("rigid bars",) if self.scissor.rigid else ("bars", "rigid bars")
 
     def make_ready(self, warnings: list[str]) -> None:
         """See `Analysis`: nothing."""
 
     def method(self) -> tuple[str, str]:
-        """Radau's steps for rigid bars, whose stiff hinges it leaves alone; else generalized-alpha."""
+        """Radau for rigid bars with stiff hinges, else generalized-alpha."""
         chosen = self.case.solve.method
         if chosen != "auto":
-            return chosen, "asked for"
+            return chosen, "requested"
         if self.scissor.rigid:
             return "Radau-blocks", "rigid bars on stiff hinges: few long steps, no ringing"
         return "generalized-alpha", "bars that vibrate: second order, high frequencies damped by rho_inf"
@@ -94,7 +94,7 @@ class ScissorArray(OneStep):
         return Settings(
             method, solve.rtol, solve.end_time, solve.max_step or math.inf, solve.max_steps, solve.energy_abort,
             rho_inf=RHO_INF if solve.rho_inf is None else solve.rho_inf, step=solve.step if stepwise else None,
-            # waves that the mesh does not resolve are damped by the method: their loss is judged at the end of the run only
+            # the method damps waves that the mesh does not resolve: this loss is judged only at the end of the run
             judge_losses=method != "generalized-alpha" or solve.step is not None,
         )  # fmt: skip
 
@@ -106,7 +106,7 @@ class ScissorArray(OneStep):
         return [float(t) for t in np.linspace(0.0, end, count + 1)]
 
     def sample_times(self, end: float) -> list[float]:
-        """See `Analysis`: points are worked out at the records."""
+        """See `Analysis`: points are computed at the records."""
         return []
 
     def layout(self) -> Layout:
@@ -125,7 +125,7 @@ class ScissorArray(OneStep):
         return np.zeros((0, 3))
 
     def unstable_ways(self, system: System, t: float, q: np.ndarray) -> int:
-        """None: a mechanism passes no equilibria."""
+        """See `Analysis`: 0, since a mechanism does not follow equilibria."""
         return 0
 
     def own_solver(self) -> None:
@@ -133,7 +133,7 @@ class ScissorArray(OneStep):
         return None
 
     def array_motion(self, solution: Solution, warnings: list[str], watch: Watch | None = None) -> ArrayMotion:
-        """Points and stresses at the records, beside the same array with rigid bars."""
+        """Points and stresses at the records, compared with the same array with rigid bars."""
         names = tuple(sorted(self.array.points, key=lambda name: (name[0], int(name[1:]))))
         start = np.array([self.array.points[name] for name in names])
         bars = tuple(bar.name for bar in self.array.bars)
@@ -165,12 +165,15 @@ class ScissorArray(OneStep):
         }
 
     def warnings(self, solution: Solution, summary: dict[str, Any]) -> list[str]:
-        """Strains that the elements do not mean, and latches that did not close."""
+        """Warnings on strains beyond the linear range, errors of the stress, and latches that have not closed."""
         found = []
         assert self.case.material is not None
         strain = summary["max_stress"] / self.case.material.young
         if strain > 0.05:
-            found.append(f"bars are strained by {100.0 * strain:.2g} %: the linear law of the material ends long before")
+            found.append(
+                f"largest strain of the bars {100.0 * strain:.2g} %, above 5 %: outside the linear range of most materials; "
+                "reduce the load"
+            )
         error = summary["max_stress_error"]
         if error is not None and error > _UNSURE:
             found.append(
@@ -208,7 +211,7 @@ class ScissorArray(OneStep):
                 watch and watch("error of the stress", settings.end_time),
             )  # fmt: skip
         except FsmError as error:
-            warnings.append(f"no error of max_stress: the array with another mesh could not be followed to the end: {error}")
+            warnings.append(f"no error of max_stress: the solution with another mesh failed before the end: {error}")
             return None
         largest = self._max_stress(stress)
         if largest == 0.0:
@@ -243,7 +246,7 @@ class ScissorArray(OneStep):
     def _comparison(
         self, names: tuple[str, ...], start: np.ndarray, times: np.ndarray, warnings: list[str], watch: Watch | None
     ) -> PointMotion | None:
-        """The same with rigid bars; None where they have not what the bars have, or where they lock."""
+        """The same array with rigid bars; None if rigid bars lack a property of the array, or if they lock."""
         hinge = self.case.hinge
         if self.case.stop is not None or (hinge is not None and hinge.friction_moment > 0.0):
             return None
@@ -257,7 +260,7 @@ class ScissorArray(OneStep):
         try:
             simulate(system, settings, [float(t) for t in times], keep, watch and watch("rigid bars", settings.end_time))
         except FsmError as error:
-            warnings.append(f"no comparison with rigid bars, they could not be followed to the end: {error}")
+            warnings.append(f"no comparison with rigid bars, whose solution failed before the end: {error}")
             return None
         return self._rigid_motion(system, names, start, times, *(np.array(part) for part in zip(*kept, strict=True)))
 

@@ -86,12 +86,12 @@ class SegmentError:
         solution : Solution
         travel, force : m, N
         events : of the run
-            Where friction acts, a snap may come earlier or later on another mesh: the change of force at the last one
-            counts too.
+            With friction, a snap may occur earlier or later on another mesh, so the change of force at the last snap
+            is included.
         """
         travels = solution.travel[:, 0]
         record = int(np.argmin(np.abs(travels - travel)))
-        if not record and len(travels) > 1:  # a strip that is straight at the start tells nothing
+        if not record and len(travels) > 1:  # a strip that is straight at the start gives no error estimate
             record = 1
         q = solution.q[record]
         part = self.unresolved(q).part

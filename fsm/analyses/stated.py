@@ -15,11 +15,11 @@ from fsm.solve.simulate import simulate
 __all__ = ["StatedErrors", "stated_errors"]
 
 _COMPARED = 80
-"""Steps that are solved again: with the default step, twice the duration of a pulse."""
+"""Number of steps that are solved again: with the default step, twice the duration of a pulse."""
 _WHOLE = 4.0 / 3.0
-"""Error over the difference from halves, of a method of second order."""
+"""Error over the difference to a solution with half the step, for a method of second order."""
 _LARGE = 0.02
-"""Error from which on a step is halved, and a warning is given."""
+"""Error above which the step is halved, and above which there is a warning."""
 
 
 @dataclass(frozen=True)
@@ -29,8 +29,8 @@ class StatedErrors:
     Attributes
     ----------
     step : s
-    of_step : by the step; None if a step is not solved, or nothing moves
-    of_point : by a force at a point in place of one that is spread over an element; None likewise
+    of_step : error due to the step; None if a step fails, or without motion
+    of_point : difference between a force at a point and one spread over an element; None likewise
     """
 
     step: float
@@ -42,8 +42,8 @@ class StatedErrors:
         found = []
         if self.of_step is not None and self.of_step > _LARGE:
             found.append(
-                f"displacements are off by about {100.0 * self.of_step:.2g} % with steps of {1e3 * self.step:.3g} ms; take "
-                "a shorter solve.step"
+                f"displacements have an error of about {100.0 * self.of_step:.2g} % with steps of {1e3 * self.step:.3g} ms; "
+                "take a shorter solve.step"
             )
         if self.of_point is not None and self.of_point > _LARGE:
             found.append(
@@ -65,11 +65,11 @@ def stated_errors(
     Parameters
     ----------
     system : AncfSystem
-    spread : the same with the force spread over an element; None where it is spread over more
+    spread : the same with the force spread over an element; None if it is spread over more
     settings : Settings
-        With a fixed step.
-    probes : displacements (n, 3) at a configuration
-    halved : how often at most the step is halved until its error is below 2 %
+        Settings with a fixed step.
+    probes : function of a configuration: displacements (n, 3)
+    halved : largest number of times that the step is halved to reach an error below 2 %
     """
     assert settings.step is not None
     step = settings.step
@@ -95,6 +95,6 @@ def stated_errors(
                 break
             step, found = 0.5 * step, finer
         of_point = 0.0 if spread is None else float(np.abs(found - moved(spread, step)).max()) / largest
-    except (NotConverged, EnergyAbort):  # what the run itself will tell
+    except (NotConverged, EnergyAbort):  # the run itself reports this failure
         return StatedErrors(step, None, None)
     return StatedErrors(step, error, of_point)

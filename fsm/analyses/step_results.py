@@ -25,7 +25,7 @@ _SUMMED = (
     "steps", "force_evaluations", "jacobian_evaluations", "factorisations", "newton_iterations", "wall_time", "rejected",
 )  # fmt: skip
 _SMALL = 1e-6
-"""Motion of a mode whose shape is shown, over the size of the structure: it is linear in the mode."""
+"""Amplitude of a mode shape in results, over the size of the structure; small, so that it is linear."""
 
 
 def counted(statistics: Statistics) -> dict[str, Any]:

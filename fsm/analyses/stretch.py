@@ -1,4 +1,4 @@
-"""How a film is stretched: the system that is pulled, from a start near enough, and what is held afterwards."""
+"""Tension of a film: pulled system, initial guess of its equilibrium, and supports afterwards."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from fsm.scene.membrane import CornerCable, Support
 __all__ = ["as_deployed", "stretched", "supports"]
 
 _IMPERFECTION = 0.1
-"""Height of waves that a film starts from where no closed form says it, over the thickness."""
+"""Height of initial waves over the thickness, if no closed form gives it."""
 _REMEDY = {
     "plain": 'tension.film = "tension-field", which carries no compression',
     "wrinkles": 'tension.film = "tension-field", or a finer membrane.mesh',
@@ -31,7 +31,7 @@ _REMEDY = {
 
 
 def supports(case: Case) -> tuple[Support, ...]:
-    """What is held: as the case says, or what is drawn at."""
+    """Supports of the case, or else the pulled points."""
     if case.support:
         return case.support
     if any(isinstance(cable, CornerCable) for cable in case.cable):
@@ -41,7 +41,7 @@ def supports(case: Case) -> tuple[Support, ...]:
 
 
 def as_deployed(case: Case, deployed: DeployedFilm, loading: Loading) -> AncfSystem:
-    """The film that a deployment left, in its own equilibrium under what held and drew the strip.
+    """Film of a deployed strip, in equilibrium with the supports and drives of the strip.
 
     Raises
     ------
@@ -55,7 +55,7 @@ def as_deployed(case: Case, deployed: DeployedFilm, loading: Loading) -> AncfSys
 
 
 def stretched(case: Case, film: FilmMesh, loading: Loading) -> AncfSystem:
-    """The film of a case stretched, held at its supports, at rest under its own weight; `loading` acts from then on.
+    """Film of a case under tension, on its supports, at rest under its weight; `loading` acts afterwards.
 
     Raises
     ------
@@ -81,7 +81,7 @@ def stretched(case: Case, film: FilmMesh, loading: Loading) -> AncfSystem:
 
 
 def _waves(case: Case) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
-    """Height of the film that wrinkles start from: closed form at pulled corners, else waves of a few elements."""
+    """Initial height for wrinkles: closed form at pulled corners, else waves of a few elements."""
     tension, membrane, material = case.tension, case.membrane, case.material
     assert tension is not None and membrane is not None and material is not None
     if tension.pull is not None:
@@ -97,14 +97,14 @@ def _waves(case: Case) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
 
 
 def _pulled(case: Case, film: FilmMesh, held: np.ndarray, pull: float) -> AncfSystem:
-    """The film under its pull: the ends are free to go outwards, one of them bears what the others draw.
+    """Film under its pull: the ends move outwards freely; one end is held and carries the reaction of the others.
 
-    It starts stretched by about what will come, since a slack film has no stiffness across itself.
+    The initial guess is stretched by about the final strain, since a slack film has no transverse stiffness.
     """
     ends = film.ends
     drawn = np.concatenate([ends, ends + 1, ends + 2])
     others = np.setdiff1d(held, drawn)
-    anchor = ends[0] + np.arange(3)  # its reaction is its own pull, by equilibrium
+    anchor = ends[0] + np.arange(3)  # its reaction equals its pull, by equilibrium
     strain = mean_strain(case)
     forces = np.zeros(len(film.mesh.coordinates))
     for end, outward in zip(ends[1:], film.outwards[1:], strict=True):
@@ -115,7 +115,7 @@ def _pulled(case: Case, film: FilmMesh, held: np.ndarray, pull: float) -> AncfSy
 
 
 def _drawn_out(film: FilmMesh, strain: tuple[float, float]) -> np.ndarray:
-    """The film drawn out evenly, its Green strain a bit above what is said; cables go along with their corners."""
+    """Film stretched uniformly, slightly beyond the given Green strain; cables move with their corners."""
     factor = np.array([1.0 + strain[0], 1.0 + strain[1], 1.0])
     nodes = film.mesh.coordinates.reshape(-1, 9).copy()
     of_film = np.zeros(len(nodes), dtype=bool)

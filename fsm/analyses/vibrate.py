@@ -44,27 +44,27 @@ from fsm.system import System
 __all__ = ["VibrationAnalysis"]
 
 _PER_PERIOD = 10.0
-"""Samples in a period of the highest mode asked for, if the case does not say."""
+"""Default number of samples in a period of the highest requested mode."""
 _SLACKEST = 0.5
-"""Part of the film that may be slack."""
+"""Largest part of the film that may be slack."""
 _RELEASED = 1e-3
-"""Largest stress over that of the tension asked for, below which the supports have let the film go."""
+"""Largest stress over that of the requested tension, below which the supports have released the film."""
 _GOOD = 0.02
-"""Error of the reduced model against the full one up to which it is taken."""
+"""Largest error of the reduced model against the full one for its use."""
 _STEPS = 40.0
-"""Steps of the full model in the pulse, or in a period of the lowest mode if that is shorter."""
+"""Number of steps of the full model in the pulse, or in a period of the lowest mode if shorter."""
 _RECORDS = 200
-"""Whole states that are kept, if the case does not say."""
+"""Default number of records."""
 
 
 class VibrationAnalysis(OneStep):
-    """A film, compiled; see `Analysis`.
+    """Compiled film; see `Analysis`.
 
     Parameters
     ----------
     case : Case
-    source : file that faults are told of
-    deployed : film that the stage before left, in place of the case's own
+    source : name of the file in messages
+    deployed : film of the first stage, instead of that of the case
     """
 
     kernels = ("film",)
@@ -78,16 +78,16 @@ class VibrationAnalysis(OneStep):
 
     @property
     def system(self) -> System:
-        """See `Analysis`; there once it is ready."""
+        """See `Analysis`; available after `make_ready`."""
         return self._system
 
     def make_ready(self, warnings: list[str]) -> None:
-        """Stretch the film, hold it, find its modes.
+        """Tension the film, set its supports, and compute its modes.
 
         Raises
         ------
         CaseError
-            The film is slack, or would wrinkle.
+            The film is slack, or unstable to wrinkles.
         """
         loading = self._loading(self.film)
         if self.deployed is None and not self._plain_by_choice(loading):
@@ -113,12 +113,12 @@ class VibrationAnalysis(OneStep):
         solve = self.case.solve
         if solve.method != "auto":
             return solve.method, self.reason
-        # two points a step do not see where along it a stiff cable becomes slack: the energy was 13 % off
+        # two quadrature points per step miss where a stiff cable becomes slack: the energy error was 13 %
         limp = self._system.tension_field and any(isinstance(cable, EdgeCable) for cable in self.case.cable)
         return (MEAN_FORCE if solve.rho_inf is None and not limp else GENERALIZED_ALPHA), self.reason
 
     def _plain_by_choice(self, loading: Loading) -> bool:
-        """Choose between plain film and tension field where the case says "auto"; True if the plain film is then at rest."""
+        """Choose between plain film and tension field for "auto"; True if the plain film is then at rest."""
         tension = self.case.tension
         if tension is None or tension.film != "auto":
             return False
@@ -133,22 +133,22 @@ class VibrationAnalysis(OneStep):
             if taut and not natural_modes(system, q, 1).unstable.any():
                 self.case, self._system = plain, system
                 return True
-        except NotConverged:  # the flat film buckles on its way
+        except NotConverged:  # the flat film buckles while it is tensioned
             pass
         self.case, self.film = limp, build_film(limp)
         self.points = {name: self.film.point(*place) for name, place in self._places().items()}
         return False
 
     def _choose_model(self, warnings: list[str]) -> None:
-        """The reduced model, if it is asked for or good enough; it says its error against the full one."""
+        """Select the reduced model if it is requested or accurate enough, and report its error."""
         wanted = self.vibration.model
         self.model: ReducedModel | None = None
         self.error: ModelError | None = None
-        self.reason = "asked for"
+        self.reason = "requested"
         impact = self.case.impact
         if impact is None or self.case.solve.method != "auto" or wanted == "full":
             return
-        if np.any(self.modes.squared <= 0.0):  # to round-off: a slack part that nothing holds
+        if np.any(self.modes.squared <= 0.0):  # zero but for round-off: a slack part without support
             self.reason = "a mode has no stiffness, and no reduced model"
             if wanted == "reduced":
                 warnings.append(f'reduced model: {self.reason}; solved with vibration.model = "full"')
@@ -172,14 +172,14 @@ class VibrationAnalysis(OneStep):
         return self._first_step() if self._stated is None else self._stated.step
 
     def _first_step(self) -> float:
-        """As asked for, or a 40th of the pulse, or of the period of the lowest mode if shorter."""
+        """Step of the case, or a 40th of the pulse, or of the period of the lowest mode if shorter."""
         if self.case.solve.step is not None:
             return self.case.solve.step
         period = 1.0 / max(float(np.abs(self.modes.frequencies).min()), 1.0 / self.vibration.duration)
         return min(period, self._pulse_end() or period) / _STEPS
 
     def settings(self, method: str) -> Settings | PathSettings:
-        """See `Analysis`; without an impact nothing moves, and nothing is solved."""
+        """See `Analysis`; without an impact there is no motion to solve."""
         return self._settings(method, self._step())
 
     def _settings(self, method: str, fixed: float) -> Settings:
@@ -193,14 +193,14 @@ class VibrationAnalysis(OneStep):
         return settings if solve.rho_inf is None else replace(settings, rho_inf=solve.rho_inf)
 
     def record_times(self, end: float) -> list[float]:
-        """See `Analysis`; if the case does not say, at most 200 of the samples, evenly."""
+        """See `Analysis`; by default at most 200 of the samples, evenly spaced."""
         if self.case.save.interval is not None or not end:
             return save_times(self.case.save, None, end)
         samples = self.sample_times(end)
         return [*samples[:: max(1, math.ceil(len(samples) / _RECORDS))], end]
 
     def sample_times(self, end: float) -> list[float]:
-        """Evenly, as often as the case says, or so that the highest mode asked for is seen; fixed steps are not cut."""
+        """Even times, from the case or by the highest requested mode; fixed steps are not shortened."""
         if not end:
             return [0.0]
         step = self.vibration.sampling
@@ -226,11 +226,11 @@ class VibrationAnalysis(OneStep):
         return np.array(moved)
 
     def unstable_ways(self, system: System, t: float, q: np.ndarray) -> int:
-        """None: a vibration passes no equilibria; that which it is about is stable."""
+        """See `Analysis`: 0, since a vibration is about a stable equilibrium."""
         return 0
 
     def own_solver(self) -> Solver | None:
-        """The reduced model's, where that is taken and something moves."""
+        """Solver of the reduced model, if it is used and there is an impact."""
         return None if self.model is None else ReducedSolve(self._system, self.model).go
 
     def array_motion(self, solution: Solution, warnings: list[str], watch: Watch | None = None) -> ArrayMotion | None:
@@ -264,7 +264,7 @@ class VibrationAnalysis(OneStep):
         }
 
     def warnings(self, solution: Solution, summary: dict[str, Any]) -> list[str]:
-        """Frequency and decay out of a history that does not tell them; a coarse mesh."""
+        """Warnings on an uncertain frequency or decay, on the step, and on a coarse mesh."""
         found = frequency_warnings(solution.samples.time, summary)
         found += [] if self._stated is None else self._stated.warnings()
         if self.mesh_error is not None:
@@ -275,7 +275,7 @@ class VibrationAnalysis(OneStep):
     # inside -----------------------------------------------------------------------------------------------------------
 
     def _wrinkled(self) -> bool:
-        """Whether a part of the film carries no compression, or has its wrinkles computed, and is not taut."""
+        """Whether a part of the film is not taut, as a tension field or with resolved wrinkles."""
         return self.case.tension is not None and self.case.tension.film != "plain" and self.state.taut < 1.0
 
     def _finer_mesh(self) -> str:
@@ -285,7 +285,7 @@ class VibrationAnalysis(OneStep):
         return "give a finer membrane.mesh"
 
     def _places(self) -> dict[str, tuple[float, float]]:
-        """Probes by name; the center and the first patch, if the case has none of that name."""
+        """Probes by name, with the centre and the first patch unless the case has probes with these names."""
         places = {"center": (0.0, 0.0)}
         if self.film.patches:
             first = self.film.patches[0]
@@ -293,7 +293,7 @@ class VibrationAnalysis(OneStep):
         return places | self.vibration.probes
 
     def _mesh_error(self) -> MeshError | None:
-        """Error of the mesh, by another one; None if there is none that differs enough, or it finds no equilibrium."""
+        """Error due to the mesh, by a comparison mesh; None if no mesh differs enough, or without an equilibrium."""
         if self._system.fixed.all():
             return None
         try:
@@ -313,7 +313,7 @@ class VibrationAnalysis(OneStep):
         return mesh_error(own, other, order, self.vibration.modes, duration, step)
 
     def _on_other_mesh(self) -> tuple[FilmMesh, AncfSystem] | None:
-        """The film on another mesh, and its system at rest."""
+        """Film on the comparison mesh, and its system at rest."""
         if self.deployed is not None:
             finer = self.deployed.finer
             return None if finer is None else (finer.film, as_deployed(self.case, finer, self._loading(finer.film)))
@@ -324,13 +324,13 @@ class VibrationAnalysis(OneStep):
         return film, stretched(case, film, self._loading(film))
 
     def _elements(self, film: FilmMesh) -> float:
-        """Elements across a deployed strip; of another film, the mean of both directions."""
+        """Number of elements across a deployed strip; of another film, the mean of both directions."""
         along, across = film.cells.shape
         return math.sqrt(along * across) if self.deployed is None else across
 
     @cached_property
     def _stated(self) -> StatedErrors | None:
-        """Step of the full model, halved once where its error is large and the case does not say it, and its errors."""
+        """Step of the full model and its errors; a default step is halved once if its error is large."""
         impact = self.case.impact
         method = self.method()[0]
         if self.model is not None or impact is None or method not in (GENERALIZED_ALPHA, NEWMARK, MEAN_FORCE):
@@ -345,12 +345,12 @@ class VibrationAnalysis(OneStep):
         return stated_errors(self._system, spread, settings, self.probes, halved)
 
     def _deflection(self, film: FilmMesh) -> Callable[[np.ndarray], float]:
-        """Normal displacement of the center on a mesh, up to a constant, at a configuration."""
+        """Function of a configuration: normal displacement of the centre on a mesh, up to a constant."""
         point, normal = film.point(*self._places()["center"]), self.axes["center"][2]
         return lambda q: float(normal @ point.position(q))
 
     def _loading(self, film: FilmMesh, sides: tuple[float, float] | None = None) -> Loading:
-        """What acts; the force of the impact spread as the case says, or over a rectangle with these sides (m)."""
+        """Loading, with the impact force spread as in the case, or over a rectangle with these sides (m)."""
         forcings: tuple[Forcing, ...] = ()
         impact = self.case.impact
         if impact is not None:
@@ -368,20 +368,20 @@ class VibrationAnalysis(OneStep):
     def _refuse_all_held(self) -> None:
         if self._system.fixed.all():
             place = "membrane.mesh" if self.deployed is None else "deployed"
-            raise CaseError([Fault(place, "everything is held, and nothing can vibrate; refine the mesh")], self.source)
+            raise CaseError([Fault(place, "all coordinates are held: nothing can vibrate; refine the mesh")], self.source)
 
     def _refuse_unstable(self, found: Modes) -> None:
         if not found.unstable.any():
             return
         lowest = float(found.frequencies[0])
         text = (
-            f"the tensioned film is not stable but would wrinkle ({int(found.unstable.sum())} modes grow, the fastest at "
+            f"the tensioned film is unstable and would wrinkle ({int(found.unstable.sum())} modes grow, the fastest at "
             f"{2 * math.pi * abs(lowest):.3g} 1/s)"
         )
         hint = {
             "plain": 'take film = "tension-field" (or "auto"), which carries no compression, or "wrinkles"',
             "wrinkles": "these wrinkles are not resolved; refine the mesh",
-            "tension-field": "refine the mesh, or pull harder",
+            "tension-field": "refine the mesh, or increase the tension",
         }
         if self.case.tension is None:
             raise CaseError([Fault("deployed", f"{text}; give more elements_across")], self.source)
@@ -389,7 +389,7 @@ class VibrationAnalysis(OneStep):
 
     def _refuse_slack(self, state: TensionState) -> None:
         if state.slack > _SLACKEST or not state.largest > 0.0:
-            text = f"the film is slack: {100 * state.slack:.0f} % of it carries no tension; pull harder"
+            text = f"the film is slack: {100 * state.slack:.0f} % of it carries no tension; increase the tension"
             raise CaseError([Fault("tension" if self.deployed is None else "drive", text)], self.source)
         material = self.case.material
         if self.deployed is not None or material is None:
@@ -398,7 +398,7 @@ class VibrationAnalysis(OneStep):
         if state.largest < _RELEASED * asked:
             text = (
                 f"the film goes slack once it is held by the supports: its largest stress is {state.largest:.3g} Pa, that "
-                f"of the tension about {asked:.3g} Pa; hold what the tension draws at in x and y too (fixed)"
+                f"of the tension about {asked:.3g} Pa; hold the pulled points in x and y too (fixed)"
             )
             raise CaseError([Fault("support", text)], self.source)
 
@@ -436,7 +436,7 @@ def _mean_direction(stress: FilmStress) -> np.ndarray:
 
 
 def _pulse(impact: Impact) -> tuple[float, TimeFunction]:
-    """Force (N) and the function of time that it is multiplied by."""
+    """Force (N), and its factor as a function of time."""
     if isinstance(impact, Measured):
         return 1.0, Samples(impact.time, impact.force)
     if isinstance(impact, HalfSinePulse):

@@ -81,7 +81,7 @@ def test_the_stated_error_is_that_against_a_fine_mesh(tmp_path: Path, overrides:
 def test_a_coarse_mesh_is_warned_of(tmp_path: Path) -> None:
     coarse, fine = (summary(tmp_path, f"membrane.mesh={mesh}", "patch=none") for mesh in ("[2, 2]", "[10, 10]"))
     found = [[text for text in made["warnings"] if "mesh of the film is coarse" in text] for made in (coarse, fine)]
-    assert len(found[0]) == 1 and "natural frequencies off by" in found[0][0] and "finer membrane.mesh" in found[0][0]
+    assert len(found[0]) == 1 and "natural frequencies: error about" in found[0][0] and "finer membrane.mesh" in found[0][0]
     assert not found[1]
 
 

@@ -117,7 +117,7 @@ def test_creases_beyond_their_data_are_told_with_how_far(tmp_path: Path) -> None
     assert degrees(opened) == pytest.approx(openings(solution, 1).max() - 5.0, rel=0.01)
     assert closed.startswith("crease 3 closed beyond the measured angles, which begin at -3 deg, by ")
     assert degrees(closed) == pytest.approx(-3.0 - openings(solution, 3).min(), rel=0.01)
-    assert "extrapolated straight there; measure it farther" in opened
+    assert "extrapolated linearly there; extend the test" in opened
 
 
 def test_half_segments_have_their_share_of_how_far(tmp_path: Path) -> None:
