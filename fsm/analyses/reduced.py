@@ -150,25 +150,26 @@ def error_against_full(
 
 
 def stretch_left_out(system: AncfSystem, model: ReducedModel, duration: float) -> float | None:
-    """Error of the model's restoring force at its largest displacement: what the pulse is too short to show.
+    """Error of the model's restoring force at its largest displacement, which may occur after the pulse.
 
-    None where x2 (below) would raise the energy, which what is pulled along never does: far from rest, or where parts of a
-    tension field wrinkle or slacken, which give way in their plane without end. Nothing is of second order there.
-
-    The film is displaced by the modes, x = Phi a, and by what they pull along at once, x2 = -K^-1 f2(x, x) without its
-    part in the modes; what the forces of the model and of the film differ by, as static deflections in the modes, over
-    the larger one. So a film too stiff for its modes by any factor is off by the whole, not by that factor:
+    The film is displaced by the modes, x = Phi a, and by the quasi-static response of the other coordinates,
+    x2 = -K^-1 f2(x, x) without its part in the modes. The error is the difference between the forces of the model and of the
+    film, as static deflections in the modes, over the larger one. For a film far stiffer than the model it is about 1:
 
         |m - f|/max(|m|, |f|),    m = a + (T a a + C a a a)/omega^2,    f = -Phi.(h(x + x2) - h(0))/omega^2
 
-    Modes of a linear model that are far faster than the motion, those within the film above all, do follow it in the film.
-    To hold them where the model has them would stretch it, and told two to three times the error of the motion where
-    there are many of them. There x2 leaves out the part in slower modes only.
+    The result is None if x2 would raise the energy. This occurs far from rest, or where parts of a tension field wrinkle or
+    become slack and have no stiffness in their plane; the expansion to second order is invalid there.
+
+    In the film, modes that are far faster than the motion respond quasi-statically, mainly those in its plane. A linear
+    model does not include this response. For such modes x2 therefore keeps its part; otherwise the error would be two to
+    three times too large.
 
     Parameters
     ----------
     duration : s
-        Looked at up to a period of the lowest mode after the last pulse.
+        Duration of the vibration; the largest displacement is searched up to one period of the lowest mode after the
+        last pulse.
     """
     period = 2.0 * math.pi / math.sqrt(float(model.squared.min()))
     end = min(duration, max(system.break_times(), default=0.0) + period)
@@ -201,7 +202,7 @@ def stretch_left_out(system: AncfSystem, model: ReducedModel, duration: float) -
 
 
 def _step(system: AncfSystem, model: ReducedModel, end: float) -> float:
-    """Step (s) of the model's motion: a part of the shortest period and of every pulse."""
+    """Step (s) of the model's motion: a part of the shortest period and of each pulse."""
     highest = math.sqrt(float(model.squared.max())) / (2.0 * math.pi)
     pulses = [t for t in system.break_times() if 0.0 < t <= end]
     return min([1.0 / (_PER_PERIOD * highest), end / 100.0, *(t / 50.0 for t in pulses)])
@@ -209,12 +210,12 @@ def _step(system: AncfSystem, model: ReducedModel, end: float) -> float:
 
 @dataclass(frozen=True)
 class ReducedSolve:
-    """The solve of a film in its modes.
+    """Solution of a film in its modes.
 
     Attributes
     ----------
     system : AncfSystem
-        At rest at the start.
+        System at rest.
     model : ReducedModel
     """
 
@@ -229,14 +230,14 @@ class ReducedSolve:
         on_step: Callable[[StepEnd], None],
         ledger: Ledger,
     ) -> Statistics:
-        """Solve up to `end` (s) and hand over the states at the times that are wanted.
+        """Solve up to `end` (s) and report states at the requested times.
 
-        Energies are those of the model: of its modes, and of the rest that they are about.
+        Energies are those of the model: of its modes, and of the rest state.
 
         Raises
         ------
         NotConverged
-            The motion left the range in which terms of the third degree mean anything.
+            The motion left the range of the cubic terms.
         """
         begun = time.perf_counter()
         response = self.model.respond(end, _step(self.system, self.model, end), self.system.loading.forcings)
@@ -244,7 +245,7 @@ class ReducedSolve:
         if not np.all(np.isfinite(size)):
             at = float(response.time[int(np.argmin(np.isfinite(size)))])
             raise NotConverged(
-                f"at t = {at:.6g} s: the reduced model left the range of its cubic terms; strike more softly, or take "
+                f"at t = {at:.6g} s: the reduced model left the range of its cubic terms; reduce impact.force, or use "
                 'vibration.stretch = false or model = "full"'
             )
         histories = _energies(self.system, self.model, response)
@@ -278,7 +279,7 @@ class ReducedSolve:
 
 
 def _energies(system: AncfSystem, model: ReducedModel, response: Response) -> tuple[np.ndarray, ...]:
-    """Error of the balance, energy above that at rest, kinetic energy, energy dissipated and work done, (n,), J."""
+    """Energy balance residual, energy above that at rest, kinetic energy, dissipated energy and work, (n,), J."""
     kinetic = 0.5 * np.sum(response.rate**2, axis=1)
     linear = kinetic + 0.5 * np.sum(model.squared * response.amplitude**2, axis=1)
     stored = model.energy(response) if model.cubic.size else linear

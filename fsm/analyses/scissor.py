@@ -75,7 +75,7 @@ class ScissorArray(OneStep):
         return ("rigid bars",) if self.scissor.rigid else ("bars", "rigid bars")
 
     def make_ready(self, warnings: list[str]) -> None:
-        """See `Analysis`: nothing."""
+        """See `Analysis`; no preparation is necessary."""
 
     def method(self) -> tuple[str, str]:
         """Radau for rigid bars with stiff hinges, else generalized-alpha."""

@@ -1,7 +1,7 @@
 """Error of the drive force of a strip that its segments cause, from the energy that they do not resolve.
 
-A joint measures the difference of the mean angles of its two segments. The mean curvature k that follows is smooth over two
-segments, so the energy EI (dk)^2 l/12 of each change dk from joint to joint is left out. Segments are straight: an arc is
+The deformation of a joint is the difference of the mean angles of its two segments. Its curvature k is an average over two
+segments, so the energy EI (dk)^2 l/12 of each change dk from joint to joint is neglected. Segments are straight: an arc is
 shorter along its chord by k^2 l^3/24, and the normal force N does the work N k^2 l^3/24. At a crease the curvature is
 continued geometrically, as it decays beside the crease of a taut panel.
 

@@ -1,4 +1,4 @@
-"""Offers of channels: what a model can record, and how it is evaluated at a saved state.
+"""Offers of channels: quantities that a model can record, and their functions of a saved state.
 
 An offer function takes a `Model` and yields an `Offer` for each channel. The decorator `offers` registers it. All modules of
 this folder are imported, so a new channel is one file here, or one in the file of a user (docs/extend/channel.md).

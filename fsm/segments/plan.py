@@ -1,7 +1,7 @@
 """Steps of a deployment, from `[[step]]` or from the other keys of the case.
 
 A case without `[[step]]` is expanded: a strip that starts in equilibrium has a step "start" (relax), `release.hold_time` a
-step "hold" in which nothing moves, and the motion is the step "deploy". A run consists of such steps only.
+step "hold" at rest, and the motion is the step "deploy". A run consists of such steps only.
 """
 
 from __future__ import annotations
@@ -44,13 +44,13 @@ class PlannedStep:
     ----------
     name, kind : see `fsm.scene.steps.Step`
     start, end : s
-    method, reason : method of the solver, and why
+    method, reason : method of the solver, and the reason
     solve, save : settings of this step
     acting : for every target of a drive, whether it is driven in this step
     loads : loads with functions of the time of the whole run
     held : names of the bodies that do not move
     still : bool
-        Whether nothing can move.
+        Whether no body can move.
     contact : whether contacts act
     modes : int
     described : texts on changes at the start of this step, for `fsm check`
@@ -117,7 +117,7 @@ def _short(case: Case, scene: Scene) -> Plan:
             raise CaseError(Fault("solve.end_time", text))
         end = max(program.end_time for program in programs) * (1.0 + HOLD if case.stages else 1.0)
     chosen = case.solve.method
-    method, reason = automatic_method(scene, bool(case.stages)) if chosen == "auto" else (chosen, "asked for")
+    method, reason = automatic_method(scene, bool(case.stages)) if chosen == "auto" else (chosen, "requested")
     held = frozenset(body.name for body in scene.bodies if body.held)
     kind: Kind = "static" if method in ("static", "arc-length") else "dynamic"
     release = 0.0 if case.release is None else case.release.hold_time
@@ -235,10 +235,10 @@ class _Planner:
         if step.kind in ("relax", "modes"):
             return step.kind, ""
         if step.kind == "static":
-            return (solve.method, "asked for") if solve.method in paths else ("static", "the step is static")
+            return (solve.method, "requested") if solve.method in paths else ("static", "the step is static")
         if solve.method == "auto" or solve.method in paths:
             return dynamic_method(self.scene), "the step is dynamic"
-        return solve.method, "asked for"
+        return solve.method, "requested"
 
     # bodies ---------------------------------------------------------------------------------------------------------
 
