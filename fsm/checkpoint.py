@@ -115,8 +115,8 @@ def check_point(
     for name, shape in shapes.items():
         if arrays[name].shape != shape or not np.all(np.isfinite(arrays[name])):
             raise ValueError(f"{name} is not finite, or its shape is not {shape}")
-    if min(int(attributes[name]) for name in ("steps", "records", "samples")) < 0:
-        raise ValueError("steps, records or samples are negative")
+    if min(int(attributes[name]) for name in ("steps", "records", "samples", "step")) < 0:
+        raise ValueError("steps, records, samples or step are negative")
     if not all(isinstance(text, str) for text in attributes["warnings"]):
         raise ValueError("a warning is not a string")
 
