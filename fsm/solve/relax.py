@@ -3,8 +3,8 @@
     (K + mu M) dx = h(t, q),   mu >= 0
 
 is Newton's step at mu = 0 and a short descent step at large mu: an implicit step of an overdamped motion. mu is
-raised until the matrix has no negative pivot and the energy decreases by at least a tenth of the quadratic model, and
-lowered where it decreases as predicted, so the last steps are Newton's (pseudo-transient continuation: Kelley and Keyes,
+raised until the matrix has no negative pivot and the energy decreases by at least a tenth of the quadratic model. It is
+lowered where it decreases as predicted, so the last steps are Newton's (pseudo-transient continuation: Kelley, Keyes,
 SIAM J. Numer. Anal. 35, 1998, 508). The mass as weight leaves the stiff motions of a structure almost as they are and
 holds back the soft ones, which buckle.
 
