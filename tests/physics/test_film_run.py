@@ -212,7 +212,7 @@ def test_auto_compares_no_motion_where_the_force_is_off(tmp_path: Path, monkeypa
     made = VibrationAnalysis(loaded.case, str(case))
     made.make_ready([])
     assert made.model is None
-    assert made.method()[1].endswith("so its motion was not compared with that of the full model")
+    assert made.method()[1].endswith("its motion was therefore not compared with the full model")
 
 
 def test_the_force_of_the_cubic_model_is_the_film_s(tmp_path: Path) -> None:
