@@ -34,8 +34,10 @@ autosummary_generate = True
 autodoc_typehints = "description"
 autodoc_typehints_description_target = "documented"
 autodoc_member_order = "bysource"
-# fields of named tuples (`Stage`, `Peak`) are told in their docstrings; as targets they would be ambiguous
-autodoc_default_options = {"members": True, "show-inheritance": True, "exclude-members": "model_config, travel, force"}
+# fields of named tuples (`Stage`, `Peak`, `Dim`, `Settled`) are told in their docstrings; as targets they would be ambiguous
+autodoc_default_options = {
+    "members": True, "show-inheritance": True, "exclude-members": "model_config, travel, force, name, q"
+}  # fmt: skip
 autodoc_mock_imports: list[str] = []
 napoleon_google_docstring = False
 napoleon_numpy_docstring = True
@@ -47,3 +49,16 @@ python_use_unqualified_type_names = True
 # the gallery is made of the last run of `make validate`
 write_gallery(HERE.parent / os.environ.get("FSM_CHECKS", "out/validation/checks.json"), HERE / "generated")
 (HERE / "generated" / "extra").mkdir(parents=True, exist_ok=True)
+
+
+def _skip_members_of_others(app, what, name, member, skip, options):  # type: ignore[no-untyped-def]
+    """Leave out what a module exports from another one, which describes it: two targets of one name are ambiguous."""
+    home, here = getattr(member, "__module__", None), app.env.current_document.autodoc_module
+    if what == "module" and here and str(home).startswith("fsm.") and home != here:
+        return True
+    return None
+
+
+def setup(app):  # type: ignore[no-untyped-def]
+    """Connect the rule to autodoc."""
+    app.connect("autodoc-skip-member", _skip_members_of_others)
