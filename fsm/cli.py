@@ -129,7 +129,7 @@ def _version(ctx: click.Context, parameter: click.Parameter, value: bool) -> Non
 )
 @debug_option
 def cli() -> None:
-    """Deployment of folded strips, creased sheets and scissor arrays, and vibration of tensioned films."""
+    """Deployment of folded strips, lattices and scissor arrays; vibration of films; scenes of bodies, films and cables."""
 
 
 @cli.command()

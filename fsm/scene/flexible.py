@@ -52,7 +52,21 @@ class SceneFilm(Model):
     held: tuple[Edge, ...] = ()
 
 
-class SceneCable(Model):
+class _Line(Model):
+    """Keys of cables and beams alike; `SceneCable` and `SceneBeam` describe them."""
+
+    name: Name
+    start: Position
+    end: Position
+    young: Annotated[Stress, Field(gt=0)]
+    density: Annotated[Density, Field(gt=0)]
+    elements: Elements = 8
+    strain: Annotated[Number, Field(gt=-1)] = 0.0
+    viscosity: Annotated[Time, Field(ge=0)] = 0.0
+    held: tuple[Literal["start", "end"], ...] = ()
+
+
+class SceneCable(_Line):
     """Straight cable of ANCF elements with a round section; it bends and stretches, and has no torsion.
 
     Attributes
@@ -69,16 +83,7 @@ class SceneCable(Model):
     held : ends that do not move
     """
 
-    name: Name
-    start: Position
-    end: Position
     diameter: Annotated[Length, Field(gt=0)]
-    young: Annotated[Stress, Field(gt=0)]
-    density: Annotated[Density, Field(gt=0)]
-    elements: Elements = 8
-    strain: Annotated[Number, Field(gt=-1)] = 0.0
-    viscosity: Annotated[Time, Field(ge=0)] = 0.0
-    held: tuple[Literal["start", "end"], ...] = ()
 
     @model_validator(mode="after")
     def _long(self) -> Self:
@@ -87,7 +92,7 @@ class SceneCable(Model):
         return self
 
 
-class SceneBeam(Model):
+class SceneBeam(_Line):
     """Straight beam of ANCF elements with a rectangular section; it bends in the x-z plane and stretches.
 
     The beam has no shear strain (Euler and Bernoulli). It does not move along y, and does not rotate about other axes: its
@@ -108,17 +113,8 @@ class SceneBeam(Model):
     held : ends whose position does not move; the beam is free to rotate there
     """
 
-    name: Name
-    start: Position
-    end: Position
     width: Annotated[Length, Field(gt=0)]
     thickness: Annotated[Length, Field(gt=0)]
-    young: Annotated[Stress, Field(gt=0)]
-    density: Annotated[Density, Field(gt=0)]
-    elements: Elements = 8
-    strain: Annotated[Number, Field(gt=-1)] = 0.0
-    viscosity: Annotated[Time, Field(ge=0)] = 0.0
-    held: tuple[Literal["start", "end"], ...] = ()
 
     @model_validator(mode="after")
     def _in_plane(self) -> Self:

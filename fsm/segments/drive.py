@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -126,26 +127,26 @@ class RunUp:
         return high * self.run_up_time
 
 
-class _Sampled:
+class _Sampled(ABC):
     """Distance gone and largest speed of a program, from samples over its time."""
 
     @property
+    @abstractmethod
     def begin(self) -> float:
         """Time at which the motion begins, s."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def end_time(self) -> float:
         """See `Program`."""
-        raise NotImplementedError
 
+    @abstractmethod
     def at(self, t: float) -> tuple[float, float, float]:
         """See `Program`."""
-        raise NotImplementedError
 
+    @abstractmethod
     def breaks(self) -> tuple[float, ...]:
         """See `Program`."""
-        raise NotImplementedError
 
     @cached_property
     def _samples(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -90,7 +90,7 @@ def test_what_its_settings_could_not_do_is_not_a_failure(monkeypatch: pytest.Mon
 
 
 def test_what_a_message_advises_is_tried(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Solved at 1e-8 is "asked" if the message at 1e-6 says so; past the failure when its time is up is "cut off"."""
+    """"asked": solved at rtol 1e-8, as the message at 1e-6 advises; "cut off": past the failure when the time is over."""
     drawn = draw(SEED, 0, ("chain",))
     tables = {**drawn.tables, "solve": {"rtol": 1e-3, "method": "BDF"}}
     for first, at_1e6, expected in (
