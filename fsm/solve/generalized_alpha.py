@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from typing import cast
 
 import numpy as np
@@ -19,6 +19,7 @@ from fsm.solve.status import Outcome, StepFailed
 from fsm.stepping import generalized_alpha as stepping
 from fsm.stepping.generalized_alpha import Motion, Rules, take_step
 from fsm.stepping.march import march, march_arrays
+from fsm.stepping.model import ArrayModel
 from fsm.system import ArraySystem, Before, Linearised, System
 
 __all__ = ["RHO_INF", "Coefficients", "GeneralizedAlpha"]
@@ -236,7 +237,6 @@ class GeneralizedAlpha:
         sizes[stepping.CONTRACTION] = sizes[stepping.LAST_ERROR] = 1.0
         counts[stepping.DIVISION] = 1
         self.model = SystemModel(system, q)
-        self._arrays = cast(ArraySystem, system).arrays(self.model.linear.ready) if _has_arrays(type(system)) else None
 
     def step(self, until: float) -> None:
         """Take one step that ends at `until` or before.
@@ -272,6 +272,14 @@ class GeneralizedAlpha:
             self.motion.counts[stepping.TANGENT] = 0
         if outcome != stepping.STEPPED:
             raise self._failure(outcome)
+
+    @cached_property
+    def _arrays(self) -> ArrayModel | None:
+        """Arrays of the system; made at the first use, because their kernels may have to be compiled."""
+        if not _has_arrays(type(self.system)):
+            return None
+        model: ArrayModel | None = cast(ArraySystem, self.system).arrays(self.model.linear.ready)
+        return model
 
     @property
     def marches(self) -> bool:

@@ -18,6 +18,7 @@ from fsm.solve.generalized_alpha import GeneralizedAlpha
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 from fsm.stepping import generalized_alpha as stepping
+from fsm.stepping import march as ledger_of
 from fsm.stepping.march import march
 
 SPLINE = {"law": "spline", "angle": [-1.0, 0.0, 0.7, 1.5, 3.0], "moment": [-3e-4, 0.0, 1e-4, 1.5e-4, 4e-4]}
@@ -91,16 +92,9 @@ def opened(solver: GeneralizedAlpha) -> np.ndarray:
     """Array `balance` of `march` without a bound on the energy error."""
     energy = solver.system.energy(0.0, solver.q, solver.u)
     balance = np.zeros(13)
-    balance[index_of("START")], balance[index_of("POWER")] = energy.stored, energy.input_power
-    balance[index_of("SHORTEST")], balance[index_of("ALLOWED")] = np.inf, np.inf
+    balance[ledger_of.START], balance[ledger_of.POWER] = energy.stored, energy.input_power
+    balance[ledger_of.SHORTEST], balance[ledger_of.ALLOWED] = np.inf, np.inf
     return balance
-
-
-def index_of(name: str) -> int:
-    """Index of a number in the array `balance`."""
-    from fsm.stepping import march as module
-
-    return int(getattr(module, name))
 
 
 @pytest.mark.parametrize("fixed_step", [None, 2e-4], ids=["controlled", "fixed"])
@@ -118,11 +112,11 @@ def test_same_steps(name: str, fixed_step: float | None) -> None:
     scales = python.system.scales()
     assert np.abs((compiled.q - python.q) / scales.configuration).max() < 1e-6
     assert np.abs((compiled.u - python.u) / np.abs(python.u).max()).max() < 1e-6
-    turnover = others[index_of("TURNOVER")]
+    turnover = others[ledger_of.TURNOVER]
     assert turnover > 0.0
     assert np.abs(balance[:9] - others[:9]).max() < 1e-6 * turnover
     if name != "lattice":
-        assert balance[index_of("DISSIPATED")] > 1e-4 * turnover
+        assert balance[ledger_of.DISSIPATED] > 1e-4 * turnover
 
 
 @pytest.mark.parametrize("spatial", [False, True], ids=["plane", "space"])
