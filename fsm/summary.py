@@ -65,7 +65,7 @@ def summary_of(
     if ledger.relative_error > max(1e-3, round_off.part):
         residual = f"energy balance residual: {ledger.relative_error:.2g} of the energy turned over, above 0.001"
         found.append(f"{residual}; {_remedy(analysis, statistics.method)}")
-    told = [event for event in events if not _vibrates(event, solution)]
+    told = [event for event in events if event.kind != "vibration"]
     found += [_event_text(event) for event in told[:_LISTED_EVENTS]]
     if len(told) > _LISTED_EVENTS:
         more = len(told) - _LISTED_EVENTS
@@ -93,8 +93,8 @@ def joined(deployment: dict[str, Any], vibration: dict[str, Any]) -> dict[str, A
 def unstable_passages(solution: Solution, events: Sequence[Event]) -> list[Event]:
     """Events for unstable records that no event of the solve covers, one event for each run of successive records.
 
-    An event lasts from the last stable record before to the first stable record after. A run that is dynamic throughout
-    has no events from its solver.
+    An event lasts from the last stable record before to the first stable record after. It is a "vibration" if the drive
+    stands still meanwhile. A run that is dynamic throughout has no events from its solver.
     """
     time, unstable = solution.time, solution.negative_pivots > 0
     for event in events:
@@ -104,15 +104,9 @@ def unstable_passages(solution: Solution, events: Sequence[Event]) -> list[Event
     travel, force = ((values[:, 0] if driven else np.zeros(len(time))) for values in (solution.travel, solution.force))
     found = []
     for begin, end in zip(np.maximum(edges[::2] - 1, 0), np.minimum(edges[1::2], len(time) - 1), strict=True):
-        ends = (float(values[k]) for values in (time, travel, force) for k in (begin, end))
-        found.append(Event("unstable", *ends))
+        ends = [float(values[k]) for values in (time, travel, force) for k in (begin, end)]
+        found.append(Event("vibration" if driven and travel[begin] == travel[end] else "unstable", *ends))
     return found
-
-
-def _vibrates(event: Event, solution: Solution) -> bool:
-    """Whether an event is a passage of unstable states while the drives stand still: a vibration, and no snap."""
-    driven = solution.travel.shape[1] > 0
-    return driven and event.kind == "unstable" and event.end_travel == event.travel
 
 
 def _where(event: Event) -> str:

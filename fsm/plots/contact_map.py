@@ -98,7 +98,9 @@ def _mark_events(ax: Axes, events: Sequence[dict[str, Any]]) -> list[Line2D]:
     """Mark snaps and bifurcations by lines across all rows with markers on top; return the legend entries."""
     handles: dict[str, Line2D] = {}
     for event in events:
-        marker, label = EVENTS.get(event["kind"], ("o", event["kind"]))
+        if event["kind"] not in EVENTS:
+            continue
+        marker, label = EVENTS[event["kind"]]
         style: dict[str, Any] = {"color": COLOURS[3], "marker": marker, "markersize": 5, "linestyle": "none"}
         at = 1e3 * event["travel"]
         ax.axvline(at, color=COLOURS[3], linestyle=":", linewidth=1.0, zorder=3)

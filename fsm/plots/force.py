@@ -143,7 +143,7 @@ def _mark_events(ax: Axes, events: Sequence[dict[str, Any]]) -> list[Line2D]:
     """Mark snaps and bifurcations on the curve; return the legend entries."""
     handles: list[Line2D] = []
     for marker, label in dict.fromkeys(EVENTS.values()):
-        at = [event for event in events if EVENTS[event["kind"]] == (marker, label)]
+        at = [event for event in events if EVENTS.get(event["kind"]) == (marker, label)]
         if not at:
             continue
         travel, force = [1e3 * event["travel"] for event in at], [event["force"] for event in at]

@@ -20,7 +20,7 @@ EVENTS = {
     "release": ("s", "release"),
     "bifurcation": ("D", "bifurcation"),
 }
-"""Marker and name of every kind of event."""
+"""Marker and name of every kind of event that figures mark; a "vibration" is not marked."""
 
 
 def summary_with_stages(solution: Solution) -> dict[str, Any]:

@@ -62,9 +62,9 @@ class Event:
 
     Attributes
     ----------
-    kind : "bifurcation", "snap", "damped snap", "motion", "release" or "unstable"
+    kind : "bifurcation", "snap", "damped snap", "motion", "release", "unstable" or "vibration"
         Change to a stable branch; snap, solved with inertia; snap that dampers slow; phase in which inertia is not
-        negligible; start that is no equilibrium; unstable states in a run solved with inertia throughout.
+        negligible; start that is no equilibrium; unstable states in a motion, and the same while the drive stands still.
     time, end_time : s
     travel, end_travel : m, of the first drive; 0 without one
     force, end_force : N, of the first drive

@@ -30,7 +30,7 @@ def test_film_pulled_by_a_strip_and_struck_keeps_its_energy(tmp_path: Path) -> N
     summary, solution = run("film_on_strip", tmp_path, *quick, moved)
     assert [step["method"] for step in summary["step"]] == ["relax", "static", "mean-force"]
     assert summary["energy_error"] < BALANCED
-    assert any(event["kind"] == "unstable" for event in summary["events"])  # of the film that vibrates
+    assert any(event["kind"] == "vibration" for event in summary["events"])  # of the film that vibrates
     assert not any("snap" in warning for warning in summary["warnings"])
     pull, strike = (solution.step == number for number in (2, 3))
     assert solution.travel[-1, 0] == pytest.approx(0.015)

@@ -215,7 +215,7 @@ def test_events_are_described() -> None:
     names = {field.name for field in fields(Event)}
     assert names <= set(re.findall(r"\w+", meaning))
     kinds = re.findall(r'"([\w ]+)"', str(Event.__doc__))
-    assert len(kinds) == 6
+    assert len(kinds) == 7
     assert kinds == re.findall(r'"([\w ]+)"', meaning)
 
 
