@@ -66,10 +66,11 @@ def summary_of(
         residual = f"energy balance residual: {ledger.relative_error:.2g} of the energy turned over, above 0.001"
         found.append(f"{residual}; {_remedy(analysis, statistics.method)}")
     told = [event for event in events if event.kind != "vibration"]
-    found += [_event_text(event) for event in told[:_LISTED_EVENTS]]
+    turns = solution.travel.shape[1] > 0 and solution.layout.turns()
+    found += [_event_text(event, turns) for event in told[:_LISTED_EVENTS]]
     if len(told) > _LISTED_EVENTS:
         more = len(told) - _LISTED_EVENTS
-        found.append(f"{more} more events until {_where(told[-1])}; `events` in summary.json lists all")
+        found.append(f"{more} more events until {_where(told[-1], turns)}; `events` in summary.json lists all")
     summary["warnings"] = [*warnings, *found, *analysis.warnings(solution, summary)]
     return summary
 
@@ -109,19 +110,22 @@ def unstable_passages(solution: Solution, events: Sequence[Event]) -> list[Event
     return found
 
 
-def _where(event: Event) -> str:
-    return f"{1e3 * event.travel:.4g} mm of travel" if event.travel else f"{event.time:.4g} s"
+def _where(event: Event, turns: bool) -> str:
+    of = "mrad of turn" if turns else "mm of travel"
+    return f"{1e3 * event.travel:.4g} {of}" if event.travel else f"{event.time:.4g} s"
 
 
-def _event_text(event: Event) -> str:
-    """Warning about an event."""
-    where = f"at {_where(event)}"
+def _event_text(event: Event, turns: bool) -> str:
+    """Warning about an event; the first drive turns a body, or moves a point."""
+    where = f"at {_where(event, turns)}"
+    way, effort, unit = ("mrad", "moment", "N m") if turns else ("mm", "force", "N")
     if event.kind == "bifurcation":
         return f"bifurcation {where}: the path is unstable there; the run follows a stable branch (see solve.imperfection)"
-    until = f"{1e3 * event.end_travel:.4g} mm" if event.end_travel else f"{event.end_time:.4g} s"
-    forces = f"force {event.force:.4g} N before, {event.end_force:.4g} N after"
+    until = f"{1e3 * event.end_travel:.4g} {way}" if event.end_travel else f"{event.end_time:.4g} s"
+    forces = f"{effort} {event.force:.4g} {unit} before, {event.end_force:.4g} {unit} after"
     if event.kind == "release":
-        return f"the start is not in equilibrium: solved with inertia until {until}; force {event.end_force:.4g} N there"
+        there = f"{effort} {event.end_force:.4g} {unit} there"
+        return f"the start is not in equilibrium: solved with inertia until {until}; {there}"
     if event.kind == "damped snap":
         return f"snap {where}: states are unstable until {until}, and dampers slow the motion; {forces}"
     if event.kind == "unstable":

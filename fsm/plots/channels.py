@@ -18,6 +18,11 @@ _LEGEND = 12
 """Largest number of lines of a diagram with a legend."""
 _HEIGHT = 2.4
 """Height of one diagram, inches."""
+_QUANTITY = {
+    "m": "length", "rad": "angle", "m/s": "velocity", "rad/s": "angular velocity", "1/m": "curvature", "N": "force",
+    "N m": "moment", "J": "energy", "Pa": "stress", "m2": "area", "m/s2": "acceleration",
+}  # fmt: skip
+"""Quantity that a unit measures, for the axis."""
 
 
 def plot_channels(solution: Solution, patterns: Sequence[str], path: str | Path, over_time: bool = False) -> list[str]:
@@ -55,7 +60,8 @@ def plot_channels(solution: Solution, patterns: Sequence[str], path: str | Path,
         for ax, (unit, columns) in zip(axes, units.items(), strict=True):
             for k, (name, values) in enumerate(columns.items()):
                 ax.plot(x, values, color=COLOURS[k % len(COLOURS)], linewidth=1.0, label=name)
-            ax.set_ylabel(f"value ({unit})" if unit != "1" else "value")
+            quantity = _QUANTITY.get(unit, "value")
+            ax.set_ylabel(f"{quantity} ({unit})" if unit != "1" else quantity)
             ax.margins(x=0)
             if len(columns) <= _LEGEND:
                 ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0)

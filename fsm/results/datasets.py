@@ -102,8 +102,7 @@ def read_samples(file: Any) -> Samples:
     """Read the samples from a results file, finished or not."""
     if "film" not in file:
         return Samples()
-    path = SAMPLE_TIME if SAMPLE_TIME in file else "probes/time"  # until version 3
-    times = numbers_in(file, path, (None,), finite=False)
+    times = numbers_in(file, SAMPLE_TIME, (None,), finite=False)
     bad = ~np.isfinite(times)
     count = int(np.argmax(bad)) if bad.any() else len(times)
     shape = (None, *file["probes/rest"].shape)
@@ -135,7 +134,7 @@ def read_curve(file: Any) -> Curve | None:
     """Read the force curve from a results file; None if the file has no curve."""
     if "curve" not in file:
         return None
-    time = numbers_in(file, _CURVE_TIME if _CURVE_TIME in file else "curve/time", (None,))  # the latter until version 3
+    time = numbers_in(file, _CURVE_TIME, (None,))
     sizes = {"curve_time": len(time), "drive_name": file["drive_name"].shape[0]}
     found = {name: numbers_in(file, f"curve/{name}", tuple(sizes[d] for d in dims)) for name, (dims, *_) in _CURVE.items()}
     found["path"] = found["path"].astype(np.int64)

@@ -30,9 +30,7 @@ During a run the data go to ``result.part.h5`` in HDF5's single-writer mode. The
 even after a kill. `/time` is written last, so a reader counts only complete records.
 At the end `finish` copies the file, adds the stats and gives the copy its final name.
 
-Version 1 has only force and gap of the contact pairs; their other quantities are read as NaN. Version 3 adds films. Version
-4 renames the times of curve and probes, which xarray took for those of the records, and adds channels. Versions 5
-and 6 add steps and the times of programs.
+A file of another layout version is refused.
 """
 
 from __future__ import annotations
@@ -97,7 +95,7 @@ from fsm.results.summary_check import check_summary
 
 __all__ = ["ResultWriter", "part_path", "read_checkpoint", "read_solution", "write_checkpoint"]
 
-FORMAT, VERSION = "fsm result", 6
+FORMAT, VERSION = "fsm result", 7
 CHECKPOINT_FORMAT = "fsm checkpoint"
 BUFFER_BYTES = 4_000_000
 _ROOT_DIMS = ("axis",)
@@ -106,13 +104,12 @@ CHUNK_BYTES = 65_536
 
 
 class _Variable(NamedTuple):
-    """Dataset over time: path, dimensions after time, unit, description, and the first layout version that has it."""
+    """Dataset over time: path, dimensions after time, unit and description."""
 
     path: str
     dims: tuple[str, ...]
     units: str
     text: str
-    since: int = 1
 
 
 VARIABLES: dict[str, _Variable] = {
@@ -121,16 +118,14 @@ VARIABLES: dict[str, _Variable] = {
     "travel": _Variable("drive/travel", ("drive_name",), "m", "travel of the drive"),
     "force": _Variable("drive/force", ("drive_name",), "N", "force of the drive, a pull is positive"),
     **{
-        name: _Variable(f"contact/{name}", ("pair",), units, text, 1 if name in ("pair_force", "pair_gap") else 2)
-        for name, (units, text) in PAIRS.items()
+        name: _Variable(f"contact/{name}", ("pair",), units, text) for name, (units, text) in PAIRS.items()
     },
     "shape": _Variable("shape", ("quad", "corner", "axis"), "m", "corner points of the plates"),
     "negative_pivots": _Variable("stats/negative_pivots", (), "1", "negative pivots of the tangent"),
-    "step": _Variable("step", (), "1", "number of the step of the run, from 1", 5),
-    "program_time": _Variable("program_time", (), "s", "time at which loads and drives are taken", 6),
+    "step": _Variable("step", (), "1", "number of the step of the run, from 1"),
+    "program_time": _Variable("program_time", (), "s", "time at which loads and drives are taken"),
     **{
-        name: _Variable(f"energy/{name}", (), "J", text, 3 if name in ("film", "patch", "cable", "bars", "hinges") else 1)
-        for name, text in ENERGIES.items()
+        name: _Variable(f"energy/{name}", (), "J", text) for name, text in ENERGIES.items()
     },
 }
 
@@ -456,12 +451,13 @@ def read_solution(path: str | Path) -> Solution:
     Raises
     ------
     CaseError
-        The file is missing, damaged, or not a results file.
+        The file is missing, damaged, of another version, or not a results file.
     """
     path = Path(path)
     with _open_hdf5(path, FORMAT) as file:
-        if int(attribute(file, "version")) > VERSION:
-            raise CaseError(f"was written by a newer version (layout {attribute(file, 'version')})", str(path))
+        if (version := int(attribute(file, "version"))) != VERSION:
+            what = f"was written by another version of fsm (layout {version}; this one reads {VERSION})"
+            raise CaseError(f"{what}; run the case again", str(path))
         times = numbers_in(file, "time", (None,), finite=False)
         bad = ~np.isfinite(times)
         n = int(np.argmax(bad)) if bad.any() else len(times)
@@ -485,10 +481,10 @@ def read_solution(path: str | Path) -> Solution:
 
 
 def _read_rows(file: Any, name: str, n: int) -> Any:
-    path, dims, _, _, since = VARIABLES[name]
+    path, dims, _, _ = VARIABLES[name]
     if path not in file:
         tail = tuple(len(file[dim]) for dim in dims)
-        if 0 not in tail and int(attribute(file, "version")) >= since:
+        if 0 not in tail:
             raise KeyError(f"/{path} is missing")
         return np.full((n, *tail), np.nan)
     sizes = tuple(file[dim].shape[0] for dim in dims)
@@ -500,7 +496,7 @@ def _read_channels(file: Any, n: int) -> dict[str, Channel]:
     found = {}
     for name, unit, text, dims in json.loads(attribute(file["channels"], "infos_json")) if "channels" in file else ():
         info = ChannelInfo(str(name), str(unit), tuple(_read_dim(file, *map(str, dim)) for dim in dims), str(text))
-        path, _, _, _, _ = _channel_variables([info])[info.name]
+        path, _, _, _ = _channel_variables([info])[info.name]
         shape = (None, *(len(dim.labels) for dim in info.dims))
         found[info.name] = Channel(info, numbers_in(file, path, shape, False, n))
     return found

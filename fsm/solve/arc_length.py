@@ -122,8 +122,9 @@ def trace(
             step *= 0.5
             if step < 1e-9:
                 raise NotConverged(
-                    f"arc-length: no equilibrium found beyond t = {point.time:.6g} s (step {step:.1g}); the path may branch "
-                    f"there, negative pivots {point.negative_pivots}"
+                    f"arc-length: no equilibrium found beyond t = {point.time:.6g} s (step {step:.1g}, negative pivots "
+                    f"{point.negative_pivots}); the path may branch there. Try a small load across the path, or method = "
+                    '"static", which passes a snap with inertia'
                 )
             continue
         point, tangent, iterations = found
@@ -131,7 +132,9 @@ def trace(
         if point.time >= end or point.time < (start if lowest is None else lowest):
             return
         step = min(longest, step * float(np.clip(np.sqrt(_WANTED / max(iterations, 1)), 0.5, 2.0)))
-    raise NotConverged(f"arc-length: more than {max_steps} steps; the path ends at t = {point.time:.6g} s")
+    raise NotConverged(
+        f"arc-length: more than {max_steps} steps; the path ends at t = {point.time:.6g} s. Raise solve.max_steps"
+    )
 
 
 class _Tracer:

@@ -13,7 +13,7 @@ import pytest
 
 from fsm.analyses.deploy import _of_the_pull
 from fsm.cli import summary_lines
-from fsm.results.solution import Solution
+from fsm.results.solution import Layout, Solution
 from fsm.results.store import read_solution
 from fsm.round_off import RoundOff
 from fsm.run import run_case
@@ -21,10 +21,13 @@ from fsm.scene.load_case import load_case
 from fsm.solve.handed_over import Statistics
 from fsm.solve.ledger import Ledger
 from fsm.solve.settings import Settings
+from fsm.solve.status import Event
 from fsm.summary import summary_of
 
 
-def warned(method: str, off: float, step: float | None = None) -> list[str]:
+def warned(
+    method: str, off: float, step: float | None = None, statistics: Statistics | None = None, drives: tuple[str, ...] = ()
+) -> list[str]:
     """Warnings of a run by a method, perhaps at a fixed step, whose balance is off by a part of what was turned over."""
     analysis = SimpleNamespace(
         summarise=lambda solution, statistics: {},
@@ -32,14 +35,27 @@ def warned(method: str, off: float, step: float | None = None) -> list[str]:
         steps=lambda: [SimpleNamespace(settings=Settings(method, 1e-4, 1.0, step=step))],
         system=SimpleNamespace(nu=9, dof=9),
     )
-    none = np.zeros((1, 0))
-    solution = SimpleNamespace(
-        negative_pivots=np.zeros(1), time=np.zeros(1), travel=none, force=none, layout=SimpleNamespace(dimension="spatial")
-    )
+    travel = np.zeros((1, len(drives)))
+    layout = Layout(drive_names=drives)
+    solution = SimpleNamespace(time=np.zeros(1), travel=travel, force=travel, negative_pivots=np.zeros(1), layout=layout)
     ledger = SimpleNamespace(relative_error=off)
     exact = RoundOff(1e6, 1e-10, 1.0)
-    summary = summary_of(cast(Any, analysis), cast(Any, solution), Statistics(method), cast(Ledger, ledger), [], exact)
+    made = cast(Any, analysis), cast(Any, solution), statistics or Statistics(method), cast(Ledger, ledger)
+    summary = summary_of(*made, [], exact)
     return list(summary["warnings"])
+
+
+@pytest.mark.parametrize(
+    ("drive", "told"),
+    [
+        ("arm (turn)", "snap at 200 mrad of turn: solved with inertia until 300 mrad; moment 5 N m before, 1 N m after"),
+        ("arm", "snap at 200 mm of travel: solved with inertia until 300 mm; force 5 N before, 1 N after"),
+    ],
+)
+def test_an_event_of_a_drive_that_turns_is_told_in_radians(drive: str, told: str) -> None:
+    event = Event("snap", 1.0, 1.1, 0.2, 0.3, 5.0, 1.0)
+    statistics = Statistics("static", events=[event])
+    assert warned("static", 0.0, statistics=statistics, drives=(drive,)) == [told]
 
 
 @pytest.mark.parametrize(
