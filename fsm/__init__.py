@@ -98,7 +98,7 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     if name == "__version__":
-        value: Any = _version()
+        value: Any = import_module("fsm.version").fsm_version()
     elif name in _MODULES:
         value = getattr(import_module(_MODULES[name]), name)
     else:
@@ -109,13 +109,3 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return sorted({*globals(), *__all__})
-
-
-def _version() -> str:
-    """Version of the installed package; ``0+unknown`` for a source tree that is not installed."""
-    from importlib.metadata import PackageNotFoundError, version
-
-    try:
-        return version("fsm")
-    except PackageNotFoundError:
-        return "0+unknown"

@@ -14,16 +14,16 @@ from pathlib import Path
 import numpy as np
 import scipy
 
+from fsm.version import fsm_version
+
 __all__ = ["made_by", "provenance"]
 
 
 @cache
 def made_by() -> dict[str, str]:
     """Versions and source digest that determine the bits of a result; cached, must not be modified."""
-    import fsm
-
     return {
-        "fsm": fsm.__version__,
+        "fsm": fsm_version(),
         "source": _source_digest(),
         "python": platform.python_version(),
         "numpy": np.__version__,

@@ -8,7 +8,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from fsm import __version__
 from fsm.analyses.analysis import Analysis
 from fsm.analyses.choose import analysis_of
 from fsm.analyses.deploy import Deployment
@@ -24,7 +23,6 @@ from fsm.progress import report_compilation, report_restart
 from fsm.recorder import RecordedSolve
 from fsm.registry import load_extensions
 from fsm.results.channel import write_channels_csv
-from fsm.results.curve import Curve
 from fsm.results.export import write_contact_csv, write_force_csv, write_history_csv, write_points_csv
 from fsm.results.quantities import touching_pairs
 from fsm.results.solution import Solution
@@ -33,6 +31,7 @@ from fsm.results.store import part_path, read_solution
 from fsm.results.summary_file import SUMMARY, write_summary
 from fsm.scene.load_case import LoadedCase
 from fsm.summary import joined, missed_expectations
+from fsm.version import fsm_version
 
 __all__ = ["ENDING", "run_case", "run_in_locked_folder"]
 
@@ -184,12 +183,12 @@ def _solved(loaded: LoadedCase, folder: Path, progress: bool | Callable[[float],
     if solution.layout.case_text != loaded.text:
         report_restart(progress, result)
         return None
-    return solution if solution.layout.provenance.get("fsm") == __version__ else None
+    return solution if solution.layout.provenance.get("fsm") == fsm_version() else None
 
 
 def _write(solution: Solution, out: Path) -> None:
     """Write curves and plots, and summary.json last, so that its presence means that the run is complete."""
-    curve = Curve.of_solution(solution)
+    curve = solution.force_curve
     tables: dict[str, Callable[[Solution, Path], None] | None] = {
         "force.csv": write_force_csv if solution.travel.shape[1] else None,
         "dynamic_force.csv": (

@@ -38,7 +38,7 @@ def plot_force(solution: Solution, path: str | Path) -> None:
             _draw_pairs(ax, solution)
             return
         names = solution.layout.drive_names
-        curve = Curve.of_solution(solution)
+        curve = solution.force_curve
         for k in range(solution.force.shape[1]):
             name = names[k] if k < len(names) else f"drive {k + 1}"
             _draw_curve(ax, curve, k, color=COLOURS[k % len(COLOURS)], label=shortened(name))
@@ -67,7 +67,7 @@ def plot_overlay(curves: Sequence[tuple[str, Solution]], path: str | Path) -> No
             summary = summary_with_stages(run)
             force, travel = summary["peak_force"], summary["peak_travel"]
             label = f"{name}: {rounded(force)} N at {rounded(travel * 1e3)} mm"
-            curve = Curve.of_solution(run)
+            curve = run.force_curve
             _draw_curve(ax, curve, 0, dynamic_colour=colour, clip=True, color=colour, linestyle=dashes, label=label)
             ax.plot(travel * 1e3, force, "o", color=colour, markersize=4.5, markeredgecolor="white", zorder=4)
         ax.set_xlabel("travel (mm)")

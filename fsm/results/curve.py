@@ -11,7 +11,6 @@ import numpy as np
 from fsm.results.film import Floats, Integers
 
 if TYPE_CHECKING:
-    from fsm.results.solution import Solution
     from fsm.solve.handed_over import CurvePoint
 
 __all__ = ["MAX_POINTS", "Curve"]
@@ -46,15 +45,6 @@ class Curve:
 
     def __len__(self) -> int:
         return len(self.time)
-
-    @classmethod
-    def of_solution(cls, solution: Solution) -> Curve:
-        """Force curve of a solution; built from the records if the solution holds no curve."""
-        if solution.curve is not None:
-            return solution.curve
-        energy, path = solution.energy, np.zeros(len(solution), dtype=np.int64)
-        fields = solution.travel, solution.force, solution.pair_force, solution.time
-        return cls(*fields, path, energy["panels"], energy["creases"])
 
     @classmethod
     def from_points(cls, points: Sequence[CurvePoint]) -> Curve:

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 
 from fsm.atomic_write import atomic_write
-from fsm.results.curve import Curve
 from fsm.results.quantities import sliding_distance, touching_pairs
 from fsm.results.solution import ENERGIES, Floats, Solution
 
@@ -31,7 +30,8 @@ def force_columns(solution: Solution, energies: bool = False, dynamic: bool = Fa
         Select the dynamic points instead of the quasi-static ones. A curve without quasi-static points is not filtered.
     """
     names = solution.layout.drive_names
-    curve = Curve.of_solution(replace(solution, curve=None) if energies or not solution.travel.shape[1] else solution)
+    at_records = energies or not solution.travel.shape[1]
+    curve = (replace(solution, curve=None) if at_records else solution).force_curve
     if curve.has_quasi_static:
         curve = curve.select(curve.dynamic == dynamic)
     columns: dict[str, Floats] = {}

@@ -226,6 +226,14 @@ class Solution:
     def __len__(self) -> int:
         return len(self.time)
 
+    @property
+    def force_curve(self) -> Curve:
+        """Force curve at the steps of the solver; at the records if the solution has no other."""
+        if self.curve is not None:
+            return self.curve
+        energy, path = self.energy, np.zeros(len(self), dtype=np.int64)
+        return Curve(self.travel, self.force, self.pair_force, self.time, path, energy["panels"], energy["creases"])
+
     @classmethod
     def from_records(
         cls,

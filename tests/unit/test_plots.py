@@ -23,7 +23,6 @@ from fsm.plots.figures import draw
 from fsm.plots.force import plot_force, plot_overlay
 from fsm.plots.motion import leaves_plane, pick_records, plot_motion
 from fsm.plots.style import STYLE, WIDE, energy_unit, evolution, figure, label_decades, shortened
-from fsm.results.curve import Curve
 from fsm.results.quantities import summarise
 from fsm.results.solution import ENERGIES, PAIRS, Layout, Record, Solution
 from fsm.scene.builders.scene import build_scene
@@ -92,7 +91,7 @@ def strip_run(n: int = 151, drives: int = 1, peak: float = 2.0, out: float = 0.0
         drive_names=tuple(f"crease {3 + k}" for k in range(drives)), dimension="spatial" if out else "planar",
     )  # fmt: skip
     run = Solution.from_records(records, layout)
-    run.summary = summarise(Curve.of_solution(run), run.layout.pair_names)
+    run.summary = summarise(run.force_curve, run.layout.pair_names)
     return run
 
 
@@ -218,7 +217,7 @@ def test_names_of_an_overlay_stay_in_the_figure(tmp_path: Path, figures: list[Fi
 def snapping(peak: float = 0.4577) -> Solution:
     """A run with a snap and a dynamic peak, whose legend is wide."""
     run = strip_run(peak=peak)
-    curve = Curve.of_solution(run)
+    curve = run.force_curve
     path, force = curve.path.copy(), curve.force.copy()
     path[100:105], path[105:] = 1, 2
     force[102] = 3.0 * peak
