@@ -386,14 +386,14 @@ def _read_curve(
 
 
 def _rest_angle_faults(crease: SplineCrease, path: str) -> list[Fault]:
-    """Fault of a rest angle that places all data outside the possible fold angles, 0 to 180 degrees."""
+    """Fault of a rest angle that places all data outside the possible crease angles, 0 to 180 degrees."""
     if crease.rest_angle is None or crease.angle is None:
         return []
     low, high = (math.degrees(crease.rest_angle - end) for end in (crease.angle[-1], crease.angle[0]))
     if low <= 180.0 and high >= 0.0:
         return []
-    what = f"{math.degrees(crease.rest_angle):.4g} deg places the data at fold angles of {low:.4g} to {high:.4g} deg"
-    return [Fault(f"{path}.rest_angle", f"{what}; a fold angle is 0 (flat) to 180 deg (closed): correct it or the data")]
+    what = f"{math.degrees(crease.rest_angle):.4g} deg places the data at crease angles of {low:.4g} to {high:.4g} deg"
+    return [Fault(f"{path}.rest_angle", f"{what}; a crease angle is 0 (flat) to 180 deg (closed): correct it or the data")]
 
 
 def _from_family(crease: FamilyCrease, folder: Path, path: str) -> SplineCrease:

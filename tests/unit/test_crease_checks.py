@@ -103,4 +103,4 @@ def test_a_rest_angle_must_put_data_where_creases_are(tmp_path: Path) -> None:
     assert invoke("check", case, "--set", "crease.rest_angle=200 deg").exit_code == 0
     refused = invoke("check", case, "--set", "crease.rest_angle=300 deg")
     assert refused.exit_code == 2
-    assert "crease.rest_angle: 300 deg places the data at fold angles of 210 to 299.8 deg" in refused.stderr
+    assert "crease.rest_angle: 300 deg places the data at crease angles of 210 to 299.8 deg" in refused.stderr
