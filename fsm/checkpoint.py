@@ -13,15 +13,15 @@ import numpy as np
 from fsm.analyses.run_step import States, StepResult
 from fsm.results.step_data import StepModes
 from fsm.results.store import write_checkpoint
-from fsm.solve.handed_over import CurvePoint, StepEnd
-from fsm.solve.ledger import Ledger
+from fsm.solve.energy_balance import EnergyBalance
+from fsm.solve.run_io import AcceptedStep, CurvePoint
 from fsm.solve.status import Event
 from fsm.system import DriveState, System
 
 __all__ = ["RestartPoint", "check_point", "read_point", "write_point"]
 
 _STATE, _STATES, _MODES = "state_", "states_", "modes_"
-"""Prefixes of the arrays of `StepEnd.state`, of the states that the step began with, and of modes."""
+"""Prefixes of the arrays of `AcceptedStep.state`, of the states that the step began with, and of modes."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class RestartPoint:
     Attributes
     ----------
     end : state of the solver
-    ledger : energy balance
+    energy_balance
     seen : number of points of the curve
     written : numbers of records and samples
     step : number of the step, from 0
@@ -40,8 +40,8 @@ class RestartPoint:
     modes : modes that steps before have found
     """
 
-    end: StepEnd
-    ledger: Ledger
+    end: AcceptedStep
+    energy_balance: EnergyBalance
     seen: int
     written: tuple[int, int]
     step: int = 0
@@ -52,8 +52,8 @@ class RestartPoint:
 
 def write_point(path: Path, point: RestartPoint, seen: list[CurvePoint], attributes: dict[str, Any]) -> None:
     """Write a checkpoint with the points of the curve so far, and other attributes."""
-    ledger = asdict(point.ledger)
-    pair_energy = ledger.pop("pair_energy")
+    energy_balance = asdict(point.energy_balance)
+    pair_energy = energy_balance.pop("pair_energy")
     state = point.end.state
     assert state is not None
     seen = seen[: point.seen]
@@ -69,7 +69,7 @@ def write_point(path: Path, point: RestartPoint, seen: list[CurvePoint], attribu
             "time": np.array([point.end.time]),
             "q": point.end.q,
             "u": point.end.u,
-            "ledger": np.array(list(ledger.values())),
+            "ledger": np.array(list(energy_balance.values())),
             "pair_energy": pair_energy,
             "travel": np.array([one.drive.travel for one in seen]),
             "force": np.array([one.drive.force for one in seen]),
@@ -93,8 +93,8 @@ def read_point(arrays: dict[str, np.ndarray], attributes: dict[str, Any]) -> tup
     seen = list(_points(arrays))
     events = tuple(Event(**event) for event in json.loads(attributes["events"]))
     state = _with_prefix(arrays, _STATE)
-    end = StepEnd(float(arrays["time"][0]), arrays["q"], arrays["u"], int(attributes["steps"]), events, state)
-    ledger = Ledger(*[*arrays["ledger"].tolist(), arrays["pair_energy"]])
+    end = AcceptedStep(float(arrays["time"][0]), arrays["q"], arrays["u"], int(attributes["steps"]), events, state)
+    energy_balance = EnergyBalance(*[*arrays["ledger"].tolist(), arrays["pair_energy"]])
     written = int(attributes["records"]), int(attributes["samples"])
     done = tuple(StepResult(**one) for one in json.loads(attributes["done"]))
     modes: list[StepModes] = []
@@ -102,7 +102,7 @@ def read_point(arrays: dict[str, np.ndarray], attributes: dict[str, Any]) -> tup
     while f"{_MODES}{len(modes)}_step" in arrays:
         modes.append(StepModes(*(arrays[f"{_MODES}{len(modes)}_{name}"] for name in names)))
     states = _with_prefix(arrays, _STATES) or None
-    return RestartPoint(end, ledger, len(seen), written, int(attributes["step"]), states, done, tuple(modes)), seen
+    return RestartPoint(end, energy_balance, len(seen), written, int(attributes["step"]), states, done, tuple(modes)), seen
 
 
 def check_point(
@@ -111,7 +111,8 @@ def check_point(
     """Raise a ValueError if the content of a checkpoint does not fit the system of its step."""
     q, u = system.initial()
     pairs = system.energy(0.0, q, u).pair_power
-    shapes = {"time": (1,), "q": q.shape, "u": u.shape, "pair_energy": pairs.shape, "ledger": (len(fields(Ledger)) - 1,)}
+    shapes = {"time": (1,), "q": q.shape, "u": u.shape, "pair_energy": pairs.shape}
+    shapes["ledger"] = (len(fields(EnergyBalance)) - 1,)
     for name, shape in shapes.items():
         if arrays[name].shape != shape or not np.all(np.isfinite(arrays[name])):
             raise ValueError(f"{name} is not finite, or its shape is not {shape}")

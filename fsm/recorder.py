@@ -37,9 +37,9 @@ from fsm.scene.scene import Scene
 from fsm.segments.system import SegmentSystem
 from fsm.solve.arc_length import ArcSettings
 from fsm.solve.arc_run import ArcRun
-from fsm.solve.handed_over import CurvePoint, Saved, Statistics, StepEnd
-from fsm.solve.ledger import Ledger
+from fsm.solve.energy_balance import EnergyBalance
 from fsm.solve.run import just_after
+from fsm.solve.run_io import AcceptedStep, CurvePoint, SavedState, Statistics
 from fsm.solve.settings import Settings
 from fsm.solve.solver import solve
 from fsm.solve.static import PathSettings
@@ -86,13 +86,13 @@ class RecordedSolve:
         self.records, self.samples = (0, 0) if resumed is None else resumed.written
         self.number = 0 if resumed is None else resumed.step
         self.states: States | None = None if resumed is None else resumed.states
-        self.ledger: Ledger | None = None if resumed is None else resumed.ledger
+        self.energy_balance: EnergyBalance | None = None if resumed is None else resumed.energy_balance
         self.done: list[StepResult] = [] if resumed is None else list(resumed.done)
         self.modes: list[StepModes] = [] if resumed is None else list(resumed.modes)
         self.until = -1.0 if resumed is None else resumed.end.time * (1.0 + _SAME)
         self.stored: float | None = None
         self.current = self.system
-        self.latest: StepEnd | None = None
+        self.latest: AcceptedStep | None = None
         self.last: RestartPoint | None = None
 
     def run(self, progress: bool | Callable[[float], None], begun: float, compiled: float) -> Solution:
@@ -142,9 +142,9 @@ class RecordedSolve:
             solution = read_solution(part_path(self.target))
             watch = partial(_further, bar)
             solution.array = array = self.analysis.array_motion(solution, self.warnings, watch)
-            statistics, ledger = total_of(self.done, self.seen), self.ledger
-            assert ledger is not None
-            summary = summary_of(self.analysis, solution, statistics, ledger, self.warnings, round_off) | {
+            statistics, energy_balance = total_of(self.done, self.seen), self.energy_balance
+            assert energy_balance is not None
+            summary = summary_of(self.analysis, solution, statistics, energy_balance, self.warnings, round_off) | {
                 "step": step_summaries(self.done, self.seen, solution),
                 "compile_time_s": jit.compile_time() - compiled,
                 "wall_time_s": time.perf_counter() - begun,
@@ -169,7 +169,7 @@ class RecordedSolve:
         self.current = system = self.analysis.enter(self.number, self.states)
         if after is None:
             q, u = self.analysis.begin(self.number, system, self.states)
-            self._open_ledger(step, q, u)
+            self._open_energy_balance(step, q, u)
         else:
             q, u = after.q, after.u
         self.records_due, self.samples_due = (
@@ -179,21 +179,21 @@ class RecordedSolve:
         result = StepResult(step.name, step.kind, step.method, step.start, step.end, {}, len(self.seen))
         if step.kind == "relax":
             q, u = equilibrium_at_start(system, q, step.start), np.zeros(system.nu)
-            if self.ledger is not None:
+            if self.energy_balance is not None:
                 self._change_to(system.energy(step.start, q, None).stored)
-                self._record(writer, self._still(step.start, q, u, self.ledger))
+                self._record(writer, self._still(step.start, q, u, self.energy_balance))
         elif step.kind == "modes":
             found = step_modes(self.analysis, system, step, self.number, q)
             self.modes.append(found)
             result.frequencies = found.frequency.tolist()
         elif step.settings is None:
-            assert self.ledger is not None
-            saved = self._still(step.end, q, u, self.ledger)
+            assert self.energy_balance is not None
+            saved = self._still(step.end, q, u, self.energy_balance)
             for t in [*self.records_due]:
                 self._save(writer, replace(saved, time=t))
         elif isinstance(step.settings, ArcSettings):
-            assert self.ledger is not None and isinstance(system, SegmentSystem)
-            path = ArcRun(system, step.settings, self.ledger, self.seen)
+            assert self.energy_balance is not None and isinstance(system, SegmentSystem)
+            path = ArcRun(system, step.settings, self.energy_balance, self.seen)
             q = path.go(step.start, q, lambda t, steps: bar.step(t, steps))
             for saved in path.saved:
                 if saved.time > self.until:
@@ -201,11 +201,11 @@ class RecordedSolve:
             self.warnings += path.warnings
             u, result.counters, result.path = np.zeros(system.nu), counted(path.statistics), path.loads
         else:
-            assert self.ledger is not None
-            statistics = self._solve(step, writer, bar, self.ledger, after, (step.start, q, u))
+            assert self.energy_balance is not None
+            statistics = self._solve(step, writer, bar, self.energy_balance, after, (step.start, q, u))
             result.counters, result.method = counted(statistics), statistics.method
             result.events = [asdict(event) for event in statistics.events]
-            end: StepEnd | None = self.latest
+            end: AcceptedStep | None = self.latest
             if end is not None:
                 q, u = end.q, end.u
         result.seen = len(self.seen)
@@ -221,51 +221,51 @@ class RecordedSolve:
         step: RunStep,
         writer: ResultWriter,
         bar: Progress,
-        ledger: Ledger,
-        after: StepEnd | None,
+        energy_balance: EnergyBalance,
+        after: AcceptedStep | None,
         start: tuple[float, np.ndarray, np.ndarray],
     ) -> Statistics:
         times = _merged(self.records_due, self.samples_due, _SAME * step.end)
 
-        def on_save(saved: Saved) -> None:
+        def on_save(saved: SavedState) -> None:
             self._save(writer, saved)
 
-        def on_step(end: StepEnd) -> None:
-            self._step(writer, bar, ledger, end)
+        def on_step(end: AcceptedStep) -> None:
+            self._step(writer, bar, energy_balance, end)
 
         assert isinstance(step.settings, Settings | PathSettings)
         own = self.analysis.own_solver()
         if own is not None:
-            return own(step.settings.end_time, times, on_save, on_step, ledger)
+            return own(step.settings.end_time, times, on_save, on_step, energy_balance)
         begins = None if after is not None else start
-        return solve(self.current, step.settings, times, on_save, on_step, begins, ledger, self.seen, after)[0]
+        return solve(self.current, step.settings, times, on_save, on_step, begins, energy_balance, self.seen, after)[0]
 
-    def _open_ledger(self, step: RunStep, q: np.ndarray, u: np.ndarray) -> None:
+    def _open_energy_balance(self, step: RunStep, q: np.ndarray, u: np.ndarray) -> None:
         """Open the energy balance with the first step after the search for the start; update it in later steps."""
         state = (step.start, q, u)
-        if self.ledger is None:
+        if self.energy_balance is None:
             if step.kind != "relax" or step is self.steps[-1]:
-                self.ledger = Ledger.opened(self.current.energy(*state))
-                self.ledger.trifle = max(self.ledger.trifle, position_round_off_energy(self.current, state))
+                balance = self.energy_balance = EnergyBalance.opened(self.current.energy(*state))
+                balance.round_off_floor = max(balance.round_off_floor, position_round_off_energy(self.current, state))
         else:
             begin = just_after(self.current, step.start)
             self._change_to(self.current.energy(begin, q, u if step.kind == "dynamic" else None).stored)
 
     def _change_to(self, stored: float) -> None:
         """Update the balance after a jump of the state: a loss of stored energy is dissipated, a gain is external work."""
-        ledger = self.ledger
-        assert ledger is not None
+        energy_balance = self.energy_balance
+        assert energy_balance is not None
         change = 0.0 if self.stored is None else stored - self.stored
-        ledger.work += max(change, 0.0)
-        ledger.dissipated += max(-change, 0.0)
+        energy_balance.work += max(change, 0.0)
+        energy_balance.dissipated += max(-change, 0.0)
         self.stored = stored
 
-    def _still(self, t: float, q: np.ndarray, u: np.ndarray, ledger: Ledger) -> Saved:
+    def _still(self, t: float, q: np.ndarray, u: np.ndarray, energy_balance: EnergyBalance) -> SavedState:
         """State at rest to be saved."""
         seen = self.current.observe(t, q, None if not u.any() else u)
-        pairs = ledger.pair_energy if ledger.pair_energy.size else np.zeros_like(seen.energy.pair_power)
-        error = seen.energy.stored - ledger.start + ledger.dissipated - ledger.work
-        return Saved(t, q, u, seen, ledger.dissipated, ledger.work, error, pairs)
+        pairs = energy_balance.pair_energy if energy_balance.pair_energy.size else np.zeros_like(seen.energy.pair_power)
+        error = seen.energy.stored - energy_balance.start + energy_balance.dissipated - energy_balance.work
+        return SavedState(t, q, u, seen, energy_balance.dissipated, energy_balance.work, error, pairs)
 
     def _causes(self) -> tuple[str, str]:
         """Messages on two possible causes of a failed solve: round-off, and contact of lattice squares."""
@@ -277,7 +277,7 @@ class RecordedSolve:
         """Round-off of the records written so far."""
         return round_off_of(self.system, read_solution(part_path(self.target)))
 
-    def _save(self, writer: ResultWriter, saved: Saved) -> None:
+    def _save(self, writer: ResultWriter, saved: SavedState) -> None:
         """Write a record of the whole state, a sample of the probes, or both, as required at this time."""
         if _due(self.records_due, saved.time):
             self._record(writer, saved)
@@ -285,7 +285,7 @@ class RecordedSolve:
             writer.sample(saved.time, self.analysis.probes(saved.q))
             self.samples += 1
 
-    def _record(self, writer: ResultWriter, saved: Saved) -> None:
+    def _record(self, writer: ResultWriter, saved: SavedState) -> None:
         seen = saved.observation
         stored = seen.energy.potential
         t = saved.acting
@@ -308,7 +308,7 @@ class RecordedSolve:
                 pair_friction_energy=saved.pair_energy[0],
                 pair_damping_energy=saved.pair_energy[1],
                 shape=self.current.shape(t, saved.q),
-                negative_pivots=self.analysis.unstable_ways(self.current, t, saved.q),
+                negative_pivots=self.analysis.negative_pivots(self.current, t, saved.q),
                 channels=self.channels.values(self.current, saved if t == saved.time else replace(saved, time=t)),
                 step=self.number + 1,
                 program_time=t,
@@ -316,11 +316,11 @@ class RecordedSolve:
         )
         self.records += 1
 
-    def _step(self, writer: ResultWriter, bar: Progress, ledger: Ledger, end: StepEnd) -> None:
+    def _step(self, writer: ResultWriter, bar: Progress, energy_balance: EnergyBalance, end: AcceptedStep) -> None:
         self.latest = end
         if end.state is not None:
             self.last = RestartPoint(
-                end, replace(ledger), len(self.seen), (self.records, self.samples), self.number, self.states,
+                end, replace(energy_balance), len(self.seen), (self.records, self.samples), self.number, self.states,
                 tuple(self.done), tuple(self.modes),
             )  # fmt: skip
             if time.perf_counter() - self.last_checkpoint > CHECKPOINT_EVERY:
@@ -374,7 +374,7 @@ def _merged(one: Iterable[float], two: Iterable[float], same: float) -> list[flo
     return times
 
 
-def _further(bar: Progress, name: str, end: float) -> Callable[[StepEnd], None]:
+def _further(bar: Progress, name: str, end: float) -> Callable[[AcceptedStep], None]:
     """Function that shows the progress of a further solve after each of its steps."""
     bar.further(name, end)
     return lambda step: bar.step(step.time, step.steps)

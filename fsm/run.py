@@ -120,7 +120,7 @@ def _run_analysis(
         _write(solution, out)
         return solution
     with report_compilation(progress, _title(loaded), jit):
-        analysis.make_ready(warnings)
+        analysis.initialise(warnings)
     out.mkdir(parents=True, exist_ok=True)
     remove_partial_files(out)
     solve = RecordedSolve(loaded, analysis, out, resume, warnings)

@@ -13,8 +13,8 @@ from fsm.analyses.reduced import MODAL
 from fsm.results.solution import Solution
 from fsm.round_off import RoundOff
 from fsm.scene.case import Case
-from fsm.solve.handed_over import Statistics
-from fsm.solve.ledger import Ledger
+from fsm.solve.energy_balance import EnergyBalance
+from fsm.solve.run_io import Statistics
 from fsm.solve.settings import Settings
 from fsm.solve.status import Event
 
@@ -31,7 +31,7 @@ def summary_of(
     analysis: Analysis,
     solution: Solution,
     statistics: Statistics,
-    ledger: Ledger,
+    energy_balance: EnergyBalance,
     warnings: list[str],
     round_off: RoundOff,
 ) -> dict[str, Any]:
@@ -41,7 +41,7 @@ def summary_of(
     ----------
     analysis : analysis of the case
     solution : all records
-    statistics, ledger : counters and energy balance of the solve
+    statistics, energy_balance : counters and energy balance of the solve
     warnings : warnings before and during the solve
     round_off : round-off of the forces; its part is a lower bound of the energy error
     """
@@ -51,7 +51,7 @@ def summary_of(
     summary |= {
         "steps": statistics.steps,
         "newton_iterations": statistics.newton_iterations,
-        "energy_error": max(ledger.relative_error, round_off.part),
+        "energy_error": max(energy_balance.relative_error, round_off.part),
         "unstable_equilibria": int(np.sum(solution.negative_pivots > 0)),
         "events": [asdict(event) for event in events],
         "solve_time_s": statistics.wall_time,
@@ -62,8 +62,8 @@ def summary_of(
     found = []
     if round_off.warning():
         found.append(round_off.warning())
-    if ledger.relative_error > max(1e-3, round_off.part):
-        residual = f"energy balance residual: {ledger.relative_error:.2g} of the energy turned over, above 0.001"
+    if energy_balance.relative_error > max(1e-3, round_off.part):
+        residual = f"energy balance residual: {energy_balance.relative_error:.2g} of the energy turned over, above 0.001"
         found.append(f"{residual}; {_remedy(analysis, statistics.method)}")
     told = [event for event in events if event.kind != "vibration"]
     turns = solution.travel.shape[1] > 0 and solution.layout.turns()

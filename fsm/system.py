@@ -18,8 +18,8 @@ from scipy import sparse
 from fsm.blocks import BlockMatrix, BlockPattern, Elimination
 
 __all__ = [
-    "ArraySystem", "Before", "Depths", "DriveState", "Energy", "Linearised", "MixedSystem", "NewtonRules", "Objection",
-    "Observation", "PairState", "Ready", "Scales", "Settled", "System",
+    "ArraySystem", "Depths", "DriveState", "Energy", "Linearised", "MixedSystem", "NewtonRules", "Observation", "PairState",
+    "PreviousState", "Ready", "Scales", "Settled", "StepRejection", "System",
 ]  # fmt: skip
 
 
@@ -185,7 +185,7 @@ class Linearised:
 
 
 @dataclass(frozen=True)
-class Objection:
+class StepRejection:
     """Rejection of a step by the system.
 
     Attributes
@@ -200,7 +200,7 @@ class Objection:
     reason: str = ""
 
 
-Before = tuple[float, np.ndarray]
+PreviousState = tuple[float, np.ndarray]
 """Previous state of a quasi-static path: time (s) and configuration."""
 
 
@@ -287,12 +287,12 @@ class System(Protocol):
         """M(q)^-1 h(t, q, u), (nu,)."""
         ...
 
-    def force(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> np.ndarray:
+    def force(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> np.ndarray:
         """h: applied + elastic + contact - gyroscopic, (nu,), N and N m."""
         ...
 
     def balance(
-        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
         """Force as by `force`, and the static reaction along the direction of every drive, (n_drives,), N."""
         ...
@@ -305,11 +305,11 @@ class System(Protocol):
         """Exact derivatives K = -dh/dx and D = -dh/du."""
         ...
 
-    def linearise(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Linearised:
+    def linearise(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> Linearised:
         """Force and both tangents in one pass; the pattern is the same object until the contact search adds blocks."""
         ...
 
-    def energy(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Energy:
+    def energy(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> Energy:
         """Energies and powers of a state."""
         ...
 
@@ -317,7 +317,7 @@ class System(Protocol):
         """Reaction wrench on each held or driven body, (n_bodies, 3 or 6), N and N m; zero for free bodies."""
         ...
 
-    def observe(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Observation:
+    def observe(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> Observation:
         """Drive, energies and contacts of a state."""
         ...
 
@@ -325,7 +325,7 @@ class System(Protocol):
         """Corner points (n_quads, 4, 3) of the visible faces, m."""
         ...
 
-    def commit(self, t: float, q: np.ndarray, u: np.ndarray, before: Before | None = None) -> None:
+    def commit(self, t: float, q: np.ndarray, u: np.ndarray, before: PreviousState | None = None) -> None:
         """Update the internal variables for an accepted state.
 
         Internal variables are sides and first touch of contacts, friction bristles, and hysteresis of creases. Solvers
@@ -342,25 +342,25 @@ class System(Protocol):
         """Set the internal variables, for a restart or after rejected steps; an empty array resets them."""
         ...
 
-    def counted(self) -> np.ndarray:
+    def counters(self) -> np.ndarray:
         """Counters for the summary, (n,); empty for most systems."""
         ...
 
-    def forget(self, counted: np.ndarray) -> None:
-        """Clear all caches, so that later results equal those of a new system, and set the counters to `counted`.
+    def clear_caches(self, counters: np.ndarray) -> None:
+        """Clear all caches, so that later results equal those of a new system, and set the counters to `counters`.
 
         Internal variables are not affected, see `restore`.
         """
         ...
 
-    def parted(self) -> bool:
+    def contacts_opened(self) -> bool:
         """Whether contacts that were closed in the last tangents are open in the last evaluated state.
 
         The tangents are then too stiff, so a small correction does not prove convergence.
         """
         ...
 
-    def objection(self, t: float, q: np.ndarray, u: np.ndarray | None, step: float) -> Objection | None:
+    def rejection(self, t: float, q: np.ndarray, u: np.ndarray | None, step: float) -> StepRejection | None:
         """Rejection of a state as the end of a step of the given length (s) since the last commit; None to accept it.
 
         In statics u is None, and impacts are not resolved.
@@ -375,7 +375,7 @@ class System(Protocol):
         """Longest step from an accepted state that resolves its contacts, s; infinite for most systems."""
         ...
 
-    def blame(self, vector: np.ndarray) -> str:
+    def worst_body(self, vector: np.ndarray) -> str:
         """Name of the body with the largest entry of a (nu,) vector, for messages."""
         ...
 
@@ -383,7 +383,7 @@ class System(Protocol):
         """Largest contact force on a body at rest, N; 0 for most systems."""
         ...
 
-    def widest_joint(self, t: float, q: np.ndarray) -> tuple[float, str]:
+    def max_joint_opening(self, t: float, q: np.ndarray) -> tuple[float, str]:
         """Largest opening (m) of a joint of the structure, and the name of the joint."""
         ...
 
@@ -477,7 +477,7 @@ class MixedSystem(Protocol):
     """
 
     def efforts(
-        self, t: float, q: np.ndarray, before: Before | None = None, dx: np.ndarray | None = None
+        self, t: float, q: np.ndarray, before: PreviousState | None = None, dx: np.ndarray | None = None
     ) -> np.ndarray:
         """Efforts of all springs at q, as one array; with dx, efforts after that increment to first order."""
         ...
@@ -487,7 +487,7 @@ class MixedSystem(Protocol):
         t: float,
         q: np.ndarray,
         u: np.ndarray | None,
-        before: Before | None,
+        before: PreviousState | None,
         efforts: np.ndarray,
         depths: Depths,
     ) -> Linearised:
@@ -499,7 +499,7 @@ class MixedSystem(Protocol):
         ...
 
     def advance_depths(
-        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None, dx: np.ndarray, depths: Depths
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None, dx: np.ndarray, depths: Depths
     ) -> Depths:
         """Depths after an increment, with forces to first order; other arguments as in `linearise_mixed`."""
         ...
@@ -512,7 +512,7 @@ class MixedSystem(Protocol):
         self,
         t: float,
         q: np.ndarray,
-        before: Before,
+        before: PreviousState,
         efforts: np.ndarray,
         largest_reaction: float,
         rules: NewtonRules,

@@ -74,7 +74,7 @@ def _many_steps(spatial: bool) -> None:
 def _film(law: str) -> None:
     """Solve the first instants of a small film with a patch and cables."""
     analysis = analysis_of(warm_up_membrane(law))
-    analysis.make_ready([])
+    analysis.initialise([])
     settings = Settings("generalized-alpha", 1e-3, 2e-4, step=1e-4)
     simulate(analysis.system, settings, [0.0], lambda saved: None, start=(0.0, *analysis.system.initial()))
 

@@ -11,15 +11,15 @@ import numpy as np
 from fsm.analyses.run_step import RunStep, States
 from fsm.results.array import ArrayMotion
 from fsm.results.solution import Layout, Solution
-from fsm.solve.handed_over import Saved, Statistics, StepEnd
-from fsm.solve.ledger import Ledger
+from fsm.solve.energy_balance import EnergyBalance
+from fsm.solve.run_io import AcceptedStep, SavedState, Statistics
 from fsm.solve.settings import Settings
 from fsm.solve.static import PathSettings
 from fsm.system import System
 
 __all__ = ["Analysis", "OneStep", "Solver", "Watch"]
 
-Watch = Callable[[str, float], Callable[[StepEnd], None]]
+Watch = Callable[[str, float], Callable[[AcceptedStep], None]]
 """Function of the name and end time (s) of a further solve; returns a function to call after each of its steps."""
 
 
@@ -30,9 +30,9 @@ class Solver(Protocol):
         self,
         end: float,
         times: Sequence[float],
-        on_save: Callable[[Saved], None],
-        on_step: Callable[[StepEnd], None],
-        ledger: Ledger,
+        on_save: Callable[[SavedState], None],
+        on_step: Callable[[AcceptedStep], None],
+        energy_balance: EnergyBalance,
     ) -> Statistics:
         """Solve."""
         ...
@@ -51,7 +51,7 @@ class Analysis(Protocol):
         """Names of the required kernels in `fsm.warm_up.KINDS`."""
         ...
 
-    def make_ready(self, warnings: list[str]) -> None:
+    def initialise(self, warnings: list[str]) -> None:
         """Prepare the solve and check the case; no results have been written yet.
 
         Raises
@@ -88,7 +88,7 @@ class Analysis(Protocol):
         """Displacement of every probe, (n_probes, 3), m."""
         ...
 
-    def unstable_ways(self, system: System, t: float, q: np.ndarray) -> int:
+    def negative_pivots(self, system: System, t: float, q: np.ndarray) -> int:
         """Number of negative pivots of the stiffness if the analysis follows equilibria, else 0."""
         ...
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fsm.errors import NotConverged
-from fsm.solve.in_air import come_to_rest
+from fsm.solve.artificial_damping import come_to_rest
 from fsm.solve.newton import equilibrium, negative_pivots
 from fsm.solve.relax import relaxed
 from fsm.system import System
@@ -67,7 +67,7 @@ def _downhill(system: System, q: np.ndarray, t: float, memory: np.ndarray) -> np
 
 def _reset(system: System, q: np.ndarray, t: float, memory: np.ndarray) -> None:
     """Reset to a configuration, with the internal variables at the start of the step."""
-    system.forget(np.zeros(0))
+    system.clear_caches(np.zeros(0))
     system.restore(memory)
     system.commit(t, q, np.zeros(system.nu))
 
@@ -75,4 +75,4 @@ def _reset(system: System, q: np.ndarray, t: float, memory: np.ndarray) -> None:
 def _reached(system: System, q: np.ndarray, found: np.ndarray, t: float, memory: np.ndarray) -> bool:
     """Whether no body passes through a face between two configurations."""
     _reset(system, q, t, memory)
-    return system.objection(t, found, None, 1.0) is None
+    return system.rejection(t, found, None, 1.0) is None

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from fsm.analyses.analysis import Watch
-from fsm.analyses.beyond_data import beyond_data
+from fsm.analyses.extrapolation_warnings import extrapolation_warnings
 from fsm.analyses.run_step import RunStep, States
 from fsm.analyses.segment_error import SegmentError
 from fsm.compile_case import compile_case, path_settings
@@ -26,9 +26,9 @@ from fsm.segments.plan import PlannedStep, plan_of
 from fsm.segments.save_times import save_times
 from fsm.segments.system import SegmentSystem
 from fsm.solve.arc_length import ArcSettings
-from fsm.solve.handed_over import Statistics
 from fsm.solve.linear import LinearSolver
 from fsm.solve.newton import negative_pivots
+from fsm.solve.run_io import Statistics
 from fsm.solve.settings import Settings
 from fsm.solve.static import PathSettings
 from fsm.system import System
@@ -81,7 +81,7 @@ class Deployment:
             return space, f"many steps at once, {space}"
         return (space,)
 
-    def make_ready(self, warnings: list[str]) -> None:
+    def initialise(self, warnings: list[str]) -> None:
         """See `Analysis`; the scene has been checked already."""
 
     def method(self) -> tuple[str, str]:
@@ -176,7 +176,7 @@ class Deployment:
         """See `Analysis`."""
         return np.zeros((0, 3))
 
-    def unstable_ways(self, system: System, t: float, q: np.ndarray) -> int:
+    def negative_pivots(self, system: System, t: float, q: np.ndarray) -> int:
         """None without a drive, since a free motion passes no equilibria."""
         assert isinstance(system, SegmentSystem)
         return negative_pivots(system, t, q, self._pivots) if len(system.driven) and system.nu else 0
@@ -231,9 +231,9 @@ class Deployment:
             return []
         length = self.system.scales().length
         for time, q, travel in zip(solution.time, solution.q, solution.travel[:, 0], strict=True):
-            apart, _ = self.system.widest_joint(float(time), q)
+            apart, _ = self.system.max_joint_opening(float(time), q)
             if apart > _STRETCHED * length:
-                apart, joint = self.system.widest_joint(float(solution.time[-1]), solution.q[-1])
+                apart, joint = self.system.max_joint_opening(float(solution.time[-1]), solution.q[-1])
                 return [
                     f"panels are stretched by over {100 * _STRETCHED:g} % from {1e3 * travel:.4g} mm of travel on, by "
                     f"{100 * apart / length:.2g} % at its end ({joint}): a drive pulls beyond the reach of the strip; "
@@ -257,7 +257,7 @@ class Deployment:
         if meeting:
             found.append(meeting)
         found += _coarse(summary) + (_unstable_at_end(solution) if self._ends_on_path else [])
-        return found + beyond_data(solution, self.scene, self.system) + (
+        return found + extrapolation_warnings(solution, self.scene, self.system) + (
             [] if self.plan.written else _of_the_pull(solution, summary)
         )
 

@@ -15,9 +15,9 @@ from scipy.sparse.linalg import splu
 from fsm.ancf.reduced import ReducedModel, Response
 from fsm.ancf.system import AncfSystem
 from fsm.errors import NotConverged
-from fsm.solve.handed_over import Saved, Statistics, StepEnd
-from fsm.solve.ledger import Ledger
+from fsm.solve.energy_balance import EnergyBalance
 from fsm.solve.modal import Modes
+from fsm.solve.run_io import AcceptedStep, SavedState, Statistics
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 from fsm.solve.stepwise_run import MEAN_FORCE
@@ -226,9 +226,9 @@ class ReducedSolve:
         self,
         end: float,
         times: Sequence[float],
-        on_save: Callable[[Saved], None],
-        on_step: Callable[[StepEnd], None],
-        ledger: Ledger,
+        on_save: Callable[[SavedState], None],
+        on_step: Callable[[AcceptedStep], None],
+        energy_balance: EnergyBalance,
     ) -> Statistics:
         """Solve up to `end` (s) and report states at the requested times.
 
@@ -250,14 +250,14 @@ class ReducedSolve:
             )
         histories = _energies(self.system, self.model, response)
         for stored, kinetic, lost, done in zip(*histories[1:], strict=True):
-            ledger.dissipated, ledger.work = float(lost), float(done)
-            ledger.balance(float(stored) + ledger.start, float(kinetic))
+            energy_balance.dissipated, energy_balance.work = float(lost), float(done)
+            energy_balance.balance(float(stored) + energy_balance.start, float(kinetic))
         amplitude = CubicHermiteSpline(response.time, response.amplitude, response.rate)
         potential = self.system.energies(0.0, self.model.rest)
         for t in times:
             on_save(self._saved(t, amplitude, response, histories, potential))
         steps = len(response.time) - 1
-        on_step(StepEnd(end, *self._state(response.amplitude[-1], response.rate[-1]), steps))
+        on_step(AcceptedStep(end, *self._state(response.amplitude[-1], response.rate[-1]), steps))
         return Statistics(MODAL, steps=steps, wall_time=time.perf_counter() - begun)
 
     def _state(self, amplitude: np.ndarray, rate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -270,12 +270,12 @@ class ReducedSolve:
         response: Response,
         histories: tuple[np.ndarray, ...],
         at_rest: dict[str, float],
-    ) -> Saved:
+    ) -> SavedState:
         q, u = self._state(amplitude(t), amplitude(t, 1))
         error, stored, kinetic, lost, done = (float(np.interp(t, response.time, values)) for values in histories)
         energy = Energy(kinetic, at_rest | {"film": at_rest.get("film", 0.0) + stored - kinetic}, 0.0, 0.0)
         seen = Observation(DriveState(np.zeros(0), np.zeros(0)), energy, 0.0, _NO_PAIRS)
-        return Saved(t, q, u, seen, lost, done, error, np.zeros((2, 0)))
+        return SavedState(t, q, u, seen, lost, done, error, np.zeros((2, 0)))
 
 
 def _energies(system: AncfSystem, model: ReducedModel, response: Response) -> tuple[np.ndarray, ...]:

@@ -23,7 +23,7 @@ from fsm.scene.record_count import record_count
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
 from fsm.solve.generalized_alpha import RHO_INF
-from fsm.solve.handed_over import Saved, Statistics
+from fsm.solve.run_io import SavedState, Statistics
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 from fsm.solve.static import PathSettings
@@ -74,7 +74,7 @@ class ScissorArray(OneStep):
         """See `Analysis`; flexible bars are compared with rigid ones."""
         return ("rigid bars",) if self.scissor.rigid else ("bars", "rigid bars")
 
-    def make_ready(self, warnings: list[str]) -> None:
+    def initialise(self, warnings: list[str]) -> None:
         """See `Analysis`; no preparation is necessary."""
 
     def method(self) -> tuple[str, str]:
@@ -124,7 +124,7 @@ class ScissorArray(OneStep):
         """See `Analysis`."""
         return np.zeros((0, 3))
 
-    def unstable_ways(self, system: System, t: float, q: np.ndarray) -> int:
+    def negative_pivots(self, system: System, t: float, q: np.ndarray) -> int:
         """See `Analysis`: 0, since a mechanism does not follow equilibria."""
         return 0
 
@@ -253,7 +253,7 @@ class ScissorArray(OneStep):
         system = self._rigid()
         kept: list[tuple[np.ndarray, np.ndarray]] = []
 
-        def keep(saved: Saved) -> None:
+        def keep(saved: SavedState) -> None:
             kept.append((saved.q, saved.u))
 
         settings = Settings("Radau-blocks", _RIGID_RTOL, float(times[-1]), max_steps=self.case.solve.max_steps)

@@ -14,8 +14,8 @@ from fsm.results.curve import Curve
 from fsm.results.quantities import peaks
 from fsm.results.solution import Solution
 from fsm.results.step_data import StepModes
-from fsm.solve.handed_over import CurvePoint, Statistics
 from fsm.solve.modal import modes
+from fsm.solve.run_io import CurvePoint, Statistics
 from fsm.solve.status import Event, Outcome
 from fsm.system import System
 

@@ -11,8 +11,8 @@ from fsm.analyses.deployed import DeployedFilm
 from fsm.analyses.film import CORNERS, FilmMesh, mean_strain
 from fsm.ancf.film import FilmMaterial
 from fsm.ancf.loading import Forcing, Loading
-from fsm.ancf.pulse import Constant
 from fsm.ancf.system import AncfSystem
+from fsm.ancf.time_functions import Constant
 from fsm.ancf.wrinkle import corner_wrinkles, lifted
 from fsm.errors import NotConverged
 from fsm.pretension import tensioned

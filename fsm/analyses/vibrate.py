@@ -20,10 +20,10 @@ from fsm.analyses.stated import StatedErrors, stated_errors
 from fsm.analyses.stretch import as_deployed, stretched
 from fsm.ancf.film import FilmStress, MembraneGroup
 from fsm.ancf.loading import Forcing, Loading
-from fsm.ancf.pulse import HalfSine, Rectangle, Samples, TimeFunction
 from fsm.ancf.reduced import ReducedModel
 from fsm.ancf.system import AncfSystem
 from fsm.ancf.tension_state import TensionState, tension_state
+from fsm.ancf.time_functions import HalfSine, Rectangle, Samples, TimeFunction
 from fsm.errors import CaseError, Fault, NotConverged
 from fsm.results.array import ArrayMotion
 from fsm.results.film import Film
@@ -34,8 +34,8 @@ from fsm.scene.membrane import EdgeCable, Impact, Measured, Vibration
 from fsm.scene.membrane import HalfSine as HalfSinePulse
 from fsm.scene.record_count import record_count
 from fsm.segments.save_times import save_times
-from fsm.solve.handed_over import Statistics
 from fsm.solve.modal import Modes
+from fsm.solve.run_io import Statistics
 from fsm.solve.settings import Settings
 from fsm.solve.static import PathSettings
 from fsm.solve.stepwise_run import GENERALIZED_ALPHA, MEAN_FORCE, NEWMARK
@@ -78,10 +78,10 @@ class VibrationAnalysis(OneStep):
 
     @property
     def system(self) -> System:
-        """See `Analysis`; available after `make_ready`."""
+        """See `Analysis`; available after `initialise`."""
         return self._system
 
-    def make_ready(self, warnings: list[str]) -> None:
+    def initialise(self, warnings: list[str]) -> None:
         """Tension the film, set its supports, and compute its modes.
 
         Raises
@@ -225,7 +225,7 @@ class VibrationAnalysis(OneStep):
         moved = [self.axes[name] @ (point.position(q) - self.rest[name]) for name, point in self.points.items()]
         return np.array(moved)
 
-    def unstable_ways(self, system: System, t: float, q: np.ndarray) -> int:
+    def negative_pivots(self, system: System, t: float, q: np.ndarray) -> int:
         """See `Analysis`: 0, since a vibration is about a stable equilibrium."""
         return 0
 

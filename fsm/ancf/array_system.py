@@ -14,7 +14,7 @@ from fsm.ancf.latch import Latches
 from fsm.ancf.loading import Loading
 from fsm.ancf.mesh import Mesh
 from fsm.ancf.system import AncfSystem
-from fsm.system import Before, Scales
+from fsm.system import PreviousState, Scales
 
 __all__ = ["ArraySystem"]
 
@@ -84,14 +84,14 @@ class ArraySystem(AncfSystem):
         return _FOLLOWED / (number * speed * min(1.0, number * self.material.height / math.sqrt(12.0)))
 
     def place(
-        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None
     ) -> tuple[np.ndarray, np.ndarray | None]:
         """See `AncfSystem`; hinges resist as they do at that time."""
         if self.latches is not None:
             self.latches.at(t)
         return super().place(t, q, u, before)
 
-    def commit(self, t: float, q: np.ndarray, u: np.ndarray, before: Before | None = None) -> None:
+    def commit(self, t: float, q: np.ndarray, u: np.ndarray, before: PreviousState | None = None) -> None:
         """See `System`."""
         np.maximum(self.largest, self.stress(q), out=self.largest)
         if self.latches is not None:

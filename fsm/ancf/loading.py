@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fsm.ancf.pulse import TimeFunction
+from fsm.ancf.time_functions import TimeFunction
 
 __all__ = ["Forcing", "Loading", "Motion", "point_force"]
 

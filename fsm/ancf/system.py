@@ -26,7 +26,7 @@ from fsm.ancf.loading import Loading
 from fsm.ancf.matrices import clear_held, mass_data
 from fsm.ancf.mesh import Mesh
 from fsm.blocks import BlockMatrix, BlockPattern
-from fsm.system import Before, DriveState, Energy, Linearised, Objection, Observation, PairState, Scales
+from fsm.system import DriveState, Energy, Linearised, Observation, PairState, PreviousState, Scales, StepRejection
 
 __all__ = ["AncfSystem"]
 
@@ -171,13 +171,13 @@ class AncfSystem:
         """M^-1 f, (nu,)."""
         return np.asarray(self._mass_factors.solve(force))
 
-    def force(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> np.ndarray:
+    def force(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> np.ndarray:
         """See `System`."""
         here, rates = self.place(t, q, u, before)
         return self.free_forces(q, self.all_forces(t, here, rates))
 
     def balance(
-        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
         """See `System`."""
         here, rates = self.place(t, q, u, before)
@@ -200,7 +200,7 @@ class AncfSystem:
         linear = self.linearise(t, q, u)
         return linear.stiffness.bsr(), linear.damping.bsr()
 
-    def linearise(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Linearised:
+    def linearise(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> Linearised:
         """See `System`."""
         here, rates = self.place(t, q, u, before)
         force, stiffness, damping = self._elements(here, rates)
@@ -213,7 +213,7 @@ class AncfSystem:
             self.free_forces(q, force), BlockMatrix(self.pattern, stiffness), BlockMatrix(self.pattern, damping)
         )
 
-    def energy(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Energy:
+    def energy(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> Energy:
         """See `System`."""
         here, rates = self.place(t, q, u, before)
         moved = self.loading.motions and rates is not None
@@ -223,7 +223,7 @@ class AncfSystem:
         """Forces that hold or move the coordinates of each node, (n_nodes, size), 0 for free ones, N and N m."""
         return self._reactions(t, *self.place(t, q, u)).reshape(-1, self.mesh.size)
 
-    def observe(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Observation:
+    def observe(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> Observation:
         """See `System`."""
         here, rates = self.place(t, q, u, before)
         in_motion = u is not None and before is None
@@ -236,7 +236,7 @@ class AncfSystem:
 
     # protocol: nothing is remembered --------------------------------------------------------------------------------
 
-    def commit(self, t: float, q: np.ndarray, u: np.ndarray, before: Before | None = None) -> None:
+    def commit(self, t: float, q: np.ndarray, u: np.ndarray, before: PreviousState | None = None) -> None:
         """See `System`."""
 
     def memory(self) -> np.ndarray:
@@ -246,18 +246,18 @@ class AncfSystem:
     def restore(self, memory: np.ndarray) -> None:
         """See `System`."""
 
-    def counted(self) -> np.ndarray:
+    def counters(self) -> np.ndarray:
         """See `System`."""
         return np.zeros(0)
 
-    def forget(self, counted: np.ndarray) -> None:
+    def clear_caches(self, counters: np.ndarray) -> None:
         """See `System`: nothing that is kept depends on the way here."""
 
-    def parted(self) -> bool:
+    def contacts_opened(self) -> bool:
         """See `System`."""
         return False
 
-    def objection(self, t: float, q: np.ndarray, u: np.ndarray | None, step: float) -> Objection | None:
+    def rejection(self, t: float, q: np.ndarray, u: np.ndarray | None, step: float) -> StepRejection | None:
         """See `System`."""
         return None
 
@@ -274,7 +274,7 @@ class AncfSystem:
         here, _ = self.place(t, q, None)
         return np.asarray(here[self.mesh.quads[:, :, None] + np.arange(3)])
 
-    def blame(self, vector: np.ndarray) -> str:
+    def worst_body(self, vector: np.ndarray) -> str:
         """See `System`."""
         return self.mesh.names[int(np.argmax(np.abs(np.nan_to_num(vector, nan=np.inf)))) // self.mesh.size]
 
@@ -282,7 +282,7 @@ class AncfSystem:
         """See `System`: nothing touches."""
         return 0.0
 
-    def widest_joint(self, t: float, q: np.ndarray) -> tuple[float, str]:
+    def max_joint_opening(self, t: float, q: np.ndarray) -> tuple[float, str]:
         """See `System`: nodes are shared and do not part."""
         return 0.0, "none"
 
@@ -318,7 +318,7 @@ class AncfSystem:
         return potential
 
     def place(
-        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None
     ) -> tuple[np.ndarray, np.ndarray | None]:
         """Coordinates and rates with what is moved in its place at time t; what is given, where nothing is."""
         motions = self.loading.motions

@@ -37,7 +37,7 @@ from fsm.segments.drive import PrescribedMotion
 from fsm.segments.group import Group
 from fsm.segments.pattern import BodyPattern
 from fsm.segments.system import SegmentSystem
-from fsm.system import Before, Energy, Linearised, Observation, Scales
+from fsm.system import Energy, Linearised, Observation, PreviousState, Scales
 
 __all__ = ["DrawnLines", "JoinedSystem"]
 
@@ -177,7 +177,7 @@ class JoinedSystem(SegmentSystem):
         return poses
 
     def place(
-        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
         """See `Configuration`; frames included."""
         poses = self._poses(t, q)
@@ -193,7 +193,7 @@ class JoinedSystem(SegmentSystem):
         self._moving_frames = poses, since, u.copy(), rates
         return poses, rates
 
-    def _nodes_before(self, before: Before | None) -> Before | None:
+    def _nodes_before(self, before: PreviousState | None) -> PreviousState | None:
         return None if before is None else (before[0], before[1][self._nq :])
 
     def change(self, dx: np.ndarray) -> np.ndarray:
@@ -226,10 +226,10 @@ class JoinedSystem(SegmentSystem):
         bands = np.concatenate([ends - across, (ends + across)[:, ::-1]], axis=1)
         return np.concatenate([super().shape(t, q), self.elements.shape(t, nodes), bands])
 
-    def blame(self, vector: np.ndarray) -> str:
+    def worst_body(self, vector: np.ndarray) -> str:
         """See `System`."""
         worst = int(np.argmax(np.abs(np.nan_to_num(vector, nan=np.inf))))
-        return super().blame(vector[: self._nu]) if worst < self._nu else self.elements.blame(vector[self._nu :])
+        return super().worst_body(vector[: self._nu]) if worst < self._nu else self.elements.worst_body(vector[self._nu :])
 
     @cached_property
     def _scales(self) -> Scales:
@@ -314,14 +314,16 @@ class JoinedSystem(SegmentSystem):
         return np.concatenate([halves.reshape(-1, 6, 3), maps])
 
     def _generalised(
-        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None, forces: np.ndarray, whole: bool = True
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None, forces: np.ndarray,
+        whole: bool = True,
     ) -> np.ndarray:
         out = self._all_generalised(t, q, u, before, forces, whole)
         out[self._nu :] = self.elements.free_forces(q[self._nq :], out[self._nu :])
         return out
 
     def _all_generalised(
-        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None, forces: np.ndarray, whole: bool = True
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None, forces: np.ndarray,
+        whole: bool = True,
     ) -> np.ndarray:
         """Forces (nu,) on all coordinates, held ones included."""
         nodes = q[self._nq :]
@@ -333,7 +335,9 @@ class JoinedSystem(SegmentSystem):
         fold_forces(forces[self._ordered], self._first, self._rows, self._members(maps), out)
         return out
 
-    def node_reactions(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> np.ndarray:
+    def node_reactions(
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None
+    ) -> np.ndarray:
         """Forces that hold the coordinates of the ANCF nodes, flat, N and N m; 0 for free coordinates."""
         forces = self._all_forces(t, *self.place(t, q, u, before), self._past(t, before))
         force = self._all_generalised(t, q, u, before, forces)[self._nu :]
@@ -366,7 +370,7 @@ class JoinedSystem(SegmentSystem):
         t: float,
         q: np.ndarray,
         u: np.ndarray | None,
-        before: Before | None,
+        before: PreviousState | None,
         pattern: BodyPattern,
         sums: tuple[np.ndarray, np.ndarray, np.ndarray],
         by_rates: np.ndarray | None,
@@ -403,23 +407,25 @@ class JoinedSystem(SegmentSystem):
         set_held(self._fixed, joined.pattern.indptr, joined.pattern.indices, 0.0, damping)
         return Linearised(force, BlockMatrix(joined.pattern, stiffness), BlockMatrix(joined.pattern, damping))
 
-    def _turned(self, q: np.ndarray, u: np.ndarray | None, before: Before | None) -> np.ndarray | None:
+    def _turned(self, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None) -> np.ndarray | None:
         if before is None or u is None:
             return None
         return np.asarray(increment_blocks(pose_difference(before[1][: self._nq], q[: self._nq])))
 
     # energies and records -------------------------------------------------------------------------------------------
 
-    def energy(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Energy:
+    def energy(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> Energy:
         """See `System`."""
         return self._with_nodes(super().energy(t, q, u, before), t, q, u, before)
 
-    def observe(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Observation:
+    def observe(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> Observation:
         """See `System`."""
         seen = super().observe(t, q, u, before)
         return Observation(seen.drive, self._with_nodes(seen.energy, t, q, u, before), seen.reaction, seen.pairs)
 
-    def _with_nodes(self, bodies: Energy, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None) -> Energy:
+    def _with_nodes(
+        self, bodies: Energy, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None
+    ) -> Energy:
         nodes = self.elements.energy(t, q[self._nq :], None if u is None else u[self._nu :], self._nodes_before(before))
         potential = dict(bodies.potential)
         for name, value in nodes.potential.items():
@@ -437,7 +443,7 @@ class JoinedSystem(SegmentSystem):
 
     # memory ---------------------------------------------------------------------------------------------------------
 
-    def commit(self, t: float, q: np.ndarray, u: np.ndarray, before: Before | None = None) -> None:
+    def commit(self, t: float, q: np.ndarray, u: np.ndarray, before: PreviousState | None = None) -> None:
         """See `System`: the quaternions of frames go on from here, too."""
         super().commit(t, q, u, before)
         self._near = self._poses(t, q)[self.frames.bodies, 3:].copy()

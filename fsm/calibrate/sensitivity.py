@@ -32,7 +32,7 @@ from fsm.scene.case import Case
 from fsm.scene.scene import Scene
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
-from fsm.system import Before
+from fsm.system import PreviousState
 
 __all__ = ["PathSensitivity", "VariedParameter", "vary_parameters"]
 
@@ -147,7 +147,7 @@ class PathSensitivity:
 
     def __init__(self, system: SegmentSystem, varied: Sequence[VariedParameter]) -> None:
         self.system, self.varied = system, list(varied)
-        self._last: tuple[Before, np.ndarray | None] | None = None
+        self._last: tuple[PreviousState, np.ndarray | None] | None = None
         self._largest_force = 0.0
         scales = system.scales()
         self._to_force = scales.increment / scales.length
@@ -208,7 +208,7 @@ class PathSensitivity:
         return np.asarray(explicit + multipliers.T @ by_parameter)
 
     def _in_equilibrium(
-        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None, matrix: BlockMatrix
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None, matrix: BlockMatrix
     ) -> bool:
         """Whether the residual is small compared with the largest drive force so far, or is round-off."""
         force, reaction = self.system.balance(t, q, u, before)
@@ -218,7 +218,7 @@ class PathSensitivity:
         return residual <= max(_EQUILIBRIUM * self._largest_force, round_off)
 
     def _partial_derivatives(
-        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None, last_derivative: np.ndarray | None
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None, last_derivative: np.ndarray | None
     ) -> tuple[np.ndarray, np.ndarray]:
         """dh/dp (nu, p) and dr/dp (n_drives, p) at a fixed configuration; the last state changes by `last_derivative`."""
         system, memory = self.system, self.system.memory()
@@ -241,7 +241,7 @@ class PathSensitivity:
         return by_parameter, drive_force
 
     def _matrix(
-        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None
     ) -> tuple[BlockMatrix, BlockMatrix | None]:
         """Tangent A = K + D/dt, and D/dt; None for D/dt without a previous state."""
         system = self.system

@@ -16,7 +16,7 @@ from fsm.scene.materials import LinearCrease
 from fsm.scene.scene import ForceElement
 from fsm.segments.element_angles import initial_twists, rest_twists, side_of
 from fsm.segments.elements import BushingGroup, CreaseGroup
-from fsm.segments.group import Past
+from fsm.segments.group import PreviousPoses
 from fsm.segments.hysteresis import HysteresisGroup
 from fsm.segments.law_elements import LawGroup
 from fsm.segments.ligaments import LigamentGroup
@@ -182,7 +182,7 @@ def _forces(state: State) -> dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]
         if isinstance(group, HysteresisGroup):
             alone.restore(group.memory())
         wrenches = np.zeros((len(rows), rates.shape[1]))
-        since = None if past is None else Past(past.poses[rows], past.duration)
+        since = None if past is None else PreviousPoses(past.poses[rows], past.duration)
         alone.add_force(state.time, poses[rows], rates[rows], wrenches, since)
         for name, body, wrench in zip(group.names, rows[::2], wrenches[::2], strict=True):
             sums[name] = sums[name] + wrench if name in sums else wrench

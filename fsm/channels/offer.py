@@ -16,7 +16,7 @@ from fsm.analyses.film import FilmMesh
 from fsm.results.channel import ChannelInfo, Dim
 from fsm.scene.case import Case
 from fsm.scene.scene import Scene
-from fsm.solve.handed_over import Saved
+from fsm.solve.run_io import SavedState
 
 __all__ = ["Model", "Offer", "State", "offers", "offers_of"]
 
@@ -58,7 +58,7 @@ class State:
     """
 
     system: Any
-    saved: Saved
+    saved: SavedState
     _kept: dict[Any, Any] = field(default_factory=dict)
 
     @property

@@ -6,7 +6,7 @@ import numpy as np
 
 from fsm.channels.offer import State
 from fsm.kernels.rotation import multiply, rotate_by
-from fsm.segments.group import Past
+from fsm.segments.group import PreviousPoses
 
 __all__ = [
     "in_space", "motion_of_bodies", "past_of", "placed", "positions", "quaternions", "rotated", "rotation_since",
@@ -26,12 +26,12 @@ def motion_of_bodies(state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray, 
     return positions(poses), turned, *in_space(rates, turned)
 
 
-def past_of(state: State) -> Past | None:
+def past_of(state: State) -> PreviousPoses | None:
     """Poses of the previous state in statics, and the time since then."""
     if state.before is None or state.u is None:
         return None
     poses, _ = state.system.place(*state.before, None)
-    return Past(np.array(poses), state.time - state.before[0])
+    return PreviousPoses(np.array(poses), state.time - state.before[0])
 
 
 def positions(poses: np.ndarray) -> np.ndarray:

@@ -15,7 +15,7 @@ from fsm.errors import CaseError
 from fsm.results.channel import ChannelInfo, select_channels
 from fsm.scene.builders.scene import build_scene
 from fsm.scene.case import Case
-from fsm.solve.handed_over import Saved
+from fsm.solve.run_io import SavedState
 
 __all__ = ["ChannelSampler", "channel_lines", "check_patterns", "model_of_analysis", "models_of_case"]
 
@@ -42,7 +42,7 @@ class ChannelSampler:
         self._offers: tuple[Offer, ...] = tuple(offered[name] for name in names)
         self.infos: tuple[ChannelInfo, ...] = tuple(offer.info for offer in self._offers)
 
-    def values(self, system: Any, saved: Saved) -> dict[str, np.ndarray]:
+    def values(self, system: Any, saved: SavedState) -> dict[str, np.ndarray]:
         """Value of every channel at a saved state; the internal variables of the system are those of this state."""
         state = State(system, saved)
         return {

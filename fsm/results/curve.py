@@ -11,7 +11,7 @@ import numpy as np
 from fsm.results.film import Floats, Integers
 
 if TYPE_CHECKING:
-    from fsm.solve.handed_over import CurvePoint
+    from fsm.solve.run_io import CurvePoint
 
 __all__ = ["MAX_POINTS", "Curve"]
 

@@ -432,7 +432,7 @@ def _unable(model: Segments) -> bool:
 
 
 @kernel
-def _parted(model: Segments) -> bool:
+def _contacts_opened(model: Segments) -> bool:
     return False
 
 
@@ -527,6 +527,6 @@ def _energies(model: Segments, t: float, q: np.ndarray, u: np.ndarray, step: flo
 
 KERNELS = Calls(
     _force, _renewed_force, _factorise, _factorise_mass, _solve, _mapped, _retract, _mass_times, _stiffness_times,
-    _damping_times, _parted, _part_of_step, _longest_step, _longest_step, _unable, _energies,
+    _damping_times, _contacts_opened, _part_of_step, _longest_step, _longest_step, _unable, _energies,
 )  # fmt: skip
 """Kernels of `Segments` that time steps call."""

@@ -22,7 +22,7 @@ from fsm.kernels.vector import equal_vectors
 from fsm.scene.scene import Plate
 from fsm.segments.drive import PrescribedMotion
 from fsm.segments.turns import Turns
-from fsm.system import Before
+from fsm.system import PreviousState
 
 __all__ = ["Bodies", "Configuration"]
 
@@ -138,7 +138,7 @@ class Configuration:
         return np.asarray(increment_blocks(dx))
 
     def place(
-        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
         """Poses and rates of all bodies, driven bodies at time t; unit quaternions. Without u the rates are zero.
 
@@ -155,13 +155,13 @@ class Configuration:
         self._moving = t, u.copy(), since, rates
         return poses, rates
 
-    def _speeds(self, t: float, before: Before | None) -> np.ndarray:
+    def _speeds(self, t: float, before: PreviousState | None) -> np.ndarray:
         """Velocity of every motion, m/s; with `before`, the mean velocity since then."""
         if before is None:
             return np.array([motion.at(t)[1] for motion in self.motions])
         return np.asarray((self._travels(t) - self._travels(before[0])) / (t - before[0]))
 
-    def _body_rates(self, u: np.ndarray, t: float, before: Before | None = None) -> np.ndarray:
+    def _body_rates(self, u: np.ndarray, t: float, before: PreviousState | None = None) -> np.ndarray:
         """Rates of all bodies from those of the free bodies and of the motions at t, or the mean ones since `before`."""
         speeds = self._speeds(t, before)
         rates = np.asarray(place_bodies(self.at_rest, self.bodies.free, u, False, *self._drives, speeds))
@@ -214,7 +214,7 @@ class Configuration:
         x, z = at[:, :1] + cosine * local[..., 0], at[:, 1:2] - sine * local[..., 0]
         return np.stack([x, local[..., 1], z], axis=-1)
 
-    def blame(self, vector: np.ndarray) -> str:
+    def worst_body(self, vector: np.ndarray) -> str:
         """See `System`."""
         worst = int(np.argmax(np.abs(np.nan_to_num(vector, nan=np.inf)))) // self.size
         return self.bodies.names[self.bodies.free[worst]]

@@ -13,10 +13,10 @@ import numpy as np
 
 from fsm.segments.pattern import BodyPattern
 
-__all__ = ["ContactForces", "ContactGeometry", "Measured", "Tapered", "Touching"]
+__all__ = ["ActiveContacts", "ContactForces", "ContactGeometry", "ContactKinematics", "Tapered"]
 
 
-class Touching(NamedTuple):
+class ActiveContacts(NamedTuple):
     """Slots whose gap is below a bound.
 
     Attributes
@@ -52,7 +52,7 @@ class Tapered(NamedTuple):
     hessian: np.ndarray
 
 
-class Measured(NamedTuple):
+class ContactKinematics(NamedTuple):
     """Rates of contacts and their gradients by the bodies' coordinates.
 
     Attributes
@@ -138,11 +138,11 @@ class ContactGeometry(Protocol):
         """Pairs of bodies that contacts may couple until the next renewal, and a version number that changes then."""
         ...
 
-    def find(self, poses: np.ndarray, below: float) -> Touching:
+    def find(self, poses: np.ndarray, below: float) -> ActiveContacts:
         """Find the slots whose gap is below a bound, m; the bound is at most the margin."""
         ...
 
-    def measure(self, poses: np.ndarray, rates: np.ndarray, touching: Touching) -> Measured:
+    def measure(self, poses: np.ndarray, rates: np.ndarray, touching: ActiveContacts) -> ContactKinematics:
         """Compute rates and gradients of the contacts that `find` returned at the same poses."""
         ...
 
@@ -150,8 +150,8 @@ class ContactGeometry(Protocol):
         self,
         poses: np.ndarray,
         rates: np.ndarray,
-        touching: Touching,
-        measured: Measured,
+        touching: ActiveContacts,
+        measured: ContactKinematics,
         forces: ContactForces,
         pattern: BodyPattern,
         stiffness: np.ndarray,
@@ -175,7 +175,7 @@ class ContactGeometry(Protocol):
         """Restore the memory; an empty array gives the initial memory."""
         ...
 
-    def forget(self) -> None:
+    def clear_caches(self) -> None:
         """Discard the results of the broad phase; it is renewed at the next poses."""
         ...
 

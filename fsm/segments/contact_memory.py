@@ -8,10 +8,10 @@ import numpy as np
 
 from fsm.kernels.keys import find_keys
 
-__all__ = ["Remembered"]
+__all__ = ["ContactMemory"]
 
 
-class Remembered(NamedTuple):
+class ContactMemory(NamedTuple):
     """Memory of some slots; the memory of all other slots is zero.
 
     Attributes
@@ -34,29 +34,29 @@ class Remembered(NamedTuple):
     deflection: np.ndarray
 
     @classmethod
-    def nothing(cls, slips: int) -> Remembered:
+    def nothing(cls, slips: int) -> ContactMemory:
         """Empty memory."""
         return cls(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0), np.zeros(0), np.zeros((0, slips)))
 
-    def ordered(self) -> Remembered:
+    def ordered(self) -> ContactMemory:
         """Copy with ascending keys, as `of` requires."""
         order = np.argsort(self.key, kind="stable")
-        return Remembered(*(values[order] for values in self))
+        return ContactMemory(*(values[order] for values in self))
 
-    def of(self, keys: np.ndarray) -> Remembered:
+    def of(self, keys: np.ndarray) -> ContactMemory:
         """Memory of these slots, in their order; read-only."""
         place = find_keys(self.key, keys)
         if (place >= 0).all():  # nearly always: contacts of the last step
-            return Remembered(keys, *(values[place] for values in self[1:]))
+            return ContactMemory(keys, *(values[place] for values in self[1:]))
         beyond = (np.concatenate([values, np.zeros((1, *values.shape[1:]))]) for values in self[1:])
-        return Remembered(keys, *(values[place] for values in beyond))  # place -1: the row of zeros
+        return ContactMemory(keys, *(values[place] for values in beyond))  # place -1: the row of zeros
 
     def flat(self) -> np.ndarray:
         """Flat array that starts with the number of slots; keys are exact up to 2^53."""
         return np.concatenate([[float(len(self.key))], *(values.ravel() for values in self)])
 
     @classmethod
-    def from_flat(cls, flat: np.ndarray, slips: int) -> tuple[Remembered, np.ndarray]:
+    def from_flat(cls, flat: np.ndarray, slips: int) -> tuple[ContactMemory, np.ndarray]:
         """Memory from the array of `flat`, and the rest of the array."""
         count = int(flat[0])
         key, onset, began, depth, deflection, rest = np.split(

@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fsm.interactions.anisotropic_friction import add_turn_stiffness, axes_of
 from fsm.interactions.bristle import add_way_stiffness, carried
 from fsm.interactions.end_taper import add_taper_tangent
-from fsm.interactions.grain import add_turn_stiffness, axes_of
 from fsm.interactions.pair_sums import (
     AREA,
     CARRIED,
@@ -22,14 +22,14 @@ from fsm.interactions.pair_sums import (
 from fsm.kernels.body_poses import pose_difference
 from fsm.kernels.keys import find_keys
 from fsm.kernels.scatter import scatter_efforts
-from fsm.segments.contact_geometry import ContactForces, ContactGeometry, Measured, Tapered, Touching
-from fsm.segments.contact_memory import Remembered
+from fsm.segments.contact_depths import ContactDepths
+from fsm.segments.contact_geometry import ActiveContacts, ContactForces, ContactGeometry, ContactKinematics, Tapered
+from fsm.segments.contact_memory import ContactMemory
 from fsm.segments.friction_force import FrictionForce, Pull
-from fsm.segments.group import Past
+from fsm.segments.group import PreviousPoses
 from fsm.segments.impacts import Impacts
 from fsm.segments.normal_force import NormalForce
 from fsm.segments.pattern import BodyPattern
-from fsm.segments.pressed import Pressed
 from fsm.system import PairState
 
 __all__ = ["ContactGroup"]
@@ -45,11 +45,11 @@ class _ContactState:
     `at` holds the depths of linearisation. `acting` holds the normal forces of the linearised law.
     """
 
-    touching: Touching
-    memory: Remembered
+    touching: ActiveContacts
+    memory: ContactMemory
     depth: np.ndarray
     share: np.ndarray
-    measured: Measured
+    measured: ContactKinematics
     at: np.ndarray
     acting: np.ndarray
     forces: ContactForces
@@ -92,13 +92,13 @@ class ContactGroup:
         self.impacts = Impacts(geometry, normal, mobility, loose)
         self.evaluations = 0
         self._renewals_before = 0
-        self._contact_memory = Remembered.nothing(geometry.slips)
+        self._contact_memory = ContactMemory.nothing(geometry.slips)
         self._time = 0.0
         self._poses: np.ndarray | None = None
         self._rates = np.zeros((0, 0))
         self._linearised = np.zeros(0, dtype=np.int64)
-        self._evaluated: tuple[np.ndarray, np.ndarray, int, Pressed | None, _ContactState | None] | None = None
-        self._searches: dict[float, tuple[np.ndarray, int, Touching]] = {}
+        self._evaluated: tuple[np.ndarray, np.ndarray, int, ContactDepths | None, _ContactState | None] | None = None
+        self._searches: dict[float, tuple[np.ndarray, int, ActiveContacts]] = {}
 
     @property
     def rate_dependent(self) -> bool:
@@ -108,7 +108,8 @@ class ContactGroup:
     # forces ---------------------------------------------------------------------------------------------------------
 
     def _contacts(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None, pressed: Pressed | None = None
+        self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None,
+        pressed: ContactDepths | None = None,
     ) -> _ContactState | None:
         """Contacts of a state; cached for the same arrays (force, then energy)."""
         _, version = self.geometry.pairs(poses)
@@ -119,7 +120,7 @@ class ContactGroup:
         return last[4]
 
     def _find(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None, pressed: Pressed | None
+        self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None, pressed: ContactDepths | None
     ) -> _ContactState | None:
         geometry = self.geometry
         self.evaluations += 1
@@ -153,17 +154,18 @@ class ContactGroup:
             touching, memory, depth, share, measured, at, acting, forces, pull.deflection, by_distance, pull.by_turn
         )
 
-    def pressed(self, most: float) -> Pressed:
-        """Depths in the last accepted state; see `Pressed`."""
-        return Pressed(self._contact_memory.key, self._contact_memory.depth, most)
+    def pressed(self, most: float) -> ContactDepths:
+        """Depths in the last accepted state; see `ContactDepths`."""
+        return ContactDepths(self._contact_memory.key, self._contact_memory.depth, most)
 
     def press(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, change: np.ndarray, past: Past | None, pressed: Pressed
-    ) -> Pressed:
-        """Depths after a change (n_bodies, 3 or 6) of the poses, see `Pressed.advanced`."""
+        self, t: float, poses: np.ndarray, rates: np.ndarray, change: np.ndarray, past: PreviousPoses | None,
+        pressed: ContactDepths,
+    ) -> ContactDepths:
+        """Depths after a change (n_bodies, 3 or 6) of the poses, see `ContactDepths.advanced`."""
         found = self._contacts(t, poses, rates, past, pressed)
         if found is None:
-            return Pressed(pressed.key[:0], pressed.depth[:0], pressed.most)
+            return ContactDepths(pressed.key[:0], pressed.depth[:0], pressed.most)
         per_second = 0.0 if past is None else 1.0 / past.duration
         return pressed.advanced(
             found.memory.key, found.measured, found.at, found.acting, found.forces, change, per_second, self.normal.exponent
@@ -173,8 +175,8 @@ class ContactGroup:
         self,
         t: float,
         poses: np.ndarray,
-        past: Past | None,
-        measured: Measured,
+        past: PreviousPoses | None,
+        measured: ContactKinematics,
         slip: np.ndarray,
         normal: np.ndarray,
         deflection: np.ndarray,
@@ -197,7 +199,7 @@ class ContactGroup:
             return replace(pull, by_slip=pull.by_slip + pull.by_mean), None
         return pull, pull.by_mean / duration if duration > 0.0 else None
 
-    def _touching(self, poses: np.ndarray, below: float) -> Touching:
+    def _touching(self, poses: np.ndarray, below: float) -> ActiveContacts:
         """Slots with a gap below a bound (m); cached for the same poses with other rates."""
         _, version = self.geometry.pairs(poses)  # renews the broad phase first, so that slots keep their numbers
         known = self._searches.get(below)
@@ -205,7 +207,7 @@ class ContactGroup:
             known = self._searches[below] = poses, version, self.geometry.find(poses, below)
         return known[2]
 
-    def _active(self, poses: np.ndarray, pressed: Pressed) -> Touching:
+    def _active(self, poses: np.ndarray, pressed: ContactDepths) -> ActiveContacts:
         """Active contacts, including contacts that an iteration has opened slightly but that still have a force."""
         touching = self._touching(poses, 0.0)
         among = find_keys(pressed.key, self.geometry.keys(touching.slot))
@@ -213,13 +215,13 @@ class ContactGroup:
             return touching
         near = self._touching(poses, self.geometry.margin)
         active = (near.gap < 0.0) | (find_keys(pressed.key, self.geometry.keys(near.slot)) >= 0)
-        return Touching(near.slot[active], near.gap[active], tuple(values[active] for values in near.at))
+        return ActiveContacts(near.slot[active], near.gap[active], tuple(values[active] for values in near.at))
 
-    def _memory_of(self, touching: Touching) -> Remembered:
+    def _memory_of(self, touching: ActiveContacts) -> ContactMemory:
         """Memory of the contacts."""
         return self._contact_memory.of(self.geometry.keys(touching.slot))
 
-    def _mean_slip(self, poses: np.ndarray, measured: Measured, slip: np.ndarray, duration: float) -> np.ndarray:
+    def _mean_slip(self, poses: np.ndarray, measured: ContactKinematics, slip: np.ndarray, duration: float) -> np.ndarray:
         """Mean slip velocity since the last accepted state, which bends the bristles; a sticking contact stays in place.
 
         If the present velocity bent the bristles, deflections and positions would drift apart by the integration error.
@@ -233,7 +235,7 @@ class ContactGroup:
         return np.ascontiguousarray(distance / duration)
 
     def add_force(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: Past | None = None
+        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: PreviousPoses | None = None
     ) -> None:
         """See `Group`."""
         found = self._contacts(t, poses, rates, past)
@@ -249,8 +251,8 @@ class ContactGroup:
         force: np.ndarray,
         stiffness: np.ndarray,
         damping: np.ndarray,
-        past: Past | None = None,
-        pressed: Pressed | None = None,
+        past: PreviousPoses | None = None,
+        pressed: ContactDepths | None = None,
     ) -> None:
         """See `Group`; with `pressed`, the normal law is linearised at those depths."""
         found = self._contacts(t, poses, rates, past, pressed)
@@ -296,7 +298,7 @@ class ContactGroup:
             *pattern.index, stiffness,
         )  # fmt: skip
 
-    def parted(self) -> bool:
+    def contacts_opened(self) -> bool:
         """Whether contacts that were active at the last linearisation are inactive at the last evaluated state."""
         found = None if self._evaluated is None else self._evaluated[4]
         return not np.isin(self._linearised, self._loaded_keys(found)).all()
@@ -311,7 +313,7 @@ class ContactGroup:
         """See `Group`; contact forces do not depend explicitly on time."""
 
     def energy(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None
+        self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None
     ) -> tuple[dict[str, float], float, float]:
         """See `Group`."""
         found = self._contacts(t, poses, rates, past)
@@ -320,7 +322,7 @@ class ContactGroup:
         stored = self.normal.law.energy(found.depth, found.share, self.normal.params)
         return {"contact": float(stored.sum())}, float(self._sums(found)[SLIDING:].sum()), 0.0
 
-    def pair_power(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None) -> np.ndarray:
+    def pair_power(self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None) -> np.ndarray:
         """Power that friction and damping of every pair dissipate, (2, n_pairs), W."""
         found = self._contacts(t, poses, rates, past)
         if found is None:
@@ -344,7 +346,7 @@ class ContactGroup:
         """See `Group`."""
         return self.geometry.pairs(poses)
 
-    def observe(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None) -> PairState:
+    def observe(self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None) -> PairState:
         """State of the pairs in this group; gaps are at most the margin."""
         geometry = self.geometry
         gap = np.full(self.n_pairs, geometry.margin)
@@ -370,10 +372,10 @@ class ContactGroup:
 
     # memory ---------------------------------------------------------------------------------------------------------
 
-    def commit(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None) -> None:
+    def commit(self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None) -> None:
         """Update the memory after an accepted step: onset of contacts and deflection of bristles."""
         found = self._contacts(t, poses, rates, past)
-        memory = Remembered.nothing(self.geometry.slips)
+        memory = ContactMemory.nothing(self.geometry.slips)
         if found is not None:
             before = found.memory
             # an external force may close an impact faster than its initial speed
@@ -383,7 +385,7 @@ class ContactGroup:
                 deflection = carried(deflection, self._poses, poses, found.measured.bodies[:, 0])
             began = np.where(before.onset == 0.0, t, before.began)
             onset = np.maximum(before.onset, closing)
-            memory = Remembered(found.memory.key, onset, began, found.depth, deflection).ordered()
+            memory = ContactMemory(found.memory.key, onset, began, found.depth, deflection).ordered()
         self._contact_memory = memory
         self._time, self._poses, self._rates = t, poses, rates
         young = np.zeros(0, dtype=np.int64)
@@ -405,24 +407,24 @@ class ContactGroup:
         self._evaluated = None
         self._searches.clear()
         if not len(memory):
-            self._contact_memory = Remembered.nothing(self.geometry.slips)
+            self._contact_memory = ContactMemory.nothing(self.geometry.slips)
             self._time, self._poses = 0.0, None
             self.geometry.restore(memory)
             return
         self._time = float(memory[0])
-        self._contact_memory, rest = Remembered.from_flat(memory[1:], self.geometry.slips)
+        self._contact_memory, rest = ContactMemory.from_flat(memory[1:], self.geometry.slips)
         bodies, size = self.impacts.mobility.shape
         width = 3 if size == 3 else 7
         poses, rates, of_geometry = np.split(rest, np.cumsum([bodies * width, bodies * size]))
         self._poses, self._rates = poses.reshape(bodies, width), rates.reshape(bodies, size)
         self.geometry.restore(of_geometry)
 
-    def forget(self, evaluations: int, renewals: int) -> None:
+    def clear_caches(self, evaluations: int, renewals: int) -> None:
         """Clear all caches and continue the counters from these values."""
         self._evaluated = None
         self._searches.clear()
         self._linearised = np.zeros(0, dtype=np.int64)
-        self.geometry.forget()
+        self.geometry.clear_caches()
         self.evaluations, self._renewals_before = evaluations, self.geometry.refreshes - renewals
 
     # steps ----------------------------------------------------------------------------------------------------------

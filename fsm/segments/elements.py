@@ -28,8 +28,8 @@ from fsm.interactions.bushing_spatial import (
 from fsm.interactions.crease_planar import force_crease_planar, linearise_crease_planar
 from fsm.interactions.crease_spatial import force_crease_spatial, linearise_crease_spatial
 from fsm.laws.crease import CurveTable, crease_energy
-from fsm.segments.group import Past
-from fsm.segments.kept import Kept
+from fsm.segments.element_cache import ElementCache
+from fsm.segments.group import PreviousPoses
 from fsm.segments.pattern import BodyPattern
 
 __all__ = ["BushingGroup", "CreaseGroup"]
@@ -99,7 +99,7 @@ class BushingGroup:
     categories: tuple[str, ...]
     names: tuple[str, ...]
     structural: np.ndarray
-    _cache: Kept = field(default_factory=Kept, init=False, repr=False, compare=False)
+    _cache: ElementCache = field(default_factory=ElementCache, init=False, repr=False, compare=False)
 
     @cached_property
     def rate_dependent(self) -> bool:
@@ -119,12 +119,12 @@ class BushingGroup:
         """Empty efforts: the geometric stiffness uses the efforts at the poses."""
         return np.zeros((0, self.rest.shape[1]))
 
-    def _before(self, rates: np.ndarray, past: Past | None) -> tuple[np.ndarray, float]:
+    def _before(self, rates: np.ndarray, past: PreviousPoses | None) -> tuple[np.ndarray, float]:
         """Past deformations and the inverse of the elapsed time; used only with dampers."""
         return self._cache.before(self, rates, past if self.rate_dependent else None)
 
     def add_force(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: Past | None = None
+        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: PreviousPoses | None = None
     ) -> None:
         """See `Group`."""
         self._kernels.force(poses, rates, self.bodies, self._constants, *self._before(rates, past), force)
@@ -138,7 +138,7 @@ class BushingGroup:
         force: np.ndarray,
         stiffness: np.ndarray,
         damping: np.ndarray,
-        past: Past | None = None,
+        past: PreviousPoses | None = None,
         efforts: np.ndarray | None = None,
     ) -> None:
         """See `Group`. If `efforts` (m, 3 or 6) is given, the geometric stiffness uses it."""
@@ -148,7 +148,7 @@ class BushingGroup:
         )  # fmt: skip
 
     def elements(
-        self, rates: np.ndarray, past: Past | None, pattern: BodyPattern
+        self, rates: np.ndarray, past: PreviousPoses | None, pattern: BodyPattern
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, float, np.ndarray]:
         """Arguments of the kernels: bodies, constants, past deformations, inverse of the elapsed time, and slots."""
         return self.bodies, self._constants, *self._before(rates, past), self._cache.slots(self, pattern)
@@ -157,7 +157,7 @@ class BushingGroup:
         """Bodies, constants and slots, for `fsm.segments.arrays`."""
         return self.bodies, self._constants, self._cache.slots(self, pattern)
 
-    def efforts(self, poses: np.ndarray, change: np.ndarray, past: Past | None = None) -> np.ndarray:
+    def efforts(self, poses: np.ndarray, change: np.ndarray, past: PreviousPoses | None = None) -> np.ndarray:
         """Efforts (m, 3 or 6) after a change (n_bodies, 3 or 6) of the poses, to first order."""
         before = self._before(change, past)
         return np.asarray(self._kernels.advance(poses, change, self.bodies, self._constants, *before))
@@ -171,7 +171,7 @@ class BushingGroup:
         """See `Group`; springs do not depend explicitly on time."""
 
     def energy(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None
+        self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None
     ) -> tuple[dict[str, float], float, float]:
         """See `Group`."""
         totals, power = self._kernels.stored(
@@ -213,7 +213,7 @@ class CreaseGroup:
     curve: np.ndarray
     table: CurveTable
     names: tuple[str, ...] = ()
-    _cache: Kept = field(default_factory=Kept, init=False, repr=False, compare=False)
+    _cache: ElementCache = field(default_factory=ElementCache, init=False, repr=False, compare=False)
 
     @property
     def rate_dependent(self) -> bool:
@@ -238,7 +238,7 @@ class CreaseGroup:
         return self.bodies, *axes, self.geometry[-1], self.rest, self.side, self.damping, *self._curves, slots
 
     def add_force(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: Past | None = None
+        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: PreviousPoses | None = None
     ) -> None:
         """See `Group`."""
         add, _ = _ONE_PASS_CREASE[force.shape[1]]
@@ -253,7 +253,7 @@ class CreaseGroup:
         force: np.ndarray,
         stiffness: np.ndarray,
         damping: np.ndarray,
-        past: Past | None = None,
+        past: PreviousPoses | None = None,
     ) -> None:
         """See `Group`."""
         _, add = _ONE_PASS_CREASE[force.shape[1]]
@@ -266,7 +266,7 @@ class CreaseGroup:
         """See `Group`; springs do not depend explicitly on time."""
 
     def energy(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None
+        self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None
     ) -> tuple[dict[str, float], float, float]:
         """See `Group`."""
         angle, rate, _ = self.measure(poses, rates, self.bodies, *self.geometry)

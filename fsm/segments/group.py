@@ -8,10 +8,10 @@ import numpy as np
 
 from fsm.segments.pattern import BodyPattern
 
-__all__ = ["Group", "GroupSteps", "Past"]
+__all__ = ["Group", "GroupSteps", "PreviousPoses"]
 
 
-class Past(NamedTuple):
+class PreviousPoses(NamedTuple):
     """Last state of a quasi-static path: poses of all bodies, and the elapsed time, s."""
 
     poses: np.ndarray
@@ -39,7 +39,7 @@ class Group(Protocol):
         ...
 
     def add_force(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: Past | None = None
+        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: PreviousPoses | None = None
     ) -> None:
         """Add generalised forces to `force` (n_bodies, 3 or 6)."""
         ...
@@ -53,7 +53,7 @@ class Group(Protocol):
         force: np.ndarray,
         stiffness: np.ndarray,
         damping: np.ndarray,
-        past: Past | None = None,
+        past: PreviousPoses | None = None,
     ) -> None:
         """Add the forces to `force`, and -dh/dx and -dh/du to the block data."""
         ...
@@ -63,7 +63,7 @@ class Group(Protocol):
         ...
 
     def energy(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None
+        self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None
     ) -> tuple[dict[str, float], float, float]:
         """Potential energy by category (J), dissipated power (W), input power (W)."""
         ...

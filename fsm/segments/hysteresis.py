@@ -12,7 +12,7 @@ import numpy as np
 from fsm.kernels.scatter import scatter_efforts
 from fsm.laws.crease import CurveTable
 from fsm.laws.crease_hysteresis import slip_energy, slip_moment, slip_power
-from fsm.segments.group import Past
+from fsm.segments.group import PreviousPoses
 from fsm.segments.pattern import BodyPattern
 
 __all__ = ["HysteresisGroup"]
@@ -106,7 +106,7 @@ class HysteresisGroup:
         return (-self.side * moment)[:, None], slope[:, None]
 
     def add_force(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: Past | None = None
+        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: PreviousPoses | None = None
     ) -> None:
         """See `Group`."""
         opening, _, gradient = self._measured(poses, rates)
@@ -122,7 +122,7 @@ class HysteresisGroup:
         force: np.ndarray,
         stiffness: np.ndarray,
         damping: np.ndarray,
-        past: Past | None = None,
+        past: PreviousPoses | None = None,
     ) -> None:
         """See `Group`."""
         opening, _, gradient = self._measured(poses, rates)
@@ -142,7 +142,7 @@ class HysteresisGroup:
     # energy -----------------------------------------------------------------------------------------------------------
 
     def energy(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None
+        self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None
     ) -> tuple[dict[str, float], float, float]:
         """See `Group`. With a past state, the dissipated power is the exact mean of the step."""
         opening, rate, _ = self._measured(poses, rates)

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fsm.segments.contact_geometry import ContactGeometry, Measured, Touching
-from fsm.segments.contact_memory import Remembered
+from fsm.segments.contact_geometry import ActiveContacts, ContactGeometry, ContactKinematics
+from fsm.segments.contact_memory import ContactMemory
 from fsm.segments.normal_force import NormalForce
 
 __all__ = ["Impacts"]
@@ -56,8 +56,8 @@ class Impacts:
 
     def late(
         self,
-        touching: Touching,
-        measured: Measured,
+        touching: ActiveContacts,
+        measured: ContactKinematics,
         normal: np.ndarray,
         new: np.ndarray,
         rates_before: np.ndarray,
@@ -96,7 +96,7 @@ class Impacts:
         return float(np.clip((begins - _LEAD_TIME * duration).min() / step, 0.05, 0.9))
 
     def longest_step(
-        self, t: float, near: Touching, measured: Measured, kept: Remembered, rates: np.ndarray
+        self, t: float, near: ActiveContacts, measured: ContactKinematics, kept: ContactMemory, rates: np.ndarray
     ) -> float:
         """Longest step that resolves present and imminent impacts among nearby slots, s."""
         onset, closing = kept.onset, -measured.rate[:, 0]
@@ -115,7 +115,7 @@ class Impacts:
         steps = _STEPS if self.normal.law.restitution else _FEWER_STEPS
         return float(np.where(rests, np.inf, np.where(begun, duration / steps, before)).min())
 
-    def young(self, age: np.ndarray, measured: Measured, onset: np.ndarray) -> np.ndarray:
+    def young(self, age: np.ndarray, measured: ContactKinematics, onset: np.ndarray) -> np.ndarray:
         """Mask (count,) of contacts that may still be impacts, by their age (s) and initial closing speed (m/s)."""
         moves = self.mobility[measured.bodies].reshape(len(age), -1).any(axis=1)
         duration = self._durations(np.where(moves, self._mass(measured), 0.0), onset, np.full(len(age), _CORNER_WEIGHT))
@@ -145,7 +145,7 @@ class Impacts:
         deepest = (0.5 * mass * speed**2 / one) ** (1.0 / (1.0 + self.normal.exponent))
         return np.asarray(3.0 * deepest / speed)
 
-    def _mass(self, measured: Measured) -> np.ndarray:
+    def _mass(self, measured: ContactKinematics) -> np.ndarray:
         """Effective mass along the gap of each contact, other connections neglected, kg."""
         mobility = self.mobility[measured.bodies].reshape(len(measured.bodies), -1)
         flexible = (measured.gradient[:, 0] ** 2 * mobility).sum(axis=1)

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fsm.kernels.scatter import scatter_efforts
-from fsm.segments.group import Past
-from fsm.segments.kept import Kept
+from fsm.segments.element_cache import ElementCache
+from fsm.segments.group import PreviousPoses
 from fsm.segments.pattern import BodyPattern
 
 __all__ = ["ElementLaw", "LawGroup"]
@@ -59,7 +59,7 @@ class LawGroup:
     geometry: tuple[np.ndarray, ...]
     laws: tuple[tuple[ElementLaw, Any], ...]
     names: tuple[str, ...]
-    _cache: Kept = field(default_factory=Kept, init=False, repr=False, compare=False)
+    _cache: ElementCache = field(default_factory=ElementCache, init=False, repr=False, compare=False)
 
     @cached_property
     def rate_dependent(self) -> bool:
@@ -72,7 +72,7 @@ class LawGroup:
         return np.zeros((len(self.bodies), 6 if len(self.geometry) == 6 else 3))
 
     def _measured(
-        self, poses: np.ndarray, rates: np.ndarray, past: Past | None
+        self, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Deformations, their rates, and gradients."""
         value, rate, gradient = self.measure(poses, rates, self.bodies, *self.geometry)
@@ -89,7 +89,7 @@ class LawGroup:
         return out[0], out[1], out[2]
 
     def add_force(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: Past | None = None
+        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: PreviousPoses | None = None
     ) -> None:
         """See `Group`."""
         value, rate, gradient = self._measured(poses, rates, past)
@@ -105,7 +105,7 @@ class LawGroup:
         force: np.ndarray,
         stiffness: np.ndarray,
         damping: np.ndarray,
-        past: Past | None = None,
+        past: PreviousPoses | None = None,
     ) -> None:
         """See `Group`."""
         value, rate, gradient = self._measured(poses, rates, past)
@@ -120,7 +120,7 @@ class LawGroup:
         """See `Group`; the laws do not depend explicitly on time."""
 
     def energy(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None
+        self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None
     ) -> tuple[dict[str, float], float, float]:
         """See `Group`; the energy counts as that of panels and joints."""
         value, rate, _ = self._measured(poses, rates, past)

@@ -15,8 +15,8 @@ from fsm.interactions.ligament_planar import (
     measure_ligament_planar,
     stored_ligament_planar,
 )
-from fsm.segments.group import Past
-from fsm.segments.kept import Kept
+from fsm.segments.element_cache import ElementCache
+from fsm.segments.group import PreviousPoses
 from fsm.segments.pattern import BodyPattern
 
 __all__ = ["LigamentGroup"]
@@ -37,7 +37,7 @@ class LigamentGroup:
     constants: np.ndarray
     names: tuple[str, ...] = ()
     measure: ClassVar[Any] = staticmethod(measure_ligament_planar)
-    _cache: Kept = field(default_factory=Kept, init=False, repr=False, compare=False)
+    _cache: ElementCache = field(default_factory=ElementCache, init=False, repr=False, compare=False)
 
     @classmethod
     def at_rest(
@@ -68,12 +68,12 @@ class LigamentGroup:
         """Zero deformations (m, 3), for use without a past state."""
         return np.ascontiguousarray(self.constants[:, 7:10])
 
-    def _before(self, rates: np.ndarray, past: Past | None) -> tuple[np.ndarray, float]:
+    def _before(self, rates: np.ndarray, past: PreviousPoses | None) -> tuple[np.ndarray, float]:
         """Past deformations and the inverse of the elapsed time; used only with dampers."""
         return self._cache.before(self, rates, past if self.rate_dependent else None)
 
     def add_force(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: Past | None = None
+        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: PreviousPoses | None = None
     ) -> None:
         """See `Group`."""
         force_ligament_planar(poses, rates, self.bodies, self.constants, *self._before(rates, past), force)
@@ -87,7 +87,7 @@ class LigamentGroup:
         force: np.ndarray,
         stiffness: np.ndarray,
         damping: np.ndarray,
-        past: Past | None = None,
+        past: PreviousPoses | None = None,
     ) -> None:
         """See `Group`."""
         linearise_ligament_planar(
@@ -98,7 +98,7 @@ class LigamentGroup:
         """See `Group`; springs do not depend explicitly on time."""
 
     def energy(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None
+        self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None
     ) -> tuple[dict[str, float], float, float]:
         """See `Group`; the energy of hinges counts as that of creases."""
         before = self._before(rates, past)

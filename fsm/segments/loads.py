@@ -9,7 +9,7 @@ import numpy as np
 from fsm.kernels.body_poses import pose_difference
 from fsm.kernels.rotation import rotation_matrix
 from fsm.scene.loads import Constant, Load, TimeFunction
-from fsm.segments.group import Past
+from fsm.segments.group import PreviousPoses
 from fsm.segments.pattern import BodyPattern
 from fsm.segments.time_function import breaks, factor, slope
 
@@ -79,7 +79,7 @@ class LoadGroup:
         return {time for load in self.loads for time in breaks(load.time)}
 
     def add_force(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: Past | None = None
+        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: PreviousPoses | None = None
     ) -> None:
         """See `Group`."""
         for load in self.loads:
@@ -94,7 +94,7 @@ class LoadGroup:
         force: np.ndarray,
         stiffness: np.ndarray,
         damping: np.ndarray,
-        past: Past | None = None,
+        past: PreviousPoses | None = None,
     ) -> None:
         """See `Group`."""
         self.add_force(t, poses, rates, force)
@@ -112,7 +112,7 @@ class LoadGroup:
             force_rate[load.body] += slope(load.time, t) * _wrench(load, poses[load.body])
 
     def energy(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None
+        self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None
     ) -> tuple[dict[str, float], float, float]:
         """See `Group`; loads count as input power, not as potential energy."""
         power = sum(
@@ -179,7 +179,7 @@ class GravityGroup:
         return False
 
     def add_force(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: Past | None = None
+        self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: PreviousPoses | None = None
     ) -> None:
         """See `Group`."""
         force[:, : len(self.acceleration)] += self.mass[:, None] * self.acceleration
@@ -193,7 +193,7 @@ class GravityGroup:
         force: np.ndarray,
         stiffness: np.ndarray,
         damping: np.ndarray,
-        past: Past | None = None,
+        past: PreviousPoses | None = None,
     ) -> None:
         """See `Group`; a uniform field has no stiffness."""
         self.add_force(t, poses, rates, force)
@@ -202,7 +202,7 @@ class GravityGroup:
         """See `Group`; gravity is constant."""
 
     def energy(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None
+        self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None
     ) -> tuple[dict[str, float], float, float]:
         """See `Group`."""
         height = poses[:, : len(self.acceleration)] @ self.acceleration

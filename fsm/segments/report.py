@@ -38,7 +38,7 @@ from fsm.segments.report_numbers import (
     material_lines,
     strip_lines,
 )
-from fsm.segments.report_view import View, count, millimetres, triple
+from fsm.segments.report_view import CheckContext, count, millimetres, triple
 from fsm.segments.save_times import save_times
 
 __all__ = ["describe"]
@@ -66,7 +66,7 @@ def describe(case: Case, source: str = "") -> list[str]:
     faults = check_scene(checked) or [*steep, *_overlaps(case, scene), *_endless(case, scene)]
     if faults:
         raise CaseError(with_paths_of_steps(case, faults), source)
-    view = View(case, scene)
+    view = CheckContext(case, scene)
     if case.step:
         plan_of(case, scene)  # its faults have the paths of the steps
     lines = []
@@ -110,12 +110,12 @@ def _endless(case: Case, scene: Scene) -> Iterator[Fault]:
 # sections ---------------------------------------------------------------------------------------------------
 
 
-def _title(view: View) -> Iterator[str]:
+def _title(view: CheckContext) -> Iterator[str]:
     if view.case.title:
         yield view.case.title
 
 
-def _dimension(view: View) -> Iterator[str]:
+def _dimension(view: CheckContext) -> Iterator[str]:
     if not view.spatial:
         yield "planar: all bodies move in the plane y = 0"
     elif view.reasons:
@@ -124,7 +124,7 @@ def _dimension(view: View) -> Iterator[str]:
         yield "spatial: set by solve.spatial, although all bodies are in the plane y = 0"
 
 
-def _bodies(view: View) -> Iterator[str]:
+def _bodies(view: CheckContext) -> Iterator[str]:
     frames = len(view.scene.frames)
     held = sum(body.held for body in view.scene.bodies) - frames
     driven = sum(len(drive.moved) for drive in view.scene.drives)
@@ -134,7 +134,7 @@ def _bodies(view: View) -> Iterator[str]:
     yield f"{each * len(view.free)} degrees of freedom, {each} for each free body"
 
 
-def _joints(view: View) -> Iterator[str]:
+def _joints(view: CheckContext) -> Iterator[str]:
     kinds = Counter(element.kind for element in view.elements if element.kind != "crease")
     if kinds["panel"]:
         yield f"{count(kinds['panel'], 'joint')} between the segments of panels, linear springs"
@@ -167,7 +167,7 @@ def _curve(element: ForceElement) -> str:
     return f"{kind} through {len(crease.angle)} points from {first:.4g} to {last:.4g} deg, linear outside{back}"
 
 
-def _half_cell(view: View) -> Iterator[str]:
+def _half_cell(view: CheckContext) -> Iterator[str]:
     strip = view.case.strip
     if strip is None:
         corrected = sum(element.crease_flexibility > 0 for element in view.elements)
@@ -178,7 +178,7 @@ def _half_cell(view: View) -> Iterator[str]:
         yield "off: the half segments beside a crease are rigid, so the strip is too stiff"
 
 
-def _damping(view: View) -> Iterator[str]:
+def _damping(view: CheckContext) -> Iterator[str]:
     material = view.case.material
     if view.case.strip is not None and material is not None:
         beta = strip_damping(view.case, view.scene)
@@ -188,7 +188,7 @@ def _damping(view: View) -> Iterator[str]:
         yield f"in {damped} of {count(len(view.elements), 'force element')}"
 
 
-def _drives(view: View) -> Iterator[str]:
+def _drives(view: CheckContext) -> Iterator[str]:
     for drive, motion in zip(view.scene.drives, view.motions, strict=True):
         yield f"{' + '.join(drive.moved)} {_motion(drive, motion)}, duration {motion.end_time:.4g} s"
         if view.case.strip is not None:
@@ -213,7 +213,7 @@ def _motion(drive: Drive, motion: PrescribedMotion) -> str:
     return f"{how} by a {kind}: {size} there and back in all, at most {pace}"
 
 
-def _loads(view: View) -> Iterator[str]:
+def _loads(view: CheckContext) -> Iterator[str]:
     for load in view.scene.loads:
         kind = "follower" if load.follower else "dead"
         wrench = f"force {triple(load.force)} N, moment {triple(load.moment)} N m"
@@ -222,7 +222,7 @@ def _loads(view: View) -> Iterator[str]:
         yield f"gravity {triple(view.scene.gravity)} m/s^2"
 
 
-def _start(view: View) -> Iterator[str]:
+def _start(view: CheckContext) -> Iterator[str]:
     start, reason = start_of(view.case, view.scene)
     state = {"as-folded": "as folded, at rest", "equilibrium": "in equilibrium, at rest"}[start]
     if view.case.strip is None and start == "as-folded":
@@ -234,7 +234,7 @@ def _start(view: View) -> Iterator[str]:
         yield f"held until {view.case.release.hold_time:.4g} s, then released"
 
 
-def _method(view: View) -> Iterator[str]:
+def _method(view: CheckContext) -> Iterator[str]:
     solve = view.case.solve
     for step in view.solved if view.plan.written else ():
         yield f"{step.method} in step {step.name!r}"
@@ -246,7 +246,7 @@ def _method(view: View) -> Iterator[str]:
     yield f"the run stops if the energy balance residual exceeds {100 * solve.energy_abort:g} % of the energy turned over"
 
 
-def _saved(view: View) -> Iterator[str]:
+def _saved(view: CheckContext) -> Iterator[str]:
     save = view.case.save
     motion = view.motions[0] if view.motions else None
     records = sum(_records(view, step) for step in view.plan.steps)
@@ -259,7 +259,7 @@ def _saved(view: View) -> Iterator[str]:
     yield f"{records} records, {spacing}"
 
 
-def _records(view: View, step: PlannedStep) -> int:
+def _records(view: CheckContext, step: PlannedStep) -> int:
     """Number of records of a step; one at the end of the step before is not written again."""
     if step.end == step.start:
         return int(step.kind == "relax" and step is not view.plan.steps[0])
@@ -267,7 +267,7 @@ def _records(view: View, step: PlannedStep) -> int:
     return len(save_times(step.save, acting, step.end, step.start)) - int(step.start > 0.0)
 
 
-def _steps(view: View) -> Iterator[str]:
+def _steps(view: CheckContext) -> Iterator[str]:
     """Steps of the run, also those that other keys of the case stand for."""
     for number, step in enumerate(view.plan.steps, 1):
         when = f"{step.start:.4g} to {step.end:.4g} s" if step.end > step.start else f"at {step.start:.4g} s"
@@ -277,7 +277,7 @@ def _steps(view: View) -> Iterator[str]:
         yield "; ".join([f"{number} {step.name}: {step.kind}, {when}, {what}", *step.described])
 
 
-def _left_out(view: View) -> Iterator[str]:
+def _left_out(view: CheckContext) -> Iterator[str]:
     scene = view.scene
     if scene.contact is None:
         yield "contact: no [contact]; panels pass through each other"
@@ -301,7 +301,7 @@ def _left_out(view: View) -> Iterator[str]:
             yield "transverse motion of the driven crease line: it is guided; guide = false includes it, in space"
 
 
-def _approximations(view: View) -> Iterator[str]:
+def _approximations(view: CheckContext) -> Iterator[str]:
     yield from _of_segments(view)
     yield from approximations_of_films(view)
     if view.pairs:
@@ -316,7 +316,7 @@ def _approximations(view: View) -> Iterator[str]:
         yield "the force includes inertia: halve the speed, and check that the force does not change"
 
 
-def _of_damping(view: View) -> Iterator[str]:
+def _of_damping(view: CheckContext) -> Iterator[str]:
     if view.case.strip is None or view.case.material is None:
         return
     beta = strip_damping(view.case, view.scene)
@@ -328,7 +328,7 @@ def _of_damping(view: View) -> Iterator[str]:
         yield f"dampers delay the force by beta v = {millimetres(delay)} of travel, visible where the force rises steeply"
 
 
-def _of_segments(view: View) -> Iterator[str]:
+def _of_segments(view: CheckContext) -> Iterator[str]:
     strip = view.case.strip
     if strip is None or strip.segments_per_panel == 1 or not view.segment:
         return
@@ -343,12 +343,12 @@ def _of_segments(view: View) -> Iterator[str]:
         yield f"segments resolve the bending beside creases of a taut panel up to a tension of EI/l^2 = {tension:.3g} N"
 
 
-def _warnings(view: View) -> Iterator[str]:
+def _warnings(view: CheckContext) -> Iterator[str]:
     yield from soft_contact(view)
     yield from crease_warnings(view.scene, view.case.strip is not None)
 
 
-_SECTIONS: tuple[tuple[str, Callable[[View], Iterator[str]]], ...] = (
+_SECTIONS: tuple[tuple[str, Callable[[CheckContext], Iterator[str]]], ...] = (
     ("case", _title),
     ("dimension", _dimension),
     ("strip", strip_lines),

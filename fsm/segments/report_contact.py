@@ -11,7 +11,7 @@ import numpy as np
 from fsm.registry import CONTACT_LAWS, FRICTION_LAWS, AddedLaw
 from fsm.scene.case import contact_scale
 from fsm.scene.contact import Contact
-from fsm.segments.report_view import View, count, millimetres
+from fsm.segments.report_view import CheckContext, count, millimetres
 
 __all__ = [
     "SURFACE_TIP",
@@ -54,7 +54,7 @@ def _damping(contact: Contact) -> str:
     return f", damping C = {contact.damping:.4g} N s/m" if contact.damping else ", no damping"
 
 
-def contact_lines(view: View) -> Iterator[str]:
+def contact_lines(view: CheckContext) -> Iterator[str]:
     """Lines on pairs, law, contact points and gap."""
     contact = view.scene.contact
     if contact is None or not view.pairs:
@@ -75,7 +75,7 @@ def contact_lines(view: View) -> Iterator[str]:
         yield "middle surfaces touch, because the gap does not include the thickness"
 
 
-def _contact_points(view: View) -> int:
+def _contact_points(view: CheckContext) -> int:
     assert view.scene.contact is not None
     per_segment = view.scene.contact.points_per_segment + 1
     # as in the compiler: plates that are not held, including driven plates
@@ -108,7 +108,7 @@ def _contact_points(view: View) -> int:
     return total * (2 if view.spatial else 1) + rigid
 
 
-def friction_lines(view: View) -> Iterator[str]:
+def friction_lines(view: CheckContext) -> Iterator[str]:
     """Lines on the friction law."""
     law = view.scene.friction
     if law is None or not view.pairs:
@@ -136,7 +136,7 @@ def friction_lines(view: View) -> Iterator[str]:
         yield f"mu across a panel is {law.across:g} times as large" + ("" if view.spatial else ", not used in planar motion")
 
 
-def approximations_of_contact(view: View) -> Iterator[str]:
+def approximations_of_contact(view: CheckContext) -> Iterator[str]:
     """Approximations of surfaces, thickness and pairs."""
     contact = view.scene.contact
     assert contact is not None
@@ -159,7 +159,7 @@ def approximations_of_contact(view: View) -> Iterator[str]:
         yield "side edges have no contact: points beyond the sides of a panel, |y| > width/2, touch nothing"
 
 
-def approximations_of_friction(view: View) -> str:
+def approximations_of_friction(view: CheckContext) -> str:
     """Approximation of a sticking contact by the friction law."""
     law = view.scene.friction
     assert law is not None
@@ -178,7 +178,7 @@ def approximations_of_friction(view: View) -> str:
     )
 
 
-def stick_slip(view: View) -> Iterator[str]:
+def stick_slip(view: CheckContext) -> Iterator[str]:
     """Line on drives at a speed at which friction falls with speed."""
     law = view.scene.friction
     if law is None or not view.pairs or law.mu_static <= law.mu_dynamic:
@@ -193,7 +193,7 @@ def stick_slip(view: View) -> Iterator[str]:
     )
 
 
-def soft_contact(view: View) -> Iterator[str]:
+def soft_contact(view: CheckContext) -> Iterator[str]:
     """Warning about a contact stiffness that lowers the peak of a strip."""
     contact, strip, material = view.scene.contact, view.case.strip, view.case.material
     if contact is None or strip is None or material is None or not view.pairs:

@@ -6,12 +6,12 @@ from collections.abc import Iterator
 
 from fsm.scene.contact_points import apart, points_along, sunk
 from fsm.scene.flexible import unstressed_length
-from fsm.segments.report_view import View, count, millimetres
+from fsm.segments.report_view import CheckContext, count, millimetres
 
 __all__ = ["approximations_of_films", "beam_lines", "cable_lines", "film_lines"]
 
 
-def film_lines(view: View) -> Iterator[str]:
+def film_lines(view: CheckContext) -> Iterator[str]:
     """Sizes, mesh and material of every film."""
     for film in view.scene.films:
         nx, ny = film.mesh
@@ -26,7 +26,7 @@ def film_lines(view: View) -> Iterator[str]:
         )
 
 
-def cable_lines(view: View) -> Iterator[str]:
+def cable_lines(view: CheckContext) -> Iterator[str]:
     """Sizes, mesh and material of every cable."""
     for cable in view.scene.cables:
         held = f", held: {', '.join(cable.held)}" if cable.held else ""
@@ -37,7 +37,7 @@ def cable_lines(view: View) -> Iterator[str]:
         )
 
 
-def beam_lines(view: View) -> Iterator[str]:
+def beam_lines(view: CheckContext) -> Iterator[str]:
     """Sizes, mesh and material of every beam."""
     for beam in view.scene.beams:
         held = f", held: {', '.join(beam.held)}" if beam.held else ""
@@ -48,7 +48,7 @@ def beam_lines(view: View) -> Iterator[str]:
         )
 
 
-def _touching_points(view: View, named: set[str]) -> Iterator[str]:
+def _touching_points(view: CheckContext, named: set[str]) -> Iterator[str]:
     """Distances of contact points, and how far round obstacles sink in between them."""
     round_ones = {o.name: o.radius for o in view.scene.obstacles if o.radius is not None}
     for part in (*view.scene.films, *view.scene.lines.values()):
@@ -63,7 +63,7 @@ def _touching_points(view: View, named: set[str]) -> Iterator[str]:
         yield text
 
 
-def approximations_of_films(view: View) -> Iterator[str]:
+def approximations_of_films(view: CheckContext) -> Iterator[str]:
     """Approximations of films, cables and beams."""
     scene = view.scene
     named = {name for pair in scene.pairs for name in (pair.first, pair.second)} if scene.contact is not None else set()

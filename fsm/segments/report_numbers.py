@@ -9,7 +9,7 @@ from fsm.scene.builders.strip import bending_stiffness
 from fsm.scene.materials import Crease, LinearCrease, SplineCrease
 from fsm.scene.scene import Body, ForceElement
 from fsm.segments.element_angles import initial_twists, rest_twists
-from fsm.segments.report_view import View, millimetres, triple
+from fsm.segments.report_view import CheckContext, millimetres, triple
 
 __all__ = ["body_lines", "crease_lines", "element_lines", "lattice_lines", "material_lines", "strip_lines"]
 
@@ -17,7 +17,7 @@ _LISTED = 8
 """Largest number of bodies or elements of a scene with a line each."""
 
 
-def strip_lines(view: View) -> Iterator[str]:
+def strip_lines(view: CheckContext) -> Iterator[str]:
     """Lines on size, panels, fold angle and mass."""
     strip, material = view.case.strip, view.case.material
     if strip is None or material is None:
@@ -28,7 +28,7 @@ def strip_lines(view: View) -> Iterator[str]:
     yield f"{size}, {mass:.4g} g; {panels} at {_degrees(strip.fold_angle)} from the horizontal"
 
 
-def material_lines(view: View) -> Iterator[str]:
+def material_lines(view: CheckContext) -> Iterator[str]:
     """Lines on elastic constants, density and bending stiffness."""
     strip, material = view.case.strip, view.case.material
     if strip is None or material is None:
@@ -39,7 +39,7 @@ def material_lines(view: View) -> Iterator[str]:
     yield f"bending stiffness EI {1e6 * bending:.4g} N mm^2 ({how})"
 
 
-def crease_lines(view: View) -> Iterator[str]:
+def crease_lines(view: CheckContext) -> Iterator[str]:
     """Lines on the stiffness of a crease, its ratio to that of a panel, and its rest angle."""
     strip, material, crease = view.case.strip, view.case.material, view.case.crease
     if strip is None or material is None or crease is None:
@@ -53,7 +53,7 @@ def crease_lines(view: View) -> Iterator[str]:
     yield f"{_law(crease)}, {ratio:.3g} EI per panel length; {zero} at {angle} from flat ({rest})"
 
 
-def lattice_lines(view: View) -> Iterator[str]:
+def lattice_lines(view: CheckContext) -> Iterator[str]:
     """Lines on squares, hinges and density of a lattice."""
     lattice = view.case.lattice
     if lattice is None:
@@ -65,7 +65,7 @@ def lattice_lines(view: View) -> Iterator[str]:
     yield f"hinges of {millimetres(lattice.hinge_length)}: {springs}; damping {1e3 * lattice.damping:.4g} ms"
 
 
-def body_lines(view: View) -> Iterator[str]:
+def body_lines(view: CheckContext) -> Iterator[str]:
     """Lines on masses, sizes and velocities of the bodies of a [scene]."""
     if view.case.scene is None:
         return
@@ -77,7 +77,7 @@ def body_lines(view: View) -> Iterator[str]:
         yield f"total mass {sum(masses):.4g} kg, {min(masses):.4g} to {max(masses):.4g} kg each"
 
 
-def element_lines(view: View) -> Iterator[str]:
+def element_lines(view: CheckContext) -> Iterator[str]:
     """Lines on stiffness and angles of the elements of a [scene]."""
     if view.case.scene is None or len(view.elements) > _LISTED:
         return

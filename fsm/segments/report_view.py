@@ -15,11 +15,11 @@ from fsm.scene.scene import GROUND, Body, ContactPair, ForceElement, Scene
 from fsm.segments.drive import PrescribedMotion, program_of, unit
 from fsm.segments.plan import Plan, PlannedStep, plan_of
 
-__all__ = ["View", "count", "millimetres", "triple"]
+__all__ = ["CheckContext", "count", "millimetres", "triple"]
 
 
 @dataclass(frozen=True)
-class View:
+class CheckContext:
     """Case and scene, with values derived from them."""
 
     case: Case

@@ -9,12 +9,12 @@ import numpy as np
 
 from fsm.interactions import edge_edge, point_shape_planar, point_shape_spatial
 from fsm.interactions.box_pairs import ListedPairs
+from fsm.interactions.displacement_bound import moved_beyond
 from fsm.interactions.face_overlap import COLUMNS
-from fsm.interactions.motion import moved_beyond
 from fsm.interactions.shape_boxes import shape_boxes_planar, shape_boxes_spatial
 from fsm.interactions.shape_distance import HALF_SPACE
 from fsm.interactions.swept import edges_pass, local_edges, path_poses, points_pass, turn_between
-from fsm.segments.contact_geometry import ContactForces, Measured, Touching
+from fsm.segments.contact_geometry import ActiveContacts, ContactForces, ContactKinematics
 from fsm.segments.overlaps import Overlaps
 from fsm.segments.pattern import BodyPattern
 from fsm.segments.shape_tables import Kit, Tables, Units, ranges
@@ -239,7 +239,7 @@ class ShapeContacts:
 
     # narrow phase ---------------------------------------------------------------------------------------------------
 
-    def find(self, poses: np.ndarray, below: float) -> Touching:
+    def find(self, poses: np.ndarray, below: float) -> ActiveContacts:
         """Find the slots with a gap below a bound, m: 0 for contacts, larger (up to the margin) for gaps."""
         self._activate_weights(poses)
         self._refresh(poses)
@@ -248,7 +248,7 @@ class ShapeContacts:
 
     def _find(
         self, poses: np.ndarray, points: np.ndarray, edges: np.ndarray, below: float, as_they_are: bool = False
-    ) -> Touching:
+    ) -> ActiveContacts:
         """Find contacts among some points and pairs of edges; optionally without the scaling of nearly parallel edges."""
         tables, pairs = self.tables, self.tables.edge_pairs
         slot, gap = self._kernels.find(poses, points, *self._point_arguments, below)
@@ -256,18 +256,18 @@ class ShapeContacts:
             parallel = np.zeros(len(pairs.parallel)) if as_they_are else pairs.parallel
             other, other_gap = edge_edge.find_edges(poses, edges, pairs.edges, parallel, *tables.edges, below)
             slot, gap = np.concatenate([slot, other + self._count]), np.concatenate([gap, other_gap])
-        return Touching(slot, gap, ())
+        return ActiveContacts(slot, gap, ())
 
     @property
     def _point_arguments(self) -> tuple[np.ndarray, ...]:
         return (*self.tables.points, *self.tables.shapes)
 
-    def _split_kinds(self, touching: Touching) -> tuple[int, np.ndarray, np.ndarray]:
+    def _split_kinds(self, touching: ActiveContacts) -> tuple[int, np.ndarray, np.ndarray]:
         """Number of points; rows of the points and of the pairs of edges."""
         count = int(np.searchsorted(touching.slot, self._count))
         return count, touching.slot[:count].copy(), touching.slot[count:] - self._count
 
-    def measure(self, poses: np.ndarray, rates: np.ndarray, touching: Touching) -> Measured:
+    def measure(self, poses: np.ndarray, rates: np.ndarray, touching: ActiveContacts) -> ContactKinematics:
         """Compute rates and gradients of gap and slip of all contacts."""
         tables = self.tables
         count, points, edges = self._split_kinds(touching)
@@ -277,16 +277,16 @@ class ShapeContacts:
         if len(edges):
             parts.append(edge_edge.measure_edges(poses, rates, edges, *tables.edge_pairs, *tables.edges))
         if len(parts) == 1:
-            return Measured(*parts[0])
+            return ContactKinematics(*parts[0])
         bodies, rate, gradient = (np.concatenate(both) for both in zip(*parts, strict=True))
-        return Measured(bodies, rate, gradient)
+        return ContactKinematics(bodies, rate, gradient)
 
     def add_tangent(
         self,
         poses: np.ndarray,
         rates: np.ndarray,
-        touching: Touching,
-        measured: Measured,
+        touching: ActiveContacts,
+        measured: ContactKinematics,
         forces: ContactForces,
         pattern: BodyPattern,
         stiffness: np.ndarray,
@@ -337,7 +337,7 @@ class ShapeContacts:
         self._changes = bool((self._overlaps.in_force != self._overlaps.shares).any())
         self._apply_weights()
 
-    def forget(self) -> None:
+    def clear_caches(self) -> None:
         """See `ContactGeometry`."""
         self._reference = None
 

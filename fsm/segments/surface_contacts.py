@@ -9,10 +9,10 @@ import numpy as np
 
 from fsm.interactions.box_tree import fit_tree, window_pieces
 from fsm.interactions.chord import chord_boxes
-from fsm.interactions.coupling import coupled_bodies
-from fsm.interactions.motion import furthest_motion, moved_beyond
+from fsm.interactions.contact_body_pairs import coupled_bodies
+from fsm.interactions.displacement_bound import furthest_motion, moved_beyond
 from fsm.interactions.surface import BARE
-from fsm.segments.contact_geometry import ContactForces, Measured, Tapered, Touching
+from fsm.segments.contact_geometry import ActiveContacts, ContactForces, ContactKinematics, Tapered
 from fsm.segments.corner_sides import Corners, corner_sides
 from fsm.segments.pattern import BodyPattern
 
@@ -196,7 +196,7 @@ class SurfaceContacts:
         self._pairs = coupled_bodies(probes.body, self._window, surfaces.owners, len(poses))
         self.refreshes += 1
 
-    def find(self, poses: np.ndarray, below: float) -> Touching:
+    def find(self, poses: np.ndarray, below: float) -> ActiveContacts:
         """See `ContactGeometry`; `at` holds pieces, sides and places on them."""
         self._refresh(poses)
         probes, surfaces = self.probes, self.surfaces
@@ -205,14 +205,14 @@ class SurfaceContacts:
             self._no_share, self._window, surfaces.owners, surfaces.stations, *surfaces.extra, below, *self._buffers,
         )  # fmt: skip
         slot, piece, side, at, gap = (buffer[:count].copy() for buffer in self._buffers)
-        return Touching(slot, gap, (piece, side, at))
+        return ActiveContacts(slot, gap, (piece, side, at))
 
     # how ------------------------------------------------------------------------------------------------------------
 
-    def measure(self, poses: np.ndarray, rates: np.ndarray, touching: Touching) -> Measured:
+    def measure(self, poses: np.ndarray, rates: np.ndarray, touching: ActiveContacts) -> ContactKinematics:
         """See `ContactGeometry`."""
         probes, surfaces, count = self.probes, self.surfaces, len(touching.slot)
-        measured = Measured(
+        measured = ContactKinematics(
             *self.kernels.measure(
                 poses, rates, count, touching.slot, *touching.at, probes.body, probes.place,
                 probes.straight, probes.clearance, probes.inset, surfaces.owners, surfaces.stations, *surfaces.extra,
@@ -232,8 +232,8 @@ class SurfaceContacts:
         self,
         poses: np.ndarray,
         rates: np.ndarray,
-        touching: Touching,
-        measured: Measured,
+        touching: ActiveContacts,
+        measured: ContactKinematics,
         forces: ContactForces,
         pattern: BodyPattern,
         stiffness: np.ndarray,
@@ -297,7 +297,7 @@ class SurfaceContacts:
         committed = memory[count:].reshape(-1, 3 if self.slips == 1 else 7)
         self._committed = committed.copy() if len(committed) else None
 
-    def forget(self) -> None:
+    def clear_caches(self) -> None:
         """See `ContactGeometry`."""
         self._reference = self._within = self._height_at = None
         self._nearest[:] = -1

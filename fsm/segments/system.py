@@ -23,30 +23,30 @@ from fsm.kernels.newton_euler import (
     motion_energy,
     support_reactions,
 )
-from fsm.segments.all_contacts import Contacts
 from fsm.segments.arrays_of import arrays_of
 from fsm.segments.configuration import Bodies, Configuration
+from fsm.segments.contact_depths import ContactDepths
+from fsm.segments.contact_set import ContactSet
 from fsm.segments.contacts import ContactGroup
 from fsm.segments.drive import PrescribedMotion
 from fsm.segments.elements import BushingGroup
-from fsm.segments.group import Group, GroupSteps, Past
+from fsm.segments.group import Group, GroupSteps, PreviousPoses
 from fsm.segments.hysteresis import HysteresisGroup
 from fsm.segments.loads import LoadGroup
 from fsm.segments.pattern import BodyPattern, body_pattern
-from fsm.segments.pressed import Pressed
 from fsm.segments.springs_alone import settle_springs
 from fsm.stepping.model import ArrayModel
 from fsm.system import (
-    Before,
     DriveState,
     Energy,
     Linearised,
     NewtonRules,
-    Objection,
     Observation,
+    PreviousState,
     Ready,
     Scales,
     Settled,
+    StepRejection,
 )
 
 __all__ = ["SegmentSystem"]
@@ -74,7 +74,7 @@ class SegmentSystem(Configuration):
     ) -> None:
         super().__init__(bodies, motions)
         self.groups = groups
-        self.contacts = Contacts(contacts)
+        self.contacts = ContactSet(contacts)
         self.pair_names = pair_names
         self.fixed_pattern, self.of_vectors = not contacts, False
         self.rate_dependent = any(group.rate_dependent for group in groups)
@@ -89,7 +89,7 @@ class SegmentSystem(Configuration):
         self._bristles = any(friction.law.bristle for friction in frictions)
         # springs without dampers know where they are and no more
         self._looks_back = self.rate_dependent or self.groups != self._springs
-        self._last_before: Before | None = None
+        self._last_before: PreviousState | None = None
         self._last_poses = bodies.pose
         self._pattern: BodyPattern | None = None
         self._array_model: ArrayModel | None = None
@@ -200,7 +200,7 @@ class SegmentSystem(Configuration):
         """See `System`."""
         return self.force(t, q, u) / self._mass
 
-    def force(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> np.ndarray:
+    def force(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> np.ndarray:
         """See `System`."""
         forces = self._all_forces(t, *self.place(t, q, u, before), self._past(t, before))
         return self._generalised(t, q, u, before, forces)
@@ -229,7 +229,7 @@ class SegmentSystem(Configuration):
         poses: np.ndarray,
         rates: np.ndarray,
         groups: tuple[Group, ...],
-        past: Past | None = None,
+        past: PreviousPoses | None = None,
         turned: np.ndarray | None = None,
     ) -> tuple[BodyPattern, np.ndarray, np.ndarray]:
         """Block data of K and D of groups, and their pattern, with driven bodies as free ones behind the others."""
@@ -253,7 +253,8 @@ class SegmentSystem(Configuration):
         return pattern, stiffness, damping
 
     def balance(
-        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None, contacts: bool | None = None
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None,
+        contacts: bool | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Force h (nu,) and the reactions of all drives (n_drives,) at a state.
 
@@ -270,7 +271,9 @@ class SegmentSystem(Configuration):
         reactions = np.asarray(support_reactions(forces, self._ordered))
         return self._generalised(t, q, u, before, forces, not contacts), self._drive_state(t, reactions).force
 
-    def drive_tangent(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> np.ndarray:
+    def drive_tangent(
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None
+    ) -> np.ndarray:
         """d(reaction)/dx of every drive, (n_drives, nu); with `before`, the last state stays where it is."""
         poses, rates = self.place(t, q, u, before)
         driven = [body for motion in self.motions for body in motion.bodies]
@@ -289,7 +292,7 @@ class SegmentSystem(Configuration):
             tangent += np.asarray(BlockMatrix(pattern, damping).bsr().T @ pull).T / (t - before[0])
         return np.array([self._folded(q, row) for row in tangent]).reshape(len(tangent), self.nu)
 
-    def linearise(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Linearised:
+    def linearise(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> Linearised:
         """See `System`."""
         return self._linearised(t, q, u, before)
 
@@ -298,14 +301,14 @@ class SegmentSystem(Configuration):
         t: float,
         q: np.ndarray,
         u: np.ndarray | None,
-        before: Before | None,
+        before: PreviousState | None,
         efforts: np.ndarray,
-        depths: tuple[Pressed, ...],
+        depths: tuple[ContactDepths, ...],
     ) -> Linearised:
         """See `MixedSystem`."""
         return self._linearised(t, q, u, before, efforts, depths)
 
-    def depths(self, most: float) -> tuple[Pressed, ...]:
+    def depths(self, most: float) -> tuple[ContactDepths, ...]:
         """See `MixedSystem`."""
         return tuple(group.pressed(most) for group in self.contacts)
 
@@ -314,10 +317,10 @@ class SegmentSystem(Configuration):
         t: float,
         q: np.ndarray,
         u: np.ndarray | None,
-        before: Before | None,
+        before: PreviousState | None,
         dx: np.ndarray,
-        depths: tuple[Pressed, ...],
-    ) -> tuple[Pressed, ...]:
+        depths: tuple[ContactDepths, ...],
+    ) -> tuple[ContactDepths, ...]:
         """See `MixedSystem`."""
         if not depths:
             return depths
@@ -328,7 +331,7 @@ class SegmentSystem(Configuration):
         )
 
     def efforts(
-        self, t: float, q: np.ndarray, before: Before | None = None, dx: np.ndarray | None = None
+        self, t: float, q: np.ndarray, before: PreviousState | None = None, dx: np.ndarray | None = None
     ) -> np.ndarray:
         """See `MixedSystem`."""
         poses, at_rest = self.place(t, q, None)
@@ -346,7 +349,7 @@ class SegmentSystem(Configuration):
         self,
         t: float,
         q: np.ndarray,
-        before: Before,
+        before: PreviousState,
         efforts: np.ndarray,
         largest_reaction: float,
         rules: NewtonRules,
@@ -376,9 +379,9 @@ class SegmentSystem(Configuration):
         t: float,
         q: np.ndarray,
         u: np.ndarray | None,
-        before: Before | None,
+        before: PreviousState | None,
         efforts: np.ndarray | None = None,
-        depths: tuple[Pressed, ...] | None = None,
+        depths: tuple[ContactDepths, ...] | None = None,
     ) -> Linearised:
         poses, rates = self.place(t, q, u, before)
         past = self._past(t, before)
@@ -413,14 +416,14 @@ class SegmentSystem(Configuration):
             self._array_model = arrays_of(self, self._current_pattern(self.bodies.pose), ready)
         return self._array_model
 
-    def energy(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Energy:
+    def energy(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> Energy:
         """See `System`."""
         poses, rates = self.place(t, q, u, before)
         past = self._past(t, before)
         return self._energy(t, poses, rates, self._reactions(t, poses, rates, past), past)
 
     def reactions(
-        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None
     ) -> np.ndarray:
         """See `System`."""
         reactions = self._reactions(t, *self.place(t, q, u, before), self._past(t, before))
@@ -428,7 +431,7 @@ class SegmentSystem(Configuration):
             self._accelerate(t, reactions)
         return reactions
 
-    def observe(self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None = None) -> Observation:
+    def observe(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> Observation:
         """See `System`."""
         poses, rates = self.place(t, q, u, before)
         past = self._past(t, before)
@@ -441,7 +444,7 @@ class SegmentSystem(Configuration):
 
     # protocol: what is remembered ------------------------------------------------------------------------------------
 
-    def commit(self, t: float, q: np.ndarray, u: np.ndarray, before: Before | None = None) -> None:
+    def commit(self, t: float, q: np.ndarray, u: np.ndarray, before: PreviousState | None = None) -> None:
         """See `System`."""
         if not self.contacts and not self._sliding:
             return
@@ -464,26 +467,26 @@ class SegmentSystem(Configuration):
             end = begin
         self.contacts.restore(memory[:end])
 
-    def counted(self) -> np.ndarray:
+    def counters(self) -> np.ndarray:
         """See `System`: states that contacts were found in and renewals of the broad phase, of every group."""
-        return self.contacts.counted()
+        return self.contacts.counters()
 
-    def forget(self, counted: np.ndarray) -> None:
+    def clear_caches(self, counters: np.ndarray) -> None:
         """See `System`."""
         if not self.fixed_pattern:  # what was near before may not be now
             self._pattern, self._pattern_version, self._pattern_pairs = None, (), ()
             self._driven_pattern, self._driven_key = None, ()
-        self.contacts.forget(counted)
+        self.contacts.clear_caches(counters)
 
-    def parted(self) -> bool:
+    def contacts_opened(self) -> bool:
         """See `System`."""
-        return self.contacts.parted()
+        return self.contacts.contacts_opened()
 
-    def objection(self, t: float, q: np.ndarray, u: np.ndarray | None, step: float) -> Objection | None:
+    def rejection(self, t: float, q: np.ndarray, u: np.ndarray | None, step: float) -> StepRejection | None:
         """See `System`."""
         if not self.contacts:
             return None
-        return self.contacts.objection(t, *self.place(t, q, u), None if u is None else step, self.pair_names)
+        return self.contacts.rejection(t, *self.place(t, q, u), None if u is None else step, self.pair_names)
 
     def shortest_step(self) -> float:
         """See `System`."""
@@ -505,7 +508,7 @@ class SegmentSystem(Configuration):
             contacts.add_force(t, poses, rates, forces)
         return float(largest_force(forces))
 
-    def widest_joint(self, t: float, q: np.ndarray) -> tuple[float, str]:
+    def max_joint_opening(self, t: float, q: np.ndarray) -> tuple[float, str]:
         """See `System`."""
         poses, _ = self.place(t, q, None)
         gaps = [group.gap(poses) for group in self._springs]
@@ -514,7 +517,8 @@ class SegmentSystem(Configuration):
     # inside ---------------------------------------------------------------------------------------------------------
 
     def _generalised(
-        self, t: float, q: np.ndarray, u: np.ndarray | None, before: Before | None, forces: np.ndarray, whole: bool = True
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None, forces: np.ndarray,
+        whole: bool = True,
     ) -> np.ndarray:
         """Generalised forces (nu,) from the wrenches (n_bodies, 6) on all bodies; not `whole`: from these alone."""
         return np.asarray(gather_free(self.bodies.free, forces))
@@ -528,7 +532,7 @@ class SegmentSystem(Configuration):
         t: float,
         q: np.ndarray,
         u: np.ndarray | None,
-        before: Before | None,
+        before: PreviousState | None,
         pattern: BodyPattern,
         sums: tuple[np.ndarray, np.ndarray, np.ndarray],
         by_rates: np.ndarray | None,
@@ -539,20 +543,20 @@ class SegmentSystem(Configuration):
             gather_free(self.bodies.free, force), BlockMatrix(pattern, stiffness), BlockMatrix(pattern, damping)
         )
 
-    def _turned(self, q: np.ndarray, u: np.ndarray | None, before: Before | None) -> np.ndarray | None:
+    def _turned(self, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None) -> np.ndarray | None:
         """What velocities, as increments since the last state over the time, change by as bodies turn on; None: nothing."""
         return None if before is None or u is None else self.increment_map(self.difference(before[1], q))
 
-    def _past(self, t: float, before: Before | None) -> Past | None:
+    def _past(self, t: float, before: PreviousState | None) -> PreviousPoses | None:
         """The last state as poses, found once; none where nothing looks at it."""
         if before is None or not self._looks_back:
             return None
         last = self._last_before
         if last is None or last[0] != before[0] or last[1] is not before[1]:
             self._last_before, self._last_poses = before, self.place(*before, None)[0]
-        return Past(self._last_poses, t - before[0])
+        return PreviousPoses(self._last_poses, t - before[0])
 
-    def _all_forces(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None) -> np.ndarray:
+    def _all_forces(self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None) -> np.ndarray:
         force = np.zeros(rates.shape)
         for group in self.groups:
             group.add_force(t, poses, rates, force, past)
@@ -560,7 +564,7 @@ class SegmentSystem(Configuration):
             add_gyroscopic(rates, self.bodies.inertia, force)
         return force
 
-    def _reactions(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None = None) -> np.ndarray:
+    def _reactions(self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None) -> np.ndarray:
         """Reactions of held and driven bodies, but for what accelerates the driven ones."""
         return np.asarray(support_reactions(self._all_forces(t, poses, rates, past), self._ordered))
 
@@ -584,7 +588,7 @@ class SegmentSystem(Configuration):
         return DriveState(self._travels(t).copy(), force)
 
     def _energy(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, reactions: np.ndarray, past: Past | None = None
+        self, t: float, poses: np.ndarray, rates: np.ndarray, reactions: np.ndarray, past: PreviousPoses | None = None
     ) -> Energy:
         potential: dict[str, float] = {}
         dissipated = power = sliding = 0.0

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from fsm.solve.arc_length import ArcSettings, PathPoint, trace
-from fsm.solve.handed_over import CurvePoint, Saved, Statistics
-from fsm.solve.ledger import Ledger
+from fsm.solve.energy_balance import EnergyBalance
+from fsm.solve.run_io import CurvePoint, SavedState, Statistics
 from fsm.system import Observation
 
 __all__ = ["ArcRun"]
@@ -26,7 +26,7 @@ class ArcRun:
     ----------
     system : system with the method `loaded`
     settings : ArcSettings
-    ledger, seen : energy balance and curve, to which all points are added
+    energy_balance, seen : energy balance and curve, to which all points are added
 
     Attributes
     ----------
@@ -35,10 +35,10 @@ class ArcRun:
     warnings : list of str
     """
 
-    def __init__(self, system: Any, settings: ArcSettings, ledger: Ledger, seen: list[CurvePoint]) -> None:
-        self.system, self.settings, self.ledger = system, settings, ledger
+    def __init__(self, system: Any, settings: ArcSettings, energy_balance: EnergyBalance, seen: list[CurvePoint]) -> None:
+        self.system, self.settings, self.energy_balance = system, settings, energy_balance
         self.statistics = Statistics("arc-length", seen=seen)
-        self.saved: list[Saved] = []
+        self.saved: list[SavedState] = []
         self.loads: dict[str, Any] = {}
         self.warnings: list[str] = []
 
@@ -46,7 +46,7 @@ class ArcRun:
         """Follow the path from an equilibrium at a time (s), and return the configuration at its end."""
         settings, system = self.settings, self.system
         at_rest = np.zeros(system.nu)
-        system.forget(np.zeros(0))
+        system.clear_caches(np.zeros(0))
         points: list[PathPoint] = []
         lowest = 2.0 * start - settings.end_time  # loads may reverse up to their full size
         for point in trace(
@@ -69,7 +69,7 @@ class ArcRun:
 
     def _account(self, start: float, points: list[PathPoint]) -> None:
         """Compute the records, work and loads of all points."""
-        system, ledger = self.system, self.ledger
+        system, energy_balance = self.system, self.energy_balance
         at_rest = np.zeros(system.nu)
         whole = points[-1].length or 1.0
         first, _ = system.place(points[0].time, points[0].q, None)
@@ -79,14 +79,15 @@ class ArcRun:
         for point in points:
             seen = system.observe(point.time, point.q, None)
             if before is not None:
-                ledger.add(self._work(before, (point, seen)), 0.0, np.zeros_like(seen.energy.pair_power))
-            ledger.balance(seen.energy.stored_at_rest, 0.0)
+                energy_balance.add(self._work(before, (point, seen)), 0.0, np.zeros_like(seen.energy.pair_power))
+            energy_balance.balance(seen.energy.stored_at_rest, 0.0)
             time = start + (self.settings.end_time - start) * point.length / whole
             curve = self.statistics.seen
             curve.append(CurvePoint.after(curve, time, seen, dynamic=False))
             self.saved.append(
-                Saved(
-                    time, point.q, at_rest, seen, ledger.dissipated, ledger.work, ledger.error, ledger.pair_energy,
+                SavedState(
+                    time, point.q, at_rest, seen, energy_balance.dissipated, energy_balance.work, energy_balance.error,
+                    energy_balance.pair_energy,
                     program_time=point.time,
                 )
             )  # fmt: skip

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from fsm.solve.ledger import Ledger
-from fsm.solve.renewal import State
+from fsm.solve.energy_balance import EnergyBalance
+from fsm.solve.restart_points import State
 from fsm.solve.run import Run
 from fsm.solve.scipy_ivp import FirstOrder, go_on, make_solver, solver_state
 from fsm.solve.status import Outcome
@@ -59,14 +59,14 @@ class DenseRun(Run):
                 if not np.all(np.isfinite(state)):
                     self._fail(Outcome.NOT_FINITE)
                 dense = solver.interpolant() if hasattr(solver, "interpolant") else solver.dense_output()
-                before = replace(self.ledger)
+                before = replace(self.energy_balance)
                 self._account(solver.t, state, dense)
                 while self.pending and self.pending[0] <= solver.t:
                     self._save_between(self.pending.pop(0), solver.t, dense, before)
                 q, u = self.equations.split(state.copy())
-                objection = self.system.objection(solver.t, q, u, solver.t - self.time)
-                if objection is not None and objection.reason:  # these methods cannot repeat a step
-                    self._fail(Outcome.CROSSED, objection.reason)
+                rejection = self.system.rejection(solver.t, q, u, solver.t - self.time)
+                if rejection is not None and rejection.reason:  # these methods cannot repeat a step
+                    self._fail(Outcome.CROSSED, rejection.reason)
                 self.system.commit(solver.t, q, u)
                 if self._arrive(solver.t, q, u, partial(self._state, solver)):
                     solver = self._solver()
@@ -110,24 +110,24 @@ class DenseRun(Run):
             at = self.time + node * step
             q, u = self.equations.split(dense(at))
             seen = self.system.observe(at, q, u)
-            self._add(self.ledger, weight * step, seen.energy)
+            self._add(self.energy_balance, weight * step, seen.energy)
             self._look(at, q, u, seen)
         q, u = self.equations.split(state)
         self.last = self.system.observe(end, q, u)
-        self.ledger.work += self.last.energy.driven - self._driven
+        self.energy_balance.work += self.last.energy.driven - self._driven
         self._look(end, q, u, self.last)
         self._balance(self.last)
 
     @staticmethod
-    def _add(ledger: Ledger, duration: float, energy: Energy) -> None:
+    def _add(energy_balance: EnergyBalance, duration: float, energy: Energy) -> None:
         """Add the powers of a state over a time."""
-        ledger.add(duration * energy.input_power, duration * energy.dissipated_power, duration * energy.pair_power)
+        energy_balance.add(duration * energy.input_power, duration * energy.dissipated_power, duration * energy.pair_power)
 
-    def _save_between(self, at: float, end: float, dense: Callable[[float], np.ndarray], before: Ledger) -> None:
+    def _save_between(self, at: float, end: float, dense: Callable[[float], np.ndarray], before: EnergyBalance) -> None:
         """Save states inside or at the end of a step, with the integrals up to their times."""
         q, u = self.equations.split(dense(at))
         if at >= end:
-            self._save(end, q, u, self.last, self.ledger)
+            self._save(end, q, u, self.last, self.energy_balance)
             return
         step = at - self.time
         until = replace(before)

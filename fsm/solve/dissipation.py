@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.system import Before, System
+from fsm.system import PreviousState, System
 
 __all__ = ["mean_dissipation"]
 
 
 def mean_dissipation(
-    system: System, begin: Before, end: Before, pairs: int, halfway: bool = False
+    system: System, begin: PreviousState, end: PreviousState, pairs: int, halfway: bool = False
 ) -> tuple[float, np.ndarray]:
     """Mean dissipated power (W) of a step between two states (time, configuration), total and by contact pairs.
 

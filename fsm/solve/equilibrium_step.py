@@ -22,7 +22,7 @@ from fsm.errors import NotConverged
 from fsm.kernels.block_sum import effective_stiffness
 from fsm.kernels.vector import largest_ratio
 from fsm.solve.linear import LinearSolver
-from fsm.system import Before, Depths, Linearised, MixedSystem, NewtonRules, System
+from fsm.system import Depths, Linearised, MixedSystem, NewtonRules, PreviousState, System
 
 __all__ = ["Ending", "Equilibrium", "EquilibriumStep"]
 
@@ -126,12 +126,12 @@ class EquilibriumStep:
         )
 
     def efforts(
-        self, t: float, q: np.ndarray, before: Before | None = None, dx: np.ndarray | None = None
+        self, t: float, q: np.ndarray, before: PreviousState | None = None, dx: np.ndarray | None = None
     ) -> np.ndarray | None:
         """Efforts of the springs, if they can be unknowns, as in `MixedSystem`; `before` as in `solve`."""
         return None if self.mixed is None else self.mixed.efforts(t, q, self._rates(t, before), dx)
 
-    def solve(self, t: float, guess: np.ndarray, before: Before, efforts: np.ndarray | None = None) -> Equilibrium:
+    def solve(self, t: float, guess: np.ndarray, before: PreviousState, efforts: np.ndarray | None = None) -> Equilibrium:
         """Equilibrium at time t.
 
         Parameters
@@ -201,7 +201,7 @@ class EquilibriumStep:
             q_before, q = q, system.retract(q, step)
         return self._ended(Ending.ITERATIONS, q, self.max_iterations, residual)
 
-    def _settle(self, t: float, guess: np.ndarray, before: Before, efforts: np.ndarray | None) -> Equilibrium | None:
+    def _settle(self, t: float, guess: np.ndarray, before: PreviousState, efforts: np.ndarray | None) -> Equilibrium | None:
         """Solve in one call, if the system supports this and the iteration converges; else None."""
         pattern = None if self.mixed is None else self.mixed.settles()
         if self.mixed is None or efforts is None or pattern is None:
@@ -218,12 +218,12 @@ class EquilibriumStep:
         self.solver.adopt(settled.matrix, settled.symmetric, max(count, 2))
         return self._found(t, settled.q, before, count, settled.residual, settled.matrix, settled.efforts)
 
-    def _rates(self, t: float, before: Before | None) -> Before | None:
+    def _rates(self, t: float, before: PreviousState | None) -> PreviousState | None:
         """Last state, if forces depend on rates."""
         return before if before is not None and self.system.rate_dependent and t > before[0] else None
 
     def _shortened(
-        self, t: float, q: np.ndarray, step: np.ndarray, before: Before, work: float, after: float
+        self, t: float, q: np.ndarray, step: np.ndarray, before: PreviousState, work: float, after: float
     ) -> float:
         """Part of an overshooting step at which its work is about zero, by the Illinois method.
 
@@ -257,7 +257,7 @@ class EquilibriumStep:
         t: float,
         q: np.ndarray,
         u: np.ndarray | None,
-        rates: Before | None,
+        rates: PreviousState | None,
         efforts: np.ndarray | None,
         depths: Depths,
     ) -> Linearised:
@@ -288,7 +288,7 @@ class EquilibriumStep:
         self,
         t: float,
         q: np.ndarray,
-        before: Before,
+        before: PreviousState,
         iterations: int,
         residual: np.ndarray,
         matrix: BlockMatrix,

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsm.solve.renewal import State
+from fsm.solve.restart_points import State
 from fsm.system import System
 
 __all__ = ["History", "Prediction"]

@@ -14,13 +14,13 @@ from fsm.errors import NotConverged
 from fsm.kernels.block_sum import effective_stiffness
 from fsm.solve.dissipation import mean_dissipation
 from fsm.solve.linear import LinearSolver
-from fsm.solve.renewal import State
+from fsm.solve.restart_points import State
 from fsm.solve.status import Outcome, StepFailed
 from fsm.stepping import generalized_alpha as stepping
 from fsm.stepping.generalized_alpha import Motion, Rules, take_step
 from fsm.stepping.march import march, march_arrays
 from fsm.stepping.model import ArrayModel
-from fsm.system import ArraySystem, Before, Linearised, System
+from fsm.system import ArraySystem, Linearised, PreviousState, System
 
 __all__ = ["RHO_INF", "Coefficients", "GeneralizedAlpha"]
 
@@ -88,14 +88,14 @@ class SystemModel:
         self.system = system
         self.linear = LinearSolver()
         self.reason = ""
-        self.force, self.retract, self.parted = system.force, system.retract, system.parted
+        self.force, self.retract, self.contacts_opened = system.force, system.retract, system.contacts_opened
         self.longest_step = system.longest_step
         self._mass = system.mass(q)
         self._pattern: BlockPattern | None = None
         self._inertia = np.zeros((0, 0, 0))
         self._linear: Linearised | None = None
         self._map: np.ndarray | None = None
-        self._last: Before = 0.0, q
+        self._last: PreviousState = 0.0, q
 
     def renewed_force(self, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
         """See `fsm.stepping.model`."""
@@ -166,9 +166,9 @@ class SystemModel:
 
     def part_of_step(self, t: float, q: np.ndarray, u: np.ndarray, step: float) -> float:
         """See `fsm.stepping.model`."""
-        objection = self.system.objection(t, q, u, step)
-        self.reason = "" if objection is None else objection.reason
-        return 1.0 if objection is None else objection.part
+        rejection = self.system.rejection(t, q, u, step)
+        self.reason = "" if rejection is None else rejection.reason
+        return 1.0 if rejection is None else rejection.part
 
     def accept(self, t: float, q: np.ndarray, u: np.ndarray) -> float:
         """See `fsm.stepping.model`."""
@@ -390,5 +390,5 @@ class GeneralizedAlpha:
     def _failure(self, outcome: int) -> StepFailed:
         reason = self.model.reason if outcome == stepping.OBJECTED else ""
         ending = Outcome.NO_SOLUTION if outcome == stepping.NO_SOLUTION else Outcome.STEP_TOO_SMALL
-        worst = self.system.blame(self.rate / self.rules.velocity)
+        worst = self.system.worst_body(self.rate / self.rules.velocity)
         return StepFailed(Outcome.TOO_SOFT if reason else ending, self.t, worst, reason)

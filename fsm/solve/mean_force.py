@@ -37,10 +37,10 @@ from fsm.blocks import BlockMatrix, BlockPattern
 from fsm.errors import NotConverged
 from fsm.kernels.block_sum import effective_stiffness
 from fsm.solve.linear import LinearSolver
-from fsm.solve.renewal import State
+from fsm.solve.restart_points import State
 from fsm.solve.secants import Secants
 from fsm.solve.status import Outcome, StepFailed
-from fsm.system import Linearised, Objection, System
+from fsm.system import Linearised, StepRejection, System
 
 __all__ = ["MeanForce"]
 
@@ -85,7 +85,7 @@ _CUT = 0.25
 _LOST, _AT_ONCE, _LEAST = 3e-6, 0.01, 1e-9
 """Bounds of the quadrature error of the energy, over the energy turned over so far: of all steps; of one step, as a part of
 the remaining error of all steps; and the smallest bound of a step."""
-_TRIFLE = 1e-13
+_ROUND_OFF = 1e-13
 """Round-off of the energy over the stored energy at the start."""
 _SMALLEST = 16.0 * np.finfo(float).eps
 """Smallest step over the present time."""
@@ -245,7 +245,7 @@ class MeanForce:
             energy = self.system.energy(self.t, self.q, self.u)
             self._start = self._stored = energy.stored_freely
             self._turnover = energy.kinetic
-            self._trifle = _TRIFLE * sum(map(abs, energy.potential.values()))
+            self._trifle = _ROUND_OFF * sum(map(abs, energy.potential.values()))
             self._next = self._first_size(until - self.t)
         longest = self.system.longest_step(self.t, self.q, self.u)
         grow = True
@@ -257,14 +257,14 @@ class MeanForce:
             end = target if count <= 1 else self.t + h
             if not end > self.t:
                 raise self._failure(Outcome.STEP_TOO_SMALL)
-            x, objection = self._solve(h), None
+            x, rejection = self._solve(h), None
             if x is None:
                 self.failed += 1
                 self._factored = 0.0
                 self._next = _CUT * h
             else:
-                objection = self._objection(h, x, end)
-                if objection is None:
+                rejection = self._rejection(h, x, end)
+                if rejection is None:
                     energies = self._step_energies(h, x, end)
                     of_time = self._error(h, x) if h > shortest else 0.0
                     error = max(of_time, self._lost(energies) if h > shortest / _FINEST else 0.0)
@@ -274,11 +274,11 @@ class MeanForce:
                     if error == of_time:
                         self._next = max(self._next, min(h, shortest))
                 else:
-                    self._next = h * objection.part
+                    self._next = h * rejection.part
                 self.rejected += 1
             grow = False
             if self._next < _SMALLEST * max(abs(self.t), until - self.t):
-                reason = objection.reason if objection is not None else ""
+                reason = rejection.reason if rejection is not None else ""
                 outcome = Outcome.TOO_SOFT if reason else Outcome.STEP_TOO_SMALL
                 raise self._failure(Outcome.NO_SOLUTION if x is None else outcome, reason)
         self._adapt(h, max(error, 1e-8), grow, shortest)
@@ -294,8 +294,8 @@ class MeanForce:
         """u' right after the present time, (nu,)."""
         return self.system.acceleration(math.nextafter(self.t, math.inf), self.q, self.u)
 
-    def _objection(self, h: float, x: np.ndarray, end: float) -> Objection | None:
-        return self.system.objection(end, self.system.retract(self.q, x), 2.0 * x / h - self.u, h)
+    def _rejection(self, h: float, x: np.ndarray, end: float) -> StepRejection | None:
+        return self.system.rejection(end, self.system.retract(self.q, x), 2.0 * x / h - self.u, h)
 
     def _error(self, h: float, x: np.ndarray) -> float:
         """Local error of the increment over the tolerance; 0 until it is known.
@@ -333,7 +333,7 @@ class MeanForce:
             self._next = min(wanted, self._max_step)
 
     def _failure(self, outcome: Outcome, reason: str = "") -> StepFailed:
-        return StepFailed(outcome, self.t, self.system.blame(self.u / self._size), reason)
+        return StepFailed(outcome, self.t, self.system.worst_body(self.u / self._size), reason)
 
     # Newton's method ------------------------------------------------------------------------------------------------
 
@@ -368,14 +368,14 @@ class MeanForce:
             contraction = size / before if before else 0.5
             left = size * max(contraction, _SURE) / max(1.0 - contraction, 1e-3)
             converged = left <= self._tolerance or size <= 1e-3 * self._tolerance
-            parted = converged and not renew and self.system.parted()  # the factorisation contains contacts that have opened
-            if converged and not parted:
+            # contacts of the factorisation that have opened make it too stiff
+            if converged and (renew or not self.system.contacts_opened()):
                 return x + dx
             start = x
             x, residual = self._moved(h, x, dx, residual)
             if secants is not None:
-                secants.tell(x - start, dx)
-            renew = parted or (before > 0.0 and contraction > self._slow)
+                secants.add(x - start, dx)
+            renew = converged or (before > 0.0 and contraction > self._slow)
             before = size
         return None
 

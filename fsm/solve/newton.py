@@ -62,7 +62,7 @@ def equilibrium(
         else:
             raise NotConverged(
                 f"no equilibrium found at t = {t:.6g} s in {max_iterations} iterations; the largest residual, "
-                f"{np.abs(residual).max():.3g}, is at {system.blame(residual)}; take smaller steps"
+                f"{np.abs(residual).max():.3g}, is at {system.worst_body(residual)}; take smaller steps"
             )
         before = t
         if on_state is not None:

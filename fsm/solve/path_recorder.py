@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from fsm.solve.dissipation import mean_dissipation
-from fsm.solve.handed_over import Beginning, CurvePoint, Saved, Statistics, StepEnd, Wanted, inertia_counts
-from fsm.solve.ledger import Ledger
-from fsm.solve.renewal import State, observation_from, observation_state
-from fsm.system import Before, DriveState, Observation, System
+from fsm.solve.energy_balance import EnergyBalance
+from fsm.solve.restart_points import State, observation_from, observation_state
+from fsm.solve.run_io import AcceptedStep, CurvePoint, InitialState, OutputRequest, SavedState, Statistics, inertia_counts
+from fsm.system import DriveState, Observation, PreviousState, System
 
 __all__ = ["PathRecorder"]
 
@@ -38,7 +38,7 @@ class PathRecorder:
     ----------
     system : System
     statistics : updated during the solve
-    wanted, beginning : Wanted and Beginning
+    request, initial_state : OutputRequest and InitialState
         If the solve continues from a restart point, the caller must call `go_on` next.
     time, q, u : initial state
     """
@@ -47,38 +47,38 @@ class PathRecorder:
         self,
         system: System,
         statistics: Statistics,
-        wanted: Wanted,
-        beginning: Beginning,
+        request: OutputRequest,
+        initial_state: InitialState,
         time: float,
         q: np.ndarray,
         u: np.ndarray,
     ) -> None:
-        self.system, self.statistics, self.wanted = system, statistics, wanted
-        save_times, ledger, after = wanted.save_times, beginning.ledger, beginning.after
+        self.system, self.statistics, self.request = system, statistics, request
+        save_times, energy_balance, after = request.save_times, initial_state.energy_balance, initial_state.after
         self.time, self.q, self.u = time, q, u
         self._earlier: DriveState | None = None
         self._resting: list[tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]] = []
         self._span = float(system.scales().span.max(initial=0.0))
         self._saved = -np.inf
-        self._before: Before | None = None
+        self._before: PreviousState | None = None
         self._nothing = 1e-12 * max(save_times, default=0.0)  # times that differ by less are the same
         if after is not None:
-            assert ledger is not None
-            self.ledger = ledger
+            assert energy_balance is not None
+            self.energy_balance = energy_balance
             statistics.events = list(after.events)
             self.pending = [t for t in save_times if t > time + self._nothing]
             return
         system.commit(time, q, u)
         # at rest: without the damper forces of drives that start without a run-up
         self.last = system.observe(time, q, u if u.any() else None)
-        self.ledger = Ledger.opened(self.last.energy) if ledger is None else ledger
+        self.energy_balance = EnergyBalance.opened(self.last.energy) if energy_balance is None else energy_balance
         self.largest_reaction = self.last.reaction
         self.pending = [t for t in save_times if t >= time]
         statistics.seen.append(CurvePoint.after(statistics.seen, time, self.last, dynamic=False))
         self._save()
 
     def state(self) -> State:
-        """State of the recorder for a restart, besides time, q, u, ledger and curve."""
+        """State of the recorder for a restart, besides time, q, u, energy balance and curve."""
         earlier = [] if self._earlier is None else [self._earlier.travel, self._earlier.force]
         resting = [found for known, found in self._resting if known is self.q]
         return {
@@ -88,7 +88,7 @@ class PathRecorder:
             "bounds": np.array([self.largest_reaction, self._saved]),
         }
 
-    def go_on(self, end: StepEnd) -> None:
+    def go_on(self, end: AcceptedStep) -> None:
         """Continue from a restart point (see `state`)."""
         state = end.state
         assert state is not None
@@ -129,7 +129,7 @@ class PathRecorder:
         end only. Rate-independent sliding computes its loss exactly.
         """
         alone = seen.energy.dissipated_power * (t - self.time)
-        if self._earlier is None or alone < _SMALL_LOSS * self.ledger.turnover:
+        if self._earlier is None or alone < _SMALL_LOSS * self.energy_balance.turnover:
             return alone
         (force, drive), (next_force, next_drive) = self._at_rest(self.time, self.q), self._at_rest(t, q)
         driven = self.last.drive.force - drive + seen.drive.force - next_drive
@@ -164,8 +164,8 @@ class PathRecorder:
     def quasi_static(
         self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation, turned_over: StepEnergy, unstable: bool = False
     ) -> None:
-        """Record a quasi-static step; the caller must call `tell` next. `unstable`: only dampers hold the state."""
-        self.ledger.add(*turned_over)
+        """Record a quasi-static step; the caller must call `finish_step` next. `unstable`: only dampers hold the state."""
+        self.energy_balance.add(*turned_over)
         earlier = self.last.drive
         self.system.commit(t, q, u, (self.time, self.q))
         self._take(t, q, u, seen, dynamic=unstable, before=(self.time, self.q))
@@ -178,9 +178,9 @@ class PathRecorder:
         """
         work, dissipated, _ = turned_over
         stored = seen.energy.stored_at_rest - self.last.energy.stored_at_rest
-        turnover = max(self.ledger.turnover, abs(seen.energy.stored_at_rest - self.ledger.start), abs(work))
+        turnover = max(self.energy_balance.turnover, abs(seen.energy.stored_at_rest - self.energy_balance.start), abs(work))
         turnover = max(turnover, _AT_FIRST * max(self.largest_reaction, seen.reaction) * self._span)
-        return abs(stored + dissipated - work) / turnover if turnover > self.ledger.trifle else 0.0
+        return abs(stored + dissipated - work) / turnover if turnover > self.energy_balance.round_off_floor else 0.0
 
     def turned_over_in_motion(self, t: float, q: np.ndarray, seen: Observation) -> StepEnergy:
         """Work and dissipated energy of a step of a time integrator."""
@@ -193,40 +193,40 @@ class PathRecorder:
         """Energy balance residual of a step of a time integrator, over the energy turned over."""
         work, dissipated, _ = turned_over
         off = abs(seen.energy.stored_freely - self.last.energy.stored_freely + dissipated - work)
-        return off / self.ledger.turnover if self.ledger.turnover > 0.0 else 0.0
+        return off / self.energy_balance.turnover if self.energy_balance.turnover > 0.0 else 0.0
 
     def dynamic(
-        self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation, turned_over: StepEnergy, calm: bool
+        self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation, turned_over: StepEnergy, near_equilibrium: bool
     ) -> None:
-        """Record a step of a time integrator; `calm`: it ends near a stable equilibrium."""
-        self.ledger.add(*turned_over)
-        moving = not calm or inertia_counts(self.system, t, q, u, seen)
+        """Record a step of a time integrator; `near_equilibrium`: it ends near a stable equilibrium."""
+        self.energy_balance.add(*turned_over)
+        moving = not near_equilibrium or inertia_counts(self.system, t, q, u, seen)
         self._take(t, q, u, seen, seen.energy.stored_freely, moving)
-        self.tell()
+        self.finish_step()
 
     def set_going(self) -> None:
         """Change from statics to dynamics: add the kinetic energy, which statics neglects, to the work."""
-        self.ledger.work += self.last.energy.kinetic
+        self.energy_balance.work += self.last.energy.kinetic
 
-    def may_jump(self, t: float, q: np.ndarray, seen: Observation) -> bool:
+    def jump_admissible(self, t: float, q: np.ndarray, seen: Observation) -> bool:
         """Whether a jump to a state is admissible: it passes through no face, and gains no energy beyond the work."""
-        if self.system.objection(t, q, None, t - self.time) is not None:
+        if self.system.rejection(t, q, None, t - self.time) is not None:
             return False
         travel = np.abs(seen.drive.travel - self.last.drive.travel)
         given = float((np.abs(self.last.drive.force) + np.abs(seen.drive.force)) @ travel)
         gained = seen.energy.stored_at_rest - self.last.energy.stored_at_rest
-        return bool(gained <= given + 1e-6 * self.ledger.turnover)
+        return bool(gained <= given + 1e-6 * self.energy_balance.turnover)
 
     def slide(self, t: float, q: np.ndarray, seen: Observation) -> None:
         """Record an instantaneous jump: the loss of stored energy and the work of the drives are dissipated."""
         forces = 0.5 * (self.last.drive.force + seen.drive.force)
         work = float(forces @ (seen.drive.travel - self.last.drive.travel))
-        self.ledger.work += work
-        self.ledger.dissipated += work + self.last.energy.stored_at_rest - seen.energy.stored_at_rest
+        self.energy_balance.work += work
+        self.energy_balance.dissipated += work + self.last.energy.stored_at_rest - seen.energy.stored_at_rest
         rest = np.zeros_like(self.u)
         self.system.commit(t, q, rest)
         self._take(t, q, rest, seen, jumped=True)
-        self.tell()
+        self.finish_step()
 
     def _take(
         self,
@@ -237,25 +237,25 @@ class PathRecorder:
         stored: float | None = None,
         dynamic: bool = False,
         jumped: bool = False,
-        before: Before | None = None,
+        before: PreviousState | None = None,
     ) -> None:
         """Set the present state; `stored` is its energy if inertia is included, None in statics."""
         self.time, self.q, self.u, self.last, self._earlier, self._before = t, q, u, seen, None, before
         if stored is None:
             self.largest_reaction = max(self.largest_reaction, seen.reaction)  # statics only
-            self.ledger.balance(seen.energy.stored_at_rest, 0.0)
+            self.energy_balance.balance(seen.energy.stored_at_rest, 0.0)
         else:
-            self.ledger.balance(stored, seen.energy.kinetic)
+            self.energy_balance.balance(stored, seen.energy.kinetic)
         points = self.statistics.seen
         points.append(CurvePoint.after(points, t, seen, dynamic, jumped))
         self.statistics.steps += 1
         self._save()
 
-    def tell(self, state: State | None = None) -> StepEnd:
+    def finish_step(self, state: State | None = None) -> AcceptedStep:
         """Report the end of a step; `state` is the restart data at a restart point."""
-        end = StepEnd(self.time, self.q, self.u, self.statistics.steps, tuple(self.statistics.events), state)
-        if self.wanted.on_step is not None:
-            self.wanted.on_step(end)
+        end = AcceptedStep(self.time, self.q, self.u, self.statistics.steps, tuple(self.statistics.events), state)
+        if self.request.on_step is not None:
+            self.request.on_step(end)
         return end
 
     def save_last(self) -> None:
@@ -268,6 +268,6 @@ class PathRecorder:
         while self.pending and self.pending[0] <= self.time + self._nothing:
             self.pending.pop(0)
             self._saved = self.time
-            ledger = self.ledger
-            numbers = ledger.dissipated, ledger.work, ledger.error, ledger.pair_energy
-            self.wanted.on_save(Saved(self.time, self.q.copy(), self.u.copy(), self.last, *numbers, self._before))
+            energy_balance = self.energy_balance
+            numbers = energy_balance.dissipated, energy_balance.work, energy_balance.error, energy_balance.pair_energy
+            self.request.on_save(SavedState(self.time, self.q.copy(), self.u.copy(), self.last, *numbers, self._before))

@@ -141,7 +141,7 @@ def relaxed(
                 return Relaxed(q, iteration, length)
             if float(mode @ linear.stiffness.symmetric().times(mode)) < 0.0:
                 beside = _beside(system, t, q, linear.force, mode)
-                if beside is not None and not (watched and system.objection(t, beside, None, 1.0)):
+                if beside is not None and not (watched and system.rejection(t, beside, None, 1.0)):
                     if watched:
                         system.commit(t, beside, rest)
                     q = beside
@@ -163,7 +163,7 @@ def relaxed(
             trial = corrected
             gained = promised
         if watched:
-            if system.objection(t, trial, None, 1.0) is not None:
+            if system.rejection(t, trial, None, 1.0) is not None:
                 mu = max(_RAISED * mu, smallest)
                 continue
             system.commit(t, trial, rest)
@@ -179,7 +179,7 @@ def relaxed(
     pivots = f"the stiffness has {negative} negative pivot{'' if negative == 1 else 's'}"
     raise NotConverged(
         f"no stable equilibrium at t = {t:.6g} s after {max_iterations} iterations: {pivots}; residual {left:.3g} N "
-        f"({state}), largest at {system.blame(linear.force)}"
+        f"({state}), largest at {system.worst_body(linear.force)}"
     )
 
 

@@ -16,11 +16,11 @@ from dataclasses import replace
 import numpy as np
 
 from fsm.errors import EnergyAbort, NotConverged
-from fsm.solve.handed_over import Beginning, CurvePoint, Saved, Statistics, StepEnd, Wanted, inertia_counts
-from fsm.solve.ledger import JUDGED_FROM, Ledger
+from fsm.solve.energy_balance import JUDGED_FROM, EnergyBalance
 from fsm.solve.linear import LinearSolver
 from fsm.solve.newton import negative_pivots
-from fsm.solve.renewal import State, steps_between
+from fsm.solve.restart_points import State, steps_between
+from fsm.solve.run_io import AcceptedStep, CurvePoint, InitialState, OutputRequest, SavedState, Statistics, inertia_counts
 from fsm.solve.settings import Settings
 from fsm.solve.status import TORN, Outcome
 from fsm.system import Observation, System
@@ -40,49 +40,49 @@ _ROUNDING = 1e-13
 class Run(ABC):
     """Common part of all methods: state, energy balance, saved states, checks, failures."""
 
-    def __init__(self, system: System, settings: Settings, wanted: Wanted, beginning: Beginning) -> None:
-        self.system, self.settings, self.wanted = system, settings, wanted
-        start, ledger, after = beginning.start, beginning.ledger, beginning.after
+    def __init__(self, system: System, settings: Settings, request: OutputRequest, initial_state: InitialState) -> None:
+        self.system, self.settings, self.request = system, settings, request
+        start, energy_balance, after = initial_state.start, initial_state.energy_balance, initial_state.after
         self.begun = time.perf_counter()
-        self.statistics = Statistics(settings.method, seen=beginning.seen)
+        self.statistics = Statistics(settings.method, seen=initial_state.seen)
         self.every = steps_between(system.nu)
         self._pivots = LinearSolver()
         breaks = [*system.break_times(), settings.end_time]
         if after is not None:
-            assert ledger is not None
-            self.ledger = ledger
-            self.pending = [t for t in _at_breaks(wanted.save_times, breaks) if after.time < t <= settings.end_time]
+            assert energy_balance is not None
+            self.energy_balance = energy_balance
+            self.pending = [t for t in _at_breaks(request.save_times, breaks) if after.time < t <= settings.end_time]
             self._renew(after)
             return
         self.renewed = 0
         self.state: State | None = None
         self.time, self.q, self.u = (0.0, *system.initial()) if start is None else start
-        system.forget(np.zeros(0))
+        system.clear_caches(np.zeros(0))
         if start is None:
             system.restore(np.zeros(0))
         system.commit(self.time, self.q, self.u)
-        times = [t for t in wanted.save_times if self.time <= t <= settings.end_time]
+        times = [t for t in request.save_times if self.time <= t <= settings.end_time]
         self.pending = _at_breaks(times, breaks)
         self.last = system.observe(just_after(system, self.time), self.q, self.u)
-        self.ledger = Ledger.opened(self.last.energy) if ledger is None else ledger
+        self.energy_balance = EnergyBalance.opened(self.last.energy) if energy_balance is None else energy_balance
         self.balanced = self.time
         self._look(self.time, self.q, self.u, self.last)
         self._balance(self.last)
         if self.pending and self.pending[0] <= self.time:
             self.pending.pop(0)
-            self._save(self.time, self.q, self.u, self.last, self.ledger)
+            self._save(self.time, self.q, self.u, self.last, self.energy_balance)
 
     @abstractmethod
     def go(self) -> None:
         """Step to the end."""
 
-    def _renew(self, end: StepEnd) -> None:
+    def _renew(self, end: AcceptedStep) -> None:
         """Reset the run to the data of a restart point."""
         assert end.state is not None
         self.time, self.q, self.u, self.renewed, self.state = end.time, end.q, end.u, end.steps, end.state
         self.statistics.steps = end.steps
         self.statistics.smallest_step = float(end.state["smallest_step"][0])
-        self.system.forget(end.state["counted"])
+        self.system.clear_caches(end.state["counted"])
         self.system.restore(end.state["memory"])
         self.last = self.system.observe(self.time, self.q, self.u)
 
@@ -93,28 +93,28 @@ class Run(ABC):
         """
         self.time, self.q, self.u = t, q, u
         judged = self.settings.judge_losses or t >= self.settings.end_time
-        off = self.ledger.relative_error if judged else self.ledger.relative_gain
+        off = self.energy_balance.relative_error if judged else self.energy_balance.relative_gain
         if off <= self.settings.energy_abort:
             self.balanced = t
         elif self._off_for_long(t, off):
             self._fail(Outcome.ENERGY if self.settings.step is None else Outcome.ENERGY_OF_FIXED_STEPS)
         if len(self.last.drive.travel):  # only drives can pull a structure beyond its reach
-            apart, joint = self.system.widest_joint(t, q)
+            apart, joint = self.system.max_joint_opening(t, q)
             if apart > TORN * self.system.scales().length:
                 self._fail(Outcome.TORN, f"Joint strained most: {joint}")
         if self.statistics.steps >= self.settings.max_steps and t < self.settings.end_time:
             self._fail(Outcome.TOO_MANY_STEPS)
-        end = StepEnd(t, q, u, self.statistics.steps)
+        end = AcceptedStep(t, q, u, self.statistics.steps)
         renews = end.steps - self.renewed >= self.every and t < self.settings.end_time
         if renews:
             own = {
                 "memory": self.system.memory(),
-                "counted": self.system.counted(),
+                "counted": self.system.counters(),
                 "smallest_step": np.array([self.statistics.smallest_step]),
             }
             end = replace(end, state=own | state())
-        if self.wanted.on_step is not None:
-            self.wanted.on_step(end)
+        if self.request.on_step is not None:
+            self.request.on_step(end)
         if renews:
             self._renew(end)
         return renews
@@ -133,26 +133,27 @@ class Run(ABC):
         """Whether a force of the drives is dynamic: of a fast motion, or on the way out of an unstable equilibrium."""
         if not len(seen.drive.force):
             return False
-        fast = seen.energy.kinetic > _FAST * self.ledger.turnover or inertia_counts(self.system, t, q, u, seen)
+        fast = seen.energy.kinetic > _FAST * self.energy_balance.turnover or inertia_counts(self.system, t, q, u, seen)
         return fast or negative_pivots(self.system, t, q, self._pivots) > 0
 
     def _balance(self, seen: Observation) -> None:
-        self.ledger.balance(seen.energy.stored, seen.energy.kinetic)
+        self.energy_balance.balance(seen.energy.stored, seen.energy.kinetic)
 
-    def _save(self, at: float, q: np.ndarray, u: np.ndarray, seen: Observation, ledger: Ledger) -> None:
-        error = seen.energy.stored - ledger.start + ledger.dissipated - ledger.work
+    def _save(self, at: float, q: np.ndarray, u: np.ndarray, seen: Observation, balance: EnergyBalance) -> None:
+        error = seen.energy.stored - balance.start + balance.dissipated - balance.work
         q = self.system.retract(q, np.zeros(self.system.nu))  # SciPy's methods leave quaternions off their length
-        self.wanted.on_save(Saved(at, q, u.copy(), seen, ledger.dissipated, ledger.work, error, ledger.pair_energy))
+        balances = balance.dissipated, balance.work, error, balance.pair_energy
+        self.request.on_save(SavedState(at, q, u.copy(), seen, *balances))
 
     def _fail(self, outcome: Outcome, detail: str = "") -> None:
         self.statistics.outcome = outcome
-        worst = self.system.blame(self.system.acceleration(self.time, self.q, self.u))
+        worst = self.system.worst_body(self.system.acceleration(self.time, self.q, self.u))
         travel = ", ".join(f"{1e3 * x:.4g} mm" for x in self.statistics.seen[-1].drive.travel)
         where = f"at t = {self.time:.6g} s" + (f" (travel {travel})" if travel else "")
         text = f"{where}, step {self.statistics.steps}, method {self.settings.method}: {outcome.value}"
         text += f". Fastest changing body: {worst}" + (f". {detail}" if detail else "")
         if outcome in (Outcome.ENERGY, Outcome.ENERGY_OF_FIXED_STEPS):
-            raise EnergyAbort(f"{text}. Energy error {self.ledger.worst:.3g} J of {self.ledger.turnover:.3g} J turned over")
+            raise EnergyAbort(f"{text}. {self.energy_balance.text}")
         raise NotConverged(text)
 
 

@@ -20,7 +20,7 @@ from scipy.sparse.linalg import splu
 
 from fsm.errors import NotConverged
 from fsm.solve.radau_structured import SecondOrderJacobian, StructuredRadau, second_order_jacobian
-from fsm.solve.renewal import State
+from fsm.solve.restart_points import State
 from fsm.system import System
 
 __all__ = ["FirstOrder", "go_on", "make_solver", "solver_state"]

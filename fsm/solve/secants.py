@@ -43,6 +43,6 @@ class Secants:
                 dx = dx + float(weighted @ dx) * more
         return dx
 
-    def tell(self, way: np.ndarray, whole: np.ndarray) -> None:
+    def add(self, way: np.ndarray, whole: np.ndarray) -> None:
         """Store the applied part `way` of a correction and the whole correction."""
         self._last = way, whole

@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from fsm.solve.dense_run import DenseRun
-from fsm.solve.handed_over import Beginning, CurvePoint, Saved, Statistics, StepEnd, Wanted
-from fsm.solve.ledger import Ledger
+from fsm.solve.energy_balance import EnergyBalance
+from fsm.solve.run_io import AcceptedStep, CurvePoint, InitialState, OutputRequest, SavedState, Statistics
 from fsm.solve.settings import Settings
 from fsm.solve.stepwise_run import GENERALIZED_ALPHA, MEAN_FORCE, NEWMARK, StepwiseRun
 from fsm.system import System
@@ -20,21 +20,21 @@ def simulate(
     system: System,
     settings: Settings,
     save_times: Sequence[float],
-    on_save: Callable[[Saved], None],
-    on_step: Callable[[StepEnd], None] | None = None,
+    on_save: Callable[[SavedState], None],
+    on_step: Callable[[AcceptedStep], None] | None = None,
     start: tuple[float, np.ndarray, np.ndarray] | None = None,
-    ledger: Ledger | None = None,
+    energy_balance: EnergyBalance | None = None,
     seen: list[CurvePoint] | None = None,
-    after: StepEnd | None = None,
-) -> tuple[Statistics, Ledger]:
+    after: AcceptedStep | None = None,
+) -> tuple[Statistics, EnergyBalance]:
     """Integrate a system and report states at the requested times.
 
     Parameters
     ----------
     system : System
     settings : Settings
-    save_times, on_save, on_step : see `Wanted`
-    start, ledger, seen, after : see `Beginning`; after a restart the times are those of the whole solve
+    save_times, on_save, on_step : see `OutputRequest`
+    start, energy_balance, seen, after : see `InitialState`; after a restart the times are those of the whole solve
 
     Raises
     ------
@@ -43,7 +43,7 @@ def simulate(
     EnergyAbort
     """
     kind = StepwiseRun if settings.method in (GENERALIZED_ALPHA, NEWMARK, MEAN_FORCE) else DenseRun
-    beginning = Beginning(start, ledger, [] if seen is None else seen, after)
-    run = kind(system, settings, Wanted(save_times, on_save, on_step), beginning)
+    initial_state = InitialState(start, energy_balance, [] if seen is None else seen, after)
+    run = kind(system, settings, OutputRequest(save_times, on_save, on_step), initial_state)
     run.go()
-    return run.statistics, run.ledger
+    return run.statistics, run.energy_balance

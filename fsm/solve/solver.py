@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from fsm.solve.handed_over import CurvePoint, Saved, Statistics, StepEnd
-from fsm.solve.ledger import Ledger
+from fsm.solve.energy_balance import EnergyBalance
+from fsm.solve.run_io import AcceptedStep, CurvePoint, SavedState, Statistics
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 from fsm.solve.static import PathSettings, follow
@@ -20,14 +20,14 @@ def solve(
     system: System,
     settings: Settings | PathSettings,
     save_times: Sequence[float],
-    on_save: Callable[[Saved], None],
-    on_step: Callable[[StepEnd], None] | None = None,
+    on_save: Callable[[SavedState], None],
+    on_step: Callable[[AcceptedStep], None] | None = None,
     start: tuple[float, np.ndarray, np.ndarray] | None = None,
-    ledger: Ledger | None = None,
+    energy_balance: EnergyBalance | None = None,
     seen: list[CurvePoint] | None = None,
-    after: StepEnd | None = None,
-) -> tuple[Statistics, Ledger]:
+    after: AcceptedStep | None = None,
+) -> tuple[Statistics, EnergyBalance]:
     """Solve a system and report states at the requested times; arguments as in `simulate`."""
     if isinstance(settings, PathSettings):
-        return follow(system, settings, save_times, on_save, on_step, start, ledger, seen, after)
-    return simulate(system, settings, save_times, on_save, on_step, start, ledger, seen, after)
+        return follow(system, settings, save_times, on_save, on_step, start, energy_balance, seen, after)
+    return simulate(system, settings, save_times, on_save, on_step, start, energy_balance, seen, after)

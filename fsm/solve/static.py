@@ -9,7 +9,7 @@ A step predicts the next configuration by extrapolation and corrects it by Newto
 
 Otherwise the step is cut. If the smallest step fails there is a critical point, and `fsm.solve.critical` finds its type. At
 a bifurcation the stable branch is followed. At a limit point the structure snaps, and its motion is integrated until it
-comes to rest (`fsm.solve.takeover`). Both are recorded as events.
+comes to rest (`fsm.solve.snap_through`). Both are recorded as events.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ import numpy as np
 from fsm.errors import EnergyAbort, NotConverged
 from fsm.kernels.vector import largest_ratio
 from fsm.solve.critical import Critical, critical_point, loose_mode, stable_branch
+from fsm.solve.energy_balance import JUDGED_FROM, EnergyBalance
 from fsm.solve.equilibrium_step import Ending, EquilibriumStep
 from fsm.solve.extrapolation import History, Prediction
-from fsm.solve.handed_over import Beginning, CurvePoint, Saved, Statistics, StepEnd, Wanted
-from fsm.solve.ledger import JUDGED_FROM, Ledger
 from fsm.solve.newton import negative_pivots, tangent_prediction
 from fsm.solve.path_recorder import PathRecorder
-from fsm.solve.renewal import State, steps_between
+from fsm.solve.restart_points import State, steps_between
+from fsm.solve.run_io import AcceptedStep, CurvePoint, InitialState, OutputRequest, SavedState, Statistics
+from fsm.solve.snap_through import RestCriterion, move_until_rest, slide
 from fsm.solve.status import TORN, Event, Outcome, StepFailed
-from fsm.solve.takeover import Calm, move_until_calm, slide
 from fsm.system import Observation, System
 
 __all__ = ["PathSettings", "follow"]
@@ -107,13 +107,13 @@ def follow(
     system: System,
     settings: PathSettings,
     save_times: Sequence[float],
-    on_save: Callable[[Saved], None],
-    on_step: Callable[[StepEnd], None] | None = None,
+    on_save: Callable[[SavedState], None],
+    on_step: Callable[[AcceptedStep], None] | None = None,
     start: tuple[float, np.ndarray, np.ndarray] | None = None,
-    ledger: Ledger | None = None,
+    energy_balance: EnergyBalance | None = None,
     seen: list[CurvePoint] | None = None,
-    after: StepEnd | None = None,
-) -> tuple[Statistics, Ledger]:
+    after: AcceptedStep | None = None,
+) -> tuple[Statistics, EnergyBalance]:
     """Follow the stable equilibrium path and report states at the requested times; arguments as in `simulate`.
 
     Raises
@@ -121,10 +121,10 @@ def follow(
     NotConverged
         The message states the time, the worst body and a remedy. Earlier states are already saved.
     """
-    beginning = Beginning(start, ledger, [] if seen is None else seen, after)
-    run = _Follower(system, settings, Wanted(list(save_times), on_save, on_step), beginning)
+    initial_state = InitialState(start, energy_balance, [] if seen is None else seen, after)
+    run = _Follower(system, settings, OutputRequest(list(save_times), on_save, on_step), initial_state)
     run.go()
-    return run.statistics, run.recorder.ledger
+    return run.statistics, run.recorder.energy_balance
 
 
 class _Reason(Enum):
@@ -149,36 +149,36 @@ class _Mark(NamedTuple):
 
 
 class _Follower:
-    def __init__(self, system: System, settings: PathSettings, wanted: Wanted, beginning: Beginning) -> None:
+    def __init__(self, system: System, settings: PathSettings, request: OutputRequest, initial_state: InitialState) -> None:
         self.system, self.settings = system, settings
-        self.statistics = Statistics("static", seen=beginning.seen)
+        self.statistics = Statistics("static", seen=initial_state.seen)
         self.newton = EquilibriumStep(system, tolerance=_FORCES * settings.rtol)
         self.history = History(system)
         self.every, self.renewed = steps_between(system.nu), 0
         self.first_step = min(settings.first_step, settings.max_step)
-        start, after = beginning.start, beginning.after
+        start, after = initial_state.start, initial_state.after
         if after is not None:
             t, q, u = after.time, after.q, after.u
         else:
             t, q, u = (0.0, *system.initial()) if start is None else start
-            system.forget(np.zeros(0))
+            system.clear_caches(np.zeros(0))
             if start is None:
                 system.restore(np.zeros(0))
             self.history.add(t, q, self.newton.efforts(t, q))
-        self.recorder = PathRecorder(system, self.statistics, wanted, beginning, t, q, u)
+        self.recorder = PathRecorder(system, self.statistics, request, initial_state, t, q, u)
         self.breaks = [at for at in system.break_times() if t < at < settings.end_time]
         # one state gives only a tangent, and in a solve that does not start at rest the drive starts at full speed
         self.step_size = self.first_step if start is None else _AGAIN * self.first_step
         self.aim = math.sqrt(settings.rtol)
         self.far = min(_FAR * self.aim, _FURTHEST)
         self.failed = np.zeros(system.nu)
-        self.objection = ""
+        self.rejection = ""
         self.coarse = _NONE_COARSE
         self.lost: _Mark | None = None
         # kinetic energy of all bodies at the speed that the drive may cause
         speed = self.newton.scales.velocity
         self.slow = 0.5 * float(speed @ (system.mass(q) @ speed)) if system.rate_dependent else 0.0
-        self.joint = system.widest_joint(t, q)[1]
+        self.joint = system.max_joint_opening(t, q)[1]
         if after is not None:
             self._renew(after)
 
@@ -248,11 +248,12 @@ class _Follower:
         correction = self._size(self.system.difference(guess, found.q))
         if extrapolated and correction > self.far:
             return _Reason.FAR
-        objection = self.system.objection(t, found.q, None, t - recorder.time)
-        if objection is not None:
-            self.objection = objection.reason
+        rejection = self.system.rejection(t, found.q, None, t - recorder.time)
+        if rejection is not None:
+            self.rejection = rejection.reason
             return _Reason.CROSSED
-        recorder.ledger.trifle = max(recorder.ledger.trifle, self.newton.round_off * self.newton.scales.length)
+        balance, round_off = recorder.energy_balance, self.newton.round_off * self.newton.scales.length
+        balance.round_off_floor = max(balance.round_off_floor, round_off)
         seen = self.system.observe(t, found.q, found.u, before)
         if self._inertia_counts(seen):
             return _Reason.INERTIA
@@ -264,7 +265,7 @@ class _Follower:
         unstable = self.system.rate_dependent and bool(negative_pivots(self.system, t, found.q, self.newton.solver))
         if unstable and self._rests(t, found.q):
             return _Reason.UNSTABLE
-        apart, self.joint = self.system.widest_joint(t, found.q)
+        apart, self.joint = self.system.max_joint_opening(t, found.q)
         if apart > TORN * self.newton.scales.length:
             self._fail(Outcome.TORN)
         self._adapt(duration, correction if extrapolated else None, found.iterations)
@@ -273,11 +274,11 @@ class _Follower:
         if self.lost is not None and not unstable:
             self._note("damped snap", self.lost)
         self.lost = lost if unstable else None
-        self.objection = ""
+        self.rejection = ""
         self.history.add(t, found.q, found.efforts)
         due = self.statistics.steps - self.renewed >= self.every and not unstable
         renews = may_renew and due and t < self.settings.end_time
-        end = recorder.tell(self._state() if renews else None)
+        end = recorder.finish_step(self._state() if renews else None)
         if renews:
             self._renew(end)
         return None
@@ -297,7 +298,7 @@ class _Follower:
             **self.history.state(),
             **self.recorder.state(),
             "memory": self.system.memory(),
-            "counted": self.system.counted(),
+            "counted": self.system.counters(),
             "step_size": np.array([self.step_size]),
             "counts": np.array([*counts, self.statistics.newton_iterations, self.statistics.rejected]),
         }
@@ -305,11 +306,11 @@ class _Follower:
     def _counts(self) -> tuple[int, int, int]:
         return self.newton.iterations, self.newton.evaluations, self.newton.solver.factorisations
 
-    def _renew(self, end: StepEnd) -> None:
+    def _renew(self, end: AcceptedStep) -> None:
         """Reset the solve to the data of a restart point."""
         state, statistics = end.state, self.statistics
         assert state is not None
-        self.system.forget(state["counted"])
+        self.system.clear_caches(state["counted"])
         self.system.restore(state["memory"])
         self.newton = newton = EquilibriumStep(self.system, tolerance=self.newton.tolerance)
         counts = [int(count) for count in state["counts"]]
@@ -334,8 +335,8 @@ class _Follower:
 
     def _inertia_counts(self, seen: Observation) -> bool:
         """Whether the motion is too fast for statics; false without damping, since the motion would not decay."""
-        ledger = self.recorder.ledger
-        turnover = max(ledger.turnover, abs(seen.energy.stored_at_rest - ledger.start))
+        energy_balance = self.recorder.energy_balance
+        turnover = max(energy_balance.turnover, abs(seen.energy.stored_at_rest - energy_balance.start))
         return self.system.rate_dependent and seen.energy.kinetic > max(_MOVING * turnover, self.slow)
 
     def _rests(self, t: float, q: np.ndarray) -> bool:
@@ -381,7 +382,7 @@ class _Follower:
 
     def _judge_energy(self) -> None:
         judged = self.recorder.time >= JUDGED_FROM * self.settings.end_time
-        if judged and self.recorder.ledger.relative_error > self.settings.energy_abort:
+        if judged and self.recorder.energy_balance.relative_error > self.settings.energy_abort:
             self._fail(Outcome.ENERGY_OF_STATICS)
 
     # critical points ------------------------------------------------------------------------------------------------
@@ -432,7 +433,7 @@ class _Follower:
                 guess, efforts = self.system.retract(recorder.q, prediction.increment), prediction.efforts
             found = stable_branch(self.newton, t, guess, efforts, critical, self.settings.imperfection)
             seen = None if found is None else self.system.observe(t, found.q, None)
-            if found is not None and seen is not None and recorder.may_jump(t, found.q, seen):
+            if found is not None and seen is not None and recorder.jump_admissible(t, found.q, seen):
                 recorder.slide(t, found.q, seen)
                 return True
             step *= 4.0
@@ -448,21 +449,21 @@ class _Follower:
         if not self.system.rate_dependent:
             self._slide()
             return
-        scale = sum(map(abs, recorder.last.energy.potential.values())) if released else recorder.ledger.turnover
+        scale = sum(map(abs, recorder.last.energy.potential.values())) if released else recorder.energy_balance.turnover
         worst = math.inf if released else settings.energy_abort
-        calm = Calm(_MOVING, scale, _DRIVEN * self.slow, math.inf if released else _WAIT * self.first_step)
+        rest = RestCriterion(_MOVING, scale, _DRIVEN * self.slow, math.inf if released else _WAIT * self.first_step)
         u = recorder.u if moving else np.zeros_like(recorder.u)
         if moving:
             recorder.set_going()
         for again in range(_CALMER):
-            calm = calm._replace(part=0.1 * calm.part, wait=4.0 * calm.wait)
+            rest = rest._replace(part=0.1 * rest.part, wait=4.0 * rest.wait)
             try:
-                self.statistics.newton_iterations += move_until_calm(
-                    self.system, recorder, u, settings.end_time, calm, worst, _IN_MOTION * settings.rtol,
+                self.statistics.newton_iterations += move_until_rest(
+                    self.system, recorder, u, settings.end_time, rest, worst, _IN_MOTION * settings.rtol,
                     begins=not again,
                 )
             except StepFailed as error:
-                self.objection = error.reason
+                self.rejection = error.reason
                 self._fail(error.outcome)
             self._judge_energy()
             if recorder.time >= settings.end_time:
@@ -504,16 +505,13 @@ class _Follower:
         travel = ", ".join(f"{1e3 * x:.4g} mm" for x in recorder.last.drive.travel)
         where = f"at t = {recorder.time:.6g} s" + (f" (travel {travel})" if travel else "")
         if outcome is Outcome.ENERGY_OF_STATICS:
-            ledger = recorder.ledger
-            raise EnergyAbort(
-                f"{where}: {outcome.value}. Energy error {ledger.worst:.3g} J of {ledger.turnover:.3g} J turned over"
-            )
+            raise EnergyAbort(f"{where}: {outcome.value}. {recorder.energy_balance.text}")
         text = f"{where}, step {self.statistics.steps}, method static: {outcome.value}"
         if np.any(self.failed):
             what = "Not held" if outcome is Outcome.MECHANISM else "Largest residual at"
-            text += f". {what}: {self.system.blame(self.failed)}"
-        if self.objection:
-            text += f". {self.objection}"
+            text += f". {what}: {self.system.worst_body(self.failed)}"
+        if self.rejection:
+            text += f". {self.rejection}"
         raise NotConverged(f"{text}. Joint strained most: {self.joint}")
 
 

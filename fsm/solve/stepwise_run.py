@@ -60,23 +60,23 @@ class StepwiseRun(Run):
 
     def _march(self, solver: GeneralizedAlpha) -> None:
         """Take many steps in one kernel, up to a saved time or a restart point."""
-        settings, ledger, statistics = self.settings, self.ledger, self.statistics
+        settings, energy_balance, statistics = self.settings, self.energy_balance, self.statistics
         power, smallest, losses = self.last.energy.input_power, statistics.smallest_step, float(settings.judge_losses)
-        balance = np.array([*ledger.numbers(), power, smallest, settings.energy_abort, losses])
+        balance = np.array([*energy_balance.numbers(), power, smallest, settings.energy_abort, losses])
         most = min(self.renewed + self.every, settings.max_steps) - solver.steps
         try:
             solver.march(balance, self.pending[0] if self.pending else settings.end_time, max(1, most))
         except StepFailed as error:
             self._count(solver)
             self._fail(error.outcome, error.reason)
-        ledger.set_numbers(balance[:POWER])
+        energy_balance.set_numbers(balance[:POWER])
         statistics.smallest_step = float(balance[SHORTEST])
         self._count(solver)
         self.last = seen = self.system.observe(solver.t, solver.q, solver.u)
         self._look(solver.t, solver.q, solver.u, seen)
         if self.pending and self.pending[0] <= solver.t:
             self.pending.pop(0)
-            self._save(solver.t, solver.q, solver.u, seen, ledger)
+            self._save(solver.t, solver.q, solver.u, seen, energy_balance)
 
     def _solver(self) -> GeneralizedAlpha | MeanForce:
         """New solver at the present state; it continues from the last restart point, if any."""
@@ -115,15 +115,15 @@ class StepwiseRun(Run):
         self.last = seen = self.system.observe(solver.t, solver.q, solver.u)
         if isinstance(solver, MeanForce):
             seen = replace(seen, drive=DriveState(seen.drive.travel, solver.drive_force))
-            self.ledger.add(solver.work + seen.energy.driven - driven, solver.dissipated, solver.of_pairs)
+            self.energy_balance.add(solver.work + seen.energy.driven - driven, solver.dissipated, solver.of_pairs)
         else:
             dissipated, of_pairs = mean_dissipation(
                 self.system, (self.time, self.q), (solver.t, solver.q), len(seen.pairs.force), self.system.of_vectors
             )
             work = 0.5 * step * (begin.input_power + seen.energy.input_power) + seen.energy.driven - driven
-            self.ledger.add(work, step * dissipated, step * of_pairs)
+            self.energy_balance.add(work, step * dissipated, step * of_pairs)
         self._look(solver.t, solver.q, solver.u, seen)
         self._balance(seen)
         if self.pending and self.pending[0] <= solver.t:
             self.pending.pop(0)
-            self._save(solver.t, solver.q, solver.u, seen, self.ledger)
+            self._save(solver.t, solver.q, solver.u, seen, self.energy_balance)

@@ -37,6 +37,7 @@ from fsm.kernels.jit import shared
 from fsm.kernels.vector import error_norm, largest_distance, mean_ratio, weighted_mean_square
 from fsm.stepping.model import (
     accept,
+    contacts_opened,
     damping_times,
     factorise,
     factorise_mass,
@@ -45,7 +46,6 @@ from fsm.stepping.model import (
     mapped,
     mass_times,
     part_of_step,
-    parted,
     renewed_force,
     retract,
     solve,
@@ -359,7 +359,7 @@ def _newton(model: Any, motion: Motion, rules: Rules, end: float, h: float, rene
             sizes[CONTRACTION] = 1.0  # convergence with this matrix is unknown
         left = max(sizes[CONTRACTION], _SURE) / max(1.0 - sizes[CONTRACTION], 1e-3)
         converged = size * left <= rules.newton_tolerance or size <= 1e-3 * rules.newton_tolerance
-        if converged and not renew and parted(model):
+        if converged and not renew and contacts_opened(model):
             renew, before = True, size
             continue
         if converged:

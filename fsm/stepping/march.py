@@ -11,12 +11,14 @@ from fsm.stepping.generalized_alpha import STEPPED, TIME, Motion, Rules, take_st
 from fsm.stepping.model import energies
 
 __all__ = [
-    "ALLOWED", "DISSIPATED", "ERROR", "GAINED", "KINETIC_WORST", "LOSSES", "POWER", "SHORTEST", "START", "TRIFLE",
+    "ALLOWED", "DISSIPATED", "ERROR", "GAINED", "KINETIC_WORST", "LOSSES", "POWER", "ROUND_OFF", "SHORTEST", "START",
     "TURNOVER", "WORK", "WORST", "balanced", "march", "march_arrays",
 ]  # fmt: skip
 
-START, DISSIPATED, WORK, ERROR, WORST, GAINED, TURNOVER, KINETIC_WORST, TRIFLE, POWER, SHORTEST, ALLOWED, LOSSES = range(13)
-"""Indices of the array `balance` of `march`: the numbers of `fsm.solve.ledger.Ledger` (J), the input power at the end of the
+(
+    START, DISSIPATED, WORK, ERROR, WORST, GAINED, TURNOVER, KINETIC_WORST, ROUND_OFF, POWER, SHORTEST, ALLOWED, LOSSES
+) = range(13)  # fmt: skip
+"""Indices of the array `balance` of `march`: the numbers of `EnergyBalance` (J), the input power at the end of the
 last step (W), the shortest step (s), the largest error over the turnover, and whether losses are judged too (0 or 1)."""
 
 
@@ -27,7 +29,7 @@ def balanced(
 ) -> tuple[float, float, float, float, float]:  # fmt: skip
     """Energy balance at the end of a step, with the stored energy (kinetic and potential) and its kinetic part, J.
 
-    Returns the new error, worst error, largest gain, turnover and largest kinetic energy of `fsm.solve.ledger.Ledger`.
+    Returns the new error, worst error, largest gain, turnover and largest kinetic energy of the balance.
     """
     error = stored - start + dissipated - work
     kinetic_worst = max(kinetic_worst, kinetic)
@@ -61,7 +63,7 @@ def march(model: Any, motion: Motion, rules: Rules, balance: np.ndarray, until: 
             balance[GAINED], balance[TURNOVER], balance[KINETIC_WORST],
         )  # fmt: skip
         off = balance[WORST] if balance[LOSSES] > 0.0 else balance[GAINED]
-        if balance[TURNOVER] > balance[TRIFLE] and off > balance[ALLOWED] * balance[TURNOVER]:
+        if balance[TURNOVER] > balance[ROUND_OFF] and off > balance[ALLOWED] * balance[TURNOVER]:
             break
     return STEPPED
 

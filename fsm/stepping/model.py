@@ -13,8 +13,8 @@ import numpy as np
 from fsm.kernels.jit import Pointer, compiled_as
 
 __all__ = [
-    "ArrayModel", "Calls", "accept", "damping_times", "energies", "factorise", "factorise_mass", "force", "longest_step",
-    "mapped", "mass_times", "part_of_step", "parted", "renewed_force", "retract", "solve", "stiffness_times", "unable",
+    "ArrayModel", "Calls", "accept", "contacts_opened", "damping_times", "energies", "factorise", "factorise_mass", "force",
+    "longest_step", "mapped", "mass_times", "part_of_step", "renewed_force", "retract", "solve", "stiffness_times", "unable",
 ]  # fmt: skip
 
 
@@ -31,7 +31,7 @@ class Calls(NamedTuple):
     mass_times: Any
     stiffness_times: Any
     damping_times: Any
-    parted: Any
+    contacts_opened: Any
     part_of_step: Any
     longest_step: Any
     accept: Any
@@ -110,13 +110,13 @@ def damping_times(model: Any, vector: np.ndarray) -> np.ndarray:
     return np.asarray(model.damping_times(vector))
 
 
-def parted(model: Any) -> bool:
-    """Whether contacts of the last tangent have opened; see `System.parted`."""
-    return bool(model.parted())
+def contacts_opened(model: Any) -> bool:
+    """Whether contacts of the last tangent have opened; see `System.contacts_opened`."""
+    return bool(model.contacts_opened())
 
 
 def part_of_step(model: Any, t: float, q: np.ndarray, u: np.ndarray, step: float) -> float:
-    """1 if the model accepts the step, else the factor on the step size to try next; see `System.objection`."""
+    """1 if the model accepts the step, else the factor on the step size to try next; see `System.rejection`."""
     return float(model.part_of_step(t, q, u, step))
 
 
@@ -184,8 +184,8 @@ def _damping_times(model: Any, vector: np.ndarray) -> Any:
     return model.calls.damping_times(model.arrays, vector)
 
 
-def _parted(model: Any) -> Any:
-    return model.calls.parted(model.arrays)
+def _contacts_opened(model: Any) -> Any:
+    return model.calls.contacts_opened(model.arrays)
 
 
 def _part_of_step(model: Any, t: float, q: np.ndarray, u: np.ndarray, step: float) -> Any:
@@ -210,11 +210,11 @@ def _energies(model: Any, t: float, q: np.ndarray, u: np.ndarray, step: float) -
 
 _ASKED: tuple[Any, ...] = (
     force, renewed_force, factorise, factorise_mass, solve, mapped, retract, mass_times, stiffness_times, damping_times,
-    parted, part_of_step, longest_step, accept, unable, energies,
+    contacts_opened, part_of_step, longest_step, accept, unable, energies,
 )  # fmt: skip
 _INSTEAD: tuple[Any, ...] = (
     _force, _renewed_force, _factorise, _factorise_mass, _solve, _mapped, _retract, _mass_times, _stiffness_times,
-    _damping_times, _parted, _part_of_step, _longest_step, _accept, _unable, _energies,
+    _damping_times, _contacts_opened, _part_of_step, _longest_step, _accept, _unable, _energies,
 )  # fmt: skip
 for _asked, _instead in zip(_ASKED, _INSTEAD, strict=True):
     compiled_as(_asked, ArrayModel, _instead)

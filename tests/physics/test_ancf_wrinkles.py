@@ -8,9 +8,9 @@ import pytest
 from fsm.ancf.build import CableMaterial, MeshBuilder
 from fsm.ancf.film import FilmMaterial
 from fsm.ancf.loading import Forcing, Loading
-from fsm.ancf.pulse import Ramp
 from fsm.ancf.system import AncfSystem
 from fsm.ancf.tension_state import tension_state
+from fsm.ancf.time_functions import Ramp
 from fsm.ancf.wrinkle import strip_wrinkles
 from fsm.pretension import settled, tensioned
 from fsm.solve.newton import negative_pivots

@@ -69,7 +69,7 @@ def analysis(tmp_path: Path, *overrides: str) -> VibrationAnalysis:
 def test_any_film_is_stable(tmp_path: Path, overrides: tuple[str, ...]) -> None:
     """Nothing carries compression, so no mode grows; slack corners and edges included."""
     made = analysis(tmp_path, *overrides)
-    made.make_ready([])
+    made.initialise([])
     assert np.all(made.modes.frequencies > 0.0)
     assert made.state.smallest > -1e-4 * made.state.largest
     q, _ = made._system.initial()
@@ -94,7 +94,7 @@ def test_an_unstable_film_says_what_it_lacks(tmp_path: Path) -> None:
     2026-11-23: 3 iterations in place of 30, in which it now leaves the flat state.
     """
     made = analysis(tmp_path, "cable=none", "tension.film=plain", "tension.pull=none", "tension.strain=1e-3")
-    made.make_ready([])
+    made.initialise([])
     system = made._system
     q = system.start.copy()
     system.start[:] = q * np.tile([0.99, 0.99, 1.0], len(q) // 3)
@@ -119,7 +119,7 @@ def test_a_mode_without_stiffness_needs_the_full_model(
     pulse = 'impact={ pulse = "half-sine", force = "1 mN", duration = "5 ms" }'
     made = analysis(tmp_path, "membrane.mesh=[3, 3]", pulse, f"vibration.model={model}")
     warnings: list[str] = []
-    made.make_ready(warnings)
+    made.initialise(warnings)
     assert made.model is None and made.method()[0] == "mean-force"
     assert ("full" in "".join(warnings)) == (model == "reduced")
 
@@ -129,5 +129,5 @@ def test_edge_cables_that_become_slack_are_damped(tmp_path: Path) -> None:
     pulse = 'impact={ pulse = "half-sine", force = "1 mN", duration = "5 ms" }'
     for cables, method in (((), "mean-force"), ((f"cable.1={EDGES}",), "generalized-alpha")):
         made = analysis(tmp_path, "membrane.mesh=[4, 4]", pulse, "vibration.model=full", *cables)
-        made.make_ready([])
+        made.initialise([])
         assert made.method()[0] == method

@@ -13,8 +13,8 @@ from fsm.scene.scene import GROUND, Body, ForceElement, Scene
 from fsm.segments.compile import compile_scene
 from fsm.segments.hysteresis import HysteresisGroup
 from fsm.segments.system import SegmentSystem
-from fsm.solve.handed_over import Saved
-from fsm.solve.ledger import Ledger
+from fsm.solve.energy_balance import EnergyBalance
+from fsm.solve.run_io import SavedState
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 from fsm.solve.static import PathSettings, follow
@@ -59,20 +59,22 @@ def flap(cycle: list[float], law: SplineCrease, flexibility: float = 0.0, period
     )
 
 
-def solve(scene: Scene, method: str, spatial: bool = False, rtol: float = 1e-4) -> tuple[SegmentSystem, list[Saved], Ledger]:
+def solve(
+    scene: Scene, method: str, spatial: bool = False, rtol: float = 1e-4
+) -> tuple[SegmentSystem, list[SavedState], EnergyBalance]:
     system = compile_scene(scene, spatial)
     end = scene.loads[0].time.time[-1]
-    saved: list[Saved] = []
+    saved: list[SavedState] = []
     times = list(np.linspace(0.0, end, 81))
     if method == "static":
         settings = PathSettings(end_time=end, first_step=end / 400, max_step=end / 400, rtol=1e-6)
-        _, ledger = follow(system, settings, times, saved.append)
+        _, energy_balance = follow(system, settings, times, saved.append)
     else:
-        _, ledger = simulate(system, Settings(method, rtol, end), times, saved.append)
-    return system, saved, ledger
+        _, energy_balance = simulate(system, Settings(method, rtol, end), times, saved.append)
+    return system, saved, energy_balance
 
 
-def opening(system: SegmentSystem, state: Saved) -> float:
+def opening(system: SegmentSystem, state: SavedState) -> float:
     group = next(group for group in system.groups if isinstance(group, HysteresisGroup))
     poses, rates = system.place(state.time, state.q, state.u)
     return float(group.rest[0] - group.side[0] * group.measure(poses, rates, group.bodies, *group.geometry)[0][0])
@@ -92,10 +94,10 @@ def test_the_balance_closes_over_a_cycle(method: str, spatial: bool, closes: flo
     rtol 1e-6: .8e-6 to 3.2e-6 with the OpenBLAS kernels Prescott, Haswell, Zen and SkylakeX; the bound is ten times rtol.
     2026-11-23: dynamics was held at rtol 1e-4, where round-off chooses the steps at a reversal and with them 7e-6 to 3.6e-5.
     """
-    _, saved, ledger = solve(flap(CYCLE, crease()), method, spatial, rtol=1e-6)
+    _, saved, energy_balance = solve(flap(CYCLE, crease()), method, spatial, rtol=1e-6)
     assert saved[-1].time == pytest.approx(8.0)
-    assert ledger.dissipated == pytest.approx(3.7e-4, rel=0.01)
-    assert ledger.relative_error < closes
+    assert energy_balance.dissipated == pytest.approx(3.7e-4, rel=0.01)
+    assert energy_balance.relative_error < closes
 
 
 def test_a_cycle_follows_the_measured_branches_and_dissipates_the_area() -> None:
@@ -183,14 +185,14 @@ def test_branches_in_series_with_half_segments_stay_the_branches() -> None:
 
 def test_a_solve_that_goes_on_remembers_the_way() -> None:
     """Cut off on the way back, taken up by another system: the same end, the same losses."""
-    _, whole, ledger = solve(flap(CYCLE, crease()), "static")
+    _, whole, energy_balance = solve(flap(CYCLE, crease()), "static")
     scene = flap(CYCLE, crease())
     first, second = compile_scene(scene), compile_scene(scene)
-    saved: list[Saved] = []
+    saved: list[SavedState] = []
     _, begun = follow(first, PathSettings(end_time=3.0, first_step=0.02, max_step=0.02, rtol=1e-6), [3.0], saved.append)
     second.restore(first.memory())
     start = (3.0, saved[-1].q, saved[-1].u)
     settings = PathSettings(end_time=8.0, first_step=0.02, max_step=0.02, rtol=1e-6)
-    _, gone_on = follow(second, settings, [8.0], saved.append, start=start, ledger=begun)
+    _, gone_on = follow(second, settings, [8.0], saved.append, start=start, energy_balance=begun)
     assert saved[-1].q == pytest.approx(whole[-1].q, abs=2e-5)
-    assert gone_on.dissipated == pytest.approx(ledger.dissipated, rel=2e-4)
+    assert gone_on.dissipated == pytest.approx(energy_balance.dissipated, rel=2e-4)

@@ -85,5 +85,5 @@ def test_edge_cables_vibrate_as_ritz_says(tmp_path: Path, strain: tuple[float, f
     case.write_text(CASE.replace("STRAIN", str(list(strain))).replace("FILM", film), encoding="utf-8")
     analysis = analysis_of(load_case(case).case, str(case), [])
     assert isinstance(analysis, VibrationAnalysis)
-    analysis.make_ready([])
+    analysis.initialise([])
     np.testing.assert_allclose(analysis.modes.frequencies, ritz(strain), rtol=2e-3)

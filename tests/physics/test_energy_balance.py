@@ -1,4 +1,4 @@
-"""Energy ledger: kinetic + potential + dissipated - work of loads and drives stays what it was."""
+"""Energy balance: kinetic + potential + dissipated - work of loads and drives stays what it was."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from fsm.scene.materials import LinearCrease, Material
 from fsm.scene.scene import GROUND, Body, ForceElement, Scene
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
-from fsm.solve.handed_over import Saved
-from fsm.solve.ledger import Ledger
+from fsm.solve.energy_balance import EnergyBalance
+from fsm.solve.run_io import SavedState
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 
@@ -29,7 +29,7 @@ PENDULUM = {
 
 
 @cache
-def rubbing_strip(rtol: float) -> tuple[list[Saved], Ledger]:
+def rubbing_strip(rtol: float) -> tuple[list[SavedState], EnergyBalance]:
     """A damped strip pulled until its panels touch and rub."""
     case = Case(
         strip=Strip(length=0.48, width=0.04, thickness=3e-4, panels=6, fold_angle=math.radians(83.0), segments_per_panel=4),
@@ -40,11 +40,11 @@ def rubbing_strip(rtol: float) -> tuple[list[Saved], Ledger]:
         drive=(Drive(crease=3, speed=0.05, travel=0.02),),
     )
     system = compile_scene(build_scene(case))
-    saved: list[Saved] = []
+    saved: list[SavedState] = []
     end = system.end_time()
     assert end is not None
-    _, ledger = simulate(system, Settings("Radau", rtol, end), list(np.linspace(0.0, end, 21)), saved.append)
-    return saved, ledger
+    _, energy_balance = simulate(system, Settings("Radau", rtol, end), list(np.linspace(0.0, end, 21)), saved.append)
+    return saved, energy_balance
 
 
 def flexible_pendulum(count: int) -> SegmentSystem:
@@ -76,32 +76,32 @@ def flexible_pendulum(count: int) -> SegmentSystem:
     return compile_scene(Scene(bodies=tuple(bodies), elements=tuple(elements), gravity=(0.0, 0.0, -9.81)))
 
 
-def swing(count: int, rtol: float) -> tuple[list[Saved], Ledger]:
-    saved: list[Saved] = []
-    _, ledger = simulate(flexible_pendulum(count), Settings("Radau", rtol, 0.5), list(PENDULUM), saved.append)
-    return saved, ledger
+def swing(count: int, rtol: float) -> tuple[list[SavedState], EnergyBalance]:
+    saved: list[SavedState] = []
+    _, energy_balance = simulate(flexible_pendulum(count), Settings("Radau", rtol, 0.5), list(PENDULUM), saved.append)
+    return saved, energy_balance
 
 
 def test_strip_with_contact_and_friction() -> None:
-    saved, ledger = rubbing_strip(1e-8)
+    saved, energy_balance = rubbing_strip(1e-8)
     touching = saved[-1].observation
     assert touching.pairs.force.sum() > 1e-3
     assert touching.energy.potential["contact"] > 0.0
-    assert ledger.relative_error < 1e-6
+    assert energy_balance.relative_error < 1e-6
 
 
 def test_records_add_up() -> None:
-    saved, ledger = rubbing_strip(1e-8)
+    saved, energy_balance = rubbing_strip(1e-8)
     for record in saved:
         energy = record.observation.energy
         total = energy.kinetic + sum(energy.potential.values()) + record.dissipated - record.work
-        assert total == pytest.approx(ledger.start, abs=1e-6 * ledger.turnover)
+        assert total == pytest.approx(energy_balance.start, abs=1e-6 * energy_balance.turnover)
 
 
 def test_friction_and_damping_take_part() -> None:
-    _, ledger = rubbing_strip(1e-8)
-    # without them in the ledger the balance would be far off
-    assert ledger.dissipated > 1e-3 * ledger.turnover
+    _, energy_balance = rubbing_strip(1e-8)
+    # without them the energy balance would be far off
+    assert energy_balance.dissipated > 1e-3 * energy_balance.turnover
 
 
 def test_imbalance_falls_with_the_tolerance() -> None:
@@ -109,11 +109,11 @@ def test_imbalance_falls_with_the_tolerance() -> None:
 
 
 def test_undamped_flexible_pendulum() -> None:
-    saved, ledger = swing(24, 1e-8)
-    assert ledger.dissipated == 0.0
-    assert ledger.relative_error < 1e-6
+    saved, energy_balance = swing(24, 1e-8)
+    assert energy_balance.dissipated == 0.0
+    assert energy_balance.relative_error < 1e-6
     # it did swing: by a quarter turn, turning its weight's work into motion
-    assert saved[-1].observation.energy.kinetic > 0.9 * ledger.turnover
+    assert saved[-1].observation.energy.kinetic > 0.9 * energy_balance.turnover
 
 
 def test_flexible_pendulum_is_where_it_should_be() -> None:

@@ -210,7 +210,7 @@ def test_auto_compares_no_motion_where_the_force_is_off(tmp_path: Path, monkeypa
     case.write_text(FILM, encoding="utf-8")
     loaded = load_case(case, ["membrane.mesh=[4,4]", "impact.force=10 N"])
     made = VibrationAnalysis(loaded.case, str(case))
-    made.make_ready([])
+    made.initialise([])
     assert made.model is None
     assert made.method()[1].endswith("its motion was therefore not compared with the full model")
 
@@ -283,7 +283,7 @@ def test_the_pull_is_borne_by_all_corners(tmp_path: Path) -> None:
     case = Path(__file__).parents[2] / "folding_cases" / "membrane_impact" / "case.toml"
     loaded = load_case(case, ["membrane.mesh=[8, 8]", "patch=none", "vibration.modes=4"])
     analysis = VibrationAnalysis(loaded.case, "")
-    analysis.make_ready([])
+    analysis.initialise([])
     q, _ = analysis.system.initial()
     reactions = analysis.system.reactions(0.0, q, None)
     at_ends = reactions[analysis.film.ends // 9, :3]

@@ -24,9 +24,9 @@ from fsm.scene.scene import GROUND, Body, ForceElement, Scene
 from fsm.segments.compile import compile_scene
 from fsm.segments.save_times import save_times
 from fsm.segments.system import SegmentSystem
+from fsm.solve.energy_balance import EnergyBalance
 from fsm.solve.generalized_alpha import Coefficients, GeneralizedAlpha
-from fsm.solve.handed_over import Saved, Statistics
-from fsm.solve.ledger import Ledger
+from fsm.solve.run_io import SavedState, Statistics
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 from fsm.system import Linearised
@@ -151,7 +151,7 @@ def integrate(system: SegmentSystem, rho_inf: float, ends: Iterator[float], h: f
 def reference(name: str) -> State:
     """State at the end by Radau at a tight tolerance: another method, of another family."""
     system, end, _ = CASES[name]
-    saved: list[Saved] = []
+    saved: list[SavedState] = []
     simulate(system(), Settings("Radau", 1e-11, end), [end], saved.append)
     return saved[-1].q, saved[-1].u
 
@@ -303,14 +303,14 @@ def test_error_follows_the_tolerance(name: str) -> None:
 
 
 @cache
-def pulled(method: str, rtol: float) -> tuple[Statistics, Ledger, list[Saved]]:
+def pulled(method: str, rtol: float) -> tuple[Statistics, EnergyBalance, list[SavedState]]:
     """The rubbing strip."""
     system = strip()
-    saved: list[Saved] = []
+    saved: list[SavedState] = []
     end = system.end_time()
     assert end is not None
-    statistics, ledger = simulate(system, Settings(method, rtol, end), list(np.linspace(0.0, end, 21)), saved.append)
-    return statistics, ledger, saved
+    statistics, energy_balance = simulate(system, Settings(method, rtol, end), list(np.linspace(0.0, end, 21)), saved.append)
+    return statistics, energy_balance, saved
 
 
 def test_strip_agrees_with_radau() -> None:
@@ -334,9 +334,9 @@ def test_ledger_is_of_second_order() -> None:
     system = chain(4, spatial=False, held=True, damping=0.02)
     worst = []
     for h in (5e-4, 2.5e-4):
-        _, ledger = simulate(system, Settings(ALPHA, 1e-9, 0.2, step=h), [], lambda saved: None)
-        assert ledger.dissipated > 1e-2 * ledger.turnover
-        worst.append(ledger.worst)
+        _, energy_balance = simulate(system, Settings(ALPHA, 1e-9, 0.2, step=h), [], lambda saved: None)
+        assert energy_balance.dissipated > 1e-2 * energy_balance.turnover
+        worst.append(energy_balance.worst)
     # the method's own dissipation is of order 3, and takes part
     assert 1.85 < math.log2(worst[0] / worst[1]) < 3.1
 
@@ -427,7 +427,7 @@ class Broken(SegmentSystem):
 @pytest.mark.parametrize("step", [None, 1e-3])
 def test_failure_says_when_and_where(step: float | None) -> None:
     system = Broken(pendulum(False), 0.0505)
-    saved: list[Saved] = []
+    saved: list[SavedState] = []
     with pytest.raises(NotConverged) as caught:
         simulate(system, Settings(ALPHA, 1e-4, 0.1, step=step), [0.0, 0.05, 0.1], saved.append)
     words = str(caught.value)

@@ -17,7 +17,7 @@ from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surfa
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
 from fsm.solve.generalized_alpha import GeneralizedAlpha
-from fsm.solve.handed_over import Saved
+from fsm.solve.run_io import SavedState
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 
@@ -281,12 +281,12 @@ def ends(system: SegmentSystem, end: float, rtols: tuple[float, ...]) -> tuple[n
     """End states, numbers of steps, and energy errors."""
     states, steps, errors = [], [], []
     for rtol in rtols:
-        seen: list[Saved] = []
-        statistics, ledger = simulate(system, Settings("generalized-alpha", rtol, end), [end], seen.append)
+        seen: list[SavedState] = []
+        statistics, energy_balance = simulate(system, Settings("generalized-alpha", rtol, end), [end], seen.append)
         assert max(force.max() for _, force, *_ in statistics.seen) > 0.1  # it did strike
         states.append(np.concatenate([seen[-1].q, seen[-1].u / np.abs(seen[-1].u).max()]))
         steps.append(statistics.steps)
-        errors.append(ledger.relative_error)
+        errors.append(energy_balance.relative_error)
     return np.array(states), np.array(steps), errors
 
 
@@ -320,9 +320,9 @@ def test_energy_through_an_impact(keys: dict[str, float], target: str, spatial: 
     """What the damping of the contact takes is what the plate has lost."""
     contact = Contact(stiffness=1e8, **keys)
     system = compile_scene(falling(target, contact, THICK, 1.0), spatial)
-    seen: list[Saved] = []
-    _, ledger = simulate(system, Settings("generalized-alpha", 1e-7, 2e-4), [2e-4], seen.append)
+    seen: list[SavedState] = []
+    _, energy_balance = simulate(system, Settings("generalized-alpha", 1e-7, 2e-4), [2e-4], seen.append)
     assert seen[-1].u[upwards(spatial)] > 0.2
-    assert ledger.relative_error < 1e-4
+    assert energy_balance.relative_error < 1e-4
     lost = 0.5 * MASS * (1.0 - keys.get("restitution", 1.0) ** 2)
-    assert ledger.pair_energy[1, 0] == pytest.approx(lost, rel=1e-3, abs=1e-8)
+    assert energy_balance.pair_energy[1, 0] == pytest.approx(lost, rel=1e-3, abs=1e-8)

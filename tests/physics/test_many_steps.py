@@ -142,11 +142,11 @@ def test_saved_states_and_ledger_of_a_run() -> None:
     system = ball_joints()
     times = [0.0, 0.013, 0.05]
     saved: list[Any] = []
-    statistics, ledger = simulate(system, Settings("generalized-alpha", 1e-6, 0.05), times, saved.append)
+    statistics, energy_balance = simulate(system, Settings("generalized-alpha", 1e-6, 0.05), times, saved.append)
     assert [state.time for state in saved] == times
     for state in saved:
         energy = system.energy(state.time, state.q, state.u)
         assert state.observation.energy.stored == pytest.approx(energy.stored, rel=1e-12)
-    assert ledger.relative_error < 1e-4
+    assert energy_balance.relative_error < 1e-4
     assert statistics.factorisations > 0
     assert 0.0 < statistics.smallest_step < 0.05

@@ -10,7 +10,7 @@ from fsm.scene.load_case import load_case
 from fsm.scene.loads import Drive
 from fsm.scene.scene import GROUND, Body, ForceElement, Scene
 from fsm.segments.compile import compile_scene
-from fsm.solve.handed_over import Saved
+from fsm.solve.run_io import SavedState
 from fsm.solve.static import PathSettings, follow
 from validation.strip_trial.check import CASE
 
@@ -20,10 +20,10 @@ def test_free_hinges_pull_with_no_force() -> None:
     free = ["crease.stiffness=0", "contact=none", "material.damping=0", "strip.segments_per_panel=4", "expect=none"]
     _, system = compile_case(load_case(CASE, free).case)
     motion = system.motions[0]
-    statistics, ledger = follow(system, PathSettings(motion.end_time, motion.time_of(1e-3)), [], lambda state: None)
+    statistics, energy_balance = follow(system, PathSettings(motion.end_time, motion.time_of(1e-3)), [], lambda state: None)
     assert max(abs(drive.force[0]) for drive, *_ in statistics.seen) < 1e-6
-    assert 0.0 < ledger.turnover < 1e-9
-    assert ledger.relative_error == 0.0
+    assert 0.0 < energy_balance.turnover < 1e-9
+    assert energy_balance.relative_error == 0.0
     assert statistics.steps < 100
     assert not statistics.events
 
@@ -37,10 +37,10 @@ def pulled_bar(*more: Body, by: tuple[ForceElement, ...] = ()) -> Scene:
     return Scene(bodies=(bar, hand, *more), elements=(stiff, spring, *by), drives=(drive,))
 
 
-def path(scene: Scene) -> list[Saved]:
+def path(scene: Scene) -> list[SavedState]:
     system = compile_scene(scene)
     motion = system.motions[0]
-    saved: list[Saved] = []
+    saved: list[SavedState] = []
     follow(system, PathSettings(motion.end_time, motion.time_of(0.01)), [0.0, motion.end_time], saved.append)
     return saved
 

@@ -14,7 +14,7 @@ from fsm.scene.contact import Contact
 from fsm.scene.loads import Drive
 from fsm.scene.materials import LinearCrease, Material
 from fsm.segments.compile import compile_scene
-from fsm.solve.handed_over import Saved
+from fsm.solve.run_io import SavedState
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 
@@ -34,7 +34,7 @@ def force_curve(method: str) -> np.ndarray:
     )
     system = compile_scene(build_scene(case))
     motion = system.motions[0]
-    saved: list[Saved] = []
+    saved: list[SavedState] = []
     times = [motion.time_of(x) for x in np.linspace(0.0, TRAVEL, 89)]
     simulate(system, Settings(method, 1e-6, motion.end_time), times, saved.append)
     return np.array([record.observation.drive.force[0] for record in saved])

@@ -17,7 +17,7 @@ from fsm.scene.contact import Contact, Friction
 from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
-from fsm.solve.handed_over import Saved
+from fsm.solve.run_io import SavedState
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 
@@ -141,10 +141,10 @@ def test_inner_forces_and_moments_cancel(seed: int, spatial: bool) -> None:
 
 
 @cache
-def run(spatial: bool, method: str, rtol: float) -> tuple[SegmentSystem, Saved]:
+def run(spatial: bool, method: str, rtol: float) -> tuple[SegmentSystem, SavedState]:
     """The state after 20 ms; the chains have been thrown apart by then."""
     system = two_chains(spatial)
-    saved: list[Saved] = []
+    saved: list[SavedState] = []
     simulate(system, Settings(method, rtol, 0.02), [0.0, 0.02], saved.append)
     assert saved[0].observation.pairs.force[0] > 1.0
     return system, saved[-1]

@@ -43,9 +43,9 @@ def test_a_limp_strip_that_a_force_sets_going() -> None:
     deployment = Deployment(case, "", None)
     settings = deployment.settings("static")
     assert not isinstance(settings, Settings)
-    statistics, ledger = follow(deployment.system, settings, [], lambda saved: None)
+    statistics, energy_balance = follow(deployment.system, settings, [], lambda saved: None)
     assert "motion" in [event.kind for event in statistics.events]
-    assert ledger.relative_error < 1e-2
+    assert energy_balance.relative_error < 1e-2
 
 
 ANGLES = [math.radians(120.0 * k / 27.0) for k in range(28)]
@@ -72,5 +72,5 @@ def test_a_motion_that_goes_on_keeps_its_velocities() -> None:
     deployment = Deployment(case, "", None)
     settings = deployment.settings("static")
     assert not isinstance(settings, Settings)
-    _, ledger = follow(deployment.system, settings, [], lambda saved: None)
-    assert ledger.relative_error < 1e-2
+    _, energy_balance = follow(deployment.system, settings, [], lambda saved: None)
+    assert energy_balance.relative_error < 1e-2

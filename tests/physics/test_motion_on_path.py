@@ -9,7 +9,7 @@ import numpy as np
 from fsm.compile_case import compile_case
 from fsm.scene.load_case import load_case
 from fsm.solve.newton import equilibrium
-from fsm.solve.takeover import _on_path
+from fsm.solve.snap_through import _on_path
 
 TRIAL = Path(__file__).parents[2] / "folding_cases" / "strip_trial" / "case.toml"
 

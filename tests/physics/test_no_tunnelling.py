@@ -15,7 +15,7 @@ from fsm.scene.obstacle import Obstacle
 from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
-from fsm.solve.handed_over import Saved
+from fsm.solve.run_io import SavedState
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 from fsm.solve.static import PathSettings, follow
@@ -67,20 +67,20 @@ def crossing(speed: float, contact: Contact) -> Scene:
     return Scene(bodies=(low, high), pairs=(ContactPair(first="low", second="high"),), contact=contact)
 
 
-def fly(system: SegmentSystem, speed: float, method: str) -> list[Saved]:
-    seen: list[Saved] = []
+def fly(system: SegmentSystem, speed: float, method: str) -> list[SavedState]:
+    seen: list[SavedState] = []
     end = 3.0 * HEIGHT / speed
     settings = Settings(method, LOOSE, end, max_steps=20_000)
     simulate(system, settings, list(np.linspace(0.0, end, 61)), seen.append)
     return seen
 
 
-def lowest(system: SegmentSystem, seen: list[Saved]) -> float:
+def lowest(system: SegmentSystem, seen: list[SavedState]) -> float:
     """How far down the plate that flies has come with any corner, m."""
     return min(float(system.shape(saved.time, saved.q)[-1, :, 2].min()) for saved in seen)
 
 
-def parting(system: SegmentSystem, seen: list[Saved]) -> float:
+def parting(system: SegmentSystem, seen: list[SavedState]) -> float:
     return float(seen[-1].u[2 if system.spatial else 1])
 
 
@@ -189,7 +189,7 @@ def pushed(yielding: bool, target: str, **keys: Any) -> Scene:
 def test_a_plate_on_springs_is_pushed_along(first: float, target: str, spatial: bool) -> None:
     system = compile_scene(pushed(True, target), spatial)
     end = float(system.end_time() or 0.0)
-    seen: list[Saved] = []
+    seen: list[SavedState] = []
     follow(system, PathSettings(end, first * end), [end], seen.append)
     at = seen[-1].q[2 if spatial else 1]
     # 100 N/m over what the driven plate goes on after it has touched

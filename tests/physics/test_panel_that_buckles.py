@@ -42,8 +42,8 @@ def test_no_more_than_the_critical_load_is_quasi_static(tmp_path: Path) -> None:
     system = compile_case(load_case(tmp_path / "case.toml").case)[1]
     motion = system.motions[0]
     settings = PathSettings(motion.end_time, motion.time_of(1e-4), rtol=1e-6)
-    statistics, ledger = follow(system, settings, [], lambda state: None)
-    assert ledger.relative_error < 1e-3
+    statistics, energy_balance = follow(system, settings, [], lambda state: None)
+    assert energy_balance.relative_error < 1e-3
     (event,) = statistics.events
     assert event.kind == "snap"
     assert event.end_travel < 4e-3  # 3 mm, and not all of the 20: what has died is followed by equilibria again

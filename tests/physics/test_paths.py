@@ -12,8 +12,8 @@ from fsm.scene.scene import GROUND, Body, ForceElement, Scene
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
 from fsm.solve.arc_length import PathPoint, trace
-from fsm.solve.handed_over import Saved, Statistics
 from fsm.solve.newton import negative_pivots
+from fsm.solve.run_io import SavedState, Statistics
 from fsm.solve.static import PathSettings, follow
 from validation.closed_forms.beams import POST_BUCKLING as ELASTICA
 from validation.closed_forms.chains import column
@@ -24,17 +24,17 @@ from validation.closed_forms.chains import column
 @cache
 def buckled(
     count: int, spatial: bool = False, imperfection: float = 0.0, damping: float = 0.0
-) -> tuple[list[Saved], Statistics, SegmentSystem]:
+) -> tuple[list[SavedState], Statistics, SegmentSystem]:
     system = column(count, spatial, damping)
     motion = system.motions[0]
     times = [motion.time_of(shortening) for _, shortening, _ in ELASTICA.values()]
-    saved: list[Saved] = []
+    saved: list[SavedState] = []
     settings = PathSettings(system.end_time() or 0.0, motion.time_of(2e-3), imperfection=imperfection)
     statistics, _ = follow(system, settings, times, saved.append)
     return saved, statistics, system
 
 
-def deflection(system: SegmentSystem, saved: Saved) -> float:
+def deflection(system: SegmentSystem, saved: SavedState) -> float:
     """Of the middle, m."""
     return float(saved.q.reshape(system.n_free, -1)[system.n_free // 2, 2 if system.spatial else 1])
 
@@ -114,10 +114,10 @@ def sunk(q: np.ndarray) -> float:
 @pytest.mark.parametrize("damping", [0.0, 0.05], ids=["slides", "moves"])
 def test_truss_snaps_through(damping: float) -> None:
     system = truss(damping)
-    saved: list[Saved] = []
+    saved: list[SavedState] = []
     motion = system.motions[0]
     times = [motion.time_of(travel) for travel in np.linspace(0.05, 1.0, 20)]
-    statistics, ledger = follow(system, PathSettings(motion.end_time, motion.time_of(0.01)), times, saved.append)
+    statistics, energy_balance = follow(system, PathSettings(motion.end_time, motion.time_of(0.01)), times, saved.append)
     (event,) = statistics.events
     assert event.kind == ("motion" if damping else "snap")
     # the limit point of D = w + F(w)/k
@@ -138,7 +138,7 @@ def test_truss_snaps_through(damping: float) -> None:
         assert travel == pytest.approx(w + force / SOFT, abs=tolerance)
         if not event.travel <= travel <= event.end_travel:
             assert (w > RISE) == (travel > event.travel)  # never on the unstable branch in between
-    assert ledger.relative_error < 1e-2
+    assert energy_balance.relative_error < 1e-2
 
 
 def test_what_hardly_anything_damps_does_not_ring_on() -> None:
@@ -146,12 +146,13 @@ def test_what_hardly_anything_damps_does_not_ring_on() -> None:
     lost by numerical damping. Air takes over once the snap has been seen."""
     system = truss(1e-5)
     motion = system.motions[0]
-    saved: list[Saved] = []
-    statistics, ledger = follow(system, PathSettings(motion.end_time, motion.time_of(0.01)), [motion.end_time], saved.append)
+    saved: list[SavedState] = []
+    settings = PathSettings(motion.end_time, motion.time_of(0.01))
+    statistics, energy_balance = follow(system, settings, [motion.end_time], saved.append)
     (event,) = statistics.events
     assert event.end_travel < 0.75
     assert statistics.steps < 5000
-    assert ledger.relative_error < 1e-2
+    assert energy_balance.relative_error < 1e-2
     (state,) = saved
     assert state.observation.drive.force[0] == pytest.approx(resistance(np.array(sunk(state.q))), rel=1e-4)
 
@@ -161,11 +162,11 @@ def test_no_energy_is_lost_in_a_snap(rtol: float) -> None:
     """A step of the motion that is too long for its end gained 5 J of 2.4 J, at these tolerances or others."""
     system = truss(0.05)
     motion = system.motions[0]
-    statistics, ledger = follow(
+    statistics, energy_balance = follow(
         system, PathSettings(motion.end_time, motion.time_of(0.01), rtol=rtol), [], lambda state: None
     )
     assert [event.kind for event in statistics.events] == ["motion"]
-    assert ledger.relative_error < 1e-2
+    assert energy_balance.relative_error < 1e-2
     assert statistics.steps < 1000
 
 

@@ -8,16 +8,16 @@ import pytest
 from validation.contact import box_of_plates, pulled_strip, rigid_peer, stack
 
 
-def squeezed(panels: int, rtol: float = stack.RTOL) -> stack.Pressed:
+def squeezed(panels: int, rtol: float = stack.RTOL) -> stack.ContactDepths:
     pressed = stack.press(stack.stack_scene(panels), rtol=rtol)
     assert [stack.crossings(pressed.system, state) for state in pressed.saved] == [[]] * len(pressed.saved)
-    assert pressed.system.objection(stack.END, pressed.saved[-1].q, None, 1.0) is None
+    assert pressed.system.rejection(stack.END, pressed.saved[-1].q, None, 1.0) is None
     assert (pressed.deepest <= 1.001 * pressed.allowed).all()
     # all layers are pressed, by the force that is put on
     force = np.max([state.observation.pairs.force for state in pressed.saved], axis=0)
     assert (force > 0.1).sum() >= panels - 1
     assert min(state.q[-3] for state in pressed.saved) < 1.3 * panels * stack.THICKNESS
-    assert pressed.ledger.relative_error < 1e-2
+    assert pressed.energy_balance.relative_error < 1e-2
     assert pressed.not_back < 1e-3
     return pressed
 
@@ -30,7 +30,7 @@ def test_a_stack_is_pressed_flat_and_comes_back() -> None:
 def test_a_stack_of_twenty() -> None:
     # 2026-11-23: shares of a face follow its overlap step by step; the balance closes to 2.1e-4, 1.2e-4, 3.5e-5 and 8e-6 at
     # rtol 1e-4, 1e-5, 1e-6 and 1e-7 (6.1e-5 at 1e-5 with fixed shares)
-    assert squeezed(20, 1e-6).ledger.relative_error < 1e-4
+    assert squeezed(20, 1e-6).energy_balance.relative_error < 1e-4
 
 
 def dropped(count: int, columns: int, end: float, balance: float = 1e-3) -> None:
@@ -40,9 +40,9 @@ def dropped(count: int, columns: int, end: float, balance: float = 1e-3) -> None
     assert fall.deepest < box_of_plates.deepest_allowed(box_of_plates.CONTACT, 2.0 * fall.fastest, weight)
     half = box_of_plates.half_width(columns)
     assert max(box_of_plates.outside(fall.system, state, half) for state in fall.saved) < 0.0
-    assert fall.rise < 1e-5 * fall.ledger.turnover
-    assert fall.ledger.relative_error < balance
-    assert fall.ledger.dissipated == pytest.approx(float(fall.ledger.pair_energy.sum()), rel=1e-9)
+    assert fall.rise < 1e-5 * fall.energy_balance.turnover
+    assert fall.energy_balance.relative_error < balance
+    assert fall.energy_balance.dissipated == pytest.approx(float(fall.energy_balance.pair_energy.sum()), rel=1e-9)
 
 
 def test_plates_fall_into_a_box() -> None:

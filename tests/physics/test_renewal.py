@@ -16,9 +16,9 @@ from fsm.scene.contact import Contact, Friction
 from fsm.scene.flexible import SceneFilm
 from fsm.scene.scene import Body, ContactPair, Plate, Scene
 from fsm.segments.compile import compile_scene
-from fsm.solve.handed_over import CurvePoint, Saved, Statistics, StepEnd
-from fsm.solve.ledger import Ledger
-from fsm.solve.renewal import steps_between
+from fsm.solve.energy_balance import EnergyBalance
+from fsm.solve.restart_points import steps_between
+from fsm.solve.run_io import AcceptedStep, CurvePoint, SavedState, Statistics
 from fsm.solve.settings import Settings
 from fsm.solve.solver import solve
 from fsm.solve.static import PathSettings
@@ -31,21 +31,23 @@ from tests.physics.test_paths import truss
 class Way:
     """What a solve hands over, and where another can go on."""
 
-    saved: list[Saved] = field(default_factory=list)
+    saved: list[SavedState] = field(default_factory=list)
     seen: list[CurvePoint] = field(default_factory=list)
-    ledger: Ledger = field(default_factory=Ledger)
-    renewals: list[tuple[StepEnd, Ledger, int, int]] = field(default_factory=list)
+    energy_balance: EnergyBalance = field(default_factory=EnergyBalance)
+    renewals: list[tuple[AcceptedStep, EnergyBalance, int, int]] = field(default_factory=list)
     statistics: Statistics | None = None
 
-    def go(self, system: System, settings: Settings | PathSettings, times: list[float], after: StepEnd | None = None) -> Way:
-        def step(end: StepEnd) -> None:
+    def go(
+        self, system: System, settings: Settings | PathSettings, times: list[float], after: AcceptedStep | None = None
+    ) -> Way:
+        def step(end: AcceptedStep) -> None:
             if end.state is not None:
-                self.renewals.append((copy.deepcopy(end), replace(self.ledger), len(self.seen), len(self.saved)))
+                self.renewals.append((copy.deepcopy(end), replace(self.energy_balance), len(self.seen), len(self.saved)))
 
         if after is None:
-            self.ledger = Ledger.opened(system.energy(0.0, *system.initial()))
+            self.energy_balance = EnergyBalance.opened(system.energy(0.0, *system.initial()))
         self.statistics, _ = solve(
-            system, settings, times, self.saved.append, step, ledger=self.ledger, seen=self.seen, after=after
+            system, settings, times, self.saved.append, step, energy_balance=self.energy_balance, seen=self.seen, after=after
         )
         return self
 
@@ -62,7 +64,8 @@ def same(one: Way, other: Way, first: int) -> None:
         np.testing.assert_array_equal(a_point.drive.force, b_point.drive.force)
         np.testing.assert_array_equal(a_point.pair_force, b_point.pair_force)
         assert a_point[2:] == b_point[2:]
-    assert (one.ledger.worst, one.ledger.turnover) == (other.ledger.worst, other.ledger.turnover)
+    assert one.energy_balance.worst == other.energy_balance.worst
+    assert one.energy_balance.turnover == other.energy_balance.turnover
     assert one.statistics is not None
     assert other.statistics is not None
     for name in ("steps", "rejected", "newton_iterations", "force_evaluations", "factorisations", "smallest_step", "events"):
@@ -78,8 +81,8 @@ def check(
     times = list(np.linspace(0.0, settings.end_time, 21))
     whole = Way().go(make(), settings, times)
     assert len(whole.renewals) > 2
-    for end, ledger, seen, saved in (whole.renewals[k] for k in (0, len(whole.renewals) // 2, -1)):
-        on = Way(seen=list(whole.seen[:seen]), ledger=replace(ledger))
+    for end, energy_balance, seen, saved in (whole.renewals[k] for k in (0, len(whole.renewals) // 2, -1)):
+        on = Way(seen=list(whole.seen[:seen]), energy_balance=replace(energy_balance))
         same(whole, on.go(make(), settings, times, end), saved)
     return whole
 

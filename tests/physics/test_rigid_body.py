@@ -7,13 +7,13 @@ from functools import cache
 import numpy as np
 import pytest
 
-from fsm.solve.handed_over import Saved
+from fsm.solve.run_io import SavedState
 from validation.closed_forms import bodies
 from validation.closed_forms.rigid import ADAMS, TOP_ENERGY, TOP_POSITION, TOP_QUATERNION
 
 
 @cache
-def heavy_top() -> list[Saved]:
+def heavy_top() -> list[SavedState]:
     """The top at 0.05, 0.5 and 1 s."""
     return bodies.heavy_top(list(TOP_POSITION))
 

@@ -12,7 +12,7 @@ from fsm.scene.obstacle import Obstacle
 from fsm.scene.scene import Body, ContactPair, Plate, Scene
 from fsm.segments.compile import compile_scene
 from fsm.solve.generalized_alpha import GeneralizedAlpha
-from fsm.solve.handed_over import Saved, StepEnd
+from fsm.solve.run_io import AcceptedStep, SavedState
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 
@@ -112,21 +112,21 @@ def test_hertz_impact_of_a_sphere_wherever_it_lands(target: str, seed: int, spat
 # many balls -------------------------------------------------------------------------------------------------------
 
 
-def motion(scene: Scene, spatial: bool, end: float, records: int = 3) -> tuple[list[Saved], list[np.ndarray], float]:
+def motion(scene: Scene, spatial: bool, end: float, records: int = 3) -> tuple[list[SavedState], list[np.ndarray], float]:
     """Saved states, rates of all bodies at each, and the relative error of the energy balance."""
     system = compile_scene(scene, spatial)
-    saved: list[Saved] = []
+    saved: list[SavedState] = []
     deepest = 0.0
 
-    def look(state: StepEnd) -> None:
+    def look(state: AcceptedStep) -> None:
         nonlocal deepest
         deepest = min(deepest, float(system.observe(state.time, state.q, state.u).pairs.gap.min()))
 
-    _, ledger = simulate(
+    _, energy_balance = simulate(
         system, Settings("generalized-alpha", 1e-6, end), np.linspace(0.0, end, records).tolist(), saved.append, look
     )
     assert deepest < 0.0
-    return saved, [state.u.reshape(-1, system.size) for state in saved], ledger.relative_error
+    return saved, [state.u.reshape(-1, system.size) for state in saved], energy_balance.relative_error
 
 
 @DIMENSIONS

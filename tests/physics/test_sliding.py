@@ -13,7 +13,7 @@ from fsm.scene.loads import Drive, Load
 from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
-from fsm.solve.handed_over import Saved
+from fsm.solve.run_io import SavedState
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 from fsm.solve.static import PathSettings, follow
@@ -56,9 +56,11 @@ def block(friction: Friction, slope: float = 0.0, speed: float = 0.0, start: flo
     )
 
 
-def run(system: SegmentSystem, end: float, times: np.ndarray, **keys: Any) -> tuple[list[Saved], np.ndarray, np.ndarray]:
+def run(
+    system: SegmentSystem, end: float, times: np.ndarray, **keys: Any
+) -> tuple[list[SavedState], np.ndarray, np.ndarray]:
     """States, and travel and speed of the one body that moves."""
-    seen: list[Saved] = []
+    seen: list[SavedState] = []
     simulate(system, Settings("generalized-alpha", keys.pop("rtol", 1e-5), end, **keys), list(times), seen.append)
     return seen, np.array([s.q[0] for s in seen]), np.array([s.u[0] for s in seen])
 
@@ -243,7 +245,7 @@ def test_layers_dragged_past_each_other(method: str, surfaces: bool, spatial: bo
     """The drive pulls with mu times the normal forces on both faces; the upper one is the load."""
     load = 2.0
     system = layers(load, surfaces, spatial)
-    seen: list[Saved] = []
+    seen: list[SavedState] = []
     end = 0.9 * float(system.end_time() or 0.0)
     times = [end / 2, end]
     if method == "static":

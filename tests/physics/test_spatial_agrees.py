@@ -13,14 +13,14 @@ from fsm.scene.contact import Contact, Friction
 from fsm.scene.loads import Drive
 from fsm.scene.materials import LinearCrease, Material
 from fsm.segments.compile import compile_scene
-from fsm.solve.handed_over import Saved
+from fsm.solve.run_io import SavedState
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 
 TRAVEL = 8e-3
 
 
-def pulled(spatial: bool) -> list[Saved]:
+def pulled(spatial: bool) -> list[SavedState]:
     """41 states up to 8 mm; panels 3 and 4 touch from 5 mm on."""
     case = Case(
         strip=Strip(length=0.48, width=0.04, thickness=3e-4, panels=6, fold_angle=math.radians(80.0), segments_per_panel=4),
@@ -33,7 +33,7 @@ def pulled(spatial: bool) -> list[Saved]:
     system = compile_scene(build_scene(case), spatial)
     assert system.spatial == spatial
     motion = system.motions[0]
-    saved: list[Saved] = []
+    saved: list[SavedState] = []
     times = [motion.time_of(x) for x in np.linspace(0.0, TRAVEL, 41)]
     simulate(system, Settings("Radau", 1e-8, motion.end_time), times, saved.append)
     return saved

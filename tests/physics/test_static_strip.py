@@ -16,9 +16,9 @@ from fsm.results.quantities import peak
 from fsm.scene.load_case import load_case
 from fsm.segments.system import SegmentSystem
 from fsm.solve import static
-from fsm.solve.handed_over import Saved, Statistics
-from fsm.solve.ledger import Ledger
+from fsm.solve.energy_balance import EnergyBalance
 from fsm.solve.newton import negative_pivots
+from fsm.solve.run_io import SavedState, Statistics
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 from fsm.solve.static import PathSettings, follow
@@ -36,15 +36,15 @@ def pulled(
     rtol: float = 1e-4,
     every: float | None = None,
     abort: float = 0.05,
-    look: Callable[[Saved], None] = lambda state: None,
-) -> tuple[list[Saved], Statistics, Ledger]:
+    look: Callable[[SavedState], None] = lambda state: None,
+) -> tuple[list[SavedState], Statistics, EnergyBalance]:
     """First increment and save interval in m of travel; `look` sees every saved state as it comes."""
     motion = system.motions[0]
     times = [] if every is None else [motion.time_of(x) for x in np.arange(every, motion.travel, every)]
-    saved: list[Saved] = []
+    saved: list[SavedState] = []
     settings = PathSettings(motion.end_time, motion.time_of(first), rtol=rtol, energy_abort=abort)
 
-    def save(state: Saved) -> None:
+    def save(state: SavedState) -> None:
         saved.append(state)
         look(state)
 
@@ -62,8 +62,8 @@ def curve(statistics: Statistics) -> tuple[np.ndarray, np.ndarray]:
 def of_increment(first: float, segments: int) -> tuple[float, float]:
     """Peak force and the force at the end, 55 mm, past the peak."""
     system = trial(f"strip.segments_per_panel={segments}", 'drive.0.travel="55 mm"')
-    _, statistics, ledger = pulled(system, first)
-    assert ledger.relative_error < 5e-3
+    _, statistics, energy_balance = pulled(system, first)
+    assert energy_balance.relative_error < 5e-3
     travel, force = curve(statistics)
     return peak(travel, force)[0], float(force[-1])
 
@@ -89,8 +89,9 @@ def test_all_fold_angles(angle: int) -> None:
     system = trial("strip.segments_per_panel=5", f'strip.fold_angle="{angle} deg"', 'drive.0.travel="40 mm"')
     pivots: list[int] = []
     motion = system.motions[0]
-    _, statistics, ledger = pulled(system, every=2e-3, look=lambda s: pivots.append(negative_pivots(system, s.time, s.q)))
-    assert ledger.relative_error < 1e-2
+    look = lambda s: pivots.append(negative_pivots(system, s.time, s.q))  # noqa: E731
+    _, statistics, energy_balance = pulled(system, every=2e-3, look=look)
+    assert energy_balance.relative_error < 1e-2
     assert pivots == [0] * round(motion.travel / 2e-3 - 1)
     travel, force = curve(statistics)
     assert 0.0 < peak(travel, force)[1] < 0.039
@@ -99,8 +100,8 @@ def test_all_fold_angles(angle: int) -> None:
 def test_a_small_snap_ends() -> None:
     """Its motion has never more energy than that of the drive, and was taken for one that goes on to 116 mm."""
     system = trial("strip.segments_per_panel=10", 'strip.fold_angle="84 deg"', 'drive.0.travel="40 mm"')
-    _, statistics, ledger = pulled(system)
-    assert ledger.relative_error < 5e-3
+    _, statistics, energy_balance = pulled(system)
+    assert energy_balance.relative_error < 5e-3
     assert sum(event.end_travel - event.travel for event in statistics.events) < 2e-3
 
 
@@ -111,8 +112,8 @@ def test_steep_strips_go_all_the_way(angle: int, segments: int) -> None:
     system = trial(
         f"strip.segments_per_panel={segments}", f'strip.fold_angle="{angle} deg"', 'drive.0.travel="120 mm"'
     )
-    _, statistics, ledger = pulled(system, every=2e-3)
-    assert ledger.relative_error < 1e-2
+    _, statistics, energy_balance = pulled(system, every=2e-3)
+    assert energy_balance.relative_error < 1e-2
     assert curve(statistics)[0][-1] == pytest.approx(0.12)
     # 2026-11-23: without unstable states that dampers hold, which are events since then, statics takes them all the same
     solved_with_inertia = [event for event in statistics.events if event.kind != "damped snap"]
@@ -132,7 +133,7 @@ def test_few_steps_and_iterations_without_contact(segments: int, spatial: bool) 
     assert statistics.newton_iterations <= 3.5 * statistics.steps
     travel, force = curve(statistics)
     motion = system.motions[0]
-    exact: list[Saved] = []
+    exact: list[SavedState] = []
     fine = PathSettings(motion.end_time, motion.time_of(1e-4), rtol=1e-8)
     small, _ = follow(system, fine, [motion.time_of(x) for x in travel], exact.append)
     assert small.steps > 5 * statistics.steps
@@ -145,7 +146,7 @@ def test_curve_is_that_of_the_dynamics() -> None:
     system = trial("strip.segments_per_panel=10", 'drive.0.travel="40 mm"')
     motion = system.motions[0]
     at = np.arange(1e-3, 0.04, 1e-3)
-    dynamic: list[Saved] = []
+    dynamic: list[SavedState] = []
     simulate(system, Settings("Radau", 1e-6, motion.end_time), [motion.time_of(x) for x in at], dynamic.append)
     exact = np.array([state.observation.drive.force[0] for state in dynamic])
     errors = []
@@ -159,8 +160,8 @@ def test_curve_is_that_of_the_dynamics() -> None:
 def test_whole_path() -> None:
     """Down to where the strip pulls by itself and on to nearly taut; all panels touch each other on the way."""
     system = trial("strip.segments_per_panel=10", 'drive.0.travel="150 mm"')
-    _, statistics, ledger = pulled(system, every=1e-3)
-    assert ledger.relative_error < 1e-2
+    _, statistics, energy_balance = pulled(system, every=1e-3)
+    assert energy_balance.relative_error < 1e-2
     travel, force = curve(statistics)
     assert travel[-1] == pytest.approx(0.15)
     wanted = {0.06: 0.7438, 0.09: -0.1268, 0.11: -0.6936, 0.118: -0.6730}  # rtol 1e-5
@@ -215,8 +216,8 @@ def test_panels_that_are_not_listed_pass_and_the_strip_snaps() -> None:
     """With the pairs of the paper only, panels 2 and 5 cross, and their tips slip past each other."""
     pairs = "contact.pairs=[[1,2],[2,3],[3,4],[4,5],[5,6]]"
     system = trial("strip.segments_per_panel=10", 'drive.0.travel="120 mm"', pairs)
-    _, statistics, ledger = pulled(system)
-    assert ledger.relative_error < 1e-2
+    _, statistics, energy_balance = pulled(system)
+    assert energy_balance.relative_error < 1e-2
     assert [event.kind for event in statistics.events] == ["motion"]
     event = statistics.events[0]
     assert 0.08 < event.travel < event.end_travel < 0.1
@@ -225,7 +226,7 @@ def test_panels_that_are_not_listed_pass_and_the_strip_snaps() -> None:
 
 def test_pulled_beyond_taut() -> None:
     system = trial("strip.segments_per_panel=4", "contact=none", 'drive.0.travel="200 mm"')
-    saved: list[Saved] = []
+    saved: list[SavedState] = []
     motion = system.motions[0]
     with pytest.raises(NotConverged, match=r"come apart.*shorten its travel.*Joint strained most: "):
         follow(system, PathSettings(motion.end_time, motion.time_of(1e-3)), [0.0], saved.append)
@@ -235,9 +236,9 @@ def test_pulled_beyond_taut() -> None:
 def test_a_drive_without_a_run_up_does_not_press_on_dampers_at_rest() -> None:
     """The state at rest had the force of dampers at full speed, 3000 times that of the pull, and its work was lost."""
     short = ("strip.segments_per_panel=2", "contact=none", 'drive.0.travel="2 mm"')
-    _, statistics, ledger = pulled(trial(*short, "drive.0.run_up=0"), first=1e-4)
+    _, statistics, energy_balance = pulled(trial(*short, "drive.0.run_up=0"), first=1e-4)
     force = curve(statistics)[1]
-    assert ledger.relative_error < 1e-3
+    assert energy_balance.relative_error < 1e-3
     assert force.max() == force[-1]
     assert force[-1] == pytest.approx(curve(pulled(trial(*short), first=1e-4)[1])[1][-1], rel=1e-5)
 

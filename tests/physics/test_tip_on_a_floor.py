@@ -9,7 +9,7 @@ import pytest
 
 from fsm.compile_case import compile_case
 from fsm.scene.load_case import load_case
-from fsm.solve.handed_over import Saved
+from fsm.solve.run_io import SavedState
 from fsm.solve.static import PathSettings, follow
 
 MU = 0.3
@@ -59,12 +59,12 @@ def test_a_sliding_tip_is_followed_without_a_snap(tmp_path: Path, law: str, spat
     """
     (tmp_path / "case.toml").write_text(CASE.replace("FRICTION", LAWS[law]))
     system = compile_case(load_case(tmp_path / "case.toml", [f"solve.spatial={str(spatial).lower()}"]).case)[1]
-    motion, saved = system.motions[0], list[Saved]()
+    motion, saved = system.motions[0], list[SavedState]()
     settings = PathSettings(motion.end_time, motion.time_of(1e-4), rtol=1e-6)
-    statistics, ledger = follow(system, settings, [motion.time_of(8e-3), motion.end_time], saved.append)
+    statistics, energy_balance = follow(system, settings, [motion.time_of(8e-3), motion.end_time], saved.append)
     assert statistics.events == []
     assert statistics.steps < (300 if law == "tanh" else 2000)
-    assert ledger.relative_error < (1e-4 if law == "tanh" else 2e-3)
+    assert energy_balance.relative_error < (1e-4 if law == "tanh" else 2e-3)
     for state in saved:
         pairs = state.observation.pairs
         assert pairs.force.max() > 1e-3

@@ -18,10 +18,10 @@ from fsm.ancf.loading import Loading
 from fsm.errors import CaseError, NotConverged
 from fsm.results.solution import Solution
 from fsm.solve import scipy_ivp
-from fsm.solve.handed_over import Beginning, Statistics, Wanted
 from fsm.solve.modal import modes
 from fsm.solve.newton import negative_pivots
 from fsm.solve.path_recorder import PathRecorder
+from fsm.solve.run_io import InitialState, OutputRequest, Statistics
 from validation.stress.attempt import attempt
 from validation.stress.campaign import examine
 from validation.stress.scenes import draw, loaded
@@ -85,14 +85,14 @@ def test_a_slide_takes_no_energy_from_nowhere() -> None:
     result = solved(LATTICE)
     system = analysis_of(loaded(LATTICE, "scene").case).system
     t, q = result.time[5], result.q[5]
-    wanted, beginning = Wanted([], lambda saved: None, None), Beginning(None, None, [], None)
+    wanted, beginning = OutputRequest([], lambda saved: None, None), InitialState(None, None, [], None)
     recorder = PathRecorder(system, Statistics("static"), wanted, beginning, t, q, np.zeros(system.nu))
     recorder.slide(result.time[6], result.q[6], system.observe(result.time[6], result.q[6], None))
     stored = system.energy(result.time[6], result.q[6], None).stored_at_rest - system.energy(t, q, None).stored_at_rest
     assert stored > 0.0
-    assert recorder.ledger.work == pytest.approx(stored, rel=1e-2)
-    assert abs(recorder.ledger.dissipated) < 1e-2 * stored
-    assert abs(recorder.ledger.error) < 1e-8 * stored
+    assert recorder.energy_balance.work == pytest.approx(stored, rel=1e-2)
+    assert abs(recorder.energy_balance.dissipated) < 1e-2 * stored
+    assert abs(recorder.energy_balance.error) < 1e-8 * stored
 
 
 @pytest.mark.parametrize("method", ["Radau", "BDF", "LSODA"])

@@ -11,9 +11,9 @@ import pytest
 from fsm.ancf.build import CableMaterial, FilmGrid, MeshBuilder
 from fsm.ancf.film import FilmMaterial, MembraneGroup
 from fsm.ancf.loading import Loading, Motion
-from fsm.ancf.pulse import HalfSine, Ramp, Rectangle, Samples
 from fsm.ancf.system import AncfSystem
 from fsm.ancf.tension_field import REMAINDER, SLACK, TAUT, WRINKLED
+from fsm.ancf.time_functions import HalfSine, Ramp, Rectangle, Samples
 
 FILM = FilmMaterial(2.5e9, 0.34, 1420.0, 2e-4)
 PATCH = FilmMaterial(7e10, 0.3, 2700.0, 1e-3)

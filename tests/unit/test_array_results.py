@@ -152,6 +152,6 @@ def test_a_sudden_force_does_not_make_rigid_bars_ring_on_their_hinges() -> None:
         }
     )
     settings = Settings("Radau-blocks", 1e-6, 0.05)
-    statistics, ledger = simulate(analysis_of(case).system, settings, [0.05], lambda saved: None)
+    statistics, energy_balance = simulate(analysis_of(case).system, settings, [0.05], lambda saved: None)
     assert statistics.steps < 500
-    assert ledger.relative_error < 1e-3
+    assert energy_balance.relative_error < 1e-3

@@ -12,8 +12,8 @@ from fsm.ancf.beam_bernoulli import bernoulli_rows, bernoulli_shape
 from fsm.ancf.beam_shape import beam_rows, beam_shape
 from fsm.ancf.loading import Forcing, Loading
 from fsm.ancf.mesh import Mesh, node_pattern
-from fsm.ancf.pulse import Ramp
 from fsm.ancf.system import AncfSystem
+from fsm.ancf.time_functions import Ramp
 from fsm.solve.newton import equilibrium
 
 STEEL = BarMaterial(2e11, 0.3, 7850.0, 0.02, 0.01, damping=1e-3)

@@ -15,7 +15,7 @@ from fsm.kernels.body_poses import retract_poses
 from fsm.run import run_case
 from fsm.scene.load_case import load_case
 from fsm.segments.elements import BushingGroup
-from fsm.segments.group import Past
+from fsm.segments.group import PreviousPoses
 from fsm.segments.pattern import body_pattern
 
 BODIES = np.array([[0, 1]])
@@ -50,7 +50,7 @@ def joint(swing: float, seed: int, translations: float = 1.0) -> tuple[BushingGr
     return group, poses, rng.normal(size=(2, 6))
 
 
-def force_of(group: BushingGroup, poses: np.ndarray, rates: np.ndarray, past: Past | None = None) -> np.ndarray:
+def force_of(group: BushingGroup, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None) -> np.ndarray:
     force = np.zeros((2, 6))
     group.add_force(0.0, poses, rates, force, past)
     return force
@@ -66,7 +66,7 @@ def test_moment_is_that_of_the_relative_rotation(swing: float) -> None:
 
 
 def tangents(
-    group: BushingGroup, poses: np.ndarray, rates: np.ndarray, past: Past | None
+    group: BushingGroup, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None
 ) -> tuple[np.ndarray, np.ndarray]:
     pattern = body_pattern(np.array([0, 1]), [BODIES], 6)
     force, stiffness, damping = np.zeros((2, 6)), pattern.zeros(), pattern.zeros()
@@ -81,7 +81,7 @@ def tangents(
     return whole[0], whole[1]
 
 
-def differences(group: BushingGroup, poses: np.ndarray, rates: np.ndarray, past: Past | None) -> list[np.ndarray]:
+def differences(group: BushingGroup, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None) -> list[np.ndarray]:
     """-dh/dx and -dh/du."""
     h, found = 1e-5, [np.zeros((12, 12)), np.zeros((12, 12))]
     for i in range(12):
@@ -105,7 +105,7 @@ def test_tangents(swing: float) -> None:
 @pytest.mark.parametrize("turn", [1e-3, 0.3])
 def test_tangents_of_differences_from_a_past_state(swing: float, turn: float) -> None:
     group, poses, rates = joint(swing, 6)
-    past = Past(retract_poses(poses.ravel(), turn * rates.ravel()).reshape(2, 7), 0.5)
+    past = PreviousPoses(retract_poses(poses.ravel(), turn * rates.ravel()).reshape(2, 7), 0.5)
     stiffness, damping = tangents(group, poses, rates, past)
     wanted, _ = differences(group, poses, rates, past)
     np.testing.assert_allclose(stiffness + damping / past.duration, wanted, atol=1e-6)
@@ -114,7 +114,7 @@ def test_tangents_of_differences_from_a_past_state(swing: float, turn: float) ->
 @SWINGS
 def test_efforts_to_first_order(swing: float) -> None:
     group, poses, rates = joint(swing, 7)
-    past = Past(retract_poses(poses.ravel(), 1e-4 * rates.ravel()).reshape(2, 7), 0.5)
+    past = PreviousPoses(retract_poses(poses.ravel(), 1e-4 * rates.ravel()).reshape(2, 7), 0.5)
     step = 1e-4 * np.random.default_rng(1).normal(size=(2, 6))
     ahead = retract_poses(poses.ravel(), step.ravel()).reshape(2, 7)
     wanted = group.efforts(ahead, 0.0 * step, past)
@@ -155,7 +155,7 @@ def test_differences_from_a_past_state(swing: float, half_way: bool) -> None:
     group, poses, rates = joint(swing, 5, translations=0.0)
     group = replace(group, geometry=(*group.geometry[:-1], np.array([half_way])))
     before = retract_poses(poses.ravel(), 0.2 * rates.ravel()).reshape(2, 7)
-    past, axes = Past(before, 0.1), np.roll(group.geometry[3], -1, axis=1)
+    past, axes = PreviousPoses(before, 0.1), np.roll(group.geometry[3], -1, axis=1)
     sides = [[Rotation.from_quat(np.roll(state[k, 3:], -1)) for k in range(2)] for state in (poses, before)]
     inner, outer = sides[0]
     joint_axes = outer * Rotation.from_quat(axes[0])

@@ -13,7 +13,7 @@ from fsm.scene.obstacle import Obstacle
 from fsm.scene.scene import Body, ContactPair, ForceElement, Group, Plate, Scene, Surface
 from fsm.segments.check_scene import check_scene
 from fsm.segments.compile import compile_scene
-from fsm.segments.contact_memory import Remembered
+from fsm.segments.contact_memory import ContactMemory
 from fsm.segments.plate_contacts import PlateContacts, Side
 from fsm.segments.shape_tables import as_rectangle
 from fsm.segments.system import SegmentSystem
@@ -111,17 +111,17 @@ def test_keys_stay_when_slots_are_numbered_anew() -> None:
 
 def test_what_is_remembered_is_found_by_key() -> None:
     onset, began, depth = np.array([0.7, 0.2, 3.0]), np.array([1.0, 2.0, 3.0]), np.array([1e-4, 2e-4, 3e-4])
-    kept = Remembered(np.array([7, 2, 30]), onset, began, depth, np.eye(3)).ordered()
+    kept = ContactMemory(np.array([7, 2, 30]), onset, began, depth, np.eye(3)).ordered()
     found = kept.of(np.array([30, 5, 2, 31]))
     np.testing.assert_array_equal(found.onset, [3.0, 0.0, 0.2, 0.0])
     np.testing.assert_array_equal(found.began, [3.0, 0.0, 2.0, 0.0])
     np.testing.assert_array_equal(found.depth, [3e-4, 0.0, 2e-4, 0.0])
     np.testing.assert_array_equal(found.deflection, [[0, 0, 1], [0, 0, 0], [0, 1, 0], [0, 0, 0]])
-    again, rest = Remembered.from_flat(np.concatenate([kept.flat(), [8.0, 9.0]]), 3)
+    again, rest = ContactMemory.from_flat(np.concatenate([kept.flat(), [8.0, 9.0]]), 3)
     for one, other in zip(again, kept, strict=True):
         np.testing.assert_array_equal(one, other)
     np.testing.assert_array_equal(rest, [8.0, 9.0])
-    assert len(Remembered.nothing(3).of(np.array([4])).key) == 1
+    assert len(ContactMemory.nothing(3).of(np.array([4])).key) == 1
 
 
 def test_a_wall_far_away_is_not_searched() -> None:

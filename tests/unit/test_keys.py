@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fsm.kernels.keys import find_keys
-from fsm.segments.contact_memory import Remembered
+from fsm.segments.contact_memory import ContactMemory
 
 KEYS = st.lists(st.integers(0, 40), max_size=30, unique=True).map(lambda keys: np.array(keys, dtype=np.int64))
 
@@ -24,7 +24,7 @@ def test_places_are_those_of_equal_keys_and_no_others(known: np.ndarray, keys: n
 @given(KEYS.map(np.sort), KEYS)
 def test_memory_is_that_of_the_same_key_and_nothing_for_others(known: np.ndarray, keys: np.ndarray) -> None:
     own = 1.0 + known
-    kept = Remembered(known, own, 2.0 * own, 3.0 * own, np.column_stack([own, -own]))
+    kept = ContactMemory(known, own, 2.0 * own, 3.0 * own, np.column_stack([own, -own]))
     found = kept.of(keys)
     there = np.where(np.isin(keys, known), 1.0 + keys, 0.0)
     assert np.array_equal(found.key, keys)

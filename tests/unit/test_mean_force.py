@@ -65,10 +65,10 @@ def test_the_method_is_of_second_order() -> None:
 def test_loads_drives_and_dampers_are_in_the_balance(damping: float, driven: bool) -> None:
     system = pendulum(damping, driven)
     settings = Settings("mean-force", 1e-4, 0.4)
-    statistics, ledger = simulate(system, settings, [0.0, 0.4], lambda saved: None)
-    assert ledger.relative_error < 1e-5
-    assert ledger.turnover > 1e-3
-    assert (ledger.dissipated > 1e-4) == (damping > 0.0)
+    statistics, energy_balance = simulate(system, settings, [0.0, 0.4], lambda saved: None)
+    assert energy_balance.relative_error < 1e-5
+    assert energy_balance.turnover > 1e-3
+    assert (energy_balance.dissipated > 1e-4) == (damping > 0.0)
     assert statistics.steps < 4000
 
 

@@ -23,7 +23,7 @@ def iterations(learning: bool) -> int:
         dx = np.linalg.solve(stale, right - stiffness @ x)
         if learning:
             dx = secants.improved(dx)
-            secants.tell(dx, dx)
+            secants.add(dx, dx)
         x = x + dx
         if np.linalg.norm(right - stiffness @ x) < 1e-10:
             return count

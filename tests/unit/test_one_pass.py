@@ -18,7 +18,7 @@ from fsm.kernels.scatter import scatter_efforts
 from fsm.laws.bushing import bushing, bushing_energy
 from fsm.laws.crease import crease_moment, curve_from_data, join_curves
 from fsm.segments.elements import BushingGroup, CreaseGroup
-from fsm.segments.group import Past
+from fsm.segments.group import PreviousPoses
 from fsm.segments.pattern import BodyPattern, body_pattern
 
 BODIES = np.array([[1, 0], [1, 2], [3, 2], [4, 3], [5, 4], [5, 0], [2, 5], [1, 4]])
@@ -85,7 +85,7 @@ def random_elements(kind: str, *arguments: Any) -> BushingGroup | CreaseGroup:
 
 
 def one_after_the_other(
-    group: BushingGroup | CreaseGroup, poses: np.ndarray, rates: np.ndarray, pattern: BodyPattern, past: Past | None
+    group: BushingGroup | CreaseGroup, poses: np.ndarray, rates: np.ndarray, pattern: BodyPattern, past: PreviousPoses | None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     value, rate, gradient = group.measure(poses, rates, BODIES, *group.geometry)
     if past is not None:
@@ -108,7 +108,7 @@ def one_after_the_other(
 
 
 def in_one_pass(
-    group: BushingGroup | CreaseGroup, poses: np.ndarray, rates: np.ndarray, pattern: BodyPattern, past: Past | None
+    group: BushingGroup | CreaseGroup, poses: np.ndarray, rates: np.ndarray, pattern: BodyPattern, past: PreviousPoses | None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Added to what is there already, so that overwriting would show."""
     force, stiffness, damping = np.ones_like(rates), pattern.zeros() + 1.0, pattern.zeros() + 1.0
@@ -132,7 +132,7 @@ def test_one_pass_is_one_after_the_other(
     poses, rates = random_poses(spatial, rng, size), rng.normal(size=(len(DOF), 6 if spatial else 3))
     if seen == "rest":
         rates[:] = 0.0
-    past = Past(random_poses(spatial, rng, size), 0.4) if seen == "past" else None
+    past = PreviousPoses(random_poses(spatial, rng, size), 0.4) if seen == "past" else None
     pattern = body_pattern(DOF, [BODIES], rates.shape[1])
     wanted = one_after_the_other(group, poses, rates, pattern, past)
     for name, new, old in zip(("force", "K", "D"), in_one_pass(group, poses, rates, pattern, past), wanted, strict=True):
@@ -149,7 +149,7 @@ def test_what_is_kept_is_of_the_last_pattern_and_past(kind: str, spatial: bool) 
     group = random_elements(kind, spatial, "none", rng, 0.5)
     poses, rates = random_poses(spatial, rng, 0.5), rng.normal(size=(len(DOF), 6 if spatial else 3))
     patterns = [body_pattern(dof, [BODIES], rates.shape[1]) for dof in (DOF, np.array([-1, 3, 2, 1, 0, -1]))]
-    pasts = [Past(random_poses(spatial, rng, 0.5), 0.1), Past(random_poses(spatial, rng, 0.5), 0.2), None]
+    pasts = [PreviousPoses(random_poses(spatial, rng, 0.5), 0.1), PreviousPoses(random_poses(spatial, rng, 0.5), 0.2), None]
     first = in_one_pass(group, poses, rates, patterns[0], pasts[0])
     for pattern in patterns:
         for past in pasts:
@@ -166,14 +166,14 @@ def test_what_is_kept_is_of_the_last_pattern_and_past(kind: str, spatial: bool) 
 def test_dissipated_power_with_a_past(kind: str, spatial: bool) -> None:
     rng = np.random.default_rng(9)
     group = random_elements(kind, spatial, "none", rng, 0.5)
-    poses, past = random_poses(spatial, rng, 0.5), Past(random_poses(spatial, rng, 0.5), 0.3)
+    poses, past = random_poses(spatial, rng, 0.5), PreviousPoses(random_poses(spatial, rng, 0.5), 0.3)
     rates = np.zeros((len(DOF), 6 if spatial else 3))
     now, then = (group.measure(p, rates, BODIES, *group.geometry)[0] for p in (poses, past.poses))
     _, power, _ = group.energy(0.0, poses, rates, past)
     assert power == pytest.approx(np.sum(group.damping * ((now - then) / 0.3) ** 2), rel=1e-12)
 
 
-def efforts_of(group: BushingGroup, poses: np.ndarray, past: Past | None) -> np.ndarray:
+def efforts_of(group: BushingGroup, poses: np.ndarray, past: PreviousPoses | None) -> np.ndarray:
     """By measure and law; at rest, or with rates since the past."""
     rates = np.zeros((len(DOF), group.rest.shape[1]))
     value, rate, _ = group.measure(poses, rates, BODIES, *group.geometry)
@@ -193,7 +193,7 @@ def test_efforts_are_advanced_to_first_order(spatial: bool, missing: str, seen: 
     rng = np.random.default_rng(10)
     group = random_group(spatial, missing, rng, 0.5)
     poses, change = random_poses(spatial, rng, 0.5), rng.normal(size=(len(DOF), 6 if spatial else 3))
-    past = Past(random_poses(spatial, rng, 0.5), 0.3) if seen == "past" else None
+    past = PreviousPoses(random_poses(spatial, rng, 0.5), 0.3) if seen == "past" else None
     # measures that nothing acts on are not worked out
     acting = (group.stiffness != 0.0) | (group.damping != 0.0)
     now = efforts_of(group, poses, past)
@@ -217,7 +217,7 @@ def test_given_efforts_are_in_the_geometric_stiffness_alone(spatial: bool, seen:
     poses, rates = random_poses(spatial, rng, 0.5), rng.normal(size=(len(DOF), 6 if spatial else 3))
     if seen != "rates":
         rates[:] = 0.0
-    past = Past(random_poses(spatial, rng, 0.5), 0.4) if seen == "past" else None
+    past = PreviousPoses(random_poses(spatial, rng, 0.5), 0.4) if seen == "past" else None
     pattern = body_pattern(DOF, [BODIES], rates.shape[1])
 
     def linearised(efforts: np.ndarray | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

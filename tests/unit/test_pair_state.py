@@ -11,7 +11,7 @@ from fsm.scene.contact import Contact, Friction
 from fsm.scene.scene import Body, ContactPair, Plate, Scene, Surface
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
-from fsm.solve.handed_over import Saved
+from fsm.solve.run_io import SavedState
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 from fsm.system import PairState
@@ -144,17 +144,17 @@ def test_energies_of_the_pairs_are_all_that_was_dissipated(method: str) -> None:
     """A plate thrown onto another, sliding: nothing else dissipates."""
     system = stack(False)
     q, u = system.retract(system.initial()[0], moved(system, 2e-5, 0.0)), moved(system, -0.01, 0.05)
-    saved: list[Saved] = []
+    saved: list[SavedState] = []
     settings = Settings(method, 1e-6, 5e-3)
-    _, ledger = simulate(system, settings, list(np.linspace(0.0, 5e-3, 101)), saved.append, start=(0.0, q, u))
-    assert ledger.relative_error < 1e-3
+    _, energy_balance = simulate(system, settings, list(np.linspace(0.0, 5e-3, 101)), saved.append, start=(0.0, q, u))
+    assert energy_balance.relative_error < 1e-3
     for state in saved:
-        assert abs(state.error) < 1e-3 * ledger.dissipated
+        assert abs(state.error) < 1e-3 * energy_balance.dissipated
         assert state.pair_energy.sum() == pytest.approx(state.dissipated, rel=1e-9, abs=1e-15)
     friction, damping = saved[-1].pair_energy[:, 0]
     assert friction > 0.0
     assert damping > 0.0
-    assert ledger.pair_energy == pytest.approx(saved[-1].pair_energy, rel=1e-9)
+    assert energy_balance.pair_energy == pytest.approx(saved[-1].pair_energy, rel=1e-9)
 
 
 def test_groups_that_share_a_pair_are_put_together() -> None:

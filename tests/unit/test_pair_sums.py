@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fsm.interactions.motion import furthest_motion
+from fsm.interactions.displacement_bound import furthest_motion
 from fsm.interactions.pair_sums import AREA, CARRIED, DAMPING, FORCE, FRICTION, SLIDING, smallest_gaps, sums_of_pairs
 
 

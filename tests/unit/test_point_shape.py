@@ -12,7 +12,7 @@ from fsm.interactions.box_pairs import ListedPairs
 from fsm.interactions.shape_distance import BOX, CYLINDER, HALF_SPACE, RECTANGLE, SPHERE
 from fsm.kernels.rotation import exponential, multiply, rotate_by, rotation_matrix
 from fsm.kernels.scatter import scatter_efforts
-from fsm.segments.contact_geometry import ContactForces, Measured, Touching
+from fsm.segments.contact_geometry import ActiveContacts, ContactForces, ContactKinematics
 from fsm.segments.pattern import body_pattern
 from fsm.segments.shape_contacts import ShapeContacts
 from fsm.segments.shape_tables import Shape, TableBuilder
@@ -58,7 +58,7 @@ class State:
         turned = multiply(self.poses[:, 3:], exponential(step[:, 3:]))
         return State(self.contacts, np.hstack([self.poses[:, :3] + step[:, :3], turned]), self.rates)
 
-    def found(self) -> tuple[Touching, Measured]:
+    def found(self) -> tuple[ActiveContacts, ContactKinematics]:
         touching = self.contacts.find(self.poses, 0.0)
         return touching, self.contacts.measure(self.poses, self.rates, touching)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fsm.segments.pressed import Pressed
+from fsm.segments.contact_depths import ContactDepths
 from fsm.segments.system import SegmentSystem
 from tests.unit.test_contact_forces import SPATIAL, only_contacts, pressed, pressed_strip
 
@@ -13,12 +13,12 @@ TIME = 0.5
 SINCE = 0.02
 
 
-def own_depths(system: SegmentSystem, q: np.ndarray) -> tuple[Pressed, ...]:
+def own_depths(system: SegmentSystem, q: np.ndarray) -> tuple[ContactDepths, ...]:
     """Depths that the contacts have by themselves."""
     group = only_contacts(system)
     touching = group.geometry.find(system.place(TIME, q, None)[0], 0.0)
     assert len(touching.slot) > 3
-    return (Pressed(group.geometry.keys(touching.slot), -touching.gap, 0.0),)
+    return (ContactDepths(group.geometry.keys(touching.slot), -touching.gap, 0.0),)
 
 
 def moved(system: SegmentSystem, seed: int, size: float) -> np.ndarray:
@@ -49,11 +49,11 @@ def test_at_another_depth_the_force_is_on_the_tangent_of_the_law_there(spatial: 
     q = pressed(system, 3)
     u = np.random.default_rng(5).normal(size=system.nu) * system.scales().velocity
     (own,) = own_depths(system, q)
-    half = Pressed(own.key, 0.5 * own.depth, 0.0)
+    half = ContactDepths(own.key, 0.5 * own.depth, 0.0)
     group = only_contacts(system)
     poses, rates = system.place(TIME, q, u)
 
-    def acting(depths: Pressed | None) -> np.ndarray:
+    def acting(depths: ContactDepths | None) -> np.ndarray:
         pattern = system.linearise(TIME, q, u).stiffness.pattern
         force = np.zeros(rates.shape)
         group.add_linearised(TIME, poses, rates, pattern, force, pattern.zeros(), pattern.zeros(), None, depths)
@@ -100,7 +100,7 @@ def test_a_contact_that_has_opened_is_held_until_it_would_pull() -> None:
     assert not len(group.geometry.find(poses, 0.0).slot)
     near = group.geometry.find(poses, group.geometry.margin)
     closest = near.slot[[np.argmin(near.gap)]]
-    held = (Pressed(closest, np.array([1e-6]), 0.0),)
+    held = (ContactDepths(closest, np.array([1e-6]), 0.0),)
     pattern = system.linearise(TIME, q, None).stiffness.pattern
     force = np.zeros(rates.shape)
     group.add_linearised(TIME, poses, rates, pattern, force, pattern.zeros(), pattern.zeros(), None, held[0])
@@ -124,10 +124,10 @@ def test_new_contacts_are_taken_no_deeper_than_the_largest_reaction_presses_them
     key, most = own_depths(system, q)[0].key, 0.3
     share = group.geometry.share[key]
     zero = np.zeros(len(key))
-    at = Pressed(nothing, np.zeros(0), most).at(key, depth, zero, zero, share, group.normal)
+    at = ContactDepths(nothing, np.zeros(0), most).at(key, depth, zero, zero, share, group.normal)
     force = group.normal.elastic(depth, share)
     np.testing.assert_allclose(group.normal.elastic(at, share), np.minimum(force, most), rtol=1e-12)
     assert force.max() > most > 0.0
-    known = Pressed(key[1:3], np.array([1e-6, 2e-6]), most).at(key, depth, zero, zero, share, group.normal)
+    known = ContactDepths(key[1:3], np.array([1e-6, 2e-6]), most).at(key, depth, zero, zero, share, group.normal)
     assert known[1:3].tolist() == [1e-6, 2e-6]
     assert known[0] == at[0]

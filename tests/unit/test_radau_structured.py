@@ -16,8 +16,8 @@ from fsm.segments.compile import compile_scene
 from fsm.segments.pattern import body_pattern
 from fsm.segments.system import SegmentSystem
 from fsm.solve.dense_run import stretch
-from fsm.solve.handed_over import Saved, Statistics
 from fsm.solve.radau_structured import StructuredRadau, _diagonal_blocks, second_order_jacobian
+from fsm.solve.run_io import SavedState, Statistics
 from fsm.solve.scipy_ivp import FirstOrder, make_solver
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
@@ -211,10 +211,10 @@ def test_kinematics_between_nodes_are_refused() -> None:
         _diagonal_blocks(sparse.csr_matrix(np.ones((4, 4))), 2)
 
 
-def pulled(method: str, system: SegmentSystem, times: np.ndarray, rtol: float) -> tuple[list[Saved], Statistics]:
-    saved: list[Saved] = []
-    statistics, ledger = simulate(system, Settings(method, rtol, float(times[-1])), list(times), saved.append)
-    assert ledger.relative_error < 1e-4
+def pulled(method: str, system: SegmentSystem, times: np.ndarray, rtol: float) -> tuple[list[SavedState], Statistics]:
+    saved: list[SavedState] = []
+    statistics, energy_balance = simulate(system, Settings(method, rtol, float(times[-1])), list(times), saved.append)
+    assert energy_balance.relative_error < 1e-4
     return saved, statistics
 
 

@@ -11,8 +11,8 @@ from fsm.analyses.reduced import reduced_model, stretch_left_out
 from fsm.ancf.build import MeshBuilder
 from fsm.ancf.film import FilmMaterial
 from fsm.ancf.loading import Forcing, Loading, Motion
-from fsm.ancf.pulse import HalfSine, Ramp
 from fsm.ancf.system import AncfSystem
+from fsm.ancf.time_functions import HalfSine, Ramp
 from fsm.pretension import tensioned
 from fsm.solve.modal import modes
 

@@ -38,9 +38,9 @@ def path(system):
     motion = system.motions[0]
     settings = PathSettings(motion.time_of(0.04), motion.time_of(2e-3), rtol=1e-3)
     ends = []
-    statistics, ledger = follow(system, settings, [], lambda saved: None, ends.append)
+    statistics, energy_balance = follow(system, settings, [], lambda saved: None, ends.append)
     counted = statistics.newton_iterations, statistics.factorisations, statistics.force_evaluations, statistics.rejected
-    return [end.q for end in ends], [end.u for end in ends], counted, dataclasses.astuple(ledger)[:-1]
+    return [end.q for end in ends], [end.u for end in ends], counted, dataclasses.astuple(energy_balance)[:-1]
 
 
 @KINDS

@@ -18,8 +18,8 @@ from fsm.results.store import read_solution
 from fsm.round_off import RoundOff
 from fsm.run import run_case
 from fsm.scene.load_case import load_case
-from fsm.solve.handed_over import Statistics
-from fsm.solve.ledger import Ledger
+from fsm.solve.energy_balance import EnergyBalance
+from fsm.solve.run_io import Statistics
 from fsm.solve.settings import Settings
 from fsm.solve.status import Event
 from fsm.summary import summary_of
@@ -38,9 +38,9 @@ def warned(
     travel = np.zeros((1, len(drives)))
     layout = Layout(drive_names=drives)
     solution = SimpleNamespace(time=np.zeros(1), travel=travel, force=travel, negative_pivots=np.zeros(1), layout=layout)
-    ledger = SimpleNamespace(relative_error=off)
+    balance = SimpleNamespace(relative_error=off)
     exact = RoundOff(1e6, 1e-10, 1.0)
-    made = cast(Any, analysis), cast(Any, solution), statistics or Statistics(method), cast(Ledger, ledger)
+    made = cast(Any, analysis), cast(Any, solution), statistics or Statistics(method), cast(EnergyBalance, balance)
     summary = summary_of(*made, [], exact)
     return list(summary["warnings"])
 

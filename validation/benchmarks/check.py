@@ -14,8 +14,8 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from fsm.solve.handed_over import Saved
-from fsm.solve.ledger import Ledger
+from fsm.solve.energy_balance import EnergyBalance
+from fsm.solve.run_io import SavedState
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 from validation.benchmarks.problem import Problem
@@ -27,20 +27,22 @@ Finding = tuple[str, float, float]
 STRIP_PEAK = 2.0041  # validation/references.md; 10 segments a panel are 3.4 % below it
 
 
-def solved(problem: Problem, method: str = "Radau", rtol: float = 1e-5) -> tuple[list[Saved], np.ndarray, Ledger]:
-    """Saved states, samples and the energy ledger."""
-    saved: list[Saved] = []
+def solved(
+    problem: Problem, method: str = "Radau", rtol: float = 1e-5
+) -> tuple[list[SavedState], np.ndarray, EnergyBalance]:
+    """Saved states, samples and the energy balance."""
+    saved: list[SavedState] = []
     settings = Settings(method, rtol, problem.end_time)
-    _, ledger = simulate(problem.system(), settings, list(problem.times), saved.append)
-    return saved, np.array([problem.sample(state) for state in saved]), ledger
+    _, energy_balance = simulate(problem.system(), settings, list(problem.times), saved.append)
+    return saved, np.array([problem.sample(state) for state in saved]), energy_balance
 
 
 def check_strip() -> Iterator[Finding]:
-    _, force, ledger = solved(strip(10))
+    _, force, energy_balance = solved(strip(10))
     # 0.03 against 1.992 N until 2026-11-23, which was of a soft contact
     yield "peak against the converged one", force.max() / STRIP_PEAK - 1, 0.036
-    yield "energy balance", ledger.relative_error, 1e-5
-    yield "kinetic over turned over energy", ledger.kinetic_worst / ledger.turnover, 1e-3
+    yield "energy balance", energy_balance.relative_error, 1e-5
+    yield "kinetic over turned over energy", energy_balance.kinetic_worst / energy_balance.turnover, 1e-3
 
 
 def check_strip_in_space() -> Iterator[Finding]:
@@ -50,10 +52,10 @@ def check_strip_in_space() -> Iterator[Finding]:
 
 def check_pendulum() -> Iterator[Finding]:
     for count, allowed in ((20, 4e-3), (80, 1e-3)):
-        _, tip, ledger = solved(pendulum(count), rtol=1e-7)
+        _, tip, energy_balance = solved(pendulum(count), rtol=1e-7)
         off = np.linalg.norm(tip - np.array(list(PENDULUM_TIP.values())), axis=1).max() / 1.2
         yield f"tip of {count} segments against the reference / length", float(off), allowed
-        yield f"energy balance of {count} segments", ledger.relative_error, 1e-8
+        yield f"energy balance of {count} segments", energy_balance.relative_error, 1e-8
 
 
 def check_top() -> Iterator[Finding]:
@@ -66,13 +68,13 @@ def check_top() -> Iterator[Finding]:
 
 def check_stack() -> Iterator[Finding]:
     thickness, count = 2e-3, 4
-    saved, positions, ledger = solved(stack(count), rtol=1e-7)
+    saved, positions, energy_balance = solved(stack(count), rtol=1e-7)
     heights = positions.reshape(len(saved), count, 2)[:, :, 1]
     stored = np.array([state.observation.energy.stored for state in saved])
     fell = stored[0] - stored
     # until something touches, energy is kept; then only lost
     yield "largest gain of energy between saves / loss over all", float(max(np.diff(stored).max(), 0.0) / fell[-1]), 1e-4
-    yield "energy balance", ledger.relative_error, 1e-2
+    yield "energy balance", energy_balance.relative_error, 1e-2
     free = heights[0] - 0.5 * 9.81 * saved[2].time ** 2
     yield "free fall for 10 ms / thickness", float(np.abs(heights[2] - free).max() / thickness), 1e-8
     yield "deepest penetration / thickness", float(-min(s.observation.pairs.gap.min() for s in saved) / thickness), 0.1
@@ -82,7 +84,7 @@ def check_stack() -> Iterator[Finding]:
 
 def check_roll_up() -> Iterator[Finding]:
     problem = roll_up(50)
-    (state,), tip, ledger = solved(problem, method="LSODA", rtol=1e-6)
+    (state,), tip, energy_balance = solved(problem, method="LSODA", rtol=1e-6)
     turned = -state.q.reshape(-1, 3)[:, 2]
     exact = 2 * math.pi * (np.arange(50) + 0.5) / 50
     yield "tip from the clamp / length", problem.error(tip, np.zeros((1, 2))), 1e-9
@@ -90,7 +92,7 @@ def check_roll_up() -> Iterator[Finding]:
     # M^2 L/(2 EI) = 2 pi^2, less half a cell at the free end
     stored = state.observation.energy.stored / (2 * math.pi**2 * (1 - 0.5 / 50)) - 1
     yield "energy at the end", stored, 1e-9
-    yield "energy balance", ledger.relative_error, 1e-3
+    yield "energy balance", energy_balance.relative_error, 1e-3
 
 
 CHECKS: dict[str, Callable[[], Iterator[Finding]]] = {

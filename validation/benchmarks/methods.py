@@ -11,8 +11,8 @@ import numpy as np
 
 from fsm.kernels import jit
 from fsm.segments.system import SegmentSystem
-from fsm.solve.handed_over import Saved, Statistics, StepEnd
-from fsm.solve.ledger import Ledger
+from fsm.solve.energy_balance import EnergyBalance
+from fsm.solve.run_io import AcceptedStep, SavedState, Statistics
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 from fsm.solve.static import PathSettings, follow
@@ -23,9 +23,9 @@ __all__ = ["METHODS", "QUICK_TOLERANCES", "Method", "Run", "TooSlow", "follower"
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 QUICK_TOLERANCES = (1e-3, 3e-4, 3e-5, 1e-5)
 
-OnSave = Callable[[Saved], None]
-OnStep = Callable[[StepEnd], None]
-Solve = Callable[[SegmentSystem, Problem, float, OnSave, OnStep], tuple[Statistics, Ledger]]
+OnSave = Callable[[SavedState], None]
+OnStep = Callable[[AcceptedStep], None]
+Solve = Callable[[SegmentSystem, Problem, float, OnSave, OnStep], tuple[Statistics, EnergyBalance]]
 
 
 class TooSlow(Exception):
@@ -92,16 +92,16 @@ class Method:
             if time.process_time() - begun > limit:
                 raise TooSlow(f"not at the end after {limit:g} s")
 
-        def save(saved: Saved) -> None:
+        def save(saved: SavedState) -> None:
             values.append(problem.sample(saved))
             check(saved)
 
-        statistics, ledger = self.solve(system, problem, tolerance, save, check)
+        statistics, energy_balance = self.solve(system, problem, tolerance, save, check)
         seconds, wall = time.process_time() - begun, time.perf_counter() - begun_wall
         if len(values) != len(problem.times):
             raise RuntimeError(f"{len(values)} states saved, {len(problem.times)} asked for")
         return Run(
-            seconds, wall, np.array(values), statistics.steps, statistics.newton_iterations, ledger.relative_error
+            seconds, wall, np.array(values), statistics.steps, statistics.newton_iterations, energy_balance.relative_error
         )
 
 
@@ -110,7 +110,7 @@ def integrator(name: str, tolerances: tuple[float, ...] = TOLERANCES) -> Method:
 
     def solve(
         system: SegmentSystem, problem: Problem, tolerance: float, on_save: OnSave, on_step: OnStep
-    ) -> tuple[Statistics, Ledger]:
+    ) -> tuple[Statistics, EnergyBalance]:
         return simulate(system, Settings(name, tolerance, problem.end_time), list(problem.times), on_save, on_step)
 
     return Method(name, solve, tolerances=tolerances)
@@ -121,7 +121,7 @@ def follower(tolerances: tuple[float, ...] = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)) -> 
 
     def solve(
         system: SegmentSystem, problem: Problem, tolerance: float, on_save: OnSave, on_step: OnStep
-    ) -> tuple[Statistics, Ledger]:
+    ) -> tuple[Statistics, EnergyBalance]:
         settings = PathSettings(problem.end_time, first_step=1e-3 * problem.end_time, rtol=tolerance)
         return follow(system, settings, list(problem.times), on_save, on_step)
 

@@ -11,7 +11,7 @@ import numpy as np
 from fsm.scene.scene import Scene
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
-from fsm.solve.handed_over import Saved
+from fsm.solve.run_io import SavedState
 
 __all__ = ["Problem", "Tight"]
 
@@ -47,7 +47,7 @@ class Problem:
     measure: str
     scene: Scene
     times: Sequence[float]
-    sample: Callable[[Saved], np.ndarray]
+    sample: Callable[[SavedState], np.ndarray]
     error: Callable[[np.ndarray, np.ndarray], float]
     reference: np.ndarray | Tight
     spatial: bool = False

@@ -15,7 +15,7 @@ from fsm.scene.load_case import load_case
 from fsm.scene.loads import Load, Ramp
 from fsm.scene.scene import GROUND, Body, ContactPair, ForceElement, Plate, Scene, Surface
 from fsm.segments.compile import compile_scene
-from fsm.solve.handed_over import Saved
+from fsm.solve.run_io import SavedState
 from validation.benchmarks.problem import Problem, Tight
 from validation.closed_forms.bodies import top_scene
 
@@ -68,14 +68,14 @@ def _distance(length: float) -> Callable[[np.ndarray, np.ndarray], float]:
     return error
 
 
-def _pull_force(saved: Saved) -> np.ndarray:
+def _pull_force(saved: SavedState) -> np.ndarray:
     return saved.observation.drive.force
 
 
-def _end_of_last(length: float) -> Callable[[Saved], np.ndarray]:
+def _end_of_last(length: float) -> Callable[[SavedState], np.ndarray]:
     """x and z of the outer end of the last body, in the plane."""
 
-    def tip(saved: Saved) -> np.ndarray:
+    def tip(saved: SavedState) -> np.ndarray:
         x, z, turned = saved.q[-3:]
         return np.array([x + length / 2 * math.cos(turned), z - length / 2 * math.sin(turned)])
 

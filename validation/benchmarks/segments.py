@@ -125,7 +125,7 @@ def newton_iterations(system: SegmentSystem, backend: Backend, repeat: int) -> l
 
 
 def time_steps(system: SegmentSystem, method: str) -> list[float]:
-    """Processor times of time steps with all that belongs to them: Jacobians, factors, rejections, the ledger."""
+    """Processor times of time steps with all that belongs to them: Jacobians, factors, rejections, the energy balance."""
     if method == "LSODA" and not system.fixed_pattern and system.nq + system.nu > LARGEST_DENSE:
         raise ValueError(f"no band where bodies can meet: a full matrix of {system.nq + system.nu} rows")
     ends: list[float] = []

@@ -14,11 +14,11 @@ from fsm.ancf.film import FilmMaterial
 from fsm.ancf.group import MassPart
 from fsm.ancf.loading import Forcing, Loading, Motion, point_force
 from fsm.ancf.mesh import Mesh, node_pattern
-from fsm.ancf.pulse import Ramp
 from fsm.ancf.system import AncfSystem
-from fsm.solve.handed_over import Saved
+from fsm.ancf.time_functions import Ramp
 from fsm.solve.modal import modes
 from fsm.solve.newton import equilibrium
+from fsm.solve.run_io import SavedState
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 
@@ -200,6 +200,6 @@ def pendulum_cable(elements: int) -> tuple[AncfSystem, int]:
 def cable_pendulum(elements: int, times: list[float], rtol: float = 1e-5) -> tuple[np.ndarray, float]:
     """Tip (x, z) of the flexible pendulum at these times, m, and the relative energy error."""
     system, tip = pendulum_cable(elements)
-    saved: list[Saved] = []
-    _, ledger = simulate(system, Settings("Radau-blocks", rtol, times[-1]), times, saved.append)
-    return np.array([state.q[[tip, tip + 2]] for state in saved]), ledger.relative_error
+    saved: list[SavedState] = []
+    _, energy_balance = simulate(system, Settings("Radau-blocks", rtol, times[-1]), times, saved.append)
+    return np.array([state.q[[tip, tip + 2]] for state in saved]), energy_balance.relative_error

@@ -6,7 +6,7 @@ import numpy as np
 
 from fsm.scene.scene import GROUND, Body, ForceElement, Scene
 from fsm.segments.compile import compile_scene
-from fsm.solve.handed_over import Saved
+from fsm.solve.run_io import SavedState
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 
@@ -37,10 +37,10 @@ def top_scene(stiffness: float = 1e9, damping: float = 1e4) -> Scene:
     return Scene(bodies=(top,), elements=(fixed,), gravity=(0.0, 0.0, -9.81))
 
 
-def heavy_top(times: list[float], rtol: float = 1e-7) -> list[Saved]:
+def heavy_top(times: list[float], rtol: float = 1e-7) -> list[SavedState]:
     """The top at these times, s."""
     system = compile_scene(top_scene())
-    saved: list[Saved] = []
+    saved: list[SavedState] = []
     simulate(system, Settings("Radau", rtol, times[-1]), times, saved.append)
     return saved
 

@@ -12,8 +12,8 @@ from fsm.scene.loads import Drive, Load, Ramp
 from fsm.scene.scene import GROUND, Body, ForceElement, Scene
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
-from fsm.solve.handed_over import Saved, Statistics
 from fsm.solve.newton import equilibrium
+from fsm.solve.run_io import SavedState, Statistics
 from fsm.solve.static import PathSettings, follow
 
 __all__ = ["Section", "buckled", "cantilever", "column", "lateral_buckling", "space_cantilever", "space_tip", "tip"]
@@ -92,10 +92,10 @@ def column(count: int, spatial: bool = False, damping: float = 0.0, clamped: boo
 
 def buckled(
     system: SegmentSystem, shortenings: tuple[float, ...], imperfection: float = 0.0
-) -> tuple[list[Saved], Statistics]:
+) -> tuple[list[SavedState], Statistics]:
     """States of a compressed column at these shortenings (m), along its stable branch."""
     motion = system.motions[0]
-    saved: list[Saved] = []
+    saved: list[SavedState] = []
     settings = PathSettings(system.end_time() or 0.0, motion.time_of(2e-3), imperfection=imperfection)
     statistics, _ = follow(system, settings, [motion.time_of(x) for x in shortenings], saved.append)
     return saved, statistics

@@ -14,7 +14,7 @@ from fsm.scene.obstacle import Obstacle
 from fsm.scene.scene import Body, ContactPair, Plate, Scene
 from fsm.segments.compile import compile_scene
 from fsm.solve.generalized_alpha import GeneralizedAlpha
-from fsm.solve.handed_over import Saved
+from fsm.solve.run_io import SavedState
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 
@@ -111,6 +111,6 @@ def slide(
     )  # fmt: skip
     end = 1.5 * speed / (mu * G) if end is None else end
     times = np.linspace(0.0, end, 121)
-    seen: list[Saved] = []
+    seen: list[SavedState] = []
     simulate(compile_scene(scene, False), Settings("generalized-alpha", 1e-5, end), list(times), seen.append)
     return times, np.array([s.q[0] for s in seen]), np.array([s.u[0] for s in seen])

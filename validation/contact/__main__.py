@@ -34,7 +34,7 @@ def check_stack(quick: bool, out: Path) -> list[Check]:
     return [
         ("stack: layers that cross, all records", crossed, 0),
         ("stack: depth over its static bound", float((pressed.deepest[touched] / pressed.allowed[touched]).max()), 1.001),
-        ("stack: energy error", pressed.ledger.relative_error, 1e-2),
+        ("stack: energy error", pressed.energy_balance.relative_error, 1e-2),
         ("stack: not come back, mm or mrad", 1e3 * pressed.not_back, 1e3 * stack.LENGTH * stack.RTOL),
     ]
 
@@ -52,8 +52,8 @@ def check_box(quick: bool, out: Path) -> list[Check]:
     return [
         ("box: a middle plane beyond a wall, mm", 1e3 * out_by, 0.0),
         ("box: depth over its bound", fall.deepest / allowed, 1.0),
-        ("box: energy error", fall.ledger.relative_error, 1e-4),
-        ("box: gain of energy", fall.rise / fall.ledger.turnover, 1e-5),
+        ("box: energy error", fall.energy_balance.relative_error, 1e-4),
+        ("box: gain of energy", fall.rise / fall.energy_balance.turnover, 1e-5),
     ]
 
 

@@ -13,8 +13,8 @@ from fsm.scene.obstacle import Obstacle
 from fsm.scene.scene import Body, ContactPair, Group, Plate, Scene
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
-from fsm.solve.handed_over import Saved, Statistics, StepEnd
-from fsm.solve.ledger import Ledger
+from fsm.solve.energy_balance import EnergyBalance
+from fsm.solve.run_io import AcceptedStep, SavedState, Statistics
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 
@@ -39,7 +39,7 @@ class Fall:
     ----------
     system : SegmentSystem
     saved : states
-    statistics, ledger
+    statistics, energy_balance
     deepest : largest penetration in all steps, m
     fastest : largest kinetic energy of one plate, J
     rise : largest gain of all energy (nothing puts any in), J
@@ -47,9 +47,9 @@ class Fall:
     """
 
     system: SegmentSystem
-    saved: list[Saved]
+    saved: list[SavedState]
     statistics: Statistics
-    ledger: Ledger
+    energy_balance: EnergyBalance
     deepest: float
     fastest: float
     rise: float
@@ -127,7 +127,7 @@ def deepest_allowed(contact: Contact, energy: float, weight: float) -> float:
     return depth
 
 
-def outside(system: SegmentSystem, state: Saved, half: float) -> float:
+def outside(system: SegmentSystem, state: SavedState, half: float) -> float:
     """How far the corner farthest out is beyond the walls or below the floor, m; negative when all are inside."""
     corners = system.shape(state.time, state.q)
     return float(max((np.abs(corners[..., :2]) - half).max(), (-corners[..., 2]).max()))
@@ -136,18 +136,18 @@ def outside(system: SegmentSystem, state: Saved, half: float) -> float:
 def drop(scene: Scene, end: float, rtol: float, interval: float = 1e-3, progress: bool = False) -> Fall:
     """Let them fall until `end`, s, with a state every `interval`, s."""
     system = compile_scene(scene, True)
-    saved: list[Saved] = []
+    saved: list[SavedState] = []
     deepest = fastest = 0.0
     inertia = system.bodies.inertia[system.bodies.free]
 
-    def look(state: StepEnd) -> None:
+    def look(state: AcceptedStep) -> None:
         nonlocal deepest, fastest
         poses, _ = system.place(state.time, state.q, None)
         for group in system.contacts:
             deepest = max(deepest, -float(group.geometry.find(poses, 0.0).gap.min(initial=0.0)))
         fastest = max(fastest, float((0.5 * inertia * state.u.reshape(inertia.shape) ** 2).sum(axis=1).max()))
 
-    def keep(state: Saved) -> None:
+    def keep(state: SavedState) -> None:
         saved.append(state)
         if progress:
             kinetic, error = state.observation.energy.kinetic, state.error
@@ -155,7 +155,7 @@ def drop(scene: Scene, end: float, rtol: float, interval: float = 1e-3, progress
 
     times = np.arange(0.0, end + 0.5 * interval, interval)
     begun = time.process_time()
-    statistics, ledger = simulate(system, Settings("generalized-alpha", rtol, end), times.tolist(), keep, look)
+    statistics, energy_balance = simulate(system, Settings("generalized-alpha", rtol, end), times.tolist(), keep, look)
     stored = np.array([state.observation.energy.stored for state in saved])
     rise = float((stored - np.minimum.accumulate(stored)).max())
-    return Fall(system, saved, statistics, ledger, deepest, fastest, rise, time.process_time() - begun)
+    return Fall(system, saved, statistics, energy_balance, deepest, fastest, rise, time.process_time() - begun)

@@ -11,12 +11,12 @@ from matplotlib.collections import LineCollection, PolyCollection
 from fsm.plots.style import COLOURS, GREY, SINGLE, figure
 from validation.contact.box_of_plates import Fall
 from validation.contact.pulled_strip import Pull
-from validation.contact.stack import Pressed
+from validation.contact.stack import PressedStack
 
 __all__ = ["draw_box", "draw_friction", "draw_stack"]
 
 
-def draw_stack(path: Path, pressed: Pressed) -> None:
+def draw_stack(path: Path, pressed: PressedStack) -> None:
     """The strip free, half way, pressed, and after."""
     count = len(pressed.saved)
     chosen = [pressed.saved[round(part * (count - 1))] for part in (0.0, 0.12, 0.35, 1.0)]

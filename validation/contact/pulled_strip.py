@@ -11,7 +11,7 @@ import numpy as np
 from fsm.compile_case import compile_case
 from fsm.results.quantities import peak
 from fsm.scene.load_case import load_case
-from fsm.solve.handed_over import Saved
+from fsm.solve.run_io import SavedState
 from fsm.solve.static import PathSettings, follow
 
 __all__ = ["CASE", "Pull", "as_thick", "curve_difference", "pull"]
@@ -61,10 +61,10 @@ def pull(*changes: str, segments: int = 10, travel: float = 0.04, rtol: float = 
     _, system = compile_case(load_case(CASE, overrides).case)
     motion = system.motions[0]
     times = [motion.time_of(x) for x in np.arange(EVERY, travel, EVERY)]
-    saved: list[Saved] = []
+    saved: list[SavedState] = []
     begun = time.process_time()
     settings = PathSettings(motion.end_time, motion.time_of(travel / 200), rtol=rtol)
-    statistics, ledger = follow(system, settings, [0.0, *times, motion.end_time], saved.append)
+    statistics, energy_balance = follow(system, settings, [0.0, *times, motion.end_time], saved.append)
     taken = time.process_time() - begun
     drives = [drive for drive, *_ in statistics.seen]
     top, at = peak(np.array([d.travel[0] for d in drives]), np.array([d.force[0] for d in drives]))
@@ -77,9 +77,9 @@ def pull(*changes: str, segments: int = 10, travel: float = 0.04, rtol: float = 
         at,
         max(0.0, -min(float(state.observation.pairs.gap.min()) for state in saved)),
         float(np.trapezoid(slips, at_times, axis=0).max(initial=0.0)),
-        float(ledger.pair_energy[0].sum()),
-        ledger.turnover,
-        ledger.relative_error,
+        float(energy_balance.pair_energy[0].sum()),
+        energy_balance.turnover,
+        energy_balance.relative_error,
         statistics.steps,
         statistics.rejected,
         taken,

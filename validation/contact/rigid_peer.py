@@ -15,7 +15,7 @@ from fsm.scene.contact import Contact, Friction
 from fsm.scene.obstacle import Obstacle
 from fsm.scene.scene import Body, ContactPair, Plate, Scene
 from fsm.segments.compile import compile_scene
-from fsm.solve.handed_over import Saved
+from fsm.solve.run_io import SavedState
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 
@@ -47,8 +47,8 @@ def _body(name: str, mass: float, at: tuple[float, float], angle: float, speed: 
     )  # fmt: skip
 
 
-def _solved(scene: Scene, end: float, rtol: float) -> Saved:
-    saved: list[Saved] = []
+def _solved(scene: Scene, end: float, rtol: float) -> SavedState:
+    saved: list[SavedState] = []
     simulate(compile_scene(scene), Settings("generalized-alpha", rtol, end), [end], saved.append)
     return saved[-1]
 

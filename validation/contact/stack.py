@@ -16,13 +16,13 @@ from fsm.scene.obstacle import Obstacle
 from fsm.scene.scene import GROUND, Body, ContactPair, ForceElement, Scene
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
-from fsm.solve.handed_over import Saved, Statistics, StepEnd
-from fsm.solve.ledger import Ledger
+from fsm.solve.energy_balance import EnergyBalance
+from fsm.solve.run_io import AcceptedStep, SavedState, Statistics
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 from fsm.solve.static import PathSettings, follow
 
-__all__ = ["CONTACT", "END", "FOLD", "LENGTH", "RTOL", "THICKNESS", "Pressed", "crossings", "press", "stack_scene"]
+__all__ = ["CONTACT", "END", "FOLD", "LENGTH", "RTOL", "THICKNESS", "PressedStack", "crossings", "press", "stack_scene"]
 
 LENGTH, WIDTH, THICKNESS = 0.08, 0.04, 3e-4
 """Of a panel, m."""
@@ -41,14 +41,14 @@ END = 45.0
 
 
 @dataclass(frozen=True)
-class Pressed:
+class PressedStack:
     """What came of it.
 
     Attributes
     ----------
     system : SegmentSystem
     saved : states
-    statistics, ledger
+    statistics, energy_balance
     deepest : (n_pairs,) array
         Of all steps, m.
     allowed : (n_pairs,) array
@@ -56,9 +56,9 @@ class Pressed:
     """
 
     system: SegmentSystem
-    saved: list[Saved]
+    saved: list[SavedState]
     statistics: Statistics
-    ledger: Ledger
+    energy_balance: EnergyBalance
     deepest: np.ndarray
     allowed: np.ndarray
 
@@ -133,31 +133,33 @@ def stack_scene(
     )
 
 
-def press(scene: Scene, method: str = "static", rtol: float = RTOL, interval: float = 0.25, end: float = END) -> Pressed:
+def press(
+    scene: Scene, method: str = "static", rtol: float = RTOL, interval: float = 0.25, end: float = END
+) -> PressedStack:
     """Press and let go."""
     system = compile_scene(scene)
-    saved: list[Saved] = []
+    saved: list[SavedState] = []
     deepest, largest = np.zeros(len(scene.pairs)), np.zeros(len(scene.pairs))
 
-    def look(state: StepEnd) -> None:
+    def look(state: AcceptedStep) -> None:
         pairs = system.observe(state.time, state.q, state.u).pairs
         np.maximum(deepest, -pairs.gap, out=deepest)
         np.maximum(largest, pairs.force, out=largest)
 
     times = np.arange(0.0, end + 0.5 * interval, interval).tolist()
     if method == "static":
-        statistics, ledger = follow(system, PathSettings(end, 1e-2, rtol=rtol), times, saved.append, look)
+        statistics, energy_balance = follow(system, PathSettings(end, 1e-2, rtol=rtol), times, saved.append, look)
     else:
-        statistics, ledger = simulate(system, Settings(method, rtol, end), times, saved.append, look)
+        statistics, energy_balance = simulate(system, Settings(method, rtol, end), times, saved.append, look)
     assert scene.contact is not None
     smallest = np.full(len(scene.pairs), np.inf)
     for group in system.contacts:
         np.minimum.at(smallest, group.geometry.pair, group.geometry.share)
     allowed = (largest / (smallest * scene.contact.stiffness)) ** (1.0 / scene.contact.exponent)
-    return Pressed(system, saved, statistics, ledger, deepest, allowed)
+    return PressedStack(system, saved, statistics, energy_balance, deepest, allowed)
 
 
-def crossings(system: SegmentSystem, state: Saved) -> list[tuple[int, int]]:
+def crossings(system: SegmentSystem, state: SavedState) -> list[tuple[int, int]]:
     """Pairs of panels whose middle lines cross, other than at a common crease; looked for line by line."""
     plates = system.shape(state.time, state.q)[:, :, [0, 2]]
     panel = np.array([panel for _, _, panel in system.bodies.plates])

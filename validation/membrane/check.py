@@ -18,8 +18,8 @@ from pathlib import Path
 import numpy as np
 
 from fsm.ancf.wrinkle import strip_wrinkles
-from fsm.solve.handed_over import Saved
 from fsm.solve.modal import modes
+from fsm.solve.run_io import SavedState
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 from validation.gallery.command import command
@@ -69,12 +69,12 @@ def frequencies(place: Place) -> Iterator[Check]:
 def _vibration(n: int, settings: Settings, every: float) -> tuple[float, float, float]:
     """Frequency (Hz), energy error and processor's seconds of a second of simulated time."""
     system, height = plucked_film(n)
-    states: list[Saved] = []
+    states: list[SavedState] = []
     begun = time.thread_time()
-    _, ledger = simulate(system, settings, np.arange(0.0, settings.end_time * (1 + 1e-9), every), states.append)
+    _, energy_balance = simulate(system, settings, np.arange(0.0, settings.end_time * (1 + 1e-9), every), states.append)
     seconds = (time.thread_time() - begun) / settings.end_time
     found = frequency(np.array([s.time for s in states]), np.array([s.q[height] for s in states]))
-    return found, ledger.relative_error, seconds
+    return found, energy_balance.relative_error, seconds
 
 
 def precision(place: Place) -> Iterator[Check]:
@@ -121,14 +121,14 @@ def precision(place: Place) -> Iterator[Check]:
 def energy(place: Place) -> Iterator[Check]:
     """Balance of an undamped free vibration of 0.2 s."""
     system, height = plucked_film(6 if place.full else 4, 2e-4)
-    states: list[Saved] = []
-    _, ledger = simulate(system, Settings("Radau-blocks", 1e-7, 0.2), np.linspace(0.0, 0.2, 401), states.append)
+    states: list[SavedState] = []
+    _, energy_balance = simulate(system, Settings("Radau-blocks", 1e-7, 0.2), np.linspace(0.0, 0.2, 401), states.append)
     shown = {"centre": ([s.time for s in states], [1e3 * s.q[height] for s in states])}
     picture = beside(place.out / "vibration.png", shown, {}, "time (s)", "height of the centre (mm)", size=(6.0, 3.0))
     yield below(
         "energy error",
         "0.2 s of free vibration, of the energy turned over",
-        ledger.relative_error,
+        energy_balance.relative_error,
         1e-6,
         "conservation of energy",
         picture,

@@ -9,8 +9,8 @@ import numpy as np
 from fsm.ancf.build import FilmGrid, MeshBuilder
 from fsm.ancf.film import FilmMaterial
 from fsm.ancf.loading import Loading, Motion
-from fsm.ancf.pulse import Ramp
 from fsm.ancf.system import AncfSystem
+from fsm.ancf.time_functions import Ramp
 from fsm.pretension import tensioned
 from fsm.solve.modal import modes
 

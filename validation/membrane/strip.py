@@ -15,9 +15,9 @@ import numpy as np
 from fsm.ancf.build import FilmGrid, MeshBuilder
 from fsm.ancf.film import FilmMaterial, MembraneGroup
 from fsm.ancf.loading import Loading, Motion
-from fsm.ancf.pulse import Ramp
 from fsm.ancf.shape import cable_shape
 from fsm.ancf.system import AncfSystem
+from fsm.ancf.time_functions import Ramp
 from fsm.ancf.wrinkle import lifted, strip_wrinkles
 from fsm.pretension import settled
 from fsm.solve.relax import relaxed

@@ -263,7 +263,7 @@ SOLVERS = (
     ),
     Mutant(
         "work of a step booked half",
-        "fsm/solve/ledger.py",
+        "fsm/solve/energy_balance.py",
         "self.work += work",
         "self.work += 0.5 * work",
         _physics("energy_balance", "test_records_add_up"),
@@ -378,7 +378,7 @@ FILMS = (
     ),
     Mutant(
         "area of a half-sine pulse",
-        "fsm/ancf/pulse.py",
+        "fsm/ancf/time_functions.py",
         "return math.sin(angle), rate",
         "return 0.9 * math.sin(angle), rate",
         _unit("ancf_elements", "test_pulses"),

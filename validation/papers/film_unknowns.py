@@ -13,8 +13,8 @@ import numpy as np
 from fsm.analyses.reduced import reduced_model
 from fsm.analyses.vibrate import VibrationAnalysis
 from fsm.ancf.loading import Forcing
-from fsm.ancf.pulse import HalfSine
 from fsm.ancf.reduced import ReducedModel
+from fsm.ancf.time_functions import HalfSine
 from fsm.scene.load_case import load_case
 from validation.papers.film import BIN, FOLDER
 
@@ -27,7 +27,7 @@ SIZE, PULL = (-4.88, -12.2, 7.32), (20.58, 38.24)
 def film(*overrides: str) -> VibrationAnalysis:
     """The case, stretched, with its modes."""
     analysis = VibrationAnalysis(load_case(FOLDER / "case.toml", ("impact=none", *overrides)).case, "case.toml")
-    analysis.make_ready([])
+    analysis.initialise([])
     return analysis
 
 

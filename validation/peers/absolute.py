@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from fsm.ancf.loading import Forcing, Loading, point_force
-from fsm.ancf.pulse import Ramp
 from fsm.ancf.system import AncfSystem
-from fsm.solve.handed_over import Saved
+from fsm.ancf.time_functions import Ramp
 from fsm.solve.modal import modes
 from fsm.solve.newton import equilibrium
+from fsm.solve.run_io import SavedState
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 from validation.closed_forms.absolute import CABLE, PENDULUM
@@ -34,7 +34,7 @@ def flexible_pendulum() -> PeerCase:
         system, tip = pendulum_cable(elements)
 
         def solve() -> tuple[float, float]:
-            saved: list[Saved] = []
+            saved: list[SavedState] = []
             taken, _ = timed(lambda: simulate(system, settings, list(times), saved.append))
             return taken, rms(np.array([s.q[[tip, tip + 2]] for s in saved]), path, 1.2)
 

@@ -23,9 +23,9 @@ import numpy as np
 
 from fsm.ancf.reduced import ReducedModel
 from fsm.ancf.system import AncfSystem
-from fsm.solve.handed_over import Saved
 from fsm.solve.modal import Modes, modes
 from fsm.solve.newton import equilibrium
+from fsm.solve.run_io import SavedState
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 from validation.benchmarks.demo import machine
@@ -113,7 +113,7 @@ def fsm_rows(cells: int, repeat: int, true_frequency: float, quick: bool) -> lis
 
 def fsm_vibration(system: AncfSystem, height: int, step: float, duration: float = 1.0, method: str = "") -> float:
     """Frequency of the free vibration, Hz."""
-    states: list[Saved] = []
+    states: list[SavedState] = []
     if method:
         settings = Settings(method, 1e-4, duration)
     else:

@@ -17,7 +17,7 @@ from scipy.interpolate import CubicSpline
 from fsm.scene.scene import GROUND, Body, ForceElement, Scene
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
-from fsm.solve.handed_over import Saved
+from fsm.solve.run_io import SavedState
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 
@@ -44,7 +44,7 @@ def run_model(
     system: SegmentSystem, settings: Settings, times: np.ndarray, shown: Callable[[np.ndarray], np.ndarray]
 ) -> Path:
     """The path of what `shown` takes from q, at these times."""
-    saved: list[Saved] = []
+    saved: list[SavedState] = []
     simulate(system, settings, [float(t) for t in times], saved.append)
     return np.array([shown(state.q) for state in saved])
 

@@ -31,7 +31,7 @@ from fsm.scene.builders.scene import build_scene
 from fsm.scene.case import Case
 from fsm.scene.load_case import load_case
 from fsm.segments.compile import compile_scene
-from fsm.solve.handed_over import Saved
+from fsm.solve.run_io import SavedState
 from fsm.solve.static import follow
 from validation.rotating_squares.check import FOLDER, GRADIENTS, HERE, SHEAR, SOURCE, STRIP, STUDY, TRAVEL
 
@@ -118,7 +118,7 @@ def _gaps(found: Calibration) -> None:
         motion = system.motions[0]
         times = [motion.time_of(s) for s in np.linspace(0.0, motion.travel, 6)[1:]]
         gaps = [_gap(system.place(0.0, system.initial()[0], None)[0], case)]
-        kept: list[Saved] = []
+        kept: list[SavedState] = []
         follow(system, path_settings(case, system, times[-1]), times, kept.append)
         gaps += [_gap(system.place(saved.time, saved.q, None)[0], case) for saved in kept]
         print(f"| {name} | {1e3 * min(gaps):.3f} | {1e3 * gaps[0]:.3f} |")

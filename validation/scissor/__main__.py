@@ -123,9 +123,9 @@ def check_elements(quick: bool, out: Path) -> list[Check]:
         for count in (2, 4):
             run = move(steel_array(3, 0.02, count, element), end, step, 60)
             off = float(np.abs(run.place("b4", 0) - best.place("b4", 0)).max() / travel)
-            say(f"| {element} | {count} | {off:.2e} | {run.ledger.relative_error:.1e} | {run.wall:.2f} |")
+            say(f"| {element} | {count} | {off:.2e} | {run.energy_balance.relative_error:.1e} | {run.wall:.2f} |")
             found.append((f"elements: {element}, {count} a bar", off, 1e-3 if count == 2 else 1e-4))
-    found.append(("elements: energy error of the best", best.ledger.relative_error, 1e-5))
+    found.append(("elements: energy error of the best", best.energy_balance.relative_error, 1e-5))
     return found
 
 

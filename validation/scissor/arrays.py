@@ -14,7 +14,7 @@ from fsm.scene.check_scissor import default_holds
 from fsm.scene.loads import Ramp
 from fsm.scene.materials import Material
 from fsm.scene.scissor import BarSection, PointForce, Scissor
-from fsm.solve.ledger import Ledger
+from fsm.solve.energy_balance import EnergyBalance
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 
@@ -28,13 +28,13 @@ PUSH = -50.0
 
 @dataclass(frozen=True, eq=False)
 class History:
-    """A motion: times (s), states, ledger, time it took (s), steps."""
+    """A motion: times (s), states, energy balance, time it took (s), steps."""
 
     system: ArraySystem
     times: np.ndarray
     q: np.ndarray
     u: np.ndarray
-    ledger: Ledger
+    energy_balance: EnergyBalance
     wall: float
     steps: int
 
@@ -67,10 +67,10 @@ def move(system: ArraySystem, end: float, step: float, count: int = 150, rho_inf
     kept: list[tuple[np.ndarray, np.ndarray]] = []
     settings = Settings("generalized-alpha", 1e-4, end, rho_inf=rho_inf, step=step)
     begin = time.perf_counter()
-    statistics, ledger = simulate(system, settings, list(times), lambda saved: kept.append((saved.q, saved.u)))
+    statistics, energy_balance = simulate(system, settings, list(times), lambda saved: kept.append((saved.q, saved.u)))
     wall = time.perf_counter() - begin
     q, u = (np.array(part) for part in zip(*kept, strict=True))
-    return History(system, times, q, u, ledger, wall, statistics.steps)
+    return History(system, times, q, u, energy_balance, wall, statistics.steps)
 
 
 def rigid_angle(units: int, times: np.ndarray, ramp: float) -> np.ndarray:

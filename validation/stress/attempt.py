@@ -131,7 +131,7 @@ def _solve(found: Attempt, name: str, folder: Path, steps: list[float], whole: b
         run_case(found.loaded, folder, progress=step)
         step(1.0)
     analysis = analysis_of(found.loaded.case, name, warnings)
-    analysis.make_ready(warnings)
+    analysis.initialise(warnings)
     found.method = analysis.method()[0]
     solve = RecordedSolve(found.loaded, analysis, folder, False, warnings)
     found.solution = solve.run(step, time.perf_counter(), jit.compile_time())

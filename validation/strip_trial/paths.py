@@ -24,8 +24,8 @@ from fsm.errors import FsmError
 from fsm.results.quantities import peak
 from fsm.scene.load_case import load_case
 from fsm.segments.system import SegmentSystem
-from fsm.solve.handed_over import Saved
 from fsm.solve.newton import negative_pivots
+from fsm.solve.run_io import SavedState
 from fsm.solve.static import PathSettings, follow
 from fsm.system import DriveState
 
@@ -48,7 +48,7 @@ def strip(angle: float, segments: int) -> SegmentSystem:
     return compile_case(load_case(CASE, [*changes, 'drive.0.travel="120 mm"']).case)[1]
 
 
-def resting_unstably(system: SegmentSystem, state: Saved, largest: float) -> bool:
+def resting_unstably(system: SegmentSystem, state: SavedState, largest: float) -> bool:
     """Whether a state is an unstable equilibrium."""
     if not negative_pivots(system, state.time, state.q):
         return False
@@ -62,7 +62,7 @@ def line(angle: float, segments: int, first: float, limit: int) -> tuple[str, bo
     system = strip(angle, segments)
     motion = system.motions[0]
     seen: list[tuple[DriveState, np.ndarray]] = []
-    saved: list[Saved] = []
+    saved: list[SavedState] = []
     jumps, outcome, begun = "", "whole", time.perf_counter()
     signal.alarm(limit)
     try:

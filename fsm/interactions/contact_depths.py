@@ -33,7 +33,7 @@ def advance_depths(
 
     Parameters
     ----------
-    bodies, gradient : as in `fsm.segments.contact_geometry.Measured`
+    bodies, gradient : as in `fsm.segments.contact_geometry.ContactKinematics`
     change : (n_bodies, 3 or 6) array
     per_second : 1/s
         Inverse of the time since the last state; zero in statics.

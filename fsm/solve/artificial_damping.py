@@ -10,9 +10,9 @@ from fsm.blocks import BlockMatrix, BlockPattern
 from fsm.errors import NotConverged
 from fsm.solve.generalized_alpha import GeneralizedAlpha
 from fsm.solve.status import StepFailed
-from fsm.system import Before, Linearised, Objection, System
+from fsm.system import Linearised, PreviousState, StepRejection, System
 
-__all__ = ["InAir", "come_to_rest"]
+__all__ = ["DampedSystem", "come_to_rest"]
 
 _DECAY = 8.0
 """Damping rate times the time since the start; the energy decreases with this power of that time."""
@@ -23,7 +23,7 @@ _DEAD = 1e-8
 """Kinetic energy over its largest value, below which the motion has decayed."""
 
 
-class InAir:
+class DampedSystem:
     """System with the artificial damping force -c M u, c = 8/(t - began), 1/s.
 
     At any time, vibrations faster than c have decayed and slower ones are hardly damped, so no period need be known.
@@ -75,15 +75,15 @@ class InAir:
         """See `System`."""
         self.system.commit(self._at(t), q, u)
 
-    def objection(self, t: float, q: np.ndarray, u: np.ndarray | None, step: float) -> Objection | None:
+    def rejection(self, t: float, q: np.ndarray, u: np.ndarray | None, step: float) -> StepRejection | None:
         """See `System`."""
-        return self.system.objection(self._at(t), q, u, step)
+        return self.system.rejection(self._at(t), q, u, step)
 
     def longest_step(self, t: float, q: np.ndarray, u: np.ndarray) -> float:
         """See `System`."""
         return self.system.longest_step(self._at(t), q, u)
 
-    def taken(self, begin: Before, end: Before) -> float:
+    def damping_loss(self, begin: PreviousState, end: PreviousState) -> float:
         """Energy that the artificial damping dissipates in a step, J, at the mean velocity."""
         step = end[0] - begin[0]
         u = self.system.difference(begin[1], end[1]) / step
@@ -105,8 +105,8 @@ def come_to_rest(system: System, t: float, q: np.ndarray) -> np.ndarray:
     pace = float(np.abs(_accelerated(system, t, q) / system.scales().span).max(initial=0.0)) ** 0.5
     if pace == 0.0:
         return q
-    air = InAir(system, -_AT_FIRST / pace, t)
-    solver = GeneralizedAlpha(cast(System, air), 0.0, q, u, _RTOL, rho_inf=0.0)
+    damped = DampedSystem(system, -_AT_FIRST / pace, t)
+    solver = GeneralizedAlpha(cast(System, damped), 0.0, q, u, _RTOL, rho_inf=0.0)
     largest, until = 0.0, 1e6 / pace
     try:
         for _ in range(_STEPS):

@@ -9,24 +9,24 @@ import numpy as np
 from fsm.stepping.march import balanced
 from fsm.system import Energy
 
-__all__ = ["JUDGED_FROM", "Ledger"]
+__all__ = ["JUDGED_FROM", "EnergyBalance"]
 
-_TRIFLE = 1e-12
+_ROUND_OFF = 1e-12
 """Round-off of the energy over the stored energy at the start, also after many steps."""
 JUDGED_FROM = 0.1
 """Part of the run before which no energy error stops it: relative errors are large while little energy is turned over."""
 
-_NUMBERS = "start", "dissipated", "work", "error", "worst", "gained", "turnover", "kinetic_worst", "trifle"
+_NUMBERS = "start", "dissipated", "work", "error", "worst", "gained", "turnover", "kinetic_worst", "round_off_floor"
 """Names of the numbers in the order of `fsm.stepping.march`."""
 
 
 @dataclass
-class Ledger:
+class EnergyBalance:
     """Energy balance of a solve, J.
 
     `error` is the present residual, `worst` its largest magnitude, `gained` its largest positive value. `turnover` is the
-    largest energy stored, dissipated or put in so far; relative errors refer to it. Up to `trifle` the turnover is round-off
-    (of a structure at rest, or of a mechanism without resistance), and there is no relative error. `pair_energy`
+    largest energy stored, dissipated or put in so far; relative errors refer to it. Up to `round_off_floor` the turnover is
+    round-off (of a structure at rest, or of a mechanism without resistance), and there is no relative error. `pair_energy`
     (2, n_pairs) is the energy that friction and damping of every contact pair have dissipated.
     """
 
@@ -38,14 +38,14 @@ class Ledger:
     gained: float = 0.0
     turnover: float = 0.0
     kinetic_worst: float = 0.0
-    trifle: float = 0.0
+    round_off_floor: float = 0.0
     pair_energy: np.ndarray = field(default_factory=lambda: np.zeros((2, 0)))
 
     @classmethod
-    def opened(cls, energy: Energy) -> Ledger:
+    def opened(cls, energy: Energy) -> EnergyBalance:
         """Open the balance of a solve at the energy of its initial state."""
-        trifle = _TRIFLE * sum(map(abs, energy.potential.values()))
-        return cls(start=energy.stored, trifle=trifle, pair_energy=np.zeros_like(energy.pair_power))
+        round_off_floor = _ROUND_OFF * sum(map(abs, energy.potential.values()))
+        return cls(start=energy.stored, round_off_floor=round_off_floor, pair_energy=np.zeros_like(energy.pair_power))
 
     def add(self, work: float, dissipated: float, of_pairs: np.ndarray) -> None:
         """Add work, dissipated energy, and the part of it by contact pairs."""
@@ -70,11 +70,16 @@ class Ledger:
             setattr(self, name, number)
 
     @property
+    def text(self) -> str:
+        """Worst error for messages."""
+        return f"Energy error {self.worst:.3g} J of {self.turnover:.3g} J turned over"
+
+    @property
     def relative_error(self) -> float:
         """Largest residual over the energy turned over; 0 if the latter is round-off."""
-        return self.worst / self.turnover if self.turnover > self.trifle else 0.0
+        return self.worst / self.turnover if self.turnover > self.round_off_floor else 0.0
 
     @property
     def relative_gain(self) -> float:
         """Largest gain over the energy turned over; 0 if the latter is round-off."""
-        return self.gained / self.turnover if self.turnover > self.trifle else 0.0
+        return self.gained / self.turnover if self.turnover > self.round_off_floor else 0.0

@@ -7,13 +7,13 @@ from typing import Any, Protocol
 import numpy as np
 
 from fsm.kernels.scatter import pair_slots
-from fsm.segments.group import Past
+from fsm.segments.group import PreviousPoses
 from fsm.segments.pattern import BodyPattern
 
-__all__ = ["Deformed", "Kept"]
+__all__ = ["TwoBodyElements", "ElementCache"]
 
 
-class Deformed(Protocol):
+class TwoBodyElements(Protocol):
     """Protocol of a group of elements that each join two bodies."""
 
     @property
@@ -37,7 +37,7 @@ class Deformed(Protocol):
         ...
 
 
-class Kept:
+class ElementCache:
     """Cache for the last pattern and the last past state, which are compared by identity."""
 
     def __init__(self) -> None:
@@ -46,14 +46,14 @@ class Kept:
         self._past: np.ndarray | None = None
         self._before: np.ndarray | None = None
 
-    def slots(self, group: Deformed, pattern: BodyPattern) -> np.ndarray:
+    def slots(self, group: TwoBodyElements, pattern: BodyPattern) -> np.ndarray:
         """Positions of the blocks of every element."""
         if self._slots is None or self._pattern is not pattern:
             self._slots = np.asarray(pair_slots(group.bodies, *pattern.index))
             self._pattern = pattern
         return self._slots
 
-    def before(self, group: Deformed, rates: np.ndarray, past: Past | None) -> tuple[np.ndarray, float]:
+    def before(self, group: TwoBodyElements, rates: np.ndarray, past: PreviousPoses | None) -> tuple[np.ndarray, float]:
         """Past deformations and the inverse of the elapsed time, 1/s; zero without a past state."""
         if past is None:
             return group.rest, 0.0

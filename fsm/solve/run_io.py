@@ -9,19 +9,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsm.solve.ledger import Ledger
-from fsm.solve.renewal import State
+from fsm.solve.energy_balance import EnergyBalance
+from fsm.solve.restart_points import State
 from fsm.solve.status import Event, Outcome
-from fsm.system import Before, DriveState, Observation, System
+from fsm.system import DriveState, Observation, PreviousState, System
 
-__all__ = ["Beginning", "CurvePoint", "Saved", "Statistics", "StepEnd", "Wanted", "inertia_counts"]
+__all__ = ["InitialState", "CurvePoint", "SavedState", "Statistics", "AcceptedStep", "OutputRequest", "inertia_counts"]
 
 _INERTIAL = 1e-2
 """Largest ratio of inertial forces to the drive force at which the drive force is quasi-static."""
 
 
 @dataclass(frozen=True)
-class Saved:
+class SavedState:
     """Saved state: time (s), q, u, observation, and numbers of the energy balance (J).
 
     `before` is the state at the start of a quasi-static step; rates are differences from it. It is None in dynamics.
@@ -36,7 +36,7 @@ class Saved:
     work: float
     error: float
     pair_energy: np.ndarray
-    before: Before | None = None
+    before: PreviousState | None = None
     program_time: float | None = None
 
     @property
@@ -93,7 +93,7 @@ def inertia_counts(system: System, t: float, q: np.ndarray, u: np.ndarray, seen:
 
 
 @dataclass(frozen=True)
-class StepEnd:
+class AcceptedStep:
     """End of a step.
 
     Attributes
@@ -103,7 +103,7 @@ class StepEnd:
         Number of steps so far.
     events : events so far
     state : dict of arrays, or None
-        Restart data, at a restart point (`fsm.solve.renewal`).
+        Restart data, at a restart point (`fsm.solve.restart_points`).
     """
 
     time: float
@@ -115,7 +115,7 @@ class StepEnd:
 
 
 @dataclass(frozen=True)
-class Wanted:
+class OutputRequest:
     """Requested output of a solve.
 
     Attributes
@@ -126,27 +126,27 @@ class Wanted:
     """
 
     save_times: Sequence[float]
-    on_save: Callable[[Saved], None]
-    on_step: Callable[[StepEnd], None] | None
+    on_save: Callable[[SavedState], None]
+    on_step: Callable[[AcceptedStep], None] | None
 
 
 @dataclass(frozen=True)
-class Beginning:
+class InitialState:
     """Initial state of a solve, or a restart point from which it continues.
 
     Attributes
     ----------
     start : time, q, u; the system's initial state if absent
-    ledger, seen : energy balance and curve, changed in place; a new balance is opened if absent
-    after : StepEnd
-        Restart point of an earlier solve of the same system, with its ledger and curve. The results are then equal to
-        the last bit to those of a solve without interruption.
+    energy_balance, seen : energy balance and curve, changed in place; a new balance is opened if absent
+    after : AcceptedStep
+        Restart point of an earlier solve of the same system, with its energy balance and curve. The results are then
+        equal to the last bit to those of a solve without interruption.
     """
 
     start: tuple[float, np.ndarray, np.ndarray] | None
-    ledger: Ledger | None
+    energy_balance: EnergyBalance | None
     seen: list[CurvePoint]
-    after: StepEnd | None
+    after: AcceptedStep | None
 
 
 @dataclass

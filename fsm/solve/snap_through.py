@@ -9,15 +9,15 @@ import numpy as np
 from fsm.blocks import BlockMatrix
 from fsm.errors import NotConverged
 from fsm.kernels.block_lu import multiply_blocks
+from fsm.solve.artificial_damping import DampedSystem
+from fsm.solve.energy_balance import JUDGED_FROM
 from fsm.solve.generalized_alpha import GeneralizedAlpha
-from fsm.solve.in_air import InAir
-from fsm.solve.ledger import JUDGED_FROM
 from fsm.solve.linear import LinearSolver
 from fsm.solve.newton import negative_pivots
 from fsm.solve.path_recorder import PathRecorder
 from fsm.system import System
 
-__all__ = ["Calm", "move_until_calm", "slide"]
+__all__ = ["RestCriterion", "move_until_rest", "slide"]
 
 _CALM = 1e-4
 """Kinetic energy over its largest value since the snap, below which rest is near."""
@@ -43,7 +43,7 @@ _SETTLED = 1e-9
 """Size of the Newton step below which a slide has ended."""
 
 
-class Calm(NamedTuple):
+class RestCriterion(NamedTuple):
     """Criterion for the end of a motion.
 
     Attributes
@@ -62,8 +62,8 @@ class Calm(NamedTuple):
     wait: float
 
 
-def move_until_calm(
-    system: System, recorder: PathRecorder, u: np.ndarray, until: float, calm: Calm, worst: float, rtol: float,
+def move_until_rest(
+    system: System, recorder: PathRecorder, u: np.ndarray, until: float, rest: RestCriterion, worst: float, rtol: float,
     begins: bool = True,
 ) -> int:
     """Integrate with inertia and damping until the motion has decayed or the time is `until` (s).
@@ -77,17 +77,17 @@ def move_until_calm(
     int
         Newton iterations taken.
     """
-    began, earliest = recorder.time, recorder.time + calm.wait
-    air: InAir | None = None
+    began, earliest = recorder.time, recorder.time + rest.wait
+    damped: DampedSystem | None = None
     if begins:
         u = _relaxed(system, recorder.time, recorder.q, u)
     solver = GeneralizedAlpha(system, recorder.time, recorder.q, u, rtol, rho_inf=_RHO_INF)
     largest, iterations, tries, steps = 0.0, 0, 0, 0
     while recorder.time < until:
         if steps == _RINGING:
-            air = InAir(system, began)
+            damped = DampedSystem(system, began)
             iterations += solver.iterations
-            system = cast(System, air)
+            system = cast(System, damped)
             solver = GeneralizedAlpha(
                 system, recorder.time, recorder.q, recorder.u, rtol, rho_inf=_RHO_INF, max_step=solver.max_step
             )
@@ -95,9 +95,9 @@ def move_until_calm(
         solver.step(recorder.next_save(until))
         seen = system.observe(solver.t, solver.q, solver.u)
         turned_over = recorder.turned_over_in_motion(solver.t, solver.q, seen)
-        if air is not None:
-            taken = air.taken(before[:2], (solver.t, solver.q))
-            turned_over = turned_over._replace(dissipated=turned_over.dissipated + taken)
+        if damped is not None:
+            damping_loss = damped.damping_loss(before[:2], (solver.t, solver.q))
+            turned_over = turned_over._replace(dissipated=turned_over.dissipated + damping_loss)
         if recorder.loss(seen, turned_over) > _LOST and tries < _TRIES:
             tries, iterations = tries + 1, iterations + solver.iterations
             system.restore(memory)
@@ -107,13 +107,13 @@ def move_until_calm(
         tries, steps = 0, steps + 1
         solver.max_step *= _LONGER
         kinetic = seen.energy.kinetic
-        quiet = calm.part * max(calm.scale, recorder.ledger.turnover)
+        quiet = rest.part * max(rest.scale, recorder.energy_balance.turnover)
         # a buckling column stays nearly straight for some time above its critical load, and hardly moves
-        near = kinetic < quiet and (kinetic < calm.slow or steps % _LOOKS == 0)
-        rests = near and _on_path(system, solver.t, solver.q, kinetic, calm.slow)
+        near = kinetic < quiet and (kinetic < rest.slow or steps % _LOOKS == 0)
+        rests = near and _on_path(system, solver.t, solver.q, kinetic, rest.slow)
         recorder.dynamic(solver.t, solver.q, solver.u, seen, turned_over, rests)
         largest = max(largest, kinetic)
-        if recorder.time >= JUDGED_FROM * until and recorder.ledger.relative_error > worst:
+        if recorder.time >= JUDGED_FROM * until and recorder.energy_balance.relative_error > worst:
             break
         if kinetic < quiet and kinetic < _CALM * largest:
             break
@@ -185,7 +185,7 @@ def slide(system: System, recorder: PathRecorder, t: float) -> bool:
         q = system.retract(q, step)
         if size < _SETTLED:
             seen = system.observe(t, q, None)
-            if not recorder.may_jump(t, q, seen):
+            if not recorder.jump_admissible(t, q, seen):
                 return False
             recorder.slide(t, q, seen)
             return True

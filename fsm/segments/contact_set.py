@@ -8,20 +8,20 @@ from functools import cache
 import numpy as np
 
 from fsm.segments.contacts import ContactGroup
-from fsm.segments.group import Past
-from fsm.system import Objection, PairState
+from fsm.segments.group import PreviousPoses
+from fsm.system import PairState, StepRejection
 
-__all__ = ["Contacts"]
+__all__ = ["ContactSet"]
 
 
-class Contacts(tuple[ContactGroup, ...]):
+class ContactSet(tuple[ContactGroup, ...]):
     """Contact groups of a scene; may be empty. Poses and rates are of all bodies."""
 
     __slots__ = ()
 
     # memory ---------------------------------------------------------------------------------------------------------
 
-    def commit(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None) -> None:
+    def commit(self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None) -> None:
         """Update the memory of all groups after an accepted step."""
         for group in self:
             group.commit(t, poses, rates, past)
@@ -39,15 +39,15 @@ class Contacts(tuple[ContactGroup, ...]):
             group.restore(memory[at + 1 : end])
             at = end
 
-    def counted(self) -> np.ndarray:
+    def counters(self) -> np.ndarray:
         """Numbers of evaluated states and of renewals of the broad phase of every group, flat."""
         return np.array([float(count) for group in self for count in (group.evaluations, group.renewals)])
 
-    def forget(self, counted: np.ndarray) -> None:
-        """Clear all caches and continue the counters from `counted`; empty: from zero."""
-        counts = counted if len(counted) else np.zeros(2 * len(self))
+    def clear_caches(self, counters: np.ndarray) -> None:
+        """Clear all caches and continue the counters from `counters`; empty: from zero."""
+        counts = counters if len(counters) else np.zeros(2 * len(self))
         for group, (evaluations, renewals) in zip(self, counts.reshape(-1, 2).tolist(), strict=True):
-            group.forget(int(evaluations), int(renewals))
+            group.clear_caches(int(evaluations), int(renewals))
 
     # steps ----------------------------------------------------------------------------------------------------------
 
@@ -56,20 +56,20 @@ class Contacts(tuple[ContactGroup, ...]):
         """Smallest tolerance of positions that the contact forces require, m."""
         return min((group.resolution for group in self), default=math.inf)
 
-    def parted(self) -> bool:
+    def contacts_opened(self) -> bool:
         """Whether contacts that were active at the last linearisation are inactive at the last evaluated state."""
-        return any(group.parted() for group in self)
+        return any(group.contacts_opened() for group in self)
 
-    def objection(
+    def rejection(
         self, t: float, poses: np.ndarray, rates: np.ndarray, step: float | None, names: tuple[str, ...]
-    ) -> Objection | None:
+    ) -> StepRejection | None:
         """Reason to reject a step of this length, s, or None. In statics the length is None: impacts are not resolved."""
         for group in self:
             crossed = group.geometry.crossed(poses)
             if crossed:
-                return Objection(0.5, f"{names[crossed[0]]} pass through each other")
+                return StepRejection(0.5, f"{names[crossed[0]]} pass through each other")
         part = 1.0 if step is None else min((group.late(t, poses, rates, step) for group in self), default=1.0)
-        return Objection(part) if part < 1.0 else None
+        return StepRejection(part) if part < 1.0 else None
 
     def longest_step(self, t: float, poses: np.ndarray, rates: np.ndarray) -> float:
         """Longest step that resolves the impacts of all groups, s."""
@@ -77,7 +77,7 @@ class Contacts(tuple[ContactGroup, ...]):
 
     # results --------------------------------------------------------------------------------------------------------
 
-    def observe(self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None, pairs: int) -> PairState:
+    def observe(self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None, pairs: int) -> PairState:
         """State of all contact pairs, combined from all groups."""
         if not self:
             return _no_contact(pairs)
@@ -87,7 +87,7 @@ class Contacts(tuple[ContactGroup, ...]):
         return first
 
     def pair_power(
-        self, t: float, poses: np.ndarray, rates: np.ndarray, past: Past | None, pairs: int
+        self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None, pairs: int
     ) -> np.ndarray:
         """Power that friction and damping of every pair dissipate, (2, pairs), W."""
         total = np.zeros((2, pairs))

@@ -1,4 +1,4 @@
-"""Depths of contacts as additional unknowns of Newton's method in statics; see `fsm.interactions.pressed`."""
+"""Depths of contacts as additional unknowns of Newton's method in statics; see `fsm.interactions.contact_depths`."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsm.interactions.pressed import advance_depths
+from fsm.interactions.contact_depths import advance_depths
 from fsm.kernels.keys import find_keys
-from fsm.segments.contact_geometry import ContactForces, Measured
+from fsm.segments.contact_geometry import ContactForces, ContactKinematics
 from fsm.segments.normal_force import NormalForce
 
-__all__ = ["Pressed"]
+__all__ = ["ContactDepths"]
 
 
-class Pressed(NamedTuple):
+class ContactDepths(NamedTuple):
     """Depths at which the normal law of contacts is linearised.
 
     Attributes
@@ -55,14 +55,14 @@ class Pressed(NamedTuple):
     def advanced(
         self,
         key: np.ndarray,
-        measured: Measured,
+        measured: ContactKinematics,
         at: np.ndarray,
         acting: np.ndarray,
         forces: ContactForces,
         change: np.ndarray,
         per_second: float,
         exponent: float,
-    ) -> Pressed:
+    ) -> ContactDepths:
         """Depths after a change (n_bodies, 3 or 6) of the poses, to first order; contacts with tensile force are released.
 
         Parameters
@@ -81,4 +81,4 @@ class Pressed(NamedTuple):
         pressing = depth > 0.0
         key, depth = key[pressing], depth[pressing]
         order = np.argsort(key, kind="stable")
-        return Pressed(key[order], depth[order], self.most)
+        return ContactDepths(key[order], depth[order], self.most)

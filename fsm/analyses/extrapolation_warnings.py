@@ -10,7 +10,7 @@ from fsm.scene.scene import ForceElement, Scene
 from fsm.segments.elements import CreaseGroup
 from fsm.segments.system import SegmentSystem
 
-__all__ = ["beyond_data"]
+__all__ = ["extrapolation_warnings"]
 
 _MARGIN = 0.01
 """Excess over the range of angles below which there is no warning (half a degree for a curve over fifty)."""
@@ -18,7 +18,7 @@ _NAMED = 4
 """Largest number of creases named in a warning."""
 
 
-def beyond_data(solution: Solution, scene: Scene, system: SegmentSystem) -> list[str]:
+def extrapolation_warnings(solution: Solution, scene: Scene, system: SegmentSystem) -> list[str]:
     """Warnings on creases that are opened, and on creases that are closed, beyond their curves in a saved state.
 
     Parameters
