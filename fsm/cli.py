@@ -422,7 +422,7 @@ def summary_lines(summary: Mapping[str, Any], folder: Path) -> list[str]:
 
 
 def _step_lines(steps: Sequence[dict[str, Any]]) -> list[str]:
-    """One line for each step of a case with `[[step]]`; those of other cases have names of the program."""
+    """One line for each step of a case with `[[step]]`; no lines for other cases."""
     if {step["name"] for step in steps} <= {"start", "hold", "deploy", "vibrate"}:
         return []
     lines = []

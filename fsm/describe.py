@@ -1,4 +1,4 @@
-"""Report of `fsm check` for a case of any kind; only a case that asks for channels is compiled, but no kernel."""
+"""Report of `fsm check` for a case of any kind; only a case with channels is compiled, but no kernel is."""
 
 from __future__ import annotations
 

@@ -16,9 +16,9 @@ TIP = 0.05
 _TURNED = 1e-6
 """Angle, rad, up to which the sides of a panel are along y."""
 _DEEP = 0.01
-"""Penetration over the side of a square above which two squares of a lattice overlap."""
+"""Ratio of the penetration to the side of a square, above which two squares of a lattice overlap."""
 _SQUEEZED = 0.05
-"""Length of a hinge, over its length without force, below which its two corners touch."""
+"""Ratio of the length of a hinge to its length without force, below which its two corners touch."""
 
 
 def lattice_overlap(solution: Solution, scene: Scene) -> str:

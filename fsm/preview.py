@@ -1,7 +1,7 @@
 """Preview of a planar scene: a short animation of its motion.
 
-The animation is a sketch with rigid pieces and rotary springs (pymunk). It shows wrong angles and wrong creases; it has no
-forces and no buckling. All of it lies in the x-z plane.
+The animation is a sketch with rigid pieces and rotary springs (pymunk). It makes wrong angles and wrong creases visible. It
+computes no forces and no buckling. It shows motion in the x-z plane only.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def preview(case: Case, path: str | Path) -> list[str]:
 
     Panels are rigid, creases are rotary springs at rest as folded, and the drives are slow compared with the panels. If
     the case has contact, each panel is cut into `PIECES` rigid pieces joined by springs, and panels touch. Without contact
-    they pass through each other, as in the simulation. Loads and gravity are left out.
+    they pass through each other, as in the simulation. The animation neglects loads and gravity.
 
     Returns
     -------
@@ -81,7 +81,7 @@ def preview(case: Case, path: str | Path) -> list[str]:
 
 
 def _check_path(path: Path) -> None:
-    """Refuse a path that is not that of a GIF file, before any work."""
+    """Refuse an output path that does not name a GIF file, before any work."""
     if path.is_dir():
         raise CaseError(f"{path}: is a folder; the preview is one file, give --out FILE.gif")
     if path.suffix.lower() != ".gif":

@@ -12,15 +12,16 @@ from fsm.system import System
 __all__ = ["RoundOff", "position_round_off_energy", "round_off_of"]
 
 _REFUSED, _WARNED = 5e-2, 1e-3
-"""Round-off over acting forces: above the first value a run is refused, above the second it has a warning."""
+"""Ratios of round-off to acting forces: above the first value a run is refused, above the second it has a warning."""
 _STATES = 20
 """Largest number of records searched for the largest displacement."""
 _UNRESISTED = 1e3
-"""Stored energy, over the energy that rounded positions store in all springs, below which no spring resists the motion."""
+"""Stored energy, relative to the energy that rounded positions store in all springs, below which no spring resists the
+motion."""
 _DIGITS = 1e-9
-"""Precision of positions in a case file, over the size of the structure."""
+"""Precision of positions in a case file, relative to the size of the structure."""
 _AT_REST = 1e-12
-"""Energy turned over, over the stored energy, below which it is round-off of sums."""
+"""Ratio of the reference energy to the stored energy, below which the reference energy is round-off of sums."""
 
 
 @dataclass(frozen=True)
@@ -69,9 +70,9 @@ _REMEDY = "reduce that stiffness (young, axial, translation) or the number of se
 def round_off_of(system: System, solution: Solution) -> RoundOff:
     """Round-off of the forces of a run, from the stiffness at its first and last record.
 
-    Positions have the round-off eps L with the size L of the structure, so the force of a spring k has the round-off
-    eps L k. The acting force is U/d, with the largest energy U stored or dissipated and the largest displacement d.
-    Round-off hardly changes energies; the force of a drive could itself be round-off.
+    Positions have the round-off eps L with the size L of the structure. The force of a spring k has the round-off eps L k.
+    The acting force is U/d, with the largest energy U stored or dissipated and the largest displacement d. Round-off hardly
+    changes energies; the force of a drive could itself be round-off.
     """
     if system.nu == 0 or len(solution) == 0:
         return RoundOff(0.0, 0.0, np.inf)

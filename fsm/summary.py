@@ -63,7 +63,7 @@ def summary_of(
     if round_off.warning():
         found.append(round_off.warning())
     if energy_balance.relative_error > max(1e-3, round_off.part):
-        residual = f"energy balance residual: {energy_balance.relative_error:.2g} of the energy turned over, above 0.001"
+        residual = f"energy balance residual: {energy_balance.relative_error:.2g} of the reference energy, above 0.001"
         found.append(f"{residual}; {_remedy(analysis, statistics.method)}")
     told = [event for event in events if event.kind != "vibration"]
     turns = solution.travel.shape[1] > 0 and solution.layout.turns()
@@ -95,7 +95,7 @@ def unstable_passages(solution: Solution, events: Sequence[Event]) -> list[Event
     """Events for unstable records that no event of the solve covers, one event for each run of successive records.
 
     An event lasts from the last stable record before to the first stable record after. It is a "vibration" if the drive
-    stands still meanwhile. A run that is dynamic throughout has no events from its solver.
+    stands still meanwhile. The solver of a dynamic run reports no events.
     """
     time, unstable = solution.time, solution.negative_pivots > 0
     for event in events:

@@ -96,7 +96,7 @@ def _bars(scissor: Scissor, array: Array, material: BarMaterial) -> tuple[BarMes
 
 
 def _units(mesh: BarMesh) -> list[list[int]]:
-    """Vectors of the bars of each unit, those of its left ends first."""
+    """Vectors of the bars of each unit; the vectors of its left ends come first."""
     units = []
     vectors = mesh.group().vectors // 2
     for first, second in zip(mesh.bars[::2], mesh.bars[1::2], strict=True):
@@ -145,7 +145,7 @@ def _directions(bar: BarNodes) -> np.ndarray:
 
 
 def _directions_at(mesh: BarMesh, point: int) -> tuple[int, ...]:
-    """First coordinates of the directions of the bars at a point, that of the rising bar first."""
+    """First coordinates of the directions of the bars at a point; the rising bar comes first."""
     return tuple(int(_directions(bar)[i]) for bar in mesh.bars for i in np.flatnonzero(bar.positions == point))
 
 

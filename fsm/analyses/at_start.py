@@ -13,7 +13,8 @@ from fsm.system import System
 __all__ = ["equilibrium_at_start"]
 
 _RESTING = 1e-12
-"""Distance to the equilibrium, over the size of an element or a radian, below which a configuration is one."""
+"""Distance to the equilibrium, relative to the size of an element or a radian, below which a configuration counts as the
+equilibrium."""
 _NEAR = 1.0
 """Largest distance, likewise, for which the result of Newton's method alone is accepted."""
 _ITERATIONS = 3000
@@ -24,7 +25,8 @@ def equilibrium_at_start(system: System, q: np.ndarray, t: float = 0.0) -> np.nd
 
     The result of Newton's method is accepted if it is near and stable and no body has passed through a face. Otherwise the
     energy is minimised without passing through faces (`fsm.solve.relax`), which ends in a stable state. If this takes too
-    many iterations, as on heavy panels that swing far, a damped motion is integrated to rest before the energy is minimised.
+    many iterations, for example with heavy panels that move far, a damped motion is integrated to rest before the energy is
+    minimised.
 
     Parameters
     ----------

@@ -40,7 +40,8 @@ _NAMED = 3
 
 
 _STRETCHED = 0.01
-"""Opening of a joint over the length of a segment, above which a strip is pulled beyond its reach (sheets yield before)."""
+"""Opening of a joint relative to the length of a segment, above which a strip is pulled beyond its reach (sheets yield
+before)."""
 
 _COARSE = 0.05
 """Error of the peak force due to the segments, above which there is a warning."""
@@ -296,7 +297,7 @@ def _crossed(crossings: list[tuple[int, int, float]], driven: bool) -> list[str]
         f"{a} and {b} (from {f'{1e3 * at:.4g} mm of travel' if driven else f'{at:.4g} s'} on)" for a, b, at in first[:_NAMED]
     )
     more = f", and {len(first) - _NAMED} more pairs later" if len(first) > _NAMED else ""
-    return [f"panels pass through each other: {named}{more}; they are no contact pair; later results are not physical"]
+    return [f"panels pass through each other: {named}{more}; no contact pair includes them; later results are not physical"]
 
 
 def _of_the_pull(solution: Solution, summary: dict[str, Any]) -> list[str]:

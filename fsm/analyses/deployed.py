@@ -27,9 +27,9 @@ from fsm.solve.relax import relaxed
 __all__ = ["DeployedFilm", "film_of_deployment"]
 
 _SAME_PLACE = 1e-6
-"""Distance over the length of a panel below which two mesh lines coincide."""
+"""Distance, relative to the length of a panel, below which two mesh lines coincide."""
 _FINER = 1.5
-"""Elements of the finer mesh over those of the mesh itself, in both directions."""
+"""Ratio of the number of elements of the finer mesh to that of the mesh itself, in both directions."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,7 @@ from fsm.segments.system import SegmentSystem
 __all__ = ["extrapolation_warnings"]
 
 _MARGIN = 0.01
-"""Excess over the range of angles below which there is no warning (half a degree for a curve over fifty)."""
+"""Excess, relative to the range of angles, below which there is no warning (half a degree for a range of 50 degrees)."""
 _NAMED = 4
 """Largest number of creases named in a warning."""
 

@@ -1,4 +1,4 @@
-"""Natural modes of a film, without those of held coordinates."""
+"""Natural modes of a film, without the artificial modes of held coordinates."""
 
 from __future__ import annotations
 

@@ -36,9 +36,10 @@ _USELESS = 1.0
 _STRETCHED = 0.1
 """Error of the restoring force above which more modes do not help."""
 _FOLLOWS = 8.0
-"""Frequency over the mean one of a motion, above which a mode responds quasi-statically (error 1/16 at twice that)."""
+"""Ratio of a frequency to the mean frequency of a motion, above which a mode responds quasi-statically (error 1/16 at
+twice this ratio)."""
 _ROUNDING = 1e-6
-"""Increase of the energy over that of the modes that is round-off."""
+"""Increase of the energy that counts as round-off, relative to the energy of the modes."""
 _NO_PAIRS = PairState(*(np.zeros(0) for _ in range(7)))
 
 
@@ -91,7 +92,7 @@ class ModelError:
     def advice(self) -> str:
         """Remedy."""
         if self.stretch is None or self.stretch > _STRETCHED:
-            return 'take vibration.model = "full"; with few modes vibration.stretch = true may do'
+            return 'take vibration.model = "full"; with few modes vibration.stretch = true may suffice'
         useless = "the modes do not describe this motion: " if self.largest > _USELESS else ""
         return f'{useless}take more vibration.modes, or vibration.model = "full"'
 
@@ -154,12 +155,13 @@ def stretch_left_out(system: AncfSystem, model: ReducedModel, duration: float) -
 
     The film is displaced by the modes, x = Phi a, and by the quasi-static response of the other coordinates,
     x2 = -K^-1 f2(x, x) without its part in the modes. The error is the difference between the forces of the model and of the
-    film, as static deflections in the modes, over the larger one. For a film far stiffer than the model it is about 1:
+    film, relative to the larger one. The forces are expressed as static deflections in the modes. For a film far stiffer
+    than the model the error is about 1:
 
         |m - f|/max(|m|, |f|),    m = a + (T a a + C a a a)/omega^2,    f = -Phi.(h(x + x2) - h(0))/omega^2
 
     The result is None if x2 would raise the energy. This occurs far from rest, or where parts of a tension field wrinkle or
-    become slack and have no stiffness in their plane; the expansion to second order is invalid there.
+    become slack. These have no stiffness in their plane, and the expansion to second order is invalid.
 
     In the film, modes that are far faster than the motion respond quasi-statically, mainly those in its plane. A linear
     model does not include this response. For such modes x2 therefore keeps its part; otherwise the error would be two to
@@ -232,7 +234,7 @@ class ReducedSolve:
     ) -> Statistics:
         """Solve up to `end` (s) and report states at the requested times.
 
-        Energies are those of the model: of its modes, and of the rest state.
+        The energies are computed from the model: its modes and the rest state.
 
         Raises
         ------

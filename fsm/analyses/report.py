@@ -13,7 +13,7 @@ __all__ = ["MINAMI", "describe_film"]
 
 _LABEL = 14
 MINAMI = 0.68
-"""Height of the air of the added mass, over the length of the film; the source is in `fsm.ancf.air`."""
+"""Height of the air of the added mass, relative to the length of the film; the source is in `fsm.ancf.air`."""
 
 
 def describe_film(case: Case) -> list[str]:

@@ -5,10 +5,10 @@ segments, so the energy EI (dk)^2 l/12 of each change dk from joint to joint is 
 shorter along its chord by k^2 l^3/24, and the normal force N does the work N k^2 l^3/24. At a crease the curvature is
 continued geometrically, as it decays beside the crease of a taut panel.
 
-The energy e left out changes the force at a given travel s by de/ds to the first order (Hellmann-Feynman), along the path of
-equilibria, whose direction is K^-1 dh/ds. On pulled strips without friction the force of 10 to 40 segments per panel differs
-by .6 to 1.4 times de/ds from that of many. The stated error is twice de/ds. Where K is not positive definite, or with
-friction, e over the bending energy takes the place of de/ds over the force.
+The neglected energy e changes the force at a given travel s by de/ds to the first order (Hellmann-Feynman). The derivative
+is along the equilibrium path, whose direction is K^-1 dh/ds. On pulled strips without friction, 10 to 40 segments per panel
+give an error of the force of 0.6 to 1.4 times de/ds. The stated error is twice de/ds. Where K is not positive definite, or
+with friction, the relative error is twice the ratio of e to the bending energy.
 """
 
 from __future__ import annotations
@@ -32,15 +32,16 @@ from fsm.solve.status import Event
 __all__ = ["SegmentError", "Unresolved"]
 
 _FACTOR = 2.0
-"""Stated error of the force over its first-order estimate."""
+"""Ratio of the stated error of the force to its first-order estimate."""
 _FEWEST = 3
 """Smallest number of segments of a panel whose change of curvature is known."""
 _STEEPEST = 4.0
 """Largest ratio of changes of curvature from one segment to the next, with which the curvature is continued at a crease."""
 _REACH = 1e-4
-"""Part of the span over which derivatives along the path are central differences."""
+"""Length of the central differences along the path, relative to the span."""
 _AT_END = 1e-9
-"""Part of the time before the end at which the speed of a drive is taken: at the end it has stopped."""
+"""Time before the end at which the speed of a drive is evaluated, relative to the end time: at the end the drive is at
+rest."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,7 @@ class Unresolved:
 
     @property
     def part(self) -> float | None:
-        """Part of the bending energy that is left out; None if no panel bends."""
+        """Neglected part of the bending energy; None if no panel bends."""
         return abs(self.left_out) / self.bending if self.bending > 0.0 else None
 
 
@@ -128,7 +129,7 @@ class SegmentError:
         return Unresolved(left_out, whole)
 
     def _change(self, time: float, q: np.ndarray) -> float | None:
-        """Energy left out per travel, N; None where the stiffness is not positive definite."""
+        """Change of the neglected energy per travel, N; None where the stiffness is not positive definite."""
         system, solver = self.system, LinearSolver()
         if negative_pivots(system, time, q, solver):
             return None

@@ -1,4 +1,4 @@
-"""Fixed step of the full model of a film, and the errors that its summary states: of the step, and of a force at a point."""
+"""Fixed step of the full model of a film, and two errors in its summary: of the fixed step, and of a force at a point."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["StatedErrors", "stated_errors"]
 _COMPARED = 80
 """Number of steps that are solved again: with the default step, twice the duration of a pulse."""
 _WHOLE = 4.0 / 3.0
-"""Error over the difference to a solution with half the step, for a method of second order."""
+"""Ratio of the error to the difference from a solution with half the step, for a method of second order."""
 _LARGE = 0.02
 """Error above which the step is halved, and above which there is a warning."""
 

@@ -25,7 +25,7 @@ _SUMMED = (
     "steps", "force_evaluations", "jacobian_evaluations", "factorisations", "newton_iterations", "wall_time", "rejected",
 )  # fmt: skip
 _SMALL = 1e-6
-"""Amplitude of a mode shape in results, over the size of the structure; small, so that it is linear."""
+"""Amplitude of a mode shape in results, relative to the size of the structure; small, so that it is linear."""
 
 
 def counted(statistics: Statistics) -> dict[str, Any]:
@@ -81,7 +81,9 @@ def step_summaries(done: Sequence[StepResult], seen: list[CurvePoint], solution:
 
 
 def limit_points(path: dict[str, Any]) -> list[dict[str, Any]]:
-    """Points of a path by arc length at which the loads have an extreme: time of the programs, and size and way of loads."""
+    """Points of an arc-length path at which the loads have an extremum: program time, and size and displacement of the
+    loads.
+    """
     time = np.array(path["time"])
     turns = np.flatnonzero(np.diff(np.sign(np.diff(time))) != 0.0) + 1
     return [

@@ -22,7 +22,7 @@ from fsm.scene.membrane import CornerCable, Support
 __all__ = ["as_deployed", "stretched", "supports"]
 
 _IMPERFECTION = 0.1
-"""Height of initial waves over the thickness, if no closed form gives it."""
+"""Height of the initial waves without a closed form, relative to the thickness."""
 _REMEDY = {
     "plain": 'tension.film = "tension-field", which carries no compression',
     "wrinkles": 'tension.film = "tension-field", or a finer membrane.mesh',

@@ -48,7 +48,7 @@ _PER_PERIOD = 10.0
 _SLACKEST = 0.5
 """Largest part of the film that may be slack."""
 _RELEASED = 1e-3
-"""Largest stress over that of the requested tension, below which the supports have released the film."""
+"""Ratio of the largest stress to the stress of the requested tension, below which the supports have released the film."""
 _GOOD = 0.02
 """Largest error of the reduced model against the full one for its use."""
 _STEPS = 40.0
@@ -168,7 +168,7 @@ class VibrationAnalysis(OneStep):
                 warnings.append(f"reduced model: {self.reason}; {self.error.advice}")
 
     def _step(self) -> float:
-        """Step of the full model: `_first_step`, or a half of it."""
+        """Step of the full model: `_first_step` or half of this step."""
         return self._first_step() if self._stated is None else self._stated.step
 
     def _first_step(self) -> float:

@@ -57,9 +57,9 @@ DEFAULT_SEGMENTS = 20
 MIN_REPEATS = 3
 """Fewest repeats for an interval from the differences between repeats."""
 _INEXTENSIBLE = 1e8
-"""Axial and shear stiffness, over EI/L^2, of a panel whose thickness is not given."""
+"""Axial and shear stiffness of a panel whose thickness is not given, relative to EI/L^2."""
 _MAX_DEFLECTION = 0.95
-"""Largest admissible deflection over length."""
+"""Largest admissible ratio of deflection to length."""
 _STEP = 0.25
 """Largest step of the load F L^2/EI, up to loads of 2.5; larger loads grow by a tenth per step."""
 _DRAWS = 400
@@ -67,7 +67,7 @@ _DRAWS = 400
 _OFFSET_ERRORS = 3.0
 """Deflection at zero force, in standard errors, above which a warning is given."""
 _SMALL_ANGLE = 0.1
-"""Deflection over length up to which the error of the small-angle formula is below 0.5 %."""
+"""Ratio of deflection to length up to which the error of the small-angle formula is below 0.5 %."""
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ FAMILY = "crease.h5"
 _MAX_LOSS = 0.05
 """Largest reduction of the range of angles without a warning, as a fraction of the longest test."""
 _MAX_SWING = 1.2
-"""Ratio of the range of an interpolated curve to that of its points above which a warning is given."""
+"""Ratio of the range of an interpolated curve to the range of its points, above which a warning is given."""
 
 
 def quantities(curve: Curve, options: Options) -> list[Quantity]:

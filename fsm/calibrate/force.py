@@ -62,7 +62,7 @@ def run_study(
 ) -> Calibration:
     """Identify the parameters of a study that was read from `path`, and compute its prediction.
 
-    `report_progress` is called with the completed fraction of the work. Errors are those of `calibrate_force`.
+    `report_progress` is called with the completed fraction of the work. The function raises the errors of `calibrate_force`.
     """
     tests, parameters, priors = read_tests(study, path)
     part = _SEARCH_PART if study.predict and study.predict.samples else 1.0
@@ -292,7 +292,7 @@ def _predict(
 
 
 def relative_misfit(tests: list[ForceTest], found: Identification) -> float:
-    """Model discrepancy over force, root mean square over all tests."""
+    """Root mean square of the model discrepancy relative to the force, over all tests."""
     parts = [size**2 / np.mean(test.force**2) for test, size in zip(tests, found.discrepancy.tolist(), strict=True)]
     return float(np.sqrt(np.mean(parts)))
 

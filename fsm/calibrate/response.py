@@ -97,8 +97,8 @@ def force_response(
 def peak_response(case: Case, travel: np.ndarray, parameters: Sequence[str]) -> Peak:
     """Largest force of a case along given travels and its gradient; arguments and errors as in `force_response`.
 
-    Derivatives are computed only for the states around the peak. In a rate-dependent case they begin some states earlier,
-    such that the effect of the first state on the result is below 1e-10.
+    Derivatives are computed only for the states around the peak. In a rate-dependent case they begin some states earlier, so
+    that the first state changes the result by less than 1e-10.
     """
     scene, system = _system(case, parameters)
     travel = np.asarray(travel, dtype=float)
@@ -123,8 +123,8 @@ def peak_response(case: Case, travel: np.ndarray, parameters: Sequence[str]) -> 
 def peak_of(response: Response) -> Peak:
     """Largest force of a response, from the parabola through the largest value and its neighbours.
 
-    By the envelope theorem its gradient is that of the force at the fixed travel of the peak. It is interpolated from the
-    three rows with Lagrange weights. At an end of the curve it is the gradient of that end.
+    By the envelope theorem its gradient equals the gradient of the force at the fixed travel of the peak. It is interpolated
+    from the three rows with Lagrange weights. At an end of the curve the gradient of that end is used.
     """
     x, force = response.travel, response.force
     at = int(np.argmax(force))

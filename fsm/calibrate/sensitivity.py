@@ -45,7 +45,7 @@ _CONTACT_PARTS = ("bodies", "surfaces", "obstacles", "pairs", "contact", "fricti
 _OTHER_PARTS = ("bodies", "elements", "loads", "drives", "gravity")
 """Parts of the scene that other forces depend on."""
 _EQUILIBRIUM = 1e-4
-"""Largest residual of an equilibrium over the largest drive force; a state with a larger residual is in motion."""
+"""Largest ratio of the residual of an equilibrium to the largest drive force; a state with a larger ratio is in motion."""
 _ROUND_OFF = 1e-13
 """Round-off of forces, relative to stiffness times size."""
 

@@ -21,9 +21,9 @@ __all__ = ["Estimate", "bootstrap", "fit_gain", "from_samples", "identifiability
 _STRONG_CORRELATION = 0.98
 """Correlation of two estimates above which a warning is given."""
 _LARGE_ERROR = 0.5
-"""Standard error over estimate above which a warning is given."""
+"""Ratio of the standard error to the estimate above which a warning is given."""
 _MIN_SINGULAR = 1e-9
-"""Lower bound of singular values over the largest one, for a Jacobian with columns of unit length."""
+"""Smallest ratio of a singular value to the largest one, for a Jacobian with columns of unit length."""
 
 
 @dataclass(frozen=True)

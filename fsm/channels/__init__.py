@@ -1,4 +1,4 @@
-"""Output channels: named quantities that a case asks for by pattern in `[save] channels`.
+"""Output channels: named quantities that a case selects by patterns in `[save] channels`.
 
 Every module of this folder that calls `fsm.channels.offer.offers` adds channels. Nothing else lists them.
 """

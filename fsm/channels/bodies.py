@@ -1,4 +1,4 @@
-"""Motion of every rigid body and frame, and the reactions of those that are held or driven."""
+"""Motion of every rigid body and frame, and reactions of held and driven bodies."""
 
 from __future__ import annotations
 

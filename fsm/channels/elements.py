@@ -198,7 +198,7 @@ def _forces(state: State) -> dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 def _alone(group: Any) -> Any:
-    """The same elements, each between two bodies of its own, so that their wrenches are not summed."""
+    """Copies of the elements, each between two separate bodies, so that their wrenches are not summed."""
     count = len(group.bodies)
     return replace(group, bodies=np.arange(2 * count, dtype=np.int64).reshape(count, 2))
 

@@ -23,7 +23,7 @@ __all__ = ["Model", "Offer", "State", "offers", "offers_of"]
 
 @dataclass(frozen=True)
 class Model:
-    """What the channels of a case depend on.
+    """Compiled model on which the channels of a case depend.
 
     Attributes
     ----------

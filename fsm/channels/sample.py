@@ -1,4 +1,4 @@
-"""Selection of the channels that a case asks for, and their values at saved states."""
+"""Selection of the channels of a case, and their values at saved states."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class ChannelSampler:
         self.infos: tuple[ChannelInfo, ...] = tuple(offer.info for offer in self._offers)
 
     def values(self, system: Any, saved: SavedState) -> dict[str, np.ndarray]:
-        """Value of every channel at a saved state; the internal variables of the system are those of this state."""
+        """Value of every channel at a saved state; the internal variables of the system must belong to this state."""
         state = State(system, saved)
         return {
             offer.name: np.array(offer.at(state), dtype=float).reshape([len(dim.labels) for dim in offer.dims])

@@ -21,7 +21,7 @@ __all__ = ["plot_force", "plot_overlay"]
 
 DASHES = ("-", "--", "-.", ":")
 _DYNAMIC_RANGE = 1.5
-"""Largest range of the force axis over that of the quasi-static forces; larger dynamic forces are cut off."""
+"""Largest range of the force axis relative to the range of the quasi-static forces; larger dynamic forces are cut off."""
 
 
 def plot_force(solution: Solution, path: str | Path) -> None:
@@ -85,7 +85,7 @@ def _quasi_static(curve: Curve, drive: int) -> tuple[Floats, Floats]:
 
 
 def _range(curve: Curve) -> tuple[float, float]:
-    """Smallest and largest quasi-static force of all drives, N; those of all forces if the whole run is dynamic."""
+    """Smallest and largest quasi-static force of all drives, N; of all forces if the whole run is dynamic."""
     force = curve.force[~curve.dynamic] if curve.has_quasi_static else curve.force
     return float(np.nanmin(force)), float(np.nanmax(force))
 

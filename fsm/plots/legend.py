@@ -48,7 +48,7 @@ def add_legend(fig: Figure, ax: Axes) -> None:
 def add_legend_across(fig: Figure, handles: Sequence[Artist], side: Literal["upper", "lower"], columns: int = 3) -> None:
     """Add a legend above or below all axes, with at most `columns` columns that fit the width of the figure.
 
-    The height of the figure grows by that of the legend, so the axes keep their size.
+    The height of the legend is added to the figure, so the axes keep their size.
     """
     for ncols in range(min(columns, len(handles)), 0, -1):
         place = {"loc": f"outside {side} center", "ncols": ncols}

@@ -28,8 +28,8 @@ _OF_FILMS = "#9ECAE1"
 _FILLED = 0.76
 """Part of the width of a picture in space that the box around the structure fills."""
 _TITLE, _LABELS, _BELOW, _LEFT = 0.3, 0.16, 0.04, 0.07
-"""Heights beside the box: title, inches; labels, and how much more of them is below the box; shift to
-the left for the label of z; over the width of a picture."""
+"""Title height, inches. Relative to the width of a picture: height of the labels, additional label height below the box,
+shift to the left for the label of z."""
 
 
 def plot_motion(solution: Solution, path: str | Path, views: int = 6) -> None:
@@ -72,8 +72,8 @@ def plot_motion(solution: Solution, path: str | Path, views: int = 6) -> None:
 def pick_records(solution: Solution, views: int = 6) -> list[int]:
     """Indices of `views` records or fewer: equally spaced, with the first and the last.
 
-    With a drive that moves to the end, the nearest of the others are replaced by the records at the peak force and at the
-    beginning of stages.
+    If a drive moves to the end, the records at the peak force and at the beginning of stages replace their nearest
+    neighbours.
     """
     x, label = evolution(solution)
     if len(x) == 0:

@@ -25,7 +25,7 @@ STUDY_RESULTS: dict[str, tuple[float, str]] = {
 def varied_column(rows: Sequence[Mapping[str, Any]], columns: Sequence[str]) -> tuple[str, list[float | None]]:
     """Label and numbers of the first column with different numbers in the same unit; None in rows without a number.
 
-    If there is no such column, the label is empty and the numbers are those of the rows.
+    If there is no such column, the label is empty and the numbers are the row numbers.
     """
     for column in columns:
         cells = [re.fullmatch(r"\s*([-+.\deE]+)\s*(.*?)\s*", str(row.get(column, ""))) for row in rows]
@@ -60,7 +60,7 @@ def relative_changes(
 def plot_study(
     rows: Sequence[Mapping[str, Any]], columns: Sequence[str], reference: Mapping[str, Mapping[str, float]], path: str | Path
 ) -> None:
-    """Draw frequency and amplitudes over the varied quantity, and below the changes in % beside those of the reference.
+    """Draw frequency and amplitudes over the varied quantity; below, draw their changes and the reference changes in %.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def _draw_changes(
     x: Sequence[float | None],
     found: Sequence[tuple[float, float, float] | None],
 ) -> None:
-    """Draw the computed changes and those of the reference with their band."""
+    """Draw the computed changes, and the reference changes with their band."""
     places = [a for a in x if a is not None]
     right = max(places, default=1.0) + 0.15 * (float(np.ptp(places)) if places else 1.0)
     points = [(right if a is None else a, *one) for a, one in zip(x, found, strict=True) if one is not None]

@@ -41,7 +41,7 @@ __all__ = [
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#F0E442")
 GREY = "#666666"
 _RESTS = 0.2
-"""Part of the records in which drives rest in the end, above which the time is the abscissa."""
+"""Part of the records after the end of all drives, above which the time is the abscissa."""
 STAGE_COLOURS = ("#56B4E9", "#E69F00", "#CC79A7")
 
 SINGLE = (4.8, 3.4)
@@ -72,7 +72,9 @@ STYLE: dict[str, Any] = {
 
 
 class _Plain(LogFormatter):
-    """Labels where Matplotlib puts them, as plain numbers: its own are formulas, which are not parsed here."""
+    """Axis labels as plain numbers at Matplotlib's positions; Matplotlib's own labels are formulas, which are not parsed
+    here.
+    """
 
     def __call__(self, x: float, pos: int | None = None) -> str:
         return f"{x:g}" if super().__call__(x, pos) else ""
@@ -112,9 +114,9 @@ def abscissa(solution: Solution) -> tuple[Floats, str]:
 
 
 def evolution(solution: Solution) -> tuple[Floats, str]:
-    """As `abscissa`, but the time if the drives rest in more than a fifth of the records, as before a blow.
+    """As `abscissa`, but the time if the drives rest in more than a fifth of the records, for example before an impact.
 
-    If the run has several steps, each has the same width then: a slow pull and a short blow are both seen.
+    If the run has several steps, each step then has the same width, so that a slow pull and a short impact are both visible.
     """
     x, label = abscissa(solution)
     if not solution.travel.shape[1] or not len(solution):
@@ -143,7 +145,7 @@ def steps_of(solution: Solution) -> list[tuple[str, slice]]:
 
 
 def _relative(solution: Solution, rows: slice) -> tuple[float, Floats]:
-    """Length of a step, s, and times of its records since its start over it."""
+    """Length of a step, s, and times of its records since its start, relative to this length."""
     time = solution.time[rows] - start_of_step(solution, rows)
     length = float(time[-1])
     return length, time / (length or 1.0)

@@ -19,7 +19,7 @@ __all__ = [
 
 
 SAMPLE_TIME, _CURVE_TIME = "probes/probe_time", "curve/curve_time"
-"""Times of probes and curve; xarray takes a scale with the name `time` in a group for that of the records."""
+"""Times of probes and curve; xarray would confuse a scale `time` in a group with the times of the records."""
 
 
 def add_scale(file: Any, name: str, values: Any, text: str, unit: str = "1") -> None:
@@ -51,7 +51,7 @@ def write_film(file: Any, film: Film) -> None:
     for path, values, dims, units, text in (
         ("probes/rest", film.probe_rest, ("probe", "axis"), "m", "where the probe rests"),
         ("modes/frequency", film.frequency, ("mode",), "Hz", "natural frequency, negative for an unstable mode"),
-        ("modes/shape", film.mode_shape, ("mode", "quad", "corner", "axis"), "1", "motion of corner points, the largest 1"),
+        ("modes/shape", film.mode_shape, ("mode", "quad", "corner", "axis"), "1", "motion of corners; the largest is 1"),
         ("film/stress", film.stress, ("quad", "principal"), "Pa", "principal stress of the tensioned state"),
         ("film/direction", film.direction, ("quad", "axis"), "1", "direction of the larger principal stress"),
         ("film/state", film.state, ("quad",), "1", f"of the tensioned film: {states}"),
@@ -111,7 +111,7 @@ def read_samples(file: Any) -> Samples:
 
 _CURVE = {
     "travel": (("curve_time", "drive_name"), "m", "travel of the drive"),
-    "force": (("curve_time", "drive_name"), "N", "force of the drive, a pull is positive"),
+    "force": (("curve_time", "drive_name"), "N", "force of the drive, positive in its direction"),
     "path": (("curve_time",), "1", "even: twice the number of a quasi-static path; odd: motion between two such paths"),
     "panels": (("curve_time",), "J", "elastic energy of the plain panels"),
     "creases": (("curve_time",), "J", "elastic energy of the creases"),

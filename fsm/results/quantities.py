@@ -174,10 +174,10 @@ def find_stages(curve: Curve) -> list[Stage]:
 def bending_onset(curve: Curve) -> float | None:
     """Travel at which the panels begin to bend: their share of the elastic energy reaches `BENDING_SHARE`.
 
-    The share is that of the panels in the energy of panels and creases, both as magnitudes of the change since the start.
-    A folded strip with soft creases and no contact moves by its creases; its panels store almost no energy.
-    Panels that are compressed along their length buckle and store most of the energy.
-    The onset lies on a quasi-static path, between the last point below the share and the first of two points above it.
+    The share is the energy of the panels over the energy of panels and creases, both as magnitudes of the change since the
+    start. A folded strip with soft creases and no contact moves by its creases; its panels store almost no energy. Panels
+    that are compressed along their length buckle and store most of the energy. The onset lies on a quasi-static path,
+    between the last point below the share and the first of two points above it.
 
     Returns
     -------

@@ -21,7 +21,7 @@ from fsm.results.step_data import LoadPath, StepModes
 __all__ = ["BEAM", "ENERGIES", "FILM", "LINE", "PAIRS", "Floats", "Integers", "Layout", "Record", "Solution"]
 
 FILM, LINE, BEAM = -1, -2, -3
-"""Numbers in place of that of a panel: quads of films, lines of cables (quads of no width), and beams, of a scene."""
+"""Values of `panel` for other quads of a scene: films, lines of cables (quads without width), and beams."""
 
 ENERGIES: dict[str, str] = {
     "kinetic": "kinetic energy",
@@ -66,7 +66,7 @@ class Record:
     q, u : (nq,), (nu,) arrays
         Configuration and velocity as the system defines them.
     travel, force : (n_drives,) arrays, m, N
-        Travel of each drive, and its reaction along its direction (a pull is positive).
+        Travel of each drive, and its reaction along its direction.
     energy : dict of float, J
         Keys of `ENERGIES`; an absent energy is zero.
     pair_force, pair_gap, ... : (n_pairs,) arrays

@@ -1,4 +1,4 @@
-"""Natural modes, and loads of paths by arc length, that steps of a run have found; their datasets."""
+"""Natural modes and arc-length load paths of the steps of a run, and their datasets."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ class StepModes:
     frequency : (m,) array, Hz
         Negative for an unstable mode.
     shape : (m, n_quads, 4, 3) array
-        Motion of the corner points of all plates, the largest 1.
+        Displacement of the corner points of all plates; the largest is 1.
     increment : (m, nu) array
-        Increments of the free coordinates, in the order of /state/u; the largest 1.
+        Increments of the free coordinates, in the order of /state/u; the largest is 1.
     """
 
     step: np.ndarray
@@ -52,8 +52,8 @@ class StepModes:
 _DATA = {
     "step": ((), "1", "number of the step that found the mode, from 1"),
     "frequency": ((), "Hz", "natural frequency, negative for an unstable mode"),
-    "shape": (("quad", "corner", "axis"), "1", "motion of corner points, the largest 1"),
-    "increment": (("rate",), "1", "increments of the free coordinates, the largest 1"),
+    "shape": (("quad", "corner", "axis"), "1", "displacement of corner points; the largest is 1"),
+    "increment": (("rate",), "1", "increments of the free coordinates; the largest is 1"),
 }
 
 
@@ -86,7 +86,7 @@ def read_step_modes(file: Any) -> StepModes | None:
 
 @dataclass(frozen=True)
 class LoadPath:
-    """Loads at all points of paths by arc length.
+    """Loads at all points of the arc-length paths of a run.
 
     Attributes
     ----------
@@ -111,7 +111,7 @@ class LoadPath:
 
     @classmethod
     def of(cls, paths: Sequence[dict[str, Any]]) -> LoadPath | None:
-        """Loads of all steps, whose paths are empty for other methods; None without any."""
+        """Loads of all steps; the paths of other methods are empty; None without any."""
         found = [(number, path) for number, path in enumerate(paths, 1) if path]
         if not found:
             return None
@@ -132,7 +132,7 @@ class LoadPath:
 
 _LOADS = {
     "step": ((), "1", "number of the step, from 1"),
-    "time": ((), "s", "time at which loads and drives are taken"),
+    "time": ((), "s", "argument of the functions of time of loads and drives"),
     "stable": ((), "1", "1 for a stable equilibrium"),
     "size": (("load_path/load",), "N, N m", "force, or moment of a load without force"),
     "way": (("load_path/load",), "m, rad", "displacement along the force, or rotation about the moment"),

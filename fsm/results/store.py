@@ -116,14 +116,14 @@ VARIABLES: dict[str, _Variable] = {
     "q": _Variable("state/q", ("coordinate",), "m, rad", "configuration"),
     "u": _Variable("state/u", ("rate",), "m/s, rad/s", "velocity"),
     "travel": _Variable("drive/travel", ("drive_name",), "m", "travel of the drive"),
-    "force": _Variable("drive/force", ("drive_name",), "N", "force of the drive, a pull is positive"),
+    "force": _Variable("drive/force", ("drive_name",), "N", "force of the drive, positive in its direction"),
     **{
         name: _Variable(f"contact/{name}", ("pair",), units, text) for name, (units, text) in PAIRS.items()
     },
     "shape": _Variable("shape", ("quad", "corner", "axis"), "m", "corner points of the plates"),
     "negative_pivots": _Variable("stats/negative_pivots", (), "1", "negative pivots of the tangent"),
     "step": _Variable("step", (), "1", "number of the step of the run, from 1"),
-    "program_time": _Variable("program_time", (), "s", "time at which loads and drives are taken"),
+    "program_time": _Variable("program_time", (), "s", "argument of the functions of time of loads and drives"),
     **{
         name: _Variable(f"energy/{name}", (), "J", text) for name, text in ENERGIES.items()
     },
@@ -208,7 +208,7 @@ class ResultWriter:
         return self._written + len(self._records)
 
     def append(self, record: Record) -> None:
-        """Add one record; the next flush writes it to disk, and the caller must not change it before."""
+        """Add one record; the next flush writes it to disk, and the caller must not change it until then."""
         with self._lock, self._write_errors():
             if self._failure is not None:
                 raise self._failure
@@ -247,7 +247,7 @@ class ResultWriter:
         modes: StepModes | None = None,
         paths: LoadPath | None = None,
     ) -> None:
-        """Close, add stats, summary and what is known at the end only, and give the file its final name.
+        """Close the file, add stats, summary and data that exist only at the end, and give the file its final name.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""Names and parameters of laws in a case, those of extensions included."""
+"""Names and parameters of laws in a case, including laws of extensions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Check that no drive leads a crease line through a panel that is held, where contact keeps panels apart."""
+"""Check that no drive moves a crease line through a held panel, if contact prevents this."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["drives_through_held_panels"]
 
 
 def drives_through_held_panels(sections: Sections, held: frozenset[int]) -> Iterable[Fault]:
-    """Faults of guided crease lines whose straight way crosses a held panel: no force can do that.
+    """Faults of guided crease lines whose straight path crosses a held panel, which contact makes impossible.
 
     Parameters
     ----------

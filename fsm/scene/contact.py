@@ -39,7 +39,7 @@ NORMAL_KEYS: Final[dict[str, LawKeys]] = {
     "flores": _RESTITUTION,
     "restitution": _RESTITUTION,
 }
-"""Keys of each law of the normal force; the names of laws are those of `fsm.laws.normal`."""
+"""Keys of each law of the normal force; `fsm.laws.normal` defines the names."""
 
 FRICTION_KEYS: Final[dict[str, LawKeys]] = {
     "step": LawKeys(("mu_static", "v_static", "v_dynamic")),
@@ -47,7 +47,7 @@ FRICTION_KEYS: Final[dict[str, LawKeys]] = {
     "stribeck": LawKeys(("mu_static", "v_static", "v_stribeck"), ("viscous",)),
     "lugre": LawKeys(("mu_static", "v_stribeck", "presliding"), ("viscous", "bristle_damping")),
 }
-"""Keys of each friction law; the names of laws are those of `fsm.laws.friction`."""
+"""Keys of each friction law; `fsm.laws.friction` defines the names."""
 
 _FROM_MATERIAL: Final = object()
 
@@ -110,8 +110,8 @@ class Contact(Model):
 
     "hertz", "impact": K d^e + STEP(d, 0, 0, ramp, C) d'; "impact" is the ADAMS function and requires `damping`;
     "linear": the same with e = 1, and quadratic up to `ramp`;
-    "restitution", "hunt-crossley", "lankarani-nikravesh", "flores": K d^e (1 + h d'/v0), with the closing speed v0 at
-    first touch and a factor h from the coefficient of restitution; only "restitution" reproduces it exactly.
+    "restitution", "hunt-crossley", "lankarani-nikravesh", "flores": K d^e (1 + h d'/v0), with the closing speed v0 at first
+    touch. The factor h follows from the coefficient of restitution, which only "restitution" reproduces exactly.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Points of films, cables and beams that touch bodies and obstacles: frames that each stand for an area.
+"""Points of films, cables and beams that touch bodies and obstacles: frames that each represent an area.
 
 A film has two Gauss points along either side of each element (`contact.points_per_segment` of them, more under round
 obstacles). A cable and a beam have them along each element; the area is diameter or width times length. The sum of the areas
@@ -19,7 +19,7 @@ __all__ = ["ContactPoint", "apart", "contact_points", "points_along", "sunk"]
 MOST = 5
 """Points along a side of an element, at most."""
 _SUNK = 0.02
-"""Depth between points over the radius of a round obstacle that more points avoid."""
+"""Ratio of the depth between two points to the radius of a round obstacle, above which more points are used."""
 
 
 class ContactPoint(NamedTuple):
@@ -51,7 +51,7 @@ def contact_points(scene: Scene) -> dict[str, tuple[ContactPoint, ...]]:
 def points_along(scene: Scene, part: SceneFilm | SceneCable | SceneBeam) -> int:
     """Points along each side of the elements of a film, a cable or a beam in contact.
 
-    More than `contact.points_per_segment`, if a round obstacle would sink in between them by over a part of its radius.
+    There are more than `contact.points_per_segment` if a round obstacle would otherwise sink in too far between them.
     """
     assert scene.contact is not None
     count = scene.contact.points_per_segment
@@ -73,7 +73,7 @@ def apart(part: SceneFilm | SceneCable | SceneBeam, count: int) -> tuple[float, 
 
 
 def sunk(part: SceneFilm | SceneCable | SceneBeam, count: int, radius: float) -> float:
-    """Depth by which a sphere sinks in between the points of a flat film, m."""
+    """Depth of a sphere between the contact points of a flat film, m."""
     along, across = apart(part, count)
     return (along**2 + across**2) / (8.0 * radius)
 
@@ -116,7 +116,7 @@ def _across(direction: np.ndarray) -> tuple[float, float, float]:
 
 
 def _gauss(side: float, elements: int, count: int) -> list[tuple[float, float]]:
-    """Gauss points of equal elements of a side, from its middle, and the lengths that they stand for, m."""
+    """Gauss points of equal elements of a side, from its middle, and the lengths that they represent, m."""
     places, weights = np.polynomial.legendre.leggauss(count)
     size = side / elements
     return [

@@ -44,7 +44,7 @@ _POINTS = 201
 _MOST = 100_000
 """Largest number of angles of a measured curve."""
 _OVERLAP = 0.5
-"""Smallest common range of two curves for interpolation, over the shorter of their ranges."""
+"""Smallest common range of two curves for interpolation, relative to the shorter of their ranges."""
 _COLUMNS = ("loading", "loading_error", "unloading", "unloading_error")
 
 

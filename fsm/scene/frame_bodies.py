@@ -87,7 +87,7 @@ def with_frames(scene: Scene) -> Scene:
 
 
 def _as_assembled(element: ForceElement, turned: dict[str, Quaternion]) -> ForceElement:
-    """Element at a frame with joint axes that agree at the start: twists and swings count from the state as assembled."""
+    """Element at a frame with joint axes that agree at the start: twists and swings are zero in the state as assembled."""
     said = element.model_fields_set & {"axes_inner", "initial_angle", "crease"}
     if said or not any(element.rotation) or element.inner not in turned or element.outer not in turned:
         return element
@@ -134,7 +134,7 @@ def frame_faults(scene: Scene) -> Iterator[Fault]:
 
 
 def _seam_points(seam: SceneSeam, film: SceneFilm) -> list[tuple[float, float, float]]:
-    """Points (x, y) of a seam on its film, m, and the length of the edge that each stands for, m.
+    """Points (x, y) of a seam on its film, m, and the length of the edge that each represents, m.
 
     Three Gauss points per element hold an edge, which is a cubic between nodes; positions of nodes alone would not.
     """

@@ -22,8 +22,8 @@ class Load(Model):
 
     `point` is given in body axes from the centre of mass. `force` and `moment` are given in inertial axes, or in body axes
     if `follower` is true. If the table of `time` has a column `force` or `moment`, the vector gives the direction only.
-    `step` is the step in which the load begins; absent: the first. `name` is the name by which a later step changes or
-    releases it; absent: "load on", and the name of its body.
+    `step` is the step in which the load begins; absent: the first. A later step changes or releases the load by its `name`;
+    absent: "load on" and the name of its body.
     """
 
     name: Name | None = None

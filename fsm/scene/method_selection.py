@@ -1,8 +1,8 @@
 """Selection of the method for `method = "auto"`: statics for slow drives, dynamics otherwise.
 
 The pace is the kinetic energy of the drive's speed over the elastic energy of a hinge. For the pulled strip at a pace of
-1e-6, static and dynamic force agree to 0.01 % of the peak, and statics takes a fifth of the time. At 1e-4 the dynamic force
-at first contact reaches twice the peak (validation/benchmarks).
+1e-6, static and dynamic force agree to 0.01 % of the peak. Statics takes a fifth of the time. At 1e-4 the dynamic force at
+first contact reaches twice the peak (validation/benchmarks).
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def automatic_method(scene: Scene, comes_to_rest: bool = False) -> tuple[str, st
 
 
 def dynamic_method(scene: Scene) -> str:
-    """Method for motions: films and cables without dampers vibrate on, and numerical damping would take their energy."""
+    """Method for motions: numerical damping would remove the vibration energy of films and cables without dampers."""
     return "mean-force" if scene.flexible else "generalized-alpha"
 
 

@@ -12,8 +12,8 @@ _TOLERANCE = 1e-12
 def out_of_plane(scene: Scene) -> list[str]:
     """Reasons why a body of the scene needs 6 degrees of freedom; empty for a planar scene with 3.
 
-    A scene is planar if all bodies and obstacles have their centres at y = 0 and are rotated about y only, and if no load,
-    drive or velocity is out of the plane.
+    A scene is planar if all bodies and obstacles have their centres at y = 0 and are rotated about y only. No load, drive or
+    velocity may be out of the plane.
     """
     reasons = []
     if scene.flexible:

@@ -179,7 +179,7 @@ class ContactPair(Model):
     """Pair of objects with contact: surfaces, bodies with a plate or groups of these, and an obstacle on at most one side.
 
     Contact of a surface with a plate, a group or an obstacle uses the rigid plates of the surface. Every plate of a group
-    has contact with the other side; in a pair of a group with itself, with every other plate of the group.
+    has contact with the other side. In a pair of a group with itself, every plate has contact with every other plate.
 
     Attributes
     ----------

@@ -97,5 +97,5 @@ def static_faults(solve: Solve | None) -> Iterable[Fault]:
 
 
 def static_keys(solve: Solve) -> list[str]:
-    """Keys of statics with a value other than the default, which complete case files also contain."""
+    """Keys of statics with a value other than the default; complete case files also contain the defaults."""
     return [key for key in ("increment", "imperfection") if getattr(solve, key)]

@@ -46,7 +46,7 @@ class Solve(Model):
     spatial : bool
         Whether each body has 6 degrees of freedom, even if the motion is planar.
     energy_abort : -
-        Energy balance residual, over the energy turned over, above which the solve stops (exit code 5).
+        Energy balance residual, over the reference energy, above which the solve stops (exit code 5).
     """
 
     method: Method = "auto"

@@ -47,7 +47,7 @@ def _drives(case: Case) -> Iterator[tuple[int, Drive, str]]:
 
 
 def drive_parts(case: Case) -> list[DrivePart]:
-    """All drives in the order of their steps, with their targets: two drives of one target move the same thing."""
+    """All drives in the order of their steps, with their targets: two drives of one target move the same bodies."""
     found: list[DrivePart] = []
     firsts: list[Drive] = []
     for number, drive, path in sorted(_drives(case), key=lambda item: item[0]):
@@ -64,7 +64,7 @@ def drive_parts(case: Case) -> list[DrivePart]:
 
 
 def _sense(first: Drive, drive: Drive) -> float:
-    """1 if two drives move the same thing the same way, -1 if the opposite way, 0 if they differ."""
+    """1 if two drives move the same bodies in the same direction, -1 in opposite directions, 0 if they differ."""
     things = (drive.crease, set(drive.moved), drive.edge, drive.guide, drive.turn is None)
     if things != (first.crease, set(first.moved), first.edge, first.guide, first.turn is None):
         return 0.0
@@ -96,7 +96,7 @@ def _loads(case: Case) -> list[tuple[int, Load, str]]:
 
 
 def with_paths_of_steps(case: Case, faults: Iterable[Fault]) -> list[Fault]:
-    """Faults of a scene, whose drives and loads have the paths that they have in the steps of the case."""
+    """Faults of a scene; paths of drives and loads are given as in the steps of the case."""
     if not case.step:
         return list(faults)
     paths = {f"load.{index}": path for index, (_, _, path) in enumerate(_loads(case))}

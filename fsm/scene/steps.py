@@ -29,7 +29,7 @@ class Step(Model):
     duration : s
         Absent: until the drives and loads that begin here have ended. A static step without such an end lasts 1 s.
     drive, load : drives and loads that begin with this step
-        A drive with the target of an earlier one goes on from where that came to; a load with the name of an earlier one
+        A drive with the target of an earlier drive continues from its end position; a load with the name of an earlier one
         replaces it.
     hold : names
         Bodies that do not move from this step on; "panel 2" for all segments of a panel, "all" for all bodies.

@@ -199,13 +199,13 @@ def _name(values: Mapping[str, str]) -> str:
 
 
 def _name_faults(rows: Sequence[_Row], named: bool) -> list[Fault]:
-    """Faults of rows whose name belongs to another row or to a file of the table, without regard to upper case."""
+    """Faults of rows whose name belongs to another row or to a file of the table; upper and lower case are equal."""
     faults: list[Fault] = []
     first: dict[str, int] = {}
     for row in rows:
         key = row.name.casefold()
         if key in (COLLECTED, OVERLAY, STUDY):
-            text = f'the name "{row.name}" is that of a file of the table; give another name'
+            text = f'the table writes a file with the name "{row.name}"; give another name'
             faults.append(Fault(f"row {row.number}", text))
         if key in first:
             what = f'the name "{row.name}" is' if named else "the same values are"

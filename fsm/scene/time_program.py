@@ -30,7 +30,7 @@ class Ramp(Model):
     ----------
     start, end : s
     shape : str
-        "smooth": s^2 (3 - 2s), with continuous slope; "linear"; "unbounded": linear, and goes on beyond both ends, for
+        "smooth": s^2 (3 - 2s), with continuous slope; "linear"; "unbounded": linear, also beyond both ends, for
         loads of a path by arc length.
     """
 

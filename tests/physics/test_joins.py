@@ -15,7 +15,7 @@ from fsm.scene.load_case import load_case
 
 CASES = Path(__file__).parents[2] / "folding_cases"
 BALANCED = 1e-5
-"""Energy error over the energy turned over."""
+"""Energy error over the reference energy."""
 
 
 def run(name: str, folder: Path, *overrides: str) -> tuple[dict[str, Any], Solution]:

@@ -249,7 +249,7 @@ def test_a_row_whose_folder_cannot_be_made_fails_alone(tmp_path, fake_run):
 
 @pytest.mark.parametrize("name", ["summary.csv", "Overlay.png", "study.png"])
 def test_names_of_the_files_of_a_table_are_no_names_of_rows(tmp_path, name):
-    with pytest.raises(CaseError, match="is that of a file of the table"):
+    with pytest.raises(CaseError, match="the table writes a file with the name"):
         load_table(write(tmp_path, TABLE.replace("80 low", name)))
 
 

@@ -181,7 +181,7 @@ def pendulum(place: Place) -> Iterator[Check]:
                 atol=1e-3,
                 unit="m",
             )
-    yield below("energy error", "of the energy turned over", energy, 1e-6, "conservation of energy", picture)
+    yield below("energy error", "of the reference energy", energy, 1e-6, "conservation of energy", picture)
 
 
 def string(place: Place) -> Iterator[Check]:

@@ -35,7 +35,7 @@ class Pull:
     slid : m
         Way that faces slid on each other, of the pair that slid farthest while it touched.
     friction_energy, turnover : J
-        Taken by friction; turned over by all.
+        Dissipated by friction; reference energy of the run.
     energy_error : relative to the latter
     steps, rejected : int
     time : processor time of the solve, s

@@ -127,7 +127,7 @@ def energy(place: Place) -> Iterator[Check]:
     picture = beside(place.out / "vibration.png", shown, {}, "time (s)", "height of the centre (mm)", size=(6.0, 3.0))
     yield below(
         "energy error",
-        "0.2 s of free vibration, of the energy turned over",
+        "0.2 s of free vibration, of the reference energy",
         energy_balance.relative_error,
         1e-6,
         "conservation of energy",

@@ -27,7 +27,7 @@ _ROUND = np.radians(355.0)
 _SHORTER = 0.25
 """Part of the time that a scene has next if it is cut off."""
 _BALANCED = 0.05
-"""Energy error over the energy turned over, above which the turns of joints mean nothing."""
+"""Energy error over the reference energy, above which the turns of joints mean nothing."""
 _BEFORE = 1.0 - 1e-5
 """Times the time of a failure, as far as its message tells it, up to which a scene is solved again."""
 _TRIES = 4

@@ -16,7 +16,7 @@ from fsm.scene.scene import Scene
 __all__ = ["TOLD", "Verdict", "free_of_ground", "judge", "momentum_error"]
 
 TOLD = 1e-3
-"""Energy error, part of the energy turned over, from which on a run must say so itself."""
+"""Energy error, part of the reference energy, from which on a run must say so itself."""
 _BOOKS = 1e-8
 """What the recorded energies may differ from their own balance by."""
 _UNIT = 1e-12
@@ -96,7 +96,7 @@ def _books(solution: Solution) -> Iterator[str]:
             yield f"energies do not add up: off by {off:.2g} J of {size:.2g} J"
     back = float(np.diff(energy["dissipated"]).min(initial=0.0))
     if back < -1e-6 * scale:
-        yield f"dissipated energy falls by {-back:.2g} J of {scale:.2g} J turned over"
+        yield f"dissipated energy falls by {-back:.2g} J; the reference energy is {scale:.2g} J"
 
 
 def _silence(solution: Solution, abort: float) -> Iterator[str]:

@@ -22,7 +22,7 @@ __all__ = ["COARSEST", "MeshLines", "PlacedPatch", "check_film", "mesh_lines", "
 COARSEST = 5.0
 """Largest ratio of the widths of two neighbouring elements at the edge of a patch."""
 _SAME = 1e-9
-"""Difference of two equal lengths, over the size of the film, at most."""
+"""Largest difference of two lengths that count as equal, relative to the size of the film."""
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ __all__ = ["build_scene"]
 def build_scene(case: Case) -> Scene:
     """Scene of a case: from its strip, its lattice, or its [scene] with the contact, loads and drives of the case.
 
-    A [scene] beside a [strip] adds its parts to those of the strip.
+    A [scene] beside a [strip] adds its parts to the strip.
     """
     if case.step:
         case = _with_items_of_steps(case)

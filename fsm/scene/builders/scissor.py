@@ -33,7 +33,9 @@ class Bar:
 
 @dataclass(frozen=True)
 class Array:
-    """Points (m) by name, and bars from left to right; `centre` is that of a ring or an arch, None for a straight array."""
+    """Points (m) by name, and bars from left to right; `centre` is the centre of a ring or an arch, None for a straight
+    array.
+    """
 
     points: dict[str, Point]
     bars: tuple[Bar, ...]

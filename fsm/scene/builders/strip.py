@@ -25,7 +25,7 @@ from fsm.scene.step_items import releases, steps_from
 __all__ = ["bending_stiffness", "build_strip", "segment_lengths", "strip_damping"]
 
 _DAMPING_OF_DRIVE = 5e-5
-"""Default Kelvin-Voigt time over the duration of the drive."""
+"""Ratio of the default Kelvin-Voigt time to the duration of the drive."""
 
 
 def build_strip(case: Case) -> Scene:
@@ -68,7 +68,7 @@ def strip_damping(case: Case, scene: Scene) -> float:
 def segment_lengths(strip: Strip) -> np.ndarray:
     """Lengths of the segments of a flexible panel, (segments_per_panel,), m.
 
-    The lengths are proportional to 1 + (g - 1) |2 x - 1| along the panel: for g > 1 the middle segments are g times shorter
+    The lengths are proportional to 1 + (g - 1) |2 x - 1| along the panel. For g > 1 the middle segments are g times shorter
     than the end segments.
     """
     count = strip.segments_per_panel
@@ -277,7 +277,9 @@ class _StripBuilder:
         )
 
     def _released(self, number: int, inner: _Segment, outer: _Segment, drive: Drive) -> list[ForceElement]:
-        """Half joints of a drive; if a step releases it, only before, and the springs of a free crease from then on."""
+        """Half joints of a drive. If a step releases the drive, they act until then, and the springs of a free crease
+        afterwards.
+        """
         half_joints = self._half_joints(number, inner, outer, drive)
         at = releases(self.case, drive.called)
         if at is None:
