@@ -53,6 +53,8 @@ The residual does work in every step: with 1e-4, a struck strip gained 5 % of it
 """
 _EXACT = 1e-5
 """The same with error control, whose longer steps do more work."""
+_WORK = 1e-7
+"""Bound of the work of the residual in a fixed step, over the energy turned over so far."""
 _ITERATIONS = 30
 _SLOW, _SLOW_AND_EXACT = 0.7, 0.35
 """Ratio of successive corrections above which the tangent is evaluated again, for fixed steps and for error control. Two
@@ -154,7 +156,7 @@ class MeanForce:
         self._rate = np.zeros_like(u)
         self._known = 0
         self._error_before = 1.0
-        self._stored = self._start = self._turnover = self._off = self._trifle = 0.0
+        self._stored = self._start = self._turnover = self._off = self._round_off = 0.0
 
     @property
     def factorisations(self) -> int:
@@ -170,6 +172,11 @@ class MeanForce:
             Newton's method does not converge, or the error is too large, even with the smallest step.
         """
         target = min([until, *(b for b in self._breaks if b > self.t)])
+        if not self._last:
+            energy = self.system.energy(self.t, self.q, self.u)
+            self._start = self._stored = energy.stored_freely
+            self._turnover = energy.kinetic
+            self._round_off = _ROUND_OFF * sum(map(abs, energy.potential.values()))
         if self._step is None:
             self._controlled_step(target, until)
         else:
@@ -214,7 +221,7 @@ class MeanForce:
         )  # fmt: skip
         sizes = (
             self._last, self._last_before, self._next, self._error_before, self._stored, self._start, self._turnover,
-            self._off, self._trifle, self._cost,
+            self._off, self._round_off, self._cost,
         )  # fmt: skip
         return {
             "mean": self._mean,
@@ -230,7 +237,7 @@ class MeanForce:
         self._rate = state["rate"]
         (
             self._last, self._last_before, self._next, self._error_before, self._stored, self._start, self._turnover,
-            self._off, self._trifle, self._cost,
+            self._off, self._round_off, self._cost,
         ) = state["sizes"].tolist()  # fmt: skip
         counts = [int(count) for count in state["counts"]]
         self.steps, self.rejected, self.failed, self.iterations = counts[:4]
@@ -242,10 +249,6 @@ class MeanForce:
         """Take one step with error control."""
         shortest = self.system.shortest_step()
         if not self._next:
-            energy = self.system.energy(self.t, self.q, self.u)
-            self._start = self._stored = energy.stored_freely
-            self._turnover = energy.kinetic
-            self._trifle = _ROUND_OFF * sum(map(abs, energy.potential.values()))
             self._next = self._first_size(until - self.t)
         longest = self.system.longest_step(self.t, self.q, self.u)
         grow = True
@@ -315,7 +318,7 @@ class MeanForce:
     def _lost(self, energies: _StepEnergies) -> float:
         """Energy error of the quadrature over its bound."""
         moved = max(energies.kinetic, abs(energies.stored - self._start), self._turnover)
-        most = max(_AT_ONCE * (_LOST * moved - abs(self._off)), _LEAST * moved, self._trifle)
+        most = max(_AT_ONCE * (_LOST * moved - abs(self._off)), _LEAST * moved, self._round_off)
         return abs(self._off_by(energies)) / most if most > 0.0 else 0.0
 
     def _off_by(self, energies: _StepEnergies) -> float:
@@ -367,17 +370,28 @@ class MeanForce:
                 return None
             contraction = size / before if before else 0.5
             left = size * max(contraction, _SURE) / max(1.0 - contraction, 1e-3)
-            converged = left <= self._tolerance or size <= 1e-3 * self._tolerance
+            least = size <= 1e-3 * self._tolerance
+            converged = left <= self._tolerance or least
             # contacts of the factorisation that have opened make it too stiff
-            if converged and (renew or not self.system.contacts_opened()):
+            opened = converged and not renew and self.system.contacts_opened()
+            exact = secants is None or least
+            if converged and not opened and (exact or self._residual_work(h, x, residual) <= 1.0):
                 return x + dx
             start = x
             x, residual = self._moved(h, x, dx, residual)
+            if converged and not opened and self._residual_work(h, x, residual) <= 1.0:
+                return x
             if secants is not None:
                 secants.add(x - start, dx)
-            renew = converged or (before > 0.0 and contraction > self._slow)
+            renew = opened or (before > 0.0 and contraction > self._slow)
             before = size
         return None
+
+    def _residual_work(self, h: float, x: np.ndarray, residual: np.ndarray) -> float:
+        """Work of a residual in a step over its bound."""
+        rate = x / h
+        moved = max(self._turnover, 0.5 * float(rate @ (self._mass @ rate)))
+        return abs(float(residual @ x)) / max(_WORK * moved, self._round_off, 1e-300)
 
     def _moved(self, h: float, x: np.ndarray, dx: np.ndarray, residual: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Increment after a correction that does not overshoot, and its residual."""

@@ -178,6 +178,15 @@ def test_a_loose_tolerance_keeps_the_energy(tmp_path: Path) -> None:
     assert run(tmp_path, *strip, "solve.rtol=1e-4")["energy_error"] < 1e-3
 
 
+def test_a_stiff_film_that_is_struck_softly_keeps_its_energy(tmp_path: Path) -> None:
+    """The residual of Newton's method must do no work: increments across the film are large, and forces in it stiff."""
+    sizes = {"length": "3", "width": "2.2", "thickness": "17e-6", "young": "69.6e9", "strain": "3e-6", "force": "'9 mN'"}
+    where = dict.fromkeys(("length", "width", "thickness"), "membrane") | {"young": "material", "strain": "tension"}
+    soft = [f"{where.get(name, 'impact')}.{name}={value}" for name, value in sizes.items()]
+    soft += ["damping=none", "impact.duration=51 ms", "membrane.mesh=[8, 6]"]
+    assert run(tmp_path, *soft, "vibration.model=full", "vibration.duration=1 s")["energy_error"] < 1e-3
+
+
 def test_auto_takes_the_modes_only_if_they_are_good(tmp_path: Path) -> None:
     quick = ["vibration.duration=20 ms", "solve.energy_abort=10"]
     few = run(tmp_path, *quick, "vibration.modes=2", name="few")
