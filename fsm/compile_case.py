@@ -21,7 +21,7 @@ from fsm.segments.separate import overlaps, separate, shallowest
 from fsm.segments.system import SegmentSystem
 from fsm.solve.static import PathSettings
 
-__all__ = ["compile_case", "path_settings"]
+__all__ = ["compile_case", "compile_whole", "path_settings"]
 
 
 def compile_case(case: Case, source: str = "", warnings: list[str] | None = None) -> tuple[Scene, SegmentSystem]:
@@ -103,15 +103,16 @@ def _driven(scene: Scene, acting: tuple[bool, ...]) -> frozenset[str]:
     return frozenset(name for drive, acts in drives if acts for name in drive.moved)
 
 
-def path_settings(case: Case, system: SegmentSystem, end: float) -> PathSettings:
-    """Settings of the equilibrium path of a case up to a time (s)."""
+def path_settings(case: Case, system: SegmentSystem, end: float, start: float = 0.0) -> PathSettings:
+    """Settings of the equilibrium path of a case between two times (s)."""
     solve, first = case.solve, end / 200.0
     if system.motions:
         motion = system.motions[0]
         if motion.program.forward:
             first = motion.time_of(solve.increment or motion.travel / 200.0)
     return PathSettings(
-        end, first, solve.max_step or math.inf, solve.rtol, solve.max_steps, solve.imperfection, solve.energy_abort
+        end, first, solve.max_step or math.inf, solve.rtol, solve.max_steps, solve.imperfection, solve.energy_abort,
+        start,
     )
 
 

@@ -265,7 +265,8 @@ class RecordedSolve:
         seen = self.current.observe(t, q, None if not u.any() else u)
         pairs = energy_balance.pair_energy if energy_balance.pair_energy.size else np.zeros_like(seen.energy.pair_power)
         error = seen.energy.stored - energy_balance.start + energy_balance.dissipated - energy_balance.work
-        return SavedState(t, q, u, seen, energy_balance.dissipated, energy_balance.work, error, pairs)
+        lost, work = energy_balance.dissipated, energy_balance.work
+        return SavedState(t, q, u, seen, lost, work, error, pairs, at_rest=not u.any())
 
     def _causes(self) -> tuple[str, str]:
         """Messages on two possible causes of a failed solve: round-off, and contact of lattice squares."""

@@ -101,14 +101,15 @@ class Deployment:
             return ArcSettings(end, max_steps=solve.max_steps)
         if step.method != "static":
             settings = Settings(
-                step.method, solve.rtol, end, max_step, solve.max_steps, solve.energy_abort, step=solve.step
+                step.method, solve.rtol, end, max_step, solve.max_steps, solve.energy_abort, step=solve.step,
+                start_time=step.start,
             )
             return settings if solve.rho_inf is None else replace(settings, rho_inf=solve.rho_inf)
         if not self.plan.written:
-            return path_settings(self.case, self.system, end)
+            return path_settings(self.case, self.system, end, step.start)
         first = (end - step.start) / 200.0
         return PathSettings(
-            end, first, max_step, solve.rtol, solve.max_steps, solve.imperfection, solve.energy_abort
+            end, first, max_step, solve.rtol, solve.max_steps, solve.imperfection, solve.energy_abort, step.start
         )
 
     def steps(self) -> list[RunStep]:

@@ -11,6 +11,7 @@ from fsm.channels.rigid import in_space, motion_of_bodies, placed, positions, qu
 from fsm.errors import CaseError, Fault
 from fsm.results.channel import AXES, Dim
 from fsm.scene.known_names import nearest_name
+from fsm.segments.plan import plan_of
 from fsm.segments.system import SegmentSystem
 
 _QUATERNION = Dim("quaternion", ("w", "x", "y", "z"), "1", "component of the unit quaternion, scalar part first")
@@ -35,13 +36,15 @@ def bodies(model: Model) -> Iterator[Offer]:
 
 @offers
 def supports(model: Model) -> Iterator[Offer]:
-    """support.<body>.force and .moment of every held or driven body; of the ground about the origin."""
+    """support.<body>.force and .moment of every body that is held or driven in any step; of the ground about the origin."""
     if not isinstance(model.system, SegmentSystem):
         return
     table = model.system.bodies
     frames = getattr(getattr(model.system, "frames", None), "bodies", ())
-    held_later = any(step.hold for step in model.case.step)  # then each body may have a reaction
-    free = set() if held_later else set(table.free.tolist())
+    free = set(table.free.tolist())
+    if model.case.step and model.scene is not None:
+        fixed = plan_of(model.case, model.scene).fixed(model.scene)
+        free = {i for i in free if table.names[i] not in fixed}
     for i in sorted(set(range(len(table.names))) - free - set(map(int, frames))):
         name = f"support.{table.names[i]}"
         yield Offer(f"{name}.force", "N", "force of the support or drive on the body", _reaction(i, 0), (AXES,))

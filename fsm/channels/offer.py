@@ -73,8 +73,8 @@ class State:
 
     @property
     def u(self) -> np.ndarray | None:
-        """Velocity, (nu,); mean velocity of the last step in statics; None at rest."""
-        return self.saved.u if self.saved.u.any() else None
+        """Velocity, (nu,); mean velocity of the last step in statics; None at rest, where drives rest, too."""
+        return None if self.saved.at_rest else self.saved.u
 
     @property
     def before(self) -> Any:

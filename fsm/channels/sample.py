@@ -9,12 +9,14 @@ import numpy as np
 
 from fsm.analyses.scissor import ScissorArray
 from fsm.analyses.vibrate import VibrationAnalysis
-from fsm.assembly.compile import compile_model
 from fsm.channels.offer import Model, Offer, State, offers_of
+from fsm.compile_case import compile_whole
 from fsm.errors import CaseError
 from fsm.results.channel import ChannelInfo, select_channels
 from fsm.scene.builders.scene import build_scene
 from fsm.scene.case import Case
+from fsm.segments.in_step import whole_system
+from fsm.segments.plan import plan_of
 from fsm.solve.run_io import SavedState
 
 __all__ = ["ChannelSampler", "channel_lines", "check_patterns", "model_of_analysis", "models_of_case"]
@@ -63,7 +65,9 @@ def models_of_case(case: Case) -> list[Model]:
     for step in case.steps:
         if step == "deploy":
             scene = build_scene(case)
-            models.append(Model(case, compile_model(scene, case.solve.spatial), scene))
+            plan = plan_of(case, scene) if case.step else None
+            system = compile_whole(case, scene, plan)
+            models.append(Model(case, system if plan is None else whole_system(system, scene, plan), scene))
         elif step == "scissor":
             models.append(Model(case, ScissorArray(case, "").system))
         else:

@@ -13,12 +13,12 @@ import numpy as np
 from fsm.errors import CaseError, Fault
 from fsm.scene.loads import Drive
 from fsm.scene.time_program import TimeFunction, end_of
-from fsm.segments.time_function import breaks, curvature, factor, slope
+from fsm.segments.time_function import breaks, curvature, factor, slope, turning_points
 
 __all__ = ["Axis", "Parts", "PrescribedMotion", "Program", "RunUp", "Timed", "program_of", "unit"]
 
 _SAMPLES = 4001
-"""Points at which the distance gone by a program is computed."""
+"""Points at which the distance gone by a program is computed, besides its turning points."""
 
 
 class Program(Protocol):
@@ -60,6 +60,10 @@ class Program(Protocol):
         """Times at which the motion is not smooth, s."""
         ...
 
+    def sampled(self) -> np.ndarray:
+        """Times from the begin to the end, s, with all breaks and extremes, between which the motion goes one way."""
+        ...
+
     def reversals(self) -> list[float]:
         """Times at which the motion goes back, s; exact for the rows of a table."""
         ...
@@ -90,6 +94,10 @@ class RunUp:
     def breaks(self) -> tuple[float, ...]:
         """See `Program`."""
         return (self.run_up_time, self.end_time)
+
+    def sampled(self) -> np.ndarray:
+        """See `Program`."""
+        return np.unique([*np.linspace(0.0, self.end_time, _SAMPLES), *self.breaks()])
 
     def reversals(self) -> list[float]:
         """See `Program`: none."""
@@ -130,29 +138,18 @@ class RunUp:
 class _Sampled(ABC):
     """Distance gone and largest speed of a program, from samples over its time."""
 
-    @property
-    @abstractmethod
-    def begin(self) -> float:
-        """Time at which the motion begins, s."""
-
-    @property
-    @abstractmethod
-    def end_time(self) -> float:
-        """See `Program`."""
-
     @abstractmethod
     def at(self, t: float) -> tuple[float, float, float]:
         """See `Program`."""
 
     @abstractmethod
-    def breaks(self) -> tuple[float, ...]:
+    def sampled(self) -> np.ndarray:
         """See `Program`."""
 
     @cached_property
     def _samples(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Times, distance gone until then, and speeds."""
-        times = np.unique([*np.linspace(self.begin, self.end_time, _SAMPLES), *self.breaks()])
-        times = times[(times >= self.begin) & (times <= self.end_time)]
+        times = self.sampled()
         found = np.array([self.at(float(t))[:2] for t in times])
         gone = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(found[:, 0])))])
         return times, gone, found[:, 1]
@@ -201,11 +198,6 @@ class Timed(_Sampled):
     amount: float
 
     @property
-    def begin(self) -> float:
-        """See `_Sampled`."""
-        return min([0.0, *breaks(self.function)])
-
-    @property
     def end_time(self) -> float:
         """See `Program`."""
         end = end_of(self.function)
@@ -215,6 +207,11 @@ class Timed(_Sampled):
     def breaks(self) -> tuple[float, ...]:
         """See `Program`."""
         return breaks(self.function)
+
+    def sampled(self) -> np.ndarray:
+        """See `Program`."""
+        points = turning_points(self.function)
+        return np.unique([*np.linspace(min(0.0, *points), self.end_time, _SAMPLES), *points])
 
     def at(self, t: float) -> tuple[float, float, float]:
         """See `Program`."""
@@ -234,11 +231,6 @@ class Parts(_Sampled):
 
     parts: tuple[tuple[float, float, Program], ...]
 
-    @property
-    def begin(self) -> float:
-        """See `_Sampled`."""
-        return self.parts[0][0] if self.parts else 0.0
-
     @cached_property
     def end_time(self) -> float:
         """See `Program`."""
@@ -255,6 +247,15 @@ class Parts(_Sampled):
     def breaks(self) -> tuple[float, ...]:
         """See `Program`."""
         return tuple(begin + t for begin, _, program in self.parts for t in (0.0, *program.breaks()))
+
+    def sampled(self) -> np.ndarray:
+        """See `Program`: those of each program until the next one begins."""
+        found = [np.zeros(0 if self.parts else 1)]
+        ends = [*(begin for begin, _, _ in self.parts[1:]), math.inf]
+        for (begin, _, program), end in zip(self.parts, ends, strict=True):
+            times = begin + program.sampled()
+            found += [times[(times >= begin) & (times < end)], np.array([min(end, times[-1])])]
+        return np.unique(np.concatenate(found))
 
     def at(self, t: float) -> tuple[float, float, float]:
         """See `Program`."""

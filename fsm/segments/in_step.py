@@ -53,8 +53,6 @@ def system_in_step(
         _rewind(pose, motion, motion.at(step.start)[0])
     held = {"ground", *step.held, *(frame.name for frame in scene.frames)}
     free = [i for i, name in enumerate(bodies.names) if name not in held and not driven[i]]
-    if step.still:
-        free = bodies.free.tolist()
     moved = replace(bodies, pose=pose, free=np.array(free, dtype=np.int64))
     groups, latched = _groups(whole, scene, plan, number, states)
     system = whole.variant(moved, motions, groups)

@@ -89,6 +89,14 @@ class Plan:
     programs: tuple[Program, ...]
     written: bool
 
+    def fixed(self, scene: Scene) -> frozenset[str]:
+        """Names of the bodies that are held or driven in any step."""
+        found: set[str] = set()
+        for step in self.steps:
+            found |= step.held
+            found.update(name for drive, acts in zip(scene.drives, step.acting, strict=True) if acts for name in drive.moved)
+        return frozenset(found)
+
 
 def plan_of(case: Case, scene: Scene) -> Plan:
     """Steps of a case.
@@ -203,9 +211,10 @@ class _Planner:
         said += [f"drives {part.drive.called}" for part in begun] + [f"loads {load.body}" for load in new]
         solve = step.solve or self.case.solve
         method, reason = self._method(step, solve)
+        still = not self._has_free() and not self._moves(start, end)
         return PlannedStep(
             name, step.kind, start, end, method, reason, solve, step.save or self.case.save, tuple(self.acting),
-            tuple(acting.as_load() for acting in self.loads), frozenset(self.held), still=self._still(),
+            tuple(acting.as_load() for acting in self.loads), frozenset(self.held), still=still,
             contact=step.contact, modes=step.modes, described=tuple(said),
         )  # fmt: skip
 
@@ -215,10 +224,8 @@ class _Planner:
             return
         ends = (planned.start, planned.end)
         times = np.linspace(*ends, 11)
-        programs = [program for program, acts in zip(self._programs(), planned.acting, strict=True) if acts]
-        moves = any(len({program.at(float(t))[0] for t in times}) > 1 for program in programs)
         grows = any(len({factor(load.time, float(t)) for t in times}) > 1 for load in planned.loads if load.time is not None)
-        if not (moves or grows):
+        if not (grows or self._moves(*ends)):
             text = '"arc-length" needs a load or a drive that changes over the step; give one, or use "static"'
             self.faults.append(Fault(f"step.{number}.solve.method", text))
 
@@ -226,9 +233,15 @@ class _Planner:
         drives = [drive for drive, acting in zip(self.scene.drives, self.acting, strict=True) if acting]
         return {name for drive in drives for name in drive.moved}
 
-    def _still(self) -> bool:
+    def _has_free(self) -> bool:
+        """Whether any body or node can move freely."""
         fixed = self.held | self._driven()
-        return not self.scene.flexible and all(body.name in fixed for body in self.scene.bodies)
+        return bool(self.scene.flexible) or any(body.name not in fixed for body in self.scene.bodies)
+
+    def _moves(self, start: float, end: float) -> bool:
+        """Whether any drive moves between two times (s)."""
+        programs = zip(self._programs(), self.acting, strict=True)
+        return any(acts and program.gone(end) > program.gone(start) for program, acts in programs)
 
     def _method(self, step: Step, solve: Solve) -> tuple[str, str]:
         paths = ("static", "arc-length")
@@ -236,6 +249,8 @@ class _Planner:
             return step.kind, ""
         if step.kind == "static":
             return (solve.method, "requested") if solve.method in paths else ("static", "the step is static")
+        if not self._has_free():
+            return "generalized-alpha", "no body is free"
         if solve.method == "auto" or solve.method in paths:
             return dynamic_method(self.scene), "the step is dynamic"
         return solve.method, "requested"

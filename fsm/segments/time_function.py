@@ -10,7 +10,7 @@ from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
 from fsm.scene.time_program import Constant, Cycle, Ramp, Table, TimeFunction, end_of
 
-__all__ = ["breaks", "curvature", "factor", "slope"]
+__all__ = ["breaks", "curvature", "factor", "slope", "turning_points"]
 
 
 def factor(function: TimeFunction, t: float) -> float:
@@ -77,6 +77,15 @@ def breaks(function: TimeFunction) -> tuple[float, ...]:
         end = end_of(function)
         return (function.start,) if end is None else (function.start, end)
     return tuple(_rows(function)[0].tolist())
+
+
+def turning_points(function: TimeFunction) -> tuple[float, ...]:
+    """Times (s) of a time function with an end: breaks, and all extremes and steepest points of a cycle."""
+    end = end_of(function)
+    if not isinstance(function, Cycle) or end is None:
+        return breaks(function)
+    quarters = np.arange(function.start, end, 0.25 * function.period)
+    return (*quarters.tolist(), end)
 
 
 def _wave(function: Cycle, t: float) -> tuple[float, float, float]:

@@ -88,7 +88,7 @@ class ArcRun:
                 SavedState(
                     time, point.q, at_rest, seen, energy_balance.dissipated, energy_balance.work, energy_balance.error,
                     energy_balance.pair_energy,
-                    program_time=point.time,
+                    program_time=point.time, at_rest=True,
                 )
             )  # fmt: skip
             poses, _ = system.place(point.time, point.q, None)

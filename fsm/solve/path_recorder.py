@@ -179,8 +179,21 @@ class PathRecorder:
         work, dissipated, _ = turned_over
         stored = seen.energy.stored_at_rest - self.last.energy.stored_at_rest
         turnover = max(self.energy_balance.turnover, abs(seen.energy.stored_at_rest - self.energy_balance.start), abs(work))
-        turnover = max(turnover, _AT_FIRST * max(self.largest_reaction, seen.reaction) * self._span)
+        turnover = max(turnover, self._little(max(self.largest_reaction, seen.reaction)))
         return abs(stored + dissipated - work) / turnover if turnover > self.energy_balance.round_off_floor else 0.0
+
+    def is_off(self, bound: float) -> bool:
+        """Whether the energy error exceeds a bound over the energy turned over, or over a little work if that is larger.
+
+        A body that moves freely to its first contact has turned over almost nothing.
+        """
+        balance = self.energy_balance
+        turnover = max(balance.turnover, self._little(self.largest_reaction))
+        return balance.relative_error > bound and balance.worst > bound * turnover
+
+    def _little(self, reaction: float) -> float:
+        """Work of a force along a small part of the span, J."""
+        return _AT_FIRST * reaction * self._span
 
     def turned_over_in_motion(self, t: float, q: np.ndarray, seen: Observation) -> StepEnergy:
         """Work and dissipated energy of a step of a time integrator."""

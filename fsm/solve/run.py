@@ -121,9 +121,11 @@ class Run(ABC):
 
     def _off_for_long(self, t: float, off: float) -> bool:
         """Whether the energy error `off` at time t is too large, or has been above its bound for too long."""
-        judged_from = JUDGED_FROM * self.settings.end_time
-        patience = judged_from if off > _HOPELESS else _AS_LONG_AGAIN * max(self.balanced, judged_from)
-        return t >= min(self.settings.end_time, patience)
+        start, end = self.settings.start_time, self.settings.end_time
+        patience = JUDGED_FROM * (end - start)
+        if off <= _HOPELESS:
+            patience = _AS_LONG_AGAIN * max(self.balanced - start, patience)
+        return t >= min(end, start + patience)
 
     def _look(self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation) -> None:
         points = self.statistics.seen

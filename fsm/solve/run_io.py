@@ -25,7 +25,8 @@ class SavedState:
     """Saved state: time (s), q, u, observation, and numbers of the energy balance (J).
 
     `before` is the state at the start of a quasi-static step; rates are differences from it. It is None in dynamics.
-    `program_time` is the time of loads and drives if it differs from `time`, as on a path by arc length.
+    `program_time` is the time of loads and drives if it differs from `time`, as on a path by arc length. `at_rest`: all
+    velocities are zero, also those of drives.
     """
 
     time: float
@@ -38,6 +39,7 @@ class SavedState:
     pair_energy: np.ndarray
     before: PreviousState | None = None
     program_time: float | None = None
+    at_rest: bool = False
 
     @property
     def acting(self) -> float:
@@ -84,11 +86,13 @@ class CurvePoint(NamedTuple):
 def inertia_counts(system: System, t: float, q: np.ndarray, u: np.ndarray, seen: Observation) -> bool:
     """Whether the inertial forces M u', summed by magnitude, exceed `_INERTIAL` times the drive force.
 
-    On a strip that snaps their ratio is 1e-4 after the motion has decayed, and about 1 in a peak of the force.
+    Those of driven bodies are a part of the drive force. On a strip that snaps their ratio is 1e-4 after the motion has
+    decayed, and about 1 in a peak of the force.
     """
     if not len(seen.drive.force):
         return False
-    inertial = np.abs(system.force(t, q, u) / system.scales().of_forces).sum()
+    force, without_inertia = system.balance(t, q, u)
+    inertial = np.abs(force / system.scales().of_forces).sum() + np.abs(seen.drive.force - without_inertia).max()
     return bool(inertial > _INERTIAL * np.abs(seen.drive.force).max())
 
 

@@ -23,6 +23,8 @@ class Settings:
     energy_abort : -
     judge_losses : bool
         Whether `energy_abort` also bounds losses of energy; numerical damping dissipates motion too fast for the steps.
+    start_time : s
+        Start of the step of the run, which may be before that of a resumed solve.
     rho_inf, step : -, s
         Generalized-alpha only: spectral radius at infinite frequency. Stepwise methods: fixed step; None: error control.
     """
@@ -36,3 +38,4 @@ class Settings:
     rho_inf: float = RHO_INF
     step: float | None = None
     judge_losses: bool = True
+    start_time: float = 0.0

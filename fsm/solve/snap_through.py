@@ -10,7 +10,6 @@ from fsm.blocks import BlockMatrix
 from fsm.errors import NotConverged
 from fsm.kernels.block_lu import multiply_blocks
 from fsm.solve.artificial_damping import DampedSystem
-from fsm.solve.energy_balance import JUDGED_FROM
 from fsm.solve.generalized_alpha import GeneralizedAlpha
 from fsm.solve.linear import LinearSolver
 from fsm.solve.newton import negative_pivots
@@ -63,14 +62,14 @@ class RestCriterion(NamedTuple):
 
 
 def move_until_rest(
-    system: System, recorder: PathRecorder, u: np.ndarray, until: float, rest: RestCriterion, worst: float, rtol: float,
-    begins: bool = True,
+    system: System, recorder: PathRecorder, u: np.ndarray, until: float, judged_from: float, rest: RestCriterion,
+    worst: float, rtol: float, begins: bool = True,
 ) -> int:
     """Integrate with inertia and damping until the motion has decayed or the time is `until` (s).
 
-    The integration also stops if the energy error exceeds `worst` times the energy turned over. A motion that still rings
-    after some hundred steps, for example with friction only, then gets artificial damping proportional to the momentum.
-    If the motion `begins`, its velocities are those of statics.
+    From `judged_from` (s) on, the integration also stops if the energy error exceeds `worst` times the energy turned over.
+    A motion that still rings after some hundred steps, for example with friction only, then gets artificial damping
+    proportional to the momentum. If the motion `begins`, its velocities are those of statics.
 
     Returns
     -------
@@ -113,7 +112,7 @@ def move_until_rest(
         rests = near and _on_path(system, solver.t, solver.q, kinetic, rest.slow)
         recorder.dynamic(solver.t, solver.q, solver.u, seen, turned_over, rests)
         largest = max(largest, kinetic)
-        if recorder.time >= JUDGED_FROM * until and recorder.energy_balance.relative_error > worst:
+        if recorder.time >= judged_from and recorder.is_off(worst):
             break
         if kinetic < quiet and kinetic < _CALM * largest:
             break

@@ -49,7 +49,9 @@ _GROWTH, _SHRINK, _CUT = 2.0, 0.4, 0.35
 _ITERATIONS = 6
 """Newton iterations above which steps do not grow."""
 _SMALLEST = 1e-6
-"""Smallest step over the whole time; if it fails, the point is critical."""
+"""Smallest step over the duration; if it fails, the point is critical."""
+_RESOLVED = 1e-12
+"""Smallest step over the time itself: the resolution of times."""
 _MOVING = 1e-3
 """Kinetic energy over the energy turned over, above which inertia is not negligible."""
 _DRIVEN = 1e-2
@@ -92,6 +94,8 @@ class PathSettings:
         Zero: the side of lower energy.
     energy_abort : -
         Energy error over the energy turned over at which the solve stops, after a tenth of the time.
+    start_time : s
+        Start of the step of the run, which may be before that of a resumed solve.
     """
 
     end_time: float
@@ -101,6 +105,12 @@ class PathSettings:
     max_steps: int = 200_000
     imperfection: float = 0.0
     energy_abort: float = math.inf
+    start_time: float = 0.0
+
+    @property
+    def judged_from(self) -> float:
+        """Time from which an energy error stops the solve, s."""
+        return self.start_time + JUDGED_FROM * (self.end_time - self.start_time)
 
 
 def follow(
@@ -156,6 +166,8 @@ class _Follower:
         self.history = History(system)
         self.every, self.renewed = steps_between(system.nu), 0
         self.first_step = min(settings.first_step, settings.max_step)
+        whole = settings.end_time - settings.start_time
+        self.smallest = max(_SMALLEST * whole, _RESOLVED * settings.end_time)
         start, after = initial_state.start, initial_state.after
         if after is not None:
             t, q, u = after.time, after.q, after.u
@@ -186,7 +198,6 @@ class _Follower:
         """To the end."""
         begun = time.perf_counter()
         settings, recorder = self.settings, self.recorder
-        smallest = _SMALLEST * settings.end_time
         try:
             if self.statistics.steps == 0 and self._is_far_from_equilibrium():
                 before = _mark(recorder)
@@ -203,7 +214,7 @@ class _Follower:
                     continue
                 self.statistics.rejected += 1
                 self.step_size = _CUT * duration
-                if reason is _Reason.INERTIA or self.step_size < smallest:
+                if reason is _Reason.INERTIA or self.step_size < self.smallest:
                     self._pass_critical(reason)
             if self.lost is not None:
                 self._note("damped snap", self.lost)
@@ -381,8 +392,8 @@ class _Follower:
         self.step_size = wanted if duration >= 0.5 * self.step_size else max(wanted, self.step_size)
 
     def _judge_energy(self) -> None:
-        judged = self.recorder.time >= JUDGED_FROM * self.settings.end_time
-        if judged and self.recorder.energy_balance.relative_error > self.settings.energy_abort:
+        judged = self.recorder.time >= self.settings.judged_from
+        if judged and self.recorder.is_off(self.settings.energy_abort):
             self._fail(Outcome.ENERGY_OF_STATICS)
 
     # critical points ------------------------------------------------------------------------------------------------
@@ -419,12 +430,12 @@ class _Follower:
         """Restart the history with a short step."""
         self._forget()
         self.step_size = min(self.step_size, _AGAIN * self.first_step)
-        self.step_size = max(self.step_size, 10.0 * _SMALLEST * self.settings.end_time)
+        self.step_size = max(self.step_size, 10.0 * self.smallest)
 
     def _branch(self, critical: Critical) -> bool:
         """Follow the stable branch of a bifurcation, from the smallest step at which it exists."""
         recorder = self.recorder
-        step = 10.0 * _SMALLEST * self.settings.end_time
+        step = 10.0 * self.smallest
         while step < self.first_step:
             t = min(recorder.time + step, recorder.next_save(self.settings.end_time))
             prediction = self.history.predict(t)
@@ -459,8 +470,8 @@ class _Follower:
             rest = rest._replace(part=0.1 * rest.part, wait=4.0 * rest.wait)
             try:
                 self.statistics.newton_iterations += move_until_rest(
-                    self.system, recorder, u, settings.end_time, rest, worst, _IN_MOTION * settings.rtol,
-                    begins=not again,
+                    self.system, recorder, u, settings.end_time, settings.judged_from, rest, worst,
+                    _IN_MOTION * settings.rtol, begins=not again,
                 )
             except StepFailed as error:
                 self.rejection = error.reason
@@ -478,7 +489,7 @@ class _Follower:
     def _slide(self) -> None:
         """Slide from a time just after the equilibrium is lost; the time is found by trial."""
         recorder, start = self.recorder, self.recorder.q
-        later = _SMALLEST * self.settings.end_time
+        later = self.smallest
         while recorder.time < self.settings.end_time:
             if not slide(self.system, recorder, min(recorder.time + later, self.settings.end_time)):
                 self._fail(Outcome.NO_EQUILIBRIUM)
