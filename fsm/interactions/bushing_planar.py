@@ -1,7 +1,7 @@
 """Linear springs and dampers between poses in the plane: deformation, law and assembly in one loop over the elements.
 
-The deformations are those of `fsm.interactions.pose_planar`. The law of `fsm.laws.bushing`, e = k (x - x0) + c x', is
-evaluated inline. All vectors are resolved in the joint axes (e1, e3) of the outer body, in which K has a simple form:
+The deformations are those of `fsm.interactions.pose_planar`. The law is e = k (x - x0) + c x'.
+All vectors are resolved in the joint axes (e1, e3) of the outer body, in which K has a simple form:
 
     a = (a1, a3) from the inner body's centre to P+,   z = (z1, z3) from the outer body's centre to P+,
     Z1' = v1 + a3 w_a - z3 w_b,    Z3' = v3 - a1 w_a + z1 w_b,    psi' = w_a - w_b,    v = v_a - v_b,

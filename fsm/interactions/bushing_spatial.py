@@ -1,15 +1,15 @@
 """Linear springs and dampers between poses in space: measure, law and scatter in one pass over the elements.
 
-The deformations are those of `fsm.interactions.pose_spatial`, the law is that of `fsm.laws.bushing` and stands here as one
-line, e = k (x - x0) + c x'. Everything is worked out in the joint axes of the outer body, in which the stiffnesses of the
-translations are diagonal. There, with increments v = v_a - v_b, w_a, w_b,
+The deformations are those of `fsm.interactions.pose_spatial`. The law is e = k (x - x0) + c x'. All vectors are resolved in
+the joint axes of the outer body, in which the stiffnesses of the translations are diagonal. There, with increments
+v = v_a - v_b, w_a, w_b,
 
     a from the inner body's centre to P+,    z from the outer body's centre to P+,
     Z' = v + w_a x a - w_b x z,              s_k' = g_k . (w_a - w_b),
     K = G^T (k G + c N) + B,                 D = G^T c G.
 
-G is read off Z' and s'. N is the change of Z' and s' with the pose at the present rates, B the geometric stiffness of the
-force f = (f_1, f_2, f_3) and of the moment g = sum_k m_k g_k:
+G holds the coefficients of Z' and s'. N is the change of Z' and s' with the pose at the present rates. B is the geometric
+stiffness of the force f = (f_1, f_2, f_3) and of the moment g = sum_k m_k g_k:
 
     N of Z:    v: -[w_b],   a: -[w_a x a] + [w_b][a],   b: [v + w_a x a] - [w_b][z]
     N of s_k:  S_k (w_a - w_b) - g_k x (w_a + w_b)/2 on a, minus that on b
@@ -22,6 +22,8 @@ The rows and columns of v_b are those of v_a with the other sign.
 s1, psi and s3 have no slopes where the swing is 180 degrees. Where no spring turns the bodies and the three dampers are
 equal, they are not needed: the moment is g = c (w_a - w_b), and aa = -ab: -c [w_b], ba = -bb: c [w_a] of K, c of D. From a
 past state on it is g = c r/dt with the rotation vector r since then, and S = c/dt (1 - r/2 cot(r/2)) (r r^T/r^2 - 1).
+
+The file is long because all its kernels share the same inlined functions.
 """
 
 from __future__ import annotations

@@ -10,7 +10,6 @@ import math
 import numpy as np
 
 from fsm.errors import CaseError, Fault
-from fsm.interactions import hinge_planar, hinge_spatial, pose_planar, pose_spatial
 from fsm.kernels.rotation import multiply
 from fsm.laws.crease import Curve, join_curves
 from fsm.registry import ELEMENT_LAWS
@@ -191,8 +190,6 @@ class SceneCompiler:
         damping[tabulated, 4] = 0.0
         keep = slice(None) if self.spatial else [0, 2, 4]
         return BushingGroup(
-            pose_spatial.measure_pose_spatial if self.spatial else pose_planar.measure_pose_planar,
-            pose_spatial.tangent_pose_spatial if self.spatial else pose_planar.tangent_pose_planar,
             self._ends(elements),
             self._pose_geometry(elements),
             np.ascontiguousarray(rest[:, keep]),
@@ -210,10 +207,9 @@ class SceneCompiler:
         if not elements:
             return None
         return LawGroup(
-            pose_spatial.measure_pose_spatial if self.spatial else pose_planar.measure_pose_planar,
-            pose_spatial.tangent_pose_spatial if self.spatial else pose_planar.tangent_pose_planar,
             self._ends(elements),
             self._pose_geometry(elements),
+            np.zeros((len(elements), 6 if self.spatial else 3)),
             tuple((ELEMENT_LAWS[e.law].law, e.parameters) for e in elements if e.law is not None),
             tuple(e.name for e in elements),
         )
@@ -262,8 +258,6 @@ class SceneCompiler:
         rest = rest_twists(elements, initial)
         side = np.array([side_of(start, free) for start, free in zip(initial, rest, strict=True)])
         return CreaseGroup(
-            hinge_spatial.measure_hinge_spatial if self.spatial else hinge_planar.measure_hinge_planar,
-            hinge_spatial.tangent_hinge_spatial if self.spatial else hinge_planar.tangent_hinge_planar,
             self._ends(elements),
             geometry,
             side * np.array(rest),
@@ -291,8 +285,6 @@ class SceneCompiler:
         which = [numbers[keys[i]] for i in chosen]
         start = creases.rest - creases.side * np.array(initial_twists(elements, self.scene.bodies))
         return HysteresisGroup(
-            creases.measure,
-            creases.tangent,
             creases.bodies[chosen],
             tuple(array[chosen] for array in creases.geometry),
             creases.rest[chosen],

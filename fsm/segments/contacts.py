@@ -26,7 +26,7 @@ from fsm.segments.contact_depths import ContactDepths
 from fsm.segments.contact_geometry import ActiveContacts, ContactForces, ContactGeometry, ContactKinematics, Tapered
 from fsm.segments.contact_memory import ContactMemory
 from fsm.segments.friction_force import FrictionForce, Pull
-from fsm.segments.group import PreviousPoses
+from fsm.segments.group import Group, PreviousPoses
 from fsm.segments.impacts import Impacts
 from fsm.segments.normal_force import NormalForce
 from fsm.segments.pattern import BodyPattern
@@ -59,7 +59,7 @@ class _ContactState:
     sums: np.ndarray | None = None
 
 
-class ContactGroup:
+class ContactGroup(Group):
     """Contacts of one geometry.
 
     The memory is stored by the keys of slots. It holds the closing speed at the start of a contact, for laws with a
@@ -308,9 +308,6 @@ class ContactGroup:
         if found is None:
             return np.zeros(0, dtype=np.int64)
         return found.memory.key[found.forces.normal > 0.0]
-
-    def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
-        """See `Group`; contact forces do not depend explicitly on time."""
 
     def energy(
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None

@@ -1,63 +1,71 @@
-"""Cache of force elements: positions of their matrix blocks, and past deformations."""
+"""Group of elements that each join two bodies, with a cache of matrix positions and past deformations."""
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from fsm.kernels.scatter import pair_slots
-from fsm.segments.group import PreviousPoses
+from fsm.segments.group import Group, PreviousPoses
 from fsm.segments.pattern import BodyPattern
 
-__all__ = ["TwoBodyElements", "ElementCache"]
-
-
-class TwoBodyElements(Protocol):
-    """Protocol of a group of elements that each join two bodies."""
-
-    @property
-    def bodies(self) -> np.ndarray:
-        """(m, 2) int array."""
-        ...
-
-    @property
-    def geometry(self) -> tuple[np.ndarray, ...]:
-        """Arrays that `measure` takes after `bodies`."""
-        ...
-
-    @property
-    def rest(self) -> np.ndarray:
-        """Zero deformations, for use without a past state."""
-        ...
-
-    @property
-    def measure(self) -> Any:
-        """Kernel (poses, rates, bodies, *geometry) -> (deformations, ...)."""
-        ...
+__all__ = ["TwoBodyGroup"]
 
 
 class ElementCache:
-    """Cache for the last pattern and the last past state, which are compared by identity."""
+    """Results for the last pattern and the last past state, which are compared by identity."""
 
     def __init__(self) -> None:
-        self._pattern: BodyPattern | None = None
-        self._slots: np.ndarray | None = None
-        self._past: np.ndarray | None = None
-        self._before: np.ndarray | None = None
+        self.pattern: BodyPattern | None = None
+        self.slots = np.zeros((0, 4), dtype=np.int64)
+        self.past: np.ndarray | None = None
+        self.before = np.zeros(0)
 
-    def slots(self, group: TwoBodyElements, pattern: BodyPattern) -> np.ndarray:
-        """Positions of the blocks of every element."""
-        if self._slots is None or self._pattern is not pattern:
-            self._slots = np.asarray(pair_slots(group.bodies, *pattern.index))
-            self._pattern = pattern
-        return self._slots
 
-    def before(self, group: TwoBodyElements, rates: np.ndarray, past: PreviousPoses | None) -> tuple[np.ndarray, float]:
-        """Past deformations and the inverse of the elapsed time, 1/s; zero without a past state."""
-        if past is None:
-            return group.rest, 0.0
-        if self._before is None or self._past is not past.poses:
-            self._before = np.asarray(group.measure(past.poses, rates, group.bodies, *group.geometry)[0])
-            self._past = past.poses
-        return self._before, 1.0 / past.duration
+class TwoBodyGroup(Group):
+    """Elements that each join two bodies.
+
+    Attributes
+    ----------
+    bodies : (m, 2) int array
+    geometry : arguments of the kernels after `bodies`
+    rest : (m,) or (m, 3 or 6) array
+        Deformations for use without a past state.
+    """
+
+    bodies: np.ndarray
+    geometry: tuple[np.ndarray, ...]
+    rest: np.ndarray
+
+    @property
+    def measure(self) -> Callable[..., Any]:
+        """Kernel (poses, rates, bodies, *geometry) -> (deformations, ...)."""
+        raise NotImplementedError
+
+    @cached_property
+    def _cache(self) -> ElementCache:
+        return ElementCache()
+
+    def _slots(self, pattern: BodyPattern) -> np.ndarray:
+        """Positions of the matrix blocks of every element."""
+        cache = self._cache
+        if cache.pattern is not pattern:
+            cache.slots, cache.pattern = np.asarray(pair_slots(self.bodies, *pattern.index)), pattern
+        return cache.slots
+
+    def _before(self, rates: np.ndarray, past: PreviousPoses | None) -> tuple[np.ndarray, float]:
+        """Past deformations and the inverse of the elapsed time, 1/s; zero without a past state or without dampers."""
+        if past is None or not self.rate_dependent:
+            return self.rest, 0.0
+        cache = self._cache
+        if cache.past is not past.poses:
+            cache.before = np.asarray(self.measure(past.poses, rates, self.bodies, *self.geometry)[0])
+            cache.past = past.poses
+        return cache.before, 1.0 / past.duration
+
+    def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:
+        """See `Group`."""
+        return self.bodies, 0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -27,8 +27,12 @@ from fsm.interactions.bushing_spatial import (
 )
 from fsm.interactions.crease_planar import force_crease_planar, linearise_crease_planar
 from fsm.interactions.crease_spatial import force_crease_spatial, linearise_crease_spatial
+from fsm.interactions.hinge_planar import measure_hinge_planar
+from fsm.interactions.hinge_spatial import measure_hinge_spatial
+from fsm.interactions.pose_planar import measure_pose_planar
+from fsm.interactions.pose_spatial import measure_pose_spatial
 from fsm.laws.crease import CurveTable, crease_energy
-from fsm.segments.element_cache import ElementCache
+from fsm.segments.element_cache import TwoBodyGroup
 from fsm.segments.group import PreviousPoses
 from fsm.segments.pattern import BodyPattern
 
@@ -38,8 +42,9 @@ Kernel = Callable[..., Any]
 
 
 class _Kernels(NamedTuple):
-    """Kernels that compute and assemble in one loop over the elements."""
+    """Kernel of the deformations, and kernels that compute and assemble in one loop over the elements."""
 
+    measure: Kernel
     constants: Kernel
     force: Kernel
     linearise: Kernel
@@ -50,12 +55,12 @@ class _Kernels(NamedTuple):
 
 _ONE_PASS = {
     3: _Kernels(
-        pose_constants_planar, force_pose_planar, linearise_pose_planar, advance_efforts_planar, stored_pose_planar,
-        widest_pose_planar,
+        measure_pose_planar, pose_constants_planar, force_pose_planar, linearise_pose_planar, advance_efforts_planar,
+        stored_pose_planar, widest_pose_planar,
     ),
     6: _Kernels(
-        pose_constants_spatial, force_pose_spatial, linearise_pose_spatial, advance_efforts_spatial, stored_pose_spatial,
-        widest_pose_spatial,
+        measure_pose_spatial, pose_constants_spatial, force_pose_spatial, linearise_pose_spatial, advance_efforts_spatial,
+        stored_pose_spatial, widest_pose_spatial,
     ),
 }  # fmt: skip
 """Kernels by the number of rows of a block."""
@@ -68,17 +73,14 @@ _ONE_PASS_CREASE: dict[int, tuple[Kernel, Kernel]] = {
 
 
 @dataclass(frozen=True)
-class BushingGroup:
+class BushingGroup(TwoBodyGroup):
     """Linear springs and dampers between relative poses.
 
     The kernels of `fsm.interactions.bushing_planar` or `bushing_spatial` compute forces and tangents.
 
     Attributes
     ----------
-    measure, tangent : kernels of `fsm.interactions.pose_planar` or `pose_spatial`
-        References for the tests of the combined kernels; `measure` also gives past deformations.
-    bodies : (m, 2) int array
-    geometry : arrays the two kernels take after `bodies`
+    bodies, geometry : see `TwoBodyGroup`
     rest, stiffness, damping : (m, 3 or 6) arrays
     category : (m,) int array
         Index into `categories` for the energy of each element.
@@ -88,8 +90,6 @@ class BushingGroup:
         Joints of the structure, whose ends must stay together; other elements may be springs of any length.
     """
 
-    measure: Kernel
-    tangent: Kernel
     bodies: np.ndarray
     geometry: tuple[np.ndarray, ...]
     rest: np.ndarray
@@ -99,7 +99,6 @@ class BushingGroup:
     categories: tuple[str, ...]
     names: tuple[str, ...]
     structural: np.ndarray
-    _cache: ElementCache = field(default_factory=ElementCache, init=False, repr=False, compare=False)
 
     @cached_property
     def rate_dependent(self) -> bool:
@@ -110,6 +109,11 @@ class BushingGroup:
     def _kernels(self) -> _Kernels:
         return _ONE_PASS[self.rest.shape[1]]
 
+    @property
+    def measure(self) -> Kernel:
+        """See `TwoBodyGroup`."""
+        return self._kernels.measure
+
     @cached_property
     def _constants(self) -> np.ndarray:
         return np.asarray(self._kernels.constants(*self.geometry, self.rest, self.stiffness, self.damping))
@@ -118,10 +122,6 @@ class BushingGroup:
     def _no_efforts(self) -> np.ndarray:
         """Empty efforts: the geometric stiffness uses the efforts at the poses."""
         return np.zeros((0, self.rest.shape[1]))
-
-    def _before(self, rates: np.ndarray, past: PreviousPoses | None) -> tuple[np.ndarray, float]:
-        """Past deformations and the inverse of the elapsed time; used only with dampers."""
-        return self._cache.before(self, rates, past if self.rate_dependent else None)
 
     def add_force(
         self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: PreviousPoses | None = None
@@ -144,18 +144,18 @@ class BushingGroup:
         """See `Group`. If `efforts` (m, 3 or 6) is given, the geometric stiffness uses it."""
         self._kernels.linearise(
             poses, rates, self.bodies, self._constants, *self._before(rates, past),
-            self._no_efforts if efforts is None else efforts, self._cache.slots(self, pattern), force, stiffness, damping,
+            self._no_efforts if efforts is None else efforts, self._slots(pattern), force, stiffness, damping,
         )  # fmt: skip
 
     def elements(
         self, rates: np.ndarray, past: PreviousPoses | None, pattern: BodyPattern
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, float, np.ndarray]:
         """Arguments of the kernels: bodies, constants, past deformations, inverse of the elapsed time, and slots."""
-        return self.bodies, self._constants, *self._before(rates, past), self._cache.slots(self, pattern)
+        return self.bodies, self._constants, *self._before(rates, past), self._slots(pattern)
 
     def arrays(self, pattern: BodyPattern) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Bodies, constants and slots, for `fsm.segments.arrays`."""
-        return self.bodies, self._constants, self._cache.slots(self, pattern)
+        return self.bodies, self._constants, self._slots(pattern)
 
     def efforts(self, poses: np.ndarray, change: np.ndarray, past: PreviousPoses | None = None) -> np.ndarray:
         """Efforts (m, 3 or 6) after a change (n_bodies, 3 or 6) of the poses, to first order."""
@@ -167,9 +167,6 @@ class BushingGroup:
         worst, apart = self._kernels.widest(poses, self.bodies, self._constants, self.structural)
         return apart, self.names[worst]
 
-    def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
-        """See `Group`; springs do not depend explicitly on time."""
-
     def energy(
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None
     ) -> tuple[dict[str, float], float, float]:
@@ -179,21 +176,14 @@ class BushingGroup:
         )
         return dict(zip(self.categories, totals.tolist(), strict=True)), power, 0.0
 
-    def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:
-        """See `Group`."""
-        return self.bodies, 0
-
 
 @dataclass(frozen=True)
-class CreaseGroup:
-    """Hinges whose moment is a tabulated curve. Energies and forces use different kernels, as in `BushingGroup`.
+class CreaseGroup(TwoBodyGroup):
+    """Hinges whose moment is a tabulated curve.
 
     Attributes
     ----------
-    measure, tangent : kernels of `fsm.interactions.hinge_planar` or `hinge_spatial`
-        `tangent` is the reference for the tests of the combined kernel.
-    bodies : (m, 2) int array
-    geometry : arrays the two kernels take after `bodies`
+    bodies, geometry : see `TwoBodyGroup`
     rest, side : (m,) arrays
         Opening o = rest - side psi.
     damping : (m,) array, N m s/rad
@@ -203,8 +193,6 @@ class CreaseGroup:
     names : names of the elements
     """
 
-    measure: Kernel
-    tangent: Kernel
     bodies: np.ndarray
     geometry: tuple[np.ndarray, ...]
     rest: np.ndarray
@@ -213,12 +201,16 @@ class CreaseGroup:
     curve: np.ndarray
     table: CurveTable
     names: tuple[str, ...] = ()
-    _cache: ElementCache = field(default_factory=ElementCache, init=False, repr=False, compare=False)
 
-    @property
+    @cached_property
     def rate_dependent(self) -> bool:
         """See `Group`."""
         return bool(np.any(self.damping))
+
+    @property
+    def measure(self) -> Kernel:
+        """See `TwoBodyGroup`."""
+        return measure_hinge_planar if len(self.geometry) == 1 else measure_hinge_spatial
 
     @cached_property
     def _curves(self) -> tuple[np.ndarray, ...]:
@@ -234,7 +226,7 @@ class CreaseGroup:
         """Arguments of the kernels and slots, for `fsm.segments.arrays`; without axes in the plane."""
         no_axes = np.zeros((len(self.bodies), 4))
         axes = self.geometry[:-1] or (no_axes, no_axes)
-        slots = self._cache.slots(self, pattern)
+        slots = self._slots(pattern)
         return self.bodies, *axes, self.geometry[-1], self.rest, self.side, self.damping, *self._curves, slots
 
     def add_force(
@@ -242,7 +234,7 @@ class CreaseGroup:
     ) -> None:
         """See `Group`."""
         add, _ = _ONE_PASS_CREASE[force.shape[1]]
-        add(poses, rates, *self._arguments, *self._cache.before(self, rates, past), force)
+        add(poses, rates, *self._arguments, *self._before(rates, past), force)
 
     def add_linearised(
         self,
@@ -258,24 +250,17 @@ class CreaseGroup:
         """See `Group`."""
         _, add = _ONE_PASS_CREASE[force.shape[1]]
         add(
-            poses, rates, *self._arguments, *self._cache.before(self, rates, past), self._cache.slots(self, pattern),
+            poses, rates, *self._arguments, *self._before(rates, past), self._slots(pattern),
             force, stiffness, damping,
         )  # fmt: skip
-
-    def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
-        """See `Group`; springs do not depend explicitly on time."""
 
     def energy(
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None
     ) -> tuple[dict[str, float], float, float]:
         """See `Group`."""
         angle, rate, _ = self.measure(poses, rates, self.bodies, *self.geometry)
-        if past is not None:
-            before, per_second = self._cache.before(self, rates, past)
+        before, per_second = self._before(rates, past)
+        if per_second:
             rate = (angle - before) * per_second
         energy = crease_energy(angle, self.rest, self.side, *self._curves)
         return {"creases": float(energy.sum())}, float(self.damping @ rate**2), 0.0
-
-    def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:
-        """See `Group`."""
-        return self.bodies, 0

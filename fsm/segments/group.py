@@ -1,8 +1,8 @@
-"""Protocol of a group of interactions."""
+"""Base class of a group of interactions."""
 
 from __future__ import annotations
 
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,8 +25,8 @@ class GroupSteps(NamedTuple):
     latch: bool
 
 
-class Group(Protocol):
-    """Protocol of a batch of interactions of one kind.
+class Group:
+    """Batch of interactions of one kind.
 
     Poses and rates are of all bodies, (n_bodies, 3 or 7) and (n_bodies, 3 or 6).
 
@@ -36,13 +36,13 @@ class Group(Protocol):
     @property
     def rate_dependent(self) -> bool:
         """Whether the forces depend on velocities."""
-        ...
+        return False
 
     def add_force(
         self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: PreviousPoses | None = None
     ) -> None:
         """Add generalised forces to `force` (n_bodies, 3 or 6)."""
-        ...
+        raise NotImplementedError
 
     def add_linearised(
         self,
@@ -56,18 +56,17 @@ class Group(Protocol):
         past: PreviousPoses | None = None,
     ) -> None:
         """Add the forces to `force`, and -dh/dx and -dh/du to the block data."""
-        ...
+        raise NotImplementedError
 
     def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
-        """Add the explicit time derivative of the forces at rest, N/s and N m/s."""
-        ...
+        """Add the explicit time derivative of the forces at rest, N/s and N m/s; by default none."""
 
     def energy(
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None
     ) -> tuple[dict[str, float], float, float]:
         """Potential energy by category (J), dissipated power (W), input power (W)."""
-        ...
+        raise NotImplementedError
 
     def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:
-        """Pairs (m, 2) of coupled bodies, and a version number that changes with them."""
-        ...
+        """Pairs (m, 2) of coupled bodies, and a version number that changes with them; by default no pairs."""
+        return np.zeros((0, 2), dtype=np.int64), 0

@@ -9,15 +9,16 @@ from typing import Any
 
 import numpy as np
 
+from fsm.interactions.hinge_planar import measure_hinge_planar, tangent_hinge_planar
+from fsm.interactions.hinge_spatial import measure_hinge_spatial, tangent_hinge_spatial
 from fsm.kernels.scatter import scatter_efforts
 from fsm.laws.crease import CurveTable
 from fsm.laws.crease_hysteresis import slip_energy, slip_moment, slip_power
+from fsm.segments.element_cache import TwoBodyGroup
 from fsm.segments.group import PreviousPoses
 from fsm.segments.pattern import BodyPattern
 
 __all__ = ["HysteresisGroup"]
-
-Kernel = Callable[..., Any]
 
 _SAME = 1e-9
 """Tolerance of equal times, relative to a step."""
@@ -38,14 +39,14 @@ class _State:
 
 
 @dataclass
-class HysteresisGroup:
+class HysteresisGroup(TwoBodyGroup):
     """Sliders of the law `fsm.laws.crease_hysteresis`, each between two bodies. They start on the loading curve.
+
+    The moment depends on the path, not on the speed, so the group is not rate-dependent.
 
     Attributes
     ----------
-    measure, tangent : kernels of `fsm.interactions.hinge_planar` or `hinge_spatial`
-    bodies : (m, 2) int array
-    geometry : arrays the two kernels take after `bodies`
+    bodies, geometry : see `TwoBodyGroup`
     rest, side : (m,) arrays
         Opening o = rest - side psi.
     start : (m,) array, rad
@@ -57,8 +58,6 @@ class HysteresisGroup:
     names : names of the elements
     """
 
-    measure: Kernel
-    tangent: Kernel
     bodies: np.ndarray
     geometry: tuple[np.ndarray, ...]
     rest: np.ndarray
@@ -71,9 +70,9 @@ class HysteresisGroup:
     _accepted: _State | None = field(default=None, init=False, repr=False, compare=False)
 
     @property
-    def rate_dependent(self) -> bool:
-        """See `Group`: the moment depends on the path, not on the speed."""
-        return False
+    def measure(self) -> Callable[..., Any]:
+        """See `TwoBodyGroup`."""
+        return measure_hinge_planar if len(self.geometry) == 1 else measure_hinge_spatial
 
     @cached_property
     def _law(self) -> tuple[np.ndarray, ...]:
@@ -128,12 +127,10 @@ class HysteresisGroup:
         opening, _, gradient = self._measured(poses, rates)
         effort, slope = self._efforts(opening)
         scatter_efforts(self.bodies, gradient, effort, len(effort), force)
-        self.tangent(
+        tangent: Callable[..., Any] = tangent_hinge_planar if len(self.geometry) == 1 else tangent_hinge_spatial
+        tangent(
             poses, rates, self.bodies, *self.geometry, effort, slope, self._no_damping, *pattern.index, stiffness, damping
         )
-
-    def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
-        """See `Group`; sliders do not depend explicitly on time."""
 
     def moments(self, poses: np.ndarray, rates: np.ndarray) -> np.ndarray:
         """Moments (m,) against the hinge angle, N m."""
@@ -159,10 +156,6 @@ class HysteresisGroup:
                 _, lost = slip_energy(state.opening, self._measured(past.poses, rates)[0], state.slider, *self._law)
             power = lost / abs(past.duration)
         return {"creases": float(stored.sum())}, float(power.sum()), 0.0
-
-    def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:
-        """See `Group`."""
-        return self.bodies, 0
 
     # memory -----------------------------------------------------------------------------------------------------------
 

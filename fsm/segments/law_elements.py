@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from fsm.interactions.pose_planar import measure_pose_planar, tangent_pose_planar
+from fsm.interactions.pose_spatial import measure_pose_spatial, tangent_pose_spatial
 from fsm.kernels.scatter import scatter_efforts
-from fsm.segments.element_cache import ElementCache
+from fsm.segments.element_cache import TwoBodyGroup
 from fsm.segments.group import PreviousPoses
 from fsm.segments.pattern import BodyPattern
 
@@ -41,43 +43,43 @@ class ElementLaw(NamedTuple):
 
 
 @dataclass(frozen=True)
-class LawGroup:
+class LawGroup(TwoBodyGroup):
     """Elements with laws of extensions.
 
     Attributes
     ----------
-    measure, tangent : kernels of `fsm.interactions.pose_planar` or `pose_spatial`
-    bodies : (m, 2) int array
-    geometry : arrays, arguments of the two kernels after `bodies`
+    bodies, geometry, rest : see `TwoBodyGroup`
     laws : law and parameters of each element
     names : names of the elements
     """
 
-    measure: Callable[..., Any]
-    tangent: Callable[..., Any]
     bodies: np.ndarray
     geometry: tuple[np.ndarray, ...]
+    rest: np.ndarray
     laws: tuple[tuple[ElementLaw, Any], ...]
     names: tuple[str, ...]
-    _cache: ElementCache = field(default_factory=ElementCache, init=False, repr=False, compare=False)
 
     @cached_property
     def rate_dependent(self) -> bool:
         """See `Group`."""
         return any(law.rate_dependent for law, _ in self.laws)
 
-    @cached_property
-    def rest(self) -> np.ndarray:
-        """Zero deformations, for use without a past state."""
-        return np.zeros((len(self.bodies), 6 if len(self.geometry) == 6 else 3))
+    @property
+    def measure(self) -> Callable[..., Any]:
+        """See `TwoBodyGroup`."""
+        return measure_pose_spatial if self._spatial else measure_pose_planar
+
+    @property
+    def _spatial(self) -> bool:
+        return len(self.geometry) == 6
 
     def _measured(
         self, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Deformations, their rates, and gradients."""
         value, rate, gradient = self.measure(poses, rates, self.bodies, *self.geometry)
-        before, per_second = self._cache.before(self, rates, past)
-        return value, rate if past is None else (value - before) * per_second, gradient
+        before, per_second = self._before(rates, past)
+        return value, (value - before) * per_second if per_second else rate, gradient
 
     def efforts(self, value: np.ndarray, rate: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Efforts, stiffnesses and dampings, (m, 3 or 6) arrays."""
@@ -112,12 +114,10 @@ class LawGroup:
         effort, slope, by_rate = self.efforts(value, rate)
         scatter_efforts(self.bodies, gradient, effort, len(effort), force)
         moving = rates if past is None else np.zeros_like(rates)  # a difference does not depend on body rates
-        self.tangent(
+        tangent: Callable[..., Any] = tangent_pose_spatial if self._spatial else tangent_pose_planar
+        tangent(
             poses, moving, self.bodies, *self.geometry, gradient, effort, slope, by_rate, *pattern.index, stiffness, damping
         )
-
-    def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
-        """See `Group`; the laws do not depend explicitly on time."""
 
     def energy(
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None
@@ -128,10 +128,6 @@ class LawGroup:
         moving, _, _ = self.efforts(value, rate)
         still, _, _ = self.efforts(value, np.zeros_like(rate))
         return {"panels": stored}, float(np.sum((moving - still) * rate)), 0.0
-
-    def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:
-        """See `Group`."""
-        return self.bodies, 0
 
 
 def _six(row: np.ndarray) -> np.ndarray:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from fsm.interactions.ligament_planar import (
     measure_ligament_planar,
     stored_ligament_planar,
 )
-from fsm.segments.element_cache import ElementCache
+from fsm.segments.element_cache import TwoBodyGroup
 from fsm.segments.group import PreviousPoses
 from fsm.segments.pattern import BodyPattern
 
@@ -23,21 +24,20 @@ __all__ = ["LigamentGroup"]
 
 
 @dataclass(frozen=True)
-class LigamentGroup:
+class LigamentGroup(TwoBodyGroup):
     """Linear ligaments in the plane.
 
     Attributes
     ----------
-    bodies : (m, 2) int array
-    constants : (m, 13) array of `ligament_constants_planar`
+    bodies, geometry, rest : see `TwoBodyGroup`
+        `geometry` holds one array, the (m, 13) constants of `ligament_constants_planar`.
     names : names of the elements
     """
 
     bodies: np.ndarray
-    constants: np.ndarray
+    geometry: tuple[np.ndarray, ...]
+    rest: np.ndarray
     names: tuple[str, ...] = ()
-    measure: ClassVar[Any] = staticmethod(measure_ligament_planar)
-    _cache: ElementCache = field(default_factory=ElementCache, init=False, repr=False, compare=False)
 
     @classmethod
     def at_rest(
@@ -51,7 +51,13 @@ class LigamentGroup:
         names: tuple[str, ...] = (),
     ) -> LigamentGroup:
         """Create ligaments that are stress-free at the given poses."""
-        return cls(bodies, ligament_constants_planar(poses, bodies, point_inner, point_outer, stiffness, damping), names)
+        constants = ligament_constants_planar(poses, bodies, point_inner, point_outer, stiffness, damping)
+        return cls(bodies, (constants,), np.ascontiguousarray(constants[:, 7:10]), names)
+
+    @property
+    def constants(self) -> np.ndarray:
+        """Constants (m, 13) of the kernels."""
+        return self.geometry[0]
 
     @cached_property
     def rate_dependent(self) -> bool:
@@ -59,18 +65,9 @@ class LigamentGroup:
         return bool(np.any(self.constants[:, 10:]))
 
     @property
-    def geometry(self) -> tuple[np.ndarray, ...]:
-        """Arguments of the kernels after `bodies`."""
-        return (self.constants,)
-
-    @cached_property
-    def rest(self) -> np.ndarray:
-        """Zero deformations (m, 3), for use without a past state."""
-        return np.ascontiguousarray(self.constants[:, 7:10])
-
-    def _before(self, rates: np.ndarray, past: PreviousPoses | None) -> tuple[np.ndarray, float]:
-        """Past deformations and the inverse of the elapsed time; used only with dampers."""
-        return self._cache.before(self, rates, past if self.rate_dependent else None)
+    def measure(self) -> Callable[..., Any]:
+        """See `TwoBodyGroup`."""
+        return measure_ligament_planar
 
     def add_force(
         self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: PreviousPoses | None = None
@@ -94,9 +91,6 @@ class LigamentGroup:
             poses, rates, self.bodies, self.constants, *self._before(rates, past), *pattern.index, force, stiffness, damping
         )
 
-    def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
-        """See `Group`; springs do not depend explicitly on time."""
-
     def energy(
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None
     ) -> tuple[dict[str, float], float, float]:
@@ -104,7 +98,3 @@ class LigamentGroup:
         before = self._before(rates, past)
         energy, power = stored_ligament_planar(poses, rates, self.bodies, self.constants, *before)
         return {"creases": energy}, power, 0.0
-
-    def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:
-        """See `Group`."""
-        return self.bodies, 0

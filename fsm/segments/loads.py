@@ -9,7 +9,7 @@ import numpy as np
 from fsm.kernels.body_poses import pose_difference
 from fsm.kernels.rotation import rotation_matrix
 from fsm.scene.loads import Constant, Load, TimeFunction
-from fsm.segments.group import PreviousPoses
+from fsm.segments.group import Group, PreviousPoses
 from fsm.segments.pattern import BodyPattern
 from fsm.segments.time_function import breaks, factor, slope
 
@@ -64,15 +64,10 @@ def applied(load: Load, body: int, spatial: bool) -> AppliedLoad:
 
 
 @dataclass(frozen=True)
-class LoadGroup:
+class LoadGroup(Group):
     """All applied wrenches. Dead loads keep their direction in space; follower loads rotate with their body."""
 
     loads: tuple[AppliedLoad, ...]
-
-    @property
-    def rate_dependent(self) -> bool:
-        """See `Group`."""
-        return False
 
     def break_times(self) -> set[float]:
         """Times at which a time function is not smooth, s."""
@@ -120,10 +115,6 @@ class LoadGroup:
         )
         return {}, 0.0, power
 
-    def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:
-        """See `Group`."""
-        return np.zeros((0, 2), dtype=np.int64), 0
-
 
 def _wrench(load: AppliedLoad, pose: np.ndarray) -> np.ndarray:
     """Generalised force on one body: force in inertial axes, moment about y (plane) or in body axes (space)."""
@@ -167,16 +158,11 @@ def _planar_rotation(angle: float) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class GravityGroup:
+class GravityGroup(Group):
     """Weight of every body: `mass` (n_bodies,), `acceleration` (2 or 3,) m/s^2. Its energy is zero at the origin."""
 
     mass: np.ndarray
     acceleration: np.ndarray
-
-    @property
-    def rate_dependent(self) -> bool:
-        """See `Group`."""
-        return False
 
     def add_force(
         self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: PreviousPoses | None = None
@@ -198,16 +184,9 @@ class GravityGroup:
         """See `Group`; a uniform field has no stiffness."""
         self.add_force(t, poses, rates, force)
 
-    def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
-        """See `Group`; gravity is constant."""
-
     def energy(
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None
     ) -> tuple[dict[str, float], float, float]:
         """See `Group`."""
         height = poses[:, : len(self.acceleration)] @ self.acceleration
         return {"gravity": -float(self.mass @ height)}, 0.0, 0.0
-
-    def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:
-        """See `Group`."""
-        return np.zeros((0, 2), dtype=np.int64), 0

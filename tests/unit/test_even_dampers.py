@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from fsm.interactions.pose_spatial import measure_pose_spatial, tangent_pose_spatial
 from fsm.kernels.body_poses import retract_poses
 from fsm.run import run_case
 from fsm.scene.load_case import load_case
@@ -44,7 +43,7 @@ def joint(swing: float, seed: int, translations: float = 1.0) -> tuple[BushingGr
     stiffness, damping = np.zeros((1, 6)), np.full((1, 6), DAMPING)
     stiffness[0, :3], damping[0, :3] = translations * rng.uniform(1, 5, (2, 3))
     group = BushingGroup(
-        measure_pose_spatial, tangent_pose_spatial, BODIES, geometry, np.zeros((1, 6)), stiffness, damping,
+        BODIES, geometry, np.zeros((1, 6)), stiffness, damping,
         np.zeros(1, dtype=np.int64), ("joints",), ("ball",), np.zeros(1, dtype=bool),
     )  # fmt: skip
     return group, poses, rng.normal(size=(2, 6))

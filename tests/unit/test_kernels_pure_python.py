@@ -64,8 +64,8 @@ import importlib.util, pickle, sys
 spec = importlib.util.spec_from_file_location("evaluation", sys.argv[1])
 module = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(module)
-from fsm.laws.bushing import bushing
-assert not hasattr(bushing, "signatures"), "compiled after all"
+from fsm.laws.crease import crease_moment
+assert not hasattr(crease_moment, "signatures"), "compiled after all"
 sys.stdout.buffer.write(pickle.dumps([module.evaluate(spatial) for spatial in (False, True)]))
 """
 

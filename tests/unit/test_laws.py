@@ -10,7 +10,6 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from fsm.laws.bushing import bushing, bushing_energy
 from fsm.laws.crease import (
     Curve,
     add_flexibility,
@@ -26,26 +25,6 @@ MOMENT = np.array([-2e-3, 1e-3, 4e-3, 5e-3, 9e-3, 8e-3])
 
 def slope(function: Callable[[float], float], at: float, h: float) -> float:
     return (8 * (function(at + h) - function(at - h)) - (function(at + 2 * h) - function(at - 2 * h))) / (12 * h)
-
-
-# bushing ------------------------------------------------------------------------------------------------------
-
-
-def test_bushing_effort_is_the_slope_of_the_energy_plus_damping() -> None:
-    rng = np.random.default_rng(1)
-    value, rate, rest, k, c = rng.normal(size=(5, 3, 2))
-    effort = bushing(value, rate, rest, k, c)
-    for i in range(3):
-        for j in range(2):
-
-            def energy(x: float, i: int = i, j: int = j) -> float:
-                moved = value.copy()
-                moved[i, j] = x
-                return float(bushing_energy(moved, rate, rest, k, c)[0][i])
-
-            assert effort[i, j] - c[i, j] * rate[i, j] == pytest.approx(slope(energy, value[i, j], 1e-3), abs=1e-10)
-    power = bushing_energy(value, rate, rest, k, c)[1]
-    assert power == pytest.approx(np.sum((effort - bushing(value, 0 * rate, rest, k, c)) * rate))
 
 
 # crease curves ------------------------------------------------------------------------------------------------

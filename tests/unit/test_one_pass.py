@@ -9,13 +9,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from fsm.interactions.hinge_planar import measure_hinge_planar, tangent_hinge_planar
-from fsm.interactions.hinge_spatial import measure_hinge_spatial, tangent_hinge_spatial
-from fsm.interactions.pose_planar import measure_pose_planar, tangent_pose_planar
-from fsm.interactions.pose_spatial import measure_pose_spatial, tangent_pose_spatial
+from fsm.interactions.hinge_planar import tangent_hinge_planar
+from fsm.interactions.hinge_spatial import tangent_hinge_spatial
+from fsm.interactions.pose_planar import tangent_pose_planar
+from fsm.interactions.pose_spatial import tangent_pose_spatial
 from fsm.kernels.body_poses import retract_poses
 from fsm.kernels.scatter import scatter_efforts
-from fsm.laws.bushing import bushing, bushing_energy
 from fsm.laws.crease import crease_moment, curve_from_data, join_curves
 from fsm.segments.elements import BushingGroup, CreaseGroup
 from fsm.segments.group import PreviousPoses
@@ -26,6 +25,11 @@ DOF = np.array([-1, 0, 1, -1, 2, 3])  # the ground and a held body within
 KINDS = pytest.mark.parametrize("kind", ["bushings", "creases"])
 DIMENSIONS = pytest.mark.parametrize("spatial", [False, True], ids=["planar", "spatial"])
 MISSING = {"none": (), "dampers": ("damping",), "springs": ("stiffness",), "some": ("some",)}
+
+
+def bushing(value: np.ndarray, rate: np.ndarray, rest: np.ndarray, stiffness: np.ndarray, damping: np.ndarray) -> np.ndarray:
+    """Efforts of linear springs and dampers."""
+    return stiffness * (value - rest) + damping * rate
 
 
 def quaternions(vectors: np.ndarray) -> np.ndarray:
@@ -58,8 +62,6 @@ def random_group(spatial: bool, missing: str, rng: np.random.Generator, size: fl
         damping[1] = 0.0
         damping[2, n // 2 :] = stiffness[2, n // 2 :] = 0.0  # translations only
     return BushingGroup(
-        measure_pose_spatial if spatial else measure_pose_planar,
-        tangent_pose_spatial if spatial else tangent_pose_planar,
         BODIES, geometry, rest, stiffness, damping, np.zeros(m, dtype=np.int64), ("panels",),
         tuple(f"element {k}" for k in range(m)), np.ones(m, dtype=bool),
     )  # fmt: skip
@@ -73,8 +75,6 @@ def random_creases(spatial: bool, missing: str, rng: np.random.Generator, size: 
     if MISSING[missing]:
         damping[:: 1 if missing == "dampers" else 2] = 0.0
     return CreaseGroup(
-        measure_hinge_spatial if spatial else measure_hinge_planar,
-        tangent_hinge_spatial if spatial else tangent_hinge_planar,
         BODIES, (*axes, rng.normal(size=m)), rng.normal(size=m), np.where(np.arange(m) % 3, 1.0, -1.0), damping,
         np.arange(m) % 2, join_curves(curves),
     )  # fmt: skip
@@ -103,7 +103,12 @@ def one_after_the_other(
         )  # fmt: skip
         efforts = effort, slope, group.damping
     scatter_efforts(BODIES, gradient, effort, len(BODIES), force)
-    group.tangent(poses, rates, BODIES, *group.geometry, *efforts, *pattern.index, stiffness, damping)
+    spatial = poses.shape[1] == 7
+    if isinstance(group, BushingGroup):
+        tangent: Any = tangent_pose_spatial if spatial else tangent_pose_planar
+    else:
+        tangent = tangent_hinge_spatial if spatial else tangent_hinge_planar
+    tangent(poses, rates, BODIES, *group.geometry, *efforts, *pattern.index, stiffness, damping)
     return force, stiffness, damping
 
 
@@ -247,7 +252,8 @@ def test_stored_energy_and_gaps(spatial: bool, missing: str) -> None:
     group = random_group(spatial, missing, rng, 0.5)
     poses, rates = random_poses(spatial, rng, 0.5), rng.normal(size=(len(DOF), 6 if spatial else 3))
     value, rate, _ = group.measure(poses, rates, BODIES, *group.geometry)
-    energy, power = bushing_energy(value, rate, group.rest, group.stiffness, group.damping)
+    energy = 0.5 * np.sum(group.stiffness * (value - group.rest) ** 2, axis=1)
+    power = float(np.sum(group.damping * rate**2))
     stored, lost, gained = group.energy(0.0, poses, rates)
     assert stored["panels"] == pytest.approx(energy.sum(), rel=1e-12)
     assert lost == pytest.approx(power, rel=1e-12)

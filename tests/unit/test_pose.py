@@ -16,7 +16,6 @@ from fsm.interactions.hinge_spatial import measure_hinge_spatial
 from fsm.interactions.pose_planar import measure_pose_planar
 from fsm.interactions.pose_spatial import measure_pose_spatial
 from fsm.kernels.scatter import scatter_efforts
-from fsm.laws.bushing import bushing, bushing_energy
 
 BODIES = np.array([[0, 1], [2, 1], [3, 0]])
 SEEDS = pytest.mark.parametrize("seed", range(4))
@@ -41,14 +40,14 @@ class Chain:
 
     def force(self, poses: np.ndarray, rates: np.ndarray) -> np.ndarray:
         value, rate, gradient = self.measure(poses, rates)
-        effort = bushing(value, rate, self.rest, self.stiffness, self.damping)
+        effort = self.stiffness * (value - self.rest) + self.damping * rate
         force = np.zeros(self.rates.shape)
         scatter_efforts(BODIES, gradient, effort, len(BODIES), force)
         return force
 
     def energy(self, poses: np.ndarray) -> float:
-        value, rate, _ = self.measure(poses, np.zeros(self.rates.shape))
-        return float(bushing_energy(value, rate, self.rest, self.stiffness, self.damping)[0].sum())
+        value, _, _ = self.measure(poses, np.zeros(self.rates.shape))
+        return 0.5 * float(np.sum(self.stiffness * (value - self.rest) ** 2))
 
 
 def chain(spatial: bool, seed: int) -> Chain:
@@ -143,7 +142,7 @@ def test_action_is_reaction(spatial: bool, seed: int) -> None:
     """Every element by itself; force and moment balance though Z is large, so both act at one point."""
     c = chain(spatial, seed)
     value, rate, gradient = c.measure(c.poses, c.rates)
-    effort = bushing(value, rate, c.rest, c.stiffness, c.damping)
+    effort = c.stiffness * (value - c.rest) + c.damping * rate
     for i in range(len(BODIES)):
         force = np.zeros(c.rates.shape)
         scatter_efforts(BODIES[i : i + 1], gradient[i : i + 1], effort[i : i + 1], 1, force)
@@ -157,8 +156,8 @@ def test_action_is_reaction(spatial: bool, seed: int) -> None:
 @SEEDS
 def test_dissipated_power_is_what_the_dampers_take(spatial: bool, seed: int) -> None:
     c = chain(spatial, seed)
-    value, rate, _ = c.measure(c.poses, c.rates)
-    power = bushing_energy(value, rate, c.rest, c.stiffness, c.damping)[1]
+    _, rate, _ = c.measure(c.poses, c.rates)
+    power = float(np.sum(c.damping * rate**2))
     damping_force = c.force(c.poses, c.rates) - c.force(c.poses, np.zeros(c.rates.shape))
     assert power > 0
     assert power == pytest.approx(-float(np.sum(damping_force * c.rates)), rel=1e-12)

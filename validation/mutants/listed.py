@@ -134,17 +134,17 @@ STRIPS = (
 LAWS = (
     Mutant(
         "sign of dampers",
-        "fsm/laws/bushing.py",
-        "(value - rest) + damping * rate",
-        "(value - rest) - damping * rate",
-        _unit("laws", "test_bushing_effort_is_the_slope_of_the_energy_plus_damping"),
+        "fsm/interactions/bushing_planar.py",
+        "+ row[_DAMPING + 2] * rp",
+        "- row[_DAMPING + 2] * rp",
+        _unit("one_pass", "test_one_pass_is_one_after_the_other"),
     ),
     Mutant(
         "rest of springs ignored",
-        "fsm/laws/bushing.py",
-        "stiffness * (value - rest)",
-        "stiffness * value",
-        _unit("laws", "test_bushing_effort_is_the_slope_of_the_energy_plus_damping"),
+        "fsm/interactions/bushing_planar.py",
+        "(psi - row[_REST + 2])",
+        "psi",
+        _unit("one_pass", "test_one_pass_is_one_after_the_other"),
     ),
     Mutant(
         "creases constant beyond their data",
