@@ -7,6 +7,7 @@ velocity u holds velocities in inertial axes and angular rates in body axes. Inc
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -210,6 +211,9 @@ class System(Protocol):
     Shapes: q (nq,); u, h and dx (nu,); K and D (nu, nu), sparse on one pattern. Statics passes u = None: all velocities
     are zero, and drives are at their positions at time t. Quasi-statics passes the previous state as `before`: u holds the
     mean velocities since then, and rates of deformation are differences over that time.
+
+    Systems derive from this class. The methods with a body suit a system without contacts and internal variables, whose
+    configurations form a vector space.
     """
 
     nq: int
@@ -236,7 +240,7 @@ class System(Protocol):
 
     def progress(self, t: float) -> float:
         """Path parameter: travel of the drives, or the time without a drive; states are smooth functions of it."""
-        ...
+        return t
 
     def break_times(self) -> list[float]:
         """Times (s) at which loads or drives are not smooth; a step should end there."""
@@ -248,23 +252,23 @@ class System(Protocol):
 
     def kinematic_map(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
         """Rate of the configuration, q' = T(q) u, with a term that keeps quaternion norms at one."""
-        ...
+        return u
 
     def kinematic_jacobian(self, q: np.ndarray, u: np.ndarray) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
         """d(q')/dq (nq, nq) and d(q')/du = T (nq, nu)."""
-        ...
+        return sparse.csr_matrix((self.nq, self.nq)), sparse.eye_array(self.nu, format="csr")
 
     def tangent_map(self, q: np.ndarray) -> sparse.csr_matrix:
         """Derivative dx/dq (nu, nq): increment in the tangent space for a change of q."""
-        ...
+        return sparse.eye_array(self.nu, format="csr")
 
     def retract(self, q: np.ndarray, dx: np.ndarray) -> np.ndarray:
         """Configuration moved by an increment of the tangent space."""
-        ...
+        return q + dx
 
     def difference(self, start: np.ndarray, end: np.ndarray) -> np.ndarray:
         """Increment dx from configuration `start` to `end`, the inverse of `retract`."""
-        ...
+        return end - start
 
     def increment_map(self, dx: np.ndarray) -> np.ndarray | None:
         """Derivative of an increment by a small increment after it, one block per node, (n, size, size).
@@ -273,7 +277,7 @@ class System(Protocol):
 
         difference(q, retract(retract(q, dx), d)) = dx + increment_map(dx) d + O(d^2)
         """
-        ...
+        return None
 
     def mass(self, q: np.ndarray) -> sparse.csr_matrix:
         """Mass matrix (nu, nu)."""
@@ -303,7 +307,8 @@ class System(Protocol):
 
     def tangent(self, t: float, q: np.ndarray, u: np.ndarray | None) -> tuple[sparse.bsr_matrix, sparse.bsr_matrix]:
         """Exact derivatives K = -dh/dx and D = -dh/du."""
-        ...
+        linear = self.linearise(t, q, u)
+        return linear.stiffness.bsr(), linear.damping.bsr()
 
     def linearise(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> Linearised:
         """Force and both tangents in one pass; the pattern is the same object until the contact search adds blocks."""
@@ -332,48 +337,48 @@ class System(Protocol):
         call this method at the start and at the end of every accepted step. No other method changes internal variables,
         so between two calls forces depend on the state alone.
         """
-        ...
+        return
 
     def memory(self) -> np.ndarray:
         """All internal variables as one flat array; empty for most scenes."""
-        ...
+        return np.zeros(0)
 
     def restore(self, memory: np.ndarray) -> None:
         """Set the internal variables, for a restart or after rejected steps; an empty array resets them."""
-        ...
+        return
 
     def counters(self) -> np.ndarray:
         """Counters for the summary, (n,); empty for most systems."""
-        ...
+        return np.zeros(0)
 
     def clear_caches(self, counters: np.ndarray) -> None:
         """Clear all caches, so that later results equal those of a new system, and set the counters to `counters`.
 
         Internal variables are not affected, see `restore`.
         """
-        ...
+        return
 
     def contacts_opened(self) -> bool:
         """Whether contacts that were closed in the last tangents are open in the last evaluated state.
 
         The tangents are then too stiff, so a small correction does not prove convergence.
         """
-        ...
+        return False
 
     def rejection(self, t: float, q: np.ndarray, u: np.ndarray | None, step: float) -> StepRejection | None:
         """Rejection of a state as the end of a step of the given length (s) since the last commit; None to accept it.
 
         In statics u is None, and impacts are not resolved.
         """
-        ...
+        return None
 
     def shortest_step(self) -> float:
         """Step (s) below which errors cut no step, because the mesh does not resolve faster waves; 0 for none."""
-        ...
+        return 0.0
 
     def longest_step(self, t: float, q: np.ndarray, u: np.ndarray) -> float:
         """Longest step from an accepted state that resolves its contacts, s; infinite for most systems."""
-        ...
+        return math.inf
 
     def worst_body(self, vector: np.ndarray) -> str:
         """Name of the body with the largest entry of a (nu,) vector, for messages."""
@@ -381,11 +386,11 @@ class System(Protocol):
 
     def contact_force(self, t: float, q: np.ndarray) -> float:
         """Largest contact force on a body at rest, N; 0 for most systems."""
-        ...
+        return 0.0
 
     def max_joint_opening(self, t: float, q: np.ndarray) -> tuple[float, str]:
         """Largest opening (m) of a joint of the structure, and the name of the joint."""
-        ...
+        return 0.0, "none"
 
 
 Ready: TypeAlias = Callable[[BlockPattern], tuple[Elimination, np.ndarray]]

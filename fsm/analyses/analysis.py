@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
@@ -39,12 +38,13 @@ class Solver(Protocol):
 
 
 class Analysis(Protocol):
-    """Compiled case of one kind of analysis: its system, and the methods that differ between kinds."""
+    """Compiled case of one kind of analysis: its system, and the methods that differ between kinds.
 
-    @property
-    def system(self) -> System:
-        """System for the solvers."""
-        ...
+    Analyses derive from this class. The methods with a body suit analyses without probes, bars and a solver of their own.
+    """
+
+    system: System
+    """System for the solvers; a film has it after `initialise`."""
 
     @property
     def kernels(self) -> tuple[str, ...]:
@@ -58,7 +58,7 @@ class Analysis(Protocol):
         ------
         CaseError
         """
-        ...
+        return
 
     def steps(self) -> list[RunStep]:
         """Steps of the run, in order, each with its method and times."""
@@ -86,22 +86,22 @@ class Analysis(Protocol):
 
     def probes(self, q: np.ndarray) -> np.ndarray:
         """Displacement of every probe, (n_probes, 3), m."""
-        ...
+        return np.zeros((0, 3))
 
     def negative_pivots(self, system: System, t: float, q: np.ndarray) -> int:
         """Number of negative pivots of the stiffness if the analysis follows equilibria, else 0."""
-        ...
+        return 0
 
     def array_motion(self, solution: Solution, warnings: list[str], watch: Watch | None = None) -> ArrayMotion | None:
         """Motion of points and stress of bars of a scissor array; None for other analyses.
 
         `watch` receives the progress of further solves.
         """
-        ...
+        return None
 
     def own_solver(self) -> Solver | None:
         """Special solver of this analysis; None for the common solvers."""
-        ...
+        return None
 
     def summarise(self, solution: Solution, statistics: Statistics) -> dict[str, Any]:
         """Part of the summary that depends on the analysis."""
@@ -112,31 +112,26 @@ class Analysis(Protocol):
         ...
 
 
-class OneStep(ABC):
+class OneStep(Analysis, Protocol):
     """Analysis of one step, from time zero on."""
 
     step_name: str
 
-    @property
-    @abstractmethod
-    def system(self) -> System:
-        """See `Analysis`."""
-
-    @abstractmethod
     def method(self) -> tuple[str, str]:
         """Method of the solver, and the reason."""
+        ...
 
-    @abstractmethod
     def settings(self, method: str) -> Settings | PathSettings:
         """Settings of the solver."""
+        ...
 
-    @abstractmethod
     def record_times(self, end: float) -> list[float]:
         """Times of records, s."""
+        ...
 
-    @abstractmethod
     def sample_times(self, end: float) -> list[float]:
         """Times of samples of probes, s."""
+        ...
 
     def steps(self) -> list[RunStep]:
         """See `Analysis`."""

@@ -8,13 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from fsm.analyses.analysis import Watch
+from fsm.analyses.analysis import Analysis
 from fsm.analyses.extrapolation_warnings import extrapolation_warnings
 from fsm.analyses.run_step import RunStep, States
 from fsm.analyses.segment_error import SegmentError
 from fsm.compile_case import compile_case, path_settings
 from fsm.panel_crossing import lattice_overlap, unwatched_crossings
-from fsm.results.array import ArrayMotion
 from fsm.results.curve import Curve
 from fsm.results.quantities import summarise, summarise_contacts
 from fsm.results.solution import Layout, Solution
@@ -47,7 +46,7 @@ _COARSE = 0.05
 """Error of the peak force due to the segments, above which there is a warning."""
 
 
-class Deployment:
+class Deployment(Analysis):
     """Compiled strip or scene; see `Analysis`.
 
     Parameters
@@ -61,6 +60,8 @@ class Deployment:
     scene : Scene
     system : SegmentSystem
     """
+
+    system: SegmentSystem
 
     def __init__(self, case: Case, source: str, warnings: list[str] | None) -> None:
         self.case = case
@@ -81,9 +82,6 @@ class Deployment:
         if method in ("generalized-alpha", "newmark") and has_arrays(self.system):
             return space, f"many steps at once, {space}"
         return (space,)
-
-    def initialise(self, warnings: list[str]) -> None:
-        """See `Analysis`; the scene has been checked already."""
 
     def method(self) -> tuple[str, str]:
         """Method of the last step that is solved, and the reason."""
@@ -174,22 +172,10 @@ class Deployment:
             thickness=max((plate.thickness for _, plate, _ in bodies.plates), default=0.0),
         )
 
-    def probes(self, q: np.ndarray) -> np.ndarray:
-        """See `Analysis`."""
-        return np.zeros((0, 3))
-
     def negative_pivots(self, system: System, t: float, q: np.ndarray) -> int:
         """None without a drive, since a free motion passes no equilibria."""
         assert isinstance(system, SegmentSystem)
         return negative_pivots(system, t, q, self._pivots) if len(system.driven) and system.nu else 0
-
-    def array_motion(self, solution: Solution, warnings: list[str], watch: Watch | None = None) -> ArrayMotion | None:
-        """See `Analysis`."""
-        return None
-
-    def own_solver(self) -> None:
-        """See `Analysis`."""
-        return None
 
     def summarise(self, solution: Solution, statistics: Statistics) -> dict[str, Any]:
         """Peak, stages and contacts."""

@@ -27,7 +27,6 @@ from fsm.solve.run_io import SavedState, Statistics
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 from fsm.solve.static import PathSettings
-from fsm.system import System
 
 __all__ = ["ScissorArray"]
 
@@ -53,6 +52,7 @@ class ScissorArray(OneStep):
     """
 
     step_name = "deploy"
+    system: ArraySystem | SegmentSystem
 
     def __init__(self, case: Case, source: str) -> None:
         assert case.scissor is not None and case.bar is not None and case.material is not None
@@ -60,22 +60,14 @@ class ScissorArray(OneStep):
         self.scissor = case.scissor
         self.array: Array = array_at(case.scissor, case.scissor.initial_angle)
         self.holds = case.hold or default_holds(case.scissor)
-        self._system: ArraySystem | SegmentSystem = (
+        self.system = (
             self._rigid() if case.scissor.rigid else self._flexible(case.scissor.elements_per_bar)
         )
-
-    @property
-    def system(self) -> ArraySystem | SegmentSystem:
-        """See `Analysis`."""
-        return self._system
 
     @property
     def kernels(self) -> tuple[str, ...]:
         """See `Analysis`; flexible bars are compared with rigid ones."""
         return ("rigid bars",) if self.scissor.rigid else ("bars", "rigid bars")
-
-    def initialise(self, warnings: list[str]) -> None:
-        """See `Analysis`; no preparation is necessary."""
 
     def method(self) -> tuple[str, str]:
         """Radau for rigid bars with stiff hinges, else generalized-alpha."""
@@ -119,18 +111,6 @@ class ScissorArray(OneStep):
         return Layout(
             dimension="planar", body_names=names, panel=np.zeros(quads, dtype=np.int64), thickness=self.case.bar.height
         )
-
-    def probes(self, q: np.ndarray) -> np.ndarray:
-        """See `Analysis`."""
-        return np.zeros((0, 3))
-
-    def negative_pivots(self, system: System, t: float, q: np.ndarray) -> int:
-        """See `Analysis`: 0, since a mechanism does not follow equilibria."""
-        return 0
-
-    def own_solver(self) -> None:
-        """See `Analysis`."""
-        return None
 
     def array_motion(self, solution: Solution, warnings: list[str], watch: Watch | None = None) -> ArrayMotion:
         """Points and stresses at the records, compared with the same array with rigid bars."""

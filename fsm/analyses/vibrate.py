@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from fsm.analyses.analysis import OneStep, Solver, Watch
+from fsm.analyses.analysis import OneStep, Solver
 from fsm.analyses.deployed import DeployedFilm
 from fsm.analyses.film import FilmMesh, build_film, mean_strain, on_other_mesh
 from fsm.analyses.mesh_error import MeshError, OnMesh, mesh_error
@@ -25,7 +25,6 @@ from fsm.ancf.system import AncfSystem
 from fsm.ancf.tension_state import TensionState, tension_state
 from fsm.ancf.time_functions import HalfSine, Rectangle, Samples, TimeFunction
 from fsm.errors import CaseError, Fault, NotConverged
-from fsm.results.array import ArrayMotion
 from fsm.results.film import Film
 from fsm.results.solution import Layout, Solution
 from fsm.results.vibration import frequency_warnings, summarise_vibration
@@ -39,7 +38,6 @@ from fsm.solve.run_io import Statistics
 from fsm.solve.settings import Settings
 from fsm.solve.static import PathSettings
 from fsm.solve.stepwise_run import GENERALIZED_ALPHA, MEAN_FORCE, NEWMARK
-from fsm.system import System
 
 __all__ = ["VibrationAnalysis"]
 
@@ -69,17 +67,13 @@ class VibrationAnalysis(OneStep):
 
     kernels = ("film",)
     step_name = "vibrate"
+    system: AncfSystem
 
     def __init__(self, case: Case, source: str, deployed: DeployedFilm | None = None) -> None:
         self.case, self.source, self.deployed = case, source, deployed
         self.vibration = case.vibration or Vibration()
         self.film = build_film(case) if deployed is None else deployed.film
         self.points = {name: self.film.point(*place) for name, place in self._places().items()}
-
-    @property
-    def system(self) -> System:
-        """See `Analysis`; available after `initialise`."""
-        return self._system
 
     def initialise(self, warnings: list[str]) -> None:
         """Tension the film, set its supports, and compute its modes.
@@ -92,16 +86,16 @@ class VibrationAnalysis(OneStep):
         loading = self._loading(self.film)
         if self.deployed is None and not self._plain_by_choice(loading):
             loading = self._loading(self.film)
-            self._system = stretched(self.case, self.film, loading)
+            self.system = stretched(self.case, self.film, loading)
         elif self.deployed is not None:
-            self._system = as_deployed(self.case, self.deployed, loading)
-        q, _ = self._system.initial()
-        self.state = tension_state(self._system, 0.0, q)
+            self.system = as_deployed(self.case, self.deployed, loading)
+        q, _ = self.system.initial()
+        self.state = tension_state(self.system, 0.0, q)
         self._refuse_slack(self.state)
         self._refuse_all_held()
         self.rest = {name: point.position(q) for name, point in self.points.items()}
         self.axes = {name: point.axes(q) for name, point in self.points.items()}
-        self.modes = natural_modes(self._system, q, self.vibration.modes)
+        self.modes = natural_modes(self.system, q, self.vibration.modes)
         self._refuse_unstable(self.modes)
         self._choose_model(warnings)
         self.mesh_error = self._mesh_error()
@@ -114,7 +108,7 @@ class VibrationAnalysis(OneStep):
         if solve.method != "auto":
             return solve.method, self.reason
         # two quadrature points per step miss where a stiff cable becomes slack: the energy error was 13 %
-        limp = self._system.tension_field and any(isinstance(cable, EdgeCable) for cable in self.case.cable)
+        limp = self.system.tension_field and any(isinstance(cable, EdgeCable) for cable in self.case.cable)
         return (MEAN_FORCE if solve.rho_inf is None and not limp else GENERALIZED_ALPHA), self.reason
 
     def _plain_by_choice(self, loading: Loading) -> bool:
@@ -131,7 +125,7 @@ class VibrationAnalysis(OneStep):
             q, _ = system.initial()
             taut = tension_state(system, 0.0, q).taut >= 1.0
             if taut and not natural_modes(system, q, 1).unstable.any():
-                self.case, self._system = plain, system
+                self.case, self.system = plain, system
                 return True
         except NotConverged:  # the flat film buckles while it is tensioned
             pass
@@ -153,11 +147,11 @@ class VibrationAnalysis(OneStep):
             if wanted == "reduced":
                 warnings.append(f'reduced model: {self.reason}; solved with vibration.model = "full"')
             return
-        model = reduced_model(self._system, self.modes, self.vibration.stretch)
+        model = reduced_model(self.system, self.modes, self.vibration.stretch)
         point = self.film.point(*impact.point)
-        rest = point.position(self._system.initial()[0])
+        rest = point.position(self.system.initial()[0])
         self.error = error_against_full(
-            self._system, model, self._first_step(), self.vibration.duration, self.probes,
+            self.system, model, self._first_step(), self.vibration.duration, self.probes,
             lambda q: point.position(q) - rest, math.inf if wanted == "reduced" else _GOOD,
         )  # fmt: skip
         good = self.error.largest <= _GOOD
@@ -225,17 +219,9 @@ class VibrationAnalysis(OneStep):
         moved = [self.axes[name] @ (point.position(q) - self.rest[name]) for name, point in self.points.items()]
         return np.array(moved)
 
-    def negative_pivots(self, system: System, t: float, q: np.ndarray) -> int:
-        """See `Analysis`: 0, since a vibration is about a stable equilibrium."""
-        return 0
-
     def own_solver(self) -> Solver | None:
         """Solver of the reduced model, if it is used and there is an impact."""
-        return None if self.model is None else ReducedSolve(self._system, self.model).go
-
-    def array_motion(self, solution: Solution, warnings: list[str], watch: Watch | None = None) -> ArrayMotion | None:
-        """See `Analysis`."""
-        return None
+        return None if self.model is None else ReducedSolve(self.system, self.model).go
 
     def summarise(self, solution: Solution, statistics: Statistics) -> dict[str, Any]:
         """Frequency, amplitudes, modes, tension."""
@@ -294,7 +280,7 @@ class VibrationAnalysis(OneStep):
 
     def _mesh_error(self) -> MeshError | None:
         """Error due to the mesh, by a comparison mesh; None if no mesh differs enough, or without an equilibrium."""
-        if self._system.fixed.all():
+        if self.system.fixed.all():
             return None
         try:
             found = self._on_other_mesh()
@@ -307,7 +293,7 @@ class VibrationAnalysis(OneStep):
         step = min(self._first_step(), self.vibration.sampling or math.inf)
         own, other = (
             OnMesh(system, self._elements(film), self._deflection(film))
-            for system, film in ((self._system, self.film), (system, film))
+            for system, film in ((self.system, self.film), (system, film))
         )
         order = 1 if self._wrinkled() else 2
         return mesh_error(own, other, order, self.vibration.modes, duration, step)
@@ -339,10 +325,10 @@ class VibrationAnalysis(OneStep):
         spread = None
         if size < max(element):
             loading = self._loading(self.film, (max(size, element[0]), max(size, element[1])))
-            spread = self._system.held(self._system.initial()[0], np.zeros(0, dtype=np.int64), loading)
+            spread = self.system.held(self.system.initial()[0], np.zeros(0, dtype=np.int64), loading)
         halved = 1 if self.case.solve.step is None else 0
         settings = self._settings(method, self._first_step())
-        return stated_errors(self._system, spread, settings, self.probes, halved)
+        return stated_errors(self.system, spread, settings, self.probes, halved)
 
     def _deflection(self, film: FilmMesh) -> Callable[[np.ndarray], float]:
         """Function of a configuration: normal displacement of the centre on a mesh, up to a constant."""
@@ -366,7 +352,7 @@ class VibrationAnalysis(OneStep):
         return 0.0 if impact is None else max(_pulse(impact)[1].breaks())
 
     def _refuse_all_held(self) -> None:
-        if self._system.fixed.all():
+        if self.system.fixed.all():
             place = "membrane.mesh" if self.deployed is None else "deployed"
             raise CaseError([Fault(place, "all coordinates are held: nothing can vibrate; refine the mesh")], self.source)
 
@@ -403,7 +389,7 @@ class VibrationAnalysis(OneStep):
             raise CaseError([Fault("support", text)], self.source)
 
     def _film(self) -> Film:
-        q, _ = self._system.initial()
+        q, _ = self.system.initial()
         count = self.film.cells.size
         stress, direction = np.zeros((count, 2)), np.zeros((count, 3))
         kind = np.zeros(count, dtype=np.int64)
@@ -414,8 +400,8 @@ class VibrationAnalysis(OneStep):
             stress[where] = part.principal.mean(axis=1)
             direction[where] = _mean_direction(part)
             kind[where] = np.round(part.state.mean(axis=1)).astype(np.int64)
-        shape = self._system.shape(0.0, q)
-        moved = np.array([self._system.shape(0.0, q + mode) - shape for mode in self.modes.shapes])
+        shape = self.system.shape(0.0, q)
+        moved = np.array([self.system.shape(0.0, q + mode) - shape for mode in self.modes.shapes])
         largest = np.abs(moved).reshape(len(moved), -1).max(axis=1, initial=1e-300)
         return Film(
             probe_names=tuple(self.points),

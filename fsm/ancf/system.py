@@ -1,17 +1,14 @@
 """System of ANCF meshes: M u' = h(t, q, u), q' = u with a constant sparse M (Sun et al. 2024, eqs. 23, 36).
 
-Coordinates are positions and slopes in inertial axes, so the configuration is a vector space: retract is a sum, and
-there are no gyroscopic forces. Coordinates that are held, moved or not used stay in q and u, whose blocks are nodes.
-They take no part: their rows and columns of M, K and D are those of separate oscillators, stiff ones, that stay at
-rest where they are. What is moved is put in place before anything is evaluated, and its reaction is what the elements
-do to it.
+Coordinates are positions and slopes in inertial axes, so the configuration is a vector space without gyroscopic forces.
+Held, moved and unused coordinates stay in q and u, whose blocks are nodes. Their rows and columns of M, K and D are those
+of separate stiff oscillators at rest. Moved coordinates are set before each evaluation.
 
-With `before` (quasi-statics) velocities are the mean ones since then; dampers take them at the end of the step.
+With `before` (quasi-statics) velocities are the mean velocities since then; dampers use them at the end of the step.
 """
 
 from __future__ import annotations
 
-import math
 from functools import cached_property
 from typing import Any
 
@@ -26,22 +23,22 @@ from fsm.ancf.loading import Loading
 from fsm.ancf.matrices import clear_held, mass_data
 from fsm.ancf.mesh import Mesh
 from fsm.blocks import BlockMatrix, BlockPattern
-from fsm.system import DriveState, Energy, Linearised, Observation, PairState, PreviousState, Scales, StepRejection
+from fsm.system import DriveState, Energy, Linearised, Observation, PairState, PreviousState, Scales, System
 
 __all__ = ["AncfSystem"]
 
 _NO_PAIRS = PairState(*(np.zeros(0) for _ in range(7)))
 
 
-class AncfSystem:
-    """A mesh and what acts on it behind the `System` protocol.
+class AncfSystem(System):
+    """Mesh with its loads as a `System`.
 
     Parameters
     ----------
     mesh : Mesh
     loading : Loading
     start, rate : (n,) arrays
-        Coordinates at the start, those of the mesh if absent, and their rates, zero if absent.
+        Initial coordinates (absent: those of the mesh) and their rates (absent: zero).
     """
 
     fixed_pattern = of_vectors = True
@@ -72,7 +69,7 @@ class AncfSystem:
         self._weight = self._bsr(material) @ self._translation(np.array(self.loading.gravity))
         self._full_mass = material + mass_data(others, self.pattern)
         self._full_csr = self._bsr(self._full_mass).tocsr()
-        self._full_csr.eliminate_zeros()  # of two thirds of every block: x, y and z do not know of each other
+        self._full_csr.eliminate_zeros()  # two thirds of every block: x, y and z are not coupled
         self.held_stiffness, self.held_mass = self._oscillators()
         self._mass = self._full_mass.copy()
         clear_held(self.fixed, self.pattern, self.held_mass, self._mass)
@@ -89,12 +86,8 @@ class AncfSystem:
         return self.start.copy(), self.rate.copy()
 
     def end_time(self) -> float | None:
-        """See `System`: the last time at which a motion is not smooth."""
+        """See `System`: last time at which a motion is not smooth."""
         return max((max(motion.time.breaks(), default=0.0) for motion in self.loading.motions), default=None)
-
-    def progress(self, t: float) -> float:
-        """See `System`."""
-        return t
 
     def break_times(self) -> list[float]:
         """See `System`."""
@@ -106,7 +99,7 @@ class AncfSystem:
 
     @cached_property
     def _scales(self) -> Scales:
-        """Typical sizes: the length is that of the median side of what is drawn, or the distance between nodes."""
+        """Typical sizes: the length is the median side of the visible faces, or the distance between nodes."""
         places = self.mesh.positions(self.start)
         spread = float(np.ptp(places, axis=0).max())
         corners = self.start[self.mesh.quads[:, :, None] + np.arange(3)]
@@ -118,30 +111,6 @@ class AncfSystem:
         velocity = np.where(is_position, speed, speed / length)
         span = np.where(is_position, max(spread, length), 1.0)
         return Scales(length, size, velocity, size, span, np.full(self.nu, np.inf))
-
-    def kinematic_map(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
-        """See `System`."""
-        return u
-
-    def kinematic_jacobian(self, q: np.ndarray, u: np.ndarray) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
-        """See `System`."""
-        return sparse.csr_matrix((self.nq, self.nq)), sparse.eye_array(self.nu, format="csr")
-
-    def tangent_map(self, q: np.ndarray) -> sparse.csr_matrix:
-        """See `System`."""
-        return sparse.eye_array(self.nu, format="csr")
-
-    def retract(self, q: np.ndarray, dx: np.ndarray) -> np.ndarray:
-        """See `System`."""
-        return q + dx
-
-    def difference(self, start: np.ndarray, end: np.ndarray) -> np.ndarray:
-        """See `System`."""
-        return end - start
-
-    def increment_map(self, dx: np.ndarray) -> np.ndarray | None:
-        """See `System`."""
-        return None
 
     # protocol: mechanics --------------------------------------------------------------------------------------------
 
@@ -184,7 +153,7 @@ class AncfSystem:
         return self.force(t, q, u, before), self._drive_state(t, self._reactions(t, here, rates)).force
 
     def force_rate(self, t: float, q: np.ndarray) -> np.ndarray:
-        """See `System`: forcings that change, and the columns of K of what is moved times its speed."""
+        """See `System`: change of loads, and columns of K of moved coordinates times their speed."""
         total = np.zeros(self.nu)
         for forcing in self.loading.forcings:
             total += forcing.time.at(t)[1] * forcing.vector
@@ -194,11 +163,6 @@ class AncfSystem:
             total -= self._bsr(self._elements(here, None)[1]) @ moving
         total[self.fixed] = 0.0
         return total
-
-    def tangent(self, t: float, q: np.ndarray, u: np.ndarray | None) -> tuple[sparse.bsr_matrix, sparse.bsr_matrix]:
-        """See `System`."""
-        linear = self.linearise(t, q, u)
-        return linear.stiffness.bsr(), linear.damping.bsr()
 
     def linearise(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> Linearised:
         """See `System`."""
@@ -227,47 +191,12 @@ class AncfSystem:
         """See `System`."""
         here, rates = self.place(t, q, u, before)
         in_motion = u is not None and before is None
-        if in_motion and not self.loading.motions:  # what is held does no work, and all elements' forces are a lot to ask
+        if in_motion and not self.loading.motions:  # held coordinates do no work; all forces are expensive
             reactions, largest = np.zeros(self.nu), 0.0
         else:
             reactions = self._reactions(t, here, rates)
             largest = float(np.linalg.norm(self.mesh.positions(reactions), axis=1).max(initial=0.0))
         return Observation(self._drive_state(t, reactions), self._energy(t, here, rates, reactions), largest, _NO_PAIRS)
-
-    # protocol: nothing is remembered --------------------------------------------------------------------------------
-
-    def commit(self, t: float, q: np.ndarray, u: np.ndarray, before: PreviousState | None = None) -> None:
-        """See `System`."""
-
-    def memory(self) -> np.ndarray:
-        """See `System`."""
-        return np.zeros(0)
-
-    def restore(self, memory: np.ndarray) -> None:
-        """See `System`."""
-
-    def counters(self) -> np.ndarray:
-        """See `System`."""
-        return np.zeros(0)
-
-    def clear_caches(self, counters: np.ndarray) -> None:
-        """See `System`: nothing that is kept depends on the way here."""
-
-    def contacts_opened(self) -> bool:
-        """See `System`."""
-        return False
-
-    def rejection(self, t: float, q: np.ndarray, u: np.ndarray | None, step: float) -> StepRejection | None:
-        """See `System`."""
-        return None
-
-    def shortest_step(self) -> float:
-        """See `System`."""
-        return 0.0
-
-    def longest_step(self, t: float, q: np.ndarray, u: np.ndarray) -> float:
-        """See `System`."""
-        return math.inf
 
     def shape(self, t: float, q: np.ndarray) -> np.ndarray:
         """See `System`: the corners of every membrane element."""
@@ -278,18 +207,10 @@ class AncfSystem:
         """See `System`."""
         return self.mesh.names[int(np.argmax(np.abs(np.nan_to_num(vector, nan=np.inf)))) // self.mesh.size]
 
-    def contact_force(self, t: float, q: np.ndarray) -> float:
-        """See `System`: nothing touches."""
-        return 0.0
-
-    def max_joint_opening(self, t: float, q: np.ndarray) -> tuple[float, str]:
-        """See `System`: nodes are shared and do not part."""
-        return 0.0, "none"
-
     # more than the protocol -----------------------------------------------------------------------------------------
 
     def held(self, q: np.ndarray, coordinates: np.ndarray, loading: Loading | None = None) -> AncfSystem:
-        """The system that starts at rest in q with more coordinates held where they are, under another loading."""
+        """System at rest in q with more coordinates held, under another loading."""
         return AncfSystem(self.mesh.holding(coordinates), loading, q)
 
     @property
@@ -298,7 +219,7 @@ class AncfSystem:
         return any(group.tension_field for group in self._tension_only)
 
     def release(self, t: float, q: np.ndarray, remainder: float) -> None:
-        """Let films and cables that carry no compression stand without it in q; also of other systems on this mesh."""
+        """Release the compression of tension-only films and cables in q, for all systems on this mesh."""
         q, _ = self.place(t, q, None)
         for group in self._tension_only:
             group.release(q, remainder)
@@ -308,7 +229,7 @@ class AncfSystem:
         return [group for group in self.mesh.groups if isinstance(group, MembraneGroup | CableGroup)]
 
     def energies(self, t: float, q: np.ndarray) -> dict[str, float]:
-        """Potential energy by what stores it, J."""
+        """Potential energy by kind of element, J."""
         here, _ = self.place(t, q, None)
         potential: dict[str, float] = {}
         for group in self.mesh.groups:
@@ -320,7 +241,7 @@ class AncfSystem:
     def place(
         self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None
     ) -> tuple[np.ndarray, np.ndarray | None]:
-        """Coordinates and rates with what is moved in its place at time t; what is given, where nothing is."""
+        """Coordinates and rates, with moved coordinates at time t; the arguments themselves if none is moved."""
         motions = self.loading.motions
         if not motions:
             return q, u
@@ -367,7 +288,7 @@ class AncfSystem:
             force -= self._full_csr @ moved
 
     def _moved_acceleration(self, t: float) -> np.ndarray | None:
-        """Accelerations of what is moved, None where there is none."""
+        """Accelerations of moved coordinates; None for none."""
         out = None
         for motion in self.loading.motions:
             curvature = motion.time.at(t)[2]
@@ -382,7 +303,7 @@ class AncfSystem:
         return force
 
     def _reactions(self, t: float, q: np.ndarray, u: np.ndarray | None) -> np.ndarray:
-        """Of held coordinates, (nu,): what they do to the rest; in motion, where something is moved, with its inertia."""
+        """Reactions of held coordinates, (nu,); in motion with moved coordinates including inertia."""
         force = self.all_forces(t, q, u)
         if u is not None and self.loading.motions:
             return self.held_forces(force)
@@ -391,13 +312,13 @@ class AncfSystem:
     def held_forces(self, force: np.ndarray) -> np.ndarray:
         """Forces (nu,) that hold the held coordinates in motion, from the forces on all coordinates; 0 for free ones.
 
-        The mass matrix couples held coordinates with free ones, so the inertia of these takes part.
+        The mass matrix couples held and free coordinates, so the inertia of free coordinates contributes.
         """
         free = np.where(self.fixed, 0.0, force)
         return np.where(self.fixed, self._full_csr @ self._mass_factors.solve(free) - force, 0.0)
 
     def _drive_state(self, t: float, reactions: np.ndarray) -> DriveState:
-        """Motions as drives: how far, and the force along the way."""
+        """Motions as drives: travel, and force along it."""
         travel, along = [], []
         for motion in self.loading.motions:
             size = float(np.linalg.norm(motion.displacement))
@@ -417,7 +338,7 @@ class AncfSystem:
         return Energy(0.5 * float(u @ momentum), potential, dissipated, power)
 
     def _oscillators(self) -> tuple[float, float]:
-        """Stiffness and mass of the oscillators in place of held coordinates: as fast as the fastest of the others."""
+        """Stiffness and mass of the oscillators of held coordinates, with the largest frequency of free coordinates."""
         stiffness = self._bsr(self._elements(self.start, None)[1]).diagonal()
         mass = self._full_csr.diagonal()
         free = ~self.fixed & (mass > 0.0)
@@ -429,7 +350,7 @@ class AncfSystem:
         return (stiff, heavy) if stiff > 0.0 else (1.0, 1.0)
 
     def _translation(self, vector: np.ndarray) -> np.ndarray:
-        """The coordinates' change as all move by a vector (3,): of positions that elements use, once."""
+        """Change of the coordinates in a translation by a vector (3,), of positions that elements use."""
         out = np.zeros(self.nu)
         out[self.mesh.places[:, None] + np.arange(self.mesh.dimension)] = vector[: self.mesh.dimension]
         return out

@@ -22,7 +22,7 @@ from fsm.kernels.vector import equal_vectors
 from fsm.scene.scene import Plate
 from fsm.segments.drive import PrescribedMotion
 from fsm.segments.turns import Turns
-from fsm.system import PreviousState
+from fsm.system import PreviousState, System
 
 __all__ = ["Bodies", "Configuration"]
 
@@ -58,7 +58,7 @@ class Bodies:
     solids: tuple[tuple[int, float], ...] = ()
 
 
-class Configuration:
+class Configuration(System):
     """Configuration of bodies with prescribed motions; `System` describes the methods.
 
     Attributes
@@ -109,14 +109,14 @@ class Configuration:
     def kinematic_jacobian(self, q: np.ndarray, u: np.ndarray) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
         """See `System`."""
         if not self.spatial:
-            return sparse.csr_matrix((self.nq, self.nq)), sparse.eye_array(self.nu, format="csr")
+            return super().kinematic_jacobian(q, u)
         by_q, by_u = quaternion_jacobian(q.reshape(-1, 7), u.reshape(-1, 6))
         return _block_diagonal(by_q), _block_diagonal(by_u)
 
     def tangent_map(self, q: np.ndarray) -> sparse.csr_matrix:
         """See `System`."""
         if not self.spatial:
-            return sparse.eye_array(self.nu, format="csr")
+            return super().tangent_map(q)
         return _block_diagonal(tangent_from_quaternion(q.reshape(-1, 7)))
 
     def retract(self, q: np.ndarray, dx: np.ndarray) -> np.ndarray:

@@ -87,7 +87,7 @@ class SegmentSystem(Configuration):
         self._sliding = tuple(group for group in groups if isinstance(group, HysteresisGroup))
         frictions = [group.friction for group in groups if isinstance(group, ContactGroup) and group.friction is not None]
         self._bristles = any(friction.law.bristle for friction in frictions)
-        # springs without dampers know where they are and no more
+        # springs without dampers do not depend on the last state
         self._looks_back = self.rate_dependent or self.groups != self._springs
         self._last_before: PreviousState | None = None
         self._last_poses = bodies.pose
@@ -136,7 +136,7 @@ class SegmentSystem(Configuration):
         return max((motion.end_time for motion in self.motions), default=None)
 
     def progress(self, t: float) -> float:
-        """See `System`: the travel of the first drive; a little of the time goes with it, for after it has stopped."""
+        """See `System`: travel of the first drive, plus a small part of the time for the end of the drive."""
         if not self.motions:
             return t
         program = self.motions[0].program
@@ -155,11 +155,9 @@ class SegmentSystem(Configuration):
     def _scales(self) -> Scales:
         """Typical sizes.
 
-        The length is that of the median segment (without plates, of the solids; without any, the distance between bodies).
-        The speed is the fastest
-        at the start or, with a drive, ten times the drive's: vibrations that no one asks for need not be followed to a
-        millionth of its own (measured on the pulled strip: more steps below ten times, energy errors above).
-        Increments are resolved where contacts hang on them more finely than on the length.
+        The length is the median length of segments, else of solids, else the distance between bodies. The speed is the
+        largest initial speed, or ten times the speed of a drive. A smaller speed costs steps on the pulled strip, a larger
+        one energy errors. The resolution of increments is that of the contact forces.
         """
         lengths = [plate.length for body, plate, _ in self.bodies.plates if self._dof[body] >= 0]
         lengths = lengths or [size for body, size in self.bodies.solids if self._dof[body] >= 0]
@@ -204,11 +202,6 @@ class SegmentSystem(Configuration):
         """See `System`."""
         forces = self._all_forces(t, *self.place(t, q, u, before), self._past(t, before))
         return self._generalised(t, q, u, before, forces)
-
-    def tangent(self, t: float, q: np.ndarray, u: np.ndarray | None) -> tuple[sparse.bsr_matrix, sparse.bsr_matrix]:
-        """See `System`. The pattern is fixed until the broad phase of contact is renewed."""
-        linear = self.linearise(t, q, u)
-        return linear.stiffness.bsr(), linear.damping.bsr()
 
     def force_rate(self, t: float, q: np.ndarray) -> np.ndarray:
         """See `System`: the columns of K of driven bodies times their speed."""
@@ -341,7 +334,7 @@ class SegmentSystem(Configuration):
         return parts[0].ravel() if len(parts) == 1 else np.concatenate([np.zeros(0), *(part.ravel() for part in parts)])
 
     def settles(self) -> BodyPattern | None:
-        """See `MixedSystem`: where nothing but springs and dampers acts. `settle` knows those, and asks no other method."""
+        """See `MixedSystem`; only if nothing acts but springs and dampers."""
         alone = len(self.groups) == 1 and self.groups == self._springs and self.nu > 0
         return self._current_pattern(self.bodies.pose) if alone else None
 
@@ -367,7 +360,7 @@ class SegmentSystem(Configuration):
             *springs.elements(rates, self._past(t, since), pattern), pattern.indptr, pattern.indices, pattern.transposed,
             elimination.order, elimination.indptr, elimination.indices, elimination.diagonal, elimination.place, factors,
             scales.span, scales.of_forces, scales.widest, largest_reaction,
-            *rules[:-1], rules.most,  # apart: a type checker takes what a tuple is spread into for all of one type
+            *rules[:-1], rules.most,  # separate for the type checker: the last one is an integer
         )  # fmt: skip
         if not settled:
             return None
@@ -393,7 +386,7 @@ class SegmentSystem(Configuration):
         if self.spatial and u is not None:
             add_gyroscopic(rates, self.bodies.inertia, force)
             gyroscopic_damping(rates, self.bodies.inertia, *pattern.index, damping)
-        # these know velocities, which are increments over the time; all others know deformations of the last state
+        # rates of these groups are increments over the time; other groups use deformations of the last state
         turned = self._turned(q, u, before)
         if turned is not None:
             multiply_block_diagonal(damping, turned, pattern.indices)
@@ -442,7 +435,7 @@ class SegmentSystem(Configuration):
         pairs = self.contacts.observe(t, poses, rates, past, len(self.pair_names))
         return Observation(self._drive_state(t, reactions), energy, largest_force(reactions), pairs)
 
-    # protocol: what is remembered ------------------------------------------------------------------------------------
+    # protocol: internal variables ------------------------------------------------------------------------------------
 
     def commit(self, t: float, q: np.ndarray, u: np.ndarray, before: PreviousState | None = None) -> None:
         """See `System`."""
@@ -455,7 +448,7 @@ class SegmentSystem(Configuration):
             group.commit(t, poses, rates)
 
     def memory(self) -> np.ndarray:
-        """See `System`: that of the contacts, then that of the creases."""
+        """See `System`: memory of contacts, then of creases."""
         return np.concatenate([self.contacts.memory(), *(group.memory() for group in self._sliding)])
 
     def restore(self, memory: np.ndarray) -> None:
@@ -468,12 +461,12 @@ class SegmentSystem(Configuration):
         self.contacts.restore(memory[:end])
 
     def counters(self) -> np.ndarray:
-        """See `System`: states that contacts were found in and renewals of the broad phase, of every group."""
+        """See `System`: evaluated states and renewals of the contact search of every group."""
         return self.contacts.counters()
 
     def clear_caches(self, counters: np.ndarray) -> None:
         """See `System`."""
-        if not self.fixed_pattern:  # what was near before may not be now
+        if not self.fixed_pattern:
             self._pattern, self._pattern_version, self._pattern_pairs = None, (), ()
             self._driven_pattern, self._driven_key = None, ()
         self.contacts.clear_caches(counters)
@@ -488,12 +481,8 @@ class SegmentSystem(Configuration):
             return None
         return self.contacts.rejection(t, *self.place(t, q, u), None if u is None else step, self.pair_names)
 
-    def shortest_step(self) -> float:
-        """See `System`."""
-        return 0.0
-
     def longest_step(self, t: float, q: np.ndarray, u: np.ndarray) -> float:
-        """See `System`: that of impacts."""
+        """See `System`: limit from impacts."""
         if not any(group.resolves for group in self.contacts):
             return math.inf
         return self.contacts.longest_step(t, *self.place(t, q, u))
@@ -520,11 +509,11 @@ class SegmentSystem(Configuration):
         self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None, forces: np.ndarray,
         whole: bool = True,
     ) -> np.ndarray:
-        """Generalised forces (nu,) from the wrenches (n_bodies, 6) on all bodies; not `whole`: from these alone."""
+        """Generalised forces (nu,) from the wrenches (n_bodies, 6) on all bodies; `whole`: with the forces on nodes."""
         return np.asarray(gather_free(self.bodies.free, forces))
 
     def _folded(self, q: np.ndarray, rows: np.ndarray) -> np.ndarray:
-        """Generalised forces (nu,) from those on the block rows of the pattern."""
+        """Generalised forces (nu,) from forces on the block rows of the pattern."""
         return rows[: self.nu]
 
     def _assembled(
@@ -544,11 +533,11 @@ class SegmentSystem(Configuration):
         )
 
     def _turned(self, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None) -> np.ndarray | None:
-        """What velocities, as increments since the last state over the time, change by as bodies turn on; None: nothing."""
+        """Derivative of increments since the last state by further rotation of the bodies; None for the identity."""
         return None if before is None or u is None else self.increment_map(self.difference(before[1], q))
 
     def _past(self, t: float, before: PreviousState | None) -> PreviousPoses | None:
-        """The last state as poses, found once; none where nothing looks at it."""
+        """Poses of the last state (cached), or None if no force depends on them."""
         if before is None or not self._looks_back:
             return None
         last = self._last_before
@@ -565,11 +554,11 @@ class SegmentSystem(Configuration):
         return force
 
     def _reactions(self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None) -> np.ndarray:
-        """Reactions of held and driven bodies, but for what accelerates the driven ones."""
+        """Reactions of held and driven bodies, without the inertial forces of driven bodies."""
         return np.asarray(support_reactions(self._all_forces(t, poses, rates, past), self._ordered))
 
     def _accelerate(self, t: float, reactions: np.ndarray) -> None:
-        """Add what accelerates the driven bodies: in motion, not in statics."""
+        """Add the inertial forces of driven bodies (dynamics only)."""
         if self._turns is not None:
             states = np.array([motion.at(t) for motion in self.motions])
             self._turns.add_inertial(reactions, self.bodies.inertia, states)
@@ -600,7 +589,7 @@ class SegmentSystem(Configuration):
             power += gained
             sliding += lost if group in self._sliding else 0.0
         pair_power = self.contacts.pair_power(t, poses, rates, past, len(self.pair_names))
-        if self._bristles:  # they hold at rest, too
+        if self._bristles:  # bristles also resist at rest
             sliding += float(pair_power[0].sum())
         kinetic, driving, driven = motion_energy(self.bodies.inertia, rates, reactions, self.driven)
         if self._turns is not None:
@@ -612,7 +601,7 @@ class SegmentSystem(Configuration):
             return self._pattern
         pairs, versions = zip(*(group.pairs(poses) for group in self.groups), strict=True) if self.groups else ((), ())
         if self._pattern is None or versions != self._pattern_version:
-            # what was near a moment ago will be again: steps are cut, and bodies come and go by a little
+            # keep the pairs of the last pattern: they often come back when a step is shortened
             if self._pattern is None or not all(self._pattern.holds(of_group) for of_group in pairs):
                 self._pattern = body_pattern(self._dof, [*pairs, *self._pattern_pairs], self.size)
                 self._pattern_pairs = pairs

@@ -72,11 +72,11 @@ def test_any_film_is_stable(tmp_path: Path, overrides: tuple[str, ...]) -> None:
     made.initialise([])
     assert np.all(made.modes.frequencies > 0.0)
     assert made.state.smallest > -1e-4 * made.state.largest
-    q, _ = made._system.initial()
-    for group in made._system.mesh.groups:
+    q, _ = made.system.initial()
+    for group in made.system.mesh.groups:
         if isinstance(group, CableGroup):
             assert np.all(group.tension(q) >= 0.0)
-    left = np.abs(made._system.force(0.0, q, None)).max()
+    left = np.abs(made.system.force(0.0, q, None)).max()
     assert left < 1e-6 * made.case.tension.pull  # type: ignore[union-attr]
 
 
@@ -95,7 +95,7 @@ def test_an_unstable_film_says_what_it_lacks(tmp_path: Path) -> None:
     """
     made = analysis(tmp_path, "cable=none", "tension.film=plain", "tension.pull=none", "tension.strain=1e-3")
     made.initialise([])
-    system = made._system
+    system = made.system
     q = system.start.copy()
     system.start[:] = q * np.tile([0.99, 0.99, 1.0], len(q) // 3)
     with pytest.raises(NotConverged, match=r"stiffness has \d+ negative pivots; residual .* N \((not )?converged\)"):
