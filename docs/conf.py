@@ -34,7 +34,8 @@ autosummary_generate = True
 autodoc_typehints = "description"
 autodoc_typehints_description_target = "documented"
 autodoc_member_order = "bysource"
-# fields of named tuples (`Stage`, `Peak`, `Dim`, `Settled`) are told in their docstrings; as targets they would be ambiguous
+# fields of named tuples (`Stage`, `Peak`, `Dim`, `NewtonSolution`) are described in their docstrings; as targets they would
+# be ambiguous
 autodoc_default_options = {
     "members": True, "show-inheritance": True, "exclude-members": "model_config, travel, force, name, q"
 }  # fmt: skip

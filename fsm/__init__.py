@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from fsm.scene.load_case import LoadedCase, load_case
     from fsm.scene.loads import Constant, Drive, Load, Ramp, Table
     from fsm.scene.materials import FamilyCrease, LinearCrease, Material, SplineCrease
-    from fsm.scene.scene import Body, ContactPair, ForceElement, Group, Plate, Scene, Surface
+    from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, PlateGroup, Scene, Surface
     from fsm.scene.table import TableCase, load_table
     from fsm.segments.compile import compile_scene
     from fsm.solve.simulate import simulate
@@ -44,7 +44,7 @@ _MODULES: dict[str, str] = {
     **dict.fromkeys(("LoadedCase", "load_case"), "fsm.scene.load_case"),
     **dict.fromkeys(("Constant", "Drive", "Load", "Ramp", "Table"), "fsm.scene.loads"),
     **dict.fromkeys(("FamilyCrease", "LinearCrease", "Material", "SplineCrease"), "fsm.scene.materials"),
-    **dict.fromkeys(("Body", "ContactPair", "ForceElement", "Group", "Plate", "Scene", "Surface"), "fsm.scene.scene"),
+    **dict.fromkeys(("Body", "ContactPair", "ForceElement", "PlateGroup", "Plate", "Scene", "Surface"), "fsm.scene.scene"),
     **dict.fromkeys(("TableCase", "load_table"), "fsm.scene.table"),
     "compile_scene": "fsm.segments.compile",
     "simulate": "fsm.solve.simulate",
@@ -68,7 +68,7 @@ __all__ = [
     "ForceElement",
     "Friction",
     "FsmError",
-    "Group",
+    "PlateGroup",
     "LinearCrease",
     "Load",
     "LoadedCase",

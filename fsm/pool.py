@@ -22,14 +22,14 @@ from fsm.errors import FsmError, is_interrupt
 from fsm.gc_startup import skip_final_gc
 from fsm.threads import one_thread
 
-__all__ = ["Outcome", "run_jobs"]
+__all__ = ["JobOutcome", "run_jobs"]
 
 GRACE = 20.0
 """Time for interrupted workers to write their checkpoints, s."""
 
 
 @dataclass(frozen=True)
-class Outcome:
+class JobOutcome:
     """Result of a job.
 
     Attributes
@@ -55,7 +55,7 @@ class _Worker:
     job: int | None = None
 
 
-def run_jobs(work: Callable[[Any], Any], jobs: Sequence[Any], workers: int) -> Generator[Outcome, None, None]:
+def run_jobs(work: Callable[[Any], Any], jobs: Sequence[Any], workers: int) -> Generator[JobOutcome, None, None]:
     """Run jobs on worker processes and yield their outcomes in the order of completion.
 
     Parameters
@@ -128,7 +128,7 @@ def _give(worker: _Worker, work: Callable[[Any], Any], waiting: deque[int], jobs
     return True
 
 
-def _collect(team: Sequence[_Worker]) -> list[Outcome]:
+def _collect(team: Sequence[_Worker]) -> list[JobOutcome]:
     """Wait until at least one worker has finished or died, and return the outcomes."""
     ready = wait([worker.channel for worker in team])
     outcomes = []
@@ -144,10 +144,10 @@ def _collect(team: Sequence[_Worker]) -> list[Outcome]:
     return outcomes
 
 
-def _died(job: int, code: int | None) -> Outcome:
+def _died(job: int, code: int | None) -> JobOutcome:
     how = f"by signal {-code}" if code is not None and code < 0 else f"with code {code}"
     hint = "; out of memory? try fewer workers" if code == -9 else ""
-    return Outcome(job, error=(f"the worker process ended {how}{hint}",), exit_code=1)
+    return JobOutcome(job, error=(f"the worker process ended {how}{hint}",), exit_code=1)
 
 
 def _stop(team: Sequence[_Worker]) -> None:
@@ -191,16 +191,16 @@ def _end_with_parent() -> None:
     os._exit(1)
 
 
-def _do(message: bytes) -> Outcome:
+def _do(message: bytes) -> JobOutcome:
     """Run a job; unpickling imports the module of its function if necessary."""
     unnumbered = -1  # the parent sets the number
     try:
         work, argument = pickle.loads(message)
-        return Outcome(unnumbered, value=work(argument))
+        return JobOutcome(unnumbered, value=work(argument))
     except FsmError as error:
-        return Outcome(unnumbered, error=tuple(str(error).splitlines()), exit_code=error.exit_code)
+        return JobOutcome(unnumbered, error=tuple(str(error).splitlines()), exit_code=error.exit_code)
     except Exception as error:
         if is_interrupt(error):
             raise KeyboardInterrupt from None
         what = f"internal error: {type(error).__name__}: {error}".splitlines()[0]
-        return Outcome(unnumbered, error=(what,), exit_code=1, trace=traceback.format_exc())
+        return JobOutcome(unnumbered, error=(what,), exit_code=1, trace=traceback.format_exc())

@@ -27,7 +27,7 @@ from fsm.panel_crossing import lattice_overlap
 from fsm.progress import Progress, report_restart
 from fsm.provenance import made_by, provenance
 from fsm.results.channel import extremes_of
-from fsm.results.curve import Curve
+from fsm.results.curve import ForceCurve
 from fsm.results.solution import Record, Solution
 from fsm.results.step_data import LoadPath, StepModes
 from fsm.results.store import ResultWriter, part_path, read_checkpoint, read_solution
@@ -152,7 +152,7 @@ class RecordedSolve:
             if solution.channels:
                 summary["channels"] = extremes_of(solution.channels, solution.time, solution.travel)
             driven = bool(self.seen) and len(self.seen[0].drive.travel) > 0
-            curve = Curve.from_points(self.seen).decimate() if driven else None
+            curve = ForceCurve.from_points(self.seen).decimate() if driven else None
             paths = LoadPath.of([result.path for result in self.done])
             writer.finish(_counters(statistics), summary, array, curve, StepModes.joined(self.modes), paths)
         self.checkpoint.unlink(missing_ok=True)

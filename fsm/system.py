@@ -20,7 +20,7 @@ from fsm.blocks import BlockMatrix, BlockPattern, Elimination
 
 __all__ = [
     "ArraySystem", "Depths", "DriveState", "Energy", "Linearised", "MixedSystem", "NewtonRules", "Observation", "PairState",
-    "PreviousState", "Ready", "Scales", "Settled", "StepRejection", "System",
+    "PreviousState", "Ready", "Scales", "NewtonSolution", "StepRejection", "System",
 ]  # fmt: skip
 
 
@@ -445,7 +445,7 @@ class NewtonRules(NamedTuple):
     most: int
 
 
-class Settled(NamedTuple):
+class NewtonSolution(NamedTuple):
     """Equilibrium found by Newton's method: see `fsm.solve.equilibrium_step.Equilibrium`.
 
     Attributes
@@ -509,11 +509,11 @@ class MixedSystem(Protocol):
         """Depths after an increment, with forces to first order; other arguments as in `linearise_mixed`."""
         ...
 
-    def settles(self) -> BlockPattern | None:
-        """Pattern of the matrices if the system runs Newton's method in one call (see `settle`); otherwise None."""
+    def newton_pattern(self) -> BlockPattern | None:
+        """Pattern of the matrices if the system runs Newton's method in one call (see `newton_solve`); otherwise None."""
         ...
 
-    def settle(
+    def newton_solve(
         self,
         t: float,
         q: np.ndarray,
@@ -523,7 +523,7 @@ class MixedSystem(Protocol):
         rules: NewtonRules,
         elimination: Elimination,
         factors: np.ndarray,
-    ) -> Settled | None:
+    ) -> NewtonSolution | None:
         """Equilibrium at time t by the iterations of `EquilibriumStep` in one call; None if this fast method fails.
 
         `factors` receives the factors of the last matrix.

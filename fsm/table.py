@@ -17,7 +17,7 @@ from fsm.atomic_write import atomic_write, remove_partial_files
 from fsm.errors import CannotWrite, CaseError, Fault
 from fsm.folder_lock import locked_folder
 from fsm.gc_startup import imports_outside_gc
-from fsm.pool import Outcome, run_jobs
+from fsm.pool import JobOutcome, run_jobs
 from fsm.results.summary_file import SUMMARY, read_summary
 from fsm.scene.load_case import LoadedCase
 from fsm.scene.table import COLLECTED, OVERLAY, STUDY, TableCase, load_reference, load_table
@@ -279,7 +279,7 @@ def _run_rows(
             report(rows[index])
 
 
-def _row(case: TableCase, folder: Path, outcome: Outcome | None = None) -> dict[str, Any]:
+def _row(case: TableCase, folder: Path, outcome: JobOutcome | None = None) -> dict[str, Any]:
     """Row of the summary: name, cells, numbers, and the error if there is one."""
     row: dict[str, Any] = {"case": case.name, **case.overrides}
     with suppress(CaseError):

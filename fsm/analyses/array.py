@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fsm.ancf.array_system import ArraySystem
 from fsm.ancf.bars import BarMaterial, BarMesh, BarNodes
 from fsm.ancf.end_to_end import end_to_end
 from fsm.ancf.group import ElementGroup
@@ -15,6 +14,7 @@ from fsm.ancf.hinge import HingeGroup
 from fsm.ancf.latch import Latches
 from fsm.ancf.loading import Forcing, Loading
 from fsm.ancf.mesh import Mesh, node_pattern
+from fsm.ancf.scissor_system import ScissorSystem
 from fsm.scene.builders.scissor import Array, array_at
 from fsm.scene.loads import TimeFunction
 from fsm.scene.materials import DAMPING, Material
@@ -48,7 +48,7 @@ def compile_array(
     hinge: HingeJoint | None = None,
     stop: Stop | None = None,
     gravity: tuple[float, float] = (0.0, 0.0),
-) -> ArraySystem:
+) -> ScissorSystem:
     """System of an array with flexible bars, from a checked case (`fsm.scene.check_scissor`)."""
     array = array_at(scissor, scissor.initial_angle)
     damping = DAMPING if material.damping is None else material.damping
@@ -78,7 +78,7 @@ def compile_array(
         node_pattern(count, 2, groups, ()), 2, np.array(sorted(mesh.positions)),
     )  # fmt: skip
     forcings = tuple(_forcing(force, array, points, 2 * count) for force in forces)
-    return ArraySystem(
+    return ScissorSystem(
         whole, Loading(forcings, gravity=(*gravity, 0.0)), points, tuple(mesh.bars), bar_material, hinges, latches
     )
 

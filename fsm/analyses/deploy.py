@@ -14,7 +14,7 @@ from fsm.analyses.run_step import RunStep, States
 from fsm.analyses.segment_error import SegmentError
 from fsm.compile_case import compile_case, path_settings
 from fsm.panel_crossing import lattice_overlap, unwatched_crossings
-from fsm.results.curve import Curve
+from fsm.results.curve import ForceCurve
 from fsm.results.quantities import summarise, summarise_contacts
 from fsm.results.solution import Layout, Solution
 from fsm.scene.case import Case
@@ -77,7 +77,7 @@ class Deployment(Analysis):
         space, method = "spatial" if self.system.spatial else "planar", self.method()[0]
         if method == "Radau-blocks":
             return space, f"structured Radau, {space}"
-        if method == "static" and self.system.settles() is not None:
+        if method == "static" and self.system.newton_pattern() is not None:
             return space, f"springs alone, {space}"
         if method in ("generalized-alpha", "newmark") and has_arrays(self.system):
             return space, f"many steps at once, {space}"
@@ -181,7 +181,7 @@ class Deployment(Analysis):
         """Peak, stages and contacts."""
         summary: dict[str, Any] = {"start": start_of(self.case, self.scene)[0]}
         if solution.travel.shape[1]:
-            summary |= summarise(Curve.from_points(statistics.seen), solution.layout.pair_names)
+            summary |= summarise(ForceCurve.from_points(statistics.seen), solution.layout.pair_names)
             summary["unstable_at_end"] = self._ends_on_path and bool(solution.negative_pivots[-1] > 0)
             summary |= self._mesh_errors(solution, statistics, summary)
         looked_at = np.array([point.pair_force for point in statistics.seen])

@@ -12,7 +12,7 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.interpolate import CubicHermiteSpline
 from scipy.sparse.linalg import splu
 
-from fsm.ancf.reduced import ReducedModel, Response
+from fsm.ancf.reduced import ModalResponse, ReducedModel
 from fsm.ancf.system import AncfSystem
 from fsm.errors import NotConverged
 from fsm.solve.energy_balance import EnergyBalance
@@ -269,7 +269,7 @@ class ReducedSolve:
         self,
         t: float,
         amplitude: CubicHermiteSpline,
-        response: Response,
+        response: ModalResponse,
         histories: tuple[np.ndarray, ...],
         at_rest: dict[str, float],
     ) -> SavedState:
@@ -280,7 +280,7 @@ class ReducedSolve:
         return SavedState(t, q, u, seen, lost, done, error, np.zeros((2, 0)))
 
 
-def _energies(system: AncfSystem, model: ReducedModel, response: Response) -> tuple[np.ndarray, ...]:
+def _energies(system: AncfSystem, model: ReducedModel, response: ModalResponse) -> tuple[np.ndarray, ...]:
     """Energy balance residual, energy above that at rest, kinetic energy, dissipated energy and work, (n,), J."""
     kinetic = 0.5 * np.sum(response.rate**2, axis=1)
     linear = kinetic + 0.5 * np.sum(model.squared * response.amplitude**2, axis=1)

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 from fsm.scene.builders.membrane import mesh_lines, place_patches
 from fsm.scene.case import Case
-from fsm.scene.membrane import CornerCable, Measured, Vibration
+from fsm.scene.membrane import CornerCable, MeasuredPulse, Vibration
 
 __all__ = ["MINAMI", "describe_film"]
 
@@ -148,7 +148,7 @@ def _impact(case: Case) -> Iterator[str]:
     if impact is None:
         return
     at = f"at ({1e3 * impact.point[0]:g}, {1e3 * impact.point[1]:g}) mm, normal to the film"
-    if isinstance(impact, Measured):
+    if isinstance(impact, MeasuredPulse):
         yield f"measured pulse, {len(impact.time)} points up to {impact.time[-1]:g} s, {at}"
     else:
         yield f"{impact.pulse} of {impact.force:g} N for {1e3 * impact.duration:g} ms {at}"

@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 
 from fsm.analyses.analysis import OneStep, Watch
 from fsm.analyses.array import compile_array
-from fsm.ancf.array_system import ArraySystem
+from fsm.ancf.scissor_system import ScissorSystem
 from fsm.errors import FsmError
 from fsm.results.array import ArrayMotion, PointMotion, asynchronism, largest_differences
 from fsm.results.solution import Layout, Solution
@@ -52,7 +52,7 @@ class ScissorArray(OneStep):
     """
 
     step_name = "deploy"
-    system: ArraySystem | SegmentSystem
+    system: ScissorSystem | SegmentSystem
 
     def __init__(self, case: Case, source: str) -> None:
         assert case.scissor is not None and case.bar is not None and case.material is not None
@@ -104,7 +104,7 @@ class ScissorArray(OneStep):
     def layout(self) -> Layout:
         """See `Analysis`."""
         quads = len(self.system.shape(0.0, self.system.initial()[0]))
-        names = self.system.mesh.names if isinstance(self.system, ArraySystem) else tuple(
+        names = self.system.mesh.names if isinstance(self.system, ScissorSystem) else tuple(
             self.system.bodies.names[i] for i in self.system.bodies.free
         )
         assert self.case.bar is not None
@@ -117,7 +117,7 @@ class ScissorArray(OneStep):
         names = tuple(sorted(self.array.points, key=lambda name: (name[0], int(name[1:]))))
         start = np.array([self.array.points[name] for name in names])
         bars = tuple(bar.name for bar in self.array.bars)
-        if isinstance(self.system, ArraySystem):
+        if isinstance(self.system, ScissorSystem):
             system = self.system
             points = _flexible_motion(system, names, start, solution)
             stress = np.array([system.stress(q) for q in solution.q])
@@ -132,7 +132,7 @@ class ScissorArray(OneStep):
         motion = solution.array
         assert motion is not None
         apart = {name: float(np.abs(values).max()) for name, values in asynchronism(motion).items()}
-        latches = self.system.latches if isinstance(self.system, ArraySystem) else None
+        latches = self.system.latches if isinstance(self.system, ScissorSystem) else None
         latched = {} if latches is None else {"latched": [{"hinge": name, "time": t} for name, t in latches.events()]}
         return {
             "max_difference_rigid": largest_differences(motion),
@@ -160,7 +160,7 @@ class ScissorArray(OneStep):
                 f"max_stress: error {100.0 * error:.2g} %, from a comparison of two meshes; raise scissor.elements_per_bar, "
                 "or give [material] damping if waves cause it"
             )
-        latches = self.system.latches if isinstance(self.system, ArraySystem) else None
+        latches = self.system.latches if isinstance(self.system, ScissorSystem) else None
         if latches is not None and latches.open():
             found.append(f"not latched at the end: {', '.join(latches.open())}")
         return found
@@ -201,7 +201,7 @@ class ScissorArray(OneStep):
 
     # inside ---------------------------------------------------------------------------------------------------------
 
-    def _flexible(self, elements: int) -> ArraySystem:
+    def _flexible(self, elements: int) -> ScissorSystem:
         case = self.case
         assert case.bar is not None and case.material is not None
         gravity = (case.gravity[0], case.gravity[1])
@@ -220,7 +220,7 @@ class ScissorArray(OneStep):
 
     def _max_stress(self, stress: np.ndarray) -> float:
         """Largest normal stress at the steps and at the records, Pa."""
-        steps = self.system.largest.max(initial=0.0) if isinstance(self.system, ArraySystem) else 0.0
+        steps = self.system.largest.max(initial=0.0) if isinstance(self.system, ScissorSystem) else 0.0
         return float(max(steps, stress.max(initial=0.0)))
 
     def _comparison(
@@ -271,7 +271,7 @@ class ScissorArray(OneStep):
         return PointMotion(displacement, velocity, acceleration)
 
 
-def _flexible_motion(system: ArraySystem, names: tuple[str, ...], start: np.ndarray, solution: Solution) -> PointMotion:
+def _flexible_motion(system: ScissorSystem, names: tuple[str, ...], start: np.ndarray, solution: Solution) -> PointMotion:
     first = np.array([system.points[name] for name in names])
     where = first[:, None] + np.arange(2)
     accelerations = [system.acceleration(t, q, u) for t, q, u in zip(solution.time, solution.q, solution.u, strict=True)]

@@ -10,7 +10,7 @@ import numpy as np
 
 from fsm.analyses.analysis import Analysis
 from fsm.analyses.run_step import RunStep, StepResult
-from fsm.results.curve import Curve
+from fsm.results.curve import ForceCurve
 from fsm.results.quantities import peaks
 from fsm.results.solution import Solution
 from fsm.results.step_data import StepModes
@@ -65,7 +65,7 @@ def step_summaries(done: Sequence[StepResult], seen: list[CurvePoint], solution:
         if part and len(part[0].drive.force):
             forces = np.array([point.drive.force for point in part])
             drive = int(np.argmax(np.abs(forces).max(axis=0) > 0.0))
-            whole = Curve.from_points(part)
+            whole = ForceCurve.from_points(part)
             curve = replace(whole, travel=whole.travel[:, [drive]], force=whole.force[:, [drive]])
             one["drive"] = solution.layout.drive_names[drive]
             one["peak_force"], one["peak_travel"] = peaks(curve).largest

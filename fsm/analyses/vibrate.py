@@ -16,21 +16,20 @@ from fsm.analyses.film import FilmMesh, build_film, mean_strain, on_other_mesh
 from fsm.analyses.mesh_error import MeshError, OnMesh, mesh_error
 from fsm.analyses.natural import natural_modes
 from fsm.analyses.reduced import MODAL, ModelError, ReducedSolve, error_against_full, reduced_model
-from fsm.analyses.stated import StatedErrors, stated_errors
 from fsm.analyses.stretch import as_deployed, stretched
+from fsm.analyses.summary_errors import SummaryErrors, summary_errors
 from fsm.ancf.film import FilmStress, MembraneGroup
 from fsm.ancf.loading import Forcing, Loading
 from fsm.ancf.reduced import ReducedModel
 from fsm.ancf.system import AncfSystem
 from fsm.ancf.tension_state import TensionState, tension_state
-from fsm.ancf.time_functions import HalfSine, Rectangle, Samples, TimeFunction
+from fsm.ancf.time_functions import HalfSine, Rectangle, SampledPulse, TimeFunction
 from fsm.errors import CaseError, Fault, NotConverged
 from fsm.results.film import Film
 from fsm.results.solution import Layout, Solution
 from fsm.results.vibration import frequency_warnings, summarise_vibration
 from fsm.scene.case import Case
-from fsm.scene.membrane import EdgeCable, Impact, Measured, Vibration
-from fsm.scene.membrane import HalfSine as HalfSinePulse
+from fsm.scene.membrane import EdgeCable, HalfSinePulse, Impact, MeasuredPulse, Vibration
 from fsm.scene.record_count import record_count
 from fsm.segments.save_times import save_times
 from fsm.solve.modal import Modes
@@ -315,7 +314,7 @@ class VibrationAnalysis(OneStep):
         return math.sqrt(along * across) if self.deployed is None else across
 
     @cached_property
-    def _stated(self) -> StatedErrors | None:
+    def _stated(self) -> SummaryErrors | None:
         """Step of the full model and its errors; a default step is halved once if its error is large."""
         impact = self.case.impact
         method = self.method()[0]
@@ -328,7 +327,7 @@ class VibrationAnalysis(OneStep):
             spread = self.system.held(self.system.initial()[0], np.zeros(0, dtype=np.int64), loading)
         halved = 1 if self.case.solve.step is None else 0
         settings = self._settings(method, self._first_step())
-        return stated_errors(self.system, spread, settings, self.probes, halved)
+        return summary_errors(self.system, spread, settings, self.probes, halved)
 
     def _deflection(self, film: FilmMesh) -> Callable[[np.ndarray], float]:
         """Function of a configuration: normal displacement of the centre on a mesh, up to a constant."""
@@ -423,8 +422,8 @@ def _mean_direction(stress: FilmStress) -> np.ndarray:
 
 def _pulse(impact: Impact) -> tuple[float, TimeFunction]:
     """Force (N), and its factor as a function of time."""
-    if isinstance(impact, Measured):
-        return 1.0, Samples(impact.time, impact.force)
+    if isinstance(impact, MeasuredPulse):
+        return 1.0, SampledPulse(impact.time, impact.force)
     if isinstance(impact, HalfSinePulse):
         return impact.force, HalfSine(impact.duration)
     return impact.force, Rectangle(impact.duration)

@@ -8,7 +8,7 @@ import numpy as np
 
 from fsm.ancf.time_functions import TimeFunction
 
-__all__ = ["Forcing", "Loading", "Motion", "point_force"]
+__all__ = ["Forcing", "Loading", "SupportMotion", "point_force"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,7 +20,7 @@ class Forcing:
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class SupportMotion:
     """Prescribed motion of coordinates, relative to their initial values.
 
     Attributes
@@ -50,7 +50,7 @@ class Loading:
     """
 
     forcings: tuple[Forcing, ...] = ()
-    motions: tuple[Motion, ...] = ()
+    motions: tuple[SupportMotion, ...] = ()
     gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
     mass_damping: float = 0.0
     breaks: tuple[float, ...] = field(init=False)

@@ -29,11 +29,11 @@ from fsm.ancf.loading import Forcing
 from fsm.kernels.jit import kernel
 from fsm.system import System
 
-__all__ = ["ReducedModel", "Response", "cubic_terms"]
+__all__ = ["ReducedModel", "ModalResponse", "cubic_terms"]
 
 
 @dataclass(frozen=True, eq=False)
-class Response:
+class ModalResponse:
     """Motion in modes.
 
     Attributes
@@ -122,7 +122,7 @@ class ReducedModel:
         forcings: tuple[Forcing, ...] = (),
         amplitude: np.ndarray | None = None,
         rate: np.ndarray | None = None,
-    ) -> Response:
+    ) -> ModalResponse:
         """Motion from modal amplitudes and rates (k,), zero if absent, under forcings, at all steps (s)."""
         count = math.ceil(duration / step * (1.0 - 1e-9))
         time = np.linspace(0.0, duration, count + 1)
@@ -137,9 +137,9 @@ class ReducedModel:
             zero if amplitude is None else np.asarray(amplitude, dtype=float),
             zero if rate is None else np.asarray(rate, dtype=float), bool(np.any(self.cubic) or np.any(self.quadratic)),
         )  # fmt: skip
-        return Response(time, amplitudes, rates)
+        return ModalResponse(time, amplitudes, rates)
 
-    def energy(self, response: Response) -> np.ndarray:
+    def energy(self, response: ModalResponse) -> np.ndarray:
         """Kinetic and elastic energy, (n,), J."""
         a = response.amplitude
         energy = 0.5 * np.sum(response.rate**2 + self.squared * a**2, axis=1)

@@ -12,7 +12,7 @@ from typing import Protocol
 
 import numpy as np
 
-__all__ = ["Constant", "HalfSine", "Ramp", "Rectangle", "Samples", "TimeFunction"]
+__all__ = ["Constant", "HalfSine", "Ramp", "Rectangle", "SampledPulse", "TimeFunction"]
 
 
 class TimeFunction(Protocol):
@@ -98,7 +98,7 @@ class Rectangle:
 
 
 @dataclass(frozen=True)
-class Samples:
+class SampledPulse:
     """Measured pulse: linear between samples (time in s, value), 0 outside."""
 
     time: tuple[float, ...]

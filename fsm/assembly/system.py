@@ -459,6 +459,6 @@ class JoinedSystem(SegmentSystem):
         self._with_frames, self._moving_frames = [], None
         super().restore(memory[size:])
 
-    def settles(self) -> None:
+    def newton_pattern(self) -> None:
         """See `MixedSystem`: one call knows springs between bodies alone."""
         return None

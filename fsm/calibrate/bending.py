@@ -25,7 +25,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import least_squares
 
-from fsm.calibrate.data import Table, read_table
+from fsm.calibrate.data import MeasuredTable, read_table
 from fsm.calibrate.report import Calibration, Options, Quantity
 from fsm.calibrate.uncertainty import Estimate, bootstrap, from_samples, laplace
 from fsm.errors import CaseError, Fault
@@ -214,7 +214,7 @@ def _model_deflection(
 # data ----------------------------------------------------------------------------------------------------------------
 
 
-def _faults(table: Table) -> list[Fault]:
+def _faults(table: MeasuredTable) -> list[Fault]:
     columns, faults = table.columns, []
     for name in ("length", "width", "thickness", "segments"):
         if name not in columns:
@@ -250,7 +250,7 @@ def _faults(table: Table) -> list[Fault]:
     return faults
 
 
-def _test(table: Table) -> _Test:
+def _test(table: MeasuredTable) -> _Test:
     columns = table.columns
 
     def first(name: str) -> float | None:
@@ -330,7 +330,7 @@ def _lines(test: _Test) -> list[str]:
 
 
 def _warnings(
-    table: Table, test: _Test, curve: CubicHermiteSpline, estimate: Estimate
+    table: MeasuredTable, test: _Test, curve: CubicHermiteSpline, estimate: Estimate
 ) -> list[str]:
     warnings = list(table.notes)
     if test.width is None or test.thickness is None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fsm.calibrate.data import Table
+from fsm.calibrate.data import MeasuredTable
 from fsm.errors import CaseError, Fault
 from fsm.scene.csv_columns import first_row_faults
 
@@ -62,7 +62,7 @@ class Sweep:
     flags : flagged rows
     """
 
-    table: Table
+    table: MeasuredTable
     press_time: float | None
     opening: float | None
     repeat: float | None
@@ -71,7 +71,7 @@ class Sweep:
     flags: tuple[Flag, ...]
 
 
-def split_sweeps(table: Table, value: str = "moment") -> list[Sweep]:
+def split_sweeps(table: MeasuredTable, value: str = "moment") -> list[Sweep]:
     """Divide a table into tests.
 
     Parameters
@@ -105,7 +105,7 @@ def split_sweeps(table: Table, value: str = "moment") -> list[Sweep]:
 _Key = tuple[float | None, float | None, float | None]
 
 
-def _groups(table: Table) -> Iterator[tuple[_Key, np.ndarray]]:
+def _groups(table: MeasuredTable) -> Iterator[tuple[_Key, np.ndarray]]:
     """Rows of each (press time, opening, repeat), in the order of measurement."""
     names = ("press_time", "opening", "repeat")
     given = [name for name in names if name in table.columns]
@@ -122,7 +122,7 @@ def _groups(table: Table) -> Iterator[tuple[_Key, np.ndarray]]:
 # loading and unloading branches --------------------------------------------------------------------------------------
 
 
-def _split_branches(table: Table, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _split_branches(table: MeasuredTable, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Rows of the loading and of the unloading branch, from the column `branch` or from the reversal of the angle."""
     branch = table.columns.get("branch")
     if branch is not None:
@@ -167,7 +167,7 @@ def _reversals(angle: np.ndarray) -> list[int]:
 # flagged rows --------------------------------------------------------------------------------------------------------
 
 
-def _reversed_rows(table: Table, loading: np.ndarray, unloading: np.ndarray) -> Iterator[Flag]:
+def _reversed_rows(table: MeasuredTable, loading: np.ndarray, unloading: np.ndarray) -> Iterator[Flag]:
     """Flags of single rows at which the angle goes back."""
     for rows in (loading, unloading):
         angle = table.columns["angle"][rows]
@@ -183,7 +183,7 @@ def _reversed_rows(table: Table, loading: np.ndarray, unloading: np.ndarray) -> 
             yield Flag(int(rows[index]), int(table.rows[rows[index]]), table.source, "reversal", text)
 
 
-def _outliers(table: Table, value: str, loading: np.ndarray, unloading: np.ndarray) -> Iterator[Flag]:
+def _outliers(table: MeasuredTable, value: str, loading: np.ndarray, unloading: np.ndarray) -> Iterator[Flag]:
     """Flags of outliers; near a reversal the jerk of the drive may cause them."""
     both = len(loading) > 0 and len(unloading) > 0
     for rows in (loading, unloading):

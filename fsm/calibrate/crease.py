@@ -21,7 +21,7 @@ import numpy as np
 from fsm.calibrate.branches import Sweep, split_sweeps
 from fsm.calibrate.crease_fit import fit_family_curve
 from fsm.calibrate.crease_report import FAMILY, curve_plot, lines, numbers, quantities, warnings
-from fsm.calibrate.data import Table, read_table
+from fsm.calibrate.data import MeasuredTable, read_table
 from fsm.calibrate.relaxation import calibrate_relaxation
 from fsm.calibrate.report import Calibration, Options
 from fsm.errors import CaseError, Fault
@@ -98,7 +98,7 @@ def _plots(curves: list[CurvePlot]) -> list[tuple[str, Callable[[Path], None]]]:
     return plots
 
 
-def _separate_relaxation(tables: Sequence[Table], data: Path) -> tuple[list[Table], Path | None]:
+def _separate_relaxation(tables: Sequence[MeasuredTable], data: Path) -> tuple[list[MeasuredTable], Path | None]:
     """Tests of moments, and the file of angles against time, if there is one."""
     tests = [table for table in tables if not _is_relaxation(table)]
     files = [Path(table.source) for table in tables if _is_relaxation(table)]
@@ -111,7 +111,7 @@ def _separate_relaxation(tables: Sequence[Table], data: Path) -> tuple[list[Tabl
     return tests, files[0] if files else None
 
 
-def _is_relaxation(table: Table) -> bool:
+def _is_relaxation(table: MeasuredTable) -> bool:
     """Whether a table holds angles against time and no moments."""
     return "time" in table.columns and not {"moment", "force"} & set(table.columns)
 
@@ -133,7 +133,7 @@ def _files(data: Path) -> list[Path]:
     return files
 
 
-def _sweeps(table: Table) -> list[Sweep]:
+def _sweeps(table: MeasuredTable) -> list[Sweep]:
     """Tests of one file; moments are computed from forces if needed."""
     columns = dict(table.columns)
     faults = list(_range_faults(table))
@@ -154,7 +154,7 @@ def _sweeps(table: Table) -> list[Sweep]:
     return split_sweeps(replace(table, columns=columns, units=units))
 
 
-def _range_faults(table: Table) -> list[Fault]:
+def _range_faults(table: MeasuredTable) -> list[Fault]:
     """Faults of values outside their physical range: one per column, with the number of rows."""
     checks = {
         "angle": (lambda a: np.abs(a) > 2 * math.pi * (1 + 1e-9), ", more than a turn; if in degrees, write angle [deg]"),

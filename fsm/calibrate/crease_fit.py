@@ -15,7 +15,7 @@ from fsm.calibrate.uncertainty import Estimate, bootstrap, from_samples
 from fsm.errors import CaseError, Fault
 from fsm.scene.crease_family import FamilyCurve
 
-__all__ = ["Branch", "Curve", "fit_family_curve", "gap_covariance"]
+__all__ = ["Branch", "FittedCurve", "fit_family_curve", "gap_covariance"]
 
 _DRAWS = 1000
 """Bootstrap samples."""
@@ -46,7 +46,7 @@ class Branch:
 
 
 @dataclass(frozen=True)
-class Curve:
+class FittedCurve:
     """Curve of the family with its loading branch and, if measured, its unloading branch."""
 
     press_time: float | None
@@ -98,7 +98,7 @@ def fit_family_curve(
     sweeps: Sequence[Sweep],
     excluded: set[tuple[str, int]],
     options: Options,
-) -> Curve:
+) -> FittedCurve:
     """Fit both branches of one curve, on the range of angles that all its tests share.
 
     Parameters
@@ -129,7 +129,7 @@ def fit_family_curve(
             raise CaseError(Fault("", f"{what}; check the columns opening and branch"), sweeps[0].table.source)
         grid = np.linspace(low, high, GRID)
     unloading = _fit_branch(down, options, grid) if down else None
-    return Curve(press_time, opening, _fit_branch(up, options, grid), unloading, tuple(sweeps))
+    return FittedCurve(press_time, opening, _fit_branch(up, options, grid), unloading, tuple(sweeps))
 
 
 def _points(sweep: Sweep, rows: np.ndarray, excluded: set[tuple[str, int]]) -> tuple[np.ndarray, np.ndarray]:

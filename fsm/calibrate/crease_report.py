@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from fsm.calibrate.branches import FLAG_EXCLUDED, FLAG_USED, Flag, Sweep
-from fsm.calibrate.crease_fit import Branch, Curve, gap_covariance
+from fsm.calibrate.crease_fit import Branch, FittedCurve, gap_covariance
 from fsm.calibrate.report import Options, Quantity
 from fsm.calibrate.uncertainty import Estimate
 from fsm.plots.calibration import CurvePlot
@@ -25,7 +25,7 @@ _MAX_SWING = 1.2
 """Ratio of the range of an interpolated curve to the range of its points, above which a warning is given."""
 
 
-def quantities(curve: Curve, options: Options) -> list[Quantity]:
+def quantities(curve: FittedCurve, options: Options) -> list[Quantity]:
     """Mean stiffness, moment at the largest angle, scale factor, and loop area of one curve.
 
     The scale factor is 1, with an interval from the scatter. It is the uncertainty of `crease.scale` of a case.
@@ -85,7 +85,7 @@ def _quantity(name: str, value: float, unit: str, error: float, estimate: Estima
     return Quantity(name, value, unit, value - half_width, value + half_width, error)
 
 
-def _loop_area(curve: Curve, options: Options) -> Quantity:
+def _loop_area(curve: FittedCurve, options: Options) -> Quantity:
     """Loop area int (L - U) do: the energy that one cycle dissipates."""
     loading, unloading = curve.loading, curve.unloading
     assert unloading is not None
@@ -95,7 +95,7 @@ def _loop_area(curve: Curve, options: Options) -> Quantity:
     return _quantity(f"{curve.name}: loop area", value, "J", error, loading.estimate, options)
 
 
-def lines(curves: Sequence[Curve], flags: Sequence[Flag], options: Options) -> list[str]:
+def lines(curves: Sequence[FittedCurve], flags: Sequence[Flag], options: Options) -> list[str]:
     """Lines below the table: tests, ranges, and the section of a case that uses the file."""
     texts = []
     for curve in curves:
@@ -115,7 +115,7 @@ def lines(curves: Sequence[Curve], flags: Sequence[Flag], options: Options) -> l
 
 
 def warnings(
-    sweeps: Sequence[Sweep], curves: Sequence[Curve], flags: Sequence[Flag], options: Options
+    sweeps: Sequence[Sweep], curves: Sequence[FittedCurve], flags: Sequence[Flag], options: Options
 ) -> list[str]:
     """Warnings: notes on the files, flagged rows, and faults of the curves."""
     texts = list(dict.fromkeys(f"{s.table.source}: {note}" for s in sweeps for note in s.table.notes))
@@ -128,7 +128,7 @@ def warnings(
     return texts
 
 
-def _curve_warnings(curve: Curve, options: Options) -> list[str]:
+def _curve_warnings(curve: FittedCurve, options: Options) -> list[str]:
     warnings = []
     name, branch = curve.name, curve.loading
     if len(curve.sweeps) == 2:
@@ -161,7 +161,7 @@ def _curve_warnings(curve: Curve, options: Options) -> list[str]:
 
 
 def numbers(
-    curves: Sequence[Curve], family: CreaseFamily, flags: Sequence[Flag], options: Options
+    curves: Sequence[FittedCurve], family: CreaseFamily, flags: Sequence[Flag], options: Options
 ) -> dict[str, Any]:
     """Entries of the family in `calibration.json`."""
     return {
@@ -176,7 +176,7 @@ def numbers(
     }
 
 
-def _curve_numbers(curve: Curve, options: Options) -> dict[str, Any]:
+def _curve_numbers(curve: FittedCurve, options: Options) -> dict[str, Any]:
     numbers: dict[str, Any] = {
         "name": curve.name,
         "press_time_s": curve.press_time,
@@ -200,7 +200,7 @@ def _curve_numbers(curve: Curve, options: Options) -> dict[str, Any]:
     return numbers
 
 
-def curve_plot(curve: Curve, options: Options) -> CurvePlot:
+def curve_plot(curve: FittedCurve, options: Options) -> CurvePlot:
     """Data of the figures of one curve."""
 
     def band(branch: Branch | None) -> tuple[np.ndarray, ...] | None:

@@ -29,7 +29,7 @@ from fsm.scene.faults import unknown_key
 from fsm.scene.load_case import read_toml
 from fsm.scene.units import did_you_mean, to_si, with_unit
 
-__all__ = ["BRANCHES", "Table", "read_table"]
+__all__ = ["BRANCHES", "MeasuredTable", "read_table"]
 
 SI = {"length": "m", "force": "N", "angle": "rad", "moment": "N m", "time": "s", "number": "", "branch": ""}
 """SI unit of every kind of quantity."""
@@ -42,7 +42,7 @@ _WITH_UNIT = re.compile(r"^[-+]?[\d.]+(?:[eE][-+]?\d+)?\s*[A-Za-zµ°%].*$")
 
 
 @dataclass(frozen=True)
-class Table:
+class MeasuredTable:
     """Measured columns.
 
     Attributes
@@ -89,7 +89,7 @@ class _Sidecar:
     name: str = ""
 
 
-def read_table(path: str | Path, quantities: Mapping[str, str], required: Sequence[str]) -> Table:
+def read_table(path: str | Path, quantities: Mapping[str, str], required: Sequence[str]) -> MeasuredTable:
     """Read the columns of a measured table.
 
     Parameters
@@ -130,7 +130,8 @@ def read_table(path: str | Path, quantities: Mapping[str, str], required: Sequen
         raise CaseError(error.faults, str(file)) from None
     columns = {name: numbers[:, k] * scale[name] for k, name in enumerate(used)}
     columns |= {name: np.full(len(body), value) for name, value in sidecar.values.items() if name not in used}
-    return Table(columns, np.array([number for number, _ in body]), str(file), _notes(cells, names, used, sidecar), found)
+    numbered = np.array([number for number, _ in body])
+    return MeasuredTable(columns, numbered, str(file), _notes(cells, names, used, sidecar), found)
 
 
 # TOML file of the same name ------------------------------------------------------------------------------------------

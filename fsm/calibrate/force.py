@@ -14,12 +14,12 @@ from scipy.optimize import nnls
 from scipy.stats import norm
 
 from fsm.calibrate.band import Band, linear_band, sampled_band, widen_band
-from fsm.calibrate.data import Table, read_table
+from fsm.calibrate.data import MeasuredTable, read_table
 from fsm.calibrate.identify import ForceTest, Identification, Parameter, Prior, identify
 from fsm.calibrate.parameters import unit_of, value_at, with_values
 from fsm.calibrate.report import Calibration, Options, quantities_of
 from fsm.calibrate.response import force_response
-from fsm.calibrate.study import Curve, Predict, Study, read_study
+from fsm.calibrate.study import MeasuredCurve, Predict, Study, read_study
 from fsm.calibrate.uncertainty import Estimate
 from fsm.errors import CaseError, Fault
 from fsm.kernels import jit
@@ -127,7 +127,7 @@ def _tests(study: Study, path: Path) -> list[ForceTest]:
     return tests
 
 
-def force_test(curve: Curve, case: Case, table: Table) -> ForceTest:
+def force_test(curve: MeasuredCurve, case: Case, table: MeasuredTable) -> ForceTest:
     """Test with its mean curve and scatter.
 
     Raises

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from fsm.calibrate.branches import FLAG_EXCLUDED, FLAG_USED, find_outliers
-from fsm.calibrate.data import Table, read_table
+from fsm.calibrate.data import MeasuredTable, read_table
 from fsm.calibrate.report import Calibration, Options, Quantity
 from fsm.calibrate.smoothing import bin_points
 from fsm.calibrate.uncertainty import Estimate, bootstrap, from_samples, laplace
@@ -122,7 +122,7 @@ def calibrate_relaxation(data: Path, options: Options) -> Calibration:
     )
 
 
-def _faults(table: Table) -> list[Fault]:
+def _faults(table: MeasuredTable) -> list[Fault]:
     time, angle = table.columns["time"], table.columns["angle"]
     faults = []
     negative = np.flatnonzero(time < 0.0)
@@ -152,7 +152,7 @@ def _faults(table: Table) -> list[Fault]:
     return faults
 
 
-def _flagged(table: Table) -> np.ndarray:
+def _flagged(table: MeasuredTable) -> np.ndarray:
     """Row indices of outliers among the neighbours in time, for each crease separately."""
     repeat = table.columns.get("repeat", np.zeros(len(table)))
     flagged = []
@@ -213,7 +213,7 @@ def _quantities(estimate: Estimate, time: np.ndarray, options: Options) -> tuple
     return found, reported
 
 
-def _numbers(estimate: Estimate, table: Table, flagged: np.ndarray, options: Options) -> dict[str, Any]:
+def _numbers(estimate: Estimate, table: MeasuredTable, flagged: np.ndarray, options: Options) -> dict[str, Any]:
     return {
         "law": "theta_r(t) = theta_r0 + A log(1 + t/tau)",
         "parameters": dict(zip(NAMES, estimate.values.tolist(), strict=True)),
@@ -235,7 +235,7 @@ def _lines(estimate: Estimate, time: np.ndarray, reported: list[float]) -> list[
 
 
 def _warnings(
-    table: Table,
+    table: MeasuredTable,
     estimate: Estimate,
     time: np.ndarray,
     angle: np.ndarray,

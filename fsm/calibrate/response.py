@@ -21,7 +21,7 @@ from fsm.segments.system import SegmentSystem
 from fsm.solve.newton import equilibrium
 from fsm.solve.static import follow
 
-__all__ = ["Peak", "Response", "force_response", "peak_of", "peak_response"]
+__all__ = ["PeakResponse", "Response", "force_response", "peak_of", "peak_response"]
 
 
 _FIRST_LOOK_BACK = 10
@@ -48,7 +48,7 @@ class Response:
 
 
 @dataclass(frozen=True)
-class Peak:
+class PeakResponse:
     """Largest force (N), its travel (m), and its gradient (p,)."""
 
     force: float
@@ -94,7 +94,7 @@ def force_response(
     return Response(travel, force, jacobian)
 
 
-def peak_response(case: Case, travel: np.ndarray, parameters: Sequence[str]) -> Peak:
+def peak_response(case: Case, travel: np.ndarray, parameters: Sequence[str]) -> PeakResponse:
     """Largest force of a case along given travels and its gradient; arguments and errors as in `force_response`.
 
     Derivatives are computed only for the states around the peak. In a rate-dependent case they begin some states earlier, so
@@ -117,10 +117,10 @@ def peak_response(case: Case, travel: np.ndarray, parameters: Sequence[str]) -> 
         look_back *= 2
     jacobian = np.full((len(travel), len(parameters)), np.nan)
     jacobian[max(at - 1, 0) : at + 2] = near
-    return Peak(peak.force, peak.travel, peak_of(Response(travel, force, jacobian)).gradient)
+    return PeakResponse(peak.force, peak.travel, peak_of(Response(travel, force, jacobian)).gradient)
 
 
-def peak_of(response: Response) -> Peak:
+def peak_of(response: Response) -> PeakResponse:
     """Largest force of a response, from the parabola through the largest value and its neighbours.
 
     By the envelope theorem its gradient equals the gradient of the force at the fixed travel of the peak. It is interpolated
@@ -130,7 +130,7 @@ def peak_of(response: Response) -> Peak:
     at = int(np.argmax(force))
     if at in (0, len(x) - 1):
         gradient = None if response.jacobian is None else response.jacobian[at]
-        return Peak(float(force[at]), float(x[at]), gradient)
+        return PeakResponse(float(force[at]), float(x[at]), gradient)
     near = slice(at - 1, at + 2)
     a, b, c = x[near]
     first, second = (force[at] - force[at - 1]) / (b - a), (force[at + 1] - force[at]) / (c - b)
@@ -141,7 +141,7 @@ def peak_of(response: Response) -> Peak:
         (top - a) * (top - b) / ((c - a) * (c - b)),
     ])  # fmt: skip
     gradient = None if response.jacobian is None else weights @ response.jacobian[near]
-    return Peak(float(weights @ force[near]), float(top), gradient)
+    return PeakResponse(float(weights @ force[near]), float(top), gradient)
 
 
 @dataclass

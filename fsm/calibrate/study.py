@@ -13,7 +13,7 @@ from fsm.scene.load_case import read_toml
 from fsm.scene.model import Model
 from fsm.scene.units import Count, Force, Length, Number
 
-__all__ = ["Curve", "Predict", "Prior", "Study", "StudyParameter", "read_study"]
+__all__ = ["MeasuredCurve", "Predict", "StudyPrior", "Study", "StudyParameter", "read_study"]
 
 Value = float | str
 """Number in the case's units, or text with a unit."""
@@ -35,7 +35,7 @@ class StudyParameter(Model):
     start: Value | None = None
 
 
-class Prior(Model):
+class StudyPrior(Model):
     """Prior knowledge of the ratio of two parameters.
 
     Attributes
@@ -57,7 +57,7 @@ class Prior(Model):
         return self
 
 
-class Curve(Model):
+class MeasuredCurve(Model):
     """One test.
 
     Attributes
@@ -101,7 +101,7 @@ class Predict(Model):
     samples : int
         Number of samples of the Monte Carlo band; 0: linear band.
     zero, drag, drag_over : N, N, m
-        As in `Curve`. They widen the band to that of a measured force.
+        As in `MeasuredCurve`. They widen the band to that of a measured force.
     """
 
     name: str
@@ -125,9 +125,9 @@ class Study(Model):
     title: str = ""
     case: Path
     starts: Annotated[Count, Field(ge=1, le=1000)] = 3
-    curve: Annotated[tuple[Curve, ...], Field(min_length=1)]
+    curve: Annotated[tuple[MeasuredCurve, ...], Field(min_length=1)]
     parameter: Annotated[tuple[StudyParameter, ...], Field(min_length=1)]
-    prior: tuple[Prior, ...] = ()
+    prior: tuple[StudyPrior, ...] = ()
     predict: Predict | None = None
 
     @model_validator(mode="after")
@@ -159,7 +159,9 @@ def read_study(path: Path) -> Study:
         raise CaseError([_fault(detail) for detail in error.errors()], str(path)) from None
 
 
-_SECTIONS: dict[str, type[Model]] = {"curve": Curve, "parameter": StudyParameter, "prior": Prior, "predict": Predict}
+_SECTIONS: dict[str, type[Model]] = {
+    "curve": MeasuredCurve, "parameter": StudyParameter, "prior": StudyPrior, "predict": Predict,
+}  # fmt: skip
 
 
 def _fault(detail: Any) -> Fault:

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from fsm.ancf.array_system import ArraySystem
 from fsm.ancf.cable import CableGroup
 from fsm.ancf.film import MembraneGroup
 from fsm.ancf.hinge import HingeGroup
+from fsm.ancf.scissor_system import ScissorSystem
 from fsm.channels.offer import Model, Offer, State, offers
 from fsm.results.channel import AXES, Dim
 from fsm.scene.builders.scissor import array_at
@@ -22,7 +22,7 @@ _PRINCIPAL = Dim("principal_axis", ("larger", "smaller"), "1", "principal stress
 def films(model: Model) -> Iterator[Offer]:
     """film.resultant, film.strain and cable.tension over the elements, and support.nodes.force."""
     mesh = _mesh(model)
-    if isinstance(model.system, ArraySystem):
+    if isinstance(model.system, ScissorSystem):
         return
     if mesh is None:
         if model.system is None:  # the film of a deployed strip, whose mesh is not known yet
@@ -62,7 +62,7 @@ def probes(model: Model) -> Iterator[Offer]:
 def arrays(model: Model) -> Iterator[Offer]:
     """point.<name>.position and .velocity, bar.<name>.stress, hinge.<name>.angle, support.<point>.force of an array."""
     system = model.system
-    if not isinstance(system, ArraySystem):
+    if not isinstance(system, ScissorSystem):
         return
     plane = Dim("plane_axis", ("x", "y"), "1", "axis of the plane of the array")
     for name, first in sorted(system.points.items()):

@@ -16,13 +16,13 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.spline import evaluate_curve
 
 __all__ = [
-    "Curve", "CurveTable", "add_flexibility", "crease_energy", "crease_moment", "curve_from_data", "curve_from_polynomial",
-    "join_curves",
+    "CurveTable", "MomentCurve", "add_flexibility", "crease_energy", "crease_moment", "curve_from_data",
+    "curve_from_polynomial", "join_curves",
 ]  # fmt: skip
 
 
 @dataclass(frozen=True)
-class Curve:
+class MomentCurve:
     """Piecewise cubic M(o): `knots` (n,) rad, `coefficients` (n, 4), `energies` (n,) J; see `evaluate_curve`."""
 
     knots: np.ndarray
@@ -37,7 +37,7 @@ class Curve:
         return energy, moment, slope
 
 
-def curve_from_data(angle: np.ndarray, moment: np.ndarray, interpolation: str = "cubic") -> Curve:
+def curve_from_data(angle: np.ndarray, moment: np.ndarray, interpolation: str = "cubic") -> MomentCurve:
     """Interpolation of measured moments with linear extrapolation and exact integral.
 
     Parameters
@@ -54,18 +54,18 @@ def curve_from_data(angle: np.ndarray, moment: np.ndarray, interpolation: str = 
     return curve_from_polynomial(polynomial)
 
 
-def curve_from_polynomial(polynomial: PPoly) -> Curve:
+def curve_from_polynomial(polynomial: PPoly) -> MomentCurve:
     """Curve from a cubic PPoly, with linear extrapolation."""
     knots = np.ascontiguousarray(polynomial.x, dtype=float)
     last_value = float(polynomial(knots[-1]))
     last_slope = float(polynomial(knots[-1], 1))
     coefficients = np.vstack([polynomial.c.T, [0.0, 0.0, last_slope, last_value]])
     energies = np.concatenate([[0.0], np.cumsum([polynomial.integrate(a, b) for a, b in pairwise(knots)])])
-    curve = Curve(knots, np.ascontiguousarray(coefficients), energies)
-    return Curve(knots, curve.coefficients, energies - curve(0.0)[0])
+    curve = MomentCurve(knots, np.ascontiguousarray(coefficients), energies)
+    return MomentCurve(knots, curve.coefficients, energies - curve(0.0)[0])
 
 
-def add_flexibility(curve: Curve, flexibility: float, subdivisions: int = 32) -> Curve:
+def add_flexibility(curve: MomentCurve, flexibility: float, subdivisions: int = 32) -> MomentCurve:
     """Curve of a crease in series with a linear flexibility (half-cell correction).
 
     o_total = o + M(o) f                                               docs/theory.md
@@ -103,7 +103,7 @@ def add_flexibility(curve: Curve, flexibility: float, subdivisions: int = 32) ->
     return _hermite(total, moment, slope / stretch)
 
 
-def _hermite(x: np.ndarray, y: np.ndarray, dydx: np.ndarray) -> Curve:
+def _hermite(x: np.ndarray, y: np.ndarray, dydx: np.ndarray) -> MomentCurve:
     return curve_from_polynomial(CubicHermiteSpline(x, y, dydx))
 
 
@@ -117,7 +117,7 @@ class CurveTable:
     energies: np.ndarray
 
 
-def join_curves(curves: list[Curve]) -> CurveTable:
+def join_curves(curves: list[MomentCurve]) -> CurveTable:
     """Common table of several curves, for the kernels."""
     bounds = np.concatenate([[0], np.cumsum([len(c.knots) for c in curves])]).astype(np.int64)
     return CurveTable(

@@ -26,7 +26,7 @@ from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
 from fsm.kernels.jit import kernel
 from fsm.kernels.spline import evaluate_curve
-from fsm.laws.crease import Curve, curve_from_polynomial
+from fsm.laws.crease import MomentCurve, curve_from_polynomial
 
 __all__ = ["hysteresis_stiffness", "slip_energy", "slip_moment", "slip_power", "strength_curve"]
 
@@ -36,7 +36,7 @@ _BISECTIONS = 60
 """Bisection steps for the opening at which slip begins."""
 
 
-def strength_curve(opening: np.ndarray, strength: np.ndarray) -> Curve:
+def strength_curve(opening: np.ndarray, strength: np.ndarray) -> MomentCurve:
     """Strength h(o) of the slider: monotone between the points, and constant outside them.
 
     Parameters
@@ -49,7 +49,7 @@ def strength_curve(opening: np.ndarray, strength: np.ndarray) -> Curve:
     return curve_from_polynomial(CubicHermiteSpline(opening, strength, slope))
 
 
-def hysteresis_stiffness(strength: Curve, reversal: float) -> float:
+def hysteresis_stiffness(strength: MomentCurve, reversal: float) -> float:
     """Stiffness k of the spring, N m/rad: half of `reversal` (rad) loads it to the largest strength.
 
     It is at least 1.25 times the steepest slope of the strength, because a softer spring would generate energy.

@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from fsm.plots.legend import add_legend, add_legend_across
 from fsm.plots.marks import EVENTS, shade_stages, summary_with_stages
 from fsm.plots.style import COLOURS, GREY, SINGLE, WIDE, abscissa, figure, rounded, shortened
-from fsm.results.curve import Curve
+from fsm.results.curve import ForceCurve
 from fsm.results.solution import Floats, Solution
 
 __all__ = ["plot_force", "plot_overlay"]
@@ -79,19 +79,19 @@ def plot_overlay(curves: Sequence[tuple[str, Solution]], path: str | Path) -> No
             add_legend(fig, ax)
 
 
-def _quasi_static(curve: Curve, drive: int) -> tuple[Floats, Floats]:
+def _quasi_static(curve: ForceCurve, drive: int) -> tuple[Floats, Floats]:
     """Travel (mm) and quasi-static force (N) of a drive; NaN between paths, so that no line joins them."""
     return 1e3 * curve.travel[:, drive], np.where(curve.dynamic, np.nan, curve.force[:, drive])
 
 
-def _range(curve: Curve) -> tuple[float, float]:
+def _range(curve: ForceCurve) -> tuple[float, float]:
     """Smallest and largest quasi-static force of all drives, N; of all forces if the whole run is dynamic."""
     force = curve.force[~curve.dynamic] if curve.has_quasi_static else curve.force
     return float(np.nanmin(force)), float(np.nanmax(force))
 
 
 def _draw_curve(
-    ax: Axes, curve: Curve, drive: int, dynamic_colour: str = GREY, clip: bool = False, **style: Any
+    ax: Axes, curve: ForceCurve, drive: int, dynamic_colour: str = GREY, clip: bool = False, **style: Any
 ) -> None:
     """Draw the quasi-static force of one drive, and its dynamic force as a thin line.
 
@@ -112,7 +112,7 @@ def _draw_curve(
         ax.plot(travel, between, color=dynamic_colour, linewidth=0.6, zorder=1.9)
 
 
-def _limit(ax: Axes, curve: Curve) -> None:
+def _limit(ax: Axes, curve: ForceCurve) -> None:
     """Set the limits of the force axis from the quasi-static forces, with room for dynamic ones (`_DYNAMIC_RANGE`)."""
     low, high = _range(curve)
     room = (_DYNAMIC_RANGE - 1.0) * max(high - low, 1e-300)

@@ -17,7 +17,7 @@ from mpl_toolkits.mplot3d.proj3d import proj_transform
 
 from fsm.plots.legend import add_legend_across
 from fsm.plots.marks import stage_colour, stage_name, summary_with_stages
-from fsm.plots.obstacles import Outline, obstacle_outlines
+from fsm.plots.obstacles import ObstacleOutline, obstacle_outlines
 from fsm.plots.plane import lattice_squares, vertical_axis
 from fsm.plots.style import COLOURS, GREY, WIDE, evolution, figure, rounded, start_of_step, steps_of
 from fsm.results.solution import BEAM, FILM, LINE, Floats, Integers, Solution
@@ -250,7 +250,7 @@ def _plates_in_plane(solution: Solution, record: int) -> LineCollection | PolyCo
     return LineCollection(list(ends), colors=colours, linewidths=1.8, capstyle="round")
 
 
-def _cut(outline: Outline, low: Floats, high: Floats) -> list[Floats]:
+def _cut(outline: ObstacleOutline, low: Floats, high: Floats) -> list[Floats]:
     """Part of a plane within the bounds of the picture, mm; an empty list if the plane is outside."""
     face = 1e3 * outline.faces[0]
     margin = 0.05 * float(np.max(high - low))

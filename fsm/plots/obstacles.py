@@ -10,14 +10,14 @@ import numpy as np
 from fsm.errors import CaseError
 from fsm.results.solution import Floats, Solution
 
-__all__ = ["Outline", "obstacle_outlines"]
+__all__ = ["ObstacleOutline", "obstacle_outlines"]
 
 _CIRCLE_POINTS = 32
 """Number of corners that represent a circle."""
 
 
 @dataclass(frozen=True)
-class Outline:
+class ObstacleOutline:
     """Outline of an obstacle in a record.
 
     Attributes
@@ -38,7 +38,7 @@ class Outline:
     moves: bool = False
 
 
-def obstacle_outlines(solution: Solution, record: int, centre: Floats, reach: float) -> list[Outline]:
+def obstacle_outlines(solution: Solution, record: int, centre: Floats, reach: float) -> list[ObstacleOutline]:
     """Outlines of the obstacles in a record.
 
     Parameters
@@ -59,7 +59,7 @@ def obstacle_outlines(solution: Solution, record: int, centre: Floats, reach: fl
         raise CaseError(f"the case in this result is damaged: its obstacles cannot be drawn ({error!r})") from error
 
 
-def _outlines(solution: Solution, record: int, centre: Floats, reach: float) -> list[Outline]:
+def _outlines(solution: Solution, record: int, centre: Floats, reach: float) -> list[ObstacleOutline]:
     case = solution.layout.case
     scene = case.get("scene")
     obstacles = case.get("obstacle", []) or (scene.get("obstacles", []) if isinstance(scene, dict) else [])
@@ -74,14 +74,14 @@ def _outlines(solution: Solution, record: int, centre: Floats, reach: float) -> 
     return outlines
 
 
-def _outline(obstacle: dict[str, Any], turn: Floats, at: Floats, centre: Floats, reach: float) -> Outline:
+def _outline(obstacle: dict[str, Any], turn: Floats, at: Floats, centre: Floats, reach: float) -> ObstacleOutline:
     shape = obstacle["shape"]
     if shape == "plane":
         normal = turn[:, 2]
         foot = centre - normal * float(normal @ (centre - at))
         x, y = reach * turn[:, 0], reach * turn[:, 1]
         depth = reach * normal
-        return Outline([np.array([foot - x - y, foot + x - y, foot + x + y, foot - x + y])],
+        return ObstacleOutline([np.array([foot - x - y, foot + x - y, foot + x + y, foot - x + y])],
                        np.array([foot - x, foot + x, foot + x - depth, foot - x - depth]), False)  # fmt: skip
     angles = 2.0 * np.pi * np.arange(_CIRCLE_POINTS) / _CIRCLE_POINTS
     if shape == "box":
@@ -94,7 +94,7 @@ def _outline(obstacle: dict[str, Any], turn: Floats, at: Floats, centre: Floats,
         local = _cylinder(section, 0.5 * float(obstacle["length"])) if shape == "cylinder" else _sphere(radius)
         if shape == "sphere":
             turn = np.eye(3)
-    return Outline([face @ turn.T + at for face in local], section @ turn.T + at, True)
+    return ObstacleOutline([face @ turn.T + at for face in local], section @ turn.T + at, True)
 
 
 def _box(half: Floats) -> list[Floats]:

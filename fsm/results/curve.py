@@ -13,14 +13,14 @@ from fsm.results.film import Floats, Integers
 if TYPE_CHECKING:
     from fsm.solve.run_io import CurvePoint
 
-__all__ = ["MAX_POINTS", "Curve"]
+__all__ = ["MAX_POINTS", "ForceCurve"]
 
 MAX_POINTS = 4000
 """Approximate number of curve points in a results file, at most."""
 
 
 @dataclass(frozen=True)
-class Curve:
+class ForceCurve:
     """Force curve in the order of time.
 
     Attributes
@@ -47,7 +47,7 @@ class Curve:
         return len(self.time)
 
     @classmethod
-    def from_points(cls, points: Sequence[CurvePoint]) -> Curve:
+    def from_points(cls, points: Sequence[CurvePoint]) -> ForceCurve:
         """Force curve through the points of a solver."""
         return cls(
             np.array([point.drive.travel for point in points]),
@@ -69,11 +69,11 @@ class Curve:
         """Whether any quasi-static point has a positive travel."""
         return bool(np.any(~self.dynamic & (self.travel[:, 0] > 0.0))) if self.travel.shape[1] else False
 
-    def select(self, points: Any) -> Curve:
+    def select(self, points: Any) -> ForceCurve:
         """Curve of the points that an index array or a mask selects."""
-        return Curve(*(values[points] for values in vars(self).values()))
+        return ForceCurve(*(values[points] for values in vars(self).values()))
 
-    def decimate(self, limit: int = MAX_POINTS) -> Curve:
+    def decimate(self, limit: int = MAX_POINTS) -> ForceCurve:
         """Curve of about `limit` points or fewer: both ends, ends of paths, and the extreme forces of each interval."""
         if len(self) <= limit:
             return self

@@ -9,8 +9,8 @@ import numpy as np
 
 from fsm.hdf5_checked import names_in, numbers_in
 from fsm.results.attributes import write_attributes
-from fsm.results.curve import Curve
-from fsm.results.film import STATES, Film, Samples
+from fsm.results.curve import ForceCurve
+from fsm.results.film import STATES, Film, ProbeSamples
 
 __all__ = [
     "SAMPLE_TIME", "add_scale", "append_samples", "read_curve", "read_film", "read_samples", "set_description",
@@ -86,7 +86,7 @@ def read_film(file: Any) -> Film | None:
     )
 
 
-def append_samples(file: Any, samples: Samples) -> None:
+def append_samples(file: Any, samples: ProbeSamples) -> None:
     """Append samples; times are written last, because a reader counts samples by their times."""
     times, moved = file[SAMPLE_TIME], file["probes/displacement"]
     start, stop = len(times), len(times) + len(samples.time)
@@ -98,15 +98,15 @@ def append_samples(file: Any, samples: Samples) -> None:
     file.flush()
 
 
-def read_samples(file: Any) -> Samples:
+def read_samples(file: Any) -> ProbeSamples:
     """Read the samples from a results file, finished or not."""
     if "film" not in file:
-        return Samples()
+        return ProbeSamples()
     times = numbers_in(file, SAMPLE_TIME, (None,), finite=False)
     bad = ~np.isfinite(times)
     count = int(np.argmax(bad)) if bad.any() else len(times)
     shape = (None, *file["probes/rest"].shape)
-    return Samples(times[:count], numbers_in(file, "probes/displacement", shape, first=count))
+    return ProbeSamples(times[:count], numbers_in(file, "probes/displacement", shape, first=count))
 
 
 _CURVE = {
@@ -118,7 +118,7 @@ _CURVE = {
 }
 
 
-def write_curve(file: Any, curve: Curve) -> None:
+def write_curve(file: Any, curve: ForceCurve) -> None:
     """Write the force curve, which has more points than the records."""
     times = file.create_dataset(_CURVE_TIME, data=curve.time)
     set_description(times, "s", "time of the point of the curve")
@@ -130,7 +130,7 @@ def write_curve(file: Any, curve: Curve) -> None:
             data.dims[axis].attach_scale(times if dim == "curve_time" else file[dim])
 
 
-def read_curve(file: Any) -> Curve | None:
+def read_curve(file: Any) -> ForceCurve | None:
     """Read the force curve from a results file; None if the file has no curve."""
     if "curve" not in file:
         return None
@@ -138,4 +138,4 @@ def read_curve(file: Any) -> Curve | None:
     sizes = {"curve_time": len(time), "drive_name": file["drive_name"].shape[0]}
     found = {name: numbers_in(file, f"curve/{name}", tuple(sizes[d] for d in dims)) for name, (dims, *_) in _CURVE.items()}
     found["path"] = found["path"].astype(np.int64)
-    return Curve(time=time, pair_force=np.zeros((len(time), 0)), **found)
+    return ForceCurve(time=time, pair_force=np.zeros((len(time), 0)), **found)

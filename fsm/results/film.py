@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["STATES", "Film", "Floats", "Integers", "Samples"]
+__all__ = ["STATES", "Film", "Floats", "Integers", "ProbeSamples"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -46,7 +46,7 @@ class Film:
 
 
 @dataclass
-class Samples:
+class ProbeSamples:
     """Samples of the probes, which are denser in time than the records.
 
     Attributes
@@ -59,6 +59,6 @@ class Samples:
     time: Floats = field(default_factory=lambda: np.zeros(0))
     displacement: Floats = field(default_factory=lambda: np.zeros((0, 0, 3)))
 
-    def first(self, count: int) -> Samples:
+    def first(self, count: int) -> ProbeSamples:
         """Return the first `count` samples."""
-        return Samples(self.time[:count], self.displacement[:count])
+        return ProbeSamples(self.time[:count], self.displacement[:count])

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fsm.results.curve import Curve
+from fsm.results.curve import ForceCurve
 from fsm.results.solution import Floats, Solution
 
 __all__ = [
@@ -72,7 +72,7 @@ class Peaks(NamedTuple):
     magnitude: Peak | None
 
 
-def peaks(curve: Curve) -> Peaks:
+def peaks(curve: ForceCurve) -> Peaks:
     """Quasi-static and dynamic peaks of a force curve.
 
     A force is quasi-static on an equilibrium path, and in a motion whose inertial forces are small compared with it
@@ -150,7 +150,7 @@ def peak(travel: ArrayLike, force: ArrayLike) -> tuple[float, float]:
     return float(f[top] + b * x + c * x * x), float(s[top] + x)
 
 
-def find_stages(curve: Curve) -> list[Stage]:
+def find_stages(curve: ForceCurve) -> list[Stage]:
     """Stages of a pulled strip in the order in which they begin.
 
     * "initial deformation" begins at the first point, unless another stage begins there.
@@ -171,7 +171,7 @@ def find_stages(curve: Curve) -> list[Stage]:
     return [Stage(name, x, float(np.interp(x, s, f))) for x, name in reached]
 
 
-def bending_onset(curve: Curve) -> float | None:
+def bending_onset(curve: ForceCurve) -> float | None:
     """Travel at which the panels begin to bend: their share of the elastic energy reaches `BENDING_SHARE`.
 
     The share is the energy of the panels over the energy of panels and creases, both as magnitudes of the change since the
@@ -239,7 +239,7 @@ def _advancing(s: Floats) -> np.ndarray:
     return np.flatnonzero(s > before)
 
 
-def summarise(curve: Curve, pair_names: Sequence[str]) -> dict[str, Any]:
+def summarise(curve: ForceCurve, pair_names: Sequence[str]) -> dict[str, Any]:
     """Named results of a pull, SI, for `summary.json` and for comparison with expected values.
 
     * `peak_force`, `peak_travel`: largest quasi-static force, see `peaks`
@@ -271,7 +271,7 @@ def summarise(curve: Curve, pair_names: Sequence[str]) -> dict[str, Any]:
     return summary
 
 
-def _touches(curve: Curve, pair_names: Sequence[str]) -> list[dict[str, Any]]:
+def _touches(curve: ForceCurve, pair_names: Sequence[str]) -> list[dict[str, Any]]:
     keep = _advancing(curve.travel[:, 0])
     travel, force = curve.travel[keep, 0], curve.force[keep, 0]
     found = [

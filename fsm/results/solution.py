@@ -14,8 +14,8 @@ import numpy as np
 from fsm.errors import CaseError
 from fsm.results.array import ArrayMotion
 from fsm.results.channel import Channel, ChannelInfo
-from fsm.results.curve import Curve
-from fsm.results.film import Film, Floats, Integers, Samples
+from fsm.results.curve import ForceCurve
+from fsm.results.film import Film, Floats, Integers, ProbeSamples
 from fsm.results.step_data import LoadPath, StepModes
 
 __all__ = ["BEAM", "ENERGIES", "FILM", "LINE", "PAIRS", "Floats", "Integers", "Layout", "Record", "Solution"]
@@ -211,12 +211,12 @@ class Solution:
     pair_damping_energy: Floats
     shape: Floats
     negative_pivots: Integers
-    samples: Samples = field(default_factory=Samples)
+    samples: ProbeSamples = field(default_factory=ProbeSamples)
     layout: Layout = field(default_factory=Layout)
     stats: dict[str, Any] = field(default_factory=dict)
     summary: dict[str, Any] = field(default_factory=dict)
     array: ArrayMotion | None = None
-    curve: Curve | None = None
+    curve: ForceCurve | None = None
     channels: dict[str, Channel] = field(default_factory=dict)
     step: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     modes: StepModes | None = None
@@ -227,12 +227,12 @@ class Solution:
         return len(self.time)
 
     @property
-    def force_curve(self) -> Curve:
+    def force_curve(self) -> ForceCurve:
         """Force curve at the steps of the solver; at the records if the solution has no other."""
         if self.curve is not None:
             return self.curve
         energy, path = self.energy, np.zeros(len(self), dtype=np.int64)
-        return Curve(self.travel, self.force, self.pair_force, self.time, path, energy["panels"], energy["creases"])
+        return ForceCurve(self.travel, self.force, self.pair_force, self.time, path, energy["panels"], energy["creases"])
 
     @classmethod
     def from_records(

@@ -68,7 +68,7 @@ from fsm.results.array import ArrayMotion
 from fsm.results.array_datasets import read_array, write_array
 from fsm.results.attributes import read_attributes, write_attributes
 from fsm.results.channel import Channel, ChannelInfo, Dim
-from fsm.results.curve import Curve
+from fsm.results.curve import ForceCurve
 from fsm.results.datasets import (
     SAMPLE_TIME,
     add_scale,
@@ -80,7 +80,7 @@ from fsm.results.datasets import (
     write_curve,
     write_film,
 )  # fmt: skip
-from fsm.results.film import Samples
+from fsm.results.film import ProbeSamples
 from fsm.results.interrupted_file import is_marked_open, without_open_marks
 from fsm.results.solution import ENERGIES, PAIRS, Floats, Layout, Record, Solution, stack, stack_energies
 from fsm.results.step_data import (
@@ -243,7 +243,7 @@ class ResultWriter:
         stats: dict[str, Any],
         summary: dict[str, Any],
         array: ArrayMotion | None = None,
-        curve: Curve | None = None,
+        curve: ForceCurve | None = None,
         modes: StepModes | None = None,
         paths: LoadPath | None = None,
     ) -> None:
@@ -311,7 +311,7 @@ class ResultWriter:
         self._records = []
         self._flushed_at = time.monotonic()
 
-    def _open(self, rows: dict[str, Any], times: Floats, samples: Samples | None = None) -> None:
+    def _open(self, rows: dict[str, Any], times: Floats, samples: ProbeSamples | None = None) -> None:
         """Create the part file with its first rows in one step, then open it in single-writer mode."""
         with atomic_write(self.part) as new, written_from_memory(new) as file:
             _write_layout(file, self.layout)
@@ -547,8 +547,8 @@ def _open_hdf5(path: Path, kind: str) -> Iterator[Any]:
         raise CaseError(f"is damaged or cannot be read ({' '.join(str(error).split())[:200]})", str(path)) from error
 
 
-def _stack_samples(samples: list[tuple[float, Floats]]) -> Samples:
-    return Samples(np.array([at for at, _ in samples]), np.array([values for _, values in samples]))
+def _stack_samples(samples: list[tuple[float, Floats]]) -> ProbeSamples:
+    return ProbeSamples(np.array([at for at, _ in samples]), np.array([values for _, values in samples]))
 
 
 def write_checkpoint(path: str | Path, arrays: dict[str, np.ndarray], attributes: dict[str, Any]) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 from fsm.scene.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame, unstressed_length
 from fsm.scene.scene import Scene
 
-__all__ = ["ContactPoint", "apart", "contact_points", "points_along", "sunk"]
+__all__ = ["ContactPoint", "point_spacing", "contact_points", "points_along", "penetration_between"]
 
 MOST = 5
 """Points along a side of an element, at most."""
@@ -57,12 +57,12 @@ def points_along(scene: Scene, part: SceneFilm | SceneCable | SceneBeam) -> int:
     count = scene.contact.points_per_segment
     others = {name for pair in scene.pairs for name in (pair.first, pair.second) if part.name in (pair.first, pair.second)}
     radii = [o.radius for o in scene.obstacles if o.name in others and o.radius is not None]
-    while radii and count < MOST and sunk(part, count, min(radii)) > _SUNK * min(radii):
+    while radii and count < MOST and penetration_between(part, count, min(radii)) > _SUNK * min(radii):
         count += 1
     return count
 
 
-def apart(part: SceneFilm | SceneCable | SceneBeam, count: int) -> tuple[float, float]:
+def point_spacing(part: SceneFilm | SceneCable | SceneBeam, count: int) -> tuple[float, float]:
     """Largest distances of neighboring points along both sides of an element, m; across a cable or a beam 0."""
     places = np.concatenate([[-1.0], np.polynomial.legendre.leggauss(count)[0], [1.0]])
     gaps = 0.5 * np.diff(places)
@@ -72,9 +72,9 @@ def apart(part: SceneFilm | SceneCable | SceneBeam, count: int) -> tuple[float, 
     return widest * unstressed_length(part) / part.elements, 0.0
 
 
-def sunk(part: SceneFilm | SceneCable | SceneBeam, count: int, radius: float) -> float:
+def penetration_between(part: SceneFilm | SceneCable | SceneBeam, count: int, radius: float) -> float:
     """Depth of a sphere between the contact points of a flat film, m."""
-    along, across = apart(part, count)
+    along, across = point_spacing(part, count)
     return (along**2 + across**2) / (8.0 * radius)
 
 

@@ -14,8 +14,8 @@ from fsm.scene.units import Count, Density, Force, Length, Number, Stress, Time,
 
 __all__ = [
     "Air", "Cable", "CentrePatch", "CornerCable", "Damping", "Deployed", "DiagonalPatch", "DiagonalsPatch", "EdgeCable",
-    "GridPatch", "HalfSine", "Impact", "Measured", "Membrane", "Patch", "Place", "PositionPatch", "Rectangle", "Support",
-    "Tension", "Vibration",
+    "GridPatch", "HalfSinePulse", "Impact", "MeasuredPulse", "Membrane", "Patch", "Place", "PositionPatch",
+    "RectanglePulse", "Support", "Tension", "Vibration",
 ]  # fmt: skip
 
 Rate = Annotated[float, Unit("1/s")]
@@ -231,7 +231,7 @@ class _Pulse(Model):
     size: Annotated[Length, Field(gt=0)] | None = None
 
 
-class HalfSine(_Pulse):
+class HalfSinePulse(_Pulse):
     """Half sine wave with `duration` and the maximum `force`."""
 
     pulse: Literal["half-sine"]
@@ -239,7 +239,7 @@ class HalfSine(_Pulse):
     duration: Annotated[Time, Field(gt=0)]
 
 
-class Rectangle(_Pulse):
+class RectanglePulse(_Pulse):
     """Constant `force` for `duration`."""
 
     pulse: Literal["rectangle"]
@@ -247,7 +247,7 @@ class Rectangle(_Pulse):
     duration: Annotated[Time, Field(gt=0)]
 
 
-class Measured(_Pulse):
+class MeasuredPulse(_Pulse):
     """Measured pulse: forces (N) at times (s), linear between them and zero outside."""
 
     pulse: Literal["table"]
@@ -266,7 +266,7 @@ class Measured(_Pulse):
         return self
 
 
-Impact = Annotated[HalfSine | Rectangle | Measured, Field(discriminator="pulse")]
+Impact = Annotated[HalfSinePulse | RectanglePulse | MeasuredPulse, Field(discriminator="pulse")]
 
 
 class Vibration(Model):

@@ -35,7 +35,7 @@ from fsm.scene.units import (
     Stiffness,
 )
 
-__all__ = ["GROUND", "Body", "ContactPair", "ForceElement", "Group", "Plate", "Scene", "Surface"]
+__all__ = ["GROUND", "Body", "ContactPair", "ForceElement", "PlateGroup", "Plate", "Scene", "Surface"]
 
 GROUND = "ground"
 """Name of the fixed body of every scene, at the origin with inertial axes."""
@@ -168,7 +168,7 @@ class Surface(Model):
     bodies: tuple[str, ...]
 
 
-class Group(Model):
+class PlateGroup(Model):
     """Group of bodies with plates for contact pairs, for example a pile."""
 
     name: Name
@@ -205,7 +205,7 @@ class Scene(Model):
     seams: tuple[SceneSeam, ...] = ()
     elements: tuple[ForceElement, ...] = ()
     surfaces: tuple[Surface, ...] = ()
-    groups: tuple[Group, ...] = ()
+    groups: tuple[PlateGroup, ...] = ()
     obstacles: tuple[Obstacle, ...] = ()
     pairs: tuple[ContactPair, ...] = ()
     contact: Contact | None = None

@@ -11,7 +11,7 @@ import numpy as np
 
 from fsm.errors import CaseError, Fault
 from fsm.kernels.rotation import multiply
-from fsm.laws.crease import Curve, join_curves
+from fsm.laws.crease import MomentCurve, join_curves
 from fsm.registry import ELEMENT_LAWS
 from fsm.scene.loads import Drive
 from fsm.scene.planar import out_of_plane
@@ -243,7 +243,7 @@ class SceneCompiler:
         elements = [e for e in elements if e.crease is not None]
         if not elements:
             return None
-        curves: list[Curve] = []
+        curves: list[MomentCurve] = []
         numbers: dict[tuple[object, float], int] = {}
         which = []
         for element in elements:

@@ -25,7 +25,7 @@ from fsm.kernels.scatter import scatter_efforts
 from fsm.segments.contact_depths import ContactDepths
 from fsm.segments.contact_geometry import ActiveContacts, ContactForces, ContactGeometry, ContactKinematics, Tapered
 from fsm.segments.contact_memory import ContactMemory
-from fsm.segments.friction_force import FrictionForce, Pull
+from fsm.segments.friction_force import FrictionForce, FrictionForces
 from fsm.segments.group import Group, PreviousPoses
 from fsm.segments.impacts import Impacts
 from fsm.segments.normal_force import NormalForce
@@ -180,12 +180,12 @@ class ContactGroup(Group):
         slip: np.ndarray,
         normal: np.ndarray,
         deflection: np.ndarray,
-    ) -> tuple[Pull, np.ndarray | None]:
+    ) -> tuple[FrictionForces, np.ndarray | None]:
         """Friction, and its stiffness by the slip distance of the bristles (N/m)."""
         friction, (count, slips) = self.friction, slip.shape
         if friction is None:
             nothing = np.zeros((count, slips))
-            return Pull(nothing, np.zeros((count, slips, slips)), None, nothing, nothing), None
+            return FrictionForces(nothing, np.zeros((count, slips, slips)), None, nothing, nothing), None
         mean, duration = slip, 0.0
         if friction.law.bristle:
             duration = max(0.0, t - self._time)

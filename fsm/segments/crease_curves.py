@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fsm.errors import CaseError, Fault
-from fsm.laws.crease import Curve, add_flexibility, curve_from_data
+from fsm.laws.crease import MomentCurve, add_flexibility, curve_from_data
 from fsm.laws.crease_hysteresis import hysteresis_stiffness, strength_curve
 from fsm.scene.materials import UNREAD, FamilyCrease, LinearCrease, SplineCrease
 from fsm.scene.scene import ForceElement
@@ -25,11 +25,11 @@ _CROSSING = 0.02
 class Hysteresis(NamedTuple):
     """Strength (N m as a function of rad) and stiffness (N m/rad) of the hysteresis of a crease."""
 
-    strength: Curve
+    strength: MomentCurve
     stiffness: float
 
 
-def curve_of(element: ForceElement) -> Curve:
+def curve_of(element: ForceElement) -> MomentCurve:
     """Elastic curve of a tabulated crease; with two branches, their mean."""
     branches = _branches(element)
     if len(branches) == 1:
@@ -67,7 +67,7 @@ def hysteresis_of(element: ForceElement) -> Hysteresis | None:
     return Hysteresis(strength, hysteresis_stiffness(strength, reversal + element.crease_flexibility * rise))
 
 
-def _branches(element: ForceElement) -> list[Curve]:
+def _branches(element: ForceElement) -> list[MomentCurve]:
     """Loading curve and, if measured, unloading curve."""
     crease = element.crease
     if isinstance(crease, LinearCrease):
@@ -88,7 +88,7 @@ def _branches(element: ForceElement) -> list[Curve]:
         raise CaseError(Fault("crease.data", str(error))) from None
 
 
-def _openings(branches: list[Curve]) -> np.ndarray:
+def _openings(branches: list[MomentCurve]) -> np.ndarray:
     """Openings over the range of all branches."""
     low, high = max(b.knots[0] for b in branches), min(b.knots[-1] for b in branches)
     return np.linspace(low, high, _POINTS)

@@ -17,11 +17,11 @@ import numpy as np
 
 from fsm.laws.friction import FrictionLaw
 
-__all__ = ["FrictionForce", "Pull"]
+__all__ = ["FrictionForce", "FrictionForces"]
 
 
 @dataclass(frozen=True)
-class Pull:
+class FrictionForces:
     """Friction of the contacts of a state.
 
     Attributes
@@ -69,7 +69,7 @@ class FrictionForce:
         deflection: np.ndarray,
         duration: float,
         axes: np.ndarray | None,
-    ) -> Pull:
+    ) -> FrictionForces:
         """Compute the friction of contacts.
 
         Parameters
@@ -90,7 +90,7 @@ class FrictionForce:
         for slope, way in ((pull.by_slip, slip), (pull.by_mean, mean)):
             if slope is not None:
                 inner += np.einsum("mce,mek->mck", slope, self._rotation_derivative(way, axes))
-        return Pull(
+        return FrictionForces(
             _stretched(pull.effort, axes, self.across),
             _stretched_both(pull.by_slip, axes, self.across),
             None if pull.by_mean is None else _stretched_both(pull.by_mean, axes, self.across),
@@ -101,14 +101,14 @@ class FrictionForce:
 
     def _of_law(
         self, slip: np.ndarray, mean: np.ndarray, normal: np.ndarray, deflection: np.ndarray, duration: float
-    ) -> Pull:
+    ) -> FrictionForces:
         if not self.law.bristle:
             effort, by_slip, by_normal = self.law.effort(slip, normal, self.params)
-            return Pull(effort, by_slip, None, by_normal, np.zeros_like(slip))
+            return FrictionForces(effort, by_slip, None, by_normal, np.zeros_like(slip))
         effort, by_slip, by_mean, by_normal, bent = self.law.effort(
             slip, mean, normal, deflection, duration, self.params
         )
-        return Pull(effort, by_slip, by_mean, by_normal, bent)
+        return FrictionForces(effort, by_slip, by_mean, by_normal, bent)
 
     def _rotation_derivative(self, vectors: np.ndarray, axes: np.ndarray) -> np.ndarray:
         """Derivative (m, 3, 3) of A v by rotations about the three axes."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from fsm.scene.contact_points import apart, points_along, sunk
+from fsm.scene.contact_points import penetration_between, point_spacing, points_along
 from fsm.scene.flexible import unstressed_length
 from fsm.segments.report_view import CheckContext, count, millimetres
 
@@ -55,11 +55,12 @@ def _touching_points(view: CheckContext, named: set[str]) -> Iterator[str]:
         if part.name not in named:
             continue
         count = points_along(view.scene, part)
-        text = f"{part.name} touches at points up to {millimetres(max(apart(part, count)))} apart: corners pass between them"
+        spacing = millimetres(max(point_spacing(part, count)))
+        text = f"{part.name} touches at points up to {spacing} apart: corners pass between them"
         pairs = [(pair.first, pair.second) for pair in view.pairs]
         radii = [round_ones[name] for pair in pairs if part.name in pair for name in pair if name in round_ones]
         if radii:
-            text += f", and round obstacles sink in by up to {millimetres(sunk(part, count, min(radii)))}"
+            text += f", and round obstacles sink in by up to {millimetres(penetration_between(part, count, min(radii)))}"
         yield text
 
 

@@ -33,19 +33,19 @@ from fsm.segments.elements import BushingGroup
 from fsm.segments.group import Group, GroupSteps, PreviousPoses
 from fsm.segments.hysteresis import HysteresisGroup
 from fsm.segments.loads import LoadGroup
+from fsm.segments.newton_springs import solve_springs
 from fsm.segments.pattern import BodyPattern, body_pattern
-from fsm.segments.springs_alone import settle_springs
 from fsm.stepping.model import ArrayModel
 from fsm.system import (
     DriveState,
     Energy,
     Linearised,
     NewtonRules,
+    NewtonSolution,
     Observation,
     PreviousState,
     Ready,
     Scales,
-    Settled,
     StepRejection,
 )
 
@@ -333,12 +333,12 @@ class SegmentSystem(Configuration):
         parts = [group.efforts(poses, change, past) for group in self._springs]
         return parts[0].ravel() if len(parts) == 1 else np.concatenate([np.zeros(0), *(part.ravel() for part in parts)])
 
-    def settles(self) -> BodyPattern | None:
+    def newton_pattern(self) -> BodyPattern | None:
         """See `MixedSystem`; only if nothing acts but springs and dampers."""
         alone = len(self.groups) == 1 and self.groups == self._springs and self.nu > 0
         return self._current_pattern(self.bodies.pose) if alone else None
 
-    def settle(
+    def newton_solve(
         self,
         t: float,
         q: np.ndarray,
@@ -348,13 +348,13 @@ class SegmentSystem(Configuration):
         rules: NewtonRules,
         elimination: Elimination,
         factors: np.ndarray,
-    ) -> Settled | None:
+    ) -> NewtonSolution | None:
         """See `MixedSystem`."""
-        pattern, (springs,), scales = self.settles(), self._springs, self._scales
+        pattern, (springs,), scales = self.newton_pattern(), self._springs, self._scales
         assert pattern is not None
         since = before if self.rate_dependent and t > before[0] else None
         poses, rates = (array.copy() for array in self.place(t, q, None if since is None else np.zeros(self.nu), since))
-        settled, q, efforts, residual, data, symmetric, iterations, round_off = settle_springs(
+        settled, q, efforts, residual, data, symmetric, iterations, round_off = solve_springs(
             q, efforts.reshape(springs.rest.shape), before[1], 0.0 if since is None else t - since[0],
             poses, rates, self.bodies.free, self._dof, self.bodies.inertia if self.spatial else None,
             *springs.elements(rates, self._past(t, since), pattern), pattern.indptr, pattern.indices, pattern.transposed,
@@ -365,7 +365,7 @@ class SegmentSystem(Configuration):
         if not settled:
             return None
         self._placed_before, self._placed = self._placed, (t, q.copy(), poses)
-        return Settled(q, efforts.ravel(), residual, BlockMatrix(pattern, data), symmetric, iterations, round_off)
+        return NewtonSolution(q, efforts.ravel(), residual, BlockMatrix(pattern, data), symmetric, iterations, round_off)
 
     def _linearised(
         self,

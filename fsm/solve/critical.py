@@ -11,7 +11,7 @@ from fsm.solve.equilibrium_step import Ending, Equilibrium, EquilibriumStep
 from fsm.solve.linear import LinearSolver
 from fsm.system import System
 
-__all__ = ["Critical", "critical_point", "loose_mode", "stable_branch"]
+__all__ = ["Critical", "critical_point", "softest_mode", "stable_branch"]
 
 _ITERATIONS = 30
 _ALONG = 0.1
@@ -59,7 +59,7 @@ def critical_point(system: System, t: float, q: np.ndarray, later: float) -> Cri
     return Critical(mode, along < _ALONG)
 
 
-def loose_mode(system: System, t: float, q: np.ndarray) -> np.ndarray:
+def softest_mode(system: System, t: float, q: np.ndarray) -> np.ndarray:
     """Mode without stiffness, (nu,): the softest mode of a singular stiffness with a small diagonal shift."""
     span = system.scales().span
     stiffness = system.linearise(t, q, None).stiffness.symmetric()

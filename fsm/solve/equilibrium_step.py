@@ -203,11 +203,11 @@ class EquilibriumStep:
 
     def _settle(self, t: float, guess: np.ndarray, before: PreviousState, efforts: np.ndarray | None) -> Equilibrium | None:
         """Solve in one call, if the system supports this and the iteration converges; else None."""
-        pattern = None if self.mixed is None else self.mixed.settles()
+        pattern = None if self.mixed is None else self.mixed.newton_pattern()
         if self.mixed is None or efforts is None or pattern is None:
             return None
         ready = self.solver.ready(pattern)
-        settled = self.mixed.settle(t, guess, before, efforts, self.largest_reaction, self._rules, *ready)
+        settled = self.mixed.newton_solve(t, guess, before, efforts, self.largest_reaction, self._rules, *ready)
         if settled is None:
             return None
         count = settled.iterations

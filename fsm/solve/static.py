@@ -25,7 +25,7 @@ import numpy as np
 
 from fsm.errors import EnergyAbort, NotConverged
 from fsm.kernels.vector import largest_ratio
-from fsm.solve.critical import Critical, critical_point, loose_mode, stable_branch
+from fsm.solve.critical import Critical, critical_point, softest_mode, stable_branch
 from fsm.solve.energy_balance import JUDGED_FROM, EnergyBalance
 from fsm.solve.equilibrium_step import Ending, EquilibriumStep
 from fsm.solve.extrapolation import History, Prediction
@@ -408,7 +408,7 @@ class _Follower:
         later = recorder.time + 1e-3 * self.first_step
         kind = "motion"
         if reason is _Reason.SINGULAR:
-            self.failed = loose_mode(self.system, recorder.time, recorder.q)
+            self.failed = softest_mode(self.system, recorder.time, recorder.q)
             self._fail(Outcome.MECHANISM)
         if reason is not _Reason.INERTIA:
             critical = critical_point(self.system, recorder.time, recorder.q, later)

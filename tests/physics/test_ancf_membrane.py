@@ -10,7 +10,7 @@ import pytest
 from fsm.ancf.air import air_mass
 from fsm.ancf.build import FilmGrid, MeshBuilder
 from fsm.ancf.film import FilmMaterial
-from fsm.ancf.loading import Loading, Motion
+from fsm.ancf.loading import Loading, SupportMotion
 from fsm.ancf.reduced import ReducedModel
 from fsm.ancf.system import AncfSystem
 from fsm.ancf.time_functions import Ramp
@@ -34,7 +34,7 @@ def stretched(n: int, material: FilmMaterial = FILM, air: float = 0.0) -> tuple[
     mesh = builder.build()
     plane = np.concatenate([edge, edge + 1])
     middle = np.where(plane % 9 < 2, 0.5 * SIDE, 0.0)
-    motion = Motion(plane, STRAIN * (mesh.coordinates[plane] - middle), Ramp())
+    motion = SupportMotion(plane, STRAIN * (mesh.coordinates[plane] - middle), Ramp())
     return tensioned(AncfSystem(mesh, Loading(motions=(motion,))), plane), grid
 
 

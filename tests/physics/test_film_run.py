@@ -144,7 +144,7 @@ def test_the_error_of_a_fixed_step_is_stated(tmp_path: Path, monkeypatch: pytest
     assert not any("take a shorter solve.step" in line for line in found[1]["warnings"])
     sudden = [*full, 'impact={ pulse = "rectangle", force = "1 mN", duration = "40 ms" }']
     halved = run(tmp_path, *sudden, name="halved")
-    monkeypatch.setattr("fsm.analyses.stated._LARGE", 10.0)
+    monkeypatch.setattr("fsm.analyses.summary_errors._LARGE", 10.0)
     whole = run(tmp_path, *sudden, name="whole")
     assert halved["steps"] >= 2 * whole["steps"] - 30 and halved["step_error"] < 0.5 * whole["step_error"]
 

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from fsm.calibrate.band import linear_band, sampled_band
-from fsm.calibrate.data import Table
+from fsm.calibrate.data import MeasuredTable
 from fsm.calibrate.force import force_test
 from fsm.calibrate.identify import ForceTest, Parameter, Prior, identify
 from fsm.calibrate.parameters import with_values
 from fsm.calibrate.response import force_response
-from fsm.calibrate.study import Curve
+from fsm.calibrate.study import MeasuredCurve
 from fsm.calibrate.uncertainty import Estimate
 from fsm.errors import CaseError
 from fsm.scene.case import Case
@@ -46,7 +46,7 @@ def repeated(name: str, noise: float, generator: np.random.Generator, repeats: i
     tests = force * (1.0 + noise * generator.normal(size=(repeats, len(at))))
     numbers = np.repeat(np.arange(1.0, repeats + 1), len(at))
     columns = {"displacement": np.tile(at, repeats), "force": tests.ravel(), "repeat": numbers}
-    return force_test(Curve(name=name, data="none"), case, Table(columns, np.arange(tests.size) + 2, name))
+    return force_test(MeasuredCurve(name=name, data="none"), case, MeasuredTable(columns, np.arange(tests.size) + 2, name))
 
 
 KNOWN: dict[str, tuple[Case, np.ndarray, np.ndarray]] = {}

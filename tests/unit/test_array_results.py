@@ -14,7 +14,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from fsm.analyses.choose import analysis_of
-from fsm.ancf.array_system import ArraySystem
+from fsm.ancf.scissor_system import ScissorSystem
 from fsm.plots import scissor
 from fsm.plots.style import figure
 from fsm.results.array import ArrayMotion, PointMotion, asynchronism
@@ -67,7 +67,7 @@ def test_stress_is_that_of_the_surface_with_every_element(element: str) -> None:
         "material": {"young": 2e11, "density": 7850.0, "poisson": 0.0},
     })  # fmt: skip
     system = analysis_of(case, "case.toml", []).system
-    assert isinstance(system, ArraySystem)
+    assert isinstance(system, ScissorSystem)
     start, kappa = system.initial()[0], 4e-3
     q = start.copy()
     pair = np.arange(2)

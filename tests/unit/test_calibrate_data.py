@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fsm.calibrate.branches import split_sweeps
-from fsm.calibrate.data import Table, read_table
+from fsm.calibrate.data import MeasuredTable, read_table
 from fsm.errors import CaseError
 
 KINDS = {
@@ -19,7 +19,7 @@ KINDS = {
 UP = np.arange(0.0, 91.0, 5.0)
 
 
-def read(tmp_path: Path, text: str, beside: str = "", required: tuple[str, ...] = ("angle", "moment")) -> Table:
+def read(tmp_path: Path, text: str, beside: str = "", required: tuple[str, ...] = ("angle", "moment")) -> MeasuredTable:
     file = tmp_path / "test.csv"
     file.write_text(text)
     if beside:
@@ -121,9 +121,9 @@ def test_a_million_rows_are_read_at_once(tmp_path: Path) -> None:
 # what a table is made of ---------------------------------------------------------------------------------------------
 
 
-def table_of(**columns: np.ndarray) -> Table:
+def table_of(**columns: np.ndarray) -> MeasuredTable:
     count = len(columns["angle"])
-    return Table({k: np.asarray(v, dtype=float) for k, v in columns.items()}, np.arange(2, count + 2), "test.csv")
+    return MeasuredTable({k: np.asarray(v, dtype=float) for k, v in columns.items()}, np.arange(2, count + 2), "test.csv")
 
 
 def test_one_way_is_one_curve_whichever_way_it_was_measured() -> None:

@@ -37,11 +37,11 @@ from fsm.scene.membrane import (
     DiagonalsPatch,
     EdgeCable,
     GridPatch,
-    HalfSine,
-    Measured,
+    HalfSinePulse,
+    MeasuredPulse,
     Membrane,
     PositionPatch,
-    Rectangle,
+    RectanglePulse,
     Support,
     Tension,
     Vibration,
@@ -67,9 +67,9 @@ TABLES: list[tuple[type[BaseModel], ...]] = [
     (Scissor,), (BarSection,),
     (HingeJoint,), (Stop,), (PointSupport,), (PointForce,), (Membrane,),
     (CentrePatch, DiagonalPatch, DiagonalsPatch, PositionPatch, GridPatch), (CornerCable, EdgeCable), (Support,), (Tension,),
-    (Deployed,), (Air,), (Damping,), (HalfSine, Rectangle, Measured), (Vibration,), (Scene,), (Body,), (Plate,),
-    (ForceElement,), (SceneFilm,), (SceneCable,), (SceneBeam,), (SceneFrame,), (SceneSeam,), (Surface,), (scenes.Group,),
-    (ContactPair,),
+    (Deployed,), (Air,), (Damping,), (HalfSinePulse, RectanglePulse, MeasuredPulse), (Vibration,), (Scene,), (Body,),
+    (Plate,), (ForceElement,), (SceneFilm,), (SceneCable,), (SceneBeam,), (SceneFrame,), (SceneSeam,), (Surface,),
+    (scenes.PlateGroup,), (ContactPair,),
 ]  # fmt: skip
 """The sections in the order of the page."""
 

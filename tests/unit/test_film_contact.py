@@ -9,7 +9,7 @@ from fsm.assembly.compile import compile_model
 from fsm.assembly.system import JoinedSystem
 from fsm.errors import CaseError
 from fsm.scene.contact import Contact, Friction
-from fsm.scene.contact_points import contact_points, points_along, sunk
+from fsm.scene.contact_points import contact_points, penetration_between, points_along
 from fsm.scene.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame
 from fsm.scene.obstacle import Obstacle
 from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene
@@ -149,7 +149,7 @@ def test_round_obstacles_have_more_points() -> None:
     part = model.films[0]
     assert (points_along(flat, part), points_along(model, part)) == (2, 5)
     assert len(contact_points(model)["film"]) == 16 * 25
-    assert sunk(part, 5, 0.02) < 0.25 * sunk(part, 2, 0.02)
+    assert penetration_between(part, 5, 0.02) < 0.25 * penetration_between(part, 2, 0.02)
 
 
 def test_joints_at_frames_have_no_moment_as_assembled() -> None:

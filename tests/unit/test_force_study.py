@@ -13,7 +13,7 @@ from fsm.calibrate.data import read_table
 from fsm.calibrate.force import QUANTITIES, force_test, read_tests
 from fsm.calibrate.parameters import unit_of
 from fsm.calibrate.response import force_response
-from fsm.calibrate.study import Curve, read_study
+from fsm.calibrate.study import MeasuredCurve, read_study
 from fsm.cli import cli
 from fsm.scene.load_case import load_case
 
@@ -204,7 +204,7 @@ def test_weights_follow_the_scatter_of_repeats(study: Path, tmp_path: Path) -> N
     ]  # fmt: skip
     (tmp_path / "many.csv").write_text("displacement [mm],force [N],repeat\n" + "\n".join(rows))
     table = read_table(tmp_path / "many.csv", QUANTITIES, ("displacement", "force"))
-    test = force_test(Curve(name="many", data=Path("many.csv")), load_case(tmp_path / "case.toml").case, table)
+    test = force_test(MeasuredCurve(name="many", data=Path("many.csv")), load_case(tmp_path / "case.toml").case, table)
     wanted = np.sqrt((0.005**2 + (0.02 * force) ** 2) / 40)
     # the constant part is known from the few points where it counts, to some 10 % at one standard deviation
     np.testing.assert_allclose(test.deviation, wanted, rtol=0.3)

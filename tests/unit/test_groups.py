@@ -10,7 +10,7 @@ import pytest
 from fsm.kernels.rotation import rotation_matrix
 from fsm.scene.contact import Contact, Friction
 from fsm.scene.obstacle import Obstacle
-from fsm.scene.scene import Body, ContactPair, ForceElement, Group, Plate, Scene, Surface
+from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, PlateGroup, Scene, Surface
 from fsm.segments.check_scene import check_scene
 from fsm.segments.compile import compile_scene
 from fsm.segments.contact_memory import ContactMemory
@@ -37,7 +37,7 @@ def heap(seed: int = 3) -> tuple[Body, ...]:
     )  # fmt: skip
 
 
-def system_of(bodies: tuple[Body, ...], pairs: list[tuple[str, str]], groups: tuple[Group, ...] = ()) -> SegmentSystem:
+def system_of(bodies: tuple[Body, ...], pairs: list[tuple[str, str]], groups: tuple[PlateGroup, ...] = ()) -> SegmentSystem:
     scene = Scene(
         bodies=bodies, groups=groups, obstacles=(FLOOR,), pairs=tuple(ContactPair(first=a, second=b) for a, b in pairs),
         contact=Contact(stiffness=1e6, restitution=0.5), friction=Friction(law="tanh", mu_dynamic=0.3, v_static=0.01),
@@ -50,11 +50,11 @@ def test_a_group_is_all_its_pairs() -> None:
     bodies = heap()
     names = tuple(body.name for body in bodies)
     one_by_one = system_of(bodies, [*combinations(names, 2), *((name, "floor") for name in names)])
-    together = system_of(bodies, [("heap", "heap"), ("heap", "floor")], (Group(name="heap", bodies=names),))
+    together = system_of(bodies, [("heap", "heap"), ("heap", "floor")], (PlateGroup(name="heap", bodies=names),))
     parted = system_of(
         bodies,
         [("some", "some"), ("some", "others"), ("others", "others"), ("floor", "some"), ("others", "floor")],
-        (Group(name="some", bodies=names[:15]), Group(name="others", bodies=names[15:])),
+        (PlateGroup(name="some", bodies=names[:15]), PlateGroup(name="others", bodies=names[15:])),
     )
     q, u = one_by_one.initial()
     wanted = one_by_one.linearise(0.0, q, u)
@@ -174,7 +174,7 @@ def test_what_is_wrong_with_a_group_is_said(
         bodies=(*bodies, Body(name="bare", mass=1.0, inertia=(1.0, 1.0, 1.0))),
         elements=(ForceElement(name="e", inner="b", outer="c", translation=(1.0, 1.0, 1.0)),),
         surfaces=(Surface(name="row", bodies=("b", "c")),),
-        groups=tuple(Group(name=name, bodies=names) for name, names in groups),
+        groups=tuple(PlateGroup(name=name, bodies=names) for name, names in groups),
         pairs=tuple(ContactPair(first=one, second=two) for one, two in pairs),
         contact=Contact(stiffness=1e6),
     )

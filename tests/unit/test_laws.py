@@ -11,7 +11,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from fsm.laws.crease import (
-    Curve,
+    MomentCurve,
     add_flexibility,
     crease_energy,
     crease_moment,
@@ -107,7 +107,7 @@ def test_crease_moment_is_the_slope_of_its_energy(side: float) -> None:
 # half cell ----------------------------------------------------------------------------------------------------
 
 
-def series_moment(curve: Curve, flexibility: float, total: float) -> float:
+def series_moment(curve: MomentCurve, flexibility: float, total: float) -> float:
     """Moment at a total angle, by solving o + M(o) f = total on its own."""
     opening = brentq(lambda o: o + curve(o)[1] * flexibility - total, -20, 20, xtol=1e-14, rtol=1e-15)
     return curve(opening)[1]
@@ -120,7 +120,7 @@ def test_series_flexibility(interpolation: str, flexibility: float) -> None:
     curve = curve_from_data(ANGLE, MOMENT, interpolation)
     size = MOMENT.max()
 
-    def errors(series: Curve, totals: np.ndarray) -> np.ndarray:
+    def errors(series: MomentCurve, totals: np.ndarray) -> np.ndarray:
         return np.array([abs(series(t)[1] - series_moment(curve, flexibility, t)) for t in totals]) / size
 
     series = add_flexibility(curve, flexibility)

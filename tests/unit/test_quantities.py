@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fsm.results.curve import Curve
+from fsm.results.curve import ForceCurve
 from fsm.results.quantities import (
     bending_onset,
     find_stages,
@@ -77,22 +77,22 @@ def curve_of(
     pair_force: np.ndarray | None = None,
     share: np.ndarray | float = 0.0,
     path: np.ndarray | None = None,
-) -> Curve:
+) -> ForceCurve:
     """A curve of one drive whose panels have taken up a share of the elastic energy, s^2 in all."""
     n = len(travel)
     pairs = np.zeros((n, 0)) if pair_force is None else pair_force
     number = np.zeros(n, dtype=np.int64) if path is None else path
-    return Curve(travel[:, None], force[:, None], pairs, travel, number, share * travel**2, (1 - share) * travel**2)
+    return ForceCurve(travel[:, None], force[:, None], pairs, travel, number, share * travel**2, (1 - share) * travel**2)
 
 
-def synthetic(n: int, bending: float = BENDING) -> Curve:
+def synthetic(n: int, bending: float = BENDING) -> ForceCurve:
     """A pair touches at `CONTACT`; the panels' share of the energy passes two thirds at `bending`."""
     s = np.linspace(0, 0.06, n)
     pairs = np.column_stack([np.zeros(n), 40 * np.maximum(0, s - CONTACT)])
     return curve_of(s, 10 * s, pairs, np.clip(2 / 3 + 20 * (s - bending), 0.0, 1.0))
 
 
-def names(curve: Curve) -> list[str]:
+def names(curve: ForceCurve) -> list[str]:
     return [stage.name for stage in find_stages(curve)]
 
 
@@ -149,11 +149,11 @@ def test_stages_not_reached_are_absent() -> None:
 
 def test_points_at_rest_after_the_drive_change_nothing() -> None:
     curve = synthetic(61)
-    longer = Curve(*(np.concatenate([values, values[-1:], values[-1:]]) for values in vars(curve).values()))
+    longer = ForceCurve(*(np.concatenate([values, values[-1:], values[-1:]]) for values in vars(curve).values()))
     assert find_stages(longer) == find_stages(curve)
 
 
-def snapping() -> Curve:
+def snapping() -> ForceCurve:
     """A path up to 1 N at 20 mm, where it snaps; a spike of 5 N in the motion after; then down from .8 N to -1.5 N."""
     s = np.linspace(0, 0.06, 61)
     force = np.where(s <= 0.02 + 1e-9, 50 * s, 0.8 - 2.3 * (s - 0.025) / 0.035)

@@ -10,7 +10,7 @@ import pytest
 from fsm.analyses.reduced import reduced_model, stretch_left_out
 from fsm.ancf.build import MeshBuilder
 from fsm.ancf.film import FilmMaterial
-from fsm.ancf.loading import Forcing, Loading, Motion
+from fsm.ancf.loading import Forcing, Loading, SupportMotion
 from fsm.ancf.system import AncfSystem
 from fsm.ancf.time_functions import HalfSine, Ramp
 from fsm.pretension import tensioned
@@ -27,7 +27,7 @@ def struck(force: float) -> AncfSystem:
     mesh = builder.build()
     plane = np.concatenate([edge, edge + 1])
     middle = np.where(plane % 9 < 2, 0.15, 0.0)
-    motion = Motion(plane, 1e-3 * (mesh.coordinates[plane] - middle), Ramp())
+    motion = SupportMotion(plane, 1e-3 * (mesh.coordinates[plane] - middle), Ramp())
     film = tensioned(AncfSystem(mesh, Loading(motions=(motion,))), plane)
     load = np.zeros(film.nq)
     load[int(grid.nearest(0.15, 0.15)) + 2] = force

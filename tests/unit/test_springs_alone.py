@@ -22,7 +22,7 @@ def system_of(spatial, damping, in_one_call=True, *overrides):
     own = [f"solve.spatial={str(spatial).lower()}", f"material.damping={damping}", *overrides]
     _, system = compile_case(load_case(CASE, [*FREE, *own]).case)
     if not in_one_call:
-        system.__dict__["settles"] = lambda: None  # as if something else acted
+        system.__dict__["newton_pattern"] = lambda: None  # as if something else acted
     return system
 
 
@@ -48,8 +48,8 @@ def test_paths_are_the_same_to_the_last_bit(spatial, damping, monkeypatch):
     system, other = system_of(spatial, damping), system_of(spatial, damping, in_one_call=False)
     assert system.rate_dependent == (damping > 0.0)
     given_up = []
-    settle = type(system).settle
-    monkeypatch.setattr(type(system), "settle", lambda *a: given_up.append(s := settle(*a)) or s)
+    newton_solve = type(system).newton_solve
+    monkeypatch.setattr(type(system), "newton_solve", lambda *a: given_up.append(s := newton_solve(*a)) or s)
     found = path(system)
     assert given_up
     assert all(settled is not None for settled in given_up)
@@ -97,9 +97,9 @@ def test_steps_from_anywhere_end_the_same(spatial, damping):
             assert np.array_equal(step.solver.solve(right), wanted.solver.solve(right))
             moved = np.abs(system.difference(guess, one.q) / span).max()
             reached = reached or moved > rules[2]
-        ready = step.solver.ready(system.settles())
+        ready = step.solver.ready(system.newton_pattern())
         own = step.efforts(t, guess, before) if efforts is None else efforts
-        settled.add(system.settle(t, guess, before, own, reaction, step._rules, *ready) is not None)
+        settled.add(system.newton_solve(t, guess, before, own, reaction, step._rules, *ready) is not None)
     assert {Ending.CONVERGED, Ending.ITERATIONS} <= endings
     assert {1, 2, 3} <= iterations
     assert reached  # some came through although they were held back on the way
@@ -127,6 +127,6 @@ def test_a_singular_matrix_is_left_to_the_solver_that_says_so():
 
 def test_where_anything_else_acts_it_is_not_tried():
     contact, hinged = ["expect=none", "strip.segments_per_panel=3"], [*FREE, 'gravity=[0, 0, -9.81]']
-    assert compile_case(load_case(CASE, contact).case)[1].settles() is None
-    assert compile_case(load_case(CASE, hinged).case)[1].settles() is None
-    assert compile_case(load_case(CASE, FREE).case)[1].settles() is not None
+    assert compile_case(load_case(CASE, contact).case)[1].newton_pattern() is None
+    assert compile_case(load_case(CASE, hinged).case)[1].newton_pattern() is None
+    assert compile_case(load_case(CASE, FREE).case)[1].newton_pattern() is not None

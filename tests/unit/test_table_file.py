@@ -16,7 +16,7 @@ from click.testing import CliRunner
 from fsm.cli import cli
 from fsm.errors import CaseError, FsmError, NotConverged
 from fsm.folder_lock import locked_folder
-from fsm.pool import Outcome, run_jobs
+from fsm.pool import JobOutcome, run_jobs
 from fsm.results.summary_file import write_summary
 from fsm.scene.table import load_table
 from fsm.table import RESOLVED, failures, format_table, run_table
@@ -164,9 +164,9 @@ def fake_run(monkeypatch):
     def run_here(work, jobs, workers):
         for index, job in enumerate(jobs):
             try:
-                yield Outcome(index, value=work(job))
+                yield JobOutcome(index, value=work(job))
             except FsmError as error:
-                yield Outcome(index, error=tuple(str(error).splitlines()), exit_code=error.exit_code)
+                yield JobOutcome(index, error=tuple(str(error).splitlines()), exit_code=error.exit_code)
 
     module = types.ModuleType("fsm.run")
     module.run_in_locked_folder = run_in_locked_folder  # type: ignore[attr-defined]

@@ -12,7 +12,7 @@ from fsm.ancf.build import CableMaterial, MeshBuilder
 from fsm.ancf.cable import CableGroup
 from fsm.ancf.film import FilmMaterial
 from fsm.ancf.group import MassPart
-from fsm.ancf.loading import Forcing, Loading, Motion, point_force
+from fsm.ancf.loading import Forcing, Loading, SupportMotion, point_force
 from fsm.ancf.mesh import Mesh, node_pattern
 from fsm.ancf.system import AncfSystem
 from fsm.ancf.time_functions import Ramp
@@ -128,7 +128,7 @@ def string_ratio(ratio: float, elements: int = 8) -> float:
     thin = [group for group in mesh.groups if isinstance(group, CableGroup)]
     mesh = replace(mesh, groups=tuple(replace(group, bending=1e-6 * group.bending) for group in thin))  # a string
     end = right[-1:, 0]
-    pulled = AncfSystem(mesh, Loading(motions=(Motion(end, np.array([strain * length]), Ramp()),)))
+    pulled = AncfSystem(mesh, Loading(motions=(SupportMotion(end, np.array([strain * length]), Ramp()),)))
     q = pulled.place(1.0, equilibrium(pulled, pulled.initial()[0], np.array([0.0, 1.0])), None)[0]
     held = pulled.held(q, end)
     first = modes(held, 0.0, held.start, 2).frequencies[0]

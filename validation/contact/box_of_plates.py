@@ -10,7 +10,7 @@ import numpy as np
 
 from fsm.scene.contact import Contact, Friction
 from fsm.scene.obstacle import Obstacle
-from fsm.scene.scene import Body, ContactPair, Group, Plate, Scene
+from fsm.scene.scene import Body, ContactPair, Plate, PlateGroup, Scene
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
 from fsm.solve.energy_balance import EnergyBalance
@@ -96,7 +96,7 @@ def box_scene(
             )
         )
     walls = _walls(half_width(columns))
-    pile = Group(name="plates", bodies=tuple(body.name for body in bodies))
+    pile = PlateGroup(name="plates", bodies=tuple(body.name for body in bodies))
     pairs = [ContactPair(first="plates", second=name) for name in ("plates", *(wall.name for wall in walls))]
     return Scene(
         bodies=tuple(bodies), groups=(pile,), obstacles=walls, pairs=tuple(pairs), contact=contact, friction=friction,

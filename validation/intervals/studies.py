@@ -19,12 +19,12 @@ from pathlib import Path
 import numpy as np
 
 from fsm.calibrate.band import linear_band, widen_band
-from fsm.calibrate.data import Table
+from fsm.calibrate.data import MeasuredTable
 from fsm.calibrate.force import force_test, relative_misfit
 from fsm.calibrate.identify import ForceTest, Parameter, identify
 from fsm.calibrate.parameters import with_values
 from fsm.calibrate.response import force_response
-from fsm.calibrate.study import Curve
+from fsm.calibrate.study import MeasuredCurve
 from fsm.calibrate.uncertainty import Estimate
 from fsm.pool import run_jobs
 from fsm.scene.case import Case
@@ -92,8 +92,8 @@ def study(seed: tuple[int, int]) -> Covered:
         curves += 0.005 * peak * generator.normal(size=(repeats, 1)) + 0.003 * peak * generator.normal(size=curves.shape)
         numbers = np.repeat(np.arange(1.0, repeats + 1), len(at))
         columns = {"displacement": np.tile(at, repeats), "force": curves.ravel(), "repeat": numbers}
-        table = Table(columns, np.arange(curves.size) + 2, angle)
-        tests.append(force_test(Curve(name=angle, data=Path("none")), strip(angle, linear()), table))
+        table = MeasuredTable(columns, np.arange(curves.size) + 2, angle)
+        tests.append(force_test(MeasuredCurve(name=angle, data=Path("none")), strip(angle, linear()), table))
     unknown = [Parameter("material.young", 0.3 * YOUNG, 3.0 * YOUNG, 1.2 * YOUNG),
                Parameter("crease.stiffness", 0.3 * CREASE, 3.0 * CREASE, 0.8 * CREASE)]  # fmt: skip
     found = identify(tests, unknown)

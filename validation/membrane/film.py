@@ -8,7 +8,7 @@ import numpy as np
 
 from fsm.ancf.build import FilmGrid, MeshBuilder
 from fsm.ancf.film import FilmMaterial
-from fsm.ancf.loading import Loading, Motion
+from fsm.ancf.loading import Loading, SupportMotion
 from fsm.ancf.system import AncfSystem
 from fsm.ancf.time_functions import Ramp
 from fsm.pretension import tensioned
@@ -30,7 +30,7 @@ def pulled_film(n: int) -> tuple[AncfSystem, np.ndarray, FilmGrid]:
     mesh = builder.build()
     plane = np.concatenate([edge, edge + 1])
     middle = np.where(plane % 9 < 2, 0.5 * SIDE, 0.0)
-    motion = Motion(plane, STRAIN * (mesh.coordinates[plane] - middle), Ramp())
+    motion = SupportMotion(plane, STRAIN * (mesh.coordinates[plane] - middle), Ramp())
     return AncfSystem(mesh, Loading(motions=(motion,))), plane, grid
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from fsm.ancf.build import FilmGrid, MeshBuilder
 from fsm.ancf.film import FilmMaterial, MembraneGroup
-from fsm.ancf.loading import Loading, Motion
+from fsm.ancf.loading import Loading, SupportMotion
 from fsm.ancf.shape import cable_shape
 from fsm.ancf.system import AncfSystem
 from fsm.ancf.time_functions import Ramp
@@ -72,7 +72,7 @@ def sheared_strip(length: float, cell: float, tension_field: bool) -> tuple[Ancf
     start[:, 1] += PULL * part
     start[:, 6] += SHEAR / HEIGHT
     start[:, 7] += PULL / HEIGHT
-    system = AncfSystem(mesh, Loading(motions=(Motion(moved, way, Ramp()),)), mesh.coordinates)
+    system = AncfSystem(mesh, Loading(motions=(SupportMotion(moved, way, Ramp()),)), mesh.coordinates)
     free = ~system.fixed
     system.start[free] = start.ravel()[free]
     return system, grid

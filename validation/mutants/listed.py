@@ -409,7 +409,7 @@ ARRAYS = (
     ),
     Mutant(
         "stress of bars a third of the way from the hinge",
-        "fsm/ancf/array_system.py",
+        "fsm/ancf/scissor_system.py",
         "math.sqrt(2.4)",
         "math.sqrt(5.4)",
         _physics("scissor", "test_stress_at_hinges"),

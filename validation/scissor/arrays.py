@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fsm.analyses.array import compile_array
-from fsm.ancf.array_system import ArraySystem
+from fsm.ancf.scissor_system import ScissorSystem
 from fsm.scene.check_scissor import default_holds
 from fsm.scene.loads import Ramp
 from fsm.scene.materials import Material
@@ -30,7 +30,7 @@ PUSH = -50.0
 class History:
     """A motion: times (s), states, energy balance, time it took (s), steps."""
 
-    system: ArraySystem
+    system: ScissorSystem
     times: np.ndarray
     q: np.ndarray
     u: np.ndarray
@@ -50,7 +50,7 @@ class History:
         )
 
 
-def steel_array(units: int, ramp: float, elements: int = 4, element: str = "section", stiffer: float = 1.0) -> ArraySystem:
+def steel_array(units: int, ramp: float, elements: int = 4, element: str = "section", stiffer: float = 1.0) -> ScissorSystem:
     """Units of 1 m bars at 75 degrees; the push grows over `ramp` s (0: at once)."""
     scissor = Scissor(
         units=units, bar_length=1.0, initial_angle=START, elements_per_bar=elements, element=element
@@ -61,7 +61,7 @@ def steel_array(units: int, ramp: float, elements: int = 4, element: str = "sect
     return compile_array(scissor, BAR, material, default_holds(scissor), (force,))
 
 
-def move(system: ArraySystem, end: float, step: float, count: int = 150, rho_inf: float = 0.6) -> History:
+def move(system: ScissorSystem, end: float, step: float, count: int = 150, rho_inf: float = 0.6) -> History:
     """The motion until `end`, at `count` times evenly spread."""
     times = np.linspace(0.0, end, count + 1)
     kept: list[tuple[np.ndarray, np.ndarray]] = []

@@ -18,7 +18,7 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.newton_euler import add_gyroscopic, gyroscopic_damping
 from fsm.kernels.vector import largest_ratio
 
-__all__ = ["settle_springs"]
+__all__ = ["solve_springs"]
 
 
 @kernel
@@ -126,7 +126,7 @@ def _advance(
 
 
 @kernel
-def settle_springs(
+def solve_springs(
     q: np.ndarray,
     efforts: np.ndarray,
     q_before: np.ndarray,

@@ -16,7 +16,7 @@ from fsm.ancf.mesh import Mesh
 from fsm.ancf.system import AncfSystem
 from fsm.system import PreviousState, Scales
 
-__all__ = ["ArraySystem"]
+__all__ = ["ScissorSystem"]
 
 _RESOLVED = 1e-10
 """Strain to which Newton's method resolves forces at any tolerance, so that accelerations are smooth."""
@@ -27,7 +27,7 @@ _TO_ENDS = np.outer([5.0, 8.0, 5.0], [1.0, 1.0]) / 18.0 + np.outer([1.0, 0.0, -1
 """(3, 2): from values at three Gauss points to those of their linear fit at both ends."""
 
 
-class ArraySystem(AncfSystem):
+class ScissorSystem(AncfSystem):
     """A scissor array behind the `System` protocol.
 
     Attributes

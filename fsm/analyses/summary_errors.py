@@ -12,7 +12,7 @@ from fsm.errors import EnergyAbort, NotConverged
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 
-__all__ = ["StatedErrors", "stated_errors"]
+__all__ = ["SummaryErrors", "summary_errors"]
 
 _COMPARED = 80
 """Number of steps that are solved again: with the default step, twice the duration of a pulse."""
@@ -23,7 +23,7 @@ _LARGE = 0.02
 
 
 @dataclass(frozen=True)
-class StatedErrors:
+class SummaryErrors:
     """Step and errors of the displacements at the probes, over the largest displacement there.
 
     Attributes
@@ -53,13 +53,13 @@ class StatedErrors:
         return found
 
 
-def stated_errors(
+def summary_errors(
     system: AncfSystem,
     spread: AncfSystem | None,
     settings: Settings,
     probes: Callable[[np.ndarray], np.ndarray],
     halved: int = 0,
-) -> StatedErrors:
+) -> SummaryErrors:
     """Errors of the full model over its first 80 steps.
 
     Parameters
@@ -89,12 +89,12 @@ def stated_errors(
             finer = moved(system, 0.5 * step)
             largest = float(np.abs(finer).max(initial=0.0))
             if not largest:
-                return StatedErrors(step, None, None)
+                return SummaryErrors(step, None, None)
             error = _WHOLE * float(np.abs(found - finer).max()) / largest
             if error <= _LARGE or not left:
                 break
             step, found = 0.5 * step, finer
         of_point = 0.0 if spread is None else float(np.abs(found - moved(spread, step)).max()) / largest
     except (NotConverged, EnergyAbort):  # the run itself reports this failure
-        return StatedErrors(step, None, None)
-    return StatedErrors(step, error, of_point)
+        return SummaryErrors(step, None, None)
+    return SummaryErrors(step, error, of_point)
