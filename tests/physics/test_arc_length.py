@@ -10,10 +10,7 @@ import numpy as np
 import pytest
 
 from fsm.errors import CaseError
-from fsm.results.solution import Solution
-from fsm.results.store import read_solution
-from fsm.run import run_case
-from fsm.scene.load_case import load_case
+from tests.physics.test_steps import run
 
 BASE, RISE, BAR = 1.0, 0.2, 1000.0
 """Half span (m), rise (m), stiffness of each bar (N/m)."""
@@ -58,13 +55,6 @@ def limits() -> tuple[np.ndarray, np.ndarray]:
     length = np.cbrt(LENGTH * BASE**2)
     ways = RISE - np.array([1.0, -1.0]) * np.sqrt(length**2 - BASE**2)
     return ways, force(ways)
-
-
-def run(tmp_path: Path, text: str) -> tuple[Solution, dict[str, Any]]:
-    path = tmp_path / "case.toml"
-    path.write_text(text, encoding="utf-8")
-    summary = run_case(load_case(path), tmp_path / "out", progress=False)
-    return read_solution(tmp_path / "out" / "result.h5"), summary
 
 
 def by_step(most: float) -> str:

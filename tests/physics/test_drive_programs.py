@@ -8,10 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fsm.results.solution import Solution
-from fsm.results.store import read_solution
-from fsm.run import run_case
-from fsm.scene.load_case import load_case
+from tests.physics.test_steps import BLOCK, run
 
 HEAD = """
 [[scene.bodies]]
@@ -40,13 +37,6 @@ rotation = [0.0, {second}, 0.0]
 """
 
 
-def run(tmp_path: Path, text: str, *overrides: str) -> tuple[Solution, dict]:
-    path = tmp_path / "case.toml"
-    path.write_text(text, encoding="utf-8")
-    summary = run_case(load_case(path, overrides), tmp_path / "out", progress=False)
-    return read_solution(tmp_path / "out" / "result.h5"), summary
-
-
 @pytest.mark.parametrize("spatial", [False, True])
 def test_a_turn_on_two_torsion_springs_in_series(tmp_path: Path, spatial: bool) -> None:
     """Moment k1 k2/(k1 + k2) times the turn, and the energy is half of moment times turn."""
@@ -66,27 +56,7 @@ def test_a_turn_on_two_torsion_springs_in_series(tmp_path: Path, spatial: bool) 
 
 def test_a_cycle_of_a_linear_spring_returns_to_zero_energy(tmp_path: Path) -> None:
     """There, back beyond the start, and home by a table: force k x, and no energy is left."""
-    text = """
-[[scene.bodies]]
-name = "block"
-mass = 1.0
-inertia = [0.1, 0.1, 0.1]
-[[scene.bodies]]
-name = "hand"
-mass = 1.0
-inertia = [0.1, 0.1, 0.1]
-[[scene.elements]]
-name = "wall"
-inner = "block"
-outer = "ground"
-translation = [300.0, 300.0, 300.0]
-rotation = [1.0, 1.0, 1.0]
-[[scene.elements]]
-name = "rope"
-inner = "hand"
-outer = "block"
-translation = [600.0, 600.0, 600.0]
-rotation = [1.0, 1.0, 1.0]
+    text = BLOCK + """
 [[drive]]
 body = "hand"
 direction = [1, 0, 0]
