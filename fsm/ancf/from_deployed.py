@@ -1,7 +1,7 @@
 """A deployed strip of rigid segments as a film: its shape, its tension, its creases as lines where its slope jumps.
 
-The film's material lines are the strip's: X along it as if it were flat, Y across. Where a segment's joints have been drawn
-apart, the film is stretched as much, which is the strip's tension. Panels are flat without load. A crease is a line on which
+The material lines of the film are those of the strip: X along the flat strip, Y across. The film has the stretch of the
+joints of the segments, which gives the tension of the strip. Panels are flat without load. A crease is a line on which
 the slope along X jumps, with a torsional spring (`fsm.ancf.crease_line`): with the moment M and the stiffness k = dM/dpsi
 at its present turn psi, the spring has the stiffness k and is free of moment at psi - M/k.
 """
@@ -49,14 +49,14 @@ class DeployedStrip:
     place : (n + 1,) array, m
         Ends of the segments along the strip, as if it were flat.
     panel : (n,) int array
-        Number of the panel that each is part of.
+        Number of the panel of each segment.
     position : (n + 1, 3) array, m
-        Where they are, in the middle of the width.
+        Positions, in the middle of the width.
     across : (3,) array
         Unit vector along the width.
     width : m
     material : FilmMaterial
-    creases : those that turn
+    creases : creases that can turn
     """
 
     place: np.ndarray
@@ -71,7 +71,7 @@ class DeployedStrip:
 def deployed_mesh(
     strip: DeployedStrip, place: np.ndarray, y: np.ndarray, air: float = 0.0, viscosity: float = 0.0
 ) -> tuple[Mesh, FilmGrid]:
-    """The strip as a film; its coordinates are those of the deployed shape.
+    """Mesh of the strip as a film in the deployed shape.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def deployed_mesh(
     Returns
     -------
     Mesh, FilmGrid
-        The grid's x count from where the strip begins.
+        The x of the grid start at the beginning of the strip.
     """
     place, y = np.asarray(place, dtype=float), np.asarray(y, dtype=float)
     folds = [int(np.argmin(np.abs(place - crease.place))) for crease in strip.creases]

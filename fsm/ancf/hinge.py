@@ -1,15 +1,15 @@
-"""Resistance of hinges between bars to turning: springs, dampers, dry friction, end stops, latches.
+"""Moments of hinges between bars: springs, dampers, dry friction, end stops, latches.
 
-A hinge joins two bars at a shared position; how far they have turned is the angle between their slopes p and q there,
+A hinge joins two bars at a shared position. Its turn follows from the angle between the slopes p and q of the bars,
 
     turn = sign (angle from p to q - initial angle),
 
-counted positive as the array deploys. Its moment, against the turn,
+positive in deployment. Its moment against the turn,
 
     M = k (turn - rest) + c turn' + M_f tanh(turn'/w_s) + K d^1.5 max(0, 1 + h d'),   d = max(0, turn - limit),
 
-is scattered by the gradient of the angle, (p_y, -p_x)/p.p and (-q_y, q_x)/q.q. The stop of a hinge that is latched acts to
-both sides, K |d|^1.5 (sgn d + h d') with d = turn - limit; the energy of the spring is K |d|^2.5/2.5 on both.
+acts along the gradient of the angle, (p_y, -p_x)/p.p and (-q_y, q_x)/q.q. The stop of a latched hinge acts in both
+directions, K |d|^1.5 (sgn d + h d') with d = turn - limit; the energy of the spring is K |d|^2.5/2.5 in both.
 """
 
 from __future__ import annotations
@@ -140,7 +140,7 @@ class HingeGroup:
     law : (m, 8) array
         rest (rad), k (N m/rad), c (N m s/rad), M_f (N m), w_s (rad/s), limit (rad), K (N m/rad^1.5), h (s/rad).
     latched : (m,) bool array
-        Whose stops act to both sides now; `fsm.ancf.latch` sets it.
+        Hinges whose stops act in both directions; `fsm.ancf.latch` sets them.
     """
 
     vectors: np.ndarray
@@ -152,20 +152,20 @@ class HingeGroup:
 
     @property
     def rate_dependent(self) -> bool:
-        """Whether its moments depend on velocities."""
+        """Whether the moments depend on velocities."""
         return bool(np.any(self.law[:, [_DAMPING, _FRICTION, _RESTITUTION]] > 0.0))
 
     @property
     def stopped(self) -> np.ndarray:
-        """Which hinges have an end stop, (m,) bool."""
+        """Hinges with an end stop, (m,) bool."""
         return np.isfinite(self.law[:, _LIMIT])
 
     def mass(self) -> MassPart:
-        """See `ElementGroup`: none."""
+        """See `ElementGroup`: no mass."""
         return MassPart(np.zeros((0, 2), dtype=np.int64), np.zeros((0, 2, 2)), np.eye(2))
 
     def turns(self, q: np.ndarray) -> np.ndarray:
-        """How far every hinge has turned, (m,), rad."""
+        """Turn of every hinge, (m,), rad."""
         return np.asarray(_turns(self.vectors, self.initial, self.sign, q))
 
     def add_force(self, q: np.ndarray, u: np.ndarray | None, force: np.ndarray) -> None:
@@ -200,21 +200,21 @@ class HingeGroup:
             return float(stored.sum()), 0.0
         rate = self.rates(q, u)
         dry = law[:, _FRICTION] * np.tanh(rate / law[:, _SPEED])
-        # what the stop does not give back: all of its moment while it would pull, which a latch does
+        # dissipation of the stop: its whole moment while it would pull; a latch does pull
         damped = law[:, _RESTITUTION] * rate
         stop = law[:, _STOP] * depth**1.5 * np.where(self.latched, damped, np.maximum(damped, -1.0))
         return float(stored.sum()), float(np.sum((law[:, _DAMPING] * rate + dry + stop) * rate))
 
     def depths(self, q: np.ndarray) -> np.ndarray:
-        """How far every hinge is past the angle of its stop, (m,), rad; -inf without a stop."""
+        """Turn of every hinge beyond its stop, (m,), rad; -inf without a stop."""
         return self.turns(q) - self.law[:, _LIMIT]
 
     def pushed(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
-        """Which hinges are at their stops or past them and pushed back, (m,) bool."""
+        """Hinges that their stops push back, (m,) bool."""
         return (self.depths(q) >= 0.0) & (1.0 + self.law[:, _RESTITUTION] * self.rates(q, u) >= 0.0)
 
     def rates(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
-        """How fast every hinge turns, (m,), rad/s."""
+        """Rate of turn of every hinge, (m,), rad/s."""
         slopes = q[self.vectors[:, :, None] + np.arange(2)]
         speeds = u[self.vectors[:, :, None] + np.arange(2)]
         across = slopes[:, :, 0] * speeds[:, :, 1] - slopes[:, :, 1] * speeds[:, :, 0]

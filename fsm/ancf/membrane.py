@@ -5,10 +5,10 @@
     C = E t/(1 - nu^2),   D = E t^3/(12 (1 - nu^2))
 
 R is the unstressed shape, flat unless given. Stretch may be a tension field (`fsm.ancf.tension_field`). Damping is
-Kelvin-Voigt, of plain stretch and of bending: stresses take strain + viscosity * rate.
+Kelvin-Voigt damping of plain stretch and of bending: stresses follow from strain + viscosity * rate.
 
-Gauss points: 4 x 4 for stretch, 3 x 3 for bending; see `POINTS`. The kernels work with slopes times length, for which
-all elements share one table of derivatives; those at all points are one product with it.
+Gauss points: 4 x 4 for stretch, 3 x 3 for bending; see `POINTS`. The kernels use slopes times length, so all
+elements share one table of derivatives. One product with it gives the derivatives at all points.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ __all__ = ["MembraneArrays", "add_force", "add_tangent", "curvatures_at", "dissi
 
 
 class MembraneArrays(NamedTuple):
-    """What the kernels take.
+    """Arrays of all elements for the kernels.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class MembraneArrays(NamedTuple):
     release : (m, s, 3) array, N/m
         P of a tension field, as xx, yy, xy; zeros of a plain film.
     rest_strain, rest_curvature : (m, s, 3), (m, p, 3) arrays
-        Of the unstressed shape as xx, yy, xy: (R_i.R_j - delta_ij)/2 and kappa0.
+        Of the unstressed shape, xx, yy, xy: (R_i.R_j - delta_ij)/2 and kappa0.
     columns : (12, 2 s + 5 p) array
         Derivatives of the shape functions: x at all points of stretch, then y; at those of bending x, y, xx, yy, xy.
     rows : the same transposed
@@ -83,7 +83,7 @@ def _derivatives(film: MembraneArrays, q: np.ndarray) -> np.ndarray:
 def _bend_point(r: np.ndarray, first: int, points: int, per_b: float, per_c: float, g: np.ndarray) -> None:
     """The five derivatives (15,) at a point of bending, by material lengths; `first` is its column of x.
 
-    Here and below `per_b` and `per_c` are 1/b and 1/c: divisions are what these loops would wait for.
+    Here and below `per_b` and `per_c` are 1/b and 1/c, because divisions are slow.
     """
     for a in range(3):
         g[a] = r[a, first] * per_b
@@ -176,7 +176,7 @@ def _stretch_effort(
 def add_force(
     film: MembraneArrays, q: np.ndarray, u: np.ndarray, viscosity: float, force: np.ndarray
 ) -> None:
-    """Add the forces of all elements; `u` matters where the viscosity (s) is not zero."""
+    """Add the forces of all elements; `u` is used only if the viscosity (s) is not zero."""
     remainder, width = film.remainder[0], film.remainder[1]
     count, points = film.stretch_weights.shape[0], film.bend_weights.shape[0]
     table = film.columns.shape[1]
@@ -273,7 +273,7 @@ def _stretch_moduli(
     """h += factor sum_kl c_kl b_k(x, y) b_l(vx, vy)^T, b_k the derivatives (6,) of exx, eyy, 2 exy."""
     c11, c12, c13, c22, c23, c33 = moduli
     for a in range(3):
-        # columns of c b: what the stresses change by
+        # columns of c b: derivatives of the stresses
         for b in range(3):
             h[a, b] += factor * (x[a] * (c11 * vx[b] + c13 * vy[b]) + y[a] * (c13 * vx[b] + c33 * vy[b]))
             h[a, 3 + b] += factor * (x[a] * (c12 * vy[b] + c13 * vx[b]) + y[a] * (c23 * vy[b] + c33 * vx[b]))
@@ -286,7 +286,7 @@ def add_tangent(
     film: MembraneArrays, q: np.ndarray, u: np.ndarray, moving: float, viscosity: float,
     slots: np.ndarray, size: int, into_stiffness: np.ndarray, into_damping: np.ndarray,
 ) -> None:  # fmt: skip
-    """Add -dh/dq and -dh/du to the flat block data; `moving` is the viscosity, or 0 at rest (u is not looked at)."""
+    """Add -dh/dq and -dh/du to the flat block data; `moving` is the viscosity, or 0 at rest (u is not used)."""
     remainder, width = film.remainder[0], film.remainder[1]
     count, points = film.stretch_weights.shape[0], film.bend_weights.shape[0]
     table = film.columns.shape[1]

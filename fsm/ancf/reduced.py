@@ -1,20 +1,19 @@
-"""Vibration in a few modes about an equilibrium, with the cubic stretch of large amplitudes where it is asked for.
+"""Vibration in a few modes about an equilibrium, with optional cubic stretch at large amplitudes.
 
-x = Phi a + x2(a, a): the modes Phi (M-orthonormal) and what they pull along at once, x2 = -K^-1 f2(Phi a, Phi a),
-above all the film's motion within its plane, which is far too fast to have dynamics of its own. With the elastic
-force K x + f2(x, x) + f3(x, x, x) + ... the potential in the modes is
+x = Phi a + x2(a, a) with the modes Phi (M-orthonormal) and the quasi-static response x2 = -K^-1 f2(Phi a, Phi a). The
+response is mainly the motion of the film within its plane, whose frequencies are much higher. With the elastic force
+K x + f2(x, x) + f3(x, x, x) + ... the potential in the modes is
 
     V(a) = 1/2 sum omega_i^2 a_i^2 + 1/3 sum T_ijk a_i a_j a_k + 1/4 sum C_ijkl a_i a_j a_k a_l
 
     T_ijk = phi_i.f2(phi_j, phi_k),   C_ijkl = phi_i.f3(phi_j, phi_k, phi_l) - 2 f2(phi_i, phi_j).K^-1 f2(phi_k, phi_l)
 
-f2 and f3 come from forces at displaced states by polarisation: stretch is a polynomial of third degree in the
-coordinates, for which that is exact and no difference quotient; what bending has beyond K is left in as far as it is
-of third degree.
+f2 and f3 follow from forces at displaced states by polarisation. The forces of stretch are polynomials of third degree in
+the coordinates, so this is exact. Nonlinear bending is included up to third degree.
 
-Steps: half a kick by the nonlinear forces, exact motion of damped oscillators under a load that is linear over the
-step, half a kick (Strang): exact for the linear model with loads that are linear between steps, of second order in
-the step otherwise, and without numerical damping.
+A step consists of half an impulse of the nonlinear forces, the exact motion of damped oscillators under a load that is
+linear over the step, and half an impulse (Strang splitting). It is exact for the linear model with loads that are linear
+between steps, otherwise of second order, without numerical damping.
 """
 
 from __future__ import annotations
@@ -87,9 +86,9 @@ class ReducedModel:
         system : System
         t, q : equilibrium
         squared, shapes : of `fsm.solve.modal.Modes`, in the same order
-        cubic : whether large amplitudes count
+        cubic : whether to include large amplitudes
         amplitude : m
-            Displacements at which the stretch is looked at; a hundredth of an element if zero.
+            Displacements at which the stretch is evaluated; zero: a hundredth of an element.
         """
         if np.any(squared <= 0.0):
             raise ValueError("the equilibrium is not stable: a reduced model needs positive omega^2")
@@ -100,11 +99,11 @@ class ReducedModel:
         return cls(q.copy(), shapes, squared, damping, *terms)
 
     def coordinates(self, amplitude: np.ndarray) -> np.ndarray:
-        """Coordinates (..., n) for modal amplitudes (..., k); without what modes pull along in second order."""
+        """Coordinates (..., n) for modal amplitudes (..., k); without the second-order response."""
         return np.asarray(self.rest + amplitude @ self.shapes)
 
     def missed(self, vector: np.ndarray, compliance: np.ndarray) -> float:
-        """Part of the static deflection under a load that the modes do not hold: a truncated model is off by that.
+        """Part of the static deflection under a load that the modes do not contain: the error of the truncated model.
 
         Parameters
         ----------
@@ -188,10 +187,10 @@ def cubic_terms(
 
 
 def _transition(squared: np.ndarray, damping: np.ndarray, h: float) -> np.ndarray:
-    """What a step h of damped oscillators is made of, (6, k): the motion after h
+    """Motion of damped oscillators after a step h, (6, k):
 
-    from a = 1, from v = 1; the rates of both; under a load 1, under a load s/h. (The rates under both loads are the
-    motion from v = 1 and that under a load 1, over h.)
+    from a = 1, from v = 1; the rates of both; under a load 1, under a load s/h. The rates under both loads are the
+    motion from v = 1, and the motion under a load 1 divided by h.
     """
     cosine, sine = _faded(squared, damping, h)
     by_a, by_v = cosine + damping * sine, sine

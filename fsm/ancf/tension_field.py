@@ -9,30 +9,29 @@ principal stress of the plain law):
     wrinkled   s2 <= 0, e1 > 0          U = Et/2 e1^2: uniaxial tension along the direction of e1
     slack      e1 <= 0                  U = 0
 
-It is the relaxed energy: at s2 = 0, e2 = -nu e1, plain and uniaxial energies and stresses agree, so the stress is
-continuous and the tangent its derivative. Its stress is never compressive, so nothing buckles.
+This is the relaxed energy. At s2 = 0, e2 = -nu e1, plain and uniaxial energies and stresses are equal, so the stress is
+continuous. The stress is never compressive, so the film does not buckle.
 
-Nothing would hold a slack film in its plane either. So a part eps of the film, the remainder, follows the plain law from a
-stress of its own: with the relaxed stress N and a reference strain E0,
+A slack film would have no stiffness in its plane. So a part eps of the film, the remainder, follows the plain law with an
+additional stress. With the relaxed stress N and a reference strain E0,
 
     stress = (1 - eps) N(E) + eps (C E + P),   P = N(E0) - C E0
 
-`release` (P) is renewed on the way to an equilibrium and stands at its strain from then on. At the equilibrium the stress is
-N, without compression. Where the film is taut P is zero and the law the plain one. With P = 0 everywhere the remainder
-would carry compression, which buckles a thin film at its free edges. eps = 1 is the plain law.
+`release` (P) is updated during the search for an equilibrium and constant afterwards. At the equilibrium the stress is N,
+without compression. In taut parts P is zero and the law is plain. With P = 0 everywhere the remainder would carry
+compression, which buckles a thin film at its free edges. eps = 1 is the plain law.
 
-The stress has kinks where wrinkles come and go. With x_+^2 rounded over -w < x < w, so that its second derivative is linear
-there, and e2 + nu e1 rounded over (1 + nu) w, the energy
+The stress has kinks where wrinkles appear and disappear. With x_+^2 rounded over -w < x < w, so that its second derivative
+is linear there, and e2 + nu e1 rounded over (1 + nu) w, the energy
 
     U = Et/2 (e1)_+^2 + C/2 (e2 + nu e1)_+^2
 
-is that of the table for w = 0, and its second derivatives are continuous for w > 0, also where e1 = e2. Its stress is off by
-up to C w/4 at a kink. P takes that off at E0 too, so that the stress at rest is N without rounding. What moves has a w of
-`ROUNDED` times the mean of e1 at rest; otherwise w = 0.
+equals that of the table for w = 0, and its second derivatives are continuous for w > 0, also at e1 = e2. The error of its
+stress is at most C w/4, at a kink. P also removes this error at E0, so that the stress at rest is N without rounding. In a
+motion w is `ROUNDED` times the mean of e1 at rest; otherwise w = 0.
 
-On the way to an equilibrium eps is of `SETTLING`, which comes near it quickly, and then `REMAINDER`. What moves about the
-equilibrium has `MOVING`: the forces at rest are nearly the same. Small motions normal to a flat film do not depend on
-eps.
+The search for an equilibrium uses the values eps of `SETTLING`, for speed, and then `REMAINDER`. A motion about the
+equilibrium uses `MOVING`; the forces at rest are nearly the same. Small motions normal to a flat film do not depend on eps.
 
 References
 ----------
@@ -54,17 +53,17 @@ __all__ = [
 
 TAUT, WRINKLED, SLACK = 0, 1, 2
 SETTLING, REMAINDER, MOVING = (1e-2, 1e-3), 1e-4, 1e-2
-"""Part of the plain law's stiffness that a wrinkled or slack film keeps.
+"""Stiffness of a wrinkled or slack film over that of the plain law.
 
-Sheared strip, 32 x 32 cells: 1e-2, 1e-3, 1e-4, 1e-5 take 32, 66, 136, 200 iterations to 1e-6, and the mean stress is off by
-up to 1 %, 0.03 %, 0.003 % and 0. Corner-pulled films that are struck: 1e-2 in place of 1e-4 changes the largest
+Sheared strip, 32 x 32 cells: 1e-2, 1e-3, 1e-4, 1e-5 take 32, 66, 136, 200 iterations to 1e-6, and the error of the mean
+stress is up to 1 %, 0.03 %, 0.003 % and 0. Corner-pulled films after an impact: 1e-2 in place of 1e-4 changes the largest
 displacement by 0.2 % and their frequency by less, and saves up to two thirds of the time (2026-11-23).
 """
 ROUNDED = 0.05
 """Half-width of the rounded kinks, over the mean of the positive principal strains.
 
-Corner-pulled films that are struck: 0.03 and 0.1 save a third and more than half of the time of the hardest films. Natural
-frequencies depend on the stress at rest, which the rounding leaves as it is (2026-11-23).
+Corner-pulled films after an impact: 0.03 and 0.1 save a third and more than half of the time of the hardest cases. Natural
+frequencies depend on the stress at rest, which rounding does not change (2026-11-23).
 """
 
 

@@ -1,11 +1,10 @@
 """Closed form of wrinkles: sheared strip, and film pulled at its corners (Sun et al. 2024, eqs. 28 to 32).
 
-Across tension sigma over a length L a thin film wrinkles with the half-wavelength that bending and tension make
-cheapest,
+A thin film under tension sigma over a length L wrinkles with the half-wavelength of least energy of bending and tension,
 
     lambda^4 = pi^2 D L^2/(sigma t),   D = E t^3/(12 (1 - nu^2)),
 
-and an amplitude that takes up the width which the film has too much: the strain e across gives A = 2 lambda sqrt(e)/pi.
+and an amplitude that absorbs the excess width: the strain e across gives A = 2 lambda sqrt(e)/pi.
 
 Corner: a wedge with a half-angle of 45 degrees under a force T at its tip (Michell) has sigma_r = 4 T cos(theta)/((pi
 + 2) rho t). With the displacement u = int_rho^R sigma_r/E towards the tip,
@@ -13,8 +12,8 @@ Corner: a wedge with a half-angle of 45 degrees under a force T at its tip (Mich
     e = u/rho - nu sigma_r/E = sigma_r/E (ln(R/rho) - nu),
 
 which ends at R_w = R exp(-nu), the wrinkled radius. (As printed, the radicand of A is negative; its integral runs
-from R.) What the paper adds for patches on the diagonal needs lengths (R_c, alpha, d) that its text does not define;
-it is left out.
+from R.) The terms of the paper for patches on the diagonal need lengths (R_c, alpha, d) that the text does not define;
+they are left out.
 
 References
 ----------

@@ -20,8 +20,9 @@ S_k is the second derivative of s_k along rotations about fixed axes. Increments
 The rows and columns of v_b are those of v_a with the other sign.
 
 s1, psi and s3 have no slopes where the swing is 180 degrees. Where no spring turns the bodies and the three dampers are
-equal, they are not needed: the moment is g = c (w_a - w_b), and aa = -ab: -c [w_b], ba = -bb: c [w_a] of K, c of D. From a
-past state on it is g = c r/dt with the rotation vector r since then, and S = c/dt (1 - r/2 cot(r/2)) (r r^T/r^2 - 1).
+equal, these measures are not needed. The moment is g = c (w_a - w_b), and aa = -ab: -c [w_b], ba = -bb: c [w_a] of K,
+c of D. With a past state it is g = c r/dt with the rotation vector r since then,
+and S = c/dt (1 - r/2 cot(r/2)) (r r^T/r^2 - 1).
 
 The file is long because all its kernels share the same inlined functions.
 """
@@ -76,11 +77,11 @@ def pose_constants_spatial(
     stiffness: np.ndarray,
     damping: np.ndarray,
 ) -> np.ndarray:
-    """What the kernels need of each element, in one row of an (m, 35) array; arguments as in `measure_pose_spatial`.
+    """Constants of all elements for the kernels, (m, 35); arguments as in `measure_pose_spatial`.
 
     Columns: inner point (3), outer point in the joint axes (3), axes in the inner (4) and outer (4) body, initial angle,
-    x0, k, c of (Z1, Z2, Z3, s1, psi, s3), 1 where the swing is measured half-way between the bodies, else 0, and
-    1 where rotations meet nothing but equal dampers about all axes, else 0.
+    x0, k, c of (Z1, Z2, Z3, s1, psi, s3), 1 if the swing is measured half-way between the bodies, else 0, and
+    1 if rotations have only equal dampers about all axes, else 0.
     """
     even = ~np.any(stiffness[:, 3:], axis=1) & (damping[:, 3] > 0.0) & np.all(damping[:, 3:] == damping[:, 3:4], axis=1)
     outer = rotate_by(axes_outer * np.array([1.0, -1.0, -1.0, -1.0]), point_outer)
@@ -184,7 +185,7 @@ def _turning(q: Quaternion, wa: Vector, wb: Vector, row: np.ndarray, before: np.
 
 @kernel(inline=True)
 def _even_curvature(w: Vector, wa: Vector, wb: Vector, c: float, per_second: float) -> Matrix:
-    """What K of an even damper has beside [g]/2: -c [w_a + w_b]/2, or S; `w` of `_turning`."""
+    """Term of K of an even damper besides [g]/2: -c [w_a + w_b]/2, or S; `w` of `_turning`."""
     if per_second == 0.0:
         x, y, z = -0.5 * c * (wa[0] + wb[0]), -0.5 * c * (wa[1] + wb[1]), -0.5 * c * (wa[2] + wb[2])
         return 0.0, -z, y, z, 0.0, -x, -y, x, 0.0
@@ -285,7 +286,7 @@ def _add_turn(
     row: np.ndarray, before: np.ndarray, per_second: float, efforts: np.ndarray,
     moment: Vector, bent: Vector, curvature: Slopes, material: Matrix, damped: Matrix,
 ) -> tuple[Vector, Vector, Slopes, Matrix, Matrix]:  # fmt: skip
-    """Sums over the measures of q: m g; the same and m times the slopes, of given efforts; g (k g + c N)^T and c g g^T."""
+    """Sums over the measures: m g; the same and m times the slopes for given efforts; g (k g + c N)^T and c g g^T."""
     g = turn_gradient(slopes, q)
     m = _moment(k, value, g, wa, wb, row, before, per_second)
     moment = (moment[0] + m * g[0], moment[1] + m * g[1], moment[2] + m * g[2])
@@ -338,14 +339,14 @@ def linearise_pose_spatial(
 ) -> None:
     """Add the forces of all elements, and K = -dh/dx and D = -dh/du to the block data.
 
-    A difference from a past state has no rate that would change as the bodies turn, and bodies at rest have none: N is zero
-    then, and only the blocks of the rotations of one and the same body are not symmetric.
+    N is zero for bodies at rest and with a past state. Only the blocks of the rotations of the same body are then not
+    symmetric.
 
     Parameters
     ----------
     poses ... per_second, force : as in `force_pose_spatial`
     efforts : (m, 6) array, or (0, 6)
-        Efforts that the geometric stiffness is to be of, instead of those at the poses; see `advance_efforts_spatial`.
+        Efforts for the geometric stiffness, instead of those at the poses; see `advance_efforts_spatial`.
     slots : (m, 4) int array of `pair_slots`
     stiffness_data, damping_data : (n_blocks, 6, 6) arrays, changed in place
     """
@@ -518,7 +519,7 @@ def stored_pose_spatial(
     Parameters
     ----------
     poses ... per_second : as in `force_pose_spatial`
-    category, categories : (m,) int array, and how many there are
+    category, categories : (m,) int array, and number of categories
     """
     energy, power = np.zeros(categories), 0.0
     x, rate = np.empty(6), np.empty(6)
@@ -536,7 +537,7 @@ def stored_pose_spatial(
 def widest_pose_spatial(
     poses: np.ndarray, bodies: np.ndarray, constants: np.ndarray, structural: np.ndarray
 ) -> tuple[int, float]:
-    """Which of the structural elements (m,) has its ends farthest apart, and how far, m; the first where none is apart.
+    """Structural element with the largest distance of its ends, and this distance, m; the first element if all are zero.
 
     Axes without a stiffness do not count. Other arguments as in `force_pose_spatial`.
     """

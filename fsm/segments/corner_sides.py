@@ -1,13 +1,14 @@
-"""Which side of a surface a point is on that comes over the end of it, where the panels of a chain are joined.
+"""Sides of contact points that come over the end of a surface, where the panels of a chain are joined.
 
-A joint that touches a panel is seen twice, as the end of one panel and the start of the next, and is one point: it has one
-side. If one of the two shares its other joint with the panel touched, that one knows, at whatever depth.
+A joint near a touched panel is both the end of one panel and the start of the next. Both probes are one point with one side.
+If the other joint of one of the two panels lies on the touched panel, its probe determines the side, at any depth.
 
-Two joined surfaces are a corner. A point that presses on one of them near the corner may be a little inside it when it comes
-over the end of the other. It has come from outside, and is outside of both: on the side where it is just then, the other
-one would draw it in and hold it there. It lies on the one that it is less deep in, so the other takes it over where the two
-are equal, and not before. And a point may slip round the corner so close to it that it is at no step beyond the end of the
-other one: that lets go of it when it is on its wrong side by more than it can be while its share counts.
+Two joined surfaces form a corner. A point that presses on one surface near the corner may be slightly inside it when it
+comes over the end of the other surface. The point comes from outside and is outside of both. Its present side of the other
+surface would pull it in and hold it there. The point therefore has contact with the surface in which it is less deep. The
+other surface takes over when both depths are equal. A point may also move round the corner so close to it that no step finds
+it beyond the end of the other surface. That surface releases the point when its depth on the wrong side exceeds the depth at
+which its share counts.
 """
 
 from __future__ import annotations
@@ -22,18 +23,18 @@ __all__ = ["Corners", "corner_sides", "find_corners"]
 
 
 class Corners(NamedTuple):
-    """What the sides of probes have to do with each other. Ends of surfaces: 0 the start, 1 the end.
+    """Relations between the sides of probes. Ends of surfaces: 0 the start, 1 the end.
 
     Attributes
     ----------
     twin : (n,) int array
-        The probe that knows which side this one is on, of the other panel at the same joint; else itself.
+        Probe of the other panel at the same joint that determines the side of this one; else the probe itself.
     across : (n, 2) int array
-        The same point as a probe on the panel that is joined to this one's surface at that end; -1: none.
+        The same point as a probe on the panel that is joined to the touched surface at that end; -1: none.
     inside : (n, 2) array
-        Side of its surface that is inside the corner there.
+        Side of the touched surface inside the corner.
     inside_across : (n, 2) array
-        Side of the other panel that is.
+        Side of the joined panel inside the corner.
     """
 
     twin: np.ndarray
@@ -58,7 +59,7 @@ def find_corners(
     end : (n,) int array
         -1 at the start of the panel, 1 at its end, 0 between.
     side : (n,) array
-        At the beginning.
+        Initial sides.
     """
     twin, count = np.arange(len(pair)), len(pair)
     across, inside = np.full((count, 2), -1, dtype=np.int64), np.zeros((count, 2))
@@ -99,20 +100,20 @@ def corner_sides(
     near: np.ndarray,
     at_end: np.ndarray,
 ) -> np.ndarray:
-    """Sides (n,) with those of probes near corners put right.
+    """Sides (n,) of all probes, corrected near corners.
 
     Parameters
     ----------
     before : (n,) array
         Sides at the last step; 0 for a probe that was not over its surface.
     side, height : (n,) arrays
-        Sides as known, those of new probes where they are; heights over the surfaces, m.
+        Sides so far, of new probes their present sides; heights over the surfaces, m.
     deep : (n,) array, m
-        Where a point on the wrong side is deeper, it has come there with next to no share: round the corner.
+        Depth on the wrong side above which a point has moved round the corner, with a negligible share.
     near : (m,) int array
         Probes over the end piece of a surface.
     at_end : (m,) int array
-        Which end.
+        Their ends.
 
     Returns
     -------
@@ -127,7 +128,7 @@ def corner_sides(
     pressed = outside & new & (depth > 0.0) & (depth_across > 0.0)
     passed = outside & (side[near] == -inside) & (depth > deep[near]) & (depth_across < 0.0)
     around = joined & (side[across] != inside_across) & (side[near] == inside) & (depth < -deep[near])
-    # it lies on the face that it is less deep in; over the other one it is on no side until it has come round so far
+    # contact with the face in which the point is less deep; no side of the other face until both depths are equal
     side[near[pressed]] = np.where(depth <= depth_across, -inside, 0.0)[pressed]
     side[near[passed]] = inside[passed]
     side[near[around]] = -inside[around]

@@ -21,24 +21,24 @@ __all__ = ["Probes", "SurfaceContacts", "SurfaceKernels", "Surfaces"]
 Kernel = Callable[..., Any]
 
 _RENEWAL = 0.4
-"""Part of the margin that anything may move by before the broad phase is renewed."""
+"""Displacement over the margin after which the contact search is renewed."""
 
 _BEHIND = 0.9
-"""Part of the depth limit beyond which a point near a corner is not pressed in, but has gone round the corner."""
+"""Depth over the depth limit above which a point near a corner has moved round the corner."""
 
 _ROUND = 1.5
-"""Height over the radius of a rounded tip, down from its top, from which on a point that touches it is let go."""
+"""Distance below the top of a rounded tip, over its radius, at which a touching point is released."""
 
 
 class Probes(NamedTuple):
-    """Points of one panel that watch the surface of another; each is a slot.
+    """Contact points of one panel on the surface of another; each is a slot.
 
     Attributes
     ----------
     body : (n,) int array
     place : (n,) array of x in the plane, (n, 2) of (x, y) in space, m, body axes
     side : (n,) array
-        +1 or -1: the side of the surface the probe starts on.
+        +1 or -1: initial side of the surface.
     straight : (n,) array
         Part of a tip of the surface that is straight for the probe, or CAP or BARE (`fsm.interactions.surface`).
     inset : (n,) array, m
@@ -46,18 +46,18 @@ class Probes(NamedTuple):
     clearance : (n,) array, m
         Distance of the middle surfaces at which the faces touch.
     depth_limit : (n,) array, m
-        A probe deeper than that has gone through the surface, or round its end.
+        Depth above which a probe has passed through the surface, or round its end.
     share : (n,) array
-        Fraction of its face that the point stands for.
+        Fraction of the face that belongs to the point.
     area : (n,) array, m^2
-        The same of the area: half of it is that of the face itself, half that of the one opposite.
+        Area of the point: half from its own face, half from the opposite face.
     pair : (n,) int array
         Number of the contact pair.
     cell : (n, 2) array, m
-        Half the cell that it stands for, and the largest one of its panel, if its share is tapered over the ends of the
+        Half the cell of the point, and half the largest cell of its panel, if the share is tapered at the ends of the
         surface (`fsm.interactions.end_taper`); else zeros.
     first_piece, last_piece : (n,) int arrays
-        Pieces of the surface watched.
+        Pieces of the surface within reach.
     """
 
     body: np.ndarray
@@ -82,7 +82,7 @@ class Surfaces(NamedTuple):
     ----------
     owners, stations : pieces, see `fsm.interactions.surface`
     extra : arrays
-        Further geometry that the kernels take: half widths in space, nothing in the plane.
+        Further geometry for the kernels: half widths in space, empty in the plane.
     bodies, radii : (n,) arrays
         Bodies whose motion renews the broad phase, and the distance of their farthest point, m.
     """
@@ -109,12 +109,11 @@ class SurfaceKernels(NamedTuple):
 class SurfaceContacts:
     """Probes on surfaces; see `ContactGeometry`.
 
-    The broad phase keeps, for each probe, the window of pieces it could reach; it is renewed when a body of a surface
-    has moved by a part of the margin since, so what is found never depends on when that happened.
+    The broad phase stores the window of pieces within reach of each probe. It is renewed when a body of a surface has moved
+    by a part of the margin, so the contacts do not depend on the time of the renewal.
 
-    A probe over a surface keeps the side that it is on for as long as it is over it, however deep it gets, unless it slides
-    round the tip; one that comes over the end of it is on the side where it is then; at corners of joined panels see
-    `fsm.segments.corner_sides`.
+    A probe over a surface keeps its side at any depth, unless it slides round the tip. A probe that comes over the end of a
+    surface takes its present side; for corners of joined panels see `fsm.segments.corner_sides`.
 
     Parameters
     ----------
@@ -163,10 +162,10 @@ class SurfaceContacts:
         )
 
     def keys(self, slots: np.ndarray) -> np.ndarray:
-        """See `ContactGeometry`: probes are never numbered anew."""
+        """See `ContactGeometry`; the numbers of probes are constant."""
         return slots
 
-    # where ----------------------------------------------------------------------------------------------------------
+    # search ----------------------------------------------------------------------------------------------------------
 
     def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:
         """See `ContactGeometry`."""
@@ -186,7 +185,7 @@ class SurfaceContacts:
         chords = kernels.chords(poses, surfaces.owners, surfaces.stations, *surfaces.extra)
         dimension = 2 if self.slips == 1 else 3
         inverse, bound = chords[:, 2 * dimension], chords[:, 2 * dimension + 1]
-        # how far pieces are from their chords; tips go on beyond the ends, where nothing else is nearer
+        # distance of pieces from their chords; tips extend beyond the ends
         bulge = float((bound - self._tips / np.sqrt(inverse)).max())
         window_pieces(
             kernels.points(poses, probes.body, probes.place), probes.first_piece, probes.last_piece, chords,
@@ -207,7 +206,7 @@ class SurfaceContacts:
         slot, piece, side, at, gap = (buffer[:count].copy() for buffer in self._buffers)
         return ActiveContacts(slot, gap, (piece, side, at))
 
-    # how ------------------------------------------------------------------------------------------------------------
+    # measure ------------------------------------------------------------------------------------------------------------
 
     def measure(self, poses: np.ndarray, rates: np.ndarray, touching: ActiveContacts) -> ContactKinematics:
         """See `ContactGeometry`."""
@@ -267,8 +266,8 @@ class SurfaceContacts:
     def _round_tips(self, poses: np.ndarray, height: np.ndarray) -> np.ndarray:
         """Probes (n,) that have slid round the rounded tip of a surface and are free on its other side.
 
-        They are beyond the middle of the disc that rounds the tip and do not touch the one of the other side. If they touch
-        their own one still, they go on along it until they are well beyond its middle.
+        They are beyond the middle of the disc of the tip and do not touch its other side. A probe that still touches its own
+        side keeps it until it is well beyond the middle.
         """
         probes, round_it = self.probes, np.zeros(len(self.side), dtype=bool)
         slot, gap, (piece, side, at) = self.find(poses, self.margin)
@@ -304,33 +303,33 @@ class SurfaceContacts:
         self._nearest_of_all[:] = -1
 
     def crossed(self, poses: np.ndarray) -> tuple[int, ...]:
-        """See `ContactGeometry`: pairs with a probe deeper than its limit, or through without having been seen.
+        """See `ContactGeometry`: pairs with a probe deeper than its limit, or on the other side without contact.
 
-        No deeper, though, than it can have come since the last commit: where a surface is bent to a loop, its nearest piece
-        may be on one side of the probe now and on the other then, far away both times.
+        A depth beyond the possible motion since the last commit does not count: on a surface bent to a loop, the nearest
+        piece may change from one side of a distant probe to the other.
         """
         side, limit, motion, deepest = self.side, self.probes.depth_limit, 0.0, np.inf
         if self._committed is not None:
             motion = self._motion(self._committed, poses)
-            deepest = 2.0 * motion + 0.5 * self.margin  # heights are known to a part of a segment
+            deepest = 2.0 * motion + 0.5 * self.margin  # heights are accurate to a part of a segment
             if motion <= _RENEWAL * self.margin:
-                motion = 0.0  # what has a side cannot have come out of reach
-            if motion > 0.5 * self.margin:  # what was too far away to be on a side may be through by now
+                motion = 0.0  # probes with a side are within reach
+            if motion > 0.5 * self.margin:  # a probe that was too far away for a side may have passed through
                 before = self._heights(self._committed, 2.0 * motion)
                 unseen = (side == 0.0) & np.isfinite(before)
                 side = np.where(unseen, _side_of(before), side)
-                limit = np.where(unseen, 0.0, limit)  # without a side it was not held, however little it is through
+                limit = np.where(unseen, 0.0, limit)  # a probe without a side had no contact force
         height = self._heights(poses, 2.0 * motion)
         with np.errstate(invalid="ignore"):
             through = (side * height <= -limit) & (side * height >= -limit - deepest)
         return tuple(int(pair) for pair in np.unique(self.pair[through])) if through.any() else ()
 
     def _motion(self, before: np.ndarray, after: np.ndarray) -> float:
-        """By how much any point of a surface has moved at most, m."""
+        """Upper bound of the displacement of any point of a surface, m."""
         return float(furthest_motion(before, after, self.surfaces.bodies, self.surfaces.radii))
 
     def _heights(self, poses: np.ndarray, farther: float = 0.0) -> np.ndarray:
-        """Heights of all probes within reach and so much farther, m; those of the last time if they will do."""
+        """Heights of all probes within reach plus a distance, m; cached values if they are sufficient."""
         at = self._height_at
         if at is not None and farther <= self._height_farther and (at is poses or np.array_equal(at, poses)):
             return self._height
