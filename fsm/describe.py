@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from fsm.analyses.report import describe_film
 from fsm.analyses.report_array import describe_array
+from fsm.report_text import labelled
 from fsm.scene.case import Case
 from fsm.segments.report import describe as describe_segments
 
 __all__ = ["describe"]
-
-_LABEL = 14
 
 
 def describe(case: Case) -> list[str]:
@@ -24,10 +23,9 @@ def describe(case: Case) -> list[str]:
     lines = [line for step in case.steps for line in kinds[step](case)]
     if case.extensions:
         files = ", ".join(name.partition("#")[0] for name in case.extensions)
-        lines.insert(0, f"{'extensions':<{_LABEL}}{files} (Python code, executed with the case)")
+        lines = labelled([("extensions", lambda _: [f"{files} (Python code, executed with the case)"])], case) + lines
     if case.save.channels:
         from fsm.channels.sample import channel_lines  # imports numba, which other cases do not need
 
-        for number, text in enumerate(channel_lines(case)):
-            lines.append(f"{'channels' if number == 0 else '':<{_LABEL}}{text}")
+        lines += labelled([("channels", channel_lines)], case)
     return lines

@@ -15,6 +15,7 @@ from fsm.scene.builders.scene import build_scene
 from fsm.scene.case import Case
 from fsm.scene.contact_sides import contact_sides
 from fsm.scene.flexible import SceneFilm
+from fsm.scene.frame_bodies import quaternion_matrix
 from fsm.scene.scene import Body, Plate, Scene
 
 __all__ = [
@@ -226,14 +227,7 @@ def near_boxes(low: Points, high: Points) -> tuple[NDArray[np.int64], NDArray[np
 
 def axes_of(body: Body) -> Points:
     """Rotation matrix from body axes to inertial ones."""
-    w, x, y, z = np.array(body.orientation) / np.linalg.norm(body.orientation)
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
+    return quaternion_matrix(np.array(body.orientation) / np.linalg.norm(body.orientation))
 
 
 def _plate_ends(body: Body) -> Points:

@@ -16,22 +16,13 @@ from numpy.typing import NDArray
 
 from fsm.atomic_write import atomic_write
 from fsm.errors import CaseError, Fault
-from fsm.overlap import (
-    Outline,
-    axes_of,
-    distance,
-    find_overlaps,
-    length_of,
-    outlines,
-    panel_of_body,
-    points_at,
-)
+from fsm.overlap import axes_of, distance, length_of, outlines, panel_of_body, points_at
 from fsm.scene.builders.scene import build_scene
 from fsm.scene.case import Case
 from fsm.scene.loads import Drive
 from fsm.scene.scene import GROUND, Body, ForceElement, Scene
 
-__all__ = ["Outline", "find_overlaps", "outlines", "preview"]
+__all__ = ["preview"]
 
 Points = NDArray[np.float64]
 Shot = list[list[Points]]

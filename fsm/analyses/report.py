@@ -5,33 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from itertools import pairwise
 
+from fsm.report_text import count, labelled, material_text, millimetres, size_text, stress_text
 from fsm.scene.builders.membrane import mesh_lines, place_patches
 from fsm.scene.case import Case
 from fsm.scene.membrane import CornerCable, MeasuredPulse, Vibration
 
 __all__ = ["MINAMI", "describe_film"]
 
-_LABEL = 14
 MINAMI = 0.68
 """Height of the air of the added mass, relative to the length of the film; the source is in `fsm.ancf.air`."""
 
 
 def describe_film(case: Case) -> list[str]:
     """Lines of the report: the model, the parts left out with the reason, and the approximations."""
-    lines = []
-    for label, section in _DEPLOYED if case.stages else _SECTIONS:
-        for text in section(case):
-            lines.append(f"{label:<{_LABEL}}{text}")
-            label = ""
-    return lines
-
-
-def _mm(length: float) -> str:
-    return f"{1e3 * length:.4g} mm"
-
-
-def _count(number: int, one: str, many: str = "") -> str:
-    return f"{number} {one if number == 1 else many or one + 's'}"
+    return labelled(_DEPLOYED if case.stages else _SECTIONS, case)
 
 
 def _title(case: Case) -> Iterator[str]:
@@ -47,10 +34,8 @@ def _steps(case: Case) -> Iterator[str]:
 def _film(case: Case) -> Iterator[str]:
     film, material = case.membrane, case.material
     assert film is not None and material is not None
-    yield f"{_mm(film.length)} x {_mm(film.width)} x {_mm(film.thickness)}, areal mass {_areal(case):.4g} kg/m^2"
-    yield (
-        f"E {1e-9 * material.young:.4g} GPa, Poisson's ratio {material.poisson:g}, {material.density:g} kg/m^3"
-    )
+    yield f"{size_text(film.length, film.width, film.thickness)}, areal mass {_areal(case):.4g} kg/m^2"
+    yield material_text(material.young, material.poisson, material.density)
 
 
 def _areal(case: Case) -> float:
@@ -66,11 +51,11 @@ def _mesh(case: Case) -> Iterator[str]:
     given = case.membrane.mesh
     added = "" if (columns, rows) == given else f" ({given[0]} x {given[1]} by mesh, and lines at the edges of patches)"
     sides = [b - a for along in (lines.x, lines.y) for a, b in pairwise(along)]
-    yield f"{columns} x {rows} ANCF elements of {_mm(min(sides))} to {_mm(max(sides))}{added}"
+    yield f"{columns} x {rows} ANCF elements of {millimetres(min(sides))} to {millimetres(max(sides))}{added}"
     cables = sum(4 * cable.elements for cable in case.cable if isinstance(cable, CornerCable))
     cables += sum(2 * (columns + rows) for cable in case.cable if not isinstance(cable, CornerCable))
     nodes = (columns + 1) * (rows + 1)
-    more = f", {_count(cables, 'cable element')}" if cables else ""
+    more = f", {count(cables, 'cable element')}" if cables else ""
     yield f"{nodes} film nodes of 9 coordinates (position and two slopes){more}"
 
 
@@ -82,18 +67,19 @@ def _patches(case: Case) -> Iterator[str]:
         mass = patch.density * patch.thickness * patch.size**2
         where = ", ".join(f"({1e3 * one.x:.4g}, {1e3 * one.y:.4g})" for one in here[:4]) + (", ..." if len(here) > 4 else "")
         yield (
-            f"{_count(len(here), 'patch', 'patches')} of {_mm(patch.size)} x {_mm(patch.size)} x {_mm(patch.thickness)}, "
-            f"E {1e-9 * patch.young:.4g} GPa, {1e3 * mass:.4g} g each, at {where} mm"
+            f"{count(len(here), 'patch', 'patches')} of {size_text(patch.size, patch.size, patch.thickness)}, "
+            f"E {stress_text(patch.young)}, {1e3 * mass:.4g} g each, at {where} mm"
         )
 
 
 def _cables(case: Case) -> Iterator[str]:
     for cable in case.cable:
         if isinstance(cable, CornerCable):
-            kind, joined = f"from each corner outwards, {_mm(cable.length)} long", "joined to the film by position only"
+            kind = f"from each corner outwards, {millimetres(cable.length)} long"
+            joined = "joined to the film by position only"
         else:
             kind, joined = "along the edges", "joined to the film by position and slope"
-        made = f"diameter {_mm(cable.diameter)}, E {1e-9 * cable.young:.4g} GPa, {cable.density:g} kg/m^3"
+        made = f"diameter {millimetres(cable.diameter)}, E {stress_text(cable.young)}, {cable.density:g} kg/m^3"
         yield f"{kind}, {made}; {joined}"
 
 
@@ -156,7 +142,7 @@ def _impact(case: Case) -> Iterator[str]:
 
 def _computed(case: Case) -> Iterator[str]:
     vibration = case.vibration or Vibration()
-    yield f"tensioned state, and {_count(vibration.modes, 'natural mode')} about it"
+    yield f"tensioned state, and {count(vibration.modes, 'natural mode')} about it"
     if case.impact is not None:
         yield f"{vibration.duration:g} s of vibration; resolution of spectra {1.0 / vibration.duration:.3g} Hz or coarser"
         names = {"center": None, **({"patch": None} if case.patch else {}), **vibration.probes}

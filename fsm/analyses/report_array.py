@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
+from fsm.report_text import degrees, labelled, material_text, millimetres, size_text
 from fsm.scene.builders.scissor import array_at
 from fsm.scene.case import Case
 from fsm.scene.check_scissor import default_holds
@@ -12,7 +12,6 @@ from fsm.scene.loads import Constant
 
 __all__ = ["describe_array"]
 
-_LABEL = 14
 _ELEMENTS = {
     "section": "shear-deformable beams of 14 coordinates, strains of the section",
     "green": "shear-deformable beams of 14 coordinates, Green's strain over the section",
@@ -26,20 +25,7 @@ def describe_array(case: Case) -> list[str]:
         "case": _title, "array": _array, "bars": _bars, "mesh": _mesh, "hold": _hold, "force": _force, "hinges": _hinges,
         "stop": _stop, "steps": _run_steps, "solve": _solve, "approximate": _approximations,
     }  # fmt: skip
-    lines = []
-    for label, section in sections.items():
-        for text in section(case):
-            lines.append(f"{label:<{_LABEL}}{text}")
-            label = ""
-    return lines
-
-
-def _mm(length: float) -> str:
-    return f"{1e3 * length:.4g} mm"
-
-
-def _degrees(angle: float) -> str:
-    return f"{math.degrees(angle):.4g} deg"
+    return labelled(sections.items(), case)
 
 
 def _run_steps(case: Case) -> Iterator[str]:
@@ -58,17 +44,17 @@ def _array(case: Case) -> Iterator[str]:
     kind = {"linear": "in a straight line", "arched": "along an arch", "ring": "in a closed ring"}[scissor.shape]
     array = array_at(scissor, scissor.initial_angle)
     xs, ys = ([at[axis] for at in array.points.values()] for axis in (0, 1))
-    yield f"{scissor.units} units {kind}, {len(array.bars)} bars at {_degrees(scissor.initial_angle)}"
-    yield f"size at the start {_mm(max(xs) - min(xs))} x {_mm(max(ys) - min(ys))}; points a1 ..., b1 ..., hinges h1 ..."
+    yield f"{scissor.units} units {kind}, {len(array.bars)} bars at {degrees(scissor.initial_angle)}"
+    yield f"size at the start {size_text(max(xs) - min(xs), max(ys) - min(ys))}; points a1 ..., b1 ..., hinges h1 ..."
 
 
 def _bars(case: Case) -> Iterator[str]:
     scissor, bar, material = case.scissor, case.bar, case.material
     assert scissor is not None and bar is not None and material is not None
     mass = material.density * bar.width * bar.height * scissor.bar_length
-    size = f"{_mm(bar.width)} wide, {_mm(bar.height)} high in the plane"
-    yield f"{_mm(scissor.bar_length)} long, {size}, {mass:.4g} kg each"
-    yield f"E {1e-9 * material.young:.4g} GPa, Poisson's ratio {material.poisson:g}, {material.density:g} kg/m^3"
+    size = f"{millimetres(bar.width)} wide, {millimetres(bar.height)} high in the plane"
+    yield f"{millimetres(scissor.bar_length)} long, {size}, {mass:.4g} kg each"
+    yield material_text(material.young, material.poisson, material.density)
     if scissor.shape != "linear":
         bent = "with a kink of 2 pi/units at the hinge" if scissor.shape == "ring" else "straight"
         yield f"hinge at {scissor.hinge:g} of the length, {bent}"
@@ -113,7 +99,7 @@ def _hinges(case: Case) -> Iterator[str]:
         f"dry friction {hinge.friction_moment:g} N m"
     )
     if hinge.stiffness:
-        yield f"the moment of springs is zero after a rotation of {_degrees(hinge.rest_turn)}"
+        yield f"the moment of springs is zero after a rotation of {degrees(hinge.rest_turn)}"
 
 
 def _stop(case: Case) -> Iterator[str]:
@@ -121,7 +107,7 @@ def _stop(case: Case) -> Iterator[str]:
     if stop is None:
         yield "none: no [stop]"
         return
-    yield f"at a bar angle of {_degrees(stop.angle)}, {stop.stiffness:g} N m/rad^1.5, damping {stop.damping:g} s/rad"
+    yield f"at a bar angle of {degrees(stop.angle)}, {stop.stiffness:g} N m/rad^1.5, damping {stop.damping:g} s/rad"
     if stop.latch:
         yield "with a latch: a middle hinge that has reached the stop is held there in both directions"
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from fsm.scene.scene import GROUND, Body, ForceElement, Quaternion, Scene
 __all__ = ["cable_axes", "frame_faults", "quaternion_matrix", "quaternion_product", "with_frames"]
 
 
-def quaternion_matrix(quaternion: tuple[float, float, float, float]) -> np.ndarray:
+def quaternion_matrix(quaternion: Iterable[float]) -> np.ndarray:
     """Rotation matrix (3, 3) of a unit quaternion, scalar part first."""
     w, x, y, z = quaternion
     return np.array(

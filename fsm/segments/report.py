@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 
 from fsm.errors import CaseError, Fault
 from fsm.overlap import find_overlaps
+from fsm.report_text import count, degrees, labelled, millimetres, triple
 from fsm.scene.builders.scene import build_scene
 from fsm.scene.builders.strip import bending_stiffness, strip_damping
 from fsm.scene.case import Case
@@ -38,13 +39,10 @@ from fsm.segments.report_numbers import (
     material_lines,
     strip_lines,
 )
-from fsm.segments.report_view import CheckContext, count, millimetres, triple
+from fsm.segments.report_view import CheckContext
 from fsm.segments.save_times import save_times
 
 __all__ = ["describe"]
-
-_LABEL = 14
-
 
 def describe(case: Case, source: str = "") -> list[str]:
     """Lines of the report: the model, the parts left out with the reason, and the approximations.
@@ -69,12 +67,7 @@ def describe(case: Case, source: str = "") -> list[str]:
     view = CheckContext(case, scene)
     if case.step:
         plan_of(case, scene)  # its faults have the paths of the steps
-    lines = []
-    for label, section in _SECTIONS:
-        for text in section(view):
-            lines.append(f"{label:<{_LABEL}}{text}")
-            label = ""
-    return lines
+    return labelled(_SECTIONS, view)
 
 
 def _once_driven(scene: Scene) -> Scene:
@@ -200,8 +193,7 @@ def _motion(drive: Drive, motion: PrescribedMotion) -> str:
     """What a drive does."""
     if drive.turn is not None:
         how = f"turns about {triple(drive.axis)}"
-        size = f"{math.degrees(motion.travel):.4g} deg"
-        pace = f"{math.degrees(drive.fastest):.4g} deg/s"
+        size, pace = degrees(motion.travel), f"{degrees(drive.fastest)}/s"
     else:
         how = f"moves along ({', '.join(f'{x:.4g}' for x in motion.direction)})"
         size, pace = millimetres(motion.travel), f"{millimetres(drive.fastest)}/s"

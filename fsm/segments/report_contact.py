@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 
 from fsm.registry import CONTACT_LAWS, FRICTION_LAWS, AddedLaw
+from fsm.report_text import count, millimetres
 from fsm.scene.case import contact_scale
 from fsm.scene.contact import Contact
-from fsm.segments.report_view import CheckContext, count, millimetres
+from fsm.segments.report_view import CheckContext
 
 __all__ = [
     "SURFACE_TIP",

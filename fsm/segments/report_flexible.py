@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from fsm.report_text import count, material_text, millimetres, stress_text
 from fsm.scene.contact_points import penetration_between, point_spacing, points_along
 from fsm.scene.flexible import unstressed_length
-from fsm.segments.report_view import CheckContext, count, millimetres
+from fsm.segments.report_view import CheckContext
 
 __all__ = ["approximations_of_films", "beam_lines", "cable_lines", "film_lines"]
 
@@ -21,8 +22,8 @@ def film_lines(view: CheckContext) -> Iterator[str]:
             f"{nx} x {ny} ANCF elements, {9 * (nx + 1) * (ny + 1)} coordinates{held}"
         )
         yield (
-            f"{film.name}: E {1e-9 * film.young:.4g} GPa, Poisson's ratio {film.poisson:g}, density {film.density:g} "
-            f"kg/m^3, strain at the start ({film.strain[0]:g}, {film.strain[1]:g})"
+            f"{film.name}: {material_text(film.young, film.poisson, film.density)}, "
+            f"strain at the start ({film.strain[0]:g}, {film.strain[1]:g})"
         )
 
 
@@ -32,7 +33,7 @@ def cable_lines(view: CheckContext) -> Iterator[str]:
         held = f", held: {', '.join(cable.held)}" if cable.held else ""
         yield (
             f"{cable.name}: {millimetres(unstressed_length(cable))} without stress, diameter "
-            f"{millimetres(cable.diameter)}, {count(cable.elements, 'ANCF element')}, E {1e-9 * cable.young:.4g} GPa, "
+            f"{millimetres(cable.diameter)}, {count(cable.elements, 'ANCF element')}, E {stress_text(cable.young)}, "
             f"strain at the start {cable.strain:g}{held}"
         )
 
@@ -43,7 +44,7 @@ def beam_lines(view: CheckContext) -> Iterator[str]:
         held = f", held: {', '.join(beam.held)}" if beam.held else ""
         yield (
             f"{beam.name}: {millimetres(unstressed_length(beam))} without stress, section {millimetres(beam.width)} x "
-            f"{millimetres(beam.thickness)}, {count(beam.elements, 'ANCF element')}, E {1e-9 * beam.young:.4g} GPa, "
+            f"{millimetres(beam.thickness)}, {count(beam.elements, 'ANCF element')}, E {stress_text(beam.young)}, "
             f"strain at the start {beam.strain:g}{held}"
         )
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
+from fsm.report_text import degrees, material_text, millimetres, size_text, triple
 from fsm.scene.builders.strip import bending_stiffness
 from fsm.scene.materials import Crease, LinearCrease, SplineCrease
 from fsm.scene.scene import Body, ForceElement
 from fsm.segments.element_angles import initial_twists, rest_twists
-from fsm.segments.report_view import CheckContext, millimetres, triple
+from fsm.segments.report_view import CheckContext
 
 __all__ = ["body_lines", "crease_lines", "element_lines", "lattice_lines", "material_lines", "strip_lines"]
 
@@ -23,9 +23,9 @@ def strip_lines(view: CheckContext) -> Iterator[str]:
     if strip is None or material is None:
         return
     mass = 1e3 * material.density * strip.length * strip.width * strip.thickness
-    size = f"{millimetres(strip.length)} x {millimetres(strip.width)} x {millimetres(strip.thickness)}"
+    size = size_text(strip.length, strip.width, strip.thickness)
     panels = f"{strip.panels} panels of {millimetres(strip.length / strip.panels)}"
-    yield f"{size}, {mass:.4g} g; {panels} at {_degrees(strip.fold_angle)} from the horizontal"
+    yield f"{size}, {mass:.4g} g; {panels} at {degrees(strip.fold_angle)} from the horizontal"
 
 
 def material_lines(view: CheckContext) -> Iterator[str]:
@@ -35,7 +35,7 @@ def material_lines(view: CheckContext) -> Iterator[str]:
         return
     bending = bending_stiffness(strip, material)
     how = "E w t^3/12/(1 - nu^2)" if material.plate else "E w t^3/12"
-    yield f"E {_pascal(material.young)}, Poisson's ratio {material.poisson:g}, density {material.density:g} kg/m^3"
+    yield material_text(material.young, material.poisson, material.density)
     yield f"bending stiffness EI {1e6 * bending:.4g} N mm^2 ({how})"
 
 
@@ -47,8 +47,8 @@ def crease_lines(view: CheckContext) -> Iterator[str]:
     folded = 2.0 * strip.fold_angle
     stiffness = _stiffness(crease)
     ratio = stiffness * strip.length / strip.panels / bending_stiffness(strip, material)
-    rest = "as folded" if crease.rest_angle is None else f"folded to {_degrees(folded)}"
-    angle = _degrees(folded if crease.rest_angle is None else crease.rest_angle)
+    rest = "as folded" if crease.rest_angle is None else f"folded to {degrees(folded)}"
+    angle = degrees(folded if crease.rest_angle is None else crease.rest_angle)
     zero = "no moment" if isinstance(crease, LinearCrease) else "zero of the data"
     yield f"{_law(crease)}, {ratio:.3g} EI per panel length; {zero} at {angle} from flat ({rest})"
 
@@ -58,7 +58,7 @@ def lattice_lines(view: CheckContext) -> Iterator[str]:
     lattice = view.case.lattice
     if lattice is None:
         return
-    turned = f"rotated by {_degrees(lattice.angle)}"
+    turned = f"rotated by {degrees(lattice.angle)}"
     size = f"{lattice.columns} x {lattice.rows} squares, spacing {millimetres(lattice.spacing)}"
     yield f"{size}, {turned}, {millimetres(lattice.depth)} deep, {lattice.density:g} kg/m^3"
     springs = f"axial {lattice.axial:.4g} N/m, shear {lattice.shear:.4g} N/m, rotational {lattice.rotational:.4g} N m/rad"
@@ -90,7 +90,7 @@ def _body(body: Body) -> str:
     parts = [f"{body.name}: {body.mass:.4g} kg, {triple(body.inertia)} kg m^2 at {_place(body)}"]
     if body.plate is not None:
         plate = body.plate
-        parts.append(f"plate {' x '.join(millimetres(side) for side in (plate.length, plate.width, plate.thickness))}")
+        parts.append(f"plate {size_text(plate.length, plate.width, plate.thickness)}")
     if any(body.velocity):
         parts.append(f"velocity {triple(body.velocity)} m/s")
     if any(body.angular_velocity):
@@ -111,7 +111,7 @@ def _element(element: ForceElement, start: float, rest: float) -> str:
     if element.crease is not None:
         parts.append(_law(element.crease))
     twists = element.frame == "outer" and (element.crease is not None or element.rotation[1])
-    angles = f"; twist {_degrees(start)} at the start, no moment at {_degrees(rest)}" if twists else ""
+    angles = f"; twist {degrees(start)} at the start, no moment at {degrees(rest)}" if twists else ""
     return f"{element.name}: {', '.join(parts) or 'no stiffness'}{angles}"
 
 
@@ -132,11 +132,3 @@ def _stiffness(crease: Crease) -> float:
     if not isinstance(crease, SplineCrease) or crease.angle is None or crease.moment is None:
         return 0.0
     return crease.scale * (crease.moment[-1] - crease.moment[0]) / (crease.angle[-1] - crease.angle[0])
-
-
-def _pascal(stress: float) -> str:
-    return f"{1e-9 * stress:.4g} GPa" if stress >= 1e9 else f"{1e-6 * stress:.4g} MPa"
-
-
-def _degrees(angle: float) -> str:
-    return f"{math.degrees(angle):.4g} deg"

@@ -1,4 +1,4 @@
-"""Data for the report of `fsm check`, and the format of its numbers."""
+"""Data for the report of `fsm check`."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from fsm.scene.scene import GROUND, Body, ContactPair, ForceElement, Scene
 from fsm.segments.drive import PrescribedMotion, program_of, unit
 from fsm.segments.plan import Plan, PlannedStep, plan_of
 
-__all__ = ["CheckContext", "count", "millimetres", "triple"]
+__all__ = ["CheckContext"]
 
 
 @dataclass(frozen=True)
@@ -111,18 +111,3 @@ class CheckContext:
 
 def _motion(number: int, drive: Drive) -> PrescribedMotion:
     return PrescribedMotion(np.array([number]), unit(drive.direction), program_of(drive, f"drive.{number}"))
-
-
-def count(number: int, one: str, many: str = "") -> str:
-    """Number with a noun in singular or plural."""
-    return f"{number} {one if number == 1 else many or one + 's'}"
-
-
-def millimetres(length: float) -> str:
-    """Length as text in mm."""
-    return f"{1e3 * length:.4g} mm"
-
-
-def triple(vector: tuple[float, float, float]) -> str:
-    """Vector as text."""
-    return "(" + ", ".join(f"{x:g}" for x in vector) + ")"

@@ -17,9 +17,9 @@ from PIL import Image
 from fsm import preview as module
 from fsm.cli import cli
 from fsm.errors import CaseError
-from fsm.overlap import near_boxes
+from fsm.overlap import Outline, find_overlaps, near_boxes, outlines
 from fsm.panel_crossing import _crossing
-from fsm.preview import Outline, find_overlaps, outlines, preview
+from fsm.preview import preview
 from fsm.scene.builders.scene import build_scene
 from fsm.scene.case import Case
 from fsm.scene.scene import Scene
