@@ -6,7 +6,17 @@ import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 
-__all__ = ["Mutant"]
+__all__ = ["Mutant", "physics_test", "unit_test"]
+
+
+def unit_test(file: str, *tests: str) -> tuple[str, ...]:
+    """Nodes of tests in a file of `tests/unit`."""
+    return tuple(f"tests/unit/test_{file}.py::{test}" for test in tests)
+
+
+def physics_test(file: str, *tests: str) -> tuple[str, ...]:
+    """Nodes of tests in a file of `tests/physics`."""
+    return tuple(f"tests/physics/test_{file}.py::{test}" for test in tests)
 
 
 @dataclass(frozen=True)

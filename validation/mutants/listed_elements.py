@@ -1,0 +1,275 @@
+"""Mutants of films, arrays, data, channels and joined models."""
+
+from __future__ import annotations
+
+from validation.mutants.mutant import Mutant, physics_test, unit_test
+
+__all__ = ["ELEMENTS"]
+
+FILMS = (
+    Mutant(
+        "edge cables removed from films",
+        "fsm/analyses/film.py",
+        "builder.edge_cables(grid, material, viscosity, limp)",
+        "pass",
+        physics_test("edge_cables", "test_edge_cables_vibrate_as_ritz_says"),
+    ),
+    Mutant(
+        "nu = 0 in plate bending of films",
+        "fsm/ancf/film.py",
+        "return self.stretch * self.thickness**2 / 12.0",
+        "return self.young * self.thickness**3 / 12.0",
+        physics_test("ancf_membrane", "test_square_plate"),
+    ),
+    Mutant(
+        "mass of films in proportion to their length",
+        "fsm/ancf/film.py",
+        "mass = (areal_density * np.prod(sides, axis=1))",
+        "mass = (areal_density * sides[:, 0])",
+        unit_test("ancf_elements", "test_mass_of_a_translation_and_of_the_air"),
+    ),
+    Mutant(
+        "prestress ignored in modes of films",
+        "fsm/ancf/membrane.py",
+        "stretch[a, a] += weight * nxx",
+        "stretch[a, a] += 0.0 * weight * nxx",
+        physics_test("ancf_membrane", "test_six_lowest_frequencies_of_a_tensioned_square"),
+    ),
+    Mutant(
+        "twisting of films without its factor of two",
+        "fsm/ancf/membrane.py",
+        "m[2] = 2.0 * bending",
+        "m[2] = bending",
+        unit_test("ancf_elements", "test_patch_of_constant_curvature"),
+    ),
+    Mutant(
+        "air of a folded film along one direction",
+        "fsm/ancf/from_deployed.py",
+        "normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])",
+        "normal = np.tile([0.0, 0.0, 1.0], (len(corners), 1))",
+        unit_test("from_deployed", "test_air_goes_along_the_normal"),
+    ),
+    Mutant(
+        "creases of a film with their whole stiffness at every node",
+        "fsm/ancf/from_deployed.py",
+        "share = 0.5 * (np.append",
+        "share = 1.0 * (np.append",
+        unit_test("from_deployed", "test_the_moment_of_a_crease"),
+    ),
+    Mutant(
+        "added air -25 %",
+        "fsm/ancf/air.py",
+        "MINAMI = 0.68",
+        "MINAMI = 0.51",
+        unit_test("film_case", "test_one_number_of_the_air"),
+    ),
+    Mutant(
+        "added air -25 % in the mass matrix",
+        "fsm/ancf/air.py",
+        "np.full(len(sides), air)",
+        "np.full(len(sides), 0.75 * air)",
+        unit_test("ancf_elements", "test_mass_of_a_translation_and_of_the_air"),
+    ),
+    Mutant(
+        "added air in all directions",
+        "fsm/ancf/air.py",
+        "np.outer(normal, normal)",
+        "np.eye(3)",
+        unit_test("ancf_elements", "test_mass_of_a_translation_and_of_the_air"),
+    ),
+    Mutant(
+        "mass of ANCF cables halved",
+        "fsm/ancf/cable.py",
+        "mass = (self.line_density * self.length)",
+        "mass = (0.5 * self.line_density * self.length)",
+        unit_test("ancf_elements", "test_mass_of_a_translation_and_of_the_air"),
+    ),
+    Mutant(
+        "rounded kinks of a tension field with a wrong second derivative",
+        "fsm/ancf/tension_field.py",
+        "over / (2.0 * width)",
+        "over / width",
+        unit_test("tension_field_law", "test_slopes_in_all_states"),
+    ),
+    Mutant(
+        "tension field ends where the film still bears both ways",
+        "fsm/ancf/tension_field.py",
+        "if e2 + poisson * e1 > 0.0:",
+        "if e2 > 0.0:",
+        unit_test("ancf_elements", "test_states_of_a_tension_field"),
+    ),
+    Mutant(
+        "area of a half-sine pulse",
+        "fsm/ancf/time_functions.py",
+        "return math.sin(angle), rate",
+        "return 0.9 * math.sin(angle), rate",
+        unit_test("ancf_elements", "test_pulses"),
+    ),
+)
+
+ARRAYS = (
+    Mutant(
+        "pivot of scissors at the wrong part of the bar",
+        "fsm/scene/builders/scissor.py",
+        "return (1.0 - scissor.hinge) * scissor.bar_length, scissor.hinge * scissor.bar_length",
+        "return scissor.hinge * scissor.bar_length, (1.0 - scissor.hinge) * scissor.bar_length",
+        physics_test("scissor", "test_rigid_units_fit_at_every_angle"),
+    ),
+    Mutant(
+        "shear of lattice hinges as stiff as their stretch",
+        "fsm/scene/builders/lattice.py",
+        "translation=(lattice.axial, 0.0, lattice.shear)",
+        "translation=(lattice.axial, 0.0, lattice.axial)",
+        physics_test("rotating_squares", "test_forces_are_those_of_another_program"),
+    ),
+    Mutant(
+        "one r_x for both halves of a bar at its middle hinge",
+        "fsm/ancf/bars.py",
+        'if i == 1 and k and self.element != "cable":',
+        "if False:",
+        unit_test("beams", "test_a_bent_bar_carries_its_moment_around_the_bend"),
+    ),
+    Mutant(
+        "stress of bars a third of the way from the hinge",
+        "fsm/ancf/scissor_system.py",
+        "math.sqrt(2.4)",
+        "math.sqrt(5.4)",
+        physics_test("scissor", "test_stress_at_hinges"),
+    ),
+    Mutant(
+        "dissipation of slopes at the ends of a step",
+        "fsm/solve/dissipation.py",
+        "if halfway:",
+        "if False:",
+        physics_test("scissor", "test_balance_of_damped_bars_that_turn"),
+    ),
+    Mutant(
+        "latch holds from one side only",
+        "fsm/ancf/hinge.py",
+        "if latched or (depth > 0.0 and damped > 0.0):",
+        "if depth > 0.0 and damped > 0.0:",
+        unit_test("latch", "test_forces_are_those_of_the_energies"),
+    ),
+    Mutant(
+        "latches forget when they closed",
+        "fsm/ancf/latch.py",
+        "self.times[:] = times if len(times) else math.inf",
+        "self.times[:] = math.inf",
+        unit_test("latch", "test_latches_are_remembered"),
+    ),
+)
+
+DATA = (
+    Mutant(
+        "pound per square inch", "fsm/scene/units.py", "6894.757293168361", "6894.0", unit_test("units", "test_value_in_si")
+    ),
+    Mutant(
+        "kilogram-force", "fsm/scene/units.py", '"kgf": (9.80665', '"kgf": (9.81', unit_test("units", "test_value_in_si")
+    ),
+    Mutant(
+        "covariance of a fit over all data",
+        "fsm/calibrate/uncertainty.py",
+        "float(residuals @ residuals) / freedom",
+        "float(residuals @ residuals) / count",
+        unit_test("uncertainty", "test_covariance_of_a_straight_line_is_the_textbook_one"),
+    ),
+    Mutant(
+        "variance of a bootstrap not put right",
+        "fsm/calibrate/uncertainty.py",
+        " * repeats / (repeats - 1)\n",
+        "\n",
+        unit_test("uncertainty", "test_bootstrap_has_the_variance_of_a_mean"),
+    ),
+    Mutant(
+        "relaxation of a crease without its time",
+        "fsm/scene/crease_family.py",
+        "math.log1p(time / self.tau)",
+        "math.log1p(time)",
+        ("gallery closed_forms/relaxation",),
+    ),
+    Mutant(
+        "peak of a curve at the wrong place",
+        "fsm/results/quantities.py",
+        "np.clip(-b / (2 * c), left, right)",
+        "np.clip(-b / c, left, right)",
+        unit_test("quantities", "test_peak_of_a_parabola_is_exact_at_any_spacing"),
+    ),
+    Mutant(
+        "amplitudes of a spectrum halved",
+        "fsm/results/spectrum.py",
+        "lines[1:] *= 2.0",
+        "lines[1:] *= 1.0",
+        unit_test("spectrum", "test_a_sine_on_a_bin_has_its_amplitude"),
+    ),
+    Mutant(
+        "decay of a vibration doubled",
+        "fsm/results/spectrum.py",
+        "envelope = np.exp(-decay * t)",
+        "envelope = np.exp(-0.5 * decay * t)",
+        unit_test("spectrum", "test_the_fit_is_exact"),
+    ),
+)
+
+CHANNELS = (
+    Mutant(
+        "angle of a crease with its half segments",
+        "fsm/channels/elements.py",
+        "- soft * float(",
+        "- 0.0 * float(",
+        physics_test("channels", "test_the_moment_of_a_crease_is_its_stiffness_times_its_angle"),
+    ),
+    Mutant(
+        "moment at a joint with the wrong arm",
+        "fsm/channels/elements.py",
+        "moment - np.cross(arm, force)",
+        "moment + np.cross(arm, force)",
+        physics_test("channels", "test_the_moment_vector_is_the_moment_about_the_crease"),
+    ),
+    Mutant(
+        "wrenches of creases with the sliders of the start",
+        "fsm/channels/elements.py",
+        "alone.restore(group.memory())",
+        "alone.restore(np.zeros(0))",
+        physics_test("channels", "test_a_crease_with_hysteresis_knows_its_memory_at_each_record"),
+    ),
+    Mutant(
+        "reactions of half of the nodes",
+        "fsm/channels/nodes.py",
+        "mesh.positions(state.once(_reactions)).sum(axis=0)",
+        "mesh.positions(state.once(_reactions))[::2].sum(axis=0) / 2.0",
+        physics_test("channels", "test_reactions_of_a_held_cable_with_a_weight"),
+    ),
+    Mutant(
+        "an effort without a slope has no geometric stiffness",
+        "fsm/interactions/pose_spatial.py",
+        "if stiffness[i, k] == 0.0 and damping[i, k] == 0.0 and effort[i, k] == 0.0:",
+        "if stiffness[i, k] == 0.0 and damping[i, k] == 0.0:",
+        unit_test("extensions", "test_geometric_stiffness_of_a_constant_effort"),
+    ),
+)
+
+JOINED = (
+    Mutant(
+        "inertia of the mean-force method halved",
+        "fsm/solve/mean_force.py",
+        "self._mass @ ((2.0 / h) * (rate - self.u))",
+        "self._mass @ ((1.0 / h) * (rate - self.u))",
+        unit_test("mean_force", "test_a_free_body_keeps_its_energy"),
+    ),
+    Mutant(
+        "contact stiffness of films that of the larger face",
+        "fsm/segments/flexible_contacts.py",
+        "self._whole[members].min(axis=1, initial=np.inf)",
+        "self._whole[members].max(axis=1, initial=0.0)",
+        unit_test("film_contact", "test_the_stiffness_is_that_of_the_smaller_face_for_any_mesh"),
+    ),
+    Mutant(
+        "bending of beams in scenes doubled",
+        "fsm/ancf/build.py",
+        "self.width * self.thickness**3 / 12.0",
+        "self.width * self.thickness**3 / 6.0",
+        physics_test("films_in_scenes", "test_a_beam_in_a_scene_is_a_cantilever"),
+    ),
+)
+
+ELEMENTS = (*FILMS, *JOINED, *ARRAYS, *DATA, *CHANNELS)
