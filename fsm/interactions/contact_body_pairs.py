@@ -38,7 +38,8 @@ def coupled_bodies(probe_body: np.ndarray, window: np.ndarray, owners: np.ndarra
             continue
         while found + 3 * (last - first) > out.shape[0]:
             more = np.empty((2 * out.shape[0], 2), dtype=np.int64)
-            more[:found] = out[:found]
+            for j in range(found):
+                more[j, 0], more[j, 1] = out[j, 0], out[j, 1]
             out = more
         for j in range(first, last):
             for k in range(2):

@@ -35,6 +35,22 @@ MAX_ERROR = 1e-8
 """Largest admissible backward error after refinement; above it, pivoting inside blocks is not sufficient."""
 
 
+@kernel(inline=True)
+def _sort(values: np.ndarray, first: int, last: int) -> None:
+    """Sort `values[first:last]` in place (Shell's method, gaps by Knuth); NumPy's sort takes a second to compile."""
+    gap = 1
+    while 3 * gap < last - first:
+        gap = 3 * gap + 1
+    while gap > 0:
+        for i in range(first + gap, last):
+            value, j = values[i], i
+            while j >= first + gap and values[j - gap] > value:
+                values[j] = values[j - gap]
+                j -= gap
+            values[j] = value
+        gap //= 3
+
+
 @kernel
 def fill_in(
     indptr: np.ndarray, indices: np.ndarray, order: np.ndarray
@@ -70,7 +86,8 @@ def fill_in(
     for i in range(count):
         if size + count - i > columns.shape[0]:
             longer = np.empty(2 * columns.shape[0] + count, dtype=np.int64)
-            longer[:size] = columns[:size]
+            for k in range(size):
+                longer[k] = columns[k]
             columns = longer
         mark[i] = i
         row = order[i]
@@ -90,7 +107,7 @@ def fill_in(
                     size += 1
             child = next_child[child]
         start[i + 1] = size
-        columns[start[i] : size].sort()
+        _sort(columns, start[i], size)
         if size > start[i]:
             parent = columns[start[i]]
             next_child[i] = first_child[parent]
@@ -198,8 +215,10 @@ def factorise(
     used = np.zeros(factors.shape[0], dtype=np.bool_)
     for k in range(data.shape[0]):
         if not is_zero(data[k]):
-            factors[place[k]] = data[k]
             used[place[k]] = True
+            for a in range(size):
+                for b in range(size):
+                    factors[place[k], a, b] = data[k, a, b]
     where = np.empty(count, dtype=np.int64)
     work = np.empty((size, size), dtype=factors.dtype)
     for i in range(count):

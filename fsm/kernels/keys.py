@@ -16,6 +16,14 @@ def find_keys(known: np.ndarray, keys: np.ndarray) -> np.ndarray:
     place = np.empty(keys.shape[0], dtype=np.int64)
     for i in range(keys.shape[0]):
         # usually both arrays are equal, so the same index is tried first
-        at = i if i < count and known[i] == keys[i] else np.searchsorted(known, keys[i])
+        at = i
+        if i >= count or known[i] != keys[i]:
+            at, high = 0, count
+            while at < high:
+                middle = (at + high) // 2
+                if known[middle] < keys[i]:
+                    at = middle + 1
+                else:
+                    high = middle
         place[i] = at if at < count and known[at] == keys[i] else -1
     return place

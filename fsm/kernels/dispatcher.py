@@ -1,0 +1,260 @@
+"""Dispatcher of kernels: calls from Python, calls from other kernels, and the disk cache.
+
+This module adds to ``numba.njit(cache=True)``:
+
+* machine code only for kernels that Python calls. A kernel that calls another kernel links its optimised code, so the callee
+  by itself needs neither machine code, nor wrappers for calls from Python, nor an entry in the cache;
+* entries of the cache without what only a later link would need, so that they load quickly;
+* a process whose sources were edited since its start no longer writes to the cache, because it would store new code under an
+  old name;
+* a damaged or wrong entry is compiled again. If two processes compile two signatures of one kernel at the same time, numba's
+  index can refer to the wrong machine code, which numba would call;
+* a full disk is not an error.
+"""
+
+from __future__ import annotations
+
+import errno
+import gc
+import logging
+import sys
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from numba.core import event, sigutils, typing
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, UserProvidedCacheLocator
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import CompileResult, Flags, compile_extra
+from numba.core.registry import CPUDispatcher
+from numba.core.runtime import rtsys
+from numba.core.types import containers
+
+from fsm.kernels.cache_folder import (
+    OPTIONS,
+    cache_folder,
+    create_folder,
+    fault_of,
+    is_covered,
+    key,
+    key_now,
+    mark_as_used,
+    source_of,
+)
+
+__all__ = ["KernelDispatcher"]
+
+_log = logging.getLogger(__name__)
+
+
+class KernelDispatcher(CPUDispatcher):  # type: ignore[misc, unused-ignore]
+    """numba's dispatcher of a function, with the cache of this package.
+
+    Parameters
+    ----------
+    function : Python function
+    inline : bool
+        Make LLVM inline the function into every caller.
+    """
+
+    def __init__(self, function: Callable[..., Any], inline: bool) -> None:
+        options = {"nopython": True, "boundscheck": None} | OPTIONS | ({"forceinline": True} if inline else {})
+        super().__init__(function, targetoptions=options)
+        self._linked: dict[tuple[Any, ...], Any] = {}
+        self._to_cache = is_covered(function)
+        if self._to_cache:
+            key(source_of(function))  # of the sources as they are at the import
+
+    def compile(self, sig: Any) -> Any:
+        """Compile the function for calls from Python, or load it from the cache."""
+        if self._to_cache:
+            self._to_cache = False
+            if cache_folder() is not None:
+                with suppress(RuntimeError, OSError):  # if the folder has disappeared, the kernel is not cached
+                    self._cache = _KernelCache(self.py_func)
+        collects = gc.isenabled()
+        gc.disable()  # a compilation allocates millions of objects that live until its end
+        try:
+            return super().compile(sig)
+        finally:
+            if collects:
+                gc.enable()
+
+    def _compilation_chain_init_hook(self) -> None:
+        """Do nothing before a call: extensions of numba are needed for a compilation only, which loads them itself."""
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        """Return the types of a call by another kernel, for numba; compile the function for it."""
+        signature, kinds = self._compiler.fold_argument_types(args, kws)
+        self._compile_linked(tuple(kinds))
+        name = self.py_func.__name__
+        found = [result.signature for result in self._linked.values()]
+        return typing.make_concrete_template(f"CallTemplate({name})", key=name, signatures=found), signature, kinds, {}
+
+    def get_overload(self, sig: Any) -> Any:
+        """Return what identifies the code for a call by another kernel, for numba."""
+        return self._linked[tuple(sigutils.normalize_signature(sig)[0])].entry_point
+
+    def _compile_linked(self, kinds: tuple[Any, ...]) -> None:
+        """Compile the function for calls by other kernels, as far as they need it."""
+        if kinds in self._linked:
+            return
+        with self._compiling_counter, event.trigger_event(
+            "numba:compile", data={"dispatcher": self, "args": kinds, "return_type": None}
+        ):
+            flags = Flags()
+            self.targetdescr.options.parse_as_flags(flags, self.targetoptions)
+            flags.no_cpython_wrapper = flags.no_cfunc_wrapper = flags.no_compile = True
+            library = _LinkedLibrary(self.targetctx.codegen(), self.py_func.__qualname__)
+            result = compile_extra(
+                self.typingctx, self.targetctx, self.py_func, kinds, None, flags, self.locals, library=library
+            )
+            result = result._replace(entry_point=object())
+            self.targetctx.insert_user_function(result.entry_point, result.fndesc, [library])
+            self._linked[kinds] = result
+
+
+class _LinkedLibrary(JITCodeLibrary):  # type: ignore[misc, unused-ignore]
+    """Optimised code of a function that other libraries link; it has no machine code of its own."""
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._verify_declare_only_symbols()
+        self._finalized = True
+
+
+# ------------------------------------------------------------------------------------------------------ cache
+
+
+class _Locator(UserProvidedCacheLocator):  # type: ignore[misc, unused-ignore]
+    """Location of the cache entries of one function: a folder named by a hash of its sources."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self._py_file = str(source_of(function))
+        self._lineno = function.__code__.co_firstlineno
+        parent = cache_folder()
+        if parent is None:
+            raise FileNotFoundError(errno.ENOENT, "no cache folder")
+        self._cache_path = str(parent / key(source_of(function)))
+
+    def get_source_stamp(self) -> str:
+        """Return a constant, because the name of the folder already identifies the sources."""
+        return ""
+
+    def ensure_cache_path(self) -> None:
+        """Create the folder with permissions for this user only."""
+        create_folder(Path(self._cache_path))
+
+
+class _CacheImpl(CompileResultCacheImpl):  # type: ignore[misc, unused-ignore]
+    """Machine code and what a call from Python needs, at the location of `_Locator` for any settings of numba."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self._lineno = function.__code__.co_firstlineno
+        self._locator = _Locator(function)
+        full_name = f"{source_of(function).stem}.{function.__qualname__}"
+        self._filename_base = self.get_filename_base(full_name, getattr(sys, "abiflags", ""))
+
+    def reduce(self, data: Any) -> tuple[Any, ...]:
+        """Return what is stored of the compiled function `data`."""
+        library, described = data.library, data.fndesc
+        described.typemap = described.calltypes = None  # large, and of no use after the compilation
+        names = (described.llvm_func_name, described.llvm_cpython_wrapper_name, described.llvm_cfunc_wrapper_name)
+        symbols = {name for name in names if library.codegen._engine.is_symbol_defined(name)}
+        environments = tuple(data._find_referenced_environments())
+        return (
+            library.name, library._get_compiled_object(), symbols, described, data.environment, data.signature,
+            data.reload_init, environments,
+        )  # fmt: skip
+
+    def rebuild(self, target_context: Any, payload: tuple[Any, ...]) -> Any:
+        """Return the compiled function from what is stored."""
+        name, machine_code, symbols, described, environment, signature, reload_init, environments = payload
+        for function in reload_init:
+            function()
+        codegen = target_context.codegen()
+        library = codegen.create_library(name)
+        library.enable_object_caching()
+        library._set_compiled_object(machine_code)
+        library._finalize_final_module()
+        codegen._engine._defined_symbols |= symbols
+        fields = dict.fromkeys(CompileResult._fields) | {
+            "target_context": target_context,
+            "typing_context": target_context.typing_context,
+            "library": library,
+            "environment": environment,
+            "entry_point": target_context.get_executable(library, described, environment),
+            "fndesc": described,
+            "signature": signature,
+            "objectmode": False,
+            "lifted": (),
+            "reload_init": reload_init,
+            "referenced_envs": environments,
+        }
+        for below in environments:
+            codegen.set_env(below.env_name, below)
+        return CompileResult(**fields)
+
+
+class _KernelCache(FunctionCache):
+    """numba's cache of one function; instead of an error, an invalid entry causes a new compilation."""
+
+    _impl_class = _CacheImpl
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function)
+        self._folder = Path(self._cache_path)
+        self._file = source_of(function)
+        if self._folder.exists():
+            if (fault := fault_of(self._folder)) is not None:
+                _log.warning("compiled kernels are not used: %s", fault)
+                self.disable()
+            else:
+                mark_as_used(self._folder)
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return the stored machine code for the signature `sig`, or None.
+
+        It needs the memory management of numba, but not the tables of types and functions that a compilation needs.
+        """
+        rtsys.initialize(target_context)
+        try:
+            stored = self._load_overload(sig, target_context)
+        except Exception as fault:  # a damaged pickle can raise anything
+            _log.debug("cache entry of %s is damaged (%r); compiling again", self._name, fault)
+            with suppress(OSError):
+                self.flush()
+            return None
+        if stored is not None and tuple(stored.signature.args) != tuple(sigutils.normalize_signature(sig)[0]):
+            _log.debug("cache entry of %s is for %s; compiling again", self._name, stored.signature)
+            return None
+        return stored
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Store the machine code for the signature `sig` unless the sources have changed since import."""
+        if self._folder.name != key_now(self._file):
+            return
+        try:
+            super().save_overload(sig, data)
+        except OSError as fault:
+            self.disable()
+            _log.debug("cannot store %s: %s", self._name, fault)
+
+    def _index_key(self, sig: Any, codegen: Any) -> Any:
+        """Return numba's key of a signature, and the field names of the NamedTuples among the arguments.
+
+        Machine code reads fields by their order, and the module of a NamedTuple is possibly not covered by the hash.
+        """
+        return (*super()._index_key(sig, codegen), _field_names(sig))
+
+
+def _field_names(argument_types: Any) -> tuple[Any, ...]:
+    """Field names of all NamedTuples among numba types, including those inside tuples."""
+    names: list[Any] = []
+    for kind in argument_types:
+        if isinstance(kind, containers.BaseNamedTuple):
+            names.append(tuple(kind.fields))
+        if isinstance(kind, containers.BaseTuple):
+            names.append(_field_names(kind))
+    return tuple(names)
