@@ -61,7 +61,7 @@ class Energy:
 
     @property
     def stored_freely(self) -> float:
-        """Kinetic energy without that of driven bodies, plus all potential energy, J."""
+        """Kinetic energy of all bodies except driven ones, plus all potential energy, J."""
         return self.stored - self.driven
 
     @property
@@ -352,7 +352,7 @@ class System(Protocol):
         return np.zeros(0)
 
     def clear_caches(self, counters: np.ndarray) -> None:
-        """Clear all caches, so that later results equal those of a new system, and set the counters to `counters`.
+        """Clear all caches, so that later results equal the results of a new system, and set the counters to `counters`.
 
         Internal variables are not affected, see `restore`.
         """
@@ -399,7 +399,7 @@ Ready: TypeAlias = Callable[[BlockPattern], tuple[Elimination, np.ndarray]]
 
 @runtime_checkable
 class ArraySystem(Protocol):
-    """System that steps in kernels, if all that acts in it has arrays."""
+    """System that can take steps in kernels, if all its forces have arrays."""
 
     def arrays(self, ready: Ready) -> Any:
         """`fsm.stepping.model.ArrayModel` of this system, always the same; None if something has no arrays.
@@ -500,7 +500,7 @@ class MixedSystem(Protocol):
         ...
 
     def depths(self, most: float) -> Depths:
-        """Depths of all contacts at the last accepted step; those of new contacts carry at most the force `most` (N)."""
+        """Depths of all contacts at the last accepted step; new contacts start with at most the force `most` (N)."""
         ...
 
     def advance_depths(

@@ -50,7 +50,7 @@ def equilibrium_at_start(system: System, q: np.ndarray, t: float = 0.0) -> np.nd
     except NotConverged:
         pass
     where = "at the start" if t == 0.0 else f"at t = {t:.6g} s"
-    advice = 'start = "as-folded" lets the motion begin with inertia' if t == 0.0 else "use a dynamic step"
+    advice = 'start = "as-folded" begins the motion with inertia' if t == 0.0 else "use a dynamic step"
     try:
         return _downhill(system, q, t, memory)
     except NotConverged:

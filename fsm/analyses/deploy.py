@@ -89,7 +89,7 @@ class Deployment(Analysis):
         return last[0].method, last[0].reason
 
     def settings(self, method: str) -> Settings | PathSettings | ArcSettings:
-        """Settings of the solver for a method, with those of the last step."""
+        """Settings of the solver for a method, with the settings of the last step."""
         return self._settings(replace(self.plan.steps[-1], method=method))
 
     def _settings(self, step: PlannedStep) -> Settings | PathSettings | ArcSettings:

@@ -29,7 +29,7 @@ __all__ = ["DeployedFilm", "film_of_deployment"]
 _SAME_PLACE = 1e-6
 """Distance, relative to the length of a panel, below which two mesh lines coincide."""
 _FINER = 1.5
-"""Ratio of the number of elements of the finer mesh to that of the mesh itself, in both directions."""
+"""Ratio of the numbers of elements of the finer mesh and of the mesh itself, in both directions."""
 
 
 @dataclass(frozen=True, eq=False)

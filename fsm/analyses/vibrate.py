@@ -382,8 +382,8 @@ class VibrationAnalysis(OneStep):
         asked = material.young * mean_strain(self.case)
         if state.largest < _RELEASED * asked:
             text = (
-                f"the film goes slack once it is held by the supports: its largest stress is {state.largest:.3g} Pa, that "
-                f"of the tension about {asked:.3g} Pa; hold the pulled points in x and y too (fixed)"
+                f"the film becomes slack on its supports: its largest stress is {state.largest:.3g} Pa, but the tension "
+                f"requires about {asked:.3g} Pa; hold the pulled points in x and y too (fixed)"
             )
             raise CaseError([Fault("support", text)], self.source)
 

@@ -23,7 +23,7 @@ __all__ = ["AIR_DENSITY", "MINAMI", "added_mass", "air_mass"]
 AIR_DENSITY = 1.204
 """Dry air at 20 degrees Celsius and 101325 Pa, kg/m^3."""
 MINAMI = 0.68
-"""Height of the moving layer of air over the length of the film."""
+"""Height of the moving layer of air relative to the length of the film."""
 
 
 def air_mass(length: float, density: float = AIR_DENSITY) -> float:

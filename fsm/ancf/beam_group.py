@@ -16,7 +16,7 @@ from fsm.kernels.jit import kernel
 __all__ = ["BeamGroup"]
 
 _NO_MASS = 1e-12
-"""Mass over the largest of an element that is round-off."""
+"""Mass, relative to the largest of an element, below which a mass is round-off."""
 
 
 @kernel

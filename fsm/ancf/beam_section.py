@@ -1,4 +1,4 @@
-"""Shear-deformable beam whose strains are those of its sections (Reissner 1972, coordinates of Peng et al. 2019).
+"""Shear-deformable beam with the strains of its sections (Reissner 1972; coordinates of Peng et al. 2019).
 
 With a = r_x, d = r_y and b = r_xy on the axis, l = |d|, the section's normal t = (d_y, -d_x)/l and its direction d/l:
 

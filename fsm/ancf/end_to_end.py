@@ -1,8 +1,8 @@
 """Numbering of an array end to end: the specification matrix method of Peng et al. (2019), section 3, as a permutation.
 
-In every unit the coordinates of the left boundary come first, then the inner ones, and last those of the right boundary,
-which the next unit shares. B has a single 1 in each row and column, and maps the new order to the original one. Its inverse
-is its transpose. In the new order the matrices of an array are block-banded with the width of one unit.
+Every unit has first the coordinates of its left boundary, then the inner ones, and last the coordinates of its right
+boundary. The next unit shares this boundary. B has a single 1 in each row and column, and maps the new order to the original
+one. Its inverse is its transpose. In the new order the matrices of an array are block-banded with the width of one unit.
 """
 
 from __future__ import annotations

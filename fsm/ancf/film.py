@@ -34,16 +34,17 @@ from fsm.ancf.tension_field import (
 __all__ = ["FilmMaterial", "FilmStress", "MembraneGroup", "POINTS", "film_mass"]
 
 POINTS = (4, 3)
-"""Gauss points a side, of stretch and of bending.
+"""Gauss points along a side, for stretch and for bending.
 
 Tensioned square, 6 x 6 cells, six lowest frequencies: 5 points in stretch change them by 6e-6; 3 leave motions without
-stiffness, which tension along their slopes makes unstable. 3 in bending are exact for small deflections of a flat plate.
+stiffness, which become unstable under tension along their slopes. 3 in bending are exact for small deflections of a flat
+plate.
 """
 
 _STRETCH = ((1, 0), (0, 1))
 _BEND = ((1, 0), (0, 1), (2, 0), (0, 2), (1, 1))
 _UNSTRESSED = 1e-6
-"""Strain over the largest, below which a compression is none: no wrinkle comes of it."""
+"""Strain, relative to the largest one, below which a compression is round-off and causes no wrinkle."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +94,7 @@ class FilmStress:
         Unit vector of the larger one, in the surface.
     state : TAUT, WRINKLED or SLACK by the mixed criterion
     area : m^2
-        That each point stands for.
+        Area that each point represents.
     """
 
     position: np.ndarray
@@ -226,7 +227,7 @@ class MembraneGroup:
         )
 
     def release(self, q: np.ndarray, remainder: float) -> None:
-        """Let a tension field stand without compression in a configuration; see `fsm.ancf.tension_field`.
+        """Make a tension field free of compression in a configuration; see `fsm.ancf.tension_field`.
 
         Parameters
         ----------

@@ -3,7 +3,7 @@
 In space every node has a block of `size` coordinates: `size` // 3 vectors, the position first, then slopes. A node that
 needs fewer vectors (for example of a cable) leaves the others unused; they count as held. Elements refer to vectors and not
 to nodes. A cable that ends at a film corner thus uses the position of the corner, and a separate slope. In a plane every
-vector has its own block, because bars at a hinge share a position only, and the hinge has as many slopes as bars.
+vector has a separate block, because bars at a hinge share a position only and have separate slopes.
 """
 
 from __future__ import annotations

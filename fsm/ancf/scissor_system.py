@@ -24,7 +24,7 @@ _FOLLOWED = 0.1
 """Shortest step times omega of the shortest wave that the mesh resolves; the error of its amplitude is then 1e-4 a step."""
 
 _TO_ENDS = np.outer([5.0, 8.0, 5.0], [1.0, 1.0]) / 18.0 + np.outer([1.0, 0.0, -1.0], [1.0, -1.0]) / math.sqrt(2.4)
-"""(3, 2): from values at three Gauss points to those of their linear fit at both ends."""
+"""Matrix (3, 2) from values at three Gauss points to the values of their linear fit at both ends."""
 
 
 class ScissorSystem(AncfSystem):
@@ -60,10 +60,10 @@ class ScissorSystem(AncfSystem):
 
     @cached_property
     def _scales(self) -> Scales:
-        """Typical sizes: the length is that of an element.
+        """Typical sizes: the length is the length of an element.
 
-        The velocity is that of an axial wave with this amplitude and the length of an element. So errors of waves that the
-        mesh resolves are measured by their displacements.
+        The velocity is the material velocity in an axial wave with this amplitude and the length of an element. So errors of
+        waves that the mesh resolves are measured by their displacements.
         """
         length = float(np.median(np.concatenate([np.diff(bar.at) for bar in self.bars])))
         reach = float(np.ptp(self.mesh.positions(self.start), axis=0).max())
@@ -76,8 +76,9 @@ class ScissorSystem(AncfSystem):
     def shortest_step(self) -> float:
         """See `System`: a part of 1/omega of a bending wave four elements long, the shortest that a mesh resolves.
 
-        omega = k^2 sqrt(EI/(rho A)), k = pi/(2 L), or that of the axial wave, k sqrt(E/rho), where it is less (deep bars).
-        Waves of shear and of the section's stretch are much faster, carry little energy, and start wherever a moment jumps.
+        omega = k^2 sqrt(EI/(rho A)), k = pi/(2 L), or the frequency of the axial wave, k sqrt(E/rho), if it is lower (deep
+        bars). Waves of shear and of the section's stretch are much faster, carry little energy, and start wherever a moment
+        jumps.
         """
         length = self._scales.length
         number, speed = 0.5 * math.pi / length, math.sqrt(self.material.young / self.material.density)
@@ -86,7 +87,7 @@ class ScissorSystem(AncfSystem):
     def place(
         self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None
     ) -> tuple[np.ndarray, np.ndarray | None]:
-        """See `AncfSystem`; hinges resist as they do at that time."""
+        """See `AncfSystem`; hinges have the law of this time."""
         if self.latches is not None:
             self.latches.at(t)
         return super().place(t, q, u, before)
@@ -111,9 +112,9 @@ class ScissorSystem(AncfSystem):
     def stress(self, q: np.ndarray) -> np.ndarray:
         """Largest normal stress of each bar, at its surfaces and the ends of its elements, (n_bars,), Pa.
 
-        Moments are largest at hinges, where no Gauss points are. So strains at these are fitted by a linear function along
-        the element. At the ends the fit is s'' L^2/12 too low for a strain with the second derivative s'', which is taken
-        from the slopes in the elements on either side.
+        Moments are largest at hinges, where no Gauss points are. The strains at the Gauss points are therefore fitted by a
+        linear function along the element. At the ends the fit is too low by s'' L^2/12. The second derivative s'' of the
+        strain is taken from the slopes in the adjacent elements.
         """
         strains, _ = self.beams.strains(self.beams.derivatives(q))
         if strains.shape[2] == 3:  # Green's strains at two points across, at 1/sqrt(3) of the surfaces' distance
@@ -127,7 +128,7 @@ class ScissorSystem(AncfSystem):
         return np.array([largest[bar.elements].max() for bar in self.bars])
 
     def _at_ends(self, strain: np.ndarray) -> np.ndarray:
-        """Strain at both ends of the elements, (m, 2), from that at three Gauss points, (m, 3)."""
+        """Strain at both ends of the elements, (m, 2), from the strains at three Gauss points, (m, 3)."""
         before, after = self._beside
         ends = strain @ _TO_ENDS
         rise = ends[:, 1] - ends[:, 0]
@@ -136,7 +137,7 @@ class ScissorSystem(AncfSystem):
 
     @cached_property
     def _beside(self) -> tuple[np.ndarray, np.ndarray]:
-        """Elements before and after each along its half of the bar; its own number where there is none."""
+        """Elements before and after each element in its half of the bar; the element itself if there is none."""
         before = np.arange(len(self.beams.vectors))
         after = before.copy()
         hinges = set(self.points.values())

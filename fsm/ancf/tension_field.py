@@ -53,18 +53,14 @@ __all__ = [
 
 TAUT, WRINKLED, SLACK = 0, 1, 2
 SETTLING, REMAINDER, MOVING = (1e-2, 1e-3), 1e-4, 1e-2
-"""Stiffness of a wrinkled or slack film over that of the plain law.
-
-Sheared strip, 32 x 32 cells: 1e-2, 1e-3, 1e-4, 1e-5 take 32, 66, 136, 200 iterations to 1e-6, and the error of the mean
-stress is up to 1 %, 0.03 %, 0.003 % and 0. Corner-pulled films after an impact: 1e-2 in place of 1e-4 changes the largest
-displacement by 0.2 % and their frequency by less, and saves up to two thirds of the time (2026-11-23).
-"""
+"""Stiffness of a wrinkled or slack film relative to that of the plain law. Sheared strip, 32 x 32 cells: 1e-2, 1e-3, 1e-4,
+1e-5 take 32, 66, 136, 200 iterations to 1e-6, and the error of the mean stress is up to 1 %, 0.03 %, 0.003 % and 0.
+Corner-pulled films after an impact: 1e-2 in place of 1e-4 changes the largest displacement by 0.2 % and their frequency by
+less, and saves up to two thirds of the time (2026-11-23)."""
 ROUNDED = 0.05
-"""Half-width of the rounded kinks, over the mean of the positive principal strains.
-
-Corner-pulled films after an impact: 0.03 and 0.1 save a third and more than half of the time of the hardest cases. Natural
-frequencies depend on the stress at rest, which rounding does not change (2026-11-23).
-"""
+"""Half-width of the rounded kinks, relative to the mean of the positive principal strains. Corner-pulled films after an
+impact: 0.03 and 0.1 save a third and more than half of the time of the hardest cases. Natural frequencies depend on the
+stress at rest, which rounding does not change (2026-11-23)."""
 
 
 @kernel(inline=True)

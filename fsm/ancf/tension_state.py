@@ -1,4 +1,4 @@
-"""The state of tension of all film of a system, in a few numbers."""
+"""Summary of the state of tension of the films of a system."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ class TensionState:
 
 
 def film_stresses(system: AncfSystem, t: float, q: np.ndarray) -> dict[str, FilmStress]:
-    """Stresses of every group of membrane elements, by its name; of two of one name, the last."""
+    """Stresses of every group of membrane elements by name; of two groups with one name, the last."""
     here, _ = system.place(t, q, None)
     return {group.name: group.stress(here) for group in system.mesh.groups if isinstance(group, MembraneGroup)}
 
 
 def tension_state(system: AncfSystem, t: float, q: np.ndarray, name: str = "film") -> TensionState:
-    """State of the film of a name; patches, which are stiff, have another."""
+    """State of tension of the film with a given name; stiff patches have other names."""
     stress = film_stresses(system, t, q)[name]
     total = float(stress.area.sum())
     taut, wrinkled, slack = (

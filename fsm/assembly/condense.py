@@ -116,7 +116,7 @@ def add_condensed(
             j = indices[k]
             at = starts[k]
             if not np.any(data[k]):
-                continue  # most blocks: points of films that touch nothing
+                continue  # most blocks: points of films without contact
             for p in range(first[i], first[i + 1]):
                 for a in range(3):
                     for c in range(6):

@@ -64,7 +64,7 @@ class DrawnLines(NamedTuple):
 
 
 class JoinedSystem(SegmentSystem):
-    """Rigid bodies, ANCF elements and what joins them, behind the `System` protocol.
+    """System of rigid bodies, ANCF elements and their connections; implements the `System` protocol.
 
     Parameters
     ----------
@@ -197,7 +197,7 @@ class JoinedSystem(SegmentSystem):
         return None if before is None else (before[0], before[1][self._nq :])
 
     def change(self, dx: np.ndarray) -> np.ndarray:
-        """Increments (n_bodies, 6) of all bodies and frames; those that are held or driven stay."""
+        """Increments (n_bodies, 6) of all bodies and frames; zero for held and driven bodies."""
         out = super().change(dx[: self._nu])
         nodes = self._with_frames[0][1][self._nq :]
         here, _ = self.elements.place(self._with_frames[0][0], nodes, None)
@@ -233,10 +233,10 @@ class JoinedSystem(SegmentSystem):
 
     @cached_property
     def _scales(self) -> Scales:
-        """Typical sizes: those of bodies, and those of elements.
+        """Typical sizes of bodies and of elements.
 
-        The velocity of a node is that of an axial wave with this amplitude and the length of an element. So errors of waves
-        that the mesh resolves are measured by their displacements.
+        The velocity of a node is the material velocity in an axial wave with this amplitude and the length of an element. So
+        errors of waves that the mesh resolves are measured by their displacements.
         """
         nodes = self.elements.scales()
         wave = self._wave_speed / nodes.length
@@ -307,7 +307,7 @@ class JoinedSystem(SegmentSystem):
         return out
 
     def _members(self, maps: np.ndarray) -> np.ndarray:
-        """Maps of the members of bodies and frames, (m, 6, 3): those of a body are its two halves."""
+        """Maps of the members of bodies and frames, (m, 6, 3); a body has its two halves."""
         halves = np.zeros((self.n_free, 2, 6, 3))
         halves[:, 0, range(3), range(3)] = 1.0
         halves[:, 1, range(3, 6), range(3)] = 1.0
@@ -444,7 +444,7 @@ class JoinedSystem(SegmentSystem):
     # memory ---------------------------------------------------------------------------------------------------------
 
     def commit(self, t: float, q: np.ndarray, u: np.ndarray, before: PreviousState | None = None) -> None:
-        """See `System`: the quaternions of frames go on from here, too."""
+        """See `System`: stores the quaternions of frames too, which must remain continuous."""
         super().commit(t, q, u, before)
         self._near = self._poses(t, q)[self.frames.bodies, 3:].copy()
 
@@ -460,5 +460,5 @@ class JoinedSystem(SegmentSystem):
         super().restore(memory[size:])
 
     def newton_pattern(self) -> None:
-        """See `MixedSystem`: one call knows springs between bodies alone."""
+        """See `MixedSystem`: None, because the single call supports only springs between bodies."""
         return None

@@ -168,7 +168,7 @@ def _reversals(angle: np.ndarray) -> list[int]:
 
 
 def _reversed_rows(table: MeasuredTable, loading: np.ndarray, unloading: np.ndarray) -> Iterator[Flag]:
-    """Flags of single rows at which the angle goes back."""
+    """Flags of single rows at which the angle reverses."""
     for rows in (loading, unloading):
         angle = table.columns["angle"][rows]
         if len(angle) < _MIN_ROWS:
@@ -179,7 +179,7 @@ def _reversed_rows(table: MeasuredTable, loading: np.ndarray, unloading: np.ndar
         if len(reversed_rows) > 0.1 * len(rows):
             continue  # all angles are noisy; the fit of the curve allows for that
         for index in reversed_rows.tolist():
-            text = f"angle goes back to {table.shown('angle', int(rows[index]))}"
+            text = f"angle returns to {table.shown('angle', int(rows[index]))}"
             yield Flag(int(rows[index]), int(table.rows[rows[index]]), table.source, "reversal", text)
 
 

@@ -137,7 +137,7 @@ def _curve_warnings(curve: FittedCurve, options: Options) -> list[str]:
         warnings.append(f"{name}: no interval: a curve through all points of a single test has no scatter; add a repeat")
     swing = np.ptp(branch.estimate.values) / max(float(np.ptp(branch.moment)), 1e-300)
     if options.fit == "interpolate" and swing > _MAX_SWING:
-        what = f"{name}: the range of the interpolated curve is {swing:.3g} times that of its points"
+        what = f"{name}: the range of the interpolated curve is {swing:.3g} times the range of its points"
         warnings.append(f"{what} (more than {_MAX_SWING:g}); the points are too noisy, use --fit smooth")
     longest = max(float(np.ptp(s.table.columns["angle"][s.loading])) for s in curve.sweeps if len(s.loading))
     common = float(np.ptp(branch.fit.x))

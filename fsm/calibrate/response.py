@@ -207,7 +207,7 @@ def _follow(case: Case, system: SegmentSystem, travel: np.ndarray) -> _Path:
         or travel[-1] > motion.travel + tolerance
     ):
         text = f"the drive ends at {1e3 * motion.travel:.6g} mm; travels of a test must increase from 0 up to this value"
-        raise CaseError(Fault("drive.0.travel", f"{text}; give a larger travel if the test goes farther"))
+        raise CaseError(Fault("drive.0.travel", f"{text}; increase the travel if the test has larger displacements"))
     times = np.array([motion.time_of(float(s)) if s > tolerance else 0.0 for s in travel])
     start = _start(case, system)
     path = _Path(system, times)

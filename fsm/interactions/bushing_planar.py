@@ -1,6 +1,6 @@
 """Linear springs and dampers between poses in the plane: deformation, law and assembly in one loop over the elements.
 
-The deformations are those of `fsm.interactions.pose_planar`. The law is e = k (x - x0) + c x'.
+`fsm.interactions.pose_planar` defines the deformations. The law is e = k (x - x0) + c x'.
 All vectors are resolved in the joint axes (e1, e3) of the outer body, in which K has a simple form:
 
     a = (a1, a3) from the inner body's centre to P+,   z = (z1, z3) from the outer body's centre to P+,
@@ -8,7 +8,7 @@ All vectors are resolved in the joint axes (e1, e3) of the outer body, in which 
     K = G^T (k G + c N) + B,       D = G^T c G,
 
 with the gradients G (the coefficients of Z'), their change N at the present rates, and the geometric stiffness B.
-The rows and columns of v_b are those of v_a with the opposite sign.
+The rows and columns of v_b are the rows and columns of v_a with the opposite sign.
 """
 
 from __future__ import annotations
@@ -322,7 +322,7 @@ def widest_pose_planar(
 
 @kernel
 def deformations_pose_planar(poses: np.ndarray, rates: np.ndarray, bodies: np.ndarray, constants: np.ndarray) -> np.ndarray:
-    """Deformations (m, 3) of all elements, as those of `measure_pose_planar`; arguments as in `force_pose_planar`."""
+    """Deformations (m, 3) of all elements as in `measure_pose_planar`; arguments as in `force_pose_planar`."""
     value, turns = np.empty((bodies.shape[0], 3)), _cosines_and_sines(poses)
     for i in range(bodies.shape[0]):
         x, _ = _deformations_and_rates(poses, rates, turns, bodies[i, 0], bodies[i, 1], constants[i])

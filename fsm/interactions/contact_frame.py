@@ -2,7 +2,7 @@
 
 The unit normal n points from body B to body A. n and the contact point x_c are functions of the poses. Then
 
-    M_m = velocity of A's material at x_c less that of B's, by coordinate m
+    M_m = velocity of A's material at x_c relative to B's, by coordinate m
     dg_m = n.M_m,        V_m = M_m - n (n.M_m)
 
 n.M_m is the gradient of the gap for any x_c on the line along n through the two closest points. Force and friction act on

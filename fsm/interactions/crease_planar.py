@@ -1,6 +1,6 @@
 """Creases in the plane: hinge angle, tabulated moment and assembly in one loop over the elements.
 
-The angle is that of `fsm.interactions.hinge_planar`. The law of `fsm.laws.crease`, e = -s M(o) + c psi', is evaluated
+`fsm.interactions.hinge_planar` defines the angle. The law of `fsm.laws.crease`, e = -s M(o) + c psi', is evaluated
 inline.
 """
 

@@ -1,6 +1,6 @@
 """Creases in space: twist angle, tabulated moment and assembly in one loop over the elements.
 
-The angle is that of `fsm.interactions.hinge_spatial`. The law of `fsm.laws.crease`, e = -s M(o) + c psi', is evaluated
+`fsm.interactions.hinge_spatial` defines the angle. The law of `fsm.laws.crease`, e = -s M(o) + c psi', is evaluated
 inline. In the joint axes of the outer body and with the notation of `fsm.interactions.bushing_spatial`,
 
     K_aa = -K_ab = g (k g + c N)^T + e S + e [g]/2,    K_bb = -K_ba = g (k g + c N)^T + e S - e [g]/2,    D_aa = c g g^T.

@@ -110,7 +110,7 @@ def _state(
 
 @kernel(inline=True)
 def _parallel_weight(square: float, parallel: float) -> tuple[float, float, float]:
-    """w and its first two derivatives by |t_1 x t_2|^2."""
+    """w and its first two derivatives with respect to |t_1 x t_2|^2."""
     if square >= parallel:
         return 1.0, 0.0, 0.0
     y = square / parallel
@@ -316,7 +316,7 @@ def _scale_second(
     cosine: np.ndarray,
     hessian: np.ndarray,
 ) -> None:
-    """Replace the second derivatives of d by those of w (d - r): w H + dw dg + dg dw + gap d2w."""
+    """Replace the second derivatives of d by the second derivatives of w (d - r): w H + dw dg + dg dw + gap d2w."""
     weight, slope, curve = _parallel_weight(square, parallel)
     _cosine_gradient(frames, vectors[_ACROSS], cosine)
     c = dot(vectors[_T_1], vectors[_T_2])
@@ -375,7 +375,7 @@ def tangent_edges(
     stiffness_data: np.ndarray,
     damping_data: np.ndarray,
 ) -> None:
-    """Add K and D; `bodies` and `gradient` are those of `measure_edges`, forces as in `add_contact_tangent`."""
+    """Add K and D; `bodies` and `gradient` come from `measure_edges`; forces as in `add_contact_tangent`."""
     frames, vectors, motion = np.empty((2, 3, 3)), np.empty((7, 3)), np.empty((12, 3))
     normal_change, point_change, cosine = np.empty((12, 3)), np.empty((12, 3)), np.empty(12)
     hessian, slip_second = np.empty((12, 12)), np.empty((12, 12, 3))

@@ -24,11 +24,11 @@ COLUMNS = 5
 
 _FIRST, _FIRST_AXIS, _SECOND, _SECOND_AXIS, _EDGES = 0, 1, 2, 3, 4
 _SLIDE = 1e-4
-"""Relative displacement of faces, over half the smallest size, after which the overlap is computed again."""
+"""Relative displacement of faces, as a part of half the smallest size, after which the overlap is computed again."""
 _TURN = 1e-4
 """Relative rotation after which the overlap is computed again, rad."""
 _ASIDE = 0.02
-"""Distance outside a face, over the sum of the roundings, up to which a point touches the face."""
+"""Distance outside a face, relative to the sum of the roundings, up to which a point touches the face."""
 _NONE = 1e-9
 """Weight of points without contact force; not zero, to avoid a division by zero."""
 _SHARPER = 16
@@ -36,7 +36,8 @@ _SHARPER = 16
 _SIDES = 32
 """Number of sides of the polygon that replaces a disc; both have the same area."""
 _CROSSING, _CROSSING_INSIDE = 0.2, 1e-3
-"""Weights of crossing edges over those of tilted faces: for partial overlap, and where one face covers the other."""
+"""Weights of crossing edges, relative to the weights of tilted faces: for partial overlap, and if one face covers the
+other."""
 
 
 @kernel
@@ -77,7 +78,7 @@ def _clipped_area(points: np.ndarray, count: int, x: float, y: float, other: np.
 
 @kernel
 def _crossings(corners: np.ndarray, x: float, y: float, aside: float, parallel: float) -> int:
-    """Number of crossings of a rectangle's edges with those of another of half sizes x, y, parallel edges excluded."""
+    """Number of crossings between the edges of a rectangle and of another one of half sizes x, y, without parallel edges."""
     found = 0
     for i in range(4):
         start, along = corners[i], corners[(i + 1) % 4] - corners[i]

@@ -1,6 +1,6 @@
 """Contact of a rounded point of one body with a shape of another body in the plane y = 0.
 
-The formulas are those of `point_shape_spatial` and `contact_frame`. In the plane, a rotation dphi displaces the point (x, z)
+The formulas of `point_shape_spatial` and `contact_frame` apply. In the plane, a rotation dphi displaces the point (x, z)
 from the body's centre by dphi (z, -x). Slip is measured along t = (n_z, -n_x):
 
     dg_m = n.M_m,   V_m = t.M_m,   dn = H M + dphi_b t,   dt = (dn_z, -dn_x)
@@ -249,7 +249,7 @@ def tangent_points_planar(
     stiffness_data: np.ndarray,
     damping_data: np.ndarray,
 ) -> None:
-    """Add K and D; `bodies` and `gradient` are those of `measure_points_planar`, forces as in `add_contact_tangent`."""
+    """Add K and D; `bodies` and `gradient` come from `measure_points_planar`; forces as in `add_contact_tangent`."""
     local = local_points_planar(
         poses, slots, probe_body, probe_place, probe_shape, shape_body, shape_offset, shape_angle
     )

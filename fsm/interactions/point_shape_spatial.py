@@ -271,7 +271,7 @@ def tangent_points_spatial(
     stiffness_data: np.ndarray,
     damping_data: np.ndarray,
 ) -> None:
-    """Add K and D; `bodies` and `gradient` are those of `measure_points_spatial`, forces as in `add_contact_tangent`."""
+    """Add K and D; `bodies` and `gradient` come from `measure_points_spatial`; forces as in `add_contact_tangent`."""
     frames, world, arms = np.empty((2, 3, 3)), np.empty((3, 3)), np.empty((4, 3))
     local, slope, bend, normal = np.empty(3), np.empty(3), np.empty((3, 3)), np.empty(3)
     motion, normal_change, point_change = np.empty((12, 3)), np.empty((12, 3)), np.empty((12, 3))

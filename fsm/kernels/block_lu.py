@@ -146,7 +146,7 @@ def fill_in(
 
 @kernel
 def is_symmetric(data: np.ndarray, transposed: np.ndarray, tolerance: float) -> bool:
-    """Whether block data are those of a symmetric matrix.
+    """Whether block data define a symmetric matrix.
 
     Parameters
     ----------

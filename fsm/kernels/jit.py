@@ -72,7 +72,7 @@ def kernel(function: F | None = None, *, inline: bool = False) -> F | Callable[[
 
 
 def shared(function: F) -> F:
-    """Let kernels call a Python function; in Python it stays what it is.
+    """Allow kernels to call a Python function, which remains unchanged in Python.
 
     An algorithm over models of any kind is written once with such functions. A kernel compiles it for models of arrays, and
     Python runs it for all others.
@@ -102,7 +102,7 @@ class Pointer:
     """A compiled kernel that other kernels call by its address, so that they are not compiled together.
 
     A kernel contains the code of all kernels that it calls, and the compiler optimises it again at each level. A call by
-    address takes 50 ns and has none of it.
+    address takes 50 ns and avoids this cost.
 
     Parameters
     ----------

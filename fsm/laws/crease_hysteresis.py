@@ -31,7 +31,7 @@ from fsm.laws.crease import MomentCurve, curve_from_polynomial
 __all__ = ["hysteresis_stiffness", "slip_energy", "slip_moment", "slip_power", "strength_curve"]
 
 _MIN_STIFFNESS = 1.25
-"""Smallest stiffness of the spring over the steepest slope of the strength."""
+"""Smallest stiffness of the spring relative to the steepest slope of the strength."""
 _BISECTIONS = 60
 """Bisection steps for the opening at which slip begins."""
 

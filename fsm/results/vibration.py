@@ -112,7 +112,7 @@ def frequency_warnings(time: Floats, summary: Mapping[str, Any]) -> list[str]:
     if len(lines := summary.get("lines_hz") or []) > 1:
         others = ", ".join(f"{line:.4g}" for line in lines[1:_MOST_LINES])
         doubt.append(
-            f"frequency_hz is that of the highest line of the spectrum, {frequency:.4g} Hz; others at least half as high "
+            f"frequency_hz belongs to the highest line of the spectrum, {frequency:.4g} Hz; others at least half as high "
             f"are at {others} Hz"
         )
     return doubt

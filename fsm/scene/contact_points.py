@@ -30,7 +30,7 @@ class ContactPoint(NamedTuple):
     frame : SceneFrame
         Frame at the point; contact gives it no moment.
     area, radius, mass : m^2, m, kg
-        Area that the point stands for, half the thickness or the diameter, and mass of the area.
+        Area that the point represents, half the thickness or the diameter, and mass of the area.
     """
 
     frame: SceneFrame
@@ -116,7 +116,7 @@ def _across(direction: np.ndarray) -> tuple[float, float, float]:
 
 
 def _gauss(side: float, elements: int, count: int) -> list[tuple[float, float]]:
-    """Gauss points of equal elements of a side, from its middle, and the lengths that they represent, m."""
+    """Positions of the Gauss points along a side of equal elements, from its middle, and their lengths, m."""
     places, weights = np.polynomial.legendre.leggauss(count)
     size = side / elements
     return [

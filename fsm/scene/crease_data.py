@@ -1,6 +1,6 @@
 """Moment-angle data of a crease from a CSV file.
 
-A header names the columns, with units if they differ from those of the case::
+A header names the columns, with units if they differ from the units of the case::
 
     # clamped side 20 mm, turned side 35 mm
     angle (deg), moment (N mm)

@@ -158,7 +158,7 @@ class SceneSeam(Model):
     bodies : names of bodies
         Each point is joined to the body whose centre is nearest to it at the start.
     stiffness : Pa
-        Stiffness in all directions (N/m) per length of the edge. A corner stands for the length of an element.
+        Stiffness in all directions (N/m) per length of the edge. A corner represents the length of an element.
     """
 
     name: Name

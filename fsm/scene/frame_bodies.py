@@ -136,7 +136,7 @@ def frame_faults(scene: Scene) -> Iterator[Fault]:
 def _seam_points(seam: SceneSeam, film: SceneFilm) -> list[tuple[float, float, float]]:
     """Points (x, y) of a seam on its film, m, and the length of the edge that each represents, m.
 
-    Three Gauss points per element hold an edge, which is a cubic between nodes; positions of nodes alone would not.
+    An edge is a cubic between nodes. Three Gauss points per element hold it; the nodes alone would not.
     """
     (nx, ny), b, c = film.mesh, 0.5 * film.length, 0.5 * film.width
     if seam.edge == "corners":

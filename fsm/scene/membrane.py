@@ -40,7 +40,7 @@ class Membrane(Model):
 
 
 class _Patch(Model):
-    """Square of another thickness and material than the film, with sides parallel to those of the film.
+    """Square of another thickness and material than the film, with sides parallel to the sides of the film.
 
     Attributes
     ----------

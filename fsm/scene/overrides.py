@@ -89,7 +89,7 @@ def _no_such_place(known: list[str], is_list: bool, key: str | int, walked: str)
         return f"`{walked}` is a list; give the number of the item, from 0, before `{key}`"
     if is_list:
         return f"`{walked}` has no item {key}; items are counted from 0"
-    return f"`{walked}` is a value and has no keys; remove what follows it"
+    return f"`{walked}` is a value and has no keys; remove the rest of the path"
 
 
 def _put(data: dict[str, Any], keys: list[str | int], text: str) -> str:

@@ -1,6 +1,6 @@
 """Programs over time from CSV files.
 
-A header names the columns, with units if they differ from those of the case::
+A header names the columns, with units if they differ from the units of the case::
 
     time (s), travel (mm)
     0, 0

@@ -23,7 +23,7 @@ __all__ = ["Sections", "method_faults", "static_faults", "static_keys"]
 class Sections:
     """Sections of a case that are valid by themselves, and the names of all sections in the file.
 
-    A section that is named in `written` and absent here has faults of its own, and needs no further checks.
+    A section that is named in `written` and absent here has other faults, and needs no further checks.
 
     Attributes
     ----------

@@ -64,7 +64,7 @@ def _references(scene: Scene) -> Iterator[Fault]:
             if abs(length - 1.0) > 1e-6:
                 yield Fault(f"scene.elements.{i}.{axes}", f"length {length:g}; give a unit quaternion")
         if element.crease_flexibility and element.crease is None:
-            text = f"{element.crease_flexibility:g} rad/(N m) is in series with a `crease`, but there is none; take it out"
+            text = f"{element.crease_flexibility:g} rad/(N m) is in series with a `crease`, but there is none; remove it"
             yield Fault(f"scene.elements.{i}.crease_flexibility", text)
         if element.latch and element.law is not None:
             yield Fault(f"scene.elements.{i}.latch", "not available with `law`; remove one of them")

@@ -80,7 +80,7 @@ class SceneCompiler:
         return self.switched(SegmentSystem(*self.parts()))
 
     def switched(self, system: SegmentSystem) -> SegmentSystem:
-        """A system of the parts, which knows the steps of its groups."""
+        """System of the parts, with the steps of its groups."""
         system.steps_of = list(self._steps)
         return system
 
@@ -328,7 +328,7 @@ class SceneCompiler:
 
 
 def _order(key: tuple[tuple[str, ...] | None, bool]) -> tuple[bool, tuple[str, ...], bool]:
-    """Order of groups of elements: first those that act in all steps."""
+    """Order of groups of elements: groups that act in all steps come first."""
     steps, latch = key
     return steps is not None, steps or (), latch
 

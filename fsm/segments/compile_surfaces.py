@@ -21,12 +21,12 @@ from fsm.segments.surface_contacts import Probes, SurfaceContacts, SurfaceKernel
 __all__ = ["compile_surfaces"]
 
 _DEEPEST = 0.05
-"""Depth above which a point counts as passed through a panel, over the panel's length."""
+"""Depth above which a point counts as passed through a panel, relative to the panel's length."""
 _SEGMENTS_DEEP = 4.0
-"""The same depth over the length of a segment; the smaller of both bounds holds and limits the search."""
+"""The same depth, relative to the length of a segment; the smaller of both bounds is used and limits the search."""
 
 _EDGE = TIP / 4.0
-"""Taper length at the ends of two panels of one chain, over the length of the other panel."""
+"""Taper length at the ends of two panels of one chain, relative to the length of the other panel."""
 
 _TIPS = {"end-start": (0.0, STRAIGHT), "chain": (BARE, BARE), "none": (BARE, CAP)}
 """Tips of a surface for the points of another surface and for its ends, for each kind of connection of the two. Ends touch

@@ -162,7 +162,7 @@ class Configuration(System):
         return np.asarray((self._travels(t) - self._travels(before[0])) / (t - before[0]))
 
     def _body_rates(self, u: np.ndarray, t: float, before: PreviousState | None = None) -> np.ndarray:
-        """Rates of all bodies from those of the free bodies and of the motions at t, or the mean ones since `before`."""
+        """Rates of all bodies from the rates of the free bodies and of the motions at t, or mean rates since `before`."""
         speeds = self._speeds(t, before)
         rates = np.asarray(place_bodies(self.at_rest, self.bodies.free, u, False, *self._drives, speeds))
         if self._turns is not None:

@@ -35,7 +35,7 @@ from fsm.system import PairState
 __all__ = ["ContactGroup"]
 
 _PRESLIDING = 1e-6
-"""Tolerance of positions, over the deflection at which bristles slip."""
+"""Tolerance of positions, relative to the deflection at which bristles slip."""
 
 
 @dataclass
@@ -430,8 +430,8 @@ class ContactGroup(Group):
     def resolution(self) -> float:
         """Tolerance of positions that the contact forces require, m.
 
-        The error of an iteration bends the bristles. A deflection beyond the slip limit is not recovered, so that a plate at
-        rest would creep by the tolerance of Newton's method in each step.
+        The error of an iteration bends the bristles. A deflection beyond the slip limit is not recovered. A plate at rest
+        would therefore creep by the tolerance of Newton's method in each step.
         """
         return np.inf if self.friction is None else _PRESLIDING * self.friction.presliding
 

@@ -26,7 +26,7 @@ _LEVEL = 0.01
 _SCATTER = 3
 """Number of changes between rising and falling that indicates scatter; a bistable crease has two."""
 _SLIGHT = 0.05
-"""Decrease of the data against their trend, over their range, that counts as scatter."""
+"""Decrease of the data against their trend, relative to their range, that counts as scatter."""
 _CALIBRATE = "smooth it by `fsm calibrate crease DATA.csv --out DIR`, write crease = {{ file = \"DIR/crease.h5\" }}{where}"
 _PCHIP = 'write interpolation = "pchip"'
 
@@ -40,7 +40,7 @@ def crease_faults(scene: Scene, of_strip: bool) -> Iterator[Fault]:
         if -slope < limit:
             continue
         if any(branch.overshoots for branch in branches):
-            remedy = f"the spline overshoots between data that do not turn: {_PCHIP}"
+            remedy = f"the spline overshoots between monotone data: {_PCHIP}"
         elif any(branch.scattered for branch in branches):
             remedy = f"the curve follows scatter of the data: {_CALIBRATE.format(where='')}"
         else:
@@ -60,7 +60,7 @@ def crease_warnings(scene: Scene, of_strip: bool) -> list[str]:
         opening, slope = branch.steepest
         lowest = f"local stiffness down to {slope:.3g} N m/rad at {np.degrees(opening):.4g} deg, mean {branch.mean:.3g}"
         if branch.overshoots:
-            lines.append(f"{path}: the spline overshoots between data that do not turn ({lowest}); {_PCHIP}")
+            lines.append(f"{path}: the spline overshoots between monotone data ({lowest}); {_PCHIP}")
         elif branch.scattered:
             remedy = _CALIBRATE.format(where=" if that is scatter")
             times = "once" if branch.changes == 1 else f"{branch.changes} times"

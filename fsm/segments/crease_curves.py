@@ -17,9 +17,9 @@ __all__ = ["Hysteresis", "curve_of", "hysteresis_of"]
 _POINTS = 400
 """Number of openings at which the branches are compared."""
 _REVERSAL = 0.02
-"""Opening over which a crease passes from one branch to the other, over the range of its data."""
+"""Opening over which a crease passes from one branch to the other, relative to the range of its data."""
 _CROSSING = 0.02
-"""Tolerance of scatter: amount by which the lower branch may exceed the upper, over their largest distance."""
+"""Tolerance of scatter: amount by which the lower branch may exceed the upper, relative to their largest distance."""
 
 
 class Hysteresis(NamedTuple):

@@ -18,7 +18,7 @@ from fsm.segments.time_function import breaks, curvature, factor, slope, turning
 __all__ = ["Axis", "Parts", "PrescribedMotion", "Program", "RunUp", "Timed", "program_of", "unit"]
 
 _SAMPLES = 4001
-"""Points at which the distance gone by a program is computed, besides its turning points."""
+"""Number of points at which the travelled distance of a program is computed, besides its turning points."""
 
 
 class Program(Protocol):
@@ -41,7 +41,7 @@ class Program(Protocol):
 
     @property
     def forward(self) -> bool:
-        """Whether the motion never goes back or stops before its end."""
+        """Whether the motion does not reverse and does not stop before its end."""
         ...
 
     def at(self, t: float) -> tuple[float, float, float]:
@@ -49,11 +49,11 @@ class Program(Protocol):
         ...
 
     def time_of(self, travel: float) -> float:
-        """Time at which a distance has been gone, s."""
+        """Time at which a distance has been travelled, s."""
         ...
 
     def gone(self, t: float) -> float:
-        """Distance gone until a time (s), m or rad; the inverse of `time_of`."""
+        """Distance travelled until a time (s), m or rad; the inverse of `time_of`."""
         ...
 
     def breaks(self) -> tuple[float, ...]:
@@ -65,7 +65,7 @@ class Program(Protocol):
         ...
 
     def reversals(self) -> list[float]:
-        """Times at which the motion goes back, s; exact for the rows of a table."""
+        """Times at which the motion reverses, s; exact for the rows of a table."""
         ...
 
 
@@ -136,7 +136,7 @@ class RunUp:
 
 
 class _Sampled(ABC):
-    """Distance gone and largest speed of a program, from samples over its time."""
+    """Travelled distance and largest speed of a program, from samples over its time."""
 
     @abstractmethod
     def at(self, t: float) -> tuple[float, float, float]:
@@ -148,7 +148,7 @@ class _Sampled(ABC):
 
     @cached_property
     def _samples(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Times, distance gone until then, and speeds."""
+        """Times, travelled distances and speeds."""
         times = self.sampled()
         found = np.array([self.at(float(t))[:2] for t in times])
         gone = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(found[:, 0])))])
@@ -221,7 +221,7 @@ class Timed(_Sampled):
 
 @dataclass(frozen=True)
 class Parts(_Sampled):
-    """Programs one after the other, each from its own time on; before, between and after them the motion rests.
+    """Sequence of programs with their start times; before, between and after them the motion rests.
 
     Attributes
     ----------
@@ -308,7 +308,7 @@ class PrescribedMotion:
         return self.program.at(t)
 
     def time_of(self, travel: float) -> float:
-        """Time at which a distance (m or rad) has been gone, s."""
+        """Time at which a distance (m or rad) has been travelled, s."""
         return self.program.time_of(travel)
 
     def pace(self, reach: float) -> float:

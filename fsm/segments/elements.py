@@ -163,7 +163,7 @@ class BushingGroup(TwoBodyGroup):
         return np.asarray(self._kernels.advance(poses, change, self.bodies, self._constants, *before))
 
     def gap(self, poses: np.ndarray) -> tuple[float, str]:
-        """Largest distance (m) by which the ends of a structural joint have come apart, and its name."""
+        """Largest opening (m) of a structural joint, and its name."""
         worst, apart = self._kernels.widest(poses, self.bodies, self._constants, self.structural)
         return apart, self.names[worst]
 

@@ -1,6 +1,6 @@
 """Contacts of films and cables with plates and obstacles.
 
-Points of a film or a cable, rounded by half its thickness, are probes on the other shape. Each stands for an area. The
+Points of a film or a cable, rounded by half its thickness, are probes on the other shape. Each point represents an area. The
 stiffness of a whole face belongs to the smaller of both faces, as between plates. So the stiffness per area does not depend
 on the mesh. The other shape has no probes on the film: a corner or an edge passes between points that are too far apart.
 """
@@ -28,7 +28,7 @@ class FlexibleContacts(ShapeContacts):
     ----------
     points : spheres at the points
     areas : (n,) array, m^2
-        Area that each point stands for.
+        Area that each point represents.
     plates, obstacles : shapes
     films : sequence of Side
         Points of each film or cable.

@@ -15,19 +15,19 @@ __all__ = ["Impacts"]
 _STEPS, _FEWER_STEPS = 90, 30
 """Approximate minimum number of steps in an impact: for laws with a coefficient of restitution, and without."""
 _FIRST_STEP = 0.006
-"""Part of the first step of an impact after its onset, over the duration of the impact."""
+"""Length of the first step of an impact after its onset, relative to the duration of the impact."""
 _LEAD_TIME = 0.003
-"""Time between the end of the preceding step and the onset of the impact, over the duration of the impact."""
+"""Time between the end of the preceding step and the onset of the impact, relative to the duration of the impact."""
 _SPEED_CHANGE = 3e-4
-"""Limit of the change of speed in the first step of an impact, over its initial speed."""
+"""Limit of the change of speed in the first step of an impact, relative to its initial speed."""
 _ENERGY_SHARE = 0.1
-"""Energy of an impact of a loose body, over the total kinetic energy, above which steps resolve it for any law."""
+"""Energy of an impact of a loose body, relative to the total kinetic energy, above which steps resolve it for any law."""
 _REST_TIME = 10.0
-"""Time after which a contact counts as resting, over the duration of its undamped impact."""
+"""Time after which a contact counts as resting, relative to the duration of its undamped impact."""
 _CORNER_WEIGHT = 0.02
 """Approximate weight of a corner in its face."""
 _IMPACT_SPEED = 3.0
-"""Closing speed above which a contact is an impact, over the speed floor of its law."""
+"""Closing speed, relative to the speed floor of its law, above which a contact is an impact."""
 
 
 @dataclass(frozen=True)

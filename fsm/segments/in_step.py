@@ -80,7 +80,7 @@ def _name(plan: Plan, number: int) -> str:
 def _motions(
     system: SegmentSystem, scene: Scene, plan: Plan, acting: tuple[bool, ...], pose: np.ndarray
 ) -> tuple[PrescribedMotion, ...]:
-    """Motions of all drives; those that do not act have no bodies."""
+    """Motions of all drives; inactive drives have no bodies."""
     index = {name: i for i, name in enumerate(system.bodies.names)}
     found = []
     for drive, acts, program in zip(scene.drives, acting, plan.programs, strict=True):

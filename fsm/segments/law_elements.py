@@ -122,7 +122,7 @@ class LawGroup(TwoBodyGroup):
     def energy(
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None
     ) -> tuple[dict[str, float], float, float]:
-        """See `Group`; the energy counts as that of panels and joints."""
+        """See `Group`; the energy counts as energy of panels and joints."""
         value, rate, _ = self._measured(poses, rates, past)
         stored = sum(float(law.energy(_six(row), own)) for row, (law, own) in zip(value, self.laws, strict=True))
         moving, _, _ = self.efforts(value, rate)

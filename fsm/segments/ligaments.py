@@ -94,7 +94,7 @@ class LigamentGroup(TwoBodyGroup):
     def energy(
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None
     ) -> tuple[dict[str, float], float, float]:
-        """See `Group`; the energy of hinges counts as that of creases."""
+        """See `Group`; the energy of hinges counts as energy of creases."""
         before = self._before(rates, past)
         energy, power = stored_ligament_planar(poses, rates, self.bodies, self.constants, *before)
         return {"creases": energy}, power, 0.0

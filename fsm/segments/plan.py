@@ -1,7 +1,7 @@
 """Steps of a deployment, from `[[step]]` or from the other keys of the case.
 
-A case without `[[step]]` is expanded: a strip that starts in equilibrium has a step "start" (relax), `release.hold_time` a
-step "hold" at rest, and the motion is the step "deploy". A run consists of such steps only.
+A case without `[[step]]` is expanded. A strip that starts in equilibrium has a step "start" (relax). `release.hold_time`
+gives a step "hold" at rest. The motion is the step "deploy". A run consists of such steps only.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ __all__ = ["ALL", "Plan", "PlannedStep", "plan_of"]
 ALL = "all"
 """Name of everything in `hold` and `release`."""
 HOLD = 0.01
-"""Rest of the drives after a pull, over its duration; damper forces decay in this time."""
+"""Time of rest of the drives after a pull, relative to its duration; damper forces decay in this time."""
 _STATIC_DURATION = 1.0
 """Duration of a static step without a drive or load that ends, s."""
 
@@ -258,7 +258,7 @@ class _Planner:
     # bodies ---------------------------------------------------------------------------------------------------------
 
     def _bodies(self, name: str) -> set[str]:
-        """Bodies that a name in `hold` or `release` stands for; empty for none."""
+        """Bodies with a name in `hold` or `release`; empty if there are none."""
         bodies = self.scene.bodies
         if name == ALL:
             return {body.name for body in bodies} - self.fixed

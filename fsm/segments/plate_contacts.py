@@ -3,13 +3,13 @@
 A plate is a rectangle rounded by half its thickness. Two plates touch where a point of one meets the rectangle of the other,
 or where two edges cross. Hence
 
-* each plate has a grid of points over its face, corners and edges included, as probes on the other plate. A small plate in
-  the middle of a large one is thus found by its own points. Faces that lie on each other share the load in proportion to
+* each plate has a grid of points over its face, corners and edges included, as probes on the other plate. The points of a
+  small plate in the middle of a large one detect this contact. Faces that lie on each other share the load in proportion to
   their overlap (`fsm.interactions.face_overlap`); otherwise each has half the weight;
 * in space every edge of one plate is paired with every edge of the other (`fsm.interactions.edge_edge`).
 
-The distance is that of the middle surfaces and has no sign. The depth must not exceed the sum of both half thicknesses.
-`crossed` reports pairs that exceed it.
+The distance is measured between the middle surfaces and has no sign. The depth must not exceed the sum of both half
+thicknesses. `crossed` reports pairs that exceed it.
 """
 
 from __future__ import annotations

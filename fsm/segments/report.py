@@ -235,7 +235,7 @@ def _method(view: CheckContext) -> Iterator[str]:
     elif not view.plan.written:
         yield f"{solve.method}, set by solve.method"
     yield f"rtol {solve.rtol:g}, end time {view.end:.4g} s"
-    yield f"the run stops if the energy balance residual exceeds {100 * solve.energy_abort:g} % of the energy turned over"
+    yield f"the run stops if the energy balance residual exceeds {100 * solve.energy_abort:g} % of the reference energy"
 
 
 def _saved(view: CheckContext) -> Iterator[str]:
@@ -260,7 +260,7 @@ def _records(view: CheckContext, step: PlannedStep) -> int:
 
 
 def _steps(view: CheckContext) -> Iterator[str]:
-    """Steps of the run, also those that other keys of the case stand for."""
+    """Steps of the run, including steps that follow from other keys of the case."""
     for number, step in enumerate(view.plan.steps, 1):
         when = f"{step.start:.4g} to {step.end:.4g} s" if step.end > step.start else f"at {step.start:.4g} s"
         what = {"relax": "stable equilibrium", "modes": f"{step.modes} natural modes"}.get(step.kind, step.method)

@@ -28,7 +28,7 @@ SURFACE_TIP = 0.025
 """Copy of `fsm.interactions.surface.TIP`, whose module imports the compiler; a test compares both values."""
 
 _SOFT = 0.005
-"""Decrease of a strip's peak due to soft contact, over the peak, above which there is a warning."""
+"""Decrease of a strip's peak due to soft contact, relative to the peak, above which there is a warning."""
 
 _LAWS = {
     "hertz": "Hertz law",
@@ -165,7 +165,7 @@ def approximations_of_friction(view: CheckContext) -> str:
     law = view.scene.friction
     assert law is not None
     if law.law in FRICTION_LAWS:
-        return "friction is that of an extension"
+        return "an extension computes the friction"
     if law.law == "lugre":
         return "bristles are elastic up to 0.8 mu_static; an oscillating load above it causes some slip below mu_static"
     if law.law in ("step", "stribeck"):
@@ -180,7 +180,7 @@ def approximations_of_friction(view: CheckContext) -> str:
 
 
 def stick_slip(view: CheckContext) -> Iterator[str]:
-    """Line on drives at a speed at which friction falls with speed."""
+    """Line on drives whose speed is in the range where friction falls with speed."""
     law = view.scene.friction
     if law is None or not view.pairs or law.mu_static <= law.mu_dynamic:
         return
@@ -189,8 +189,8 @@ def stick_slip(view: CheckContext) -> Iterator[str]:
     if fast is None or not speeds or not slow < max(speeds) < fast:
         return
     yield (
-        f"a drive goes at {millimetres(max(speeds))}/s, where friction falls with speed: contacts may stick and slip "
-        f"in turn, and a run may take long; not so below v_static = {millimetres(slow)}/s or above {millimetres(fast)}/s"
+        f"drive speed {millimetres(max(speeds))}/s, where friction falls with speed: contacts may stick and slip in turn, "
+        f"and a run may take long; avoided below v_static = {millimetres(slow)}/s or above {millimetres(fast)}/s"
     )
 
 

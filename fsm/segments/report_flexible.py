@@ -50,7 +50,7 @@ def beam_lines(view: CheckContext) -> Iterator[str]:
 
 
 def _touching_points(view: CheckContext, named: set[str]) -> Iterator[str]:
-    """Distances of contact points, and how far round obstacles sink in between them."""
+    """Distances of contact points, and depth of round obstacles between them."""
     round_ones = {o.name: o.radius for o in view.scene.obstacles if o.radius is not None}
     for part in (*view.scene.films, *view.scene.lines.values()):
         if part.name not in named:

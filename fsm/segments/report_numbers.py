@@ -40,7 +40,7 @@ def material_lines(view: CheckContext) -> Iterator[str]:
 
 
 def crease_lines(view: CheckContext) -> Iterator[str]:
-    """Lines on the stiffness of a crease, its ratio to that of a panel, and its rest angle."""
+    """Lines on the stiffness of a crease, its ratio to the stiffness of a panel, and its rest angle."""
     strip, material, crease = view.case.strip, view.case.material, view.case.crease
     if strip is None or material is None or crease is None:
         return

@@ -13,7 +13,7 @@ from fsm.segments.drive import Program
 __all__ = ["save_times"]
 
 _INTERVALS = 200
-"""Intervals of a step whose records have no spacing of their own."""
+"""Number of intervals of a step without a spacing of records."""
 
 
 def save_times(save: Save, program: Program | None, end: float, start: float = 0.0) -> list[float]:

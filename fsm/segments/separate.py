@@ -10,7 +10,7 @@ from fsm.segments.system import SegmentSystem
 __all__ = ["overlaps", "separate", "shallowest"]
 
 _NOTHING = 1e-6
-"""Tolerance of overlaps, over the typical length."""
+"""Tolerance of overlaps, relative to the typical length."""
 _ROUNDS = 50
 
 

@@ -55,9 +55,9 @@ _SPATIAL = _PointKernels(
 GROUND = 0
 """Index of the ground."""
 _RENEWAL = 0.4
-"""Displacement, over the margin, after which the broad phase is renewed."""
+"""Displacement, relative to the margin, after which the broad phase is renewed."""
 DEEP = 0.25
-"""Depth limit of solid shapes, over the length of the longest plate or solid."""
+"""Depth limit of solid shapes, relative to the length of the longest plate or solid."""
 
 
 class ShapeContacts:
@@ -206,7 +206,7 @@ class ShapeContacts:
         tables.share[:] = tables.weight * self._overlaps.in_force[tables.unit, tables.column]
 
     def _activate_weights(self, poses: np.ndarray) -> None:
-        """Use the weights of the last accepted state, unless the poses are still those of that state."""
+        """Use the weights of the last accepted state, unless the poses have not changed since then."""
         if self._changes and self._committed is not None and not np.array_equal(poses, self._committed):
             self._overlaps.in_force[:] = self._overlaps.shares
             self._apply_weights()

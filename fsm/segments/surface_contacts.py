@@ -21,13 +21,13 @@ __all__ = ["Probes", "SurfaceContacts", "SurfaceKernels", "Surfaces"]
 Kernel = Callable[..., Any]
 
 _RENEWAL = 0.4
-"""Displacement over the margin after which the contact search is renewed."""
+"""Displacement relative to the margin after which the contact search is renewed."""
 
 _BEHIND = 0.9
-"""Depth over the depth limit above which a point near a corner has moved round the corner."""
+"""Depth relative to the depth limit above which a point near a corner has moved round the corner."""
 
 _ROUND = 1.5
-"""Distance below the top of a rounded tip, over its radius, at which a touching point is released."""
+"""Distance below the top of a rounded tip, relative to its radius, at which a touching point is released."""
 
 
 class Probes(NamedTuple):

@@ -4,8 +4,8 @@ A body at the start pose (p0, R0) is after a turn by the angle w about the axis 
 
     p = c + R(a, w) (p0 - c),     R = R(a, w) R0
 
-Its velocity per unit rate of the turn (its twist) is a x (p - c), and a in axes of the body, which does not change. The
-moment of the drive is the sum of twist times reaction wrench over its bodies.
+Per unit rate of the turn it has the velocity a x (p - c) and the angular velocity a, whose components in body axes are
+constant: its twist. The moment of the drive is the sum over its bodies of twist times reaction wrench.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ class Turns:
     def set_rates(
         self, rates: np.ndarray, angles: np.ndarray, speeds: np.ndarray, earlier: tuple[np.ndarray, float] | None
     ) -> None:
-        """Set the rates at angles and angular speeds, or the mean ones since `earlier` (angles, and elapsed time in s)."""
+        """Set the rates at angles and angular speeds, or the mean rates since `earlier` (angles, and elapsed time in s)."""
         for turning in self.bodies:
             k = turning.motion
             arm = turning.arm_at(float(angles[k]))
@@ -99,7 +99,9 @@ class Turns:
             yield turning.motion, turning.body, self._row(velocity, turning.own)
 
     def add_inertial(self, reactions: np.ndarray, inertia: np.ndarray, states: np.ndarray) -> None:
-        """Add what accelerates the bodies; `states` are angle, speed and acceleration of every motion, (n_motions, 3)."""
+        """Add the forces that accelerate the bodies; `states` are angle, speed and acceleration of every motion, (n_motions,
+        3).
+        """
         for turning in self.bodies:
             angle, speed, acceleration = states[turning.motion].tolist()
             arm = turning.arm_at(angle)

@@ -1,1 +1,1 @@
-"""Solvers that know only the System protocol."""
+"""Solvers, which depend on the System protocol only."""

@@ -1,7 +1,7 @@
 """Arc-length continuation: the whole equilibrium path, through limit points and back, stable or not.
 
 Configuration and time are unknowns together; time is only the parameter of drives and loads. Steps have a given length along
-the path, so the path may turn back in both. A step from (q_n, t_n) along the unit tangent (x', t') ends where
+the path, so both may decrease along it. A step from (q_n, t_n) along the unit tangent (x', t') ends where
 
     h(t, q) = 0,     x'.x + t' (t - t_n)/T = s
 

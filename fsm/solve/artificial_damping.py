@@ -17,16 +17,16 @@ __all__ = ["DampedSystem", "come_to_rest"]
 _DECAY = 8.0
 """Damping rate times the time since the start; the energy decreases with this power of that time."""
 _AT_FIRST = 1e-3
-"""Offset of the time in the damping rate, over the time in which the system moves by its own size."""
+"""Offset of the time in the damping rate, relative to the time in which the system moves by its size."""
 _RTOL, _STEPS = 1e-3, 5000
 _DEAD = 1e-8
-"""Kinetic energy over its largest value, below which the motion has decayed."""
+"""Kinetic energy relative to its largest value, below which the motion has decayed."""
 
 
 class DampedSystem:
     """System with the artificial damping force -c M u, c = 8/(t - began), 1/s.
 
-    At any time, vibrations faster than c have decayed and slower ones are hardly damped, so no period need be known.
+    At any time, vibrations faster than c have decayed and slower ones are hardly damped. The periods need not be known.
 
     Parameters
     ----------

@@ -17,7 +17,7 @@ _ITERATIONS = 30
 _ALONG = 0.1
 """Component of the response along the critical mode, below which the point is a bifurcation."""
 _AMPLITUDES = (1e-3, 3e-3, 1e-2, 3e-2, 1e-1)
-"""Amplitudes of the critical mode, over the span, that are tried."""
+"""Trial amplitudes of the critical mode, relative to the span."""
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,7 @@ _RARELY = {"LSODA": 8}
 _STAGES = {"Radau": 3, "Radau-blocks": 3, "BDF": 1, "LSODA": 1}
 """Evaluations of the right-hand side in one Newton iteration."""
 _NEXT_TO = 1e-9
-"""Difference of times over the step, below which they are equal."""
+"""Difference of times, relative to the step, below which they count as equal."""
 
 
 class DenseRun(Run):

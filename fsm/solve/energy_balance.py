@@ -12,9 +12,10 @@ from fsm.system import Energy
 __all__ = ["JUDGED_FROM", "EnergyBalance"]
 
 _ROUND_OFF = 1e-12
-"""Round-off of the energy over the stored energy at the start, also after many steps."""
+"""Round-off of the energy after many steps, relative to the stored energy at the start."""
 JUDGED_FROM = 0.1
-"""Part of the run before which no energy error stops it: relative errors are large while little energy is turned over."""
+"""Part of the run before which no energy error stops it, because relative errors are large while the reference energy is
+small."""
 
 _NUMBERS = "start", "dissipated", "work", "error", "worst", "gained", "turnover", "kinetic_worst", "round_off_floor"
 """Names of the numbers in the order of `fsm.stepping.march`."""
@@ -25,9 +26,9 @@ class EnergyBalance:
     """Energy balance of a solve, J.
 
     `error` is the present residual, `worst` its largest magnitude, `gained` its largest positive value. `turnover` is the
-    largest energy stored, dissipated or put in so far; relative errors refer to it. Up to `round_off_floor` the turnover is
-    round-off (of a structure at rest, or of a mechanism without resistance), and there is no relative error. `pair_energy`
-    (2, n_pairs) is the energy that friction and damping of every contact pair have dissipated.
+    reference energy: the largest energy stored, dissipated or put in so far. Relative errors refer to it. Up to
+    `round_off_floor` it is round-off (of a structure at rest, or of a mechanism without resistance), and there is no
+    relative error. `pair_energy` (2, n_pairs) is the energy that friction and damping of every contact pair have dissipated.
     """
 
     start: float = 0.0
@@ -48,7 +49,7 @@ class EnergyBalance:
         return cls(start=energy.stored, round_off_floor=round_off_floor, pair_energy=np.zeros_like(energy.pair_power))
 
     def add(self, work: float, dissipated: float, of_pairs: np.ndarray) -> None:
-        """Add work, dissipated energy, and the part of it by contact pairs."""
+        """Add work, dissipated energy, and the dissipated energy of every contact pair."""
         self.work += work
         self.dissipated += dissipated
         self.pair_energy = self.pair_energy + of_pairs
@@ -72,14 +73,14 @@ class EnergyBalance:
     @property
     def text(self) -> str:
         """Worst error for messages."""
-        return f"Energy error {self.worst:.3g} J of {self.turnover:.3g} J turned over"
+        return f"Energy error {self.worst:.3g} J; reference energy {self.turnover:.3g} J"
 
     @property
     def relative_error(self) -> float:
-        """Largest residual over the energy turned over; 0 if the latter is round-off."""
+        """Largest residual over the reference energy; 0 if the latter is round-off."""
         return self.worst / self.turnover if self.turnover > self.round_off_floor else 0.0
 
     @property
     def relative_gain(self) -> float:
-        """Largest gain over the energy turned over; 0 if the latter is round-off."""
+        """Largest gain over the reference energy; 0 if the latter is round-off."""
         return self.gained / self.turnover if self.turnover > self.round_off_floor else 0.0

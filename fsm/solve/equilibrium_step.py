@@ -27,11 +27,11 @@ from fsm.system import Depths, Linearised, MixedSystem, NewtonRules, PreviousSta
 __all__ = ["Ending", "Equilibrium", "EquilibriumStep"]
 
 _ROUND_OFF = 1e-15
-"""Round-off of forces over stiffness times size."""
+"""Round-off of forces relative to stiffness times size."""
 _OVERSHOOT = 4.0
 """A step is cut if its work becomes more negative than this factor times its initial work: contacts opened or closed."""
 _ENOUGH = 0.5
-"""Remaining work of a cut step over its initial work."""
+"""Remaining work of a cut step relative to its initial work."""
 _TRIALS = 10
 """Largest number of trial states for the cut."""
 _NEARLY = 1e-4
@@ -39,7 +39,7 @@ _NEARLY = 1e-4
 _LATE = 4
 """Number of iterations after which the residual is compared with the reactions."""
 _LOST, _HARDLY = 200.0, 1e-2
-"""Residual over the largest reaction, and over the first residual, above which the iteration stops."""
+"""Residual relative to the largest reaction, and relative to the first residual, above which the iteration stops."""
 
 
 @cache
@@ -214,7 +214,7 @@ class EquilibriumStep:
         self.iterations += count
         self.evaluations += count + 1
         self.round_off = settled.round_off
-        # without an iteration, the last factorisation is that of the state itself
+        # without an iteration, the last factorisation belongs to the state itself
         self.solver.adopt(settled.matrix, settled.symmetric, max(count, 2))
         return self._found(t, settled.q, before, count, settled.residual, settled.matrix, settled.efforts)
 
@@ -294,7 +294,7 @@ class EquilibriumStep:
         matrix: BlockMatrix,
         efforts: np.ndarray | None,
     ) -> Equilibrium:
-        """Equilibrium, with the stability from the matrix of the last iteration, which is very near.
+        """Equilibrium, with the stability from the matrix of the last iteration, whose state is very near.
 
         If the symmetric part is not definite, the unsymmetric matrix decides on stability. Sliding friction couples the
         tangential force to the normal displacement (mu k) but not the reverse. The symmetric part then has a negative

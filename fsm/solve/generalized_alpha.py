@@ -28,7 +28,7 @@ RHO_INF = 0.6
 """Default spectral radius at infinite frequency."""
 
 _NEWTON, _LOOSEST = 1e-2, 1e-3
-"""Tolerance of Newton's method over that of a step; and the largest relative tolerance it is based on."""
+"""Tolerance of Newton's method relative to the tolerance of a step, and the largest relative tolerance for it."""
 _GROWTH = 2.0
 _FLOOR_AT = 1e-6
 """Relative tolerance below which the system's shortest step decreases, with its cube root."""

@@ -4,21 +4,21 @@ With x the increment of the configuration from t_n to t_{n+1} = t_n + h [1, 2]:
 
     M (u_{n+1} - u_n)/h = int_0^1 f(t_n + s h, retract(q_n, s x), x/h) ds,    x/h = (u_n + u_{n+1})/2
 
-f.x is then the difference of the potential, so kinetic + potential + dissipated energy - work is constant but for the
-quadrature. Two Gauss points are exact for potentials up to the fourth degree, such as that of a stretched film. Rigid bodies
-rotate about their mean angular velocity, along which gyroscopic moments do no work. The method is of second order, has no
-numerical damping, and cannot gain energy; Newmark's method, and generalized-alpha with little damping, gain energy where a
-film stretches. Dampers dissipate energy at the mean rates.
+f.x is then the difference of the potential, so kinetic + potential + dissipated energy - work is constant, except for the
+error of the quadrature. Two Gauss points are exact for potentials up to the fourth degree, for example the potential of a
+stretched film. Rigid bodies rotate about their mean angular velocity, so gyroscopic moments do no work. The method is of
+second order, has no numerical damping, and cannot gain energy; Newmark's method, and generalized-alpha with little damping,
+gain energy where a film stretches. Dampers dissipate energy at the mean rates.
 
 Newton's method solves for x with the matrix 2/h^2 M + D/h + int s K(q_n + s x) ds, by the same quadrature. Where films
 become slack or taut, K differs between the points by orders of magnitude, and K at one point between them does not converge.
-Corrections that overshoot are cut where the work of the residual along them vanishes. The cut is limited, because one
-spot that becomes taut would stop all others. With fixed steps, Broyden's good update [3] corrects a reused tangent.
-Steps with many iterations are halved, since both halves together may need fewer.
+Corrections that overshoot are cut where the work of the residual along them vanishes. The cut is limited, because otherwise
+one region that becomes taut would stop the motion of all others. With fixed steps, Broyden's good update [3] corrects a
+reused tangent. Steps with many iterations are halved, since both halves together may need fewer.
 
 Without a fixed step the error is controlled. The local error of x is h^3/12 times the derivative of u', from differences of
 the mean rates. The filter 2/h^2 S^-1 M, with the matrix S of Newton's method, removes modes that are too fast for the step.
-A step is also repeated if the quadrature loses too much energy, as where a contact closes.
+A step is also repeated if the quadrature loses too much energy, for example where a contact closes.
 
 References
 ----------
@@ -47,14 +47,12 @@ __all__ = ["MeanForce"]
 _POINTS = (0.5 - 0.5 / math.sqrt(3.0), 0.5 + 0.5 / math.sqrt(3.0))
 """Gauss points over the step, of equal weight."""
 _NEWTON, _LOOSEST = 1e-3, 1e-6
-"""Tolerance of Newton's method over the scales and rtol; and the largest rtol it is based on.
-
-The residual does work in every step: with 1e-4, a struck strip gained 5 % of its energy in 2640 steps (2026-11-23).
-"""
+"""Tolerance of Newton's method relative to the scales and rtol, and the largest rtol for it. The residual does work in every
+step: with 1e-4, a strip after an impact gained 5 % of its energy in 2640 steps (2026-11-23)."""
 _EXACT = 1e-5
 """The same with error control, whose longer steps do more work."""
 _WORK = 1e-7
-"""Bound of the work of the residual in a fixed step, over the energy turned over so far."""
+"""Bound of the work of the residual in a fixed step, relative to the reference energy."""
 _ITERATIONS = 30
 _SLOW, _SLOW_AND_EXACT = 0.7, 0.35
 """Ratio of successive corrections above which the tangent is evaluated again, for fixed steps and for error control. Two
@@ -62,7 +60,7 @@ tangents and their factorisation cost ten times as much as two forces. Error con
 _SURE = 0.02
 """Lower bound of the ratio of successive corrections."""
 _OVERSHOT = 0.5
-"""Work of the residual at the end of a correction over that at its start, above which the correction is cut."""
+"""Ratio of the work of the residual at the end of a correction to the work at its start, above which it is cut."""
 _CUTS, _SHORTEST = 3, 0.3
 """Largest number of cuts of a correction, and smallest factor of a cut."""
 _FINEST = 64
@@ -79,18 +77,18 @@ _HALVES = 4
 _MEMORY = 0.7
 """Weight of the previous mean in the running mean of the cost."""
 _FIRST = 1e-4
-"""Largest first step over the remaining time."""
+"""Largest first step relative to the remaining time."""
 _SAFETY, _GROWTH, _SHRINK, _STEADY = 0.9, 2.0, 0.2, 1.2
 """Constants of error control; with a growth below the last one, step size and factorisation are reused."""
 _CUT = 0.25
 """Factor on a step size for which Newton's method did not converge."""
 _LOST, _AT_ONCE, _LEAST = 3e-6, 0.01, 1e-9
-"""Bounds of the quadrature error of the energy, over the energy turned over so far: of all steps; of one step, as a part of
-the remaining error of all steps; and the smallest bound of a step."""
+"""Bounds of the quadrature error of the energy, relative to the reference energy: of all steps; of one step, as a
+part of the remaining error of all steps; and the smallest bound of a step."""
 _ROUND_OFF = 1e-13
-"""Round-off of the energy over the stored energy at the start."""
+"""Round-off of the energy relative to the stored energy at the start."""
 _SMALLEST = 16.0 * np.finfo(float).eps
-"""Smallest step over the present time."""
+"""Smallest step relative to the present time."""
 
 
 class MeanForce:
@@ -301,9 +299,10 @@ class MeanForce:
         return self.system.rejection(end, self.system.retract(self.q, x), 2.0 * x / h - self.u, h)
 
     def _error(self, h: float, x: np.ndarray) -> float:
-        """Local error of the increment over the tolerance; 0 until it is known.
+        """Ratio of the local error of the increment to the tolerance; 0 until it is known.
 
-        The error of the rate is not judged: without damping the fastest vibrations of stiff joints would set the steps.
+        The error of the rate is not controlled; without damping, the fastest vibrations of stiff joints would determine the
+        steps.
         """
         mean = x / h
         if self._known < 2:
@@ -316,7 +315,7 @@ class MeanForce:
         return np.asarray((rate - self._rate) / (0.5 * (0.5 * h + self._last + 0.5 * self._last_before)))
 
     def _lost(self, energies: _StepEnergies) -> float:
-        """Energy error of the quadrature over its bound."""
+        """Ratio of the energy error of the quadrature to its bound."""
         moved = max(energies.kinetic, abs(energies.stored - self._start), self._turnover)
         most = max(_AT_ONCE * (_LOST * moved - abs(self._off)), _LEAST * moved, self._round_off)
         return abs(self._off_by(energies)) / most if most > 0.0 else 0.0
@@ -423,7 +422,7 @@ class MeanForce:
             self._pattern, self._inertia = pattern, self.system.inertia(self.q, pattern)
         stiffness = sum(s * linear.stiffness.data for s, linear in zip(_POINTS, tangents, strict=True)) / len(_POINTS)
         damping = sum(linear.damping.data for linear in tangents) / (h * len(_POINTS))
-        # increments at the points are s times those of x, but for the rotation of the axes
+        # increments at the points are s times the increments of x, except for the rotation of the axes
         self._map = self.system.increment_map(0.5 * x)
         moving = damping + (2.0 / h**2) * self._inertia
         self.linear.factorise(

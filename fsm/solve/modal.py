@@ -29,10 +29,8 @@ _DENSE_SIZE = 60
 _DENSE_PART = 0.25
 """Part of all modes above which the dense solver is used."""
 _BELOW_ZERO = 1e-9
-"""Distance of the shift below zero, over the highest omega^2: above round-off, and below bending modes.
-
-Nearer to zero, rigid-body modes dominate the Lanczos vectors more.
-"""
+"""Distance of the shift below zero, relative to the highest omega^2: above round-off, and below bending modes. Nearer to
+zero, rigid-body modes dominate the Lanczos vectors more."""
 _POLISHED = 2
 """Inverse iterations after Lanczos. Its vectors contain the errors of all solutions, most if there are rigid-body modes.
 
@@ -207,7 +205,7 @@ def _lanczos(problem: _Problem, count: int, shift: float | None) -> tuple[np.nda
 
 
 def _below_all(problem: _Problem) -> float | None:
-    """Shift below all modes, as near to zero as possible; None if none is found."""
+    """Shift below all modes, as close to zero as possible; None if none is found."""
     shift = -_BELOW_ZERO * problem.highest
     while shift > -1e3 * problem.highest:
         if problem.below(shift) == 0:
@@ -255,7 +253,7 @@ def _solve_all(solver: LinearSolver, right: np.ndarray) -> np.ndarray:
 
 
 def _complete(problem: _Problem, squared: np.ndarray, shift: float, count: int) -> bool:
-    """Whether no mode is missing that is nearer to the shift than the last requested one (equal distances excepted)."""
+    """Whether no mode is missing between the shift and the last requested mode (except at equal distances)."""
     distance = np.abs(squared - shift)
     reach = np.sort(distance)[count - 1]
     reach -= _APART * reach + 100.0 * problem.resolution

@@ -73,7 +73,8 @@ def equilibrium(
 def tangent_prediction(
     system: System, before: float, t: float, q: np.ndarray, solver: LinearSolver | None = None
 ) -> np.ndarray:
-    """Increment of the equilibrium from `before` to t, to first order; it overwrites the factorisation of `solver`.
+    """Increment of the equilibrium from `before` to t, to first order; the function overwrites the factorisation of
+    `solver`.
 
     A large motion of the drive alone would stretch its springs beyond the range of the linearisation. So the change of the
     forces is computed for the beginning of the step, and scaled to the whole step.

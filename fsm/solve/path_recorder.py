@@ -16,11 +16,11 @@ __all__ = ["PathRecorder"]
 
 
 _AT_FIRST = 5e-4
-"""Displacement over the span that, with the largest reaction, gives the first scale of energy."""
+"""Displacement, relative to the span, that gives the first scale of energy with the largest reaction."""
 
 
 _SMALL_LOSS = 1e-6
-"""Dissipation over the energy turned over, below which the forces at the end of a step are accurate enough."""
+"""Dissipation relative to the reference energy, below which the forces at the end of a step are accurate enough."""
 
 
 class StepEnergy(NamedTuple):
@@ -156,7 +156,7 @@ class PathRecorder:
         ]
         (x0, f0), (x1, f1), (x2, f2) = points
         first, second = x1 - x0, x2 - x1
-        if first * second <= 0.0:  # the drive stood still, or went back
+        if first * second <= 0.0:  # the drive stopped or reversed
             return 0.0
         bend = (f2 - f1) / second - (f1 - f0) / first
         return second**2 / (6.0 * (first + second)) * bend
@@ -172,7 +172,7 @@ class PathRecorder:
         self._earlier = earlier
 
     def imbalance(self, seen: Observation, turned_over: StepEnergy) -> float:
-        """Energy balance residual of a quasi-static step over the energy turned over so far; 0 below round-off.
+        """Energy balance residual of a quasi-static step over the reference energy so far; 0 below round-off.
 
         At the start the scale is the work of the largest reaction along a small part of the span.
         """
@@ -183,9 +183,9 @@ class PathRecorder:
         return abs(stored + dissipated - work) / turnover if turnover > self.energy_balance.round_off_floor else 0.0
 
     def is_off(self, bound: float) -> bool:
-        """Whether the energy error exceeds a bound over the energy turned over, or over a little work if that is larger.
+        """Whether the energy error exceeds a bound over the reference energy, or over a little work if that is larger.
 
-        A body that moves freely to its first contact has turned over almost nothing.
+        For a body that moves freely to its first contact the reference energy is almost zero.
         """
         balance = self.energy_balance
         turnover = max(balance.turnover, self._little(self.largest_reaction))
@@ -203,7 +203,7 @@ class PathRecorder:
         return StepEnergy(work, step * dissipated, step * of_pairs)
 
     def loss(self, seen: Observation, turned_over: StepEnergy) -> float:
-        """Energy balance residual of a step of a time integrator, over the energy turned over."""
+        """Energy balance residual of a step of a time integrator, over the reference energy."""
         work, dissipated, _ = turned_over
         off = abs(seen.energy.stored_freely - self.last.energy.stored_freely + dissipated - work)
         return off / self.energy_balance.turnover if self.energy_balance.turnover > 0.0 else 0.0

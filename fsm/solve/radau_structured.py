@@ -1,8 +1,7 @@
-"""SciPy's Radau with the linear algebra of a mechanical system: half the unknowns, dense blocks, the same steps.
+"""SciPy's Radau with the linear algebra of a mechanical system: half the unknowns, dense blocks, identical steps.
 
-Radau uses the Jacobian only to solve (gamma I - J)(a, b) = (f, g), once for a real and once for a complex gamma
-(Hairer and Wanner, Solving ODEs II, section IV.8, where eq. (8.19) is the same reduction for y'' = f). Here, with
-q' = T(q) u and M u' = h,
+Radau uses the Jacobian only to solve (gamma I - J)(a, b) = (f, g), once for a real and once for a complex gamma. Hairer and
+Wanner, Solving ODEs II, section IV.8, eq. (8.19), give the same reduction for y'' = f. Here, with q' = T(q) u and M u' = h,
 
     gamma a - Q a - T b = f,        g = gamma b + M^-1 (K P a + D b),        Q = dq'/dq,  P = dx/dq,
 
@@ -305,7 +304,7 @@ def _eliminate(
 class StructuredRadau(Radau):
     """SciPy's `Radau` for y = (q, u) of a System: `solve_ivp(fun, span, y0, method=StructuredRadau, system=system)`.
 
-    Steps, tolerances, error estimate and dense output are SciPy's own; so are `nfev`, `njev` and `nlu`.
+    SciPy computes steps, error estimate and dense output, and counts `nfev`, `njev` and `nlu`.
 
     Parameters
     ----------

@@ -2,11 +2,11 @@
 
     (K + mu M) dx = h(t, q),   mu >= 0
 
-is Newton's step at mu = 0 and a short descent step at large mu: an implicit step of an overdamped motion. mu is
-raised until the matrix has no negative pivot and the energy decreases by at least a tenth of the quadratic model. It is
-lowered where it decreases as predicted, so the last steps are Newton's (pseudo-transient continuation: Kelley, Keyes,
-SIAM J. Numer. Anal. 35, 1998, 508). The mass as weight leaves the stiff motions of a structure almost as they are and
-holds back the soft ones, which buckle.
+is Newton's step at mu = 0. At large mu it is a short descent step: an implicit step of an overdamped motion. mu is raised
+until the matrix has no negative pivot and the energy decreases by at least a tenth of the quadratic model. It is lowered
+where it decreases as predicted, so the last steps are Newton's (pseudo-transient continuation: Kelley, Keyes, SIAM J. Numer.
+Anal. 35, 1998, 508). The mass as weight leaves the stiff motions of a structure almost as they are and holds back the soft
+ones, which buckle.
 
 The method requires forces with a potential at rest. An example are wrinkles of a film, where a path with small steps has
 many bifurcations.
@@ -31,27 +31,28 @@ from fsm.system import Linearised, System
 __all__ = ["Relaxed", "relaxed"]
 
 _SMALLEST = 1e-10
-"""Smallest mu that is not zero, over the largest ratio of stiffness to mass."""
+"""Smallest mu that is not zero, relative to the largest ratio of stiffness to mass."""
 _RAISED, _LOWERED = 4.0, 0.25
 _POOR, _GOOD = 0.1, 0.7
-"""Decrease of the energy over that of the model: bound below which a step is rejected, bound above which mu falls."""
+"""Ratio of the decrease of the energy to the decrease of the model: below the first bound a step is rejected, above the
+second mu falls."""
 _LITTLE = 0.01
 """Part of the work of a step done against the mass term, below which the next step has mu = 0."""
 _LARGEST = 0.5
-"""Largest step over the size of an element or a radian."""
+"""Largest step relative to the size of an element or a radian."""
 _CORRECTIONS = 3
 """Number of corrections of a step with too small a decrease before it is rejected."""
 _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
 _ROUND_OFF = 4.0 * float(np.finfo(float).eps)
-"""Round-off of a force over the sum of its terms."""
+"""Round-off of a force relative to the sum of its terms."""
 _CREEPING = 5e-3
-"""Length of a step over the tolerance, below which it may lead to a saddle."""
+"""Length of a step relative to the tolerance, below which it may lead to a saddle."""
 _MODE_ITERATIONS = 8
-"""Inverse iterations for the softest mode, which start from that of the previous step."""
+"""Number of inverse iterations for the softest mode, which start from the softest mode of the previous step."""
 _BESIDE = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5)
-"""Largest components of steps along that mode, over the tolerance, in the order of the trials."""
+"""Largest components of trial steps along the softest mode, relative to the tolerance, in the order of the trials."""
 _PATIENT = 8
-"""Largest number of good steps in a row before mu falls again; each fall that was too large doubles the number."""
+"""Largest number of successive good steps before mu falls again; each fall that was too large doubles the number."""
 _DENSE = 1000
 """Largest number of coordinates whose eigenvalues are computed."""
 _STALLED = 0.5
@@ -188,7 +189,7 @@ def _corrected(
 ) -> np.ndarray | None:
     """Trial after more iterations at the same mu, if its energy is below that at the start; else None.
 
-    A first step that rotates a long part stretches it by the square of the rotation, which raises the energy; the next
+    A first step that rotates a long part stretches it by the square of the rotation, which raises the energy. The next
     iterations remove the stretch (watchdog technique: Chamberlain et al., Math. Program. Study 16, 1982, 1). The decrease is
     the work of the forces along the straight path, by Gauss quadrature.
     """
@@ -196,7 +197,7 @@ def _corrected(
     for _ in range(_CORRECTIONS):
         linear = system.linearise(t, trial, None)
         pattern = linear.stiffness.pattern
-        if len(pattern.indices) != len(inertia):  # further bodies have come near
+        if len(pattern.indices) != len(inertia):  # additional bodies are near now
             return None
         mass = BlockMatrix(pattern, inertia)
         solver.factorise(BlockMatrix(pattern, linear.stiffness.symmetric().data + mu * inertia))

@@ -1,7 +1,7 @@
 """Time integration of a system: common part of all methods.
 
-Dissipated and input power are integrated over every step: by Gauss's three points on the dense output of SciPy's methods, by
-the trapezoidal rule and mean rates for generalized-alpha. The reaction of the drives is evaluated there too, so a peak
+Dissipated and input power are integrated over every step. SciPy's methods use three Gauss points on their dense output;
+generalized-alpha uses the trapezoidal rule and mean rates. The reaction of the drives is evaluated there too, so a peak
 between steps is not missed.
 """
 
@@ -28,11 +28,12 @@ from fsm.system import Observation, System
 __all__ = ["Run", "just_after"]
 
 _FAST = 1e-2
-"""Kinetic energy over the energy turned over, above which a force of the drives is dynamic."""
+"""Kinetic energy relative to the reference energy, above which a force of the drives is dynamic."""
 _HOPELESS = 0.5
-"""Energy error over the energy turned over at which a solve stops at once."""
+"""Energy error relative to the reference energy at which a solve stops at once."""
 _AS_LONG_AGAIN = 2.0
-"""A smaller error stops the solve at this multiple of the last time without it: the energy turned over may still grow."""
+"""Multiple of the last time without the error at which a smaller error stops the solve; the reference energy may grow
+until then."""
 _ROUNDING = 1e-13
 """Relative difference of times below which they are equal."""
 
@@ -132,7 +133,7 @@ class Run(ABC):
         points.append(CurvePoint.after(points, t, seen, self._moves(t, q, u, seen)))
 
     def _moves(self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation) -> bool:
-        """Whether a force of the drives is dynamic: of a fast motion, or on the way out of an unstable equilibrium."""
+        """Whether a force of the drives is dynamic: in a fast motion, or while the state leaves an unstable equilibrium."""
         if not len(seen.drive.force):
             return False
         fast = seen.energy.kinetic > _FAST * self.energy_balance.turnover or inertia_counts(self.system, t, q, u, seen)
@@ -160,12 +161,14 @@ class Run(ABC):
 
 
 def just_after(system: System, t: float) -> float:
-    """Time at which a step of a run starts; except at zero, drives that stop at t do not move any more."""
+    """Time at which a step of a run starts. Except at zero, it is just after t, so that drives that stop at t are at
+    rest.
+    """
     return math.nextafter(t, math.inf) if t > 0.0 and t in system.break_times() else t
 
 
 def _at_breaks(times: Sequence[float], breaks: Sequence[float]) -> list[float]:
-    """Times; a time that equals a break but for round-off is replaced by it, which avoids tiny steps."""
+    """Times; a time that equals a break except for round-off is replaced by the break, which avoids tiny steps."""
     found = []
     for t in times:
         near = [b for b in breaks if abs(b - t) <= _ROUNDING * abs(b)]

@@ -26,13 +26,13 @@ from fsm.system import System
 __all__ = ["FirstOrder", "go_on", "make_solver", "solver_state"]
 
 _FIRST_STEP = 1e-6
-"""LSODA's first step over the remaining time."""
+"""LSODA's first step relative to the remaining time."""
 _AGAIN = 1e-2
-"""LSODA's first step after a restart over the previous step: the method restarts with order one."""
+"""LSODA's first step after a restart relative to the previous step: the method restarts with order one."""
 _LARGEST = 2e8
 """Largest number of entries of LSODA's matrix, full or banded."""
 _BAND_WORTHWHILE = 0.25
-"""Largest band over the size of the matrix for which LSODA uses a banded Jacobian."""
+"""Largest ratio of the bandwidth to the size of the matrix for which LSODA uses a banded Jacobian."""
 
 
 class FirstOrder:

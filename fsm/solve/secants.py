@@ -7,7 +7,7 @@ import numpy as np
 __all__ = ["Secants"]
 
 _CURVED = 0.1
-"""Smallest predicted change over a correction for which an update is made."""
+"""Smallest ratio of the predicted change to a correction for which an update is made."""
 
 
 class Secants:

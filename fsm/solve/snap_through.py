@@ -19,14 +19,14 @@ from fsm.system import System
 __all__ = ["RestCriterion", "move_until_rest", "slide"]
 
 _CALM = 1e-4
-"""Kinetic energy over its largest value since the snap, below which rest is near."""
+"""Kinetic energy relative to its largest value since the snap, below which rest is near."""
 _AS_THE_PATH = 4.0
-"""Largest kinetic energy of a motion along stable equilibria over that of their path (twice the speed)."""
+"""Largest ratio of the kinetic energy of a motion along stable equilibria to the one of their path (twice the speed)."""
 _LOOKS = 8
 """Steps between two checks of the path."""
 _RHO_INF = 0.6
 _LOST = 2e-3
-"""Energy error of one step, over the energy turned over, above which the step is repeated with a shorter size."""
+"""Energy error of one step, relative to the reference energy, above which the step is repeated with a shorter size."""
 _SHORTER, _LONGER = 0.25, 1.5
 _TRIES = 4
 """Largest number of repetitions of a step; the remaining loss is numerical damping of fast modes."""
@@ -37,7 +37,7 @@ _RELAXATION_TIME = 1e-3
 """s"""
 _SLIDES = 200
 _SLIDE_STEP = 0.02
-"""Largest step of a slide, over the span or in rad."""
+"""Largest step of a slide, relative to the span or in rad."""
 _SETTLED = 1e-9
 """Size of the Newton step below which a slide has ended."""
 
@@ -48,7 +48,7 @@ class RestCriterion(NamedTuple):
     Attributes
     ----------
     part, scale : -, J
-        Bound of the kinetic energy over the energy turned over so far, or over `scale` if that is larger; the kinetic
+        Bound of the kinetic energy over the reference energy so far, or over `scale` if that is larger; the kinetic
         energy must also be far below its largest value.
     slow, wait : J, s
         After the time `wait`, if the stiffness is positive definite, a larger bound: the kinetic energy that the drives
@@ -67,9 +67,9 @@ def move_until_rest(
 ) -> int:
     """Integrate with inertia and damping until the motion has decayed or the time is `until` (s).
 
-    From `judged_from` (s) on, the integration also stops if the energy error exceeds `worst` times the energy turned over.
-    A motion that still rings after some hundred steps, for example with friction only, then gets artificial damping
-    proportional to the momentum. If the motion `begins`, its velocities are those of statics.
+    From `judged_from` (s) on, the integration also stops if the energy error exceeds `worst` times the reference energy.
+    A motion that still vibrates after some hundred steps, for example with friction only, gets artificial damping
+    proportional to the momentum. If the motion `begins`, its initial velocities follow from statics.
 
     Returns
     -------
@@ -122,7 +122,7 @@ def move_until_rest(
 
 
 def _on_path(system: System, t: float, q: np.ndarray, kinetic: float, slow: float) -> bool:
-    """Whether a state is near stable equilibria and not faster than their path, whose velocity is K^-1 dh/dt."""
+    """Whether a state is near stable equilibria and not faster than the equilibrium path with the velocity K^-1 dh/dt."""
     solver = LinearSolver()
     if negative_pivots(system, t, q, solver):
         return False

@@ -2,10 +2,10 @@
 
 A step predicts the next configuration by extrapolation and corrects it by Newton's method. It is accepted only if
 
-* the equilibrium is stable: K + D/dt has no negative pivots, or none that is real where friction makes it unsymmetric;
+* the equilibrium is stable: K + D/dt has no negative pivots, or no real ones if friction makes it unsymmetric;
 * it is near its prediction: a much larger correction indicates another branch;
-* inertia is negligible: the kinetic energy is small against the energy turned over;
-* its energy balance closes: else the force has a kink in the step, such as a first touch.
+* inertia is negligible: the kinetic energy is small against the reference energy;
+* its energy balance closes; otherwise the force has a kink in the step, for example at a first touch.
 
 Otherwise the step is cut. If the smallest step fails there is a critical point, and `fsm.solve.critical` finds its type. At
 a bifurcation the stable branch is followed. At a limit point the structure snaps, and its motion is integrated until it
@@ -40,40 +40,42 @@ from fsm.system import Observation, System
 __all__ = ["PathSettings", "follow"]
 
 _FORCES = 1e-3
-"""Residual at an equilibrium, over the largest reaction and rtol."""
+"""Residual at an equilibrium, relative to the largest reaction and rtol."""
 _FAR = 8.0
-"""Largest correction over the desired one; a larger one rejects the step."""
+"""Largest correction relative to the desired one; a larger one rejects the step."""
 _FURTHEST = 0.25
-"""Largest correction over the structure's span, or in rad, at any tolerance."""
+"""Largest correction relative to the structure's span, or in rad, at any tolerance."""
 _GROWTH, _SHRINK, _CUT = 2.0, 0.4, 0.35
 _ITERATIONS = 6
 """Newton iterations above which steps do not grow."""
 _SMALLEST = 1e-6
-"""Smallest step over the duration; if it fails, the point is critical."""
+"""Smallest step relative to the duration; if it fails, the point is critical."""
 _RESOLVED = 1e-12
-"""Smallest step over the time itself: the resolution of times."""
+"""Smallest step relative to the time itself: the resolution of times."""
 _MOVING = 1e-3
-"""Kinetic energy over the energy turned over, above which inertia is not negligible."""
+"""Kinetic energy relative to the reference energy, above which inertia is not negligible."""
 _DRIVEN = 1e-2
-"""Kinetic energy of all bodies at the speed of the drives, over the largest one that the drives may cause."""
+"""Ratio of the kinetic energy of all bodies at the speed of the drives to the largest one that the drives may cause."""
 _COARSE = 3.0
-"""Energy error of one step, over the energy turned over and rtol: above it the step has missed a kink of the force."""
+"""Energy error of one step, relative to the reference energy and rtol: above it the step has missed a kink of the
+force."""
 _DEEP = 1e4
-"""Contact forces of a prediction over reactions and previous contact forces, above which it penetrates too far."""
+"""Contact forces of a prediction relative to reactions and previous contact forces, above which it penetrates too far."""
 _RESTING = 1e-3
-"""Residual without damper forces, over the largest reaction, below which a state is an equilibrium."""
+"""Residual without damper forces, relative to the largest reaction, below which a state is an equilibrium."""
 _AGAIN = 0.1
-"""Step over the first step where there is no history for a prediction."""
+"""Ratio of a step without history for a prediction to the first step."""
 _KINK = 1e-2
-"""Smallest step over the first step, for cuts because of the energy balance or a contact that closes."""
+"""Smallest step relative to the first step, for cuts because of the energy balance or a contact that closes."""
 _WAIT = 1e-2
-"""Shortest duration of a motion at the speed of the drive, over the first step; four times as long each time again."""
+"""Shortest duration of a motion at the speed of the drive, relative to the first step; four times as long each time
+again."""
 _IN_MOTION = 10.0
-"""Tolerance of the dynamics at a snap over that of the path."""
+"""Tolerance of the dynamics at a snap, relative to the tolerance of the path."""
 _EVENTS = 30
 """Largest number of critical points; with more the solver has lost the path."""
 _NONE_COARSE = (-math.inf, 0.0, 0.0)
-"""Time, duration and energy error of the last step whose energy balance was judged; initial value."""
+"""Initial value of the time, duration and energy error of the last step whose energy balance was checked."""
 _CALMER = 6
 """Number of times that the energy at which a snap has ended is reduced to a tenth, before the run stops."""
 
@@ -93,7 +95,7 @@ class PathSettings:
         Sign of the critical mode (largest component positive) along which the path continues after a bifurcation.
         Zero: the side of lower energy.
     energy_abort : -
-        Energy error over the energy turned over at which the solve stops, after a tenth of the time.
+        Energy error over the reference energy at which the solve stops, after a tenth of the time.
     start_time : s
         Start of the step of the run, which may be before that of a resumed solve.
     """
@@ -379,7 +381,7 @@ class _Follower:
         self.history.add(self.recorder.time, self.recorder.q, self.newton.efforts(self.recorder.time, self.recorder.q))
 
     def _adapt(self, duration: float, correction: float | None, iterations: int) -> None:
-        """Set the size of the next step: the error of the prediction is proportional to the cube of the step.
+        """Set the size of the next step from the error of the prediction, which is proportional to the cube of the step.
 
         The step does not grow after many Newton iterations.
         """
@@ -454,7 +456,7 @@ class _Follower:
         """Integrate the motion (a slide without damping) until equilibria can be followed again.
 
         `moving`: the motion starts with the present velocities, which have grown; otherwise it starts at rest.
-        `released`: no energy has been turned over yet, and the stored energy is the scale.
+        `released`: the reference energy is still zero, and the stored energy is the scale.
         """
         recorder, settings = self.recorder, self.settings
         if not self.system.rate_dependent:

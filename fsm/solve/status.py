@@ -10,7 +10,7 @@ from fsm.errors import NotConverged
 __all__ = ["TORN", "Event", "Outcome", "StepFailed"]
 
 TORN = 0.1
-"""Largest opening of a joint over the length of a segment, for all methods."""
+"""Largest opening of a joint relative to the length of a segment, for all methods."""
 
 
 class Outcome(Enum):
@@ -39,7 +39,7 @@ class Outcome(Enum):
         "solve with inertia: method = \"generalized-alpha\""
     )
     TORN = (
-        "a joint has come apart by more than a tenth of a segment: the drive pulls beyond what the structure can reach; "
+        "a joint has opened by more than a tenth of a segment: the drive pulls beyond the reach of the structure; "
         "shorten its travel"
     )
     TOO_MANY_STEPS = "more steps than [solve] max_steps; raise it, loosen rtol, or pull faster"
@@ -48,12 +48,12 @@ class Outcome(Enum):
         "\"generalized-alpha\" or \"static\", which cut the step"
     )
     NOT_FINITE = "the state is no longer finite; check masses and stiffnesses, or tighten rtol"
-    ENERGY = "the energy balance is off by more than [solve] energy_abort; tighten rtol or set max_step"
+    ENERGY = "the energy balance residual is above [solve] energy_abort; tighten rtol or set max_step"
     ENERGY_OF_STATICS = (
-        "the energy balance is off by more than [solve] energy_abort; tighten solve.rtol, which sets the increments, "
+        "the energy balance residual is above [solve] energy_abort; tighten solve.rtol, which sets the increments, "
         "or solve with inertia: method = \"generalized-alpha\""
     )
-    ENERGY_OF_FIXED_STEPS = "the energy balance is off by more than [solve] energy_abort; take a shorter solve.step"
+    ENERGY_OF_FIXED_STEPS = "the energy balance residual is above [solve] energy_abort; take a shorter solve.step"
 
 
 @dataclass(frozen=True)

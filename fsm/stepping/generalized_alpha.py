@@ -16,8 +16,8 @@ Choices:
 * a_n belongs to t_n + (alpha_m - alpha_f) h, so a - u' is proportional to h. A change of h rescales it, for order 2 [4].
 * The local error is C h^3 times a derivative of u', from differences of u'. In modes that are too stiff for the step these
   differences are noise. The filter S^-1 c_m M removes them and does not change the other modes.
-* A step as short as the system's `shortest_step` is accepted with any error. Shorter steps would follow waves that the mesh
-  does not resolve; numerical damping removes these waves.
+* A step as short as the system's `shortest_step` is accepted with any error. Shorter steps would resolve waves that the mesh
+  does not resolve. Numerical damping removes these waves.
 * M is constant for segments and ANCF, and is evaluated once.
 
 References
@@ -63,7 +63,7 @@ __all__ = [
 
 STEPPED, STEP_TOO_SMALL, NO_SOLUTION, OBJECTED, UNABLE = 0, 1, 2, 3, 4
 """Outcomes of `take_step`. OBJECTED: the model rejects every step size. UNABLE: the model cannot solve its linear equations.
-The state is then that before the step, and another model of the same system should repeat the step."""
+The state then equals the state before the step, and another model of the same system should repeat the step."""
 
 TIME, STEP_SIZE, MAX_STEP, PRESENT, BEFORE, LAST_ERROR, LONGEST, FACTORISED, CONTRACTION = range(9)
 """Indices of `Motion.sizes`, in s; the last error and the contraction have no unit."""
@@ -71,7 +71,7 @@ STEPS, REJECTED, FAILED, ITERATIONS, FORCES, LINEARISATIONS, DIVISION, STARTED, 
 """Indices of `Motion.counts`. `STARTED`, `SLOW` and `TANGENT` are 0 or 1; `TANGENT`: the model has a tangent."""
 
 _NEWTON = 1e-2
-"""Jump of the forces over the tolerance, above which the accelerations are computed again."""
+"""Jump of the forces relative to the tolerance, above which the accelerations are computed again."""
 _MOST, _PATIENT = 10, 50
 """Largest number of Newton iterations, and that with a new tangent in a fixed step. Where films become slack or taut, the
 tangent jumps, and corrections grow before they decrease."""
@@ -84,19 +84,19 @@ _SHRINK = 0.2
 GROWTH_OF_STEADY_STEPS = 1.2
 """Smallest growth of a step; with less, step size and factorisation are reused. Limits of growth are not below it."""
 _HOP = 0.2
-"""Largest correction of a prediction, over the span or in radians; a larger one rejects the step."""
+"""Largest correction of a prediction, relative to the span or in radians; a larger one rejects the step."""
 _CUT = 0.25
 """Factor on a step size for which Newton's method did not converge."""
 _FIRST = 1e-4
-"""Largest first step over the remaining time."""
+"""Largest first step relative to the remaining time."""
 _FIRST_SHORTEST = 1e-2
-"""Largest first step over the system's shortest step."""
+"""Largest first step relative to the system's shortest step."""
 _FINEST = 64
 """Largest number of parts of a fixed step for which Newton's method did not converge."""
 _SAME = 1e-9
 """Relative difference below which two step sizes are equal."""
 _SMALLEST = 16.0 * float(np.finfo(float).eps)
-"""Smallest step over the present time."""
+"""Smallest step relative to the present time."""
 
 
 class Rules(NamedTuple):
@@ -305,7 +305,7 @@ def _next_size(motion: Motion, rules: Rules, target: float) -> tuple[float, floa
 
 @shared
 def _same(motion: Motion, h: float) -> float:
-    """Size of the previous step if h equals it but for round-off, so that its factorisation is reused; else h."""
+    """Size of the previous step if h equals it except for round-off, so that its factorisation is reused; else h."""
     present = motion.sizes[PRESENT]
     return present if abs(h - present) <= _SAME * h else h
 
@@ -403,7 +403,7 @@ def _jumps(model: Any, motion: Motion, rules: Rules) -> bool:
 
 @shared
 def _error(model: Any, motion: Motion, rules: Rules, h: float, trial: _Trial) -> float:
-    """Local error of x and u over the tolerance."""
+    """Ratio of the local error of x and u to the tolerance."""
     slope, bend = slope_and_bend(trial.rate, motion.rate, motion.slope, h, motion.sizes[BEFORE])
     filtered = inertial_factor(rules, h) * h**3
     error_x = solve(model, scaled(rules.error_x * filtered, mass_times(model, slope)))

@@ -18,8 +18,8 @@ __all__ = [
 (
     START, DISSIPATED, WORK, ERROR, WORST, GAINED, TURNOVER, KINETIC_WORST, ROUND_OFF, POWER, SHORTEST, ALLOWED, LOSSES
 ) = range(13)  # fmt: skip
-"""Indices of the array `balance` of `march`: the numbers of `EnergyBalance` (J), the input power at the end of the
-last step (W), the shortest step (s), the largest error over the turnover, and whether losses are judged too (0 or 1)."""
+"""Indices of the array `balance` of `march`: the numbers of `EnergyBalance` (J), the input power at the end of the last step
+(W), the shortest step (s), the largest error relative to the turnover, and whether losses are checked too (0 or 1)."""
 
 
 @shared

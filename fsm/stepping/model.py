@@ -1,7 +1,7 @@
 """Functions of a model that a time step calls.
 
-In Python these functions call the methods of the model. A kernel calls the kernels of an `ArrayModel` instead. Shapes are
-those of `fsm.system.System`.
+In Python these functions call the methods of the model. A kernel calls the kernels of an `ArrayModel` instead.
+`fsm.system.System` defines the shapes.
 """
 
 from __future__ import annotations

@@ -103,7 +103,7 @@ def test_the_full_campaign_has_its_numbers() -> None:
         (3, "no stable equilibrium was found", "equilibrium"),
         (3, "more steps than max_steps", "steps"),
         (3, "step size below the smallest", "not converged"),
-        (5, "the energy balance is off", "energy"),
+        (5, "the energy balance residual is above", "energy"),
         (1, "internal error: KeyError", "internal"),
         (-11, "", "crash"),
         (None, "case.toml: 45 %, 300 steps", "time"),

@@ -15,7 +15,7 @@ alpha = 1 everywhere (the law of 1995), each vibration causes a small slip, and 
 In a step of length h with the mean slip velocity w, the deflection becomes z = E z_0 + h phi w. Here x = a h, E = exp(-x)
 and phi = (1 - E)/x. The factor alpha is evaluated at the elastic deflection z_0 + h w. The step is exact for a constant slip
 velocity, both of elastic and of fully sliding bristles. The deflection never exceeds the larger of |z_0| and g/sigma_0.
-The other terms of the force are those at the end of the step. The order in h is two for elastic bristles, and one at the
+The other terms of the force are evaluated at the end of the step. The order in h is two for elastic bristles, and one at the
 transition to sliding.
 """
 
@@ -33,7 +33,7 @@ __all__ = ["LUGRE", "lugre"]
 
 
 _ELASTIC = 0.8
-"""Elastic limit of the bristle deflection, over its largest value."""
+"""Elastic limit of the bristle deflection, relative to its largest value."""
 
 
 @kernel(inline=True)
@@ -76,7 +76,7 @@ def lugre(
     """Effort, its derivatives and the new deflection, see `FrictionLaw`.
 
     `params`: mu_s, mu_d, v_S (m/s), sigma_0 (1/m), sigma_1 (s/m), sigma_2 (s/m). If the deflection is beyond its elastic
-    limit, |v| has a kink at v = 0. The derivatives there are those of unloading bristles, which are stiffer.
+    limit, |v| has a kink at v = 0. The derivatives of unloading bristles, which are stiffer, are used there.
     """
     v_stribeck, sigma_0, sigma_2 = params[2], params[3], params[5]
     count, components = slip.shape
