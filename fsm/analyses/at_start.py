@@ -25,8 +25,7 @@ def equilibrium_at_start(system: System, q: np.ndarray, t: float = 0.0) -> np.nd
 
     The result of Newton's method is accepted if it is near and stable and no body has passed through a face. Otherwise the
     energy is minimised without passing through faces (`fsm.solve.relax`), which ends in a stable state. If this takes too
-    many iterations, for example with heavy panels that move far, a damped motion is integrated to rest before the energy is
-    minimised.
+    many iterations, a damped motion is first integrated to rest, for example with heavy panels that move far.
 
     Parameters
     ----------

@@ -171,8 +171,8 @@ class ScissorArray(OneStep):
         """Relative error of the largest stress, from the same array on another mesh with longer steps.
 
         The mesh has half as many elements per bar (twice as many as 2); rtol is ten times as large, a fixed step twice. The
-        error is the difference of the largest stresses, or a third of the largest difference in any bar at any time if that
-        is more.
+        error is the larger of two numbers: the difference of the largest stresses, and a third of the largest difference in
+        any bar at any time.
         """
         settings = self.settings(self.method()[0])
         assert isinstance(settings, Settings)

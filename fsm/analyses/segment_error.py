@@ -40,7 +40,7 @@ _STEEPEST = 4.0
 _REACH = 1e-4
 """Length of the central differences along the path, relative to the span."""
 _AT_END = 1e-9
-"""Time before the end at which the speed of a drive is evaluated, relative to the end time: at the end the drive is at
+"""Time before the end at which the speed of a drive is evaluated, relative to the end time. At the end the drive is at
 rest."""
 
 

@@ -110,7 +110,7 @@ class SurfaceContacts:
     """Probes on surfaces; see `ContactGeometry`.
 
     The broad phase stores the window of pieces within reach of each probe. It is renewed when a body of a surface has moved
-    by a part of the margin, so the contacts do not depend on the time of the renewal.
+    by a part of the margin. The contacts do not depend on the time of the renewal.
 
     A probe over a surface keeps its side at any depth, unless it slides round the tip. A probe that comes over the end of a
     surface takes its present side; for corners of joined panels see `fsm.segments.corner_sides`.
@@ -305,7 +305,7 @@ class SurfaceContacts:
     def crossed(self, poses: np.ndarray) -> tuple[int, ...]:
         """See `ContactGeometry`: pairs with a probe deeper than its limit, or on the other side without contact.
 
-        A depth beyond the possible motion since the last commit does not count: on a surface bent to a loop, the nearest
+        A depth beyond the possible motion since the last commit does not count. On a surface bent to a loop, the nearest
         piece may change from one side of a distant probe to the other.
         """
         side, limit, motion, deepest = self.side, self.probes.depth_limit, 0.0, np.inf

@@ -4,8 +4,8 @@ A body at the start pose (p0, R0) is after a turn by the angle w about the axis 
 
     p = c + R(a, w) (p0 - c),     R = R(a, w) R0
 
-Per unit rate of the turn it has the velocity a x (p - c) and the angular velocity a, whose components in body axes are
-constant: its twist. The moment of the drive is the sum over its bodies of twist times reaction wrench.
+Its twist is its motion per unit rate of the turn: the velocity a x (p - c) and the angular velocity a, constant in body
+axes. The moment of the drive is the sum over its bodies of twist times reaction wrench.
 """
 
 from __future__ import annotations

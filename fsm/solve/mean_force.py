@@ -4,7 +4,7 @@ With x the increment of the configuration from t_n to t_{n+1} = t_n + h [1, 2]:
 
     M (u_{n+1} - u_n)/h = int_0^1 f(t_n + s h, retract(q_n, s x), x/h) ds,    x/h = (u_n + u_{n+1})/2
 
-f.x is then the difference of the potential, so kinetic + potential + dissipated energy - work is constant, except for the
+f.x is then the difference of the potential. So kinetic + potential + dissipated energy - work is constant, except for the
 error of the quadrature. Two Gauss points are exact for potentials up to the fourth degree, for example the potential of a
 stretched film. Rigid bodies rotate about their mean angular velocity, so gyroscopic moments do no work. The method is of
 second order, has no numerical damping, and cannot gain energy; Newmark's method, and generalized-alpha with little damping,

@@ -247,7 +247,7 @@ class _StripBuilder:
         )
 
     def _crease(self, number: int, inner: _Segment, outer: _Segment, drive: Drive | None) -> ForceElement:
-        """Force element of a crease; at a guided drive it has only the moment, and half joints have the other springs."""
+        """Force element of a crease; with a guided drive the moment only, because half joints have the other springs."""
         distance = (self._flexible(inner) + self._flexible(outer)) / 2
         translation, rotation = self._springs(distance)
         if drive is not None and drive.guide:
