@@ -12,7 +12,7 @@ from typing import Any, NoReturn, TypeVar
 import click
 
 from fsm.errors import CaseError, ExpectationFailed, FsmError, is_interrupt
-from fsm.gc_startup import imports_outside_gc, skip_final_gc
+from fsm.gc_startup import imports_outside_gc, plain_matplotlib, skip_final_gc
 from fsm.interrupts import ignore_repeated_interrupts
 from fsm.threads import one_thread
 
@@ -156,7 +156,7 @@ def run(
     loaded = load_case(case, [*overrides, *_solve_overrides(spatial, method)])
     folder = _out_folder(out)
 
-    with imports_outside_gc():
+    with imports_outside_gc(), plain_matplotlib():
         from fsm.run import run_case
 
     try:
@@ -238,7 +238,7 @@ def preview(case: str, out: str, overrides: tuple[str, ...]) -> None:
 
     loaded = load_case(case, overrides)
 
-    with imports_outside_gc():
+    with imports_outside_gc(), plain_matplotlib():
         from fsm.preview import preview as animate
 
     with add_source(case):
@@ -267,7 +267,7 @@ def plot(result: str, out: str | None, channels: tuple[str, ...], over_time: boo
     folder.mkdir(parents=True, exist_ok=True)
 
     if channels:
-        with imports_outside_gc():
+        with imports_outside_gc(), plain_matplotlib():
             from fsm.plots.channels import plot_channels
 
         with add_source(result):
@@ -275,7 +275,7 @@ def plot(result: str, out: str | None, channels: tuple[str, ...], over_time: boo
         click.echo(str(folder / "channels.png"))
         return
 
-    with imports_outside_gc():
+    with imports_outside_gc(), plain_matplotlib():
         from fsm.plots.figures import draw
 
     for path in draw(solution, folder):

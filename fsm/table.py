@@ -16,7 +16,7 @@ from typing import Any
 from fsm.atomic_write import atomic_write, remove_partial_files
 from fsm.errors import CannotWrite, CaseError, Fault
 from fsm.folder_lock import locked_folder
-from fsm.gc_startup import imports_outside_gc
+from fsm.gc_startup import imports_outside_gc, plain_matplotlib
 from fsm.pool import JobOutcome, run_jobs
 from fsm.results.summary_file import SUMMARY, read_summary
 from fsm.scene.load_case import LoadedCase
@@ -206,7 +206,7 @@ def _stage_name(key: str) -> str:
 
 def run_row(job: Job) -> dict[str, Any]:
     """Run one row in a worker; the complete case is written to the folder before the run starts."""
-    with imports_outside_gc():
+    with imports_outside_gc(), plain_matplotlib():
         from fsm.run import ENDING, run_in_locked_folder
 
     try:

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 
-from fsm.plots.animation import animate
 from fsm.plots.contact_map import plot_contact_map
 from fsm.plots.energy import plot_energy
 from fsm.plots.force import plot_force
 from fsm.plots.motion import plot_motion
-from fsm.plots.scissor import plot_points, plot_rigid, plot_stress, plot_synchronism
-from fsm.plots.vibration import plot_history, plot_modes, plot_spectrum, plot_tension
 from fsm.results.quantities import touching_pairs
 from fsm.results.solution import Solution
 
@@ -19,20 +17,30 @@ __all__ = ["draw", "figures_of"]
 
 Plot = Callable[[Solution, Path], None]
 
+
+def _later(module: str, name: str) -> Plot:
+    """Figure of films and arrays, whose module is imported when one is drawn."""
+
+    def plot(solution: Solution, path: Path) -> None:
+        getattr(import_module(f"fsm.plots.{module}"), name)(solution, path)
+
+    return plot
+
+
 _ALL: dict[str, Plot] = {
     "force.png": plot_force,
     "motion.png": plot_motion,
     "energy.png": plot_energy,
     "contact.png": plot_contact_map,
-    "history.png": plot_history,
-    "spectrum.png": plot_spectrum,
-    "modes.png": plot_modes,
-    "tension.png": plot_tension,
-    "points.png": plot_points,
-    "rigid.png": plot_rigid,
-    "synchronism.png": plot_synchronism,
-    "stress.png": plot_stress,
-    "motion.gif": animate,
+    "history.png": _later("vibration", "plot_history"),
+    "spectrum.png": _later("vibration", "plot_spectrum"),
+    "modes.png": _later("vibration", "plot_modes"),
+    "tension.png": _later("vibration", "plot_tension"),
+    "points.png": _later("scissor", "plot_points"),
+    "rigid.png": _later("scissor", "plot_rigid"),
+    "synchronism.png": _later("scissor", "plot_synchronism"),
+    "stress.png": _later("scissor", "plot_stress"),
+    "motion.gif": _later("animation", "animate"),
 }
 
 

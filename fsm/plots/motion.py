@@ -27,6 +27,8 @@ __all__ = ["leaves_plane", "pick_records", "plot_motion"]
 _OF_FILMS = "#9ECAE1"
 _FILLED = 0.76
 """Part of the width of a picture in space that the box around the structure fills."""
+_PAD = 0.05
+"""Distance between pictures in the plane and their labels, inches."""
 _TITLE, _LABELS, _BELOW, _LEFT = 0.3, 0.16, 0.04, 0.07
 """Title height, inches. Relative to the width of a picture: height of the labels, additional label height below the box,
 shift to the left for the label of z."""
@@ -47,8 +49,7 @@ def plot_motion(solution: Solution, path: str | Path, views: int = 6) -> None:
     space = leaves_plane(solution.shape)
     height = _height(_extent(solution), columns, rows, space)
     with figure(path, (WIDE[0], height)) as fig:
-        if space:
-            fig.set_layout_engine("none")
+        fig.set_layout_engine(None)
         for k, record in enumerate(chosen):
             if space:
                 _draw_space(fig, solution, record)
@@ -64,9 +65,7 @@ def plot_motion(solution: Solution, path: str | Path, views: int = 6) -> None:
         if stages:
             handles = [_handle(stage, first=k == 0) for k, stage in enumerate(stages)]
             add_legend_across(fig, handles, "lower")
-        if space:
-            _arrange(fig, columns, rows, fig.get_figheight() - height)
-        fig.draw_without_rendering()  # titles of axes with equal scales get their position in the second drawing only
+        (_arrange if space else _arrange_plane)(fig, columns, rows, fig.get_figheight() - height)
 
 
 def pick_records(solution: Solution, views: int = 6) -> list[int]:
@@ -174,6 +173,33 @@ def _arrange(fig: Figure, columns: int, rows: int, below: float) -> None:
         row, column = divmod(k, columns)
         middle = below + (rows - row - 0.5) * cell - 0.5 * _TITLE + 0.5 * _BELOW * side
         ax.set_position(((column - _LEFT) * side / width, (middle - 0.5 * side) / height, side / width, side / height))
+
+
+def _arrange_plane(fig: Figure, columns: int, rows: int, below: float) -> None:
+    """Put axes around the pictures in the plane; those of the first column, and the lowest of each column, have labels."""
+    if not fig.axes:
+        return
+    renderer: Any = fig.canvas.get_renderer()  # type: ignore[attr-defined, unused-ignore]
+    width, height = fig.get_size_inches()  # a legend below takes `below` of it
+    first, last = fig.axes[0], fig.axes[-1]
+    left = _beside(first.yaxis.get_tightbbox(renderer), first, fig.dpi)[0] + _PAD
+    lower = _beside(last.xaxis.get_tightbbox(renderer), last, fig.dpi)[1] + 2.0 * _PAD
+    labelled = [lower if (row + 1) * columns + columns > len(fig.axes) else _PAD for row in range(rows)]
+    title = max(ax.title.get_window_extent(renderer).height for ax in fig.axes) / fig.dpi + 2.0 * _PAD + 0.1
+    side = (width - left - columns * _PAD) / columns
+    high = (height - below - sum(labelled) - rows * title) / rows
+    top = height
+    for k, ax in enumerate(fig.axes):
+        row, column = divmod(k, columns)
+        if column == 0:
+            top -= title + high + (labelled[row - 1] if row else 0.0)
+        ax.set_position(((left + column * (side + _PAD)) / width, top / height, side / width, high / height))
+
+
+def _beside(box: Any, ax: Axes, dpi: float) -> tuple[float, float]:
+    """Widths of what a box needs left of the axes and below them, inches."""
+    inside = ax.get_window_extent()
+    return (float(inside.x0 - box.x0) / dpi, float(inside.y0 - box.y0) / dpi) if box is not None else (0.0, 0.0)
 
 
 def _title(solution: Solution, record: int) -> str:

@@ -103,7 +103,18 @@ def figure(path: str | Path, size: tuple[float, float] = SINGLE) -> Iterator[Fig
         path.parent.mkdir(parents=True, exist_ok=True)
         with atomic_write(path) as part, warnings.catch_warnings():
             warnings.filterwarnings("ignore", r"Glyph \d+ .* missing", UserWarning)  # drawn as boxes
+            if path.suffix == ".png":
+                _lay_out(fig)
             fig.savefig(part)
+
+
+def _lay_out(fig: Figure) -> None:
+    """Place the axes. `savefig` would draw the whole figure for this, and then again."""
+    fig.set_dpi(matplotlib.rcParams["savefig.dpi"])
+    engine = fig.get_layout_engine()
+    if engine is not None:
+        engine.execute(fig)
+        fig.set_layout_engine(None)
 
 
 def abscissa(solution: Solution) -> tuple[Floats, str]:

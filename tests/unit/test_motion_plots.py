@@ -44,6 +44,25 @@ def test_motion_in_the_plane(tmp_path: Path, figures: list[Figure]) -> None:
     np.testing.assert_allclose(drawn[CELLS][1], ends[[0, 2]])
 
 
+@pytest.mark.parametrize("views", [1, 2, 4, 6])
+def test_pictures_in_the_plane_do_not_overlap(views: int, tmp_path: Path, figures: list[Figure]) -> None:
+    plot_motion(strip_run(), tmp_path / "motion.png", views)
+    fig = figures[0]
+    boxes = [ax.get_tightbbox() for ax in fig.axes] + [legend.get_window_extent() for legend in fig.legends]
+    for k, box in enumerate(boxes):
+        assert box.x0 >= 0.0 and box.y0 >= 0.0 and box.x1 <= fig.bbox.width and box.y1 <= fig.bbox.height
+        for other in boxes[:k]:
+            assert not box.overlaps(other)
+
+
+def test_a_figure_is_drawn_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn: list[Figure] = []
+    draw = Figure.draw
+    monkeypatch.setattr(Figure, "draw", lambda self, renderer: (drawn.append(self), draw(self, renderer))[1])
+    plot_motion(strip_run(), tmp_path / "motion.png")
+    assert len(drawn) == 1
+
+
 def test_motion_of_a_scissor_array_lies_in_x_and_y(tmp_path: Path, figures: list[Figure]) -> None:
     run = strip_run(31)
     run.layout = replace(run.layout, case_text="[scissor]\nunits = 2\n")
