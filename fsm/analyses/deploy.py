@@ -13,6 +13,7 @@ from fsm.analyses.extrapolation_warnings import extrapolation_warnings
 from fsm.analyses.run_step import RunStep, States
 from fsm.analyses.segment_error import SegmentError
 from fsm.compile_case import compile_case, path_settings
+from fsm.errors import NotConverged
 from fsm.panel_crossing import lattice_overlap, unwatched_crossings
 from fsm.results.curve import ForceCurve
 from fsm.results.quantities import summarise, summarise_contacts
@@ -23,6 +24,7 @@ from fsm.segments.arrays_of import has_arrays
 from fsm.segments.in_step import system_in_step, whole_system
 from fsm.segments.plan import PlannedStep, plan_of
 from fsm.segments.save_times import save_times
+from fsm.segments.separate import shallowest
 from fsm.segments.system import SegmentSystem
 from fsm.solve.arc_length import ArcSettings
 from fsm.solve.linear import LinearSolver
@@ -42,6 +44,8 @@ _STRETCHED = 0.01
 """Opening of a joint relative to the length of a segment, above which a strip is pulled beyond its reach (sheets yield
 before)."""
 
+_DEEP = 0.2
+"""Penetration of contacts over the largest thickness, above which it is too deep."""
 _COARSE = 0.05
 """Error of the peak force due to the segments, above which there is a warning."""
 
@@ -138,8 +142,24 @@ class Deployment(Analysis):
             return system.initial()
         assert isinstance(system, SegmentSystem)
         q, u = system.from_states(states)
+        steps = self.plan.steps
+        if steps[number].contact and not steps[number - 1].contact and steps[number].kind != "relax":
+            self._refuse_overlap(system, steps[number].start, q)
         kinds = [step.kind for step in self.plan.steps[number - 1 : number + 1]]
         return q, u if kinds == ["dynamic", "dynamic"] else self._at_first(number, system)
+
+    def _refuse_overlap(self, system: SegmentSystem, t: float, q: np.ndarray) -> None:
+        """Refuse a state in which bodies are deep in each other where their contact begins."""
+        gaps = system.observe(t, q, None).pairs.gap
+        if not len(gaps):
+            return
+        bound = max(_DEEP * self.layout().thickness, shallowest(system))
+        if -gaps.min() > bound:
+            raise NotConverged(
+                f"{system.pair_names[int(np.argmin(gaps))]} overlap by {-1e3 * gaps.min():.3g} mm where contact begins, "
+                f"more than {1e3 * bound:.3g} mm; move them apart in an earlier step, or push them apart by a step with "
+                'kind = "relax" before'
+            )
 
     def _at_first(self, number: int, system: SegmentSystem) -> np.ndarray:
         """Initial velocities of the case before any motion; later zero."""
@@ -204,9 +224,11 @@ class Deployment(Analysis):
 
     @property
     def _same_throughout(self) -> bool:
-        """Whether `system` has the forces of all records: the same joints and drives act, and drives follow the time."""
+        """Whether `system` has the forces of all records: all steps are alike, and drives follow the time."""
         steps = self.plan.steps
-        return not self.system.steps_of and all(all(step.acting) and step.method != "arc-length" for step in steps)
+        loaded = self.plan.written and any(step.loads for step in steps)
+        alike = len({(step.held, step.contact) for step in steps}) == 1 and not loaded
+        return alike and not self.system.steps_of and all(all(s.acting) and s.method != "arc-length" for s in steps)
 
     @property
     def _ends_on_path(self) -> bool:
@@ -233,7 +255,7 @@ class Deployment(Analysis):
         """Deep contacts, panels that cross, creases beyond their data, a pull that is not slow, a peak at the end."""
         found = []
         thickness = solution.layout.thickness
-        if solution.pair_gap.size and -solution.pair_gap.min() > 0.2 * thickness > 0.0:
+        if solution.pair_gap.size and -solution.pair_gap.min() > _DEEP * thickness > 0.0:
             pair = solution.layout.pair_names[int(np.argmin(solution.pair_gap.min(axis=0)))]
             found.append(
                 f"faces of {pair} penetrate by {-1e3 * solution.pair_gap.min():.3g} mm, more than a fifth of the thickness; "

@@ -41,8 +41,8 @@ def check_steps(sections: Sections) -> Iterable[Fault]:
                 yield Fault(f"{path}.steps", f"no step is called {wanted!r}{hint}")
         if element.latch and element.steps is None:
             yield Fault(f"{path}.latch", "needs `steps`, the names of the steps in which it acts")
-        if element.latch and (element.crease is not None or element.frame == "chord"):
-            yield Fault(f"{path}.latch", "is for linear joints, without `crease` and `frame`")
+        if element.latch and (element.crease is not None or element.frame == "chord" or element.law is not None):
+            yield Fault(f"{path}.latch", "is for linear joints, without `crease`, `frame` and `law`")
     if "step" not in sections.written:
         return
     if len(sections.stages) > 1:

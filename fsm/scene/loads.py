@@ -162,11 +162,25 @@ class Drive(Model):
             raise ValueError('`time` of a drive is a motion: kind = "ramp", "table" or "cycle"')
         if isinstance(self.time, Ramp) and self.time.shape == "unbounded":
             raise ValueError('shape = "unbounded" is for loads; a drive has "smooth" or "linear"')
+        if self.time is not None and not self._waits_for_file:
+            self._check_begin(self.time)
         if self.run_up is not None and self.travel is not None and self.run_up > self.travel:
             raise ValueError(
                 f"run_up = {self.run_up:g} m must be at most travel = {self.travel:g} m; reduce it"
             )
         return self
+
+    def _check_begin(self, time: TimeFunction) -> None:
+        """A drive begins where its bodies are: at time zero its function is zero."""
+        begin = time.time[0] if isinstance(time, Table) and time.time is not None else getattr(time, "start", 0.0)
+        if begin < 0.0:
+            raise ValueError(f"`time` begins at {begin:g} s; times count from the start of the step: give times from 0 s on")
+        if isinstance(time, Table) and time.value is not None and time.value[0] != 0.0:
+            amount = f"{self.size * time.value[0]:g} {'m' if self.turn is None else 'rad'}"
+            raise ValueError(
+                f"the table begins with {amount}, and a drive begins where its bodies are; count travel or turn from there: "
+                "the first row must be 0"
+            )
 
     @property
     def _waits_for_file(self) -> bool:

@@ -56,7 +56,7 @@ def system_in_step(
     moved = replace(bodies, pose=pose, free=np.array(free, dtype=np.int64))
     groups, latched = _groups(whole, scene, plan, number, states)
     system = whole.variant(moved, motions, groups)
-    system.latched = latched
+    system.latched, system.spread = latched, whole.spread  # all steps have the scales of the start of the run
     if states is not None:
         if _switched(whole, plan, number) == _switched(whole, plan, number - 1):
             system.restore(states["memory"])
@@ -120,10 +120,11 @@ def _groups(
         if name not in steps.names:
             del groups[place]
             continue
-        if steps.latch and states is not None and isinstance(group, BushingGroup):
-            rest = states.get(f"latch {k}")
+        if steps.latch and isinstance(group, BushingGroup):
+            known = {"poses": whole.bodies.pose, "rates": whole.bodies.rate} if states is None else states
+            rest = known.get(f"latch {k}")
             if rest is None:
-                rest = np.asarray(group.measure(states["poses"], states["rates"], group.bodies, *group.geometry)[0])
+                rest = np.asarray(group.measure(known["poses"], known["rates"], group.bodies, *group.geometry)[0])
             latched[f"latch {k}"] = rest
             groups[place] = replace(group, rest=np.ascontiguousarray(rest))
     index = {body: i for i, body in enumerate(whole.bodies.names)}

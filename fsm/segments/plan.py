@@ -170,8 +170,8 @@ class _Planner:
         self.acting = [self._is_line(k) for k in range(self.targets)]
         self.started = [False] * self.targets
         self.held = {body.name for body in scene.bodies if body.held}
-        self.fixed = {frame.name for frame in scene.frames}
-        self.fixed |= {name for k, drive in enumerate(scene.drives) if self._is_line(k) for name in drive.moved}
+        self.frames = {frame.name for frame in scene.frames}
+        self.fixed = self.frames | {name for k, drive in enumerate(scene.drives) if self._is_line(k) for name in drive.moved}
         self.loads: list[_Acting] = []
 
     def plan(self) -> Plan:
@@ -202,13 +202,15 @@ class _Planner:
         new = [load for at, load in loads_of(self.case) if at == number]
         said = [f"holds {', '.join(step.hold)}"] if step.hold else []
         said += [f"releases {', '.join(step.release)}"] if step.release else []
+        replaced = {acting.name: f" in place of {acting.name!r}" for acting in self.loads if not acting.ends}
         self._hold(number, step)
         let_go = self._release(number, step)
         end = start + self._duration(step, begun, new, number)
         self._drive(begun, start)
         self._load(step, new, let_go, start, end)
         said += ["without contact"] if not step.contact and self.scene.contact is not None else []
-        said += [f"drives {part.drive.called}" for part in begun] + [f"loads {load.body}" for load in new]
+        said += [f"drives {part.drive.called}" for part in begun]
+        said += [f"loads {load.body}{replaced.get(load.called, '')}" for load in new]
         solve = step.solve or self.case.solve
         method, reason = self._method(step, solve)
         still = not self._has_free() and not self._moves(start, end)
@@ -279,6 +281,9 @@ class _Planner:
             bodies = self._bodies(name)
             if not bodies:
                 text = f"no body is called {name!r}{nearest_name(name, self._names())}"
+                self.faults.append(Fault(f"step.{number}.hold.{index}", text))
+            if name in self.frames:
+                text = f"{name!r} is a frame, which its film or cable carries; join it to a body, and hold that body"
                 self.faults.append(Fault(f"step.{number}.hold.{index}", text))
             driven = bodies & self._driven() if name != ALL else set()
             if driven:

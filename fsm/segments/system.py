@@ -99,6 +99,7 @@ class SegmentSystem(Configuration):
         self._driven_key: tuple[int, ...] = ()
         self.steps_of: list[tuple[Group, GroupSteps]] = []
         self.latched: dict[str, np.ndarray] = {}
+        self.spread = float(np.ptp(bodies.pose[:, : 3 if self.spatial else 2], axis=0).max())
 
     # other bodies that are free ------------------------------------------------------------------------------------
 
@@ -120,9 +121,17 @@ class SegmentSystem(Configuration):
         return states["poses"][free].ravel(), states["rates"][free].ravel()
 
     def loaded(self, t: float, start: np.ndarray, poses: np.ndarray) -> dict[str, tuple[float, float]]:
-        """Size (N, N m) of every load at a time, and the way (m, rad) of its point along it between poses, by name."""
-        loads = [load for group in self.groups if isinstance(group, LoadGroup) for load in group.loads]
-        return {load.name: (load.size(t), load.moved(start[load.body], poses[load.body])) for load in loads}
+        """Size (N, N m) of every load at a time, and the way (m, rad) of its point along it between poses, by name.
+
+        A name that occurs again gets a number.
+        """
+        found: dict[str, tuple[float, float]] = {}
+        for load in (load for group in self.groups if isinstance(group, LoadGroup) for load in group.loads):
+            name, number = load.name, 2
+            while name in found:
+                name, number = f"{load.name}#{number}", number + 1
+            found[name] = load.size(t), load.moved(start[load.body], poses[load.body])
+        return found
 
     # protocol: configuration ----------------------------------------------------------------------------------------
 
@@ -162,7 +171,7 @@ class SegmentSystem(Configuration):
         lengths = [plate.length for body, plate, _ in self.bodies.plates if self._dof[body] >= 0]
         lengths = lengths or [size for body, size in self.bodies.solids if self._dof[body] >= 0]
         n = 3 if self.spatial else 2
-        spread = float(np.ptp(self.bodies.pose[:, :n], axis=0).max())
+        spread = self.spread
         length = float(np.median(lengths)) if lengths else (spread or 1.0)
         fastest = float(np.abs(self.bodies.rate[:, :n]).max(initial=0.0))
         speed = max([fastest, *(10.0 * motion.pace(spread) for motion in self.motions)]) or length

@@ -11,6 +11,7 @@ with x the increment from q_n, scaled by the structure's span over the root of i
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -143,6 +144,7 @@ class _Tracer:
         self.scale = system.scales().span * np.sqrt(system.nu)
         self.duration = end - start
         self.solver = LinearSolver()
+        self.breaks = sorted({*system.break_times(), end})
 
     def first(self, q: np.ndarray, t: float) -> tuple[PathPoint, _Tangent]:
         """Start of the path, and its tangent towards later times."""
@@ -153,11 +155,12 @@ class _Tracer:
         self, point: PathPoint, tangent: _Tangent, length: float
     ) -> tuple[PathPoint, _Tangent, int] | None:
         """Next point; None if it is not found, or if the tangent turns too far."""
-        # the last step prescribes the end time instead of the length
-        hold = point.time + length * tangent.t * self.duration >= self.end
-        if hold:
-            length = (self.end - point.time) / (tangent.t * self.duration)
-        t = self.end if hold else point.time + length * tangent.t * self.duration
+        # a step to a time at which loads or drives are not smooth prescribes this time instead of the length
+        t = point.time + length * tangent.t * self.duration
+        stop = self._break_between(point.time, t)
+        hold = stop is not None
+        if stop is not None:
+            length, t = (stop - point.time) / (tangent.t * self.duration), stop
         q = self.system.retract(point.q, length * tangent.x * self.scale)
         taken = 0
         for _ in range(_ITERATIONS):
@@ -180,10 +183,24 @@ class _Tracer:
                 break
         else:
             return None
-        after, negative = self._tangent(t, q, tangent)
+        after, negative = self._tangent(math.nextafter(t, point.time) if hold else t, q, tangent)
         if after.dot(tangent) < _TURN:
             return None
+        if hold and t < self.end:
+            after = self._beyond(t, q, after)
         return PathPoint(point.length + length, t, q, negative, taken), after, taken
+
+    def _break_between(self, begin: float, end: float) -> float | None:
+        """First of the times at which loads or drives are not smooth, on the way between two times."""
+        near = 1e-12 * self.duration
+        if end >= begin:
+            return next((t for t in self.breaks if begin + near < t <= end), None)
+        return next((t for t in reversed(self.breaks) if end <= t < begin - near), None)
+
+    def _beyond(self, t: float, q: np.ndarray, tangent: _Tangent) -> _Tangent:
+        """Tangent with the rates of loads and drives beyond a time, in the sense of time in which the path comes there."""
+        found, _ = self._tangent(math.nextafter(t, math.copysign(math.inf, tangent.t)), q, None)
+        return found if tangent.t >= 0.0 else _Tangent(-found.x, -found.t)
 
     def _factorise(self, t: float, q: np.ndarray) -> np.ndarray:
         linear = self.system.linearise(t, q, None)

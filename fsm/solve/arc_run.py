@@ -11,8 +11,11 @@ from typing import Any
 
 import numpy as np
 
+from fsm.errors import NotConverged
 from fsm.solve.arc_length import ArcSettings, PathPoint, trace
 from fsm.solve.energy_balance import EnergyBalance
+from fsm.solve.load_work import load_work
+from fsm.solve.newton import equilibrium
 from fsm.solve.run_io import CurvePoint, SavedState, Statistics
 from fsm.system import Observation
 
@@ -47,6 +50,7 @@ class ArcRun:
         settings, system = self.settings, self.system
         at_rest = np.zeros(system.nu)
         system.clear_caches(np.zeros(0))
+        q = self._settled(start, q)
         points: list[PathPoint] = []
         lowest = 2.0 * start - settings.end_time  # loads may reverse up to their full size
         for point in trace(
@@ -66,6 +70,18 @@ class ArcRun:
                 "their reverse"
             )
         return last.q
+
+    def _settled(self, t: float, q: np.ndarray) -> np.ndarray:
+        """Equilibrium near the start, stable or not; the difference of the energies is dissipated, or external work."""
+        try:
+            found = equilibrium(self.system, q, np.array([t]))
+        except NotConverged as error:
+            text = f"arc-length: the start is not in equilibrium, and none is found near it: {error}"
+            raise NotConverged(f'{text}; add a step with kind = "relax" before') from None
+        before, after = (self.system.energy(t, state, None).stored_at_rest for state in (q, found))
+        self.energy_balance.dissipated += max(before - after, 0.0)
+        self.energy_balance.work += max(after - before, 0.0)
+        return found
 
     def _account(self, start: float, points: list[PathPoint]) -> None:
         """Compute the records, work and loads of all points."""
@@ -104,9 +120,6 @@ class ArcRun:
     def _work(self, before: tuple[PathPoint, Observation], after: tuple[PathPoint, Observation]) -> float:
         """Work of loads and drives between two points by the trapezoidal rule, J."""
         (one, seen), (two, seen_next) = before, after
-        change = self.system.difference(one.q, two.q)
-        loads = 0.0
-        for point in (one, two):
-            loads += 0.5 * (self.system.energy(point.time, point.q, change).load_power or 0.0)
+        loads = load_work(self.system, (one.time, one.q), (two.time, two.q))
         forces = 0.5 * (seen.drive.force + seen_next.drive.force)
         return loads + float(forces @ (seen_next.drive.travel - seen.drive.travel))

@@ -8,6 +8,7 @@ import numpy as np
 
 from fsm.solve.dissipation import mean_dissipation
 from fsm.solve.energy_balance import EnergyBalance
+from fsm.solve.load_work import load_work
 from fsm.solve.restart_points import State, observation_from, observation_state
 from fsm.solve.run_io import AcceptedStep, CurvePoint, InitialState, OutputRequest, SavedState, Statistics, inertia_counts
 from fsm.system import DriveState, Observation, PreviousState, System
@@ -227,13 +228,15 @@ class PathRecorder:
             return False
         travel = np.abs(seen.drive.travel - self.last.drive.travel)
         given = float((np.abs(self.last.drive.force) + np.abs(seen.drive.force)) @ travel)
+        given += 2.0 * abs(load_work(self.system, (self.time, self.q), (t, q)))
         gained = seen.energy.stored_at_rest - self.last.energy.stored_at_rest
         return bool(gained <= given + 1e-6 * self.energy_balance.turnover)
 
     def slide(self, t: float, q: np.ndarray, seen: Observation) -> None:
-        """Record an instantaneous jump: the loss of stored energy and the work of the drives are dissipated."""
+        """Record an instantaneous jump: the loss of stored energy and the work of drives and loads are dissipated."""
         forces = 0.5 * (self.last.drive.force + seen.drive.force)
         work = float(forces @ (seen.drive.travel - self.last.drive.travel))
+        work += load_work(self.system, (self.time, self.q), (t, q))
         self.energy_balance.work += work
         self.energy_balance.dissipated += work + self.last.energy.stored_at_rest - seen.energy.stored_at_rest
         rest = np.zeros_like(self.u)

@@ -29,7 +29,7 @@ from fsm.solve.critical import Critical, critical_point, softest_mode, stable_br
 from fsm.solve.energy_balance import JUDGED_FROM, EnergyBalance
 from fsm.solve.equilibrium_step import Ending, EquilibriumStep
 from fsm.solve.extrapolation import History, Prediction
-from fsm.solve.newton import negative_pivots, tangent_prediction
+from fsm.solve.newton import equilibrium, negative_pivots, tangent_prediction
 from fsm.solve.path_recorder import PathRecorder
 from fsm.solve.restart_points import State, steps_between
 from fsm.solve.run_io import AcceptedStep, CurvePoint, InitialState, OutputRequest, SavedState, Statistics
@@ -61,6 +61,8 @@ _COARSE = 3.0
 force."""
 _DEEP = 1e4
 """Contact forces of a prediction relative to reactions and previous contact forces, above which it penetrates too far."""
+_SAME = 1e-9
+"""Distance relative to the span, or in rad, below which two configurations are the same."""
 _RESTING = 1e-3
 """Residual without damper forces, relative to the largest reaction, below which a state is an equilibrium."""
 _AGAIN = 0.1
@@ -206,6 +208,8 @@ class _Follower:
                 self._move(moving=False, released=True)
                 self._note("release", before)
                 self._go_on_slowly()
+            elif self.statistics.steps == 0:
+                self._settle()
             while recorder.time < settings.end_time:
                 if self.statistics.steps >= settings.max_steps:
                     self._fail(Outcome.TOO_MANY_STEPS)
@@ -374,6 +378,23 @@ class _Follower:
 
     def _size(self, increment: np.ndarray) -> float:
         return float(largest_ratio(increment, self.newton.scales.span))
+
+    def _settle(self) -> None:
+        """Move to the equilibrium near a start that is none; the difference of the energies is dissipated."""
+        recorder, t = self.recorder, self.recorder.time
+        if not self.system.nu or self._rests(t, recorder.q):
+            return
+        try:
+            q = equilibrium(self.system, recorder.q, np.array([t]))
+        except NotConverged:
+            return
+        moved = self._size(self.system.difference(recorder.q, q))
+        if moved <= _SAME or moved > _FURTHEST or negative_pivots(self.system, t, q, self.newton.solver):
+            return
+        seen = self.system.observe(t, q, None)
+        if recorder.jump_admissible(t, q, seen):
+            recorder.slide(t, q, seen)
+            self._forget()
 
     def _forget(self) -> None:
         """Restart the history at the present state."""
