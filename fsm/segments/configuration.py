@@ -69,6 +69,9 @@ class Configuration(System):
         Zero rates of all bodies; shared, read-only.
     driven : (m,) int array
         Bodies of all motions.
+    drives : driven bodies, the motion of each, and the directions of all motions
+    turns : Turns or None
+        Bodies that turn.
     """
 
     def __init__(self, bodies: Bodies, motions: tuple[PrescribedMotion, ...]) -> None:
@@ -83,8 +86,8 @@ class Configuration(System):
         self.driven = np.array([body for motion in motions for body in motion.bodies], dtype=np.int64)
         self._motion = np.array([k for k, motion in enumerate(motions) for _ in motion.bodies], dtype=np.int64)
         self._directions = np.array([motion.direction for motion in motions]).reshape(len(motions), 3 if self.spatial else 2)
-        self._turns = Turns.of(motions, bodies.pose)
-        self._drives = self.driven, self._motion, self._directions
+        self.turns = Turns.of(motions, bodies.pose)
+        self.drives = self.driven, self._motion, self._directions
         self._standing = np.zeros(len(motions))
         self._travelled: dict[float, np.ndarray] = {}
         nowhere = (np.nan, np.zeros(0), bodies.pose)
@@ -164,10 +167,10 @@ class Configuration(System):
     def _body_rates(self, u: np.ndarray, t: float, before: PreviousState | None = None) -> np.ndarray:
         """Rates of all bodies from the rates of the free bodies and of the motions at t, or mean rates since `before`."""
         speeds = self._speeds(t, before)
-        rates = np.asarray(place_bodies(self.at_rest, self.bodies.free, u, False, *self._drives, speeds))
-        if self._turns is not None:
+        rates = np.asarray(place_bodies(self.at_rest, self.bodies.free, u, False, *self.drives, speeds))
+        if self.turns is not None:
             earlier = None if before is None else (self._travels(before[0]), t - before[0])
-            self._turns.set_rates(rates, self._travels(t), speeds, earlier)
+            self.turns.set_rates(rates, self._travels(t), speeds, earlier)
         return rates
 
     def _poses(self, t: float, q: np.ndarray) -> np.ndarray:
@@ -179,9 +182,9 @@ class Configuration(System):
         at, known, poses = self._placed
         if t == at and equal_vectors(q, known):
             return poses
-        poses = place_bodies(self.bodies.pose, self.bodies.free, q, self.spatial, *self._drives, self._travels(t))
-        if self._turns is not None:
-            self._turns.set_poses(poses, self._travels(t))
+        poses = place_bodies(self.bodies.pose, self.bodies.free, q, self.spatial, *self.drives, self._travels(t))
+        if self.turns is not None:
+            self.turns.set_poses(poses, self._travels(t))
         self._placed = t, q.copy(), poses
         return poses
 
@@ -196,7 +199,7 @@ class Configuration(System):
 
     def change(self, dx: np.ndarray) -> np.ndarray:
         """Increments (n_bodies, 3 or 6) of all bodies; zero for held and driven bodies."""
-        return np.asarray(place_bodies(self.at_rest, self.bodies.free, dx, False, *self._drives, self._standing))
+        return np.asarray(place_bodies(self.at_rest, self.bodies.free, dx, False, *self.drives, self._standing))
 
     @property
     def panels(self) -> np.ndarray:

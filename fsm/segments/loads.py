@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from fsm.interactions.applied import add_applied, add_applied_stiffness, applied_power
 from fsm.kernels.body_poses import pose_difference
 from fsm.kernels.rotation import rotation_matrix
 from fsm.scene.loads import Constant, Load, TimeFunction
@@ -14,8 +16,6 @@ from fsm.segments.pattern import BodyPattern
 from fsm.segments.time_function import breaks, factor, slope
 
 __all__ = ["AppliedLoad", "GravityGroup", "LoadGroup", "applied"]
-
-_TURN = np.array([[0.0, 1.0], [-1.0, 0.0]])
 
 
 @dataclass(frozen=True)
@@ -73,12 +73,27 @@ class LoadGroup(Group):
         """Times at which a time function is not smooth, s."""
         return {time for load in self.loads for time in breaks(load.time)}
 
+    @cached_property
+    def arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Arguments of the kernels of `fsm.interactions.applied` between the poses and the factors."""
+        loads = self.loads
+        point, force, moment = (np.array([getattr(load, name) for load in loads]) for name in ("point", "force", "moment"))
+        follower = np.array([load.follower for load in loads], dtype=np.int64)
+        return np.array([load.body for load in loads], dtype=np.int64), point, force, moment, follower
+
+    def _factors(self, t: float) -> np.ndarray:
+        return np.array([factor(load.time, t) for load in self.loads])
+
+    def slots(self, pattern: BodyPattern) -> np.ndarray:
+        """Positions of the diagonal blocks of the bodies of all loads; -1 for bodies without degrees of freedom."""
+        rows = pattern.dof[self.arrays[0]]
+        return np.where(rows < 0, -1, pattern.diagonal[rows])
+
     def add_force(
         self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: PreviousPoses | None = None
     ) -> None:
         """See `Group`."""
-        for load in self.loads:
-            force[load.body] += factor(load.time, t) * _wrench(load, poses[load.body])
+        add_applied(poses, *self.arrays, self._factors(t), force)
 
     def add_linearised(
         self,
@@ -93,63 +108,17 @@ class LoadGroup(Group):
     ) -> None:
         """See `Group`."""
         self.add_force(t, poses, rates, force)
-        for load in self.loads:
-            row = pattern.dof[load.body]
-            if row < 0:
-                continue
-            start, end = pattern.indptr[row], pattern.indptr[row + 1]
-            slot = start + int(np.searchsorted(pattern.indices[start:end], row))
-            stiffness[slot] += factor(load.time, t) * _wrench_stiffness(load, poses[load.body])
+        add_applied_stiffness(poses, *self.arrays, self._factors(t), self.slots(pattern), stiffness)
 
     def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
         """See `Group`."""
-        for load in self.loads:
-            force_rate[load.body] += slope(load.time, t) * _wrench(load, poses[load.body])
+        add_applied(poses, *self.arrays, np.array([slope(load.time, t) for load in self.loads]), force_rate)
 
     def energy(
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None
     ) -> tuple[dict[str, float], float, float]:
         """See `Group`; loads count as input power, not as potential energy."""
-        power = sum(
-            factor(load.time, t) * float(_wrench(load, poses[load.body]) @ rates[load.body]) for load in self.loads
-        )
-        return {}, 0.0, power
-
-
-def _wrench(load: AppliedLoad, pose: np.ndarray) -> np.ndarray:
-    """Generalised force on one body: force in inertial axes, moment about y (plane) or in body axes (space)."""
-    if len(pose) == 3:
-        rotation = _planar_rotation(pose[2])
-        push = rotation @ load.force if load.follower else load.force
-        arm = rotation @ load.point
-        return np.array([push[0], push[1], push @ _TURN @ arm + load.moment[0]])
-    rotation = rotation_matrix(pose[3:])
-    if load.follower:
-        return np.concatenate([rotation @ load.force, np.cross(load.point, load.force) + load.moment])
-    turned = rotation.T @ load.force
-    return np.concatenate([load.force, np.cross(load.point, turned) + rotation.T @ load.moment])
-
-
-def _wrench_stiffness(load: AppliedLoad, pose: np.ndarray) -> np.ndarray:
-    """-d(wrench)/dx of one body."""
-    if len(pose) == 3:
-        block = np.zeros((3, 3))
-        rotation = _planar_rotation(pose[2])
-        if load.follower:
-            block[:2, 2] = -_TURN @ rotation @ load.force
-        else:
-            block[2, 2] = load.force @ rotation @ load.point
-        return block
-    block = np.zeros((6, 6))
-    rotation = rotation_matrix(pose[3:])
-    for j, axis in enumerate(np.eye(3)):
-        if load.follower:
-            block[:3, 3 + j] = -rotation @ np.cross(axis, load.force)
-        else:
-            block[3:, 3 + j] = np.cross(load.point, np.cross(axis, rotation.T @ load.force)) + np.cross(
-                axis, rotation.T @ load.moment
-            )
-    return block
+        return {}, 0.0, applied_power(poses, rates, *self.arrays, self._factors(t))
 
 
 def _planar_rotation(angle: float) -> np.ndarray:

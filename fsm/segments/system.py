@@ -23,7 +23,8 @@ from fsm.kernels.newton_euler import (
     motion_energy,
     support_reactions,
 )
-from fsm.segments.arrays_of import arrays_of
+from fsm.segments.arrays import Arrays
+from fsm.segments.arrays_of import arrays_of, has_arrays
 from fsm.segments.configuration import Bodies, Configuration
 from fsm.segments.contact_depths import ContactDepths
 from fsm.segments.contact_set import ContactSet
@@ -92,7 +93,7 @@ class SegmentSystem(Configuration):
         self._last_before: PreviousState | None = None
         self._last_poses = bodies.pose
         self._pattern: BodyPattern | None = None
-        self._array_model: ArrayModel | None = None
+        self._array_model: tuple[ArrayModel, Arrays] | None = None
         self._pattern_version: tuple[int, ...] = ()
         self._pattern_pairs: tuple[np.ndarray, ...] = ()
         self._driven_pattern: BodyPattern | None = None
@@ -285,8 +286,8 @@ class SegmentSystem(Configuration):
         along = np.zeros((len(self.motions), pattern.order, self.size))
         for row, motion in zip(along, self.motions, strict=True):
             row[pattern.dof[motion.bodies], : len(motion.direction)] = motion.direction
-        if self._turns is not None:
-            for k, body, twist in self._turns.twists(self._travels(t)):
+        if self.turns is not None:
+            for k, body, twist in self.turns.twists(self._travels(t)):
                 along[k, pattern.dof[body]] = twist
         pull = along.reshape(len(self.motions), -1).T
         tangent = np.asarray(BlockMatrix(pattern, stiffness).bsr().T @ pull).T
@@ -414,9 +415,9 @@ class SegmentSystem(Configuration):
         """See `ArraySystem`."""
         if type(self) is not SegmentSystem or not self.fixed_pattern:  # subclasses have forces of their own
             return None
-        if self._array_model is None:
+        if self._array_model is None and has_arrays(self):
             self._array_model = arrays_of(self, self._current_pattern(self.bodies.pose), ready)
-        return self._array_model
+        return None if self._array_model is None else self._array_model[0]
 
     def energy(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> Energy:
         """See `System`."""
@@ -568,9 +569,9 @@ class SegmentSystem(Configuration):
 
     def _accelerate(self, t: float, reactions: np.ndarray) -> None:
         """Add the inertial forces of driven bodies (dynamics only)."""
-        if self._turns is not None:
+        if self.turns is not None:
             states = np.array([motion.at(t) for motion in self.motions])
-            self._turns.add_inertial(reactions, self.bodies.inertia, states)
+            self.turns.add_inertial(reactions, self.bodies.inertia, states)
         for motion in self.motions:
             _, _, acceleration = motion.at(t)
             if acceleration and motion.axis is None:
@@ -580,8 +581,8 @@ class SegmentSystem(Configuration):
 
     def _drive_state(self, t: float, reactions: np.ndarray) -> DriveState:
         force = np.asarray(drive_reactions(reactions, self.driven, self._motion, self._directions))
-        if self._turns is not None:
-            for k, body, twist in self._turns.twists(self._travels(t)):
+        if self.turns is not None:
+            for k, body, twist in self.turns.twists(self._travels(t)):
                 force[k] += float(twist @ reactions[body])
         return DriveState(self._travels(t).copy(), force)
 
@@ -601,8 +602,8 @@ class SegmentSystem(Configuration):
         if self._bristles:  # bristles also resist at rest
             sliding += float(pair_power[0].sum())
         kinetic, driving, driven = motion_energy(self.bodies.inertia, rates, reactions, self.driven)
-        if self._turns is not None:
-            driven += self._turns.kinetic(self.bodies.inertia, rates)
+        if self.turns is not None:
+            driven += self.turns.kinetic(self.bodies.inertia, rates)
         return Energy(kinetic, potential, dissipated, power + driving, pair_power, sliding, driven, power)
 
     def _current_pattern(self, poses: np.ndarray) -> BodyPattern:

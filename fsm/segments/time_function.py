@@ -10,7 +10,7 @@ from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
 from fsm.scene.time_program import Constant, Cycle, Ramp, Table, TimeFunction, end_of
 
-__all__ = ["breaks", "curvature", "factor", "slope", "turning_points"]
+__all__ = ["breaks", "cubic_pieces", "curvature", "factor", "rows_of", "slope", "turning_points"]
 
 
 def factor(function: TimeFunction, t: float) -> float:
@@ -26,9 +26,9 @@ def factor(function: TimeFunction, t: float) -> float:
     if isinstance(function, Cycle):
         return _wave(function, t)[0]
     if function.interpolation == "smooth":
-        time, _ = _rows(function)
+        time, _ = rows_of(function)
         return float(_curve(function)(min(max(t, time[0]), time[-1])))
-    return float(np.interp(t, *_rows(function)))
+    return float(np.interp(t, *rows_of(function)))
 
 
 def slope(function: TimeFunction, t: float) -> float:
@@ -45,7 +45,7 @@ def slope(function: TimeFunction, t: float) -> float:
         return 6.0 * x * (1.0 - x) / length if 0.0 <= x <= 1.0 else 0.0
     if isinstance(function, Cycle):
         return _wave(function, t)[1]
-    time, value = _rows(function)
+    time, value = rows_of(function)
     if function.interpolation == "smooth":
         return float(_curve(function)(t, 1)) if time[0] <= t <= time[-1] else 0.0
     piece = int(np.searchsorted(time, t, side="right")) - 1
@@ -62,7 +62,7 @@ def curvature(function: TimeFunction, t: float) -> float:
     if isinstance(function, Cycle):
         return _wave(function, t)[2]
     if isinstance(function, Table) and function.interpolation == "smooth":
-        time, _ = _rows(function)
+        time, _ = rows_of(function)
         return float(_curve(function)(t, 2)) if time[0] <= t < time[-1] else 0.0
     return 0.0
 
@@ -76,7 +76,7 @@ def breaks(function: TimeFunction) -> tuple[float, ...]:
     if isinstance(function, Cycle):
         end = end_of(function)
         return (function.start,) if end is None else (function.start, end)
-    return tuple(_rows(function)[0].tolist())
+    return tuple(rows_of(function)[0].tolist())
 
 
 def turning_points(function: TimeFunction) -> tuple[float, ...]:
@@ -103,15 +103,21 @@ def _wave(function: Cycle, t: float) -> tuple[float, float, float]:
 
 
 @lru_cache(maxsize=256)
-def _rows(function: Table) -> tuple[np.ndarray, np.ndarray]:
+def rows_of(function: Table) -> tuple[np.ndarray, np.ndarray]:
+    """Times (s) and values of a table."""
     return np.asarray(function.time, dtype=float), np.asarray(function.value, dtype=float)
 
 
 @lru_cache(maxsize=256)
 def _curve(function: Table) -> CubicHermiteSpline:
     """Cubic pieces without overshoot (Fritsch and Carlson, 1980), at rest at both ends."""
-    time, value = _rows(function)
+    time, value = rows_of(function)
     rates = np.zeros(len(time))
     if len(time) > 2:
         rates[1:-1] = PchipInterpolator(time, value).derivative()(time[1:-1])
     return CubicHermiteSpline(time, value, rates)
+
+
+def cubic_pieces(function: Table) -> np.ndarray:
+    """Coefficients (4, n - 1) of the pieces of a smooth table, by powers of the time since their begin."""
+    return np.asarray(_curve(function).c[::-1])

@@ -19,7 +19,7 @@ from fsm.solve.status import Outcome, StepFailed
 from fsm.stepping import generalized_alpha as stepping
 from fsm.stepping.generalized_alpha import Motion, Rules, take_step
 from fsm.stepping.march import march, march_arrays
-from fsm.stepping.model import ArrayModel
+from fsm.stepping.model import CREASES, DRIVES, KINETIC, PANELS, ArrayModel
 from fsm.system import ArraySystem, Linearised, PreviousState, System
 
 __all__ = ["RHO_INF", "Coefficients", "GeneralizedAlpha"]
@@ -156,13 +156,21 @@ class SystemModel:
         """See `fsm.stepping.model`; false, since SciPy solves the equations if the block solver fails."""
         return False
 
-    def energies(self, t: float, q: np.ndarray, u: np.ndarray, step: float) -> tuple[float, float, float, float]:
+    def energies(
+        self, t: float, q: np.ndarray, u: np.ndarray, step: float, record: np.ndarray
+    ) -> tuple[float, float, float, float, float]:
         """See `fsm.stepping.model`."""
-        seen, dissipated = self.system.energy(t, q, u), 0.0
+        observed, dissipated = self.system.observe(t, q, u), 0.0
+        seen = observed.energy
         if step > 0.0:
             dissipated, _ = mean_dissipation(self.system, self._last, (t, q), seen.pair_power.shape[1])
         self._last = t, q.copy()
-        return seen.kinetic, seen.stored_at_rest, dissipated, seen.input_power
+        record[KINETIC] = seen.kinetic
+        record[PANELS], record[CREASES] = seen.potential.get("panels", 0.0), seen.potential.get("creases", 0.0)
+        count = len(observed.drive.travel)
+        record[DRIVES : DRIVES + count] = observed.drive.travel
+        record[DRIVES + count : DRIVES + 2 * count] = observed.drive.force
+        return seen.kinetic, seen.stored_at_rest, dissipated, seen.input_power, seen.driven
 
     def part_of_step(self, t: float, q: np.ndarray, u: np.ndarray, step: float) -> float:
         """See `fsm.stepping.model`."""
@@ -253,8 +261,10 @@ class GeneralizedAlpha:
         if outcome != stepping.STEPPED:
             raise self._failure(outcome)
 
-    def march(self, balance: np.ndarray, until: float, most: int) -> None:
+    def march(self, balance: np.ndarray, until: float, most: int, every: bool = False) -> np.ndarray:
         """Take at most `most` steps up to `until` in one kernel; see `fsm.stepping.march`.
+
+        Returns records (m, k) of all steps if `every`, else of the last one.
 
         Raises
         ------
@@ -263,15 +273,23 @@ class GeneralizedAlpha:
         """
         if self._arrays is None:
             raise ValueError("this system has no arrays")
-        self.motion = self.motion._replace(q=self.motion.q.copy(), u=self.motion.u.copy())
-        outcome = march_arrays(self._arrays, self.motion, self.rules, balance, until, most)
+        motion = self.motion = self.motion._replace(q=self.motion.q.copy(), u=self.motion.u.copy())
+        records, begun = self.records(most if every else 1), self.steps
+        outcome = march_arrays(self._arrays, motion, self.rules, balance, until, most, records)
         if outcome == stepping.UNABLE:
             # one step in Python, where SciPy solves the linear equations
-            self._arrays.arrays.flags[-1] = self.motion.counts[stepping.TANGENT] = 0
-            outcome = march(self.model, self.motion, self.rules, balance, until, 1)
-            self.motion.counts[stepping.TANGENT] = 0
+            self._arrays.arrays.flags[-1] = motion.counts[stepping.TANGENT] = 0
+            own = records[self.steps - begun :] if every else records
+            outcome = march(self.model, motion, self.rules, balance, until, 1, own)
+            motion.counts[stepping.TANGENT] = 0
         if outcome != stepping.STEPPED:
             raise self._failure(outcome)
+        return records[: self.steps - begun]
+
+    def records(self, count: int) -> np.ndarray:
+        """Zero records of so many steps."""
+        drives = len(self.system.observe(self.t, self.q, self.u).drive.travel)
+        return np.zeros((count, DRIVES + 2 * drives + len(self.q) + len(self.u)))
 
     @cached_property
     def _arrays(self) -> ArrayModel | None:

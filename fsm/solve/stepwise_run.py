@@ -14,6 +14,7 @@ from fsm.solve.mean_force import MeanForce
 from fsm.solve.run import Run
 from fsm.solve.status import StepFailed
 from fsm.stepping.march import POWER, SHORTEST
+from fsm.stepping.model import CREASES, DRIVES, KINETIC, PANELS, TIME, TURNOVER
 from fsm.system import DriveState, Energy
 
 __all__ = ["GENERALIZED_ALPHA", "MEAN_FORCE", "NEWMARK", "StepwiseRun"]
@@ -62,21 +63,39 @@ class StepwiseRun(Run):
         """Take many steps in one kernel, up to a saved time or a restart point."""
         settings, energy_balance, statistics = self.settings, self.energy_balance, self.statistics
         power, smallest, losses = self.last.energy.input_power, statistics.smallest_step, float(settings.judge_losses)
-        balance = np.array([*energy_balance.numbers(), power, smallest, settings.energy_abort, losses])
-        most = min(self.renewed + self.every, settings.max_steps) - solver.steps
+        balance = np.array([*energy_balance.numbers(), power, smallest, settings.energy_abort, losses, 0.0])
+        most = max(1, min(self.renewed + self.every, settings.max_steps) - solver.steps)
+        drives = len(self.last.drive.travel)
         try:
-            solver.march(balance, self.pending[0] if self.pending else settings.end_time, max(1, most))
+            records = solver.march(balance, self.pending[0] if self.pending else settings.end_time, most, drives > 0)
         except StepFailed as error:
             self._count(solver)
             self._fail(error.outcome, error.reason)
+        if drives:
+            self._look_at(records, drives)
         energy_balance.set_numbers(balance[:POWER])
         statistics.smallest_step = float(balance[SHORTEST])
         self._count(solver)
         self.last = seen = self.system.observe(solver.t, solver.q, solver.u)
-        self._look(solver.t, solver.q, solver.u, seen)
+        if not drives:
+            self._look(solver.t, solver.q, solver.u, seen)
         if self.pending and self.pending[0] <= solver.t:
             self.pending.pop(0)
             self._save(solver.t, solver.q, solver.u, seen, energy_balance)
+
+    def _look_at(self, records: np.ndarray, drives: int) -> None:
+        """Add the points of the curve at the ends of recorded steps."""
+        nq, forces = len(self.q), DRIVES + drives
+        state = forces + drives
+        for record in records:
+            stored = {"panels": float(record[PANELS]), "creases": float(record[CREASES])}
+            seen = replace(
+                self.last,
+                drive=DriveState(record[DRIVES:forces].copy(), record[forces:state].copy()),
+                energy=Energy(float(record[KINETIC]), stored, 0.0, 0.0),
+            )
+            self.energy_balance.turnover = float(record[TURNOVER])
+            self._look(float(record[TIME]), record[state : state + nq].copy(), record[state + nq :].copy(), seen)
 
     def _solver(self) -> GeneralizedAlpha | MeanForce:
         """New solver at the present state; it continues from the last restart point, if any."""

@@ -13,9 +13,14 @@ import numpy as np
 from fsm.kernels.jit import Pointer, compiled_as
 
 __all__ = [
-    "ArrayModel", "Calls", "accept", "contacts_opened", "damping_times", "energies", "factorise", "factorise_mass", "force",
-    "longest_step", "mapped", "mass_times", "part_of_step", "renewed_force", "retract", "solve", "stiffness_times", "unable",
+    "CREASES", "DRIVES", "KINETIC", "PANELS", "TIME", "TURNOVER", "ArrayModel", "Calls", "accept", "contacts_opened",
+    "damping_times", "energies", "factorise", "factorise_mass", "force", "longest_step", "mapped", "mass_times",
+    "part_of_step", "renewed_force", "retract", "solve", "stiffness_times", "unable",
 ]  # fmt: skip
+
+TIME, TURNOVER, KINETIC, PANELS, CREASES, DRIVES = range(6)
+"""Indices of the record of a step: time (s), turnover before the step, kinetic energy, and elastic energies of panels and
+creases (J); from `DRIVES` on the travels and then the forces of all drives, q and u."""
 
 
 class Calls(NamedTuple):
@@ -47,11 +52,11 @@ class ArrayModel(NamedTuple):
 
     @classmethod
     def of(cls, kernels: Calls, arrays: Any, q: np.ndarray, u: np.ndarray) -> ArrayModel:
-        """Create a model from arrays and kernels; q (nq,) and u (nu,) are an example of a state."""
+        """Create a model from arrays and kernels; q (nq,) and u (nu,) are an example of a state, and u of a record."""
         t, state = 0.0, (0.0, q, u)
         arguments = Calls(
             state, state, (t, t, u, True), (), (u,), (u,), (q, u), (u,), (u,), (u,), (), (*state, t), state, state, (),
-            (*state, t),
+            (*state, t, u),
         )  # fmt: skip
         pointers = (Pointer(kernel, arrays, *rest) for kernel, rest in zip(kernels, arguments, strict=True))
         return cls(Calls(*pointers), arrays)
@@ -135,13 +140,17 @@ def unable(model: Any) -> bool:
     return bool(model.unable())
 
 
-def energies(model: Any, t: float, q: np.ndarray, u: np.ndarray, step: float) -> tuple[float, float, float, float]:
-    """Kinetic and potential energy (J) of a state, mean power of dampers over the step to it, and input power (W).
+def energies(
+    model: Any, t: float, q: np.ndarray, u: np.ndarray, step: float, record: np.ndarray
+) -> tuple[float, float, float, float, float]:
+    """Energies and powers of a state.
 
-    The mean power follows from the deformations since the last call, or from the present rates if the step is zero.
+    Kinetic and potential energy (J), mean power of dampers over the step to it, and input power (W); and the kinetic energy
+    of driven bodies. The mean power follows from the deformations since the last call, or from the present rates if the
+    step is zero. Energies and drives are recorded.
     """
-    kinetic, potential, dissipated, put_in = model.energies(t, q, u, step)
-    return kinetic, potential, dissipated, put_in
+    kinetic, potential, dissipated, put_in, driven = model.energies(t, q, u, step, record)
+    return kinetic, potential, dissipated, put_in, driven
 
 
 def _force(model: Any, t: float, q: np.ndarray, u: np.ndarray) -> Any:
@@ -204,8 +213,8 @@ def _unable(model: Any) -> Any:
     return model.calls.unable(model.arrays)
 
 
-def _energies(model: Any, t: float, q: np.ndarray, u: np.ndarray, step: float) -> Any:
-    return model.calls.energies(model.arrays, t, q, u, step)
+def _energies(model: Any, t: float, q: np.ndarray, u: np.ndarray, step: float, record: np.ndarray) -> Any:
+    return model.calls.energies(model.arrays, t, q, u, step, record)
 
 
 _ASKED: tuple[Any, ...] = (

@@ -11,7 +11,9 @@ import pytest
 from fsm.scene.builders.lattice import build_lattice
 from fsm.scene.builders.strip import build_strip
 from fsm.scene.case import Case
+from fsm.scene.loads import Drive, Load
 from fsm.scene.scene import GROUND, Body, ForceElement, Scene
+from fsm.scene.time_program import Cycle, Ramp, Table
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
 from fsm.solve.generalized_alpha import GeneralizedAlpha
@@ -20,6 +22,7 @@ from fsm.solve.simulate import simulate
 from fsm.stepping import generalized_alpha as stepping
 from fsm.stepping import march as ledger_of
 from fsm.stepping.march import march
+from fsm.stepping.model import DRIVES
 
 SPLINE = {"law": "spline", "angle": [-1.0, 0.0, 0.7, 1.5, 3.0], "moment": [-3e-4, 0.0, 1e-4, 1.5e-4, 4e-4]}
 
@@ -72,11 +75,52 @@ def ball_joints() -> SegmentSystem:
     return compile_scene(Scene(bodies=tuple(bodies), elements=tuple(elements), gravity=(0.0, 1.0, -9.81)), True)
 
 
+TABLE = Table(kind="table", time=(0.0, 0.004, 0.01), value=(0.0, 1.0, -0.5), interpolation="linear")
+LOADS = (
+    Load(body="2", point=(0.02, 0.01, 0.03), force=(1.0, 0.0, 2.0), moment=(0.0, 0.1, 0.0), time=TABLE),
+    Load(body="1", point=(0.02, 0.0, 0.03), force=(1.0, 0.0, 2.0), follower=True, time=Cycle(kind="cycle", period=0.01)),
+    Load(body="0", moment=(0.0, 0.1, 0.0), time=Ramp(kind="ramp", start=0.001, end=0.02)),
+    Load(body="2", force=(1.0, 0.0, 0.0)),
+)
+TURN = Drive(body="0", turn=1.0, rate=5.0, axis=(0.0, 0.6, 0.8), point=(0.0, 0.0, 0.01))
+PLANAR_TURN = Drive(body="0", turn=1.0, rate=5.0, point=(0.0, 0.0, 0.01))
+ZIGZAG = Drive(body="0", direction=(0.0, 0.0, 1.0), travel=0.01, time=TABLE)
+CYCLE = Drive(body="0", travel=0.01, time=Cycle(kind="cycle", period=0.01, cycles=1, form="alternating"))
+
+
+def rods(spatial: bool, loads: tuple[Load, ...] = (), drives: tuple[Drive, ...] = ()) -> SegmentSystem:
+    """Three rods in a row on springs, the first one on the ground or driven."""
+    bodies, elements = [], []
+    for i in range(3):
+        bodies.append(Body(name=f"{i}", mass=0.1, inertia=(1e-4, 2e-4, 3e-4), position=(0.1 * i + 0.05, 0.0, 0.0)))
+        if i == 0 and drives:
+            continue
+        elements.append(
+            ForceElement(
+                name=f"joint {i}", inner=f"{i - 1}" if i else GROUND, outer=f"{i}",
+                point_inner=(0.05 if i else 0.0, 0.0, 0.0), point_outer=(-0.05, 0.0, 0.0), translation=(1e3,) * 3,
+                rotation=(0.1,) * 3, translation_damping=(0.1,) * 3, rotation_damping=(1e-4,) * 3,
+            )
+        )  # fmt: skip
+    gravity = (0.0, 1.0 if spatial else 0.0, -9.81)
+    scene = Scene(bodies=tuple(bodies), elements=tuple(elements), gravity=gravity, loads=loads, drives=drives)
+    return compile_scene(scene, spatial)
+
+
+DRIVEN: dict[str, Callable[[], SegmentSystem]] = {
+    "turned in the plane": lambda: rods(False, drives=(PLANAR_TURN,)),
+    "turned in space": lambda: rods(True, drives=(TURN,)),
+    "pulled by a table": lambda: rods(False, LOADS[:1], (ZIGZAG,)),
+    "pulled by a cycle": lambda: rods(True, LOADS[:1], (CYCLE,)),
+}
 SYSTEMS: dict[str, Callable[[], SegmentSystem]] = {
     "strip in the plane": lambda: strip(False),
     "strip in space": lambda: strip(True),
     "lattice": lattice,
     "ball joints": ball_joints,
+    "loads in the plane": lambda: rods(False, LOADS),
+    "loads in space": lambda: rods(True, LOADS),
+    **DRIVEN,
 }
 
 
@@ -91,7 +135,7 @@ def solver_of(system: SegmentSystem, fixed_step: float | None) -> GeneralizedAlp
 def opened(solver: GeneralizedAlpha) -> np.ndarray:
     """Array `balance` of `march` without a bound on the energy error."""
     energy = solver.system.energy(0.0, solver.q, solver.u)
-    balance = np.zeros(13)
+    balance = np.zeros(14)
     balance[ledger_of.START], balance[ledger_of.POWER] = energy.stored, energy.input_power
     balance[ledger_of.SHORTEST], balance[ledger_of.ALLOWED] = np.inf, np.inf
     return balance
@@ -104,9 +148,11 @@ def test_same_steps(name: str, fixed_step: float | None) -> None:
     compiled, python = (solver_of(SYSTEMS[name](), fixed_step) for _ in range(2))
     assert compiled.marches
     balance, others = opened(compiled), opened(python)
-    compiled.march(balance, 1.0, 40)
-    assert march(python.model, python.motion, python.rules, others, 1.0, 40) == stepping.STEPPED
-    assert compiled.steps == python.steps == 40
+    until = 0.02 if name in DRIVEN else 1.0
+    records, expected = compiled.march(balance, until, 40, every=True), python.records(40)
+    assert march(python.model, python.motion, python.rules, others, until, 40, expected) == stepping.STEPPED
+    assert compiled.steps == python.steps == len(records)
+    assert len(records) == 40 or compiled.t == until
     assert (compiled.iterations, compiled.rejected) == (python.iterations, python.rejected)
     assert compiled.t == pytest.approx(python.t, rel=1e-6)
     scales = python.system.scales()
@@ -115,6 +161,10 @@ def test_same_steps(name: str, fixed_step: float | None) -> None:
     turnover = others[ledger_of.TURNOVER]
     assert turnover > 0.0
     assert np.abs(balance[:9] - others[:9]).max() < 1e-6 * turnover
+    assert np.abs(records - expected[: len(records)]).max() < 1e-6 * np.abs(expected).max()
+    if name in DRIVEN:
+        drives = slice(DRIVES, DRIVES + 2)
+        assert records[:, drives] == pytest.approx(expected[: len(records), drives], rel=1e-6, abs=1e-9)
     if name != "lattice":
         assert balance[ledger_of.DISSIPATED] > 1e-4 * turnover
 
@@ -150,3 +200,24 @@ def test_saved_states_and_ledger_of_a_run() -> None:
     assert energy_balance.relative_error < 1e-4
     assert statistics.factorisations > 0
     assert 0.0 < statistics.smallest_step < 0.05
+
+
+@pytest.mark.parametrize("name", DRIVEN)
+def test_curve_of_a_run_with_a_drive(name: str) -> None:
+    """Forces of the drive at the ends of all steps, and the energy balance, as in a run that steps in Python."""
+    found = []
+    for arrays in (True, False):
+        system = DRIVEN[name]()
+        if not arrays:
+            system.__dict__["arrays"] = lambda ready: None
+        settings = Settings("generalized-alpha", 1e-4, 0.02)
+        found.append(simulate(system, settings, [0.0, 0.01, 0.02], lambda saved: None))
+    (statistics, ledger), (others, other) = found
+    assert statistics.steps == others.steps
+    assert [point.path for point in statistics.seen] == [point.path for point in others.seen]
+    for one, two in zip(statistics.seen, others.seen, strict=True):
+        assert one.time == pytest.approx(two.time, rel=1e-9)
+        assert one.drive.travel == pytest.approx(two.drive.travel, rel=1e-6, abs=1e-12)
+        assert one.drive.force == pytest.approx(two.drive.force, rel=1e-6, abs=1e-6)
+    assert ledger.work == pytest.approx(other.work, rel=1e-6)
+    assert ledger.worst == pytest.approx(other.worst, rel=1e-4)

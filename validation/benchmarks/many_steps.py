@@ -2,8 +2,9 @@
 
     python -m validation.benchmarks.many_steps [--steps 2000] [--repeat 5]
 
-Chains of bodies that swing, in the plane and in space, and the heavy top of `validation.peers`. Processor time a step,
-medians, kernels compiled; energies are accounted for at each step in both.
+Chains of bodies that swing, in the plane and in space, with a load that varies, or moved at the first body; and the heavy
+top of `validation.peers`. Processor time a step, medians, kernels compiled; energies, and forces of drives, are accounted
+for at each step in both.
 """
 
 from __future__ import annotations
@@ -14,9 +15,12 @@ import argparse
 import statistics
 import sys
 import time
+from collections.abc import Callable
 
 from fsm.kernels import jit
+from fsm.scene.loads import Drive, Load
 from fsm.scene.scene import GROUND, Body, ForceElement, Scene
+from fsm.scene.time_program import Cycle
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
 from fsm.solve.settings import Settings
@@ -27,11 +31,19 @@ from validation.peers.rigid import top_model
 STEP = 2e-4
 
 
-def chain(count: int, spatial: bool) -> SegmentSystem:
-    """Bars of .1 m on damped springs, released as a straight line."""
+LOAD = Load(body="9", force=(0.0, 0.0, 1.0), follower=True, time=Cycle(kind="cycle", period=0.1))
+DRIVE = Drive(body="0", travel=0.01, time=Cycle(kind="cycle", period=0.1, cycles=1000))
+
+
+def chain(
+    count: int, spatial: bool, loads: tuple[Load, ...] = (), drives: tuple[Drive, ...] = ()
+) -> SegmentSystem:
+    """Bars of .1 m on damped springs, released as a straight line; the first one on the ground, or driven."""
     bodies, elements = [], []
     for i in range(count):
         bodies.append(Body(name=f"{i}", mass=0.1, inertia=(1e-5, 8e-5, 8e-5), position=(0.1 * i + 0.05, 0.0, 0.0)))
+        if drives and i == 0:
+            continue
         elements.append(
             ForceElement(
                 name=f"joint {i}", inner=f"{i - 1}" if i else GROUND, outer=f"{i}",
@@ -39,17 +51,24 @@ def chain(count: int, spatial: bool) -> SegmentSystem:
                 rotation=(1.0, 0.1, 1.0), translation_damping=(10.0,) * 3,
             )
         )  # fmt: skip
-    return compile_scene(Scene(bodies=tuple(bodies), elements=tuple(elements), gravity=(0.0, 0.0, -9.81)), spatial)
+    parts = {"bodies": tuple(bodies), "elements": tuple(elements), "loads": loads, "drives": drives}
+    return compile_scene(Scene(**parts, gravity=(0.0, 0.0, -9.81)), spatial)
+
+
+MADE: dict[str, Callable[[], SegmentSystem]] = {
+    "chain of 10, plane": lambda: chain(10, False),
+    "chain of 10, space": lambda: chain(10, True),
+    "chain with a load, plane": lambda: chain(10, False, loads=(LOAD,)),
+    "chain with a load, space": lambda: chain(10, True, loads=(LOAD,)),
+    "chain with a drive, plane": lambda: chain(11, False, drives=(DRIVE,)),
+    "chain with a drive, space": lambda: chain(11, True, drives=(DRIVE,)),
+    "heavy top": lambda: top_model(1e6)[0],
+}
 
 
 def systems(name: str) -> list[SegmentSystem]:
     """The same system twice, the first without its arrays."""
-    made = {
-        "chain of 10, plane": lambda: chain(10, False),
-        "chain of 10, space": lambda: chain(10, True),
-        "heavy top": lambda: top_model(1e6)[0],
-    }[name]
-    both = [made(), made()]
+    both = [MADE[name](), MADE[name]()]
     both[0].__dict__["arrays"] = lambda ready: None
     return both
 
@@ -64,7 +83,7 @@ def main() -> int:
     print("| system | step by step, us | in one kernel, us | ratio | compiled first, s |")
     print("|---|---|---|---|---|")
     settings = Settings("generalized-alpha", 1e-4, chosen.steps * STEP, step=STEP)
-    for name in ("chain of 10, plane", "chain of 10, space", "heavy top"):
+    for name in MADE:
         both, compiled = systems(name), []
         for system in both:
             before = jit.compile_time()

@@ -1,0 +1,106 @@
+"""Arrays by their addresses: many arrays as one argument of a kernel.
+
+A kernel that takes a NamedTuple of many arrays copies and counts references of all of them at each call, and the compiler
+treats every number of it. Here one table holds the address and shape of each array, and kernels fetch those that they need.
+The caller keeps the arrays.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Sequence
+from typing import Any
+
+import numba
+import numba.extending
+import numpy as np
+from numba import carray
+from numba.core import cgutils
+
+from fsm.kernels.jit import kernel
+
+__all__ = ["address_table", "floats_1d", "floats_2d", "floats_3d", "integers_1d", "integers_2d"]
+
+_ROW = 4
+"""Numbers of an array in a table: address and up to three sizes."""
+
+
+def address_table(arrays: Sequence[np.ndarray]) -> np.ndarray:
+    """Table (m, 4) of arrays, C-contiguous and of type float64 or int64.
+
+    Raises
+    ------
+    ValueError
+        An array has another type or order.
+    """
+    table = np.zeros((len(arrays), _ROW), dtype=np.int64)
+    for row, array in zip(table, arrays, strict=True):
+        if not array.flags.c_contiguous or array.dtype not in (np.float64, np.int64):
+            raise ValueError(f"array of type {array.dtype} is not contiguous, or neither float64 nor int64")
+        row[0], row[1 : 1 + array.ndim] = array.ctypes.data, array.shape
+    return table
+
+
+def _in_python(kind: Any, address: int, shape: tuple[int, ...]) -> np.ndarray:
+    count = int(np.prod(shape))
+    if count == 0:
+        return np.zeros(shape, dtype=np.dtype(kind))
+    return np.ctypeslib.as_array((kind * count).from_address(int(address))).reshape(shape)
+
+
+if numba.config.DISABLE_JIT:
+
+    def _floats(address: int, shape: tuple[int, ...]) -> np.ndarray:
+        return _in_python(ctypes.c_double, address, shape)
+
+    def _integers(address: int, shape: tuple[int, ...]) -> np.ndarray:
+        return _in_python(ctypes.c_int64, address, shape)
+
+else:
+
+    @numba.extending.intrinsic
+    def _pointer(context: Any, address: Any) -> Any:
+        """Pointer to an address."""
+
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return builder.inttoptr(arguments[0], cgutils.voidptr_t)
+
+        return numba.types.voidptr(numba.types.int64), generate
+
+    @numba.extending.register_jitable
+    def _floats(address: int, shape: tuple[int, ...]) -> np.ndarray:
+        return np.asarray(carray(_pointer(address), shape, np.float64))
+
+    @numba.extending.register_jitable
+    def _integers(address: int, shape: tuple[int, ...]) -> np.ndarray:
+        return np.asarray(carray(_pointer(address), shape, np.int64))
+
+
+@kernel(inline=True)
+def floats_1d(table: np.ndarray, row: int) -> np.ndarray:
+    """Array (n,) of float64."""
+    return _floats(table[row, 0], (table[row, 1],))
+
+
+@kernel(inline=True)
+def floats_2d(table: np.ndarray, row: int) -> np.ndarray:
+    """Array (m, n) of float64."""
+    return _floats(table[row, 0], (table[row, 1], table[row, 2]))
+
+
+@kernel(inline=True)
+def floats_3d(table: np.ndarray, row: int) -> np.ndarray:
+    """Array (l, m, n) of float64."""
+    return _floats(table[row, 0], (table[row, 1], table[row, 2], table[row, 3]))
+
+
+@kernel(inline=True)
+def integers_1d(table: np.ndarray, row: int) -> np.ndarray:
+    """Array (n,) of int64."""
+    return _integers(table[row, 0], (table[row, 1],))
+
+
+@kernel(inline=True)
+def integers_2d(table: np.ndarray, row: int) -> np.ndarray:
+    """Array (m, n) of int64."""
+    return _integers(table[row, 0], (table[row, 1], table[row, 2]))

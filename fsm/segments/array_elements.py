@@ -1,0 +1,152 @@
+"""Kernels of creases and ligaments of a model of arrays, called by their addresses; see `fsm.segments.arrays`.
+
+Kernels with `no` in their names are for models without these elements.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.interactions.crease_planar import force_crease_planar, linearise_crease_planar
+from fsm.interactions.crease_spatial import force_crease_spatial, linearise_crease_spatial
+from fsm.interactions.hinge_planar import measure_hinge_planar
+from fsm.interactions.hinge_spatial import measure_hinge_spatial
+from fsm.interactions.ligament_planar import (
+    force_ligament_planar,
+    linearise_ligament_planar,
+    measure_ligament_planar,
+    stored_ligament_planar,
+)
+from fsm.kernels.addresses import floats_2d, floats_3d
+from fsm.kernels.jit import kernel
+from fsm.laws.crease import crease_energy
+from fsm.segments.arrays import (
+    DAMPING,
+    FORCE,
+    POSES,
+    RATES,
+    STIFFNESS,
+    Creases,
+    ElementKernels,
+    creases_of,
+    ligaments_of,
+    pattern_of,
+)
+from fsm.stepping.vectors import copy_into
+
+__all__ = ["LIGAMENTS", "NO_ELEMENTS", "PLANAR_CREASES", "SPATIAL_CREASES"]
+
+
+# creases ----------------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def _crease_force_planar(table: np.ndarray) -> None:
+    poses, rates, force, c = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, FORCE), creases_of(table)
+    force_crease_planar(
+        poses, rates, c.bodies, c.angle_offset, c.rest, c.side, c.damping, c.curve, c.bounds, c.knots, c.coefficients,
+        c.energies, c.last, 0.0, force,
+    )  # fmt: skip
+
+
+@kernel
+def _crease_force_spatial(table: np.ndarray) -> None:
+    poses, rates, force, c = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, FORCE), creases_of(table)
+    force_crease_spatial(
+        poses, rates, c.bodies, c.axes_inner, c.axes_outer, c.angle_offset, c.rest, c.side, c.damping, c.curve, c.bounds,
+        c.knots, c.coefficients, c.energies, c.last, 0.0, force,
+    )  # fmt: skip
+
+
+@kernel
+def _no_force(table: np.ndarray) -> None:
+    return
+
+
+@kernel
+def _crease_tangent_planar(table: np.ndarray) -> None:
+    poses, rates, c = floats_2d(table, POSES), floats_2d(table, RATES), creases_of(table)
+    force, stiffness, damping = floats_2d(table, FORCE), floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
+    linearise_crease_planar(
+        poses, rates, c.bodies, c.angle_offset, c.rest, c.side, c.damping, c.curve, c.bounds, c.knots, c.coefficients,
+        c.energies, c.last, 0.0, c.slots, force, stiffness, damping,
+    )  # fmt: skip
+
+
+@kernel
+def _crease_tangent_spatial(table: np.ndarray) -> None:
+    poses, rates, c = floats_2d(table, POSES), floats_2d(table, RATES), creases_of(table)
+    force, stiffness, damping = floats_2d(table, FORCE), floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
+    linearise_crease_spatial(
+        poses, rates, c.bodies, c.axes_inner, c.axes_outer, c.angle_offset, c.rest, c.side, c.damping, c.curve, c.bounds,
+        c.knots, c.coefficients, c.energies, c.last, 0.0, c.slots, force, stiffness, damping,
+    )  # fmt: skip
+
+
+@kernel
+def _crease_energies(angle: np.ndarray, rate: np.ndarray, creases: Creases, per_second: float) -> tuple[float, float]:
+    c = creases
+    energy = crease_energy(angle, c.rest, c.side, c.curve, c.bounds, c.knots, c.coefficients, c.energies)
+    stored = power = 0.0
+    for i in range(angle.shape[0]):
+        stored += energy[i]
+        speed = rate[i] if per_second == 0.0 else (angle[i] - c.last[i]) * per_second
+        power += c.damping[i] * speed**2
+    copy_into(angle, c.last)
+    return stored, power
+
+
+@kernel
+def _crease_stored_planar(table: np.ndarray, per_second: float) -> tuple[float, float]:
+    poses, rates, c = floats_2d(table, POSES), floats_2d(table, RATES), creases_of(table)
+    angle, rate, _ = measure_hinge_planar(poses, rates, c.bodies, c.angle_offset)
+    return _crease_energies(angle, rate, c, per_second)
+
+
+@kernel
+def _crease_stored_spatial(table: np.ndarray, per_second: float) -> tuple[float, float]:
+    poses, rates, c = floats_2d(table, POSES), floats_2d(table, RATES), creases_of(table)
+    angle, rate, _ = measure_hinge_spatial(poses, rates, c.bodies, c.axes_inner, c.axes_outer, c.angle_offset)
+    return _crease_energies(angle, rate, c, per_second)
+
+
+@kernel
+def _none_stored(table: np.ndarray, per_second: float) -> tuple[float, float]:
+    return 0.0, 0.0
+
+
+PLANAR_CREASES = ElementKernels(_crease_force_planar, _crease_tangent_planar, _crease_stored_planar)
+SPATIAL_CREASES = ElementKernels(_crease_force_spatial, _crease_tangent_spatial, _crease_stored_spatial)
+NO_ELEMENTS = ElementKernels(_no_force, _no_force, _none_stored)
+
+
+# ligaments --------------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def _ligament_force(table: np.ndarray) -> None:
+    poses, rates, ligaments = floats_2d(table, POSES), floats_2d(table, RATES), ligaments_of(table)
+    bodies, constants = ligaments.bodies, ligaments.constants
+    force_ligament_planar(poses, rates, bodies, constants, ligaments.last, 0.0, floats_2d(table, FORCE))
+
+
+@kernel
+def _ligament_tangent(table: np.ndarray) -> None:
+    ligaments, pattern = ligaments_of(table), pattern_of(table)
+    linearise_ligament_planar(
+        floats_2d(table, POSES), floats_2d(table, RATES), ligaments.bodies, ligaments.constants, ligaments.last, 0.0,
+        pattern.dof, pattern.rows, pattern.columns, floats_2d(table, FORCE), floats_3d(table, STIFFNESS),
+        floats_3d(table, DAMPING),
+    )  # fmt: skip
+
+
+@kernel
+def _ligament_stored(table: np.ndarray, per_second: float) -> tuple[float, float]:
+    poses, rates, ligaments = floats_2d(table, POSES), floats_2d(table, RATES), ligaments_of(table)
+    bodies, constants = ligaments.bodies, ligaments.constants
+    stored, power = stored_ligament_planar(poses, rates, bodies, constants, ligaments.last, per_second)
+    copy_into(measure_ligament_planar(poses, rates, bodies, constants)[0], ligaments.last)
+    return stored, power
+
+
+LIGAMENTS = ElementKernels(_ligament_force, _ligament_tangent, _ligament_stored)

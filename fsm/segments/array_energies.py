@@ -1,0 +1,74 @@
+"""Energies and powers of a model of arrays, and the record of a step; see `fsm.segments.arrays`."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.interactions.applied import applied_power
+from fsm.interactions.driven import driven_power, fill_reactions
+from fsm.kernels.addresses import floats_2d
+from fsm.kernels.jit import kernel
+from fsm.segments.array_forces import factors_of, place, sum_forces
+from fsm.segments.arrays import FORCE, INERTIA, POSES, RATES, WEIGHT, Segments, driven_of, loads_of, springs_of
+from fsm.stepping.model import CREASES, DRIVES, KINETIC, PANELS
+from fsm.stepping.vectors import copy_into
+
+__all__ = ["energies"]
+
+_SPRING_KINDS = 3
+"""Joints, panels and creases."""
+
+
+@kernel
+def energies(
+    model: Segments, t: float, q: np.ndarray, u: np.ndarray, step: float, record: np.ndarray
+) -> tuple[float, float, float, float, float]:
+    """See `fsm.stepping.model`."""
+    table = model.table
+    place(table, t, q, u)
+    per_second = 1.0 / step if step > 0.0 else 0.0
+    poses, rates, s = floats_2d(table, POSES), floats_2d(table, RATES), springs_of(table)
+    springs, by_springs = model.by_springs.stored(
+        poses, rates, s.bodies, s.constants, s.last, per_second, s.kind, _SPRING_KINDS
+    )
+    copy_into(model.by_springs.deformations(poses, rates, s.bodies, s.constants), s.last)
+    creases, by_creases = model.by_creases.stored(table, per_second)
+    ligaments, by_ligaments = model.by_ligaments.stored(table, per_second)
+    kinetic, height = _motion(table)
+    power, kinetic_driven = _powers(model, t, record)
+    record[KINETIC], record[PANELS], record[CREASES] = kinetic, springs[1], springs[2] + creases + ligaments
+    stored = springs[0] + springs[1] + springs[2] + creases + ligaments + height
+    return kinetic, stored, by_springs + by_creases + by_ligaments, power, kinetic_driven
+
+
+@kernel
+def _motion(table: np.ndarray) -> tuple[float, float]:
+    """Kinetic energy, and potential energy of the weights, J."""
+    poses, rates, inertia = floats_2d(table, POSES), floats_2d(table, RATES), floats_2d(table, INERTIA)
+    weight = floats_2d(table, WEIGHT)
+    kinetic = height = 0.0
+    for i in range(rates.shape[0]):
+        for k in range(rates.shape[1]):
+            kinetic += 0.5 * inertia[i, k] * rates[i, k] ** 2
+        for k in range(weight.shape[1]):
+            height -= weight[i, k] * poses[i, k]
+    return kinetic, height
+
+
+@kernel
+def _powers(model: Segments, t: float, record: np.ndarray) -> tuple[float, float]:
+    """Input power, W, and kinetic energy of driven bodies, J; travels and forces of the drives are recorded."""
+    table, power, kinetic = model.table, 0.0, 0.0
+    rates, loads, driven = floats_2d(table, RATES), loads_of(table), driven_of(table)
+    if loads.bodies.shape[0] > 0:
+        power = applied_power(
+            floats_2d(table, POSES), rates, loads.bodies, loads.points, loads.forces, loads.moments, loads.follower,
+            factors_of(loads, t),
+        )  # fmt: skip
+    if driven.bodies.shape[0] > 0:
+        sum_forces(model, t)
+        force, inertia = floats_2d(table, FORCE), floats_2d(table, INERTIA)
+        of_drives, kinetic = driven_power(driven, inertia, rates, force)
+        power += of_drives
+        fill_reactions(driven, t, inertia, force, record[DRIVES:])
+    return power, kinetic
