@@ -5,8 +5,7 @@ face. The points of each face over the other face, and the crossing edges, share
 with the larger covered fraction gets most of T. Faces tilted by more than rounding/size do not meet as faces. Their corners
 and edges then have separate weights. The weights change smoothly from one case to the other.
 
-The weights belong to the last accepted step, and do not change during an impact. They are constant within a step, so that
-force, energy and tangent are consistent.
+`fsm.interactions.face_weights` says how the weights change within a step.
 """
 
 from __future__ import annotations
@@ -15,21 +14,16 @@ import numpy as np
 
 from fsm.interactions.shape_distance import BOX, CYLINDER, HALF_SPACE, RECTANGLE
 from fsm.kernels.jit import kernel
-from fsm.kernels.rotation import fill_rotation
 
-__all__ = ["COLUMNS", "weigh_units"]
+__all__ = ["COLUMNS", "LEAST", "pair_weights"]
 
 COLUMNS = 5
 """Number of weights of a pair: face and axis points of the first shape, the same of the second, pairs of edges."""
 
 _FIRST, _FIRST_AXIS, _SECOND, _SECOND_AXIS, _EDGES = 0, 1, 2, 3, 4
-_SLIDE = 1e-4
-"""Relative displacement of faces, as a part of half the smallest size, after which the overlap is computed again."""
-_TURN = 1e-4
-"""Relative rotation after which the overlap is computed again, rad."""
 _ASIDE = 0.02
 """Distance outside a face, relative to the sum of the roundings, up to which a point touches the face."""
-_NONE = 1e-9
+LEAST = 1e-9
 """Weight of points without contact force; not zero, to avoid a division by zero."""
 _SHARPER = 16
 """Exponent of the covered fraction of a face in the distribution of the load on both faces."""
@@ -96,45 +90,6 @@ def _crossings(corners: np.ndarray, x: float, y: float, aside: float, parallel: 
     return found
 
 
-@kernel
-def _relative_pose(
-    poses: np.ndarray,
-    one: int,
-    two: int,
-    body: np.ndarray,
-    offset: np.ndarray,
-    axes: np.ndarray,
-    frames: np.ndarray,
-    turn: np.ndarray,
-    shift: np.ndarray,
-) -> None:
-    """Axes (3, 3) and centre (3,) of a shape in the axes of another shape."""
-    arms = np.zeros((2, 3))
-    for k in range(2):
-        shape = one if k == 0 else two
-        pose = poses[body[shape]]
-        if pose.shape[0] == 3:
-            c, s = np.cos(pose[2]), np.sin(pose[2])
-            frames[k] = 0.0
-            frames[k, 0, 0] = frames[k, 2, 2] = c
-            frames[k, 0, 2], frames[k, 2, 0], frames[k, 1, 1] = s, -s, 1.0
-            arms[k, 0], arms[k, 2] = pose[0], pose[1]
-        else:
-            fill_rotation(pose[3:], frames[k])
-            arms[k] = pose[:3]
-        for c_ in range(3):
-            for j in range(3):
-                arms[k, c_] += frames[k, c_, j] * offset[shape, j]
-        frames[k] = frames[k] @ axes[shape]
-    for i in range(3):
-        shift[i] = 0.0
-        for c_ in range(3):
-            shift[i] += frames[1, c_, i] * (arms[0, c_] - arms[1, c_])
-        for j in range(3):
-            turn[i, j] = frames[1, 0, i] * frames[0, 0, j] + frames[1, 1, i] * frames[0, 1, j]
-            turn[i, j] += frames[1, 2, i] * frames[0, 2, j]
-
-
 @kernel(inline=True)
 def _flatness(sine: float, limit: float) -> float:
     """1 for parallel faces, 0 from the limit on."""
@@ -156,7 +111,7 @@ def _reduced_force(out_u: float, out_v: float, height: float, rounding: float) -
 
 
 @kernel
-def _pair_weights(
+def pair_weights(
     kinds: tuple[int, int],
     size_a: np.ndarray,
     size_b: np.ndarray,
@@ -176,7 +131,11 @@ def _pair_weights(
     polygon: np.ndarray,
     other: np.ndarray,
 ) -> None:
-    """Factors (5,) of the weights of points and edges of one pair; see `weigh_units`."""
+    """Factors (5,) of the weights of points and edges of one pair.
+
+    For the arguments see `fsm.interactions.face_weights.weigh_units`; `turn` and `shift` are the axes and the centre of the
+    first shape in the axes of the second.
+    """
     for c in range(COLUMNS):
         out[c] = base[c]
     kind_a, kind_b = kinds
@@ -184,8 +143,8 @@ def _pair_weights(
         if kind_a == CYLINDER and size_a[1] >= size_a[0] and spatial:
             # cylinder on its side, or on a cap
             lies, stands = _flatness(abs(turn[2, 1]), 1e-3), _flatness(np.sqrt(max(0.0, 1.0 - turn[2, 1] ** 2)), 1e-3)
-            out[_FIRST] += lies * (_NONE - base[_FIRST])
-            out[_FIRST_AXIS] += stands * (_NONE - base[_FIRST_AXIS])
+            out[_FIRST] += lies * (LEAST - base[_FIRST])
+            out[_FIRST_AXIS] += stands * (LEAST - base[_FIRST_AXIS])
         return
     if kind_a != RECTANGLE:
         return
@@ -276,10 +235,10 @@ def _pair_weights(
     if seen <= 0.0:
         return
     whole = overlap / smaller / seen
-    out[_FIRST] += flat * (max(_NONE, whole * of_a) - base[_FIRST])
-    out[_SECOND] += flat * (max(_NONE, whole * of_b) - base[_SECOND])
-    out[_SECOND_AXIS] += flat * (_NONE - base[_SECOND_AXIS])
-    out[_EDGES] += flat * (max(_NONE, whole * edges) - base[_EDGES])
+    out[_FIRST] += flat * (max(LEAST, whole * of_a) - base[_FIRST])
+    out[_SECOND] += flat * (max(LEAST, whole * of_b) - base[_SECOND])
+    out[_SECOND_AXIS] += flat * (LEAST - base[_SECOND_AXIS])
+    out[_EDGES] += flat * (max(LEAST, whole * edges) - base[_EDGES])
 
 
 @kernel
@@ -319,88 +278,5 @@ def _line_weights(
         return
     whole = min(1.0, (high - low) / min(2.0 * size_b[1], chord)) / seen
     for column in range(COLUMNS):
-        target = whole if column == _SECOND_AXIS else _NONE
+        target = whole if column == _SECOND_AXIS else LEAST
         out[column] += flat * (target - out[column])
-
-
-@kernel
-def weigh_units(
-    poses: np.ndarray,
-    units: np.ndarray,
-    shapes: np.ndarray,
-    body: np.ndarray,
-    kind: np.ndarray,
-    size: np.ndarray,
-    radius: np.ndarray,
-    offset: np.ndarray,
-    axes: np.ndarray,
-    start: np.ndarray,
-    place: np.ndarray,
-    weight: np.ndarray,
-    on_axis: np.ndarray,
-    whole: np.ndarray,
-    base: np.ndarray,
-    known: np.ndarray,
-    turns: np.ndarray,
-    shifts: np.ndarray,
-    shares: np.ndarray,
-) -> int:
-    """Update the weights of units (pairs of shapes) that have moved relative to each other or have no weights yet.
-
-    Parameters
-    ----------
-    poses : (n_bodies, 3 or 7) array
-    units : (m,) int array
-        Rows of the units to test.
-    shapes : (u, 2) int array
-    body, kind, size, radius, offset, axes : tables of shapes
-        (s,), (s,), (s, 3), (s,), (s, 3), (s, 3, 3); three-dimensional also in a plane motion.
-    start, place, weight, on_axis : (s + 1,), (p, 3), (p,), (p,) arrays
-        Points of shapes in the shapes' axes, m, and whether each point lies on the axis of a cylinder.
-    whole : (u, 2) array, m^2
-        Areas of the complete faces to which plates belong.
-    base : (u, 5) array
-        Weights for tilted faces.
-    known, turns, shifts, shares : (u,) bool, (u, 3, 3), (u, 3), (u, 5) arrays, changed in place
-        Whether weights exist, the relative pose at which they were computed, and the weights.
-
-    Returns
-    -------
-    int : number of changed units
-    """
-    changed, spatial = 0, poses.shape[1] == 7
-    frames, turn, shift = np.empty((2, 3, 3)), np.empty((3, 3)), np.empty(3)
-    polygon, other = np.empty((48, 2)), np.empty((48, 2))
-    for unit in units:
-        one, two = shapes[unit]
-        if kind[two] == HALF_SPACE and kind[one] != CYLINDER:
-            if not known[unit]:
-                shares[unit] = base[unit]
-                known[unit] = True
-                changed += 1
-            continue
-        _relative_pose(poses, one, two, body, offset, axes, frames, turn, shift)
-        if known[unit]:
-            smallest, away, turned, lift = np.inf, 0.0, 0.0, 0.0
-            for c in range(3):
-                for k in range(2):
-                    if size[shapes[unit, k], c] > 0.0:
-                        smallest = min(smallest, size[shapes[unit, k], c])
-                lift += turn[c, 2] * (shift[c] - shifts[unit, c])
-                for j in range(3):
-                    turned = max(turned, abs(turn[c, j] - turns[unit, c, j]))
-            for c in range(3):
-                away = max(away, abs(shift[c] - shifts[unit, c] - lift * turn[c, 2]))
-            if away <= _SLIDE * smallest and turned <= _TURN:
-                continue
-        _pair_weights(
-            (kind[one], kind[two]), size[one], size[two], radius[one] + radius[two], turn, shift,
-            place[start[one] : start[one + 1]], weight[start[one] : start[one + 1]],
-            place[start[two] : start[two + 1]], weight[start[two] : start[two + 1]],
-            on_axis[start[two] : start[two + 1]], whole[unit, 0], whole[unit, 1], spatial, base[unit], shares[unit],
-            polygon, other,
-        )  # fmt: skip
-        known[unit] = True
-        turns[unit], shifts[unit] = turn, shift
-        changed += 1
-    return changed

@@ -34,7 +34,7 @@ class ActiveContacts(NamedTuple):
 
 
 class Tapered(NamedTuple):
-    """Contacts with tapered weights at the end of a face, `fsm.interactions.end_taper`.
+    """Contacts whose weights change with the poses: `fsm.interactions.end_taper` and `fsm.interactions.face_weights`.
 
     Attributes
     ----------
@@ -44,12 +44,15 @@ class Tapered(NamedTuple):
         Factor of each contact's weight.
     gradient, hessian : (m, k size) and (m, k size, k size) arrays
         Derivatives of the factor by the coordinates of the contact's bodies.
+    fades : bool
+        Whether the factors are zero at the end of a face; the reported depth of contacts fades with them.
     """
 
     rows: np.ndarray
     part: np.ndarray
     gradient: np.ndarray
     hessian: np.ndarray
+    fades: bool = True
 
 
 class ContactKinematics(NamedTuple):
@@ -160,11 +163,8 @@ class ContactGeometry(Protocol):
         """Add -dh/dx and -dh/du to the block data."""
         ...
 
-    def commit(self, poses: np.ndarray, young: np.ndarray | None = None) -> None:
-        """Update the memory after an accepted step, for example the side on which a point lies.
-
-        `young` lists the slots of contacts that may be continuing impacts; None: all contacts.
-        """
+    def commit(self, poses: np.ndarray) -> None:
+        """Update the memory after an accepted step, for example the side on which a point lies."""
         ...
 
     def memory(self) -> np.ndarray:

@@ -354,8 +354,9 @@ class ContactGroup(Group):
             none = np.zeros(self.n_pairs)
             return PairState(none, gap, none, none, none, none, none)
         slot = found.touching.slot
-        # the depth of a tapered point is multiplied by its factor
-        deep = found.depth * np.minimum(found.share / geometry.share[slot], 1.0)
+        deep, tapered = found.depth, found.measured.tapered
+        if tapered is not None and tapered.fades:
+            deep = deep * np.minimum(found.share / geometry.share[slot], 1.0)
         smallest_gaps(geometry.pair, slot, -deep, gap)
         sums = self._sums(found)
         force = sums[FORCE]
@@ -385,10 +386,7 @@ class ContactGroup(Group):
             memory = ContactMemory(found.memory.key, onset, began, found.depth, deflection).ordered()
         self._contact_memory = memory
         self._time, self._poses, self._rates = t, poses, rates
-        young = np.zeros(0, dtype=np.int64)
-        if found is not None:
-            young = found.touching.slot[self.impacts.young(t - began, found.measured, onset)]
-        self.geometry.commit(poses, young)
+        self.geometry.commit(poses)
         self._evaluated = None
         self._searches.clear()  # the sides of points may have changed
 

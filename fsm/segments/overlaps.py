@@ -6,55 +6,61 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsm.interactions.face_overlap import COLUMNS, weigh_units
+from fsm.interactions.face_overlap import COLUMNS
+from fsm.interactions.face_weights import ROW, SHARE, changed_weights, weigh_units
 from fsm.kernels.keys import find_keys
 from fsm.segments.shape_tables import Kit, Units
 
 __all__ = ["Overlaps"]
 
-_ROW = 1 + 9 + 3 + 2 * COLUMNS
+_SHARES, _SLOPES = slice(SHARE, SHARE + COLUMNS), slice(SHARE + COLUMNS, ROW)
 
 
 class Overlaps(NamedTuple):
-    """Weights of units; see `fsm.interactions.face_overlap.weigh_units`.
+    """Weights of units; see `fsm.interactions.face_weights.weigh_units`.
 
     Attributes
     ----------
     key : (u,) int array, ascending
     known : (u,) bool array
-        Whether the next three fields are valid; if not, the weights are those of tilted faces.
-    turns, shifts, shares : (u, 3, 3), (u, 3), (u, 5) arrays
-    in_force : (u, 5) array
-        Weights in use; the last accepted state replaces them when a body moves.
+        Whether the next two fields are valid; if not, the weights are those of tilted faces.
+    latest, in_force : (u, ROW) arrays
+        Relative poses, weights and slopes: of the last accepted state, and in use. The first replace the second when a body
+        moves.
     """
 
     key: np.ndarray
     known: np.ndarray
-    turns: np.ndarray
-    shifts: np.ndarray
-    shares: np.ndarray
+    latest: np.ndarray
     in_force: np.ndarray
+
+    @property
+    def shares(self) -> np.ndarray:
+        """Weights in use, (u, 5)."""
+        return self.in_force[:, _SHARES]
+
+    def sloped(self, units: np.ndarray) -> np.ndarray:
+        """Mask of the units whose weights change within a step."""
+        return np.asarray(self.in_force[units, _SLOPES].any(axis=1))
 
     @classmethod
     def nothing(cls) -> Overlaps:
         """Empty set of weights."""
         none = np.zeros(0, dtype=np.int64)
-        shares = np.zeros((2, 0, COLUMNS))
-        return cls(none, np.zeros(0, dtype=np.bool_), np.zeros((0, 3, 3)), np.zeros((0, 3)), *shares)
+        return cls(none, np.zeros(0, dtype=np.bool_), np.zeros((0, ROW)), np.zeros((0, ROW)))
 
     def of(self, units: Units) -> Overlaps:
         """Weights of other units; unknown weights are marked for computation."""
         place = find_keys(self.key, units.key)
         kept = np.flatnonzero(place >= 0)
         place, count = place[kept], len(units.key)
-        new = Overlaps(
-            units.key, np.zeros(count, dtype=np.bool_), np.zeros((count, 3, 3)), np.zeros((count, 3)), units.share.copy(),
-            units.share.copy(),
-        )  # fmt: skip
-        for own, of_all in zip(new[1:], self[1:], strict=True):
+        known = np.zeros(count, dtype=np.bool_)
+        known[kept] = self.known[place]
+        new = Overlaps(units.key, known, np.zeros((count, ROW)), np.zeros((count, ROW)))
+        for own, of_all in zip(new[2:], self[2:], strict=True):
             own[kept] = of_all[place]
-        for shares in (new.shares, new.in_force):
-            shares[~new.known] = units.share[~new.known]
+            own[~known] = 0.0
+            own[~known, _SHARES] = units.share[~known]
         return new
 
     def look(self, poses: np.ndarray, kit: Kit, units: Units, near: np.ndarray) -> bool:
@@ -63,24 +69,26 @@ class Overlaps(NamedTuple):
         return bool(
             weigh_units(
                 poses, near, units.shapes, shapes.body, shapes.kind, solids.size, shapes.radius, solids.offset, solids.axes,
-                kit.point_start, kit.local, kit.weight, kit.on_axis, units.whole, units.share, *self[1:5],
+                kit.point_start, kit.local, kit.weight, kit.on_axis, units.whole, units.share, self.known, self.latest,
             )
         )  # fmt: skip
+
+    def changed(self, poses: np.ndarray, kit: Kit, units: Units, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Factors of the weights of units in these poses, and their gradients; see `changed_weights`."""
+        solids = kit.solids
+        part, gradient = changed_weights(
+            poses, rows, units.shapes, kit.shapes.body, solids.offset, solids.axes, self.in_force
+        )
+        return part, gradient
 
     def flat(self) -> np.ndarray:
         """Weights as one flat array."""
         rows = np.flatnonzero(self.known)
-        count = len(rows)
-        turns = self.turns[rows].reshape(count, 9)
-        columns = (self.key[rows, None], turns, self.shifts[rows], self.shares[rows], self.in_force[rows])
-        return np.concatenate(columns, axis=1).ravel()
+        return np.concatenate((self.key[rows, None], self.latest[rows], self.in_force[rows]), axis=1).ravel()
 
     @classmethod
     def from_flat(cls, flat: np.ndarray) -> Overlaps:
         """Weights from the array of `flat`."""
-        rows = flat.reshape(-1, _ROW)
-        count = len(rows)
-        return cls(
-            rows[:, 0].astype(np.int64), np.ones(count, dtype=np.bool_), rows[:, 1:10].reshape(count, 3, 3).copy(),
-            rows[:, 10:13].copy(), rows[:, 13 : 13 + COLUMNS].copy(), rows[:, 13 + COLUMNS :].copy(),
-        )  # fmt: skip
+        rows = flat.reshape(-1, 1 + 2 * ROW)
+        known = np.ones(len(rows), dtype=np.bool_)
+        return cls(rows[:, 0].astype(np.int64), known, rows[:, 1 : 1 + ROW].copy(), rows[:, 1 + ROW :].copy())

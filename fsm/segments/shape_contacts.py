@@ -14,7 +14,7 @@ from fsm.interactions.face_overlap import COLUMNS
 from fsm.interactions.shape_boxes import shape_boxes_planar, shape_boxes_spatial
 from fsm.interactions.shape_distance import HALF_SPACE
 from fsm.interactions.swept import edges_pass, local_edges, path_poses, points_pass, turn_between
-from fsm.segments.contact_geometry import ActiveContacts, ContactForces, ContactKinematics
+from fsm.segments.contact_geometry import ActiveContacts, ContactForces, ContactKinematics, Tapered
 from fsm.segments.overlaps import Overlaps
 from fsm.segments.pattern import BodyPattern
 from fsm.segments.shape_tables import Kit, Tables, Units, ranges
@@ -198,17 +198,17 @@ class ShapeContacts:
         """Compute the weights of new units from the last accepted state, or from these poses if there is none."""
         at, new = poses if self._committed is None else self._committed, self._near[~self._overlaps.known[self._near]]
         if len(new) and self._overlaps.look(at, self.kit, self._units, new):
-            self._overlaps.in_force[new] = self._overlaps.shares[new]
+            self._overlaps.in_force[new] = self._overlaps.latest[new]
             self._apply_weights()
 
     def _apply_weights(self) -> None:
         tables = self.tables
-        tables.share[:] = tables.weight * self._overlaps.in_force[tables.unit, tables.column]
+        tables.share[:] = tables.weight * self._overlaps.shares[tables.unit, tables.column]
 
     def _activate_weights(self, poses: np.ndarray) -> None:
         """Use the weights of the last accepted state, unless the poses have not changed since then."""
         if self._changes and self._committed is not None and not np.array_equal(poses, self._committed):
-            self._overlaps.in_force[:] = self._overlaps.shares
+            self._overlaps.in_force[:] = self._overlaps.latest
             self._apply_weights()
             self._changes = False
 
@@ -277,9 +277,27 @@ class ShapeContacts:
         if len(edges):
             parts.append(edge_edge.measure_edges(poses, rates, edges, *tables.edge_pairs, *tables.edges))
         if len(parts) == 1:
-            return ContactKinematics(*parts[0])
-        bodies, rate, gradient = (np.concatenate(both) for both in zip(*parts, strict=True))
-        return ContactKinematics(bodies, rate, gradient)
+            bodies, rate, gradient = parts[0]
+        else:
+            bodies, rate, gradient = (np.concatenate(both) for both in zip(*parts, strict=True))
+        return ContactKinematics(bodies, rate, gradient, self._changed_weights(poses, touching, bodies))
+
+    def _changed_weights(self, poses: np.ndarray, touching: ActiveContacts, bodies: np.ndarray) -> Tapered | None:
+        """Factors of the weights of contacts, and their gradients by the coordinates of the contacts' bodies."""
+        tables = self.tables
+        units, inverse = np.unique(tables.unit[touching.slot], return_inverse=True)
+        sloped = self._overlaps.sloped(units)
+        if not sloped.any():
+            return None
+        part, gradient = self._overlaps.changed(poses, self.kit, self._units, units)
+        rows = np.flatnonzero(sloped[inverse])
+        unit, column = inverse[rows], tables.column[touching.slot[rows]]
+        own = gradient[unit, column]
+        swapped = tables.shapes.body[self._units.shapes[units[unit], 0]] != bodies[rows, 0]
+        own[swapped] = own[swapped][:, ::-1]
+        flat = own.reshape(len(rows), -1)
+        # weights are linear in the relative pose
+        return Tapered(rows, part[unit, column], flat, np.zeros((*flat.shape, flat.shape[1])), fades=False)
 
     def add_tangent(
         self,
@@ -310,15 +328,11 @@ class ShapeContacts:
 
     # memory ------------------------------------------------------------------------------------------------------------
 
-    def commit(self, poses: np.ndarray, young: np.ndarray | None = None) -> None:
-        """Update the memory after an accepted step; `crossed` then refers to these poses.
-
-        Weights of faces that have moved are computed again. Faces in continuing impacts keep theirs, to conserve energy.
-        """
+    def commit(self, poses: np.ndarray) -> None:
+        """Update the memory after an accepted step; `crossed` then refers to these poses, and faces are weighed again."""
         self._committed = poses.copy()
-        slots = self.find(poses, 0.0).slot if young is None else young
-        free = self._near[~np.isin(self._near, self.tables.unit[slots])]
-        self._changes = self._overlaps.look(poses, self.kit, self._units, free) or self._changes
+        self._refresh(poses)
+        self._changes = self._overlaps.look(poses, self.kit, self._units, self._near) or self._changes
 
     def memory(self) -> np.ndarray:
         """Length of the committed poses, the poses, and the overlaps of faces; empty before the first commit."""
@@ -334,7 +348,7 @@ class ShapeContacts:
             end = 1 + int(memory[0])
             self._committed = memory[1:end].reshape(-1, 7 if self.spatial else 3).copy()
             self._overlaps = Overlaps.from_flat(memory[end:]).of(self._units)
-        self._changes = bool((self._overlaps.in_force != self._overlaps.shares).any())
+        self._changes = bool((self._overlaps.in_force != self._overlaps.latest).any())
         self._apply_weights()
 
     def clear_caches(self) -> None:
