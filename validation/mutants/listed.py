@@ -95,10 +95,24 @@ STRIPS = (
     ),
     Mutant(
         "stiffness of follower loads with the wrong sign",
-        "fsm/segments/loads.py",
-        "-_TURN @ rotation @ load.force",
-        "_TURN @ rotation @ load.force",
+        "fsm/interactions/applied.py",
+        "block[0, 2] -= c",
+        "block[0, 2] += c",
         physics_test("tangents", "test_loads_alone"),
+    ),
+    Mutant(
+        "compiled steps without the input power of drives",
+        "fsm/segments/array_energies.py",
+        "power += of_drives",
+        "power += 0.0 * of_drives",
+        physics_test("many_steps", "test_same_steps"),
+    ),
+    Mutant(
+        "compiled steps without the inertial force of bodies that turn",
+        "fsm/interactions/driven.py",
+        "twist[k] * (inertia[body, k] * change[k] - wrenches[body, k])",
+        "twist[k] * (0.0 * change[k] - wrenches[body, k])",
+        physics_test("many_steps", "test_same_steps"),
     ),
     Mutant(
         "drive at half its speed in the run-up",
