@@ -11,8 +11,6 @@ from typing import Any
 from fsm.analyses.analysis import Analysis
 from fsm.analyses.choose import analysis_of
 from fsm.analyses.deploy import Deployment
-from fsm.analyses.deployed import film_of_deployment
-from fsm.analyses.vibrate import VibrationAnalysis
 from fsm.atomic_write import remove_partial_files
 from fsm.channels.sample import check_patterns
 from fsm.errors import CaseError, EnergyAbort, ExpectationFailed, NotConverged
@@ -138,6 +136,9 @@ def _run_stages(
     loaded: LoadedCase, out: Path, progress: bool | Callable[[float], None], resume: bool
 ) -> dict[str, Any]:
     """Run the deployment and then the vibration of the deployed strip, each in its own folder; return both summaries."""
+    from fsm.analyses.deployed import film_of_deployment
+    from fsm.analyses.vibrate import VibrationAnalysis
+
     case, source = loaded.case, str(loaded.path)
     (out / SUMMARY).unlink(missing_ok=True)
     begun, warnings = _clocks(), list[str]()

@@ -32,6 +32,7 @@ from fsm.solve.static import PathSettings, follow
 
 __all__ = ["KINDS", "compile_ahead"]
 
+SPACES = ("planar", "spatial")
 _INTEGRATORS = ("generalized-alpha", "Radau")
 
 
@@ -86,18 +87,23 @@ def _bars(bars: str) -> None:
 
 
 KINDS: dict[str, tuple[Callable[[], None], ...]] = {
-    "planar": (partial(_segments, partial(warm_up_strip, False)), partial(_segments, warm_up_lattice)),
-    "spatial": (partial(_segments, partial(warm_up_strip, True)),),
+    **{space: (partial(_segments, partial(warm_up_strip, space == "spatial"), ()),) for space in SPACES},
+    **{f"in time, {space}": (partial(_segments, partial(warm_up_strip, space == "spatial")),) for space in SPACES},
+    **{
+        f"hysteresis, {space}": (partial(_segments, partial(warm_up_strip, space == "spatial", True), ()),)
+        for space in SPACES
+    },
+    "lattice": (partial(_segments, warm_up_lattice),),
     "film": (partial(_film, "plain"), partial(_film, "tension-field")),
     "bars": tuple(partial(_bars, element) for element in ("section", "green", "cable")),
     "rigid bars": (partial(_bars, "rigid"),),
     "plates": tuple(partial(_segments, partial(warm_up_plates, spatial)) for spatial in (False, True)),
-    "many steps at once, planar": (partial(_many_steps, False),),
-    "many steps at once, spatial": (partial(_many_steps, True),),
-    "springs alone, planar": (partial(_springs, False),),
-    "springs alone, spatial": (partial(_springs, True),),
-    "structured Radau, planar": (partial(_segments, partial(warm_up_strip, False), ("Radau-blocks",)),),
-    "structured Radau, spatial": (partial(_segments, partial(warm_up_strip, True), ("Radau-blocks",)),),
+    **{f"many steps at once, {space}": (partial(_many_steps, space == "spatial"),) for space in SPACES},
+    **{f"springs alone, {space}": (partial(_springs, space == "spatial"),) for space in SPACES},
+    **{
+        f"structured Radau, {space}": (partial(_segments, partial(warm_up_strip, space == "spatial"), ("Radau-blocks",)),)
+        for space in SPACES
+    },
 }
 """Functions that compile the kernels of each kind (`fsm.analyses.analysis.Analysis.kernels`), rare kinds included."""
 

@@ -1,11 +1,9 @@
-"""Selection of the analysis of a case."""
+"""Selection of the analysis of a case; films and arrays are imported when a case has them."""
 
 from __future__ import annotations
 
 from fsm.analyses.analysis import Analysis
 from fsm.analyses.deploy import Deployment
-from fsm.analyses.scissor import ScissorArray
-from fsm.analyses.vibrate import VibrationAnalysis
 from fsm.scene.case import Case
 
 __all__ = ["analysis_of"]
@@ -28,7 +26,11 @@ def analysis_of(case: Case, source: str = "", warnings: list[str] | None = None)
         With all faults found in compilation.
     """
     if case.analysis == "vibrate":
+        from fsm.analyses.vibrate import VibrationAnalysis
+
         return VibrationAnalysis(case, source)
     if case.analysis == "scissor":
+        from fsm.analyses.scissor import ScissorArray
+
         return ScissorArray(case, source)
     return Deployment(case, source, warnings)

@@ -21,7 +21,9 @@ from fsm.results.solution import Layout, Solution
 from fsm.scene.case import Case
 from fsm.scene.start import start_of
 from fsm.segments.arrays_of import has_arrays
+from fsm.segments.hysteresis import HysteresisGroup
 from fsm.segments.in_step import system_in_step, whole_system
+from fsm.segments.ligaments import LigamentGroup
 from fsm.segments.plan import PlannedStep, plan_of
 from fsm.segments.save_times import save_times
 from fsm.segments.separate import shallowest
@@ -79,13 +81,21 @@ class Deployment(Analysis):
     def kernels(self) -> tuple[str, ...]:
         """See `Analysis`."""
         space, method = "spatial" if self.system.spatial else "planar", self.method()[0]
+        found = [space]
+        if any(isinstance(group, LigamentGroup) for group in self.system.groups):
+            found.append("lattice")
+        if any(isinstance(group, HysteresisGroup) for group in self.system.groups):
+            found.append(f"hysteresis, {space}")
+        if method == "static":
+            if self.system.newton_pattern() is not None:
+                found.append(f"springs alone, {space}")
+            return tuple(found)
+        found.append(f"in time, {space}")
         if method == "Radau-blocks":
-            return space, f"structured Radau, {space}"
-        if method == "static" and self.system.newton_pattern() is not None:
-            return space, f"springs alone, {space}"
-        if method in ("generalized-alpha", "newmark") and has_arrays(self.system):
-            return space, f"many steps at once, {space}"
-        return (space,)
+            found.append(f"structured Radau, {space}")
+        elif method in ("generalized-alpha", "newmark") and has_arrays(self.system):
+            found.append(f"many steps at once, {space}")
+        return tuple(found)
 
     def method(self) -> tuple[str, str]:
         """Method of the last step that is solved, and the reason."""

@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from fsm.solve.dense_run import DenseRun
 from fsm.solve.energy_balance import EnergyBalance
+from fsm.solve.run import Run
 from fsm.solve.run_io import AcceptedStep, CurvePoint, InitialState, OutputRequest, SavedState, Statistics
 from fsm.solve.settings import Settings
 from fsm.solve.stepwise_run import GENERALIZED_ALPHA, MEAN_FORCE, NEWMARK, StepwiseRun
@@ -42,7 +42,11 @@ def simulate(
         The message states the time, the worst body and a remedy. Earlier states are already saved.
     EnergyAbort
     """
-    kind = StepwiseRun if settings.method in (GENERALIZED_ALPHA, NEWMARK, MEAN_FORCE) else DenseRun
+    kind: type[Run] = StepwiseRun
+    if settings.method not in (GENERALIZED_ALPHA, NEWMARK, MEAN_FORCE):
+        from fsm.solve.dense_run import DenseRun  # imports SciPy's integrators
+
+        kind = DenseRun
     initial_state = InitialState(start, energy_balance, [] if seen is None else seen, after)
     run = kind(system, settings, OutputRequest(save_times, on_save, on_step), initial_state)
     run.go()

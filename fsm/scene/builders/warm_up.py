@@ -27,8 +27,8 @@ class WarmUp(NamedTuple):
     shift: tuple[float, float]
 
 
-def warm_up_strip(spatial: bool) -> WarmUp:
-    """Strip with tabulated creases and hysteresis, contact (also at the ends of panels), and friction."""
+def warm_up_strip(spatial: bool, hysteresis: bool = False) -> WarmUp:
+    """Strip with tabulated creases, contact (also at the ends of panels), and friction."""
     strip: dict[str, Any] = {
         "strip": {
             "length": 0.48, "width": 0.04, "thickness": 1e-4, "panels": 6, "fold_angle": 1.4, "segments_per_panel": 2,
@@ -36,8 +36,8 @@ def warm_up_strip(spatial: bool) -> WarmUp:
         "material": {"young": 3e9, "density": 800.0},
         "crease": {
             "law": "spline", "angle": [0.0, 1.0, 2.0, 3.0], "moment": [0.0, 0.01, 0.015, 0.018], "rest_angle": 3.0,
-            "unloading": [-0.001, 0.008, 0.014, 0.018],
-        },
+        }
+        | ({"unloading": [-0.001, 0.008, 0.014, 0.018]} if hysteresis else {}),
         "contact": {"stiffness": 1e6, "damping": 1.0},
         "friction": {"mu_static": 0.3, "mu_dynamic": 0.2, "v_static": 0.01, "v_dynamic": 0.02},
         "drive": [{"crease": 3, "speed": 0.02, "travel": 0.01}],
