@@ -6,15 +6,16 @@ import math
 
 import numpy as np
 
-from fsm.assembly.compile import compile_model
 from fsm.errors import CaseError, Fault
 from fsm.overlap import find_overlaps, find_pierced
 from fsm.scene.builders.scene import build_scene
 from fsm.scene.case import Case
 from fsm.scene.contact_sides import contact_sides
+from fsm.scene.frame_bodies import frame_faults
 from fsm.scene.planar import out_of_plane
 from fsm.scene.scene import Scene
 from fsm.scene.step_items import with_paths_of_steps
+from fsm.segments.compile import compile_scene
 from fsm.segments.crease_checks import crease_faults, crease_warnings
 from fsm.segments.plan import Plan, plan_of
 from fsm.segments.separate import overlaps, separate, shallowest
@@ -86,7 +87,7 @@ def compile_whole(case: Case, scene: Scene, plan: Plan | None) -> SegmentSystem:
     plan : Plan, or None for a case without `[[step]]`
     """
     if plan is None:
-        return compile_model(scene, case.solve.spatial)
+        return _compiled(scene, case.solve.spatial)
     always = [all(step.acting[k] for step in plan.steps) for k in range(len(scene.drives))]
     driven = {name for drive, acts in zip(scene.drives, always, strict=True) if acts for name in drive.moved}
     never_free = frozenset.intersection(*(step.held | _driven(scene, step.acting) for step in plan.steps))
@@ -94,7 +95,16 @@ def compile_whole(case: Case, scene: Scene, plan: Plan | None) -> SegmentSystem:
     bodies = tuple(body.model_copy(update={"held": body.name in held}) for body in scene.bodies)
     drives = tuple(drive for drive, acts in zip(scene.drives, always, strict=True) if acts)
     spatial = case.solve.spatial or bool(out_of_plane(scene))
-    return compile_model(scene.model_copy(update={"bodies": bodies, "drives": drives}), spatial)
+    return _compiled(scene.model_copy(update={"bodies": bodies, "drives": drives}), spatial)
+
+
+def _compiled(scene: Scene, spatial: bool) -> SegmentSystem:
+    """System of a scene; the elements of films, cables and beams are imported when it has some."""
+    if scene.flexible or any(True for _ in frame_faults(scene)):
+        from fsm.assembly.compile import compile_model
+
+        return compile_model(scene, spatial)
+    return compile_scene(scene, spatial)
 
 
 def _driven(scene: Scene, acting: tuple[bool, ...]) -> frozenset[str]:

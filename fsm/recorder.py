@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,7 +18,6 @@ from fsm.analyses.analysis import Analysis
 from fsm.analyses.at_start import equilibrium_at_start
 from fsm.analyses.run_step import RunStep, States, StepResult
 from fsm.analyses.step_results import counted, step_modes, step_summaries, total_of
-from fsm.channels.sample import ChannelSampler, model_of_analysis
 from fsm.checkpoint import RestartPoint, check_point, read_point, write_point
 from fsm.errors import CaseError, EnergyAbort, NotConverged, is_interrupt
 from fsm.hdf5_checked import READ_ERRORS
@@ -44,6 +43,9 @@ from fsm.solve.settings import Settings
 from fsm.solve.solver import solve
 from fsm.solve.static import PathSettings
 from fsm.summary import summary_of
+
+if TYPE_CHECKING:
+    from fsm.channels.sample import ChannelSampler
 
 __all__ = ["CHECKPOINT_EVERY", "RecordedSolve"]
 
@@ -71,7 +73,11 @@ class RecordedSolve:
         self.loaded, self.analysis, self.out = loaded, analysis, out
         self.system = analysis.system
         self.warnings = list(warnings)
-        self.channels = ChannelSampler(model_of_analysis(analysis), loaded.case.save.channels)
+        self.channels: ChannelSampler | None = None
+        if loaded.case.save.channels:
+            from fsm.channels import sample  # imports all kinds of elements
+
+            self.channels = sample.ChannelSampler(sample.model_of_analysis(analysis), loaded.case.save.channels)
         self.target = out / "result.h5"
         self.checkpoint = out / "checkpoint.h5"
         self.last_checkpoint = time.perf_counter()
@@ -111,7 +117,7 @@ class RecordedSolve:
             self.analysis.layout(),
             case_text=self.loaded.text,
             provenance=provenance() | {"method": "; ".join(dict.fromkeys(methods))},
-            channels=self.channels.infos,
+            channels=self.channels.infos if self.channels else (),
             step_names=tuple(step.name for step in self.steps),
         )
         bar = Progress(progress, self.steps[-1].end, self.loaded.case.title or str(self.loaded.path), jit)
@@ -310,7 +316,11 @@ class RecordedSolve:
                 pair_damping_energy=saved.pair_energy[1],
                 shape=self.current.shape(t, saved.q),
                 negative_pivots=self.analysis.negative_pivots(self.current, t, saved.q),
-                channels=self.channels.values(self.current, saved if t == saved.time else replace(saved, time=t)),
+                channels=(
+                    self.channels.values(self.current, saved if t == saved.time else replace(saved, time=t))
+                    if self.channels
+                    else {}
+                ),
                 step=self.number + 1,
                 program_time=t,
             )

@@ -12,7 +12,6 @@ from fsm.analyses.analysis import Analysis
 from fsm.analyses.choose import analysis_of
 from fsm.analyses.deploy import Deployment
 from fsm.atomic_write import remove_partial_files
-from fsm.channels.sample import check_patterns
 from fsm.errors import CaseError, EnergyAbort, ExpectationFailed, NotConverged
 from fsm.folder_lock import locked_folder
 from fsm.kernels import jit
@@ -88,6 +87,8 @@ def run_in_locked_folder(
     if faults:
         raise CaseError(faults, str(loaded.path))
     if loaded.case.save.channels:
+        from fsm.channels.sample import check_patterns  # imports all kinds of elements
+
         check_patterns(loaded.case, str(loaded.path))
     if loaded.case.stages:
         summary = _run_stages(loaded, out, progress, resume)

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fsm.analyses.analysis import Analysis
-from fsm.analyses.reduced import MODAL
+from fsm.analyses.analysis import MODAL, Analysis
 from fsm.results.solution import Solution
 from fsm.round_off import RoundOff
 from fsm.scene.case import Case

@@ -16,7 +16,10 @@ from fsm.solve.settings import Settings
 from fsm.solve.static import PathSettings
 from fsm.system import System
 
-__all__ = ["Analysis", "OneStep", "Solver", "Watch"]
+__all__ = ["MODAL", "Analysis", "OneStep", "Solver", "Watch"]
+
+MODAL = "modal"
+"""Name of the method of a reduced model."""
 
 Watch = Callable[[str, float], Callable[[AcceptedStep], None]]
 """Function of the name and end time (s) of a further solve; returns a function to call after each of its steps."""

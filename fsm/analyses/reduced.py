@@ -12,6 +12,7 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.interpolate import CubicHermiteSpline
 from scipy.sparse.linalg import splu
 
+from fsm.analyses.analysis import MODAL
 from fsm.ancf.reduced import ModalResponse, ReducedModel
 from fsm.ancf.system import AncfSystem
 from fsm.errors import NotConverged
@@ -23,10 +24,8 @@ from fsm.solve.simulate import simulate
 from fsm.solve.stepwise_run import MEAN_FORCE
 from fsm.system import DriveState, Energy, Observation, PairState
 
-__all__ = ["MODAL", "ModelError", "ReducedSolve", "error_against_full", "reduced_model", "stretch_left_out"]
+__all__ = ["ModelError", "ReducedSolve", "error_against_full", "reduced_model", "stretch_left_out"]
 
-MODAL = "modal"
-"""Name of the method."""
 _PER_PERIOD = 60.0
 """Steps in a period of the highest mode."""
 _CHECKED = 40

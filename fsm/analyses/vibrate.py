@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from fsm.analyses.analysis import OneStep, Solver
+from fsm.analyses.analysis import MODAL, OneStep, Solver
 from fsm.analyses.deployed import DeployedFilm
 from fsm.analyses.film import FilmMesh, build_film, mean_strain, on_other_mesh
 from fsm.analyses.mesh_error import MeshError, OnMesh, mesh_error
 from fsm.analyses.natural import natural_modes
-from fsm.analyses.reduced import MODAL, ModelError, ReducedSolve, error_against_full, reduced_model
+from fsm.analyses.reduced import ModelError, ReducedSolve, error_against_full, reduced_model
 from fsm.analyses.stretch import as_deployed, stretched
 from fsm.analyses.summary_errors import SummaryErrors, summary_errors
 from fsm.ancf.film import FilmStress, MembraneGroup
