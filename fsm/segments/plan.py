@@ -32,6 +32,8 @@ ALL = "all"
 """Name of everything in `hold` and `release`."""
 HOLD = 0.01
 """Time of rest of the drives after a pull, relative to its duration; damper forces decay in this time."""
+_ROUNDING = 1e-12
+"""Relative difference of times below which they are equal."""
 _STATIC_DURATION = 1.0
 """Duration of a static step without a drive or load that ends, s."""
 
@@ -205,8 +207,8 @@ class _Planner:
         replaced = {acting.name: f" in place of {acting.name!r}" for acting in self.loads if not acting.ends}
         self._hold(number, step)
         let_go = self._release(number, step)
-        end = start + self._duration(step, begun, new, number)
         self._drive(begun, start)
+        end = self._at_break(start + self._duration(step, begun, new, number))
         self._load(step, new, let_go, start, end)
         said += ["without contact"] if not step.contact and self.scene.contact is not None else []
         said += [f"drives {part.drive.called}" for part in begun]
@@ -348,6 +350,11 @@ class _Planner:
         if not ends and step.kind == "dynamic":
             self.faults.append(Fault(f"step.{number}.duration", "is missing; a dynamic step without a drive needs it"))
         return max(ends, default=_STATIC_DURATION)
+
+    def _at_break(self, t: float) -> float:
+        """A time, or the time at which a drive begins, ends or turns, if both differ by round-off."""
+        near = [at for program in self._programs() for at in program.breaks() if abs(at - t) <= _ROUNDING * t]
+        return near[0] if near else t
 
     def _program(self, part: DrivePart) -> Program:
         try:

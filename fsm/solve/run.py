@@ -48,11 +48,12 @@ class Run(ABC):
         self.statistics = Statistics(settings.method, seen=initial_state.seen)
         self.every = steps_between(system.nu)
         self._pivots = LinearSolver()
-        breaks = [*system.break_times(), settings.end_time]
+        breaks = [settings.end_time, *system.break_times()]
+        times = _at_breaks([t for t in request.save_times if t <= settings.end_time], breaks)
         if after is not None:
             assert energy_balance is not None
             self.energy_balance = energy_balance
-            self.pending = [t for t in _at_breaks(request.save_times, breaks) if after.time < t <= settings.end_time]
+            self.pending = [t for t in times if t > after.time]
             self._renew(after)
             return
         self.renewed = 0
@@ -62,8 +63,7 @@ class Run(ABC):
         if start is None:
             system.restore(np.zeros(0))
         system.commit(self.time, self.q, self.u)
-        times = [t for t in request.save_times if self.time <= t <= settings.end_time]
-        self.pending = _at_breaks(times, breaks)
+        self.pending = [t for t in times if t >= self.time]
         self.last = system.observe(just_after(system, self.time), self.q, self.u)
         self.energy_balance = EnergyBalance.opened(self.last.energy) if energy_balance is None else energy_balance
         self.balanced = self.time
@@ -83,6 +83,7 @@ class Run(ABC):
         self.time, self.q, self.u, self.renewed, self.state = end.time, end.q, end.u, end.steps, end.state
         self.statistics.steps = end.steps
         self.statistics.smallest_step = float(end.state["smallest_step"][0])
+        self.balanced = float(end.state["balanced"][0])
         self.system.clear_caches(end.state["counted"])
         self.system.restore(end.state["memory"])
         self.last = self.system.observe(self.time, self.q, self.u)
@@ -112,6 +113,7 @@ class Run(ABC):
                 "memory": self.system.memory(),
                 "counted": self.system.counters(),
                 "smallest_step": np.array([self.statistics.smallest_step]),
+                "balanced": np.array([self.balanced]),
             }
             end = replace(end, state=own | state())
         if self.request.on_step is not None:

@@ -419,13 +419,16 @@ def _adapt(motion: Motion, rules: Rules, h: float, error: float, grow: bool) -> 
     factor = _SAFETY * error ** (-0.2) * sizes[LAST_ERROR] ** (1.0 / 15.0)
     sizes[LAST_ERROR] = error
     most = rules.growth if grow else 1.0
+    free = h * factor
     factor = min(max(factor, _SHRINK), most)
     wanted = max(h * factor, min(h * most, rules.shortest))
     step_size = sizes[STEP_SIZE]
     # a step shortened to end at a given time does not reduce the size of later steps
     if grow and h < step_size and error * (step_size / h) ** 3 <= 1.0:
         wanted = max(wanted, step_size)
-    if not step_size <= wanted <= GROWTH_OF_STEADY_STEPS * step_size or not grow:
+    # without numerical damping no step grows by more than a steady one; the error alone then decides whether it is kept
+    possible = wanted if most > GROWTH_OF_STEADY_STEPS else max(wanted, free)
+    if not (step_size <= wanted and possible <= GROWTH_OF_STEADY_STEPS * step_size) or not grow:
         sizes[STEP_SIZE] = min(wanted, sizes[MAX_STEP])
 
 
