@@ -80,7 +80,7 @@ def round_off_of(system: System, solution: Solution) -> RoundOff:
     ends = {0, len(solution) - 1}
     matrices = [system.linearise(float(solution.time[k]), solution.q[k], None).stiffness.data for k in sorted(ends)]
     stiffness = max(float(np.abs(data).max(initial=0.0)) for data in matrices)
-    force = eps * scales.widest * stiffness
+    force = eps * scales.largest_span * stiffness
     stored = np.zeros(len(solution))
     for name, energies in solution.energy.items():
         if name not in ("dissipated", "work", "error"):
@@ -88,7 +88,7 @@ def round_off_of(system: System, solution: Solution) -> RoundOff:
     turned_over = (np.abs(stored - stored[0]), solution.energy["dissipated"], solution.energy["kinetic"])
     energy = float(max(energies.max() for energies in turned_over))
     moved = _distance(system, solution)
-    in_rounding = system.nu * force * eps * scales.widest
+    in_rounding = system.nu * force * eps * scales.largest_span
     if moved <= 0.0 or energy <= max(_UNRESISTED * in_rounding, _AT_REST * float(np.abs(stored).max())):
         return RoundOff(stiffness, force, np.inf)
     return RoundOff(stiffness, force, energy / moved)

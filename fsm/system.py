@@ -105,12 +105,12 @@ class Scales:
     resolution: np.ndarray
 
     @cached_property
-    def of_forces(self) -> np.ndarray:
+    def force_scale(self) -> np.ndarray:
         """Divisors (nu,) that convert generalised forces to N: moments become forces at the end of an element."""
         return self.increment / self.length
 
     @cached_property
-    def widest(self) -> float:
+    def largest_span(self) -> float:
         """Largest component of `span`."""
         return float(self.span.max(initial=0.0))
 
@@ -422,27 +422,27 @@ class NewtonRules(NamedTuple):
         Residual at an equilibrium, over the largest reaction.
     round_off : -
         Round-off of forces, over stiffness times size.
-    nearly : -
+    small_correction : -
         Correction, over the span of the structure or in radians, below which the residual is checked before the tangent.
-    reach : -
+    largest_correction : -
         Largest correction, over the span of the structure or in radians.
     overshoot : -
         A correction overshoots if its work changes sign and exceeds this multiple of the work before.
-    far, hardly, late : -, -, iterations
-        The iteration stops after `late` iterations if the residual exceeds `far` times the largest reaction, and `hardly`
-        times the first residual.
-    most : largest number of iterations
+    large_residual, slow_reduction, patience : -, -, iterations
+        The iteration stops after `patience` iterations if the residual exceeds `large_residual` times the largest reaction,
+        and `slow_reduction` times the first residual.
+    max_iterations : largest number of iterations
     """
 
     tolerance: float
     round_off: float
-    nearly: float
-    reach: float
+    small_correction: float
+    largest_correction: float
     overshoot: float
-    far: float
-    hardly: float
-    late: float
-    most: int
+    large_residual: float
+    slow_reduction: float
+    patience: float
+    max_iterations: int
 
 
 class NewtonSolution(NamedTuple):

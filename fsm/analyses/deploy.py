@@ -22,11 +22,11 @@ from fsm.scene.case import Case
 from fsm.scene.start import start_of
 from fsm.segments.arrays_of import has_arrays
 from fsm.segments.hysteresis import HysteresisGroup
-from fsm.segments.in_step import system_in_step, whole_system
 from fsm.segments.ligaments import LigamentGroup
 from fsm.segments.plan import PlannedStep, plan_of
 from fsm.segments.save_times import save_times
 from fsm.segments.separate import shallowest
+from fsm.segments.step_system import system_in_step, whole_system
 from fsm.segments.system import SegmentSystem
 from fsm.solve.arc_length import ArcSettings
 from fsm.solve.linear import LinearSolver

@@ -75,7 +75,7 @@ class ModelError:
         return max(math.inf if error is None else error for error in (self.probes, self.struck, self.stretch))
 
     @property
-    def said(self) -> str:
+    def text(self) -> str:
         """Description of the errors."""
         force = "error of the restoring force not known at the largest displacement (too large or wrinkled)"
         if self.stretch is not None:
@@ -88,7 +88,7 @@ class ModelError:
         return f"error against the full model {motion} over the first {1e3 * self.until:.3g} ms; {force}"
 
     @property
-    def advice(self) -> str:
+    def remedy(self) -> str:
         """Remedy."""
         if self.stretch is None or self.stretch > _STRETCHED:
             return 'take vibration.model = "full"; with few modes vibration.stretch = true may suffice'

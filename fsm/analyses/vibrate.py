@@ -154,11 +154,11 @@ class VibrationAnalysis(OneStep):
             lambda q: point.position(q) - rest, math.inf if wanted == "reduced" else _GOOD,
         )  # fmt: skip
         good = self.error.largest <= _GOOD
-        self.reason = f"{len(self.modes.squared)} modes, {self.error.said}"
+        self.reason = f"{len(self.modes.squared)} modes, {self.error.text}"
         if wanted == "reduced" or good:
             self.model = model
             if not good:
-                warnings.append(f"reduced model: {self.reason}; {self.error.advice}")
+                warnings.append(f"reduced model: {self.reason}; {self.error.remedy}")
 
     def _step(self) -> float:
         """Step of the full model: `_first_step` or half of this step."""

@@ -102,7 +102,7 @@ class ReducedModel:
         """Coordinates (..., n) for modal amplitudes (..., k); without the second-order response."""
         return np.asarray(self.rest + amplitude @ self.shapes)
 
-    def missed(self, vector: np.ndarray, compliance: np.ndarray) -> float:
+    def truncation_error(self, vector: np.ndarray, compliance: np.ndarray) -> float:
         """Part of the static deflection under a load that the modes do not contain: the error of the truncated model.
 
         Parameters

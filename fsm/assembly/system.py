@@ -254,7 +254,7 @@ class JoinedSystem(SegmentSystem):
             np.where(np.concatenate([in_q, is_position]), length, 1.0),
             np.concatenate([bodies.velocity, velocity]),
             np.where(span, length, 1.0),
-            np.where(span, max(bodies.widest, nodes.widest), 1.0),
+            np.where(span, max(bodies.largest_span, nodes.largest_span), 1.0),
             np.concatenate([bodies.resolution, nodes.resolution]),
         )
 

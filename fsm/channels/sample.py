@@ -15,8 +15,8 @@ from fsm.errors import CaseError
 from fsm.results.channel import ChannelInfo, select_channels
 from fsm.scene.builders.scene import build_scene
 from fsm.scene.case import Case
-from fsm.segments.in_step import whole_system
 from fsm.segments.plan import plan_of
+from fsm.segments.step_system import whole_system
 from fsm.solve.run_io import SavedState
 
 __all__ = ["ChannelSampler", "channel_lines", "check_patterns", "model_of_analysis", "models_of_case"]

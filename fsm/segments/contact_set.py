@@ -68,7 +68,9 @@ class ContactSet(tuple[ContactGroup, ...]):
             crossed = group.geometry.crossed(poses)
             if crossed:
                 return StepRejection(0.5, f"{names[crossed[0]]} pass through each other")
-        part = 1.0 if step is None else min((group.late(t, poses, rates, step) for group in self), default=1.0)
+        if step is None:
+            return None
+        part = min((group.fraction_before_impacts(t, poses, rates, step) for group in self), default=1.0)
         return StepRejection(part) if part < 1.0 else None
 
     def longest_step(self, t: float, poses: np.ndarray, rates: np.ndarray) -> float:

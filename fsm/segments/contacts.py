@@ -433,13 +433,13 @@ class ContactGroup(Group):
         """
         return np.inf if self.friction is None else _PRESLIDING * self.friction.presliding
 
-    def late(self, t: float, poses: np.ndarray, rates: np.ndarray, step: float) -> float:
+    def fraction_before_impacts(self, t: float, poses: np.ndarray, rates: np.ndarray, step: float) -> float:
         """Fraction of a step that ends before its impacts begin; see `Impacts`."""
         found = self._contacts(t, poses, rates, None) if self._poses is not None and self.resolves else None
         if found is None:
             return 1.0
         new = found.memory.onset == 0.0
-        return self.impacts.late(found.touching, found.measured, found.forces.normal, new, self._rates, step)
+        return self.impacts.fraction_before(found.touching, found.measured, found.forces.normal, new, self._rates, step)
 
     def longest_step(self, t: float, poses: np.ndarray, rates: np.ndarray) -> float:
         """Longest step that resolves present and imminent impacts, s."""

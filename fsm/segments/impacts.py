@@ -52,7 +52,7 @@ class Impacts:
         """Whether steps have to resolve any impacts."""
         return self.normal.law.restitution or bool(self.loose.any())
 
-    def late(
+    def fraction_before(
         self,
         touching: ActiveContacts,
         measured: ContactKinematics,

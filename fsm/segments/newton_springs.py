@@ -152,17 +152,17 @@ def solve_springs(
     factors: np.ndarray,
     span: np.ndarray,
     to_force: np.ndarray,
-    widest: float,
+    largest_span: float,
     largest_reaction: float,
     tolerance: float,
     round_off: float,
-    nearly: float,
-    reach: float,
+    small_correction: float,
+    largest_correction: float,
     overshoot: float,
-    far: float,
-    hardly: float,
-    late: float,
-    most: int,
+    large_residual: float,
+    slow_reduction: float,
+    patience: float,
+    max_iterations: int,
 ) -> tuple[bool, np.ndarray, np.ndarray, np.ndarray, np.ndarray, bool, int, float]:
     """Find the equilibrium with u as the mean velocity since the last state.
 
@@ -182,9 +182,9 @@ def solve_springs(
         Factors of the last matrix.
     span, to_force : (nu,) arrays
         Scales of the increments and of the residual.
-    widest : m or rad, largest of `span`
+    largest_span : m or rad, largest of `span`
     largest_reaction : N
-    tolerance ... most : see `fsm.system.NewtonRules`
+    tolerance ... max_iterations : see `fsm.system.NewtonRules`
 
     Returns
     -------
@@ -211,13 +211,13 @@ def solve_springs(
     step = since = np.zeros(span.shape[0])
     work = lost = 0.0
     size = last_size = np.inf
-    for iteration in range(most + 1):
+    for iteration in range(max_iterations + 1):
         scatter_free(free, q, spatial, poses)
         if moving:
             since = _difference(q_before, q, inertia)
             scatter_free(free, since / duration, no, rates)
         found = False
-        if size < nearly and iteration > 0:
+        if size < small_correction and iteration > 0:
             _forces(moving, poses, rates, inertia, bodies, constants, before, per_second, force)
             residual = gather_free(free, force)
             found = largest_ratio(residual, to_force) <= max(tolerance * largest_reaction, balanced)
@@ -235,14 +235,14 @@ def solve_springs(
             residual = gather_free(free, force)
             left_over = largest_ratio(residual, to_force)
             if iteration == 0:
-                lost = max(far * largest_reaction, hardly * left_over)
+                lost = max(large_residual * largest_reaction, slow_reduction * left_over)
             overshot = work > 0.0 and np.sum(step * residual) < -overshoot * work
-            wandering = (iteration > 7 and size > 2.0 * last_size) or (iteration >= late and left_over > lost)
-            if not np.isfinite(left_over) or overshot or wandering or iteration == most:
+            wandering = (iteration > 7 and size > 2.0 * last_size) or (iteration >= patience and left_over > lost)
+            if not np.isfinite(left_over) or overshot or wandering or iteration == max_iterations:
                 return failed
         matrix = effective_stiffness(stiffness, damping, 1.0 / duration, None, columns) if moving else stiffness
         if iteration == 0:
-            balanced = round_off * widest * _largest(matrix.reshape(-1))
+            balanced = round_off * largest_span * _largest(matrix.reshape(-1))
         symmetric = is_symmetric(matrix, transposed, SYMMETRY_TOLERANCE)
         if factorise(matrix, place, indptr, indices, diagonal, symmetric, factors) >= 0:
             return failed
@@ -259,8 +259,8 @@ def solve_springs(
         last_size, size = size, largest_ratio(step, span)
         if not np.isfinite(size):
             return failed
-        if size > reach:
-            step = step * (reach / size)
+        if size > largest_correction:
+            step = step * (largest_correction / size)
         scatter_free(free, step, no, change)
         efforts = _advance(poses, change, inertia, bodies, constants, before, per_second)
         q = _retract(q, step, inertia)

@@ -121,7 +121,7 @@ class SegmentSystem(Configuration):
         free = self.bodies.free
         return states["poses"][free].ravel(), states["rates"][free].ravel()
 
-    def loaded(self, t: float, start: np.ndarray, poses: np.ndarray) -> dict[str, tuple[float, float]]:
+    def load_displacements(self, t: float, start: np.ndarray, poses: np.ndarray) -> dict[str, tuple[float, float]]:
         """Size (N, N m) of every load at a time, and the way (m, rad) of its point along it between poses, by name.
 
         A name that occurs again gets a number.
@@ -369,8 +369,8 @@ class SegmentSystem(Configuration):
             poses, rates, self.bodies.free, self._dof, self.bodies.inertia if self.spatial else None,
             *springs.elements(rates, self._past(t, since), pattern), pattern.indptr, pattern.indices, pattern.transposed,
             elimination.order, elimination.indptr, elimination.indices, elimination.diagonal, elimination.place, factors,
-            scales.span, scales.of_forces, scales.widest, largest_reaction,
-            *rules[:-1], rules.most,  # separate for the type checker: the last one is an integer
+            scales.span, scales.force_scale, scales.largest_span, largest_reaction,
+            *rules[:-1], rules.max_iterations,  # separate for the type checker: the last one is an integer
         )  # fmt: skip
         if not settled:
             return None

@@ -27,7 +27,7 @@ class ArcRun:
 
     Parameters
     ----------
-    system : system with the method `loaded`
+    system : system with the method `load_displacements`
     settings : ArcSettings
     energy_balance, seen : energy balance and curve, to which all points are added
 
@@ -108,7 +108,7 @@ class ArcRun:
                 )
             )  # fmt: skip
             poses, _ = system.place(point.time, point.q, None)
-            for name, (size, way) in system.loaded(point.time, first, poses).items():
+            for name, (size, way) in system.load_displacements(point.time, first, poses).items():
                 ways.setdefault(name, []).append([size, way])
             before = point, seen
         self.loads = {

@@ -14,7 +14,7 @@ import numpy as np
 from fsm.solve.energy_balance import EnergyBalance
 from fsm.solve.restart_points import State
 from fsm.solve.run import Run
-from fsm.solve.scipy_ivp import FirstOrder, go_on, make_solver, solver_state
+from fsm.solve.scipy_ivp import FirstOrder, make_solver, resume, solver_state
 from fsm.solve.status import Outcome
 from fsm.system import Energy
 
@@ -83,7 +83,7 @@ class DenseRun(Run):
             settings.method, self.equations, self.time, state, settings.end_time, settings.rtol, settings.max_step
         )
         if self.state is not None:
-            go_on(solver, self.state)
+            resume(solver, self.state)
         return solver
 
     def _state(self, solver: Any) -> State:

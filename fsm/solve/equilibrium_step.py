@@ -34,11 +34,11 @@ _ENOUGH = 0.5
 """Remaining work of a cut step relative to its initial work."""
 _TRIALS = 10
 """Largest number of trial states for the cut."""
-_NEARLY = 1e-4
+_SMALL_CORRECTION = 1e-4
 """Step below which only the forces are evaluated first, since they are probably in balance."""
-_LATE = 4
+_PATIENCE = 4
 """Number of iterations after which the residual is compared with the reactions."""
-_LOST, _HARDLY = 200.0, 1e-2
+_LARGE_RESIDUAL, _SLOW_REDUCTION = 200.0, 1e-2
 """Residual relative to the largest reaction, and relative to the first residual, above which the iteration stops."""
 
 
@@ -122,7 +122,8 @@ class EquilibriumStep:
         self.largest_reaction = 0.0
         self.round_off = 0.0
         self._rules = NewtonRules(
-            tolerance, _ROUND_OFF, _NEARLY, reach, _OVERSHOOT, _LOST, _HARDLY, _LATE, max_iterations
+            tolerance, _ROUND_OFF, _SMALL_CORRECTION, reach, _OVERSHOOT, _LARGE_RESIDUAL, _SLOW_REDUCTION, _PATIENCE,
+            max_iterations,
         )
 
     def efforts(
@@ -156,7 +157,7 @@ class EquilibriumStep:
             dx = None if rates is None else system.difference(before[1], q)
             u = None if dx is None else dx / (t - before[0])
             self.evaluations += 1
-            if size < _NEARLY and matrix is not None:
+            if size < _SMALL_CORRECTION and matrix is not None:
                 residual = system.force(t, q, u, rates)
                 if self._balanced(residual):
                     if iteration == 1 and self.mixed is not None:  # its efforts were only predicted
@@ -169,7 +170,7 @@ class EquilibriumStep:
             if not math.isfinite(left_over):
                 return self._ended(Ending.NOT_FINITE, q, iteration, residual)
             if iteration == 0:
-                lost = max(_LOST * self.largest_reaction, _HARDLY * left_over)
+                lost = max(_LARGE_RESIDUAL * self.largest_reaction, _SLOW_REDUCTION * left_over)
             after = float(step @ residual)
             if work > 0.0 and after < -_OVERSHOOT * work and not cut:
                 part = self._shortened(t, q_before, step, before, work, after)
@@ -177,12 +178,12 @@ class EquilibriumStep:
                 q, size, cut, depths = system.retract(q_before, part * step), part * size, True, depths_before
                 continue
             cut = False
-            wandering = (iteration > 7 and size > 2.0 * last_size) or (iteration >= _LATE and left_over > lost)
+            wandering = (iteration > 7 and size > 2.0 * last_size) or (iteration >= _PATIENCE and left_over > lost)
             if wandering or iteration == self.max_iterations:
                 break
             matrix = self._matrix(linear, dx, t - before[0])
             if iteration == 0:
-                self.round_off = _ROUND_OFF * self.scales.widest * float(np.abs(matrix.data).max(initial=0.0))
+                self.round_off = _ROUND_OFF * self.scales.largest_span * float(np.abs(matrix.data).max(initial=0.0))
             try:
                 self.solver.factorise(matrix)
             except NotConverged:
@@ -275,7 +276,7 @@ class EquilibriumStep:
 
     def _left_over(self, residual: np.ndarray) -> float:
         """Largest component of the residual, N."""
-        return float(largest_ratio(residual, self.scales.of_forces))
+        return float(largest_ratio(residual, self.scales.force_scale))
 
     def _balanced(self, residual: np.ndarray) -> bool:
         """Whether the residual is below the tolerance or below round-off."""

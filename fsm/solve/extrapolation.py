@@ -56,7 +56,7 @@ class History:
             "history_efforts": np.array([state.efforts for state in states if state.efforts is not None]),
         }
 
-    def go_on(self, state: State) -> None:
+    def resume(self, state: State) -> None:
         """Set the states of a restart point (see `state`)."""
         progress, efforts = state["history_progress"].tolist(), state["history_efforts"]
         kept: list[np.ndarray | None] = list(efforts) if len(efforts) else [None] * len(progress)

@@ -397,7 +397,7 @@ class GeneralizedAlpha:
             "counts": motion.counts.copy(),
         }
 
-    def go_on(self, state: State) -> None:
+    def resume(self, state: State) -> None:
         """Continue from a restart point (see `state`), with a tangent at the present state."""
         motion, t = self.motion, self.t
         motion.rate[:], motion.a[:], motion.slope[:] = state["rate"], state["a"], state["slope"]

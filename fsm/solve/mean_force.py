@@ -229,7 +229,7 @@ class MeanForce:
             "counts": np.array(counts),
         }
 
-    def go_on(self, state: State) -> None:
+    def resume(self, state: State) -> None:
         """Continue from a restart point (see `state`)."""
         self._mean, self._mean_before = state["mean"], state["mean_before"]
         self._rate = state["rate"]

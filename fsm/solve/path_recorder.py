@@ -40,7 +40,7 @@ class PathRecorder:
     system : System
     statistics : updated during the solve
     request, initial_state : OutputRequest and InitialState
-        If the solve continues from a restart point, the caller must call `go_on` next.
+        If the solve continues from a restart point, the caller must call `resume` next.
     time, q, u : initial state
     """
 
@@ -89,7 +89,7 @@ class PathRecorder:
             "bounds": np.array([self.largest_reaction, self._saved]),
         }
 
-    def go_on(self, end: AcceptedStep) -> None:
+    def resume(self, end: AcceptedStep) -> None:
         """Continue from a restart point (see `state`)."""
         state = end.state
         assert state is not None
@@ -218,7 +218,7 @@ class PathRecorder:
         self._take(t, q, u, seen, seen.energy.stored_freely, moving)
         self.finish_step()
 
-    def set_going(self) -> None:
+    def begin_motion(self) -> None:
         """Change from statics to dynamics: add the kinetic energy, which statics neglects, to the work."""
         self.energy_balance.work += self.last.energy.kinetic
 

@@ -92,7 +92,7 @@ def inertia_counts(system: System, t: float, q: np.ndarray, u: np.ndarray, seen:
     if not len(seen.drive.force):
         return False
     force, without_inertia = system.balance(t, q, u)
-    inertial = np.abs(force / system.scales().of_forces).sum() + np.abs(seen.drive.force - without_inertia).max()
+    inertial = np.abs(force / system.scales().force_scale).sum() + np.abs(seen.drive.force - without_inertia).max()
     return bool(inertial > _INERTIAL * np.abs(seen.drive.force).max())
 
 

@@ -23,7 +23,7 @@ from fsm.solve.radau_structured import SecondOrderJacobian, StructuredRadau, sec
 from fsm.solve.restart_points import State
 from fsm.system import System
 
-__all__ = ["FirstOrder", "go_on", "make_solver", "solver_state"]
+__all__ = ["FirstOrder", "resume", "make_solver", "solver_state"]
 
 _FIRST_STEP = 1e-6
 """LSODA's first step relative to the remaining time."""
@@ -169,7 +169,7 @@ def _control(solver: OdeSolver) -> tuple[float | None, float | None]:
     return solver.h_abs_old, solver.error_norm_old
 
 
-def go_on(solver: OdeSolver, state: State) -> None:
+def resume(solver: OdeSolver, state: State) -> None:
     """Set the restart data of `solver_state` in a new solver, so that its first step equals the next step of the old one."""
     steps = state["steps"].tolist()
     if isinstance(solver, LSODA):

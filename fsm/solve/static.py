@@ -334,8 +334,8 @@ class _Follower:
         newton.iterations, newton.evaluations, newton.solver.factorisations = counts[:3]
         statistics.newton_iterations, statistics.rejected = counts[3:]
         statistics.steps, self.renewed = end.steps, end.steps
-        self.history.go_on(state)
-        self.recorder.go_on(end)
+        self.history.resume(state)
+        self.recorder.resume(end)
         self.step_size = float(state["step_size"][0])
         self.failed, self.coarse = np.zeros(self.system.nu), _NONE_COARSE
 
@@ -488,7 +488,7 @@ class _Follower:
         rest = RestCriterion(_MOVING, scale, _DRIVEN * self.slow, math.inf if released else _WAIT * self.first_step)
         u = recorder.u if moving else np.zeros_like(recorder.u)
         if moving:
-            recorder.set_going()
+            recorder.begin_motion()
         for again in range(_CALMER):
             rest = rest._replace(part=0.1 * rest.part, wait=4.0 * rest.wait)
             try:

@@ -113,7 +113,7 @@ class StepwiseRun(Run):
             if solver.marches:
                 self.every = _MARCH
         if self.state is not None:
-            solver.go_on(self.state)
+            solver.resume(self.state)
         return solver
 
     def _count(self, solver: GeneralizedAlpha | MeanForce) -> None:

@@ -193,7 +193,7 @@ def test_a_limp_strip_sags_through_no_face_on_the_way_to_its_equilibrium() -> No
     q = equilibrium_at_start(system, system.initial()[0])
     assert negative_pivots(system, 0.0, q) == 0
     weight = 1400 * 0.37 * 0.031 * 3.4e-5 * 1.62
-    assert np.abs(system.force(0.0, q, None) / system.scales().of_forces).max() < 1e-6 * weight
+    assert np.abs(system.force(0.0, q, None) / system.scales().force_scale).max() < 1e-6 * weight
     assert system.observe(0.0, q, None).pairs.gap.min() > -1e-6
 
 
@@ -218,4 +218,4 @@ def test_heavy_panels_swing_far_to_their_equilibrium() -> None:
     q = equilibrium_at_start(system, system.initial()[0])
     assert negative_pivots(system, 0.0, q) == 0
     weight = 7850 * 1.25 * 0.424 * 3.2e-4 * 9.81
-    assert np.abs(system.force(0.0, q, None) / system.scales().of_forces).max() < 1e-6 * weight
+    assert np.abs(system.force(0.0, q, None) / system.scales().force_scale).max() < 1e-6 * weight

@@ -51,7 +51,7 @@ def test_steps_are_halved_while_they_cost_much() -> None:
     method.step(1.0)
     assert np.isclose(method.t, 10.25e-3)
     other = MeanForce(system, method.t, method.q, method.u, 1e-6, 1e-3)
-    other.go_on(method.state())
+    other.resume(method.state())
     for each in (method, other):
         for _ in range(20):
             each._divide(3.0)
