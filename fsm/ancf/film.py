@@ -9,15 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from fsm.ancf.group import MassPart
-from fsm.ancf.membrane import (
-    MembraneArrays,
-    add_force,
-    add_tangent,
-    curvatures_at,
-    dissipation,
-    stored_energy,
-    strains_at,
-)
+from fsm.ancf.membrane import MembraneArrays, add_force, add_tangent, curvatures_at, dissipation, stored_energy, strains_at
 from fsm.ancf.shape import gauss, membrane_shape
 from fsm.ancf.tension_field import (
     MOVING,

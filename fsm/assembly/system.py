@@ -19,14 +19,7 @@ from scipy import sparse
 from fsm.ancf.assembly import slots_of
 from fsm.ancf.matrices import mass_data, set_held
 from fsm.ancf.system import AncfSystem
-from fsm.assembly.condense import (
-    JoinedPattern,
-    add_condensed,
-    add_curvatures,
-    fold_forces,
-    joined_pattern,
-    members_of,
-)
+from fsm.assembly.condense import JoinedPattern, add_condensed, add_curvatures, fold_forces, joined_pattern, members_of
 from fsm.assembly.frames import Frames, frame_maps, place_frames
 from fsm.blocks import BlockMatrix, BlockPattern
 from fsm.kernels.body_poses import increment_blocks, pose_difference

@@ -83,14 +83,7 @@ from fsm.results.datasets import (
 from fsm.results.film import ProbeSamples
 from fsm.results.interrupted_file import is_marked_open, without_open_marks
 from fsm.results.solution import ENERGIES, PAIRS, Floats, Layout, Record, Solution, stack, stack_energies
-from fsm.results.step_data import (
-    LoadPath,
-    StepModes,
-    read_load_path,
-    read_step_modes,
-    write_load_path,
-    write_step_modes,
-)
+from fsm.results.step_data import LoadPath, StepModes, read_load_path, read_step_modes, write_load_path, write_step_modes
 from fsm.results.summary_check import check_summary
 
 __all__ = ["ResultWriter", "part_path", "read_checkpoint", "read_solution", "write_checkpoint"]

@@ -12,18 +12,7 @@ from fsm.scene.contact import Contact, Friction, with_stiffness
 from fsm.scene.lattice import Lattice
 from fsm.scene.loads import Drive, Load
 from fsm.scene.materials import Crease, Material
-from fsm.scene.membrane import (
-    Air,
-    Cable,
-    Damping,
-    Deployed,
-    Impact,
-    Membrane,
-    Patch,
-    Support,
-    Tension,
-    Vibration,
-)
+from fsm.scene.membrane import Air, Cable, Damping, Deployed, Impact, Membrane, Patch, Support, Tension, Vibration
 from fsm.scene.model import Model
 from fsm.scene.obstacle import Obstacle
 from fsm.scene.scene import Scene

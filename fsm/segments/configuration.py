@@ -10,12 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from fsm.kernels.body_poses import (
-    increment_blocks,
-    place_bodies,
-    pose_difference,
-    retract_poses,
-)
+from fsm.kernels.body_poses import increment_blocks, place_bodies, pose_difference, retract_poses
 from fsm.kernels.newton_euler import quaternion_jacobian, quaternion_rates, tangent_from_quaternion
 from fsm.kernels.rotation import rotate_by
 from fsm.kernels.vector import equal_vectors

@@ -9,16 +9,7 @@ import numpy as np
 from fsm.interactions.anisotropic_friction import add_turn_stiffness, axes_of
 from fsm.interactions.bristle import add_way_stiffness, carried
 from fsm.interactions.end_taper import add_taper_tangent
-from fsm.interactions.pair_sums import (
-    AREA,
-    CARRIED,
-    DAMPING,
-    FORCE,
-    FRICTION,
-    SLIDING,
-    smallest_gaps,
-    sums_of_pairs,
-)
+from fsm.interactions.pair_sums import AREA, CARRIED, DAMPING, FORCE, FRICTION, SLIDING, smallest_gaps, sums_of_pairs
 from fsm.kernels.body_poses import pose_difference
 from fsm.kernels.keys import find_keys
 from fsm.kernels.scatter import scatter_efforts

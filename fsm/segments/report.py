@@ -31,14 +31,7 @@ from fsm.segments.report_contact import (
     stick_slip,
 )
 from fsm.segments.report_flexible import approximations_of_films, beam_lines, cable_lines, film_lines
-from fsm.segments.report_numbers import (
-    body_lines,
-    crease_lines,
-    element_lines,
-    lattice_lines,
-    material_lines,
-    strip_lines,
-)
+from fsm.segments.report_numbers import body_lines, crease_lines, element_lines, lattice_lines, material_lines, strip_lines
 from fsm.segments.report_view import CheckContext
 from fsm.segments.save_times import save_times
 

@@ -8,14 +8,7 @@ from dataclasses import dataclass
 from itertools import combinations, pairwise
 
 from fsm.errors import Fault
-from fsm.scene.membrane import (
-    CentrePatch,
-    DiagonalPatch,
-    DiagonalsPatch,
-    Membrane,
-    Patch,
-    PositionPatch,
-)
+from fsm.scene.membrane import CentrePatch, DiagonalPatch, DiagonalsPatch, Membrane, Patch, PositionPatch
 
 __all__ = ["COARSEST", "MeshLines", "PlacedPatch", "check_film", "mesh_lines", "place_patches"]
 

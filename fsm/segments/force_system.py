@@ -1,0 +1,360 @@
+"""Forces and matrices of rigid segments from groups of interactions (Li and Huang 2025, eqs. 15, 16).
+
+u holds inertial velocities and body rates, so the mass matrix is diagonal and constant (principal axes). Held and driven
+bodies have no degrees of freedom; the forces on them are summed like all others and are their reactions.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+from scipy import sparse
+
+from fsm.blocks import BlockMatrix, BlockPattern, Elimination
+from fsm.kernels.block_sum import multiply_block_diagonal
+from fsm.kernels.body_poses import gather_free
+from fsm.kernels.newton_euler import (
+    add_gyroscopic,
+    gyroscopic_damping,
+)
+from fsm.segments.arrays import Arrays
+from fsm.segments.configuration import Bodies, Configuration
+from fsm.segments.contact_depths import ContactDepths
+from fsm.segments.contact_set import ContactSet
+from fsm.segments.contacts import ContactGroup
+from fsm.segments.drive import PrescribedMotion
+from fsm.segments.elements import BushingGroup
+from fsm.segments.group import Group, GroupSteps, PreviousPoses
+from fsm.segments.hysteresis import HysteresisGroup
+from fsm.segments.newton_springs import solve_springs
+from fsm.segments.pattern import BodyPattern, body_pattern
+from fsm.stepping.model import ArrayModel
+from fsm.system import (
+    Linearised,
+    NewtonRules,
+    NewtonSolution,
+    PreviousState,
+    Scales,
+)
+
+__all__ = ["SegmentForces"]
+
+
+class SegmentForces(Configuration):
+    """Forces, stiffness, damping and mass of finite segments; see `SegmentSystem`."""
+
+    def __init__(
+        self,
+        bodies: Bodies,
+        motions: tuple[PrescribedMotion, ...],
+        groups: tuple[Group, ...],
+        contacts: tuple[ContactGroup, ...],
+        pair_names: tuple[str, ...],
+    ) -> None:
+        super().__init__(bodies, motions)
+        self.groups = groups
+        self.contacts = ContactSet(contacts)
+        self.pair_names = pair_names
+        self.fixed_pattern, self.of_vectors = not contacts, False
+        self.rate_dependent = any(group.rate_dependent for group in groups)
+        self._mass = bodies.inertia[bodies.free].ravel()
+        self._dof = np.full(len(bodies.names), -1, dtype=np.int64)
+        self._dof[bodies.free] = np.arange(self.n_free)
+        self._ordered = bodies.free
+        self._springs = tuple(group for group in groups if isinstance(group, BushingGroup))
+        self._others = tuple(group for group in groups if not isinstance(group, BushingGroup | ContactGroup))
+        self._sliding = tuple(group for group in groups if isinstance(group, HysteresisGroup))
+        frictions = [group.friction for group in groups if isinstance(group, ContactGroup) and group.friction is not None]
+        self._bristles = any(friction.law.bristle for friction in frictions)
+        # springs without dampers do not depend on the last state
+        self._looks_back = self.rate_dependent or self.groups != self._springs
+        self._last_before: PreviousState | None = None
+        self._last_poses = bodies.pose
+        self._pattern: BodyPattern | None = None
+        self._array_model: tuple[ArrayModel, Arrays] | None = None
+        self._pattern_version: tuple[int, ...] = ()
+        self._pattern_pairs: tuple[np.ndarray, ...] = ()
+        self._driven_pattern: BodyPattern | None = None
+        self._driven_key: tuple[int, ...] = ()
+        self.steps_of: list[tuple[Group, GroupSteps]] = []
+        self.latched: dict[str, np.ndarray] = {}
+        self.spread = float(np.ptp(bodies.pose[:, : 3 if self.spatial else 2], axis=0).max())
+
+    def scales(self) -> Scales:
+        """See `System`."""
+        return self._scales
+
+    @cached_property
+    def _scales(self) -> Scales:
+        """Typical sizes.
+
+        The length is the median length of segments, else of solids, else the distance between bodies. The speed is the
+        largest initial speed, or ten times the speed of a drive. A smaller speed costs steps on the pulled strip, a larger
+        one energy errors. The resolution of increments is that of the contact forces.
+        """
+        lengths = [plate.length for body, plate, _ in self.bodies.plates if self._dof[body] >= 0]
+        lengths = lengths or [size for body, size in self.bodies.solids if self._dof[body] >= 0]
+        n = 3 if self.spatial else 2
+        spread = self.spread
+        length = float(np.median(lengths)) if lengths else (spread or 1.0)
+        fastest = float(np.abs(self.bodies.rate[:, :n]).max(initial=0.0))
+        speed = max([fastest, *(10.0 * motion.pace(spread) for motion in self.motions)]) or length
+        q = np.ones((self.n_free, self.bodies.pose.shape[1]))
+        u = np.full((self.n_free, self.size), speed / length)
+        q[:, :n] = length
+        u[:, :n] = speed
+        increment = np.ones((self.n_free, self.size))
+        increment[:, :n] = length
+        span = np.ones((self.n_free, self.size))
+        span[:, :n] = max(spread, length)
+        resolution = self.contacts.resolution * increment / length
+        return Scales(length, q.ravel(), u.ravel(), increment.ravel(), span.ravel(), resolution.ravel())
+
+    def mass(self, q: np.ndarray) -> sparse.csr_matrix:
+        """See `System`; diagonal and constant."""
+        return self._mass_matrix
+
+    @cached_property
+    def _mass_matrix(self) -> sparse.csr_matrix:
+        return sparse.diags_array(self._mass, format="csr")
+
+    def inertia(self, q: np.ndarray, pattern: BlockPattern) -> np.ndarray:
+        """See `System`."""
+        data = pattern.zeros()
+        diagonal = range(self.size)
+        data[pattern.diagonal[:, None], diagonal, diagonal] = self._mass.reshape(-1, self.size)
+        return data
+
+    def acceleration(self, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """See `System`."""
+        return self.force(t, q, u) / self._mass
+
+    def force(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> np.ndarray:
+        """See `System`."""
+        forces = self._all_forces(t, *self.place(t, q, u, before), self._past(t, before))
+        return self._generalised(t, q, u, before, forces)
+
+    def force_rate(self, t: float, q: np.ndarray) -> np.ndarray:
+        """See `System`: the columns of K of driven bodies times their speed."""
+        poses, rates = self.place(t, q, None)
+        pattern, stiffness, _ = self._with_driven(t, poses, rates, self.groups)
+        speeds = np.zeros((pattern.order, self.size))
+        moving = self._body_rates(np.zeros(self.n_free * self.size), t)
+        speeds[pattern.dof[self.driven]] = moving[self.driven]
+        change = self._folded(q, -BlockMatrix(pattern, stiffness).times(speeds.ravel()))
+        direct = np.zeros_like(rates)
+        for group in self.groups:
+            group.add_force_rate(t, poses, direct)
+        return np.asarray(change + self._folded(q, direct[self._ordered].ravel()))
+
+    def _with_driven(
+        self,
+        t: float,
+        poses: np.ndarray,
+        rates: np.ndarray,
+        groups: tuple[Group, ...],
+        past: PreviousPoses | None = None,
+        turned: np.ndarray | None = None,
+    ) -> tuple[BodyPattern, np.ndarray, np.ndarray]:
+        """Block data of K and D of groups, and their pattern, with driven bodies as free ones behind the others."""
+        pairs, versions = zip(*(group.pairs(poses) for group in groups), strict=True) if groups else ((), ())
+        key = (*map(id, groups), *versions)
+        if self._driven_pattern is None or key != self._driven_key:
+            dof = self._dof.copy()
+            moving = [body for motion in self.motions for body in motion.bodies]
+            dof[moving] = len(self._ordered) + np.arange(len(moving))
+            self._driven_pattern, self._driven_key = body_pattern(dof, list(pairs), self.size), key
+        pattern = self._driven_pattern
+        force, stiffness, damping = np.zeros(rates.shape), pattern.zeros(), pattern.zeros()
+        by_rates = [group for group in groups if isinstance(group, ContactGroup)]
+        others = [group for group in groups if not isinstance(group, ContactGroup)]
+        for contacts in by_rates:
+            contacts.add_linearised(t, poses, rates, pattern, force, stiffness, damping, past)
+        if by_rates and turned is not None:
+            multiply_block_diagonal(damping, turned, pattern.indices)
+        for group in others:
+            group.add_linearised(t, poses, rates, pattern, force, stiffness, damping, past)
+        return pattern, stiffness, damping
+
+    # linearisation ----------------------------------------------------------------------------------------------------
+
+    def linearise(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> Linearised:
+        """See `System`."""
+        return self._linearised(t, q, u, before)
+
+    # mixed Newton method ----------------------------------------------------------------------------------------------
+
+    def linearise_mixed(
+        self,
+        t: float,
+        q: np.ndarray,
+        u: np.ndarray | None,
+        before: PreviousState | None,
+        efforts: np.ndarray,
+        depths: tuple[ContactDepths, ...],
+    ) -> Linearised:
+        """See `MixedSystem`."""
+        return self._linearised(t, q, u, before, efforts, depths)
+
+    def depths(self, most: float) -> tuple[ContactDepths, ...]:
+        """See `MixedSystem`."""
+        return tuple(group.pressed(most) for group in self.contacts)
+
+    def advance_depths(
+        self,
+        t: float,
+        q: np.ndarray,
+        u: np.ndarray | None,
+        before: PreviousState | None,
+        dx: np.ndarray,
+        depths: tuple[ContactDepths, ...],
+    ) -> tuple[ContactDepths, ...]:
+        """See `MixedSystem`."""
+        if not depths:
+            return depths
+        poses, rates = self.place(t, q, u, before)
+        change, past = self.change(dx), self._past(t, before)
+        return tuple(
+            group.press(t, poses, rates, change, past, own) for group, own in zip(self.contacts, depths, strict=True)
+        )
+
+    def efforts(
+        self, t: float, q: np.ndarray, before: PreviousState | None = None, dx: np.ndarray | None = None
+    ) -> np.ndarray:
+        """See `MixedSystem`."""
+        poses, at_rest = self.place(t, q, None)
+        change = at_rest if dx is None else self.change(dx)
+        past = self._past(t, before)
+        parts = [group.efforts(poses, change, past) for group in self._springs]
+        return parts[0].ravel() if len(parts) == 1 else np.concatenate([np.zeros(0), *(part.ravel() for part in parts)])
+
+    def newton_pattern(self) -> BodyPattern | None:
+        """See `MixedSystem`; only if nothing acts but springs and dampers."""
+        alone = len(self.groups) == 1 and self.groups == self._springs and self.nu > 0
+        return self._current_pattern(self.bodies.pose) if alone else None
+
+    def newton_solve(
+        self,
+        t: float,
+        q: np.ndarray,
+        before: PreviousState,
+        efforts: np.ndarray,
+        largest_reaction: float,
+        rules: NewtonRules,
+        elimination: Elimination,
+        factors: np.ndarray,
+    ) -> NewtonSolution | None:
+        """See `MixedSystem`."""
+        pattern, (springs,), scales = self.newton_pattern(), self._springs, self._scales
+        assert pattern is not None
+        since = before if self.rate_dependent and t > before[0] else None
+        poses, rates = (array.copy() for array in self.place(t, q, None if since is None else np.zeros(self.nu), since))
+        settled, q, efforts, residual, data, symmetric, iterations, round_off = solve_springs(
+            q, efforts.reshape(springs.rest.shape), before[1], 0.0 if since is None else t - since[0],
+            poses, rates, self.bodies.free, self._dof, self.bodies.inertia if self.spatial else None,
+            *springs.elements(rates, self._past(t, since), pattern), pattern.indptr, pattern.indices, pattern.transposed,
+            elimination.order, elimination.indptr, elimination.indices, elimination.diagonal, elimination.place, factors,
+            scales.span, scales.force_scale, scales.largest_span, largest_reaction,
+            *rules[:-1], rules.max_iterations,  # separate for the type checker: the last one is an integer
+        )  # fmt: skip
+        if not settled:
+            return None
+        self._placed_before, self._placed = self._placed, (t, q.copy(), poses)
+        return NewtonSolution(q, efforts.ravel(), residual, BlockMatrix(pattern, data), symmetric, iterations, round_off)
+
+    # parts ------------------------------------------------------------------------------------------------------------
+
+    def _linearised(
+        self,
+        t: float,
+        q: np.ndarray,
+        u: np.ndarray | None,
+        before: PreviousState | None,
+        efforts: np.ndarray | None = None,
+        depths: tuple[ContactDepths, ...] | None = None,
+    ) -> Linearised:
+        poses, rates = self.place(t, q, u, before)
+        past = self._past(t, before)
+        pattern = self._current_pattern(poses)
+        force, stiffness, damping = np.zeros(rates.shape), pattern.zeros(), pattern.zeros()
+        sums = force, stiffness, damping
+        for k, contacts in enumerate(self.contacts):
+            contacts.add_linearised(t, poses, rates, pattern, *sums, past, None if depths is None else depths[k])
+        if self.spatial and u is not None:
+            add_gyroscopic(rates, self.bodies.inertia, force)
+            gyroscopic_damping(rates, self.bodies.inertia, *pattern.index, damping)
+        # rates of these groups are increments over the time; other groups use deformations of the last state
+        turned = self._turned(q, u, before)
+        if turned is not None:
+            multiply_block_diagonal(damping, turned, pattern.indices)
+        by_rates = None if before is None else damping.copy() if self._ordered is not self.bodies.free else damping
+        first = 0
+        for springs in self._springs:
+            last = first + springs.rest.size
+            own = None if efforts is None else efforts[first:last].reshape(springs.rest.shape)
+            springs.add_linearised(t, poses, rates, pattern, *sums, past, own)
+            first = last
+        for group in self._others:
+            group.add_linearised(t, poses, rates, pattern, *sums, past)
+        return self._assembled(t, q, u, before, pattern, sums, by_rates)
+
+    def _generalised(
+        self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None, forces: np.ndarray,
+        whole: bool = True,
+    ) -> np.ndarray:
+        """Generalised forces (nu,) from the wrenches (n_bodies, 6) on all bodies; `whole`: with the forces on nodes."""
+        return np.asarray(gather_free(self.bodies.free, forces))
+
+    def _folded(self, q: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """Generalised forces (nu,) from forces on the block rows of the pattern."""
+        return rows[: self.nu]
+
+    def _assembled(
+        self,
+        t: float,
+        q: np.ndarray,
+        u: np.ndarray | None,
+        before: PreviousState | None,
+        pattern: BodyPattern,
+        sums: tuple[np.ndarray, np.ndarray, np.ndarray],
+        by_rates: np.ndarray | None,
+    ) -> Linearised:
+        """Equations from the sums (force, K, D) of all bodies; `by_rates` is the part of D that acts on velocities."""
+        force, stiffness, damping = sums
+        return Linearised(
+            gather_free(self.bodies.free, force), BlockMatrix(pattern, stiffness), BlockMatrix(pattern, damping)
+        )
+
+    def _turned(self, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None) -> np.ndarray | None:
+        """Derivative of increments since the last state by further rotation of the bodies; None for the identity."""
+        return None if before is None or u is None else self.increment_map(self.difference(before[1], q))
+
+    def _past(self, t: float, before: PreviousState | None) -> PreviousPoses | None:
+        """Poses of the last state (cached), or None if no force depends on them."""
+        if before is None or not self._looks_back:
+            return None
+        last = self._last_before
+        if last is None or last[0] != before[0] or last[1] is not before[1]:
+            self._last_before, self._last_poses = before, self.place(*before, None)[0]
+        return PreviousPoses(self._last_poses, t - before[0])
+
+    def _all_forces(self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None) -> np.ndarray:
+        force = np.zeros(rates.shape)
+        for group in self.groups:
+            group.add_force(t, poses, rates, force, past)
+        if self.spatial and rates is not self.at_rest:
+            add_gyroscopic(rates, self.bodies.inertia, force)
+        return force
+
+    def _current_pattern(self, poses: np.ndarray) -> BodyPattern:
+        if self._pattern is not None and self.fixed_pattern:
+            return self._pattern
+        pairs, versions = zip(*(group.pairs(poses) for group in self.groups), strict=True) if self.groups else ((), ())
+        if self._pattern is None or versions != self._pattern_version:
+            # keep the pairs of the last pattern: they often come back when a step is shortened
+            if self._pattern is None or not all(self._pattern.holds(of_group) for of_group in pairs):
+                self._pattern = body_pattern(self._dof, [*pairs, *self._pattern_pairs], self.size)
+                self._pattern_pairs = pairs
+            self._pattern_version = versions
+        return self._pattern
