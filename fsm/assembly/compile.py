@@ -12,8 +12,9 @@ from fsm.ancf.loading import Loading
 from fsm.ancf.mesh import Mesh
 from fsm.ancf.shape import cable_shape, membrane_shape
 from fsm.ancf.system import AncfSystem
+from fsm.assembly.drawn_lines import DrawnLines
 from fsm.assembly.frames import FramePoint, Frames
-from fsm.assembly.system import DrawnLines, JoinedSystem
+from fsm.assembly.system import JoinedSystem
 from fsm.errors import CaseError
 from fsm.scene.contact_points import contact_points
 from fsm.scene.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame, unstressed_length

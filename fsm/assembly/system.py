@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
@@ -20,6 +19,7 @@ from fsm.ancf.assembly import slots_of
 from fsm.ancf.matrices import mass_data, set_held
 from fsm.ancf.system import AncfSystem
 from fsm.assembly.condense import JoinedPattern, add_condensed, add_curvatures, fold_forces, joined_pattern, members_of
+from fsm.assembly.drawn_lines import DrawnLines
 from fsm.assembly.frames import Frames, frame_maps, place_frames
 from fsm.blocks import BlockMatrix, BlockPattern
 from fsm.kernels.body_poses import increment_blocks, pose_difference
@@ -32,28 +32,10 @@ from fsm.segments.pattern import BodyPattern
 from fsm.segments.system import SegmentSystem
 from fsm.system import Energy, Linearised, Observation, PreviousState, Scales
 
-__all__ = ["DrawnLines", "JoinedSystem"]
+__all__ = ["JoinedSystem"]
 
 _FOLLOWED = 0.5
 """Shortest step times omega of the shortest axial wave that the mesh resolves."""
-
-
-class DrawnLines(NamedTuple):
-    """Lines that are drawn for cables and beams.
-
-    Attributes
-    ----------
-    vectors : (n, 4) int array
-        First coordinates of the vectors of the element that each line is on.
-    weights : (n, 2, 4) array
-        Factors of these vectors that give the ends.
-    half : (n,) array, m
-        Half the width along y, of beams; 0 for cables.
-    """
-
-    vectors: np.ndarray
-    weights: np.ndarray
-    half: np.ndarray
 
 
 class JoinedSystem(SegmentSystem):

@@ -1,13 +1,14 @@
-"""Settings of time integration."""
+"""Settings of time integration and of quasi-static paths."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
 
+from fsm.solve.energy_balance import JUDGED_FROM
 from fsm.solve.generalized_alpha import RHO_INF
 
-__all__ = ["Settings"]
+__all__ = ["PathSettings", "Settings"]
 
 
 @dataclass(frozen=True)
@@ -39,3 +40,38 @@ class Settings:
     step: float | None = None
     judge_losses: bool = True
     start_time: float = 0.0
+
+
+@dataclass(frozen=True)
+class PathSettings:
+    """Settings of quasi-static path following.
+
+    Attributes
+    ----------
+    end_time : s
+    first_step, max_step : s
+    rtol : -
+        Predictor tolerance: sqrt(rtol) times the structure's span (rotations: rad); it sets the step size.
+    max_steps : int
+    imperfection : -
+        Sign of the critical mode (largest component positive) along which the path continues after a bifurcation.
+        Zero: the side of lower energy.
+    energy_abort : -
+        Energy error over the reference energy at which the solve stops, after a tenth of the time.
+    start_time : s
+        Start of the step of the run, which may be before that of a resumed solve.
+    """
+
+    end_time: float
+    first_step: float
+    max_step: float = math.inf
+    rtol: float = 1e-4
+    max_steps: int = 200_000
+    imperfection: float = 0.0
+    energy_abort: float = math.inf
+    start_time: float = 0.0
+
+    @property
+    def judged_from(self) -> float:
+        """Time from which an energy error stops the solve, s."""
+        return self.start_time + JUDGED_FROM * (self.end_time - self.start_time)
