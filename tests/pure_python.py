@@ -25,7 +25,7 @@ FILES = {
         "compile contact_forces contact_surface coupling crease_hysteresis_law drive edge_edge end_taper even_dampers "
         "friction_laws from_deployed groups increments keys latch laws ligament linear normal_laws obstacles one_pass "
         "pair_state pattern plate_contacts point_shape pose pressed radau_structured scipy_ivp shape_distance "
-        "springs_alone start_overlap swing_twist time_function"
+        "newton_springs start_overlap swing_twist time_function"
     ),
     "physics": "tangents momentum",
 }

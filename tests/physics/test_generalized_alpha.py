@@ -324,13 +324,13 @@ def test_strip_agrees_with_radau() -> None:
     assert np.abs(off).max() < 1e-3
 
 
-def test_ledger_balances_and_improves() -> None:
+def test_energy_balance_closes_and_improves() -> None:
     loose, tight = pulled(ALPHA, 1e-4)[1].relative_error, pulled(ALPHA, 1e-6)[1].relative_error
     assert tight < 1e-3
     assert tight < 0.3 * loose
 
 
-def test_ledger_is_of_second_order() -> None:
+def test_energy_balance_is_of_second_order() -> None:
     system = chain(4, spatial=False, held=True, damping=0.02)
     worst = []
     for h in (5e-4, 2.5e-4):

@@ -20,7 +20,7 @@ from fsm.solve.generalized_alpha import GeneralizedAlpha
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 from fsm.stepping import generalized_alpha as stepping
-from fsm.stepping import march as ledger_of
+from fsm.stepping import march as balances
 from fsm.stepping.march import march
 from fsm.stepping.model import DRIVES
 
@@ -136,8 +136,8 @@ def opened(solver: GeneralizedAlpha) -> np.ndarray:
     """Array `balance` of `march` without a bound on the energy error."""
     energy = solver.system.energy(0.0, solver.q, solver.u)
     balance = np.zeros(14)
-    balance[ledger_of.START], balance[ledger_of.POWER] = energy.stored, energy.input_power
-    balance[ledger_of.SHORTEST], balance[ledger_of.ALLOWED] = np.inf, np.inf
+    balance[balances.START], balance[balances.POWER] = energy.stored, energy.input_power
+    balance[balances.SHORTEST], balance[balances.ALLOWED] = np.inf, np.inf
     return balance
 
 
@@ -158,7 +158,7 @@ def test_same_steps(name: str, fixed_step: float | None) -> None:
     scales = python.system.scales()
     assert np.abs((compiled.q - python.q) / scales.configuration).max() < 1e-6
     assert np.abs((compiled.u - python.u) / np.abs(python.u).max()).max() < 1e-6
-    turnover = others[ledger_of.TURNOVER]
+    turnover = others[balances.TURNOVER]
     assert turnover > 0.0
     assert np.abs(balance[:9] - others[:9]).max() < 1e-6 * turnover
     assert np.abs(records - expected[: len(records)]).max() < 1e-6 * np.abs(expected).max()
@@ -166,7 +166,7 @@ def test_same_steps(name: str, fixed_step: float | None) -> None:
         drives = slice(DRIVES, DRIVES + 2)
         assert records[:, drives] == pytest.approx(expected[: len(records), drives], rel=1e-6, abs=1e-9)
     if name != "lattice":
-        assert balance[ledger_of.DISSIPATED] > 1e-4 * turnover
+        assert balance[balances.DISSIPATED] > 1e-4 * turnover
 
 
 @pytest.mark.parametrize("spatial", [False, True], ids=["plane", "space"])
@@ -187,7 +187,7 @@ def test_a_kernel_that_cannot_solve_leaves_the_step_to_python(spatial: bool) -> 
     assert np.abs(helped.q - whole.q).max() < 1e-4 * np.abs(whole.q).max()
 
 
-def test_saved_states_and_ledger_of_a_run() -> None:
+def test_saved_states_and_energy_balance_of_a_run() -> None:
     """A run hands over the states that are wanted, at their times, with the energies of the system there."""
     system = ball_joints()
     times = [0.0, 0.013, 0.05]
