@@ -40,7 +40,7 @@ from fsm.solve.energy_balance import EnergyBalance
 from fsm.solve.run import just_after
 from fsm.solve.run_io import AcceptedStep, CurvePoint, SavedState, Statistics
 from fsm.solve.settings import Settings
-from fsm.solve.solver import solve
+from fsm.solve.simulate import simulate
 from fsm.solve.static import PathSettings
 from fsm.summary import summary_of
 
@@ -244,7 +244,7 @@ class RecordedSolve:
         if own is not None:
             return own(step.settings.end_time, times, on_save, on_step, energy_balance)
         begins = None if after is not None else start
-        return solve(self.current, step.settings, times, on_save, on_step, begins, energy_balance, self.seen, after)[0]
+        return simulate(self.current, step.settings, times, on_save, on_step, begins, energy_balance, self.seen, after)[0]
 
     def _open_energy_balance(self, step: RunStep, q: np.ndarray, u: np.ndarray) -> None:
         """Open the energy balance with the first step after the search for the start; update it in later steps."""

@@ -1,4 +1,4 @@
-"""Time integration of a system with its energy balance, and output of states at requested times."""
+"""Solution of a system with its energy balance, and output of states at requested times."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ import numpy as np
 from fsm.solve.energy_balance import EnergyBalance
 from fsm.solve.run import Run
 from fsm.solve.run_io import AcceptedStep, CurvePoint, InitialState, OutputRequest, SavedState, Statistics
-from fsm.solve.settings import Settings
+from fsm.solve.settings import PathSettings, Settings
+from fsm.solve.static import follow
 from fsm.solve.stepwise_run import GENERALIZED_ALPHA, MEAN_FORCE, NEWMARK, StepwiseRun
 from fsm.system import System
 
@@ -18,7 +19,7 @@ __all__ = ["simulate"]
 
 def simulate(
     system: System,
-    settings: Settings,
+    settings: Settings | PathSettings,
     save_times: Sequence[float],
     on_save: Callable[[SavedState], None],
     on_step: Callable[[AcceptedStep], None] | None = None,
@@ -27,12 +28,12 @@ def simulate(
     seen: list[CurvePoint] | None = None,
     after: AcceptedStep | None = None,
 ) -> tuple[Statistics, EnergyBalance]:
-    """Integrate a system and report states at the requested times.
+    """Integrate a system, or follow its equilibria, and report states at the requested times.
 
     Parameters
     ----------
     system : System
-    settings : Settings
+    settings : Settings of time integration, or PathSettings
     save_times, on_save, on_step : see `OutputRequest`
     start, energy_balance, seen, after : see `InitialState`; after a restart the times are those of the whole solve
 
@@ -42,6 +43,8 @@ def simulate(
         The message states the time, the worst body and a remedy. Earlier states are already saved.
     EnergyAbort
     """
+    if isinstance(settings, PathSettings):
+        return follow(system, settings, save_times, on_save, on_step, start, energy_balance, seen, after)
     kind: type[Run] = StepwiseRun
     if settings.method not in (GENERALIZED_ALPHA, NEWMARK, MEAN_FORCE):
         from fsm.solve.dense_run import DenseRun  # imports SciPy's integrators

@@ -20,7 +20,7 @@ from fsm.solve.energy_balance import EnergyBalance
 from fsm.solve.restart_points import steps_between
 from fsm.solve.run_io import AcceptedStep, CurvePoint, SavedState, Statistics
 from fsm.solve.settings import Settings
-from fsm.solve.solver import solve
+from fsm.solve.simulate import simulate
 from fsm.solve.static import PathSettings
 from fsm.system import System
 from tests.physics.test_crease_hysteresis import CYCLE, crease, flap
@@ -46,7 +46,7 @@ class Way:
 
         if after is None:
             self.energy_balance = EnergyBalance.opened(system.energy(0.0, *system.initial()))
-        self.statistics, _ = solve(
+        self.statistics, _ = simulate(
             system, settings, times, self.saved.append, step, energy_balance=self.energy_balance, seen=self.seen, after=after
         )
         return self
