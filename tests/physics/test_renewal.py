@@ -9,8 +9,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pytest
 
+import fsm.solve.path_steps
 import fsm.solve.run
-import fsm.solve.static
 from fsm.assembly.compile import compile_model
 from fsm.scene.contact import Contact, Friction
 from fsm.scene.flexible import SceneFilm
@@ -76,7 +76,7 @@ def check(
     make: Callable[[], System], settings: Settings | PathSettings, monkeypatch: pytest.MonkeyPatch, every: int = 5
 ) -> Way:
     """Go on from the first, a middle and the last renewal point."""
-    for module in (fsm.solve.run, fsm.solve.static):
+    for module in (fsm.solve.run, fsm.solve.path_steps):
         monkeypatch.setattr(module, "steps_between", lambda nu: every)
     times = list(np.linspace(0.0, settings.end_time, 21))
     whole = Way().go(make(), settings, times)

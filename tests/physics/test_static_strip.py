@@ -15,7 +15,7 @@ from fsm.errors import NotConverged
 from fsm.results.quantities import peak
 from fsm.scene.load_case import load_case
 from fsm.segments.system import SegmentSystem
-from fsm.solve import static
+from fsm.solve import path_steps
 from fsm.solve.energy_balance import EnergyBalance
 from fsm.solve.newton import negative_pivots
 from fsm.solve.run_io import SavedState, Statistics
@@ -268,7 +268,7 @@ def test_a_prediction_through_a_face_is_no_work_for_newton(monkeypatch: pytest.M
     _, quick, _ = pulled(system, 2e-3, 1e-3)
     at_start = system.initial()[0]
     assert system.contact_force(0.0, at_start) == 0.0
-    monkeypatch.setattr(static, "_DEEP", np.inf)
+    monkeypatch.setattr(path_steps, "_DEEP", np.inf)
     _, slow, _ = pulled(system, 2e-3, 1e-3)
     at = np.linspace(6e-3, 4e-2, 18)
     forces = [CubicSpline(*curve(statistics))(at) for statistics in (quick, slow)]
