@@ -173,7 +173,7 @@ def test_unknown_expectation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     def solve(*_: object, **__: object) -> None:
         raise AssertionError("it solves")
 
-    monkeypatch.setattr("fsm.recorder.solve", solve)
+    monkeypatch.setattr("fsm.recorder.simulate", solve)
     result, out = run(tmp_path, "expect.peak_farce={value=1,rtol=0.1}", "expect.dof={value=30,atol=0}")
     assert result.exit_code == 2
     (line,) = result.stderr.splitlines()
