@@ -212,12 +212,12 @@ def test_curve_of_a_run_with_a_drive(name: str) -> None:
             system.__dict__["arrays"] = lambda ready: None
         settings = Settings("generalized-alpha", 1e-4, 0.02)
         found.append(simulate(system, settings, [0.0, 0.01, 0.02], lambda saved: None))
-    (statistics, ledger), (others, other) = found
+    (statistics, balance), (others, other) = found
     assert statistics.steps == others.steps
     assert [point.path for point in statistics.seen] == [point.path for point in others.seen]
     for one, two in zip(statistics.seen, others.seen, strict=True):
         assert one.time == pytest.approx(two.time, rel=1e-9)
         assert one.drive.travel == pytest.approx(two.drive.travel, rel=1e-6, abs=1e-12)
         assert one.drive.force == pytest.approx(two.drive.force, rel=1e-6, abs=1e-6)
-    assert ledger.work == pytest.approx(other.work, rel=1e-6)
-    assert ledger.worst == pytest.approx(other.worst, rel=1e-4)
+    assert balance.work == pytest.approx(other.work, rel=1e-6)
+    assert balance.worst == pytest.approx(other.worst, rel=1e-4)
