@@ -17,7 +17,7 @@ from fsm.segments.plan import plan_of
 from fsm.solve.energy_balance import EnergyBalance
 from fsm.solve.run_io import AcceptedStep, CurvePoint
 from fsm.solve.settings import Settings
-from fsm.solve.solver import solve
+from fsm.solve.simulate import simulate
 
 CASE = """
 [[scene.bodies]]
@@ -79,11 +79,11 @@ def test_a_resumed_solve_judges_its_energy_as_the_whole_one(tmp_path: Path) -> N
 
     start = (0.0, *system.initial())
     with pytest.raises(EnergyAbort) as whole:
-        solve(system, settings, [], lambda saved: None, keep, start, balance, seen)
+        simulate(system, settings, [], lambda saved: None, keep, start, balance, seen)
     assert kept
     end, until_then, points = kept[0]
     with pytest.raises(EnergyAbort) as resumed:
-        solve(system, settings, [], lambda saved: None, None, None, until_then, points, end)
+        simulate(system, settings, [], lambda saved: None, None, None, until_then, points, end)
     assert str(resumed.value) == str(whole.value)
 
 
