@@ -148,6 +148,7 @@ class RecordedSolve:
             solution = read_solution(part_path(self.target))
             watch = partial(_further, bar)
             solution.array = array = self.analysis.array_motion(solution, self.warnings, watch)
+            self.analysis.compare(solution, watch)
             statistics, energy_balance = total_of(self.done, self.seen), self.energy_balance
             assert energy_balance is not None
             summary = summary_of(self.analysis, solution, statistics, energy_balance, self.warnings, round_off) | {

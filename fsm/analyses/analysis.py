@@ -102,6 +102,10 @@ class Analysis(Protocol):
         """
         return None
 
+    def compare(self, solution: Solution, watch: Watch) -> None:
+        """Solve again for errors that the summary states; `watch` receives the progress."""
+        return
+
     def own_solver(self) -> Solver | None:
         """Special solver of this analysis; None for the common solvers."""
         return None

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from fsm.analyses.analysis import Analysis
+from fsm.analyses.analysis import Analysis, Watch
 from fsm.analyses.extrapolation_warnings import extrapolation_warnings
+from fsm.analyses.motion_error import MotionError, motion_error
 from fsm.analyses.run_step import RunStep, States
 from fsm.analyses.segment_error import SegmentError
 from fsm.compile_case import compile_case, path_settings
@@ -76,6 +77,7 @@ class Deployment(Analysis):
         if self.plan.written:  # travels of the whole run
             self.system = whole_system(self.system, self.scene, self.plan)
         self._pivots = LinearSolver()
+        self._motion_error: MotionError | None = None
 
     @property
     def kernels(self) -> tuple[str, ...]:
@@ -207,8 +209,23 @@ class Deployment(Analysis):
         assert isinstance(system, SegmentSystem)
         return negative_pivots(system, t, q, self._pivots) if len(system.driven) and system.nu else 0
 
+    def compare(self, solution: Solution, watch: Watch) -> None:
+        """See `Analysis`: error of a motion of a [scene] with impacts."""
+        if self._with_impacts and np.any(solution.pair_force):
+            (step,) = self.steps()
+            assert isinstance(step.settings, Settings)
+            _, system = compile_case(self.case)
+            on_step = watch("comparison with a larger tolerance", step.end)
+            self._motion_error = motion_error(system, step.settings, step.record_times, solution.q, on_step)
+
+    @property
+    def _with_impacts(self) -> bool:
+        """Whether the run is one motion of a [scene] whose steps have to resolve impacts."""
+        dynamic = not self.plan.written and isinstance(self._settings(self.plan.steps[0]), Settings)
+        return dynamic and self.case.scene is not None and self.case.strip is None and self.system.contacts.resolves
+
     def summarise(self, solution: Solution, statistics: Statistics) -> dict[str, Any]:
-        """Peak, stages and contacts."""
+        """Peak, stages, contacts, and the error of a motion."""
         summary: dict[str, Any] = {"start": start_of(self.case, self.scene)[0]}
         if solution.travel.shape[1]:
             summary |= summarise(ForceCurve.from_points(statistics.seen), solution.layout.pair_names)
@@ -217,6 +234,8 @@ class Deployment(Analysis):
         looked_at = np.array([point.pair_force for point in statistics.seen])
         summary["contact"] = summarise_contacts(solution, looked_at, summary.get("touches", ()))
         summary["contact_stats"] = self.system.contacts.stats()
+        if self._with_impacts:
+            summary["motion_error"] = None if self._motion_error is None else self._motion_error.largest
         return summary
 
     def _mesh_errors(self, solution: Solution, statistics: Statistics, summary: dict[str, Any]) -> dict[str, float | None]:
@@ -262,7 +281,7 @@ class Deployment(Analysis):
         return []
 
     def warnings(self, solution: Solution, summary: dict[str, Any]) -> list[str]:
-        """Deep contacts, panels that cross, creases beyond their data, a pull that is not slow, a peak at the end."""
+        """Deep contacts, panels that cross, large errors, creases beyond their data, a fast pull, a peak at the end."""
         found = []
         thickness = solution.layout.thickness
         if solution.pair_gap.size and -solution.pair_gap.min() > _DEEP * thickness > 0.0:
@@ -276,6 +295,7 @@ class Deployment(Analysis):
         meeting = lattice_overlap(solution, self.scene)
         if meeting:
             found.append(meeting)
+        found += [] if self._motion_error is None else self._motion_error.warnings()
         found += _coarse(summary) + (_unstable_at_end(solution) if self._ends_on_path else [])
         return found + extrapolation_warnings(solution, self.scene, self.system) + (
             [] if self.plan.written else _of_the_pull(solution, summary)

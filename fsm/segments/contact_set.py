@@ -73,6 +73,16 @@ class ContactSet(tuple[ContactGroup, ...]):
         part = min((group.fraction_before_impacts(t, poses, rates, step) for group in self), default=1.0)
         return StepRejection(part) if part < 1.0 else None
 
+    @property
+    def resolves(self) -> bool:
+        """Whether steps have to resolve impacts."""
+        return any(group.resolves for group in self)
+
+    def coarsen(self, factor: float) -> None:
+        """Resolve impacts by steps that are longer by a factor."""
+        for group in self:
+            group.coarsen(factor)
+
     def longest_step(self, t: float, poses: np.ndarray, rates: np.ndarray) -> float:
         """Longest step that resolves the impacts of all groups, s."""
         return min((group.longest_step(t, poses, rates) for group in self), default=math.inf)

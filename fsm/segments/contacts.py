@@ -441,6 +441,10 @@ class ContactGroup(Group):
             t, near, self.geometry.measure(poses, rates, near), self._memory_of(near), rates
         )
 
+    def coarsen(self, factor: float) -> None:
+        """Resolve impacts by steps that are longer by a factor."""
+        self.impacts = replace(self.impacts, coarse=factor)
+
     @property
     def resolves(self) -> bool:
         """Whether steps have to resolve impacts of this group."""

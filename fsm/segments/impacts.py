@@ -40,12 +40,15 @@ class Impacts:
         Inverse masses and moments of inertia; zero for fixed degrees of freedom.
     loose : (n_bodies,) bool array
         Bodies that can move and have no force element.
+    coarse : -
+        Factor of the steps within an impact, for a comparison with a less exact solution.
     """
 
     geometry: ContactGeometry
     normal: NormalForce
     mobility: np.ndarray
     loose: np.ndarray
+    coarse: float = 1.0
 
     @property
     def resolved(self) -> bool:
@@ -110,7 +113,7 @@ class Impacts:
         lead, first = _LEAD_TIME * duration, _FIRST_STEP * duration
         before = np.where(begins > 2.0 * lead, begins - lead, begins + first)
         rests = begun & (t - kept.began[counts] > _REST_TIME * duration)
-        steps = _STEPS if self.normal.law.restitution else _FEWER_STEPS
+        steps = (_STEPS if self.normal.law.restitution else _FEWER_STEPS) / self.coarse
         return float(np.where(rests, np.inf, np.where(begun, duration / steps, before)).min())
 
     def _to_resolve(self, bodies: np.ndarray, mass: np.ndarray, speed: np.ndarray, rates: np.ndarray) -> np.ndarray:

@@ -113,7 +113,8 @@ def _motions(kind: str, first: Path, second: Path, rtol: float) -> Iterator[tupl
     if kind == "strips" and one.travel.shape[1]:  # a pull is judged by its forces
         return
     if one.array is None or two.array is None:
-        yield "motion", difference_of(one, two, rtol), UNSTATED
+        stated = json.loads((first / "summary.json").read_text(encoding="utf-8")).get("motion_error") or 0.0
+        yield "motion", difference_of(one, two, rtol), UNSTATED + stated
         return
     _, a, b = np.intersect1d(one.time, two.time, return_indices=True)
     places, others = one.array.points.displacement[a], two.array.points.displacement[b]
