@@ -193,6 +193,9 @@ class RecordedSolve:
             found = step_modes(self.analysis, system, step, self.number, q)
             self.modes.append(found)
             result.frequencies = found.frequency.tolist()
+            if not self.records and self.number + 1 == len(self.steps):  # a run of nothing but natural modes
+                assert self.energy_balance is not None
+                self._record(writer, self._still(step.start, q, u, self.energy_balance))
         elif step.settings is None:
             assert self.energy_balance is not None
             saved = self._still(step.end, q, u, self.energy_balance)
@@ -221,7 +224,8 @@ class RecordedSolve:
             self.until = step.end * (1.0 + _SAME)
         if self.number + 1 < len(self.steps):
             self.states = self.analysis.leave(system, step.end, q, u)
-            self.stored = system.energy(step.end, q, u if step.kind == "dynamic" else None).stored
+            if step.settings is not None and self.energy_balance is not None:
+                self.stored = self.energy_balance.stored  # a static step may end in a snap, with kinetic energy
 
     def _solve(
         self,
@@ -254,9 +258,10 @@ class RecordedSolve:
             if step.kind != "relax" or step is self.steps[-1]:
                 balance = self.energy_balance = EnergyBalance.opened(self.current.energy(*state))
                 balance.round_off_floor = max(balance.round_off_floor, position_round_off_energy(self.current, state))
+                self.stored = balance.start
         else:
-            begin = just_after(self.current, step.start)
-            self._change_to(self.current.energy(begin, q, u if step.kind == "dynamic" else None).stored)
+            begin, moves = just_after(self.current, step.start), step.kind == "dynamic" or bool(u.any())
+            self._change_to(self.current.energy(begin, q, u if moves else None).stored)
 
     def _change_to(self, stored: float) -> None:
         """Update the balance after a jump of the state: a loss of stored energy is dissipated, a gain is external work."""

@@ -149,7 +149,7 @@ class Deployment(Analysis):
         return system_in_step(self.system, self.scene, self.plan, number, states)
 
     def begin(self, number: int, system: System, states: States | None) -> tuple[np.ndarray, np.ndarray]:
-        """See `Analysis`: a dynamic step after another one keeps its velocities; all others start at rest."""
+        """See `Analysis`: a dynamic step keeps the velocities of a dynamic step before it; all others start at rest."""
         if states is None:
             return system.initial()
         assert isinstance(system, SegmentSystem)
@@ -157,8 +157,9 @@ class Deployment(Analysis):
         steps = self.plan.steps
         if steps[number].contact and not steps[number - 1].contact and steps[number].kind != "relax":
             self._refuse_overlap(system, steps[number].start, q)
-        kinds = [step.kind for step in self.plan.steps[number - 1 : number + 1]]
-        return q, u if kinds == ["dynamic", "dynamic"] else self._at_first(number, system)
+        last = next((step.kind for step in reversed(steps[:number]) if step.kind != "modes"), "modes")
+        moves = last == "dynamic" and steps[number].kind in ("dynamic", "modes")
+        return q, u if moves else self._at_first(number, system)
 
     def _refuse_overlap(self, system: SegmentSystem, t: float, q: np.ndarray) -> None:
         """Refuse a state in which bodies are deep in each other where their contact begins."""

@@ -76,6 +76,10 @@ def _of_kind(step: Step, path: str) -> Iterable[Fault]:
         ends = [end_of(load.time) if load.time is not None else 0.0 for load in step.load]
         if not any(ends):
             yield Fault(f"{path}.duration", "is missing; a dynamic step without a drive needs it")
+    if step.save is not None:
+        for key in ("channels", "points"):
+            if getattr(step.save, key):
+                yield Fault(f"{path}.save.{key}", "belongs to the whole case; give it in [save]")
     if step.solve is not None:
         yield from _settings(step, step.solve, path)
 

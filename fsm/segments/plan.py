@@ -205,8 +205,8 @@ class _Planner:
         said = [f"holds {', '.join(step.hold)}"] if step.hold else []
         said += [f"releases {', '.join(step.release)}"] if step.release else []
         replaced = {acting.name: f" in place of {acting.name!r}" for acting in self.loads if not acting.ends}
-        self._hold(number, step)
         let_go = self._release(number, step)
+        self._hold(number, step)
         self._drive(begun, start)
         end = self._at_break(start + self._duration(step, begun, new, number))
         self._load(step, new, let_go, start, end)
@@ -215,6 +215,9 @@ class _Planner:
         said += [f"loads {load.body}{replaced.get(load.called, '')}" for load in new]
         solve = step.solve or self.case.solve
         method, reason = self._method(step, solve)
+        if step.kind == "modes" and not self._has_free():
+            text = "no body is free in this step, so it has no natural modes; release a body before"
+            self.faults.append(Fault(f"step.{number}.kind", text))
         still = not self._has_free() and not self._moves(start, end)
         return PlannedStep(
             name, step.kind, start, end, method, reason, solve, step.save or self.case.save, tuple(self.acting),

@@ -71,6 +71,11 @@ class EnergyBalance:
             setattr(self, name, number)
 
     @property
+    def stored(self) -> float:
+        """Stored energy at the last update, J."""
+        return self.start + self.work - self.dissipated + self.error
+
+    @property
     def text(self) -> str:
         """Worst error for messages."""
         return f"Energy error {self.worst:.3g} J; reference energy {self.turnover:.3g} J"

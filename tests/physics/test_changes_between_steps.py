@@ -261,3 +261,58 @@ def test_the_work_of_a_dead_load_moves_a_body_far_without_dampers(tmp_path: Path
     np.testing.assert_allclose(place(solution, "block")[last, 1], 0.01, rtol=1e-6)
     assert summary["energy_error"] < 1e-6
     assert solution.energy["dissipated"][-1] == pytest.approx(0.5 * 300.0 * 0.01**2, rel=1e-2)
+
+
+SWING = BLOCK.replace("[[scene.bodies]]", "gravity = [0, 0, -9.81]\n[[scene.bodies]]", 1)
+DYNAMIC = '[[step]]\nkind = "dynamic"\nduration = "0.1 s"\n'
+
+
+def test_natural_modes_do_not_stop_a_motion(tmp_path: Path) -> None:
+    text = SWING + DYNAMIC + '[[step]]\nkind = "modes"\nmodes = 1\n' + DYNAMIC
+    solution, _ = run(tmp_path, text)
+    w = math.sqrt(300.0 / 2.0)
+    np.testing.assert_allclose(place(solution, "block")[:, 1], -9.81 / w**2 * (1.0 - np.cos(w * solution.time)), atol=2e-6)
+    assert solution.energy["dissipated"][-1] < 1e-6
+
+
+def test_a_run_of_modes_alone(tmp_path: Path) -> None:
+    solution, summary = run(tmp_path, SWING + '[[step]]\nkind = "modes"\nmodes = 3\n')
+    assert len(solution.time) == 1
+    assert min(summary["step"][0]["frequencies_hz"], key=lambda f: abs(f - 1.95)) == pytest.approx(
+        math.sqrt(150.0) / (2.0 * math.pi), rel=1e-9
+    )
+
+
+def test_a_static_step_that_ends_in_a_motion_has_no_energy_error_in_the_next(tmp_path: Path) -> None:
+    """The first step is too short for the motion to decay; its kinetic energy is dissipated where the second begins."""
+    text = ROD.replace("rotation = [10, 1, 10]", "rotation = [10, 0.01, 10]\nrotation_damping = [0, 1e-4, 0]")
+    text = text.replace('hold = ["block"]', 'hold = ["block"]\nduration = "0.1 s"')
+    text += '[[step]]\nname = "next"\nkind = "static"\nduration = "1 s"\n'
+    solution, summary = run(tmp_path, text)
+    last = np.flatnonzero(solution.step == 1)[-1]
+    assert solution.energy["kinetic"][last] > 0.02 * solution.energy["dissipated"][last]
+    assert summary["energy_error"] < 5e-3
+
+
+def test_what_is_released_can_be_held_in_the_same_step(tmp_path: Path) -> None:
+    """The drive ends, and the block is held where it is."""
+    pull = '[[step]]\nkind = "static"\n[[step.drive]]\nbody = "block"\ndirection = [1, 0, 0]\n'
+    pull += 'travel = "10 mm"\nspeed = "10 mm/s"\n'
+    held = DYNAMIC + 'release = ["block"]\nhold = ["block"]\n'
+    solution, _ = run(tmp_path, BLOCK + pull + held + DYNAMIC + 'release = ["all"]\n')
+    x = place(solution, "block")[:, 0]
+    np.testing.assert_allclose(x[solution.step == 2], 0.01, rtol=1e-12)
+    assert x[-1] < 0.009
+
+
+@pytest.mark.parametrize(
+    ("steps", "message"),
+    [
+        ('[[step]]\nkind = "modes"\nhold = ["all"]\n' + DYNAMIC + 'release = ["all"]\n', r"step\.0\.kind: no body is free"),
+        (DYNAMIC + 'save = { channels = ["energy.*"] }\n', r"step\.0\.save\.channels: belongs to the whole case"),
+        (DYNAMIC + 'hold = ["block"]\nrelease = ["block"]\n', r"step\.0\.release\.0: nothing called 'block' is held"),
+    ],
+)
+def test_mistakes(tmp_path: Path, steps: str, message: str) -> None:
+    with pytest.raises(CaseError, match=message):
+        run(tmp_path, BLOCK + steps)
