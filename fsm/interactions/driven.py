@@ -119,9 +119,13 @@ def driven_power(driven: Driven, inertia: np.ndarray, rates: np.ndarray, wrenche
 
 
 @kernel
-def fill_reactions(driven: Driven, t: float, inertia: np.ndarray, wrenches: np.ndarray, out: np.ndarray) -> None:
-    """Write travels (n_motions,), and forces or moments of the drives against wrenches and inertia, to `out`."""
+def fill_reactions(driven: Driven, t: float, inertia: np.ndarray, wrenches: np.ndarray, out: np.ndarray) -> float:
+    """Write travels (n_motions,), and forces or moments of the drives against wrenches and inertia, to `out`.
+
+    Returns the largest part of them against inertia.
+    """
     count, n = driven.directions.shape
+    against_inertia = np.zeros(count)
     for motion in range(count):
         out[motion], out[count + motion] = program_at(driven.programs, motion, t)[0], 0.0
     for i in range(driven.bodies.shape[0]):
@@ -129,7 +133,8 @@ def fill_reactions(driven: Driven, t: float, inertia: np.ndarray, wrenches: np.n
         _, _, acceleration = program_at(driven.programs, motion, t)
         for k in range(n):
             along = driven.directions[motion, k]
-            out[count + motion] += along * (inertia[body, k] * along * acceleration - wrenches[body, k])
+            against_inertia[motion] += along * inertia[body, k] * along * acceleration
+            out[count + motion] -= along * wrenches[body, k]
     twist, change = np.empty(inertia.shape[1]), np.empty(inertia.shape[1])
     for i in range(driven.turning.shape[0]):
         motion, body = driven.turning[i, 0], driven.turning[i, 1]
@@ -145,4 +150,10 @@ def fill_reactions(driven: Driven, t: float, inertia: np.ndarray, wrenches: np.n
         )
         _set_row(change, velocity, acceleration, own)
         for k in range(inertia.shape[1]):
-            out[count + motion] += twist[k] * (inertia[body, k] * change[k] - wrenches[body, k])
+            against_inertia[motion] += twist[k] * inertia[body, k] * change[k]
+            out[count + motion] -= twist[k] * wrenches[body, k]
+    largest = 0.0
+    for motion in range(count):
+        out[count + motion] += against_inertia[motion]
+        largest = max(largest, abs(against_inertia[motion]))
+    return largest

@@ -6,11 +6,29 @@ import numpy as np
 
 from fsm.interactions.applied import applied_power
 from fsm.interactions.driven import driven_power, fill_reactions
-from fsm.kernels.addresses import floats_2d
+from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d
+from fsm.kernels.block_lu import count_negative
+from fsm.kernels.body_poses import gather_free
 from fsm.kernels.jit import kernel
-from fsm.segments.array_forces import factors_of, place, sum_forces
-from fsm.segments.arrays import FORCE, INERTIA, POSES, RATES, WEIGHT, Segments, driven_of, loads_of, springs_of
-from fsm.stepping.model import CREASES, DRIVES, KINETIC, PANELS
+from fsm.segments.array_forces import factors_of, place, sum_forces, sum_tangents
+from fsm.segments.arrays import (
+    FACTORS,
+    FORCE,
+    FORCE_SCALE,
+    FREE,
+    INERTIA,
+    MATRIX,
+    POSES,
+    RATES,
+    STIFFNESS,
+    WEIGHT,
+    Segments,
+    driven_of,
+    loads_of,
+    pattern_of,
+    springs_of,
+)
+from fsm.stepping.model import CREASES, DRIVES, INERTIAL, KINETIC, PANELS, STEADY
 from fsm.stepping.vectors import copy_into
 
 __all__ = ["energies"]
@@ -70,5 +88,34 @@ def _powers(model: Segments, t: float, record: np.ndarray) -> tuple[float, float
         force, inertia = floats_2d(table, FORCE), floats_2d(table, INERTIA)
         of_drives, kinetic = driven_power(driven, inertia, rates, force)
         power += of_drives
-        fill_reactions(driven, t, inertia, force, record[DRIVES:])
+        inertial = fill_reactions(driven, t, inertia, force, record[DRIVES:])
+        free, force_scale = gather_free(integers_1d(table, FREE), force), floats_1d(table, FORCE_SCALE)
+        for i in range(free.shape[0]):
+            inertial += abs(free[i] / force_scale[i])
+        largest, count = 0.0, driven.directions.shape[0]
+        for k in range(count):
+            largest = max(largest, abs(record[DRIVES + count + k]))
+        steady = inertial <= INERTIAL * largest and _stable_at_rest(model, t)
+        record[STEADY] = 1.0 if steady else 0.0
     return power, kinetic
+
+
+@kernel
+def _stable_at_rest(model: Segments, t: float) -> bool:
+    """Whether all pivots of the symmetric part of the stiffness at rest, at the present poses, are positive."""
+    table = model.at_rest
+    others = Segments(
+        table, table, model.flags, model.by_springs, model.by_creases, model.by_ligaments, model.equations
+    )
+    sum_tangents(others, t)
+    matrix, stiffness, factors = floats_3d(table, MATRIX), floats_3d(table, STIFFNESS), floats_3d(table, FACTORS)
+    p = pattern_of(table)
+    for k in range(matrix.shape[0]):
+        mirrored = p.transposed[k]
+        for i in range(matrix.shape[1]):
+            for j in range(matrix.shape[1]):
+                matrix[k, i, j] = 0.5 * (stiffness[k, i, j] + stiffness[mirrored, j, i])
+    failed = model.equations.factorise(
+        matrix, p.place, p.filled_rows, p.filled_columns, p.filled_diagonal, True, factors
+    )
+    return failed < 0 and count_negative(p.filled_diagonal, factors) == 0

@@ -28,7 +28,7 @@ from fsm.segments.arrays import (
     springs_of,
 )
 
-__all__ = ["factors_of", "force", "place", "renewed_force", "retract", "sum_forces"]
+__all__ = ["factors_of", "force", "place", "renewed_force", "retract", "sum_forces", "sum_tangents"]
 
 
 @kernel
@@ -114,17 +114,23 @@ def _set_simple_tangents(table: np.ndarray, t: float) -> None:
 
 
 @kernel
-def renewed_force(model: Segments, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
-    """See `fsm.stepping.model`."""
+def sum_tangents(model: Segments, t: float) -> None:
+    """Write the forces on all bodies at the present poses, K and D."""
     table = model.table
-    place(table, t, q, u)
     _set_simple_forces(table, t)
     _set_simple_tangents(table, t)
-    total, springs = floats_2d(table, FORCE), springs_of(table)
+    springs = springs_of(table)
     model.by_springs.tangent(
         floats_2d(table, POSES), floats_2d(table, RATES), springs.bodies, springs.constants, springs.last, 0.0,
-        springs.last[:0], springs.slots, total, floats_3d(table, STIFFNESS), floats_3d(table, DAMPING),
+        springs.last[:0], springs.slots, floats_2d(table, FORCE), floats_3d(table, STIFFNESS), floats_3d(table, DAMPING),
     )  # fmt: skip
     model.by_creases.tangent(table)
     model.by_ligaments.tangent(table)
-    return gather_free(integers_1d(table, FREE), total)
+
+
+@kernel
+def renewed_force(model: Segments, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """See `fsm.stepping.model`."""
+    place(model.table, t, q, u)
+    sum_tangents(model, t)
+    return gather_free(integers_1d(model.table, FREE), floats_2d(model.table, FORCE))

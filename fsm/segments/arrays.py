@@ -17,9 +17,10 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.pieces import Pieces
 
 __all__ = [
-    "DAMPING", "FACTORS", "FORCE", "FREE", "INERTIA", "MASS", "MATRIX", "POSES", "RATES", "STIFFNESS", "TURNED", "WEIGHT",
-    "Arrays", "Creases", "ElementKernels", "EquationKernels", "Ligaments", "Loads", "Pattern", "Segments", "SpringKernels",
-    "Springs", "creases_of", "driven_of", "ligaments_of", "loads_of", "pattern_of", "springs_of",
+    "DAMPING", "FACTORS", "FORCE", "FREE", "INERTIA", "MASS", "MATRIX", "FORCE_SCALE", "POSES", "RATES", "STIFFNESS",
+    "TURNED", "WEIGHT", "Arrays", "Creases", "ElementKernels", "EquationKernels", "Ligaments", "Loads", "Pattern",
+    "Segments", "SpringKernels", "Springs", "creases_of", "driven_of", "ligaments_of", "loads_of", "pattern_of",
+    "springs_of",
 ]  # fmt: skip
 
 
@@ -129,6 +130,8 @@ class Arrays(NamedTuple):
     stiffness, damping, matrix, factors : block data
     turned : (n_free, 6, 6) array; empty in the plane
         Derivatives of the increment of the last factors.
+    force_scale : (nu,) array
+        Divisors of forces, see `fsm.system.Scales`.
     pattern, springs, creases, ligaments, loads, driven : arrays of each
     """
 
@@ -144,6 +147,7 @@ class Arrays(NamedTuple):
     matrix: np.ndarray
     factors: np.ndarray
     turned: np.ndarray
+    force_scale: np.ndarray
     pattern: Pattern
     springs: Springs
     creases: Creases
@@ -171,12 +175,14 @@ class Segments(NamedTuple):
     Attributes
     ----------
     table : table of `fsm.kernels.addresses`
+    at_rest : table with other rates, forces and matrices, for tangents at rest
     flags : (3,) int array
     by_springs, by_creases, by_ligaments, equations : kernels, by address (`Pointer`)
         They depend on the dimension and on the kinds of elements.
     """
 
     table: np.ndarray
+    at_rest: np.ndarray
     flags: np.ndarray
     by_springs: SpringKernels
     by_creases: ElementKernels
@@ -184,7 +190,8 @@ class Segments(NamedTuple):
     equations: EquationKernels
 
 
-FREE, MASS, INERTIA, WEIGHT, POSES, RATES, FORCE, STIFFNESS, DAMPING, MATRIX, FACTORS, TURNED, _PATTERN = range(13)
+FREE, MASS, INERTIA, WEIGHT, POSES, RATES, FORCE, STIFFNESS, DAMPING, MATRIX, FACTORS, TURNED = range(12)
+FORCE_SCALE, _PATTERN = 12, 13
 """Rows of `Segments.table`."""
 _SPRINGS = _PATTERN + len(Pattern._fields)
 _CREASES = _SPRINGS + len(Springs._fields)

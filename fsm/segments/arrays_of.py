@@ -70,7 +70,7 @@ def has_arrays(system: SegmentSystem) -> bool:
     return _KINDS.issuperset(kinds) and len(set(kinds)) == len(kinds) and known and system.nu > 0
 
 
-def arrays_of(system: SegmentSystem, pattern: BodyPattern, ready: Ready) -> tuple[ArrayModel, Arrays]:
+def arrays_of(system: SegmentSystem, pattern: BodyPattern, ready: Ready) -> tuple[ArrayModel, tuple[Arrays, ...]]:
     """Model of arrays of a system for which `has_arrays` is true, and the arrays, which the caller keeps with the model."""
     known, factors = ready(pattern)
     bodies, spatial = system.bodies, system.spatial
@@ -97,10 +97,15 @@ def arrays_of(system: SegmentSystem, pattern: BodyPattern, ready: Ready) -> tupl
     poses, rates, force = bodies.pose.copy(), np.zeros(bodies.rate.shape), np.zeros(bodies.rate.shape)
     stiffness, damping, matrix, right = pattern.zeros(), pattern.zeros(), pattern.zeros(), np.zeros(system.nu)
     state, blocks = (poses, rates), (force, stiffness, damping)
+    turned = np.zeros((system.n_free if spatial else 0, 6, 6))
     arrays = Arrays(
         bodies.free, bodies.inertia[bodies.free].ravel(), bodies.inertia, weight, poses, rates, force, stiffness, damping,
-        matrix, factors, np.zeros((system.n_free if spatial else 0, 6, 6)), of_pattern, springs, creases, ligaments, loads,
+        matrix, factors, turned, system.scales().force_scale, of_pattern, springs, creases, ligaments, loads,
         _driven(system),
+    )  # fmt: skip
+    rest = arrays._replace(
+        rates=np.zeros(rates.shape), force=np.zeros(rates.shape), stiffness=pattern.zeros(), damping=pattern.zeros(),
+        matrix=pattern.zeros(), factors=np.zeros(factors.shape),
     )  # fmt: skip
     table = address_table(arrays.flat)
     of_springs = _SPATIAL_SPRINGS if spatial else _PLANAR_SPRINGS
@@ -108,7 +113,7 @@ def arrays_of(system: SegmentSystem, pattern: BodyPattern, ready: Ready) -> tupl
     before = *own, springs.last, 0.0
     p = of_pattern
     model = Segments(
-        table, np.zeros(3, dtype=np.int64),
+        table, address_table(rest.flat), np.zeros(3, dtype=np.int64),
         SpringKernels(
             Pointer(of_springs.force, *state, *before, force),
             Pointer(of_springs.tangent, *state, *before, springs.last[:0], springs.slots, *blocks),
@@ -126,7 +131,7 @@ def arrays_of(system: SegmentSystem, pattern: BodyPattern, ready: Ready) -> tupl
             ),
         ),
     )  # fmt: skip
-    return ArrayModel.of(KERNELS, model, *system.initial()), arrays
+    return ArrayModel.of(KERNELS, model, *system.initial()), (arrays, rest)
 
 
 def _pointers(kernels: ElementKernels, table: np.ndarray) -> ElementKernels:

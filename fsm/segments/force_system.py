@@ -72,7 +72,7 @@ class SegmentForces(Configuration):
         self._last_before: PreviousState | None = None
         self._last_poses = bodies.pose
         self._pattern: BodyPattern | None = None
-        self._array_model: tuple[ArrayModel, Arrays] | None = None
+        self._array_model: tuple[ArrayModel, tuple[Arrays, ...]] | None = None
         self._pattern_version: tuple[int, ...] = ()
         self._pattern_pairs: tuple[np.ndarray, ...] = ()
         self._driven_pattern: BodyPattern | None = None

@@ -19,7 +19,7 @@ from fsm.solve.status import Outcome, StepFailed
 from fsm.stepping import generalized_alpha as stepping
 from fsm.stepping.generalized_alpha import Motion, Rules, take_step
 from fsm.stepping.march import march, march_arrays
-from fsm.stepping.model import CREASES, DRIVES, KINETIC, PANELS, ArrayModel
+from fsm.stepping.model import CREASES, DRIVES, KINETIC, PANELS, STEADY, ArrayModel
 from fsm.system import ArraySystem, Linearised, PreviousState, System
 
 __all__ = ["RHO_INF", "Coefficients", "GeneralizedAlpha"]
@@ -165,7 +165,7 @@ class SystemModel:
         if step > 0.0:
             dissipated, _ = mean_dissipation(self.system, self._last, (t, q), seen.pair_power.shape[1])
         self._last = t, q.copy()
-        record[KINETIC] = seen.kinetic
+        record[KINETIC], record[STEADY] = seen.kinetic, 0.0  # unknown
         record[PANELS], record[CREASES] = seen.potential.get("panels", 0.0), seen.potential.get("creases", 0.0)
         count = len(observed.drive.travel)
         record[DRIVES : DRIVES + count] = observed.drive.travel

@@ -130,16 +130,22 @@ class Run(ABC):
             patience = _AS_LONG_AGAIN * max(self.balanced - start, patience)
         return t >= min(end, start + patience)
 
-    def _look(self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation) -> None:
+    def _look(self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation, steady: bool = False) -> None:
         points = self.statistics.seen
-        points.append(CurvePoint.after(points, t, seen, self._moves(t, q, u, seen)))
+        points.append(CurvePoint.after(points, t, seen, self._moves(t, q, u, seen, steady)))
 
-    def _moves(self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation) -> bool:
-        """Whether a force of the drives is dynamic: in a fast motion, or while the state leaves an unstable equilibrium."""
+    def _moves(self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation, steady: bool) -> bool:
+        """Whether a force of the drives is dynamic: in a fast motion, or while the state leaves an unstable equilibrium.
+
+        `steady`: the state is known to be near a stable equilibrium.
+        """
         if not len(seen.drive.force):
             return False
-        fast = seen.energy.kinetic > _FAST * self.energy_balance.turnover or inertia_counts(self.system, t, q, u, seen)
-        return fast or negative_pivots(self.system, t, q, self._pivots) > 0
+        if seen.energy.kinetic > _FAST * self.energy_balance.turnover:
+            return True
+        if steady:
+            return False
+        return inertia_counts(self.system, t, q, u, seen) or negative_pivots(self.system, t, q, self._pivots) > 0
 
     def _balance(self, seen: Observation) -> None:
         self.energy_balance.balance(seen.energy.stored, seen.energy.kinetic)

@@ -12,13 +12,10 @@ import numpy as np
 from fsm.solve.energy_balance import EnergyBalance
 from fsm.solve.restart_points import State
 from fsm.solve.status import Event, Outcome
+from fsm.stepping.model import INERTIAL
 from fsm.system import DriveState, Observation, PreviousState, System
 
 __all__ = ["InitialState", "CurvePoint", "SavedState", "Statistics", "AcceptedStep", "OutputRequest", "inertia_counts"]
-
-_INERTIAL = 1e-2
-"""Largest ratio of inertial forces to the drive force at which the drive force is quasi-static."""
-
 
 @dataclass(frozen=True)
 class SavedState:
@@ -84,7 +81,7 @@ class CurvePoint(NamedTuple):
 
 
 def inertia_counts(system: System, t: float, q: np.ndarray, u: np.ndarray, seen: Observation) -> bool:
-    """Whether the inertial forces M u', summed by magnitude, exceed `_INERTIAL` times the drive force.
+    """Whether the inertial forces M u', summed by magnitude, exceed `INERTIAL` times the drive force.
 
     Those of driven bodies are a part of the drive force. On a strip that snaps their ratio is 1e-4 after the motion has
     decayed, and about 1 in a peak of the force.
@@ -93,7 +90,7 @@ def inertia_counts(system: System, t: float, q: np.ndarray, u: np.ndarray, seen:
         return False
     force, without_inertia = system.balance(t, q, u)
     inertial = np.abs(force / system.scales().force_scale).sum() + np.abs(seen.drive.force - without_inertia).max()
-    return bool(inertial > _INERTIAL * np.abs(seen.drive.force).max())
+    return bool(inertial > INERTIAL * np.abs(seen.drive.force).max())
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from fsm.solve.mean_force import MeanForce
 from fsm.solve.run import Run
 from fsm.solve.status import StepFailed
 from fsm.stepping.march import POWER, SHORTEST
-from fsm.stepping.model import CREASES, DRIVES, KINETIC, PANELS, TIME, TURNOVER
+from fsm.stepping.model import CREASES, DRIVES, KINETIC, PANELS, STEADY, TIME, TURNOVER
 from fsm.system import DriveState, Energy
 
 __all__ = ["GENERALIZED_ALPHA", "MEAN_FORCE", "NEWMARK", "StepwiseRun"]
@@ -95,7 +95,8 @@ class StepwiseRun(Run):
                 energy=Energy(float(record[KINETIC]), stored, 0.0, 0.0),
             )
             self.energy_balance.turnover = float(record[TURNOVER])
-            self._look(float(record[TIME]), record[state : state + nq].copy(), record[state + nq :].copy(), seen)
+            q, u = record[state : state + nq].copy(), record[state + nq :].copy()
+            self._look(float(record[TIME]), q, u, seen, steady=record[STEADY] == 1.0)
 
     def _solver(self) -> GeneralizedAlpha | MeanForce:
         """New solver at the present state; it continues from the last restart point, if any."""

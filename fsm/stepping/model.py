@@ -13,14 +13,18 @@ import numpy as np
 from fsm.kernels.jit import Pointer, compiled_as
 
 __all__ = [
-    "CREASES", "DRIVES", "KINETIC", "PANELS", "TIME", "TURNOVER", "ArrayModel", "Calls", "accept", "contacts_opened",
-    "damping_times", "energies", "factorise", "factorise_mass", "force", "longest_step", "mapped", "mass_times",
-    "part_of_step", "renewed_force", "retract", "solve", "stiffness_times", "unable",
+    "CREASES", "DRIVES", "INERTIAL", "KINETIC", "PANELS", "STEADY", "TIME", "TURNOVER", "ArrayModel", "Calls", "accept",
+    "contacts_opened", "damping_times", "energies", "factorise", "factorise_mass", "force", "longest_step", "mapped",
+    "mass_times", "part_of_step", "renewed_force", "retract", "solve", "stiffness_times", "unable",
 ]  # fmt: skip
 
-TIME, TURNOVER, KINETIC, PANELS, CREASES, DRIVES = range(6)
+TIME, TURNOVER, KINETIC, PANELS, CREASES, STEADY, DRIVES = range(7)
 """Indices of the record of a step: time (s), turnover before the step, kinetic energy, and elastic energies of panels and
-creases (J); from `DRIVES` on the travels and then the forces of all drives, q and u."""
+creases (J); 1 for a state near a stable equilibrium, else 0; from `DRIVES` on the travels and then the forces of all drives,
+q and u."""
+
+INERTIAL = 1e-2
+"""Largest ratio of inertial forces to the force of the drives near an equilibrium."""
 
 
 class Calls(NamedTuple):

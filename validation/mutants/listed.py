@@ -110,8 +110,8 @@ STRIPS = (
     Mutant(
         "compiled steps without the inertial force of bodies that turn",
         "fsm/interactions/driven.py",
-        "twist[k] * (inertia[body, k] * change[k] - wrenches[body, k])",
-        "twist[k] * (0.0 * change[k] - wrenches[body, k])",
+        "+= twist[k] * inertia[body, k] * change[k]",
+        "+= 0.0 * twist[k] * inertia[body, k] * change[k]",
         physics_test("many_steps", "test_same_steps"),
     ),
     Mutant(
