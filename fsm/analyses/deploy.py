@@ -297,6 +297,9 @@ class Deployment(Analysis):
         if meeting:
             found.append(meeting)
         found += [] if self._motion_error is None else self._motion_error.warnings()
+        arcs = [repr(step.name) for step in self.plan.steps if step.method == "arc-length"]
+        if arcs and self.scene.friction is not None:
+            found.append(f'"arc-length" has no friction: contacts slide without it in {", ".join(arcs)}')
         found += _coarse(summary) + (_unstable_at_end(solution) if self._ends_on_path else [])
         return found + extrapolation_warnings(solution, self.scene, self.system) + (
             [] if self.plan.written else _of_the_pull(solution, summary)

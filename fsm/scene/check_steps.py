@@ -13,6 +13,8 @@ from fsm.scene.time_program import end_of
 
 __all__ = ["check_steps", "step_names"]
 
+_INSTANT = ("modes", "relax")
+"""Kinds of steps without a duration."""
 _PATHS = ("auto", "static", "arc-length")
 """Methods of static steps."""
 
@@ -33,6 +35,10 @@ def check_steps(sections: Sections) -> Iterable[Fault]:
         if wanted is not None and wanted not in names:
             hint = nearest_name(wanted, names) if names else "; there is no [[step]]"
             yield Fault(f"{path}.step", f"no step is called {wanted!r}{hint}")
+        elif wanted is not None and path.startswith("drive"):
+            step = sections.steps.get(names.index(wanted))
+            if step is not None and step.kind in _INSTANT:
+                yield Fault(f"{path}.step", f'{wanted!r} has kind = "{step.kind}" and takes no time, so nothing is driven')
     for index, element in enumerate(sections.scene.elements if sections.scene is not None else ()):
         path = f"scene.elements.{index}"
         for wanted in element.steps or ():
@@ -64,7 +70,7 @@ def check_steps(sections: Sections) -> Iterable[Fault]:
 
 def _of_kind(step: Step, path: str) -> Iterable[Fault]:
     """Keys that a kind of step does not use, or needs."""
-    instant = step.kind in ("modes", "relax")
+    instant = step.kind in _INSTANT
     for key in ("duration", "save") if instant else ():
         if getattr(step, key) is not None:
             yield Fault(f"{path}.{key}", f'a step with kind = "{step.kind}" takes no time; remove it')

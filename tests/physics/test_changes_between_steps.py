@@ -311,8 +311,20 @@ def test_what_is_released_can_be_held_in_the_same_step(tmp_path: Path) -> None:
         ('[[step]]\nkind = "modes"\nhold = ["all"]\n' + DYNAMIC + 'release = ["all"]\n', r"step\.0\.kind: no body is free"),
         (DYNAMIC + 'save = { channels = ["energy.*"] }\n', r"step\.0\.save\.channels: belongs to the whole case"),
         (DYNAMIC + 'hold = ["block"]\nrelease = ["block"]\n', r"step\.0\.release\.0: nothing called 'block' is held"),
+        (
+            '[[drive]]\nstep = "m"\nbody = "block"\nspeed = 1.0\ntravel = 1.0\n[[step]]\nname = "m"\nkind = "modes"\n',
+            r"drive\.0\.step: 'm' has kind = \"modes\" and takes no time",
+        ),
     ],
 )
 def test_mistakes(tmp_path: Path, steps: str, message: str) -> None:
     with pytest.raises(CaseError, match=message):
         run(tmp_path, BLOCK + steps)
+
+
+def test_a_path_by_arc_length_says_that_it_has_no_friction(tmp_path: Path) -> None:
+    text = PLATES.split("[[step]]")[0] + '[friction]\nlaw = "tanh"\nmu_dynamic = 0.3\nv_static = 1e-3\n'
+    text += '[[step]]\nname = "push"\nkind = "static"\nsolve = { method = "arc-length" }\n'
+    text += '[[step.load]]\nbody = "high"\nforce = [0, 0, -1]\n'
+    _, summary = run(tmp_path, text)
+    assert any("no friction" in line and "'push'" in line for line in summary["warnings"])
