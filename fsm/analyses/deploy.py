@@ -122,6 +122,12 @@ class Deployment(Analysis):
         if not self.plan.written:
             return path_settings(self.case, self.system, end, step.start)
         first = (end - step.start) / 200.0
+        begun = next((k for k, acts in enumerate(step.acting) if acts), None)
+        if solve.increment is not None and begun is not None:
+            program = self.plan.programs[begun]
+            gone = program.gone(step.start)
+            if program.gone(end) > gone:
+                first = min(program.time_of(gone + solve.increment), end) - step.start
         return PathSettings(
             end, first, max_step, solve.rtol, solve.max_steps, solve.imperfection, solve.energy_abort, step.start
         )

@@ -82,6 +82,8 @@ def method_faults(solve: Solve | None) -> Iterable[Fault]:
         return
     if solve.rho_inf is not None:
         yield Fault("solve.rho_inf", f'is used by method = "generalized-alpha" only, not by "{solve.method}"; remove it')
+    if solve.max_step is not None and solve.method == "arc-length":
+        yield Fault("solve.max_step", 'is not used by method = "arc-length", whose steps are lengths of the path; remove it')
     if solve.step is not None and solve.method not in ("newmark", "mean-force"):
         used = 'is used by method = "generalized-alpha", "mean-force" and "newmark" only'
         yield Fault("solve.step", f'{used}, not by "{solve.method}"; remove it')

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fsm.analyses.deploy import Deployment
 from fsm.compile_case import compile_case
 from fsm.errors import CaseError, NotConverged
 from fsm.results.solution import Solution
@@ -18,6 +19,7 @@ from fsm.run import run_case
 from fsm.scene.load_case import load_case
 from fsm.scene.loads import Drive
 from fsm.segments.plan import plan_of
+from fsm.solve.static import PathSettings
 
 BLOCK = """
 [[scene.bodies]]
@@ -312,6 +314,10 @@ def test_what_is_released_can_be_held_in_the_same_step(tmp_path: Path) -> None:
         (DYNAMIC + 'save = { channels = ["energy.*"] }\n', r"step\.0\.save\.channels: belongs to the whole case"),
         (DYNAMIC + 'hold = ["block"]\nrelease = ["block"]\n', r"step\.0\.release\.0: nothing called 'block' is held"),
         (
+            '[[step]]\nkind = "static"\nsolve = { method = "arc-length", max_step = 0.1 }\n' + PUSH.format(force=1),
+            r"step\.0\.solve\.max_step: is not used",
+        ),
+        (
             '[[drive]]\nstep = "m"\nbody = "block"\nspeed = 1.0\ntravel = 1.0\n[[step]]\nname = "m"\nkind = "modes"\n',
             r"drive\.0\.step: 'm' has kind = \"modes\" and takes no time",
         ),
@@ -328,3 +334,15 @@ def test_a_path_by_arc_length_says_that_it_has_no_friction(tmp_path: Path) -> No
     text += '[[step.load]]\nbody = "high"\nforce = [0, 0, -1]\n'
     _, summary = run(tmp_path, text)
     assert any("no friction" in line and "'push'" in line for line in summary["warnings"])
+
+
+def test_the_first_increment_of_a_static_step_is_that_of_its_settings(tmp_path: Path) -> None:
+    steps = '[[step]]\nkind = "static"\nhold = ["block"]\n'
+    steps += '[[step]]\nkind = "static"\nrelease = ["block"]\nsolve = { increment = "2 mm" }\n'
+    steps += '[[step.drive]]\nbody = "block"\ndirection = [1, 0, 0]\ntravel = "20 mm"\nspeed = "10 mm/s"\n'
+    steps += DYNAMIC + 'release = ["block"]\n'
+    (tmp_path / "case.toml").write_text(BLOCK + steps, encoding="utf-8")
+    settings = Deployment(load_case(tmp_path / "case.toml").case, "", None).steps()[1].settings
+    assert isinstance(settings, PathSettings)
+    # the run-up over 1 % of the travel takes twice the time
+    assert settings.first_step == pytest.approx(0.2 + 0.02, rel=1e-3)
