@@ -25,7 +25,7 @@ from validation.benchmarks.broad_phase import (
     broad_phase_table,
     measure_broad_phase,
 )
-from validation.benchmarks.demo import OUT, machine
+from validation.benchmarks.demo import OUT, Times, machine
 from validation.benchmarks.demo import measure as measure_demo
 from validation.benchmarks.linear_algebra import LINEAR, LINEAR_COLUMNS, linear_table, measure_linear
 from validation.benchmarks.memory import measure_memory
@@ -153,12 +153,12 @@ def draw_broad_phase(chosen: argparse.Namespace) -> None:
 
 
 def run_demo(chosen: argparse.Namespace, about: dict[str, str]) -> None:
-    """Cold, warm and per-case times of the demo table, medians over repeats."""
-    found: list[dict[str, float]] = []
+    """Processor times of the demo table, cold and warm, and of one run, medians over repeats."""
+    found: list[dict[str, Times]] = []
     for number in range(chosen.repeat):
         say(f"demo table, {number + 1} of {chosen.repeat}")
         found.append(measure_demo())
-    medians = {name: statistics.median(times[name] for times in found) for name in found[0]}
+    medians = {name: statistics.median(times[name].processor for times in found) for name in found[0]}
     _write_values(chosen.out / "demo_times.csv", medians, about)
 
 
@@ -202,7 +202,7 @@ def main(arguments: list[str] | None = None) -> int:
     draw_segments(chosen)
     draw_linear(chosen)
     draw_broad_phase(chosen)
-    draw_values(chosen, "demo_times.csv", "demo table | time (s)")
+    draw_values(chosen, "demo_times.csv", "demo table | processor time (s)")
     draw_values(chosen, "memory.csv", "job | peak memory (MB)")
     say(f"written to {chosen.out}")
     return 0

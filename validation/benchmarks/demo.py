@@ -1,4 +1,4 @@
-"""How long the table of pulled strips takes: cold, warm, each case, and the start of the command itself.
+"""Time of the table of pulled strips, with and without compiled kernels, of one run, and of the start of the command.
 
 `python -m validation.benchmarks.demo` from the root of the repository; prints medians, writes out/benchmarks/demo.csv.
 """
@@ -8,20 +8,30 @@ from __future__ import annotations
 import csv
 import os
 import platform
+import resource
 import statistics
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numba
+import numpy as np
 
 ROOT = Path(__file__).parents[2]
 TABLE = ROOT / "folding_cases" / "strip_pull" / "table.csv"
 OUT = ROOT / "out" / "benchmarks"
 STARTS = 5
+
+
+class Times(NamedTuple):
+    """Wall and processor time, s."""
+
+    wall: float
+    processor: float
 
 
 def machine() -> dict[str, str]:
@@ -41,46 +51,53 @@ def machine() -> dict[str, str]:
     }
 
 
-def clock(environment: Mapping[str, str], *arguments: str) -> float:
-    """Wall time of one `fsm ...`, s."""
-    begun = time.perf_counter()
+def clock(environment: Mapping[str, str], *arguments: str) -> Times:
+    """Wall and processor time of one `fsm ...` with its workers, s."""
+    before, begun = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
     done = subprocess.run(
         [sys.executable, "-m", "fsm", *arguments], env=dict(environment), capture_output=True, text=True, check=False
     )
-    taken = time.perf_counter() - begun
+    wall, after = time.perf_counter() - begun, resource.getrusage(resource.RUSAGE_CHILDREN)
     if done.returncode != 0:
         raise SystemExit(f"fsm {' '.join(arguments)} ended with {done.returncode}:\n{done.stderr}")
-    return taken
+    return Times(wall, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
 
 
-def measure(table: Path = TABLE, starts: int = STARTS) -> dict[str, float]:
-    """Times by name, s."""
-    times: dict[str, float] = {}
+def median(times: Sequence[Times]) -> Times:
+    """Medians of wall and processor time."""
+    return Times(*(statistics.median(column) for column in zip(*times, strict=True)))
+
+
+def measure(table: Path = TABLE, starts: int = STARTS) -> dict[str, Times]:
+    """Times by name."""
+    times: dict[str, Times] = {}
     with tempfile.TemporaryDirectory() as folder:
         environment = {**os.environ, "NUMBA_CACHE_DIR": str(Path(folder) / "kernels")}
         for name in ("cold", "warm"):
             out = Path(folder) / name
             times[f"table, {name}"] = clock(environment, "table", str(table), "--out", str(out), "--quiet")
-        with (Path(folder) / "warm" / "summary.csv").open(encoding="utf-8", newline="") as file:
-            rows = list(csv.DictReader(file))
-        times |= {f"solve, {row['case']}": float(row["solve_time_s"]) for row in rows}
-        times["solve, median of the cases"] = statistics.median(float(row["solve_time_s"]) for row in rows)
-        times[f"fsm --help, median of {starts}"] = statistics.median(clock(environment, "--help") for _ in range(starts))
+        times["table, compilation"] = Times(*np.subtract(times["table, cold"], times["table, warm"]).tolist())
+        case, out = str(table.with_name("case.toml")), str(Path(folder) / "run")
+        runs = [clock(environment, "run", case, "--out", out, "--quiet") for _ in range(starts)]
+        times[f"fsm run, median of {starts}"] = median(runs)
+        times[f"fsm run, shortest of {starts}"] = Times(*(min(column) for column in zip(*runs, strict=True)))
+        times[f"fsm --help, median of {starts}"] = median([clock(environment, "--help") for _ in range(starts)])
     return times
 
 
 def main() -> int:
+    """Measure, print and write."""
     about = machine()
     print(", ".join(f"{name} {value}" for name, value in about.items()))
     times = measure()
-    print("| what | time (s) |\n|---|---|")
-    for name, value in times.items():
-        print(f"| {name} | {value:.2f} |")
+    print("| what | wall time (s) | processor time (s) |\n|---|---|---|")
+    for name, (wall, processor) in times.items():
+        print(f"| {name} | {wall:.2f} | {processor:.2f} |")
     OUT.mkdir(parents=True, exist_ok=True)
     with (OUT / "demo.csv").open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file)
-        writer.writerow([*about, "what", "time (s)"])
-        writer.writerows([*about.values(), name, f"{value:.3f}"] for name, value in times.items())
+        writer.writerow([*about, "what", "wall time (s)", "processor time (s)"])
+        writer.writerows([*about.values(), name, *(f"{value:.3f}" for value in both)] for name, both in times.items())
     print(f"written to {(OUT / 'demo.csv').relative_to(ROOT)}")
     return 0
 
