@@ -239,7 +239,7 @@ def test_a_fresh_start_takes_the_old_checkpoint_and_summary_away(
     def killed(*_: object, **__: object) -> None:
         raise OSError("killed here")
 
-    monkeypatch.setattr(fsm.recorder, "solve", killed)
+    monkeypatch.setattr(fsm.recorder, "simulate", killed)
     with pytest.raises(OSError, match="killed here"):
         run_case(load_case(case), tmp_path, progress=False)
     assert not (tmp_path / "checkpoint.h5").exists()
