@@ -64,7 +64,9 @@ _ABSENT_CREASES = Creases(
 
 
 def has_arrays(system: SegmentSystem) -> bool:
-    """Whether all that acts in a system has arrays, and something can move."""
+    """Whether all that acts in a system has arrays, something can move, and kernels are compiled."""
+    if not hasattr(KERNELS.force, "compile"):  # NUMBA_DISABLE_JIT
+        return False
     kinds = [type(group) for group in system.groups]
     known = all(of_program(motion.program) is not None for motion in system.motions)
     return _KINDS.issuperset(kinds) and len(set(kinds)) == len(kinds) and known and system.nu > 0

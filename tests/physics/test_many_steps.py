@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from collections.abc import Callable
 from typing import Any
 
@@ -241,3 +244,19 @@ def test_steps_near_equilibria() -> None:
         assert known == (record[STEADY] == 1.0)
         steady += known
     assert steady > 5
+
+
+def test_without_the_compiler() -> None:
+    """Where kernels are not compiled, systems step in Python."""
+    code = """
+from fsm.scene.scene import Body, Scene
+from fsm.segments.compile import compile_scene
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
+body = Body(name="free", mass=0.1, inertia=(1e-4, 2e-4, 3e-4))
+system = compile_scene(Scene(bodies=(body,), gravity=(0.0, 0.0, -9.81)), False)
+simulate(system, Settings("generalized-alpha", 1e-3, 1e-3), [0.0], lambda saved: print(saved.time))
+"""
+    environment = os.environ | {"NUMBA_DISABLE_JIT": "1"}
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=False)
+    assert (done.returncode, done.stdout) == (0, "0.0\n"), done.stderr
