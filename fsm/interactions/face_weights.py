@@ -6,6 +6,8 @@ weight under load thus does the work that it stores, and the energy balance clos
 weights do not follow displacements along the normal: the energy of two faces that approach is the integral of their force.
 
 The slopes s are differences of the weights. Where the weights jump or have a kink, the smaller slope of both sides counts.
+A jump changes the stored energy without work. During an impact this energy is large, so a pair keeps the weights of the line
+there and takes over the new slopes only. The weights jump when the impact is over.
 """
 
 from __future__ import annotations
@@ -30,6 +32,8 @@ _DIFFERENCE = 1e-6
 """Rotation (rad) and displacement, over half the smallest size, of the differences that give the slopes."""
 _LEAST_PART = 0.1
 """Smallest factor of a weight within a step."""
+_JUMP = 2e-3
+"""Difference of a weight from the line, relative to the largest weight of the pair, from which it counts as a jump."""
 
 
 @kernel
@@ -114,6 +118,7 @@ def _part(row: np.ndarray, column: int, way: np.ndarray) -> float:
 def weigh_units(
     poses: np.ndarray,
     units: np.ndarray,
+    held: np.ndarray,
     shapes: np.ndarray,
     body: np.ndarray,
     kind: np.ndarray,
@@ -137,6 +142,8 @@ def weigh_units(
     poses : (n_bodies, 3 or 7) array
     units : (m,) int array
         Rows of the units to test.
+    held : (m,) bool array
+        Units whose weights must not jump.
     shapes : (u, 2) int array
     body, kind, size, radius, offset, axes : tables of shapes
         (s,), (s,), (s, 3), (s,), (s, 3), (s, 3, 3); three-dimensional also in a plane motion.
@@ -157,8 +164,9 @@ def weigh_units(
     changed, spatial = 0, poses.shape[1] == 7
     frames, arms, turn, shift = np.empty((4, 3, 3)), np.empty((2, 3)), np.empty((3, 3)), np.empty(3)
     other_turn, other_shift, sides = np.empty((3, 3)), np.empty(3), np.empty((2, COLUMNS))
-    polygon, scratch = np.empty((48, 2)), np.empty((48, 2))
-    for unit in units:
+    polygon, scratch, way, line = np.empty((48, 2)), np.empty((48, 2)), np.empty(6), np.empty(COLUMNS)
+    for number in range(len(units)):
+        unit = units[number]
         one, two = shapes[unit]
         if kind[two] == HALF_SPACE and kind[one] != CYLINDER:
             if not known[unit]:
@@ -187,6 +195,11 @@ def weigh_units(
         kinds, rounding = (kind[one], kind[two]), radius[one] + radius[two]
         of_one, of_two = slice(start[one], start[one + 1]), slice(start[two], start[two + 1])
         shares, slopes = state[unit, SHARE:_SLOPE], state[unit, _SLOPE:].reshape(COLUMNS, 6)
+        keeps = held[number] and known[unit]
+        if keeps:
+            _displacement(turn, shift, state[unit], way)
+            for c in range(COLUMNS):
+                line[c] = max(LEAST, shares[c]) * max(_LEAST_PART, _part(state[unit], c, way))
         pair_weights(
             kinds, size[one], size[two], rounding, turn, shift, place[of_one], weight[of_one], place[of_two],
             weight[of_two], on_axis[of_two], whole[unit, 0], whole[unit, 1], spatial, base[unit], shares, polygon, scratch,
@@ -218,6 +231,8 @@ def weigh_units(
             lift = turn[0, 2] * slopes[c, 0] + turn[1, 2] * slopes[c, 1] + turn[2, 2] * slopes[c, 2]
             for i in range(3):
                 slopes[c, i] -= lift * turn[i, 2]
+        if keeps and np.abs(shares - line).max() > _JUMP * shares.max():
+            shares[:] = line
         known[unit] = True
         changed += 1
     return changed

@@ -163,8 +163,11 @@ class ContactGeometry(Protocol):
         """Add -dh/dx and -dh/du to the block data."""
         ...
 
-    def commit(self, poses: np.ndarray) -> None:
-        """Update the memory after an accepted step, for example the side on which a point lies."""
+    def commit(self, poses: np.ndarray, young: np.ndarray | None = None) -> None:
+        """Update the memory after an accepted step, for example the side on which a point lies.
+
+        `young` lists the slots of contacts that may be continuing impacts; None: all contacts.
+        """
         ...
 
     def memory(self) -> np.ndarray:

@@ -377,7 +377,10 @@ class ContactGroup(Group):
             memory = ContactMemory(found.memory.key, onset, began, found.depth, deflection).ordered()
         self._contact_memory = memory
         self._time, self._poses, self._rates = t, poses, rates
-        self.geometry.commit(poses)
+        young = np.zeros(0, dtype=np.int64)
+        if found is not None:
+            young = found.touching.slot[self.impacts.young(t - began, found.measured, onset)]
+        self.geometry.commit(poses, young)
         self._evaluated = None
         self._searches.clear()  # the sides of points may have changed
 

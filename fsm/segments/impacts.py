@@ -24,6 +24,8 @@ _ENERGY_SHARE = 0.1
 """Energy of an impact of a loose body, relative to the total kinetic energy, above which steps resolve it for any law."""
 _REST_TIME = 10.0
 """Time after which a contact counts as resting, relative to the duration of its undamped impact."""
+_CORNER_WEIGHT = 0.02
+"""Approximate weight of a corner in its face."""
 _IMPACT_SPEED = 3.0
 """Closing speed, relative to the speed floor of its law, above which a contact is an impact."""
 
@@ -115,6 +117,12 @@ class Impacts:
         rests = begun & (t - kept.began[counts] > _REST_TIME * duration)
         steps = (_STEPS if self.normal.law.restitution else _FEWER_STEPS) / self.coarse
         return float(np.where(rests, np.inf, np.where(begun, duration / steps, before)).min())
+
+    def young(self, age: np.ndarray, measured: ContactKinematics, onset: np.ndarray) -> np.ndarray:
+        """Mask (count,) of contacts that may still be impacts, by their age (s) and initial closing speed (m/s)."""
+        moves = self.mobility[measured.bodies].reshape(len(age), -1).any(axis=1)
+        duration = self._durations(np.where(moves, self._mass(measured), 0.0), onset, np.full(len(age), _CORNER_WEIGHT))
+        return np.asarray((onset > _IMPACT_SPEED * self.normal.speed_floor) & (age <= _REST_TIME * duration))
 
     def _to_resolve(self, bodies: np.ndarray, mass: np.ndarray, speed: np.ndarray, rates: np.ndarray) -> np.ndarray:
         """Mask of the contacts that are impacts which steps have to resolve.

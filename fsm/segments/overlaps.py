@@ -63,13 +63,14 @@ class Overlaps(NamedTuple):
             own[~known, _SHARES] = units.share[~known]
         return new
 
-    def look(self, poses: np.ndarray, kit: Kit, units: Units, near: np.ndarray) -> bool:
-        """Update the weights of units that have moved; return whether any weight has changed."""
+    def look(self, poses: np.ndarray, kit: Kit, units: Units, near: np.ndarray, held: np.ndarray) -> bool:
+        """Update the weights of units that have moved; return whether any has changed. `held` units do not jump."""
         shapes, solids = kit.shapes, kit.solids
         return bool(
             weigh_units(
-                poses, near, units.shapes, shapes.body, shapes.kind, solids.size, shapes.radius, solids.offset, solids.axes,
-                kit.point_start, kit.local, kit.weight, kit.on_axis, units.whole, units.share, self.known, self.latest,
+                poses, near, held, units.shapes, shapes.body, shapes.kind, solids.size, shapes.radius, solids.offset,
+                solids.axes, kit.point_start, kit.local, kit.weight, kit.on_axis, units.whole, units.share, self.known,
+                self.latest,
             )
         )  # fmt: skip
 

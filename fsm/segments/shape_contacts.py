@@ -197,7 +197,7 @@ class ShapeContacts:
     def _update_weights(self, poses: np.ndarray) -> None:
         """Compute the weights of new units from the last accepted state, or from these poses if there is none."""
         at, new = poses if self._committed is None else self._committed, self._near[~self._overlaps.known[self._near]]
-        if len(new) and self._overlaps.look(at, self.kit, self._units, new):
+        if len(new) and self._overlaps.look(at, self.kit, self._units, new, np.zeros(len(new), dtype=np.bool_)):
             self._overlaps.in_force[new] = self._overlaps.latest[new]
             self._apply_weights()
 
@@ -328,11 +328,16 @@ class ShapeContacts:
 
     # memory ------------------------------------------------------------------------------------------------------------
 
-    def commit(self, poses: np.ndarray) -> None:
-        """Update the memory after an accepted step; `crossed` then refers to these poses, and faces are weighed again."""
+    def commit(self, poses: np.ndarray, young: np.ndarray | None = None) -> None:
+        """Update the memory after an accepted step; `crossed` then refers to these poses, and faces are weighed again.
+
+        Weights of faces in continuing impacts do not jump, to conserve energy.
+        """
         self._committed = poses.copy()
         self._refresh(poses)
-        self._changes = self._overlaps.look(poses, self.kit, self._units, self._near) or self._changes
+        slots = self.find(poses, 0.0).slot if young is None else young
+        held = np.isin(self._near, self.tables.unit[slots])
+        self._changes = self._overlaps.look(poses, self.kit, self._units, self._near, held) or self._changes
 
     def memory(self) -> np.ndarray:
         """Length of the committed poses, the poses, and the overlaps of faces; empty before the first commit."""

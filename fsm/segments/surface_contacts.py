@@ -248,7 +248,7 @@ class SurfaceContacts:
 
     # memory ---------------------------------------------------------------------------------------------------------
 
-    def commit(self, poses: np.ndarray) -> None:
+    def commit(self, poses: np.ndarray, young: np.ndarray | None = None) -> None:
         """See `ContactGeometry`."""
         height = self._heights(poses)
         over = np.isfinite(height) & (self.side * height > -self.probes.depth_limit)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from fsm.interactions.face_overlap import COLUMNS
+from fsm.interactions.face_weights import SHARE
 from fsm.interactions.shape_distance import BOX, CYLINDER, HALF_SPACE, SPHERE
 from fsm.kernels.rotation import exponential, multiply
 from fsm.segments.obstacle_contacts import ObstacleContacts
@@ -180,6 +182,7 @@ def test_memory_comes_back(spatial: bool) -> None:
 def test_shares_come_back_from_memory_and_change_when_a_step_is_over(spatial: bool) -> None:
     """Those of a plate that slides off another: the state in which a step ends has the shares that it was solved with."""
     contacts = two_plates(spatial, (0.2, 0.1), (0.2, 0.1))
+    no_impact = np.zeros(0, dtype=np.int64)
 
     def slid(x: float) -> np.ndarray:
         return np.array([pose(spatial, 0.0, 0.0), pose(spatial, x, 0.99 * THICK)])
@@ -187,10 +190,10 @@ def test_shares_come_back_from_memory_and_change_when_a_step_is_over(spatial: bo
     def whole(at: np.ndarray, of: PlateContacts) -> float:
         return float(of.share[of.find(at, 0.0).slot].sum())
 
-    contacts.commit(slid(0.0))
+    contacts.commit(slid(0.0), no_impact)
     for x in (0.05, 0.1):
         contacts.find(slid(x), 0.0)
-        contacts.commit(slid(x))
+        contacts.commit(slid(x), no_impact)
     # solved with the overlap of the state before, 0.15 m of 0.2
     points = len(contacts.find(slid(0.1), 0.0).slot)
     before = contacts.share.copy()
@@ -201,7 +204,7 @@ def test_shares_come_back_from_memory_and_change_when_a_step_is_over(spatial: bo
     assert len(other.find(slid(0.1), 0.0).slot) == points
     np.testing.assert_array_equal(other.share, contacts.share)
     # within a step the shares follow the overlap
-    contacts.commit(slid(0.105))
+    contacts.commit(slid(0.105), no_impact)
     at = slid(0.106)
     touching = contacts.find(at, 0.0)
     tapered = contacts.measure(at, np.zeros((2, 6 if spatial else 3)), touching).tapered
@@ -209,6 +212,11 @@ def test_shares_come_back_from_memory_and_change_when_a_step_is_over(spatial: bo
     share = contacts.share[touching.slot]
     share[tapered.rows] *= tapered.part
     assert share.sum() == pytest.approx(0.47, rel=2e-3)
+    # a jump, here of 10 %, waits for the end of an impact
+    contacts._overlaps.latest[:, SHARE : SHARE + COLUMNS] *= 1.1
+    for x, young, factor in ((0.107, None, 1.1), (0.108, no_impact, 1.0)):
+        contacts.commit(slid(x), young)
+        assert whole(slid(x + 1e-9), contacts) == pytest.approx((1.0 - x / 0.2) * factor, rel=5e-3)
 
 
 @SPATIAL
