@@ -77,7 +77,7 @@ def summary_of(
 def _remedy(analysis: Analysis, method: str) -> str:
     """Remedy for a large energy balance residual; a tolerance affects neither a reduced model nor fixed steps."""
     if method == MODAL:
-        return 'take more vibration.modes, or vibration.model = "full"'
+        return 'increase vibration.modes, or set vibration.model = "full"'
     settings = [step.settings for step in analysis.steps()]
     fixed = any(isinstance(one, Settings) and one.step is not None for one in settings)
     return "take a shorter solve.step" if fixed else "tighten rtol"

@@ -1,7 +1,8 @@
 """One thread for linear algebra, both in the command line and in the workers of a table.
 
 The number of threads changes the order of sums, and so the last bits of a result. The matrices are small, so a second
-thread saves no time. The libraries read these environment variables at import, so they must be set before.
+thread saves no time. The linear algebra libraries read their number of threads from environment variables
+(`OMP_NUM_THREADS` and others) when they are imported. These variables must therefore be set before the import.
 """
 
 from __future__ import annotations

@@ -24,8 +24,9 @@ def equilibrium_at_start(system: System, q: np.ndarray, t: float = 0.0) -> np.nd
     """Stable equilibrium at a time near a configuration, or the configuration itself if it is one.
 
     The result of Newton's method is accepted if it is near and stable and no body has passed through a face. Otherwise the
-    energy is minimised without passing through faces (`fsm.solve.relax`), which ends in a stable state. If this takes too
-    many iterations, a damped motion is first integrated to rest, for example with heavy panels that move far.
+    energy is minimised without passing through faces (`fsm.solve.relax`), which ends in a stable state. If the
+    minimisation takes too many iterations, for example for heavy panels with large displacements, a damped motion is
+    integrated until it comes to rest. The minimisation then starts again from that state.
 
     Parameters
     ----------

@@ -175,9 +175,9 @@ class Deployment(Analysis):
         bound = max(_DEEP * self.layout().thickness, shallowest(system))
         if -gaps.min() > bound:
             raise NotConverged(
-                f"{system.pair_names[int(np.argmin(gaps))]} overlap by {-1e3 * gaps.min():.3g} mm where contact begins, "
-                f"more than {1e3 * bound:.3g} mm; move them apart in an earlier step, or push them apart by a step with "
-                'kind = "relax" before'
+                f"{system.pair_names[int(np.argmin(gaps))]} overlap by {-1e3 * gaps.min():.3g} mm when their contact "
+                f"begins; the limit is {1e3 * bound:.3g} mm. Separate them in an earlier step, or add a step with "
+                'kind = "relax" before this one'
             )
 
     def _at_first(self, number: int, system: SegmentSystem) -> np.ndarray:

@@ -91,9 +91,10 @@ class ModelError:
     def remedy(self) -> str:
         """Remedy."""
         if self.stretch is None or self.stretch > _STRETCHED:
-            return 'take vibration.model = "full"; with few modes vibration.stretch = true may suffice'
+            few = "if vibration.modes is small, vibration.stretch = true may be accurate enough"
+            return f'set vibration.model = "full"; {few}'
         useless = "the modes do not describe this motion: " if self.largest > _USELESS else ""
-        return f'{useless}take more vibration.modes, or vibration.model = "full"'
+        return f'{useless}increase vibration.modes, or set vibration.model = "full"'
 
 
 def _part(error: float) -> str:

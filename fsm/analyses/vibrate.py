@@ -80,7 +80,7 @@ class VibrationAnalysis(OneStep):
         Raises
         ------
         CaseError
-            The film is slack, or unstable to wrinkles.
+            The film is slack, or it is unstable and would wrinkle.
         """
         loading = self._loading(self.film)
         if self.deployed is None and not self._plain_by_choice(loading):
@@ -364,7 +364,7 @@ class VibrationAnalysis(OneStep):
             f"{2 * math.pi * abs(lowest):.3g} 1/s)"
         )
         hint = {
-            "plain": 'take film = "tension-field" (or "auto"), which carries no compression, or "wrinkles"',
+            "plain": 'set film = "tension-field" (or "auto"), which carries no compression, or "wrinkles"',
             "wrinkles": "these wrinkles are not resolved; refine the mesh",
             "tension-field": "refine the mesh, or increase the tension",
         }

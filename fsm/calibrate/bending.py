@@ -334,7 +334,8 @@ def _warnings(
 ) -> list[str]:
     warnings = list(table.notes)
     if test.width is None or test.thickness is None:
-        warnings.append("width or thickness is not given: no Young's modulus; give them as columns or in the TOML file")
+        missing = "Young's modulus is not computed, because width or thickness is missing"
+        warnings.append(f"{missing}; give both as columns or in the TOML file")
     largest = float(np.abs(test.deflection).max()) / test.length
     if largest > _SMALL_ANGLE:
         at = largest * test.length

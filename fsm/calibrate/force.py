@@ -50,7 +50,7 @@ def calibrate_force(data: Path, options: Options) -> Calibration:
     CaseError
         The study, its case or its data have faults.
     FsmError
-        The case cannot be solved from any start, or too many Monte Carlo samples fail.
+        The model cannot be solved at any starting point of the fit, or too many Monte Carlo samples fail.
     """
     study = read_study(data)
     with Progress(options.progress, 1.0, study.title or data.name, jit) as bar:

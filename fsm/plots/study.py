@@ -40,7 +40,7 @@ def varied_column(rows: Sequence[Mapping[str, Any]], columns: Sequence[str]) -> 
 def relative_changes(
     rows: Sequence[Mapping[str, Any]], reference: Mapping[str, Mapping[str, float]], name: str
 ) -> list[tuple[float, float, float] | None]:
-    """Change of a quantity, change in the reference, and band of the reference, in % for every row.
+    """For each row, in %: change of the computed quantity, change of the reference value, and uncertainty of the reference.
 
     Changes are relative to the first row with a reference. Rows without result or reference have None.
     """

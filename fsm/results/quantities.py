@@ -309,10 +309,12 @@ def summarise_contacts(
 ) -> list[dict[str, Any]]:
     """Results of every pair that touches, SI, in the order of the scene.
 
-    * `pair`; `travel` at the first touch, or its `time` without a drive
-    * `largest_force`; `largest_penetration` and `largest_area` over the records, 0 if no record has the pair in contact
-    * `sliding_distance`: see the function of this name
-    * `friction_energy`, `damping_energy`: dissipated in the whole run
+    * `pair`: name of the pair
+    * `travel`: travel of the first drive at first contact; without a drive, `time` at first contact
+    * `largest_force`: largest contact force over all solver steps
+    * `largest_penetration`, `largest_area`: maxima over the records, 0 if the pair touches in no record
+    * `sliding_distance`: as defined by the function `sliding_distance`
+    * `friction_energy`, `damping_energy`: energies dissipated in the whole run
 
     Parameters
     ----------

@@ -14,7 +14,14 @@ from fsm.scene.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame, Sce
 from fsm.scene.known_names import nearest_name
 from fsm.scene.scene import GROUND, Body, ForceElement, Quaternion, Scene
 
-__all__ = ["cable_axes", "frame_faults", "quaternion_matrix", "quaternion_product", "with_frames"]
+__all__ = ["cable_axes", "frame_faults", "norm_faults", "quaternion_matrix", "quaternion_product", "with_frames"]
+
+
+def norm_faults(path: str, quaternion: Quaternion) -> Iterator[Fault]:
+    """Fault of a quaternion whose norm is not 1."""
+    norm = math.hypot(*quaternion)
+    if abs(norm - 1.0) > 1e-6:
+        yield Fault(path, f"the quaternion has norm {norm:g}; the norm must be 1 within 1e-6")
 
 
 def quaternion_matrix(quaternion: Iterable[float]) -> np.ndarray:
@@ -109,9 +116,7 @@ def frame_faults(scene: Scene) -> Iterator[Fault]:
         if count > 1 and name in {*films, *cables, *frames}:
             yield Fault("scene", f"the name {name!r} is used {count} times; names must differ")
     for i, film in enumerate(scene.films):
-        length = math.hypot(*film.orientation)
-        if abs(length - 1.0) > 1e-6:
-            yield Fault(f"scene.films.{i}.orientation", f"length {length:g}; give a unit quaternion")
+        yield from norm_faults(f"scene.films.{i}.orientation", film.orientation)
     bodies = [body.name for body in scene.bodies]
     for i, seam in enumerate(scene.seams):
         if seam.film not in films:

@@ -215,8 +215,10 @@ def _build(
     faults: list[Fault] = []
     for name in sections:
         raw, builder = data.pop(name), BUILDERS[name]
-        if any(other in data for other in ("strip", "lattice", "scene")):
-            faults.append(Fault(name, "gives the whole scene; remove [strip], [lattice] and [scene]"))
+        others = [f"[{other}]" for other in ("strip", "lattice", "scene") if other in data]
+        if others:
+            text = f"[{name}] defines the whole scene and cannot be combined with {' and '.join(others)}; remove one of them"
+            faults.append(Fault(name, text))
             continue
         section, found = _validate(TypeAdapter(builder.section), raw, {name: raw}, (name,), system)
         faults += found

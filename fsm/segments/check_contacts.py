@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Iterator, Mapping
 
 from fsm.errors import Fault
 from fsm.scene.contact_sides import ContactSide, contact_sides
+from fsm.scene.frame_bodies import norm_faults
 from fsm.scene.known_names import nearest_name
 from fsm.scene.scene import GROUND, Body, ContactPair, Scene
 
@@ -73,9 +73,7 @@ def _obstacles(scene: Scene) -> Iterator[Fault]:
         path = f"scene.obstacles.{i}"
         if obstacle.body is not None and obstacle.body not in bodies:
             yield Fault(f"{path}.body", f"no body is called {obstacle.body!r}{nearest_name(obstacle.body, bodies)}")
-        length = math.hypot(*obstacle.orientation)
-        if abs(length - 1.0) > 1e-6:
-            yield Fault(f"{path}.orientation", f"length {length:g}; give a unit quaternion")
+        yield from norm_faults(f"{path}.orientation", obstacle.orientation)
 
 
 def _solids(pair: ContactPair, shapes: Mapping[str, str], path: str) -> Iterator[Fault]:

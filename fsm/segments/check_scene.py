@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Iterator
 
 from fsm.errors import Fault
-from fsm.scene.frame_bodies import frame_faults
+from fsm.scene.frame_bodies import frame_faults, norm_faults
 from fsm.scene.known_names import nearest_name
 from fsm.scene.scene import GROUND, Scene
 from fsm.segments.check_contacts import contact_faults
@@ -39,8 +38,7 @@ def _bodies(scene: Scene) -> Iterator[Fault]:
         path = f"scene.bodies.{i}"
         if body.name == GROUND:
             yield Fault(f"{path}.name", f"{GROUND!r} is the fixed body every scene has; choose another name")
-        if abs(math.hypot(*body.orientation) - 1.0) > 1e-6:
-            yield Fault(f"{path}.orientation", f"length {math.hypot(*body.orientation):g}; give a unit quaternion")
+        yield from norm_faults(f"{path}.orientation", body.orientation)
         if body.held or body.name in driven:
             continue
         if body.mass <= 0:
@@ -60,20 +58,19 @@ def _references(scene: Scene) -> Iterator[Fault]:
             if name not in names:
                 yield Fault(f"scene.elements.{i}.{end}", f"no body is called {name!r}{nearest_name(name, list(names))}")
         for axes in ("axes_inner", "axes_outer"):
-            length = math.hypot(*getattr(element, axes))
-            if abs(length - 1.0) > 1e-6:
-                yield Fault(f"scene.elements.{i}.{axes}", f"length {length:g}; give a unit quaternion")
+            yield from norm_faults(f"scene.elements.{i}.{axes}", getattr(element, axes))
         if element.crease_flexibility and element.crease is None:
-            text = f"{element.crease_flexibility:g} rad/(N m) is in series with a `crease`, but there is none; remove it"
+            text = f"{element.crease_flexibility:g} rad/(N m) is in series with a missing `crease`; remove this key"
             yield Fault(f"scene.elements.{i}.crease_flexibility", text)
+        ligament = 'not available for a ligament (frame = "chord"), which is always linear; remove this key'
         if element.latch and element.law is not None:
             yield Fault(f"scene.elements.{i}.latch", "not available with `law`; remove one of them")
         if element.frame == "chord" and element.law is not None:
-            yield Fault(f"scene.elements.{i}.law", 'a ligament (frame = "chord") has a linear law only; remove it')
+            yield Fault(f"scene.elements.{i}.law", ligament)
         if element.inner == element.outer:
             yield Fault(f"scene.elements.{i}", f"joins {element.inner!r} to itself")
         if element.frame == "chord" and element.crease is not None:
-            yield Fault(f"scene.elements.{i}.crease", 'a ligament (frame = "chord") has a linear law only; remove it')
+            yield Fault(f"scene.elements.{i}.crease", ligament)
         if element.crease is not None and element.rotation[1]:
             what = f"{element.rotation[1]:g} N m/rad is not used beside `crease`, which gives the twist; write 0"
             yield Fault(f"scene.elements.{i}.rotation.1", what)

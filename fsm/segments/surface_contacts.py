@@ -31,7 +31,7 @@ _ROUND = 1.5
 
 
 class Probes(NamedTuple):
-    """Contact points of one panel on the surface of another; each is a slot.
+    """Probes: contact points that are fixed on one panel and touch the surface of another. Each probe is a slot.
 
     Attributes
     ----------

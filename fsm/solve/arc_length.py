@@ -5,8 +5,9 @@ the path, so both may decrease along it. A step from (q_n, t_n) along the unit t
 
     h(t, q) = 0,     x'.x + t' (t - t_n)/T = s
 
-with x the increment from q_n, scaled by the structure's span over the root of its size, and T the whole time
-(pseudo-arclength: Keller 1977; Riks 1979). The path is independent of rates: damping and friction are neglected.
+Here x is the increment from q_n divided by span sqrt(n): span is the size of the structure, and n is the number of
+degrees of freedom. T is the duration of the step (pseudo-arclength: Keller 1977; Riks 1979). The path is independent of
+rates: damping and friction are neglected.
 """
 
 from __future__ import annotations

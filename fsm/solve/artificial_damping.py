@@ -116,8 +116,8 @@ def come_to_rest(system: System, t: float, q: np.ndarray) -> np.ndarray:
             if kinetic < _DEAD * largest:
                 return solver.q
     except StepFailed as error:
-        raise NotConverged(f"the motion to it fails: {error.reason or error.outcome.value}") from None
-    raise NotConverged(f"the motion to it does not come to rest in {_STEPS} steps")
+        raise NotConverged(f"no equilibrium found: the damped motion fails: {error.reason or error.outcome.value}") from None
+    raise NotConverged(f"no equilibrium found: the damped motion does not come to rest within {_STEPS} steps")
 
 
 def _accelerated(system: System, t: float, q: np.ndarray) -> np.ndarray:

@@ -196,5 +196,5 @@ def _pardiso_solver() -> Any:
     try:
         from pypardiso import PyPardisoSolver
     except ImportError:
-        raise FsmError("PARDISO is not installed: pip install 'fsm[mkl]', or take linear = \"block\"") from None
+        raise FsmError("PARDISO is not installed: pip install 'fsm[mkl]', or set linear = \"block\"") from None
     return PyPardisoSolver()

@@ -108,6 +108,7 @@ class PathSteps:
         self.far = min(_FAR * self.aim, LARGEST_CORRECTION)
         self.failed = np.zeros(system.nu)
         self.rejection = ""
+        self.reason: Reason | None = None
         self.coarse = _NONE_COARSE
         self.lost: Mark | None = None
         # kinetic energy of all bodies at the speed that the drive may cause
@@ -302,6 +303,8 @@ class PathSteps:
             text += f". {what}: {self.system.worst_body(self.failed)}"
         if self.rejection:
             text += f". {self.rejection}"
+        elif self.reason is not None and outcome is not Outcome.MECHANISM:
+            text += f". Last rejected static step: {self.reason.value}"
         raise NotConverged(f"{text}. Joint strained most: {self.joint}")
 
 

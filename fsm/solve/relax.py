@@ -94,7 +94,7 @@ def relaxed(
     renew : called once at a configuration whose stiffness is not positive definite
         It may change the forces there slightly, so that the stiffness becomes positive definite.
     watched : bool
-        Steps in which a body passes through a face are rejected, and accepted steps are committed to the system.
+        If true, steps in which a body passes through a face are rejected, and each accepted step is committed to the system.
 
     Raises
     ------

@@ -91,7 +91,7 @@ class _Follower(PathSteps):
                 if self.statistics.steps >= settings.max_steps:
                     self._fail(Outcome.TOO_MANY_STEPS)
                 duration = self._duration()
-                reason = self._attempt(recorder.time + duration, may_renew=True)
+                reason = self.reason = self._attempt(recorder.time + duration, may_renew=True)
                 if reason is None:
                     self._judge_energy()
                     continue
@@ -211,7 +211,8 @@ class _Follower(PathSteps):
             u = recorder.u
             self._forget()
             self.step_size = 1e-2 * self.first_step
-            if self._attempt(recorder.time + self._duration()) is None:
+            self.reason = self._attempt(recorder.time + self._duration())
+            if self.reason is None:
                 return
         self._fail(Outcome.NO_EQUILIBRIUM)
 

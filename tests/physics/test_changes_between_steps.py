@@ -190,7 +190,7 @@ name = "touch"
 
 @pytest.mark.parametrize("kind", ['"static"', '"dynamic"\nduration = "10 ms"'])
 def test_bodies_that_overlap_where_their_contact_begins_are_refused(tmp_path: Path, kind: str) -> None:
-    with pytest.raises(NotConverged, match=r"step 'touch' .*a - b overlap by 1 mm where contact begins"):
+    with pytest.raises(NotConverged, match=r"step 'touch' .*a - b overlap by 1 mm when their contact begins"):
         run(tmp_path, PLATES + f"kind = {kind}\n")
 
 

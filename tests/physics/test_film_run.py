@@ -280,7 +280,7 @@ def test_a_full_run_that_is_cut_off_goes_on_to_the_same_numbers(tmp_path: Path, 
 
 
 def test_a_plain_film_that_would_wrinkle_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(CaseError, match=r'would wrinkle.*take film = "tension-field"'):
+    with pytest.raises(CaseError, match=r'would wrinkle.*set film = "tension-field"'):
         run(tmp_path, "tension.strain=[1e-3, -1e-3]")
     assert not (tmp_path / "out").exists()
 

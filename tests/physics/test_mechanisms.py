@@ -10,6 +10,7 @@ from fsm.scene.load_case import load_case
 from fsm.scene.loads import Drive
 from fsm.scene.scene import GROUND, Body, ForceElement, Scene
 from fsm.segments.compile import compile_scene
+from fsm.solve.path_steps import PathSteps, Reason
 from fsm.solve.run_io import SavedState
 from fsm.solve.static import PathSettings, follow
 from validation.strip_trial.check import CASE
@@ -61,3 +62,9 @@ def test_a_body_that_may_turn_freely_is_named() -> None:
     vane = Body(name="vane", mass=0.1, inertia=(0.01,) * 3)
     with pytest.raises(NotConverged, match="Not held: vane"):
         path(pulled_bar(vane, by=(hinge,)))
+
+
+def test_a_failure_states_why_the_last_static_step_was_rejected(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(PathSteps, "_attempt", lambda *_, **__: Reason.FAR)
+    with pytest.raises(NotConverged, match="Last rejected static step: the equilibrium found is far from its prediction"):
+        path(pulled_bar())

@@ -154,7 +154,7 @@ def test_a_reduced_model_of_too_few_modes_tells_its_error(number: int) -> None:
     summary = solved(drawn.tables).summary
     (said,) = [line for line in summary["warnings"] if line.startswith("reduced model: ")]
     assert summary["reduced_error_struck"] > 0.5
-    assert "at the impact" in said and 'take more vibration.modes, or vibration.model = "full"' in said
+    assert "at the impact" in said and 'increase vibration.modes, or set vibration.model = "full"' in said
     line = examine(drawn, 20.0)
     assert (line["class"], line["second"]) == ("told", "differs")
 

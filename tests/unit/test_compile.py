@@ -188,7 +188,7 @@ def test_all_faults_at_once() -> None:
     faults = faults_of(scene)
     for wanted in (
         "scene.bodies: the name 'arm' is used 2 times",
-        "scene.bodies.2.orientation: length 1.00499; give a unit quaternion",
+        "scene.bodies.2.orientation: the quaternion has norm 1.00499; the norm must be 1 within 1e-6",
         "scene.bodies.4.mass: 0 kg of a body that can move ('head')",
         "scene.bodies.5.inertia: (0.0, 1.0, 1.0) kg m^2 of 'tail'; all three must be positive",
         "scene.bodies.6.inertia: (1.0, 1.0, 5.0) kg m^2: one moment exceeds the sum of the others",

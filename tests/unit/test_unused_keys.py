@@ -35,7 +35,7 @@ UNUSED = {
         "gravity=[0, 0, -1]": "gravity: is given here and as scene.gravity; remove one of them",
         "scene.contact.pairs=[[1, 2]]": "scene.contact.pairs: only a [strip] has panel numbers",
         "scene.elements.0.crease_flexibility=3": "scene.elements.0.crease_flexibility: 3 rad/(N m) is in series",
-        "scene.elements.0.axes_inner=[2, 0, 0, 0]": "scene.elements.0.axes_inner: length 2; give a unit quaternion",
+        "scene.elements.0.axes_inner=[2, 0, 0, 0]": "scene.elements.0.axes_inner: the quaternion has norm 2; ",
         "solve.increment=1 mm": "solve.increment: requires a [[drive]], which is missing",
         "solve.imperfection=1": "solve.imperfection: requires a [[drive]]",
     },
