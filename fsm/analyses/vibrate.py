@@ -29,7 +29,7 @@ from fsm.results.film import Film
 from fsm.results.solution import Layout, Solution
 from fsm.results.vibration import frequency_warnings, summarise_vibration
 from fsm.scene.case import Case
-from fsm.scene.membrane import EdgeCable, HalfSinePulse, Impact, MeasuredPulse, Vibration
+from fsm.scene.membrane import HalfSinePulse, Impact, MeasuredPulse, Vibration
 from fsm.scene.record_count import record_count
 from fsm.segments.save_times import save_times
 from fsm.solve.modal import Modes
@@ -106,9 +106,7 @@ class VibrationAnalysis(OneStep):
         solve = self.case.solve
         if solve.method != "auto":
             return solve.method, self.reason
-        # two quadrature points per step miss where a stiff cable becomes slack: the energy error was 13 %
-        limp = self.system.tension_field and any(isinstance(cable, EdgeCable) for cable in self.case.cable)
-        return (MEAN_FORCE if solve.rho_inf is None and not limp else GENERALIZED_ALPHA), self.reason
+        return (MEAN_FORCE if solve.rho_inf is None else GENERALIZED_ALPHA), self.reason
 
     def _plain_by_choice(self, loading: Loading) -> bool:
         """Choose between plain film and tension field for "auto"; True if the plain film is then at rest."""

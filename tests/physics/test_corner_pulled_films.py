@@ -16,6 +16,7 @@ from fsm.ancf.cable import CableGroup
 from fsm.ancf.film import MembraneGroup
 from fsm.errors import NotConverged
 from fsm.pretension import settled
+from fsm.run import run_case
 from fsm.scene.load_case import load_case
 from fsm.solve.modal import Modes
 from fsm.solve.newton import negative_pivots
@@ -124,10 +125,12 @@ def test_a_mode_without_stiffness_needs_the_full_model(
     assert ("full" in "".join(warnings)) == (model == "reduced")
 
 
-def test_edge_cables_that_become_slack_are_damped(tmp_path: Path) -> None:
-    """The mean force by two points does not see where along a step a stiff cable becomes slack: 13 % of the energy."""
-    pulse = 'impact={ pulse = "half-sine", force = "1 mN", duration = "5 ms" }'
-    for cables, method in (((), "mean-force"), ((f"cable.1={EDGES}",), "generalized-alpha")):
-        made = analysis(tmp_path, "membrane.mesh=[4, 4]", pulse, "vibration.model=full", *cables)
-        made.initialise([])
-        assert made.method()[0] == method
+def test_edge_cables_that_become_slack_keep_the_energy(tmp_path: Path) -> None:
+    """Generalized-alpha, the method before, lost 0.2 % of the energy in this motion, and more than 5 % in longer ones."""
+    case = tmp_path / "case.toml"
+    case.write_text(SAIL, encoding="utf-8")
+    moved = ["membrane.mesh=[4, 4]", "vibration.model=full", "vibration.duration=0.3 s", f"cable.1={EDGES}"]
+    pulse = 'impact={ pulse = "half-sine", force = "20 mN", duration = "10 ms" }'
+    summary = run_case(load_case(case, [*moved, pulse]), tmp_path / "out", progress=False)
+    assert summary["method"] == "mean-force"
+    assert summary["energy_error"] < 2e-4
