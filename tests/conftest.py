@@ -1,0 +1,8 @@
+"""Settings of all tests."""
+
+from __future__ import annotations
+
+from hypothesis import settings
+
+settings.register_profile("fsm", deadline=None)  # the first call may compile, and processors differ
+settings.load_profile("fsm")
