@@ -22,6 +22,7 @@ from exudyn.advancedUtilities import CreateSymbolicUserFunction
 
 from fsm.scene.scene import Body, ForceElement, Scene
 from fsm.segments.drive import PrescribedMotion
+from fsm.segments.element_angles import initial_twists, rest_twists
 
 __all__ = ["Contact", "ExudynSettings", "ExudynStrip"]
 
@@ -106,8 +107,9 @@ class ExudynStrip:
         self.bodies = {body.name: body for body in scene.bodies}
         self.nodes: dict[str, int] = {}
         self.numbers = {body.name: self._body(body) for body in scene.bodies}
-        for element in scene.elements:
-            self._element(element)
+        starts = initial_twists(scene.elements, scene.bodies)
+        for element, start, rest in zip(scene.elements, starts, rest_twists(scene.elements, starts), strict=True):
+            self._element(element, start, rest)
         self.sensor = self._drive(scene.drives[0].body)
         if contact is not None:
             self._contacts(contact)
@@ -147,11 +149,11 @@ class ExudynStrip:
         moments = [body.inertia[0], body.inertia[2], body.inertia[1], 0.0, 0.0, 0.0]
         return self.mbs.AddObject(item.ObjectRigidBody(mass=body.mass, inertia=moments, nodeNumber=node))
 
-    def _element(self, element: ForceElement) -> None:
+    def _element(self, element: ForceElement, start: float, rest: float) -> None:
         """A 6-DOF bushing, measured in the axes of the outer body as in fsm; its angle is zero as folded."""
-        if not math.isclose(element.rest_angle, element.initial_angle, abs_tol=1e-12):
+        if not math.isclose(rest, start, abs_tol=1e-12):
             raise ValueError(f"{element.name}: creases must be at rest as folded")
-        inner = -2.0 * math.atan2(element.axes_inner[2], element.axes_inner[0]) + element.initial_angle
+        inner = -2.0 * math.atan2(element.axes_inner[2], element.axes_inner[0]) + start
         outer = -2.0 * math.atan2(element.axes_outer[2], element.axes_outer[0])
         first = self._marker(element.outer, element.point_outer, outer)
         second = self._marker(element.inner, element.point_inner, inner)
