@@ -21,7 +21,7 @@ from fsm.interactions.bushing_spatial import (
 from fsm.interactions.driven import Driven
 from fsm.kernels.addresses import address_table
 from fsm.kernels.block_lu import factorise, solve_refined
-from fsm.kernels.jit import Pointer
+from fsm.kernels.pointers import Pointer
 from fsm.segments.array_elements import LIGAMENTS, NO_ELEMENTS, PLANAR_CREASES, SPATIAL_CREASES
 from fsm.segments.array_kernels import KERNELS
 from fsm.segments.arrays import (

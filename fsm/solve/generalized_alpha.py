@@ -288,8 +288,12 @@ class GeneralizedAlpha:
 
     def records(self, count: int) -> np.ndarray:
         """Zero records of so many steps."""
-        drives = len(self.system.observe(self.t, self.q, self.u).drive.travel)
-        return np.zeros((count, DRIVES + 2 * drives + len(self.q) + len(self.u)))
+        return np.zeros((count, DRIVES + 2 * self._drives + len(self.q) + len(self.u)))
+
+    @cached_property
+    def _drives(self) -> int:
+        """Number of drives."""
+        return len(self.system.observe(self.t, self.q, self.u).drive.travel)
 
     @cached_property
     def _arrays(self) -> ArrayModel | None:

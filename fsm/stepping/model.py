@@ -10,7 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fsm.kernels.jit import Pointer, compiled_as
+from fsm.kernels.jit import compiled_as
+from fsm.kernels.pointers import Pointer, typed_by
 
 __all__ = [
     "CREASES", "DRIVES", "INERTIAL", "KINETIC", "PANELS", "STEADY", "TIME", "TURNOVER", "ArrayModel", "Calls", "accept",
@@ -231,3 +232,4 @@ _INSTEAD: tuple[Any, ...] = (
 )  # fmt: skip
 for _asked, _instead in zip(_ASKED, _INSTEAD, strict=True):
     compiled_as(_asked, ArrayModel, _instead)
+typed_by(ArrayModel)

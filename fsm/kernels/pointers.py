@@ -1,0 +1,74 @@
+"""Kernels that other kernels call by their addresses, so that they are not compiled together.
+
+A kernel contains the code of all kernels that it calls, and the compiler optimises it again at each level. A call by address
+takes 50 ns and avoids this cost.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numba
+import numba.extending
+from numba.core import cgutils
+from numba.core.typing.typeof import typeof_impl
+from numba.experimental.function_type import FunctionModel
+
+__all__ = ["Pointer", "typed_by"]
+
+
+class _Address(numba.types.FunctionType):  # type: ignore[misc, unused-ignore]
+    """Type of a `Pointer`. numba reads the address of its own function types by many calls of Python, this one by one."""
+
+
+numba.extending.register_model(_Address)(FunctionModel)
+
+
+@numba.extending.unbox(_Address)
+def _read(kind: Any, pointer: Any, c: Any) -> Any:
+    read = cgutils.create_struct_proxy(kind)(c.context, c.builder)
+    address = c.pyapi.object_getattr_string(pointer, "address")
+    read.c_addr = c.pyapi.long_as_voidptr(address)
+    c.pyapi.decref(address)
+    read.py_addr = read.jit_addr = c.context.get_constant_null(numba.types.voidptr)
+    return numba.extending.NativeValue(read._getvalue())
+
+
+class Pointer:
+    """A compiled kernel by its address.
+
+    Parameters
+    ----------
+    function : kernel
+    arguments : examples of its arguments
+    """
+
+    def __init__(self, function: Any, *arguments: Any) -> None:
+        kinds = tuple(numba.typeof(argument) for argument in arguments)
+        function.compile(kinds)
+        result = function.overloads[kinds]
+        self._numba_type_ = _Address(result.signature)
+        self.address = int(result.library.get_pointer_to_function(result.fndesc.llvm_cfunc_wrapper_name))
+        self._keeps = result  # the machine code
+
+    @property
+    def first_type(self) -> Any:
+        """Type of the first argument, for numba."""
+        return self._numba_type_.signature.args[0]
+
+
+def typed_by(kind: type) -> None:
+    """Let numba remember the types of NamedTuples of one kind, with fields `calls` (pointers) and `arrays` (their argument).
+
+    A call from Python otherwise takes a millisecond to find out the types of all fields.
+    """
+
+    def find(model: Any, context: Any) -> Any:
+        first = model.calls[0]
+        known = getattr(first, "of_model", None)
+        if known is None:
+            calls = numba.types.NamedTuple([pointer._numba_type_ for pointer in model.calls], type(model.calls))
+            known = first.of_model = numba.types.NamedTuple([calls, first.first_type], kind)
+        return known
+
+    typeof_impl.register(kind)(find)
