@@ -29,7 +29,7 @@ from fsm.ancf.shape import cable_shape, gauss
 from fsm.ancf.tension_field import REMAINDER
 from fsm.kernels.jit import kernel
 
-__all__ = ["POINTS", "CableGroup"]
+__all__ = ["POINTS", "CableArrays", "CableGroup", "add_force", "add_tangent", "dissipation", "stored_energy"]
 
 POINTS = (5, 3)
 """Gauss points of stretch and of bending. Error of the tip of a cantilever under 3 E I/L^2 with 8 elements, relative to L:
@@ -118,7 +118,7 @@ class CableGroup:
 
     def add_force(self, q: np.ndarray, u: np.ndarray | None, force: np.ndarray) -> None:
         """See `ElementGroup`."""
-        add_force(self._arrays, self.engineering, q, q if u is None else u, 0.0 if u is None else self.viscosity, force)
+        add_force(self.arrays, self.engineering, q, q if u is None else u, 0.0 if u is None else self.viscosity, force)
 
     def add_linearised(
         self,
@@ -132,16 +132,16 @@ class CableGroup:
         """See `ElementGroup`."""
         self.add_force(q, u, force)
         add_tangent(
-            self._arrays, self.engineering, q, q if u is None else u, 0.0 if u is None else self.viscosity,
+            self.arrays, self.engineering, q, q if u is None else u, 0.0 if u is None else self.viscosity,
             self.viscosity, slots, stiffness.shape[1], stiffness.reshape(-1), damping.reshape(-1),
         )  # fmt: skip
 
     def energy(self, q: np.ndarray, u: np.ndarray | None) -> tuple[float, float]:
         """See `ElementGroup`."""
-        stored = float(stored_energy(self._arrays, self.engineering, q))
+        stored = float(stored_energy(self.arrays, self.engineering, q))
         if u is None or not self.viscosity:
             return stored, 0.0
-        return stored, float(dissipation(self._arrays, q, u, self.viscosity))
+        return stored, float(dissipation(self.arrays, q, u, self.viscosity))
 
     @property
     def tension_field(self) -> bool:
@@ -151,12 +151,12 @@ class CableGroup:
     def release(self, q: np.ndarray, remainder: float) -> None:
         """Set the forces P so that limp cables carry no compression at q; `remainder` is their new fraction of EA."""
         if self.limp:
-            release_at(self._arrays, self.engineering, q)
-            self._arrays.remainder[0] = remainder
+            release_at(self.arrays, self.engineering, q)
+            self.arrays.remainder[0] = remainder
 
     def tension(self, q: np.ndarray) -> np.ndarray:
         """Axial force at the middle of each cable, (m,), N."""
-        coordinates = q[self.vectors[:, :, None] + np.arange(3)] * self._arrays.scale[:, :, None]
+        coordinates = q[self.vectors[:, :, None] + np.arange(3)] * self.arrays.scale[:, :, None]
         slope = np.einsum("i,eia->ea", cable_shape(0.5, derivative=1), coordinates) / self.length[:, None]
         size = np.linalg.norm(slope, axis=1)
         force = self.axial * (size - 1.0 if self.engineering else 0.5 * (size**2 - 1.0) * size)
@@ -168,7 +168,8 @@ class CableGroup:
         return np.ascontiguousarray(np.column_stack([ones, self.length, ones, self.length]))
 
     @cached_property
-    def _arrays(self) -> CableArrays:
+    def arrays(self) -> CableArrays:
+        """Arrays of the kernels."""
         (stretch, stretch_weights), (bend, bend_weights) = (gauss(count) for count in POINTS)
         stiffness = np.ascontiguousarray(np.column_stack([self.axial, self.bending]))
         derivatives = np.stack([cable_shape(bend, derivative=d) for d in (1, 2)], axis=1)

@@ -16,6 +16,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from fsm.ancf.arrays_of import arrays_of, has_arrays
 from fsm.ancf.assembly import slots_of
 from fsm.ancf.cable import CableGroup
 from fsm.ancf.film import MembraneGroup
@@ -23,7 +24,8 @@ from fsm.ancf.loading import Loading
 from fsm.ancf.matrices import clear_held, mass_data
 from fsm.ancf.mesh import Mesh
 from fsm.blocks import BlockMatrix, BlockPattern
-from fsm.system import DriveState, Energy, Linearised, Observation, PairState, PreviousState, Scales, System
+from fsm.stepping.model import ArrayModel
+from fsm.system import DriveState, Energy, Linearised, Observation, PairState, PreviousState, Ready, Scales, System
 
 __all__ = ["AncfSystem"]
 
@@ -58,7 +60,8 @@ class AncfSystem(System):
             self.fixed[motion.coordinates] = True
         self.rate[self.fixed] = 0.0
         self.rate_dependent = self.loading.mass_damping > 0.0 or any(group.rate_dependent for group in mesh.groups)
-        self._slots = [
+        self._array_model: tuple[ArrayModel, list[np.ndarray]] | None = None
+        self.slots = [
             slots_of(np.ascontiguousarray(group.vectors), mesh.size, self.pattern.indptr, self.pattern.indices)
             for group in mesh.groups
         ]
@@ -66,12 +69,12 @@ class AncfSystem(System):
         points = [part for part in mesh.masses if part.vectors.shape[1] == 1]
         others = [part for part in mesh.masses if part.vectors.shape[1] > 1]
         material += mass_data(points, self.pattern)
-        self._weight = self._bsr(material) @ self._translation(np.array(self.loading.gravity))
-        self._full_mass = material + mass_data(others, self.pattern)
-        self._full_csr = self._bsr(self._full_mass).tocsr()
-        self._full_csr.eliminate_zeros()  # two thirds of every block: x, y and z are not coupled
+        self.weight = self._bsr(material) @ self._translation(np.array(self.loading.gravity))
+        self.full_mass = material + mass_data(others, self.pattern)
+        self.full_mass_matrix = self._bsr(self.full_mass).tocsr()
+        self.full_mass_matrix.eliminate_zeros()  # two thirds of every block: x, y and z are not coupled
         self.held_stiffness, self.held_mass = self._oscillators()
-        self._mass = self._full_mass.copy()
+        self._mass = self.full_mass.copy()
         clear_held(self.fixed, self.pattern, self.held_mass, self._mass)
 
     # protocol: configuration ----------------------------------------------------------------------------------------
@@ -111,6 +114,14 @@ class AncfSystem(System):
         velocity = np.where(is_position, speed, speed / length)
         span = np.where(is_position, max(spread, length), 1.0)
         return Scales(length, size, velocity, size, span, np.full(self.nu, np.inf))
+
+    def arrays(self, ready: Ready) -> ArrayModel | None:
+        """See `ArraySystem`."""
+        if type(self) is not AncfSystem:  # subclasses have memory
+            return None
+        if self._array_model is None and has_arrays(self):
+            self._array_model = arrays_of(self, ready)
+        return None if self._array_model is None else self._array_model[0]
 
     # protocol: mechanics --------------------------------------------------------------------------------------------
 
@@ -170,7 +181,7 @@ class AncfSystem(System):
         force, stiffness, damping = self._elements(here, rates)
         self.add_loads(t, rates, force)
         if self.loading.mass_damping:
-            damping += self.loading.mass_damping * self._full_mass
+            damping += self.loading.mass_damping * self.full_mass
         clear_held(self.fixed, self.pattern, self.held_stiffness, stiffness)
         clear_held(self.fixed, self.pattern, 0.0, damping)
         return Linearised(
@@ -234,8 +245,8 @@ class AncfSystem(System):
         potential: dict[str, float] = {}
         for group in self.mesh.groups:
             potential[group.name] = potential.get(group.name, 0.0) + group.energy(here, None)[0]
-        if np.any(self._weight):
-            potential["gravity"] = -float(self._weight @ here)
+        if np.any(self.weight):
+            potential["gravity"] = -float(self.weight @ here)
         return potential
 
     def place(
@@ -260,7 +271,7 @@ class AncfSystem(System):
     def _elements(self, q: np.ndarray, u: np.ndarray | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Forces, K and D of all elements and coordinates."""
         force, stiffness, damping = np.zeros(self.nu), self.pattern.zeros(), self.pattern.zeros()
-        for group, slots in zip(self.mesh.groups, self._slots, strict=True):
+        for group, slots in zip(self.mesh.groups, self.slots, strict=True):
             group.add_linearised(q, u, slots, force, stiffness, damping)
         return force, stiffness, damping
 
@@ -274,7 +285,7 @@ class AncfSystem(System):
 
     def add_loads(self, t: float, u: np.ndarray | None, force: np.ndarray) -> None:
         """Add weight, loads, damping by mass and inertia of moved coordinates to `force` (nu,)."""
-        force += self._weight
+        force += self.weight
         for forcing in self.loading.forcings:
             factor = forcing.time.at(t)[0]
             if factor:
@@ -282,10 +293,10 @@ class AncfSystem(System):
         if u is None:
             return
         if self.loading.mass_damping:
-            force -= self.loading.mass_damping * (self._full_csr @ u)
+            force -= self.loading.mass_damping * (self.full_mass_matrix @ u)
         moved = self._moved_acceleration(t)
         if moved is not None:
-            force -= self._full_csr @ moved
+            force -= self.full_mass_matrix @ moved
 
     def _moved_acceleration(self, t: float) -> np.ndarray | None:
         """Accelerations of moved coordinates; None for none."""
@@ -315,7 +326,7 @@ class AncfSystem(System):
         The mass matrix couples held and free coordinates, so the inertia of free coordinates contributes.
         """
         free = np.where(self.fixed, 0.0, force)
-        return np.where(self.fixed, self._full_csr @ self._mass_factors.solve(free) - force, 0.0)
+        return np.where(self.fixed, self.full_mass_matrix @ self._mass_factors.solve(free) - force, 0.0)
 
     def _drive_state(self, t: float, reactions: np.ndarray) -> DriveState:
         """Motions as drives: travel, and force along it."""
@@ -330,7 +341,7 @@ class AncfSystem(System):
         potential = self.energies(t, q)
         if u is None:
             return Energy(0.0, potential, 0.0, 0.0)
-        momentum = self._full_csr @ u
+        momentum = self.full_mass_matrix @ u
         dissipated = self.loading.mass_damping * float(u @ momentum)
         dissipated += sum(group.energy(q, u)[1] for group in self.mesh.groups if group.rate_dependent)
         power = sum(forcing.time.at(t)[0] * float(forcing.vector @ u) for forcing in self.loading.forcings)
@@ -340,7 +351,7 @@ class AncfSystem(System):
     def _oscillators(self) -> tuple[float, float]:
         """Stiffness and mass of the oscillators of held coordinates, with the largest frequency of free coordinates."""
         stiffness = self._bsr(self._elements(self.start, None)[1]).diagonal()
-        mass = self._full_csr.diagonal()
+        mass = self.full_mass_matrix.diagonal()
         free = ~self.fixed & (mass > 0.0)
         if not np.any(free):
             return 1.0, 1.0

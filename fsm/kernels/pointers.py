@@ -10,11 +10,12 @@ from typing import Any
 
 import numba
 import numba.extending
+from llvmlite import ir
 from numba.core import cgutils
 from numba.core.typing.typeof import typeof_impl
 from numba.experimental.function_type import FunctionModel
 
-__all__ = ["Pointer", "typed_by"]
+__all__ = ["Pointer", "call_at", "typed_by"]
 
 
 class _Address(numba.types.FunctionType):  # type: ignore[misc, unused-ignore]
@@ -72,3 +73,28 @@ def typed_by(kind: type) -> None:
         return known
 
     typeof_impl.register(kind)(find)
+
+
+if numba.config.DISABLE_JIT:
+
+    def call_at(address: int, first: Any, second: Any, number: float) -> float:
+        """See below; without the compiler there are no addresses."""
+        raise NotImplementedError
+
+else:
+
+    @numba.extending.intrinsic
+    def call_at(context: Any, address: Any, first: Any, second: Any, number: Any) -> Any:
+        """Call the kernel at an address, with two tables of `fsm.kernels.addresses` and a number; it returns a number.
+
+        Kernels of elements have this form, so that a model holds the addresses of any combination of them in one array.
+        """
+        table = numba.types.Array(numba.types.int64, 2, "C")
+        real = numba.types.float64
+
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            kinds = [context.get_value_type(kind) for kind in signature.args[1:]]
+            form = ir.FunctionType(context.get_value_type(signature.return_type), kinds)
+            return builder.call(builder.inttoptr(arguments[0], form.as_pointer()), arguments[1:])
+
+        return real(numba.types.int64, table, table, real), generate

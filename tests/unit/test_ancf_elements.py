@@ -140,7 +140,7 @@ def test_mass_of_a_translation_and_of_the_air() -> None:
     made, _ = builder(air=air)
     mesh = made.build()
     system = AncfSystem(mesh)
-    mass = system._full_csr
+    mass = system.full_mass_matrix
     film = 0.06 * FILM.areal_density + 0.12 * 0.09 * (PATCH.areal_density - FILM.areal_density)
     cable = np.hypot(0.1, 0.1) * STEEL.density * STEEL.area
     for axis, wanted in ((0, film + cable), (1, film + cable), (2, film + cable + 0.06 * air)):

@@ -1,0 +1,201 @@
+"""Kernels of a mesh as a model of arrays: forces, tangents and equations; see `fsm.ancf.arrays`."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fsm.ancf.arrays import (
+    DAMPED,
+    DAMPING,
+    FACTORS,
+    FIXED,
+    FORCE,
+    FORCE_AT,
+    FORCINGS,
+    FULL_MASS,
+    HELD_STIFFNESS,
+    MASS,
+    MATRIX,
+    NUMBERS,
+    START,
+    STIFFNESS,
+    TANGENT_AT,
+    WEIGHT,
+    Coordinates,
+    Q,
+    Rows,
+    U,
+    forcing_programs,
+    full_mass_of,
+    moved_of,
+    pattern_of,
+)
+from fsm.ancf.matrices import set_held
+from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_2d
+from fsm.kernels.block_lu import MAX_ERROR, REFINE_ABOVE, SYMMETRY_TOLERANCE, is_symmetric
+from fsm.kernels.jit import kernel
+from fsm.kernels.pieces import program_at
+from fsm.kernels.pointers import call_at
+from fsm.stepping.vectors import copy_into
+
+__all__ = [
+    "FAILED", "SYMMETRIC", "TRUSTED", "factors_of", "force", "forces_of_coordinates", "place", "renewed_force",
+    "rows_times", "set_matrix", "solve", "sum_forces", "sum_tangents",
+]  # fmt: skip
+
+SYMMETRIC, TRUSTED, FAILED = 0, 1, 2
+"""Indices of `Coordinates.flags`: two on the last factorisation, and whether any factorisation or solution has failed."""
+
+
+@kernel
+def rows_times(rows: Rows, vector: np.ndarray) -> np.ndarray:
+    """Product of a matrix by rows, and a vector (n,)."""
+    out = np.empty(vector.shape[0])
+    for i in range(out.shape[0]):
+        total = 0.0
+        for k in range(rows.first[i], rows.first[i + 1]):
+            total += rows.values[k] * vector[rows.columns[k]]
+        out[i] = total
+    return out
+
+
+@kernel
+def place(table: np.ndarray, t: float, since: float, q: np.ndarray, u: np.ndarray) -> None:
+    """Write coordinates and rates, those of motions at time t; mean rates if `since` is before t (s)."""
+    here, rates, start = floats_1d(table, Q), floats_1d(table, U), floats_1d(table, START)
+    copy_into(q, here)
+    copy_into(u, rates)
+    moved = moved_of(table)
+    for i in range(moved.coordinates.shape[0]):
+        value, slope, _ = program_at(moved.programs, moved.motions[i], t)
+        if since < t:
+            slope = (value - program_at(moved.programs, moved.motions[i], since)[0]) / (t - since)
+        k = moved.coordinates[i]
+        here[k] = start[k] + value * moved.displacements[i]
+        rates[k] = slope * moved.displacements[i]
+
+
+@kernel
+def _add_loads(table: np.ndarray, t: float, moving: float) -> None:
+    """Add weight, loads, damping by mass and the inertia of moved coordinates to the forces."""
+    force, weight, forcings = floats_1d(table, FORCE), floats_1d(table, WEIGHT), floats_2d(table, FORCINGS)
+    programs, moved, rates = forcing_programs(table), moved_of(table), floats_1d(table, U)
+    for i in range(force.shape[0]):
+        force[i] += weight[i]
+    for k in range(forcings.shape[0]):
+        factor = program_at(programs, k, t)[0]
+        for i in range(force.shape[0]):
+            force[i] += factor * forcings[k, i]
+    if moving == 0.0:
+        return
+    damped = floats_1d(table, NUMBERS)[DAMPED]
+    if damped == 0.0 and moved.coordinates.shape[0] == 0:
+        return
+    change = np.empty(force.shape[0])
+    for i in range(force.shape[0]):
+        change[i] = damped * rates[i]
+    for i in range(moved.coordinates.shape[0]):
+        change[moved.coordinates[i]] += program_at(moved.programs, moved.motions[i], t)[2] * moved.displacements[i]
+    inertial = rows_times(full_mass_of(table), change)
+    for i in range(force.shape[0]):
+        force[i] -= inertial[i]
+
+
+@kernel
+def sum_forces(model: Coordinates, t: float, moving: float) -> None:
+    """Write the forces on all coordinates at the present state."""
+    total = floats_1d(model.table, FORCE)
+    for i in range(total.shape[0]):
+        total[i] = 0.0
+    for k in range(model.kernels.shape[0]):
+        call_at(model.kernels[k, FORCE_AT], model.table, model.tables[k], moving)
+    _add_loads(model.table, t, moving)
+
+
+@kernel
+def forces_of_coordinates(table: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Forces (n,); those of held coordinates are the forces of springs that keep them at their start."""
+    total, start, fixed = floats_1d(table, FORCE), floats_1d(table, START), integers_2d(table, FIXED)
+    stiff, size, out = floats_1d(table, NUMBERS)[HELD_STIFFNESS], fixed.shape[1], np.empty(q.shape[0])
+    for i in range(fixed.shape[0]):
+        for a in range(size):
+            k = i * size + a
+            out[k] = -stiff * (q[k] - start[k]) if fixed[i, a] == 1 else total[k]
+    return out
+
+
+@kernel
+def force(model: Coordinates, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """See `fsm.stepping.model`."""
+    place(model.table, t, t, q, u)
+    sum_forces(model, t, 1.0)
+    return forces_of_coordinates(model.table, q)
+
+
+@kernel
+def sum_tangents(model: Coordinates, t: float, moving: float) -> None:
+    """Write the forces on all coordinates at the present state, K and D."""
+    table = model.table
+    total, stiffness, damping = floats_1d(table, FORCE), floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
+    for i in range(total.shape[0]):
+        total[i] = 0.0
+    stiffness[:] = 0.0
+    damping[:] = 0.0
+    for k in range(model.kernels.shape[0]):
+        call_at(model.kernels[k, TANGENT_AT], table, model.tables[k], moving)
+    _add_loads(table, t, moving)
+    numbers, fixed, p = floats_1d(table, NUMBERS), integers_2d(table, FIXED), pattern_of(table)
+    if numbers[DAMPED] > 0.0:
+        flat, mass = damping.reshape(-1), floats_3d(table, FULL_MASS).reshape(-1)
+        for i in range(flat.shape[0]):
+            flat[i] += numbers[DAMPED] * mass[i]
+    set_held(fixed, p.rows, p.columns, numbers[HELD_STIFFNESS], stiffness)
+    set_held(fixed, p.rows, p.columns, 0.0, damping)
+
+
+@kernel
+def renewed_force(model: Coordinates, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """See `fsm.stepping.model`."""
+    place(model.table, t, t, q, u)
+    sum_tangents(model, t, 1.0)
+    return forces_of_coordinates(model.table, q)
+
+
+# equations --------------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def factors_of(model: Coordinates) -> bool:
+    """Factorise the matrix; false if it is singular."""
+    matrix, p, flags = floats_3d(model.table, MATRIX), pattern_of(model.table), model.flags
+    symmetric = is_symmetric(matrix, p.transposed, SYMMETRY_TOLERANCE)
+    flags[SYMMETRIC], flags[TRUSTED] = 1 if symmetric else 0, 0
+    failed = model.factorise(
+        matrix, p.place, p.filled_rows, p.filled_columns, p.filled_diagonal, symmetric, floats_3d(model.table, FACTORS)
+    )
+    if failed >= 0:
+        flags[FAILED] = 1
+    return failed < 0
+
+
+@kernel
+def set_matrix(table: np.ndarray, by_rate: float, by_acceleration: float) -> None:
+    """Write K + by_rate D + by_acceleration M to the matrix."""
+    matrix, stiffness = floats_3d(table, MATRIX).reshape(-1), floats_3d(table, STIFFNESS).reshape(-1)
+    damping, mass = floats_3d(table, DAMPING).reshape(-1), floats_3d(table, MASS).reshape(-1)
+    for i in range(matrix.shape[0]):
+        matrix[i] = stiffness[i] + (by_rate * damping[i] + by_acceleration * mass[i])
+
+
+@kernel
+def solve(model: Coordinates, right: np.ndarray) -> np.ndarray:
+    """See `fsm.stepping.model`."""
+    p, flags, table = pattern_of(model.table), model.flags, model.table
+    x, error, refined = model.solve(
+        p.order, p.filled_rows, p.filled_columns, p.filled_diagonal, floats_3d(table, FACTORS), p.rows, p.columns,
+        floats_3d(table, MATRIX), right, REFINE_ABOVE, flags[SYMMETRIC] == 1, flags[TRUSTED] == 1,
+    )  # fmt: skip
+    if not error <= MAX_ERROR:
+        flags[FAILED] = 1
+    flags[TRUSTED] = 0 if refined else 1
+    return x

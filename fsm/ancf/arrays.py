@@ -1,0 +1,190 @@
+"""ANCF meshes as a model of arrays, for compiled steps and equilibria (see `fsm.stepping.model`).
+
+It covers cables with loads, moved and held coordinates, gravity and damping by mass. Meshes with other elements take the
+same steps in Python. A new kind of element needs its kernels (`fsm.ancf.array_cables`) and a line in `fsm.ancf.arrays_of`.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fsm.kernels.addresses import floats_1d, floats_2d, integers_1d
+from fsm.kernels.jit import kernel
+from fsm.kernels.pieces import Pieces
+
+__all__ = [
+    "DAMPED", "DAMPING", "FACTORS", "FIXED", "FORCE", "FORCE_AT", "FORCINGS", "FULL_MASS", "HELD_STIFFNESS", "KINDS",
+    "LAST", "LAST_TIME", "LOST_AT", "MASS", "MASS_FACTORS", "MATRIX", "NUMBERS", "Q", "SIZES", "START", "STIFFNESS",
+    "STORED_AT", "TANGENT_AT", "U", "WEIGHT", "Arrays", "Coordinates", "Moved", "Pattern", "Rows", "forcing_programs",
+    "full_mass_of", "mass_of", "moved_of", "pattern_of",
+]  # fmt: skip
+
+
+class Rows(NamedTuple):
+    """A sparse matrix by rows."""
+
+    first: np.ndarray
+    columns: np.ndarray
+    values: np.ndarray
+
+
+class Moved(NamedTuple):
+    """Moved coordinates: index, motion and displacement of each, and the program of each motion."""
+
+    coordinates: np.ndarray
+    motions: np.ndarray
+    displacements: np.ndarray
+    programs: Pieces
+
+
+class Pattern(NamedTuple):
+    """A `BlockPattern` and its `Elimination`."""
+
+    rows: np.ndarray
+    columns: np.ndarray
+    transposed: np.ndarray
+    order: np.ndarray
+    filled_rows: np.ndarray
+    filled_columns: np.ndarray
+    filled_diagonal: np.ndarray
+    place: np.ndarray
+
+
+class Arrays(NamedTuple):
+    """Arrays of a mesh with its loads; all are of the n coordinates unless stated otherwise.
+
+    Attributes
+    ----------
+    q, u, force : present coordinates, rates and forces
+    start : coordinates at which held ones stay
+    fixed : (n_nodes, size) int array
+        1 for held and moved coordinates.
+    weight : N
+    stiffness, damping, matrix, mass, full_mass : block data
+        `mass` has the rows of held coordinates replaced, `full_mass` has not.
+    factors, mass_factors : block data of the pattern with fill-in
+    numbers : (2,) array
+        Stiffness of the oscillators of held coordinates, and damping by mass, 1/s.
+    forcings : (n_loads, n) array
+        Forces at the factor 1.
+    sizes : (n_motions,) array
+        Norm of the displacement of each motion.
+    kinds : (n_groups,) int array
+        1 for panels, 2 for creases, else 0.
+    last, last_time : coordinates and (1,) time at the end of the last step
+    rows, full_rows : the same mass matrices by rows
+    forcing_programs, moved, pattern : arrays of each
+    """
+
+    q: np.ndarray
+    u: np.ndarray
+    force: np.ndarray
+    start: np.ndarray
+    fixed: np.ndarray
+    weight: np.ndarray
+    stiffness: np.ndarray
+    damping: np.ndarray
+    matrix: np.ndarray
+    mass: np.ndarray
+    full_mass: np.ndarray
+    factors: np.ndarray
+    mass_factors: np.ndarray
+    numbers: np.ndarray
+    forcings: np.ndarray
+    sizes: np.ndarray
+    kinds: np.ndarray
+    last: np.ndarray
+    last_time: np.ndarray
+    rows: Rows
+    full_rows: Rows
+    forcing_programs: Pieces
+    moved: Moved
+    pattern: Pattern
+
+
+class Coordinates(NamedTuple):
+    """Model of `Arrays` by their addresses.
+
+    Attributes
+    ----------
+    table : table of `fsm.kernels.addresses`, of `Arrays`
+    kernels : (n_groups, 4) int array
+        Addresses of the kernels of each group of elements, in the order of `FORCE_AT` and so on.
+    tables : (n_groups, m, 4) int array
+        Table of the arrays of each group.
+    flags : (3,) int array
+        See `fsm.ancf.array_kernels`.
+    factorise, solve : pointers to kernels of `fsm.kernels.block_lu`
+    """
+
+    table: np.ndarray
+    kernels: np.ndarray
+    tables: np.ndarray
+    flags: np.ndarray
+    factorise: Any
+    solve: Any
+
+
+FORCE_AT, TANGENT_AT, STORED_AT, LOST_AT = range(4)
+"""Columns of `Coordinates.kernels`. All have the arguments table, table of the group, and a number: 1 in motion, 0 at rest.
+
+They add forces; add forces and tangents; return the stored energy (J); and return the dissipated power (W).
+"""
+(
+    Q, U, FORCE, START, FIXED, WEIGHT, STIFFNESS, DAMPING, MATRIX, MASS, FULL_MASS, FACTORS, MASS_FACTORS, NUMBERS,
+    FORCINGS, SIZES, KINDS, LAST, LAST_TIME, _MASS_ROWS,
+) = range(20)  # fmt: skip
+"""Rows of `Coordinates.table`."""
+_FULL_ROWS = _MASS_ROWS + len(Rows._fields)
+_PROGRAMS = _FULL_ROWS + len(Rows._fields)
+_MOVED = _PROGRAMS + len(Pieces._fields)
+_PATTERN = _MOVED + 3 + len(Pieces._fields)
+HELD_STIFFNESS, DAMPED = range(2)
+"""Indices of `Arrays.numbers`."""
+
+
+@kernel
+def _rows_of(t: np.ndarray, k: int) -> Rows:
+    return Rows(integers_1d(t, k), integers_1d(t, k + 1), floats_1d(t, k + 2))
+
+
+@kernel
+def mass_of(t: np.ndarray) -> Rows:
+    """Mass matrix of the table with oscillators in place of held coordinates."""
+    return _rows_of(t, _MASS_ROWS)
+
+
+@kernel
+def full_mass_of(t: np.ndarray) -> Rows:
+    """Mass matrix of the table."""
+    return _rows_of(t, _FULL_ROWS)
+
+
+@kernel
+def _pieces_of(t: np.ndarray, k: int) -> Pieces:
+    return Pieces(integers_1d(t, k), floats_1d(t, k + 1), integers_1d(t, k + 2), floats_2d(t, k + 3))
+
+
+@kernel
+def forcing_programs(t: np.ndarray) -> Pieces:
+    """Programs of the loads of the table."""
+    return _pieces_of(t, _PROGRAMS)
+
+
+@kernel
+def moved_of(t: np.ndarray) -> Moved:
+    """Moved coordinates of the table."""
+    k = _MOVED
+    return Moved(integers_1d(t, k), integers_1d(t, k + 1), floats_1d(t, k + 2), _pieces_of(t, k + 3))
+
+
+@kernel
+def pattern_of(t: np.ndarray) -> Pattern:
+    """Pattern of the table."""
+    k = _PATTERN
+    return Pattern(
+        integers_1d(t, k), integers_1d(t, k + 1), integers_1d(t, k + 2), integers_1d(t, k + 3), integers_1d(t, k + 4),
+        integers_1d(t, k + 5), integers_1d(t, k + 6), integers_1d(t, k + 7),
+    )  # fmt: skip
