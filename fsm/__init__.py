@@ -4,103 +4,101 @@ From a file::
 
     import fsm
 
-    loaded = fsm.load_case("case.toml", ["strip.fold_angle=75 deg"])
-    summary = fsm.run_case(loaded, "out/run")
-    solution = fsm.read_solution("out/run/result.h5")
+    case = fsm.load("case.toml").set("strip.fold_angle", "75 deg")
+    result = case.run("out/run")
+    travel, force = result.force()
 
-A public name is imported at its first use, so that ``import fsm`` is fast.
+or built in Python with `Model`; see docs/python.md. A public name is imported at its first use, so that ``import fsm`` is
+fast.
 """
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from importlib import import_module as _import_module
+from typing import TYPE_CHECKING as _TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from fsm.errors import CaseError, EnergyAbort, ExpectationFailed, Fault, FsmError, NotConverged
-    from fsm.results.solution import Solution
+if _TYPE_CHECKING:
+    from fsm.api.case import Case, CaseCheck, load
+    from fsm.api.model import Model
+    from fsm.api.picture import Picture
+    from fsm.api.result import Curve, NotInResult, Result
+    from fsm.api.result import open_result as open
+    from fsm.api.series import Series
+    from fsm.errors import CannotWrite, CaseError, EnergyAbort, ExpectationFailed, Fault, FsmError, NotConverged
+    from fsm.results.channel import Channel, ChannelInfo, Dim
+    from fsm.results.solution import Layout, Record, Solution
     from fsm.results.store import read_solution
     from fsm.run import run_case
-    from fsm.scene.case import Case, Expect, Save, Solve, Strip
+    from fsm.scene.case import Expect, Release, Strip
     from fsm.scene.contact import Contact, Friction
+    from fsm.scene.flexible import SceneBeam, SceneCable, SceneFilm, SceneFrame, SceneSeam
+    from fsm.scene.lattice import Lattice
     from fsm.scene.load_case import LoadedCase, load_case
-    from fsm.scene.loads import Constant, Drive, Load, Ramp, Table
+    from fsm.scene.loads import Constant, Cycle, Drive, Load, Ramp, Table
     from fsm.scene.materials import FamilyCrease, LinearCrease, Material, SplineCrease
+    from fsm.scene.membrane import Membrane, Tension, Vibration
+    from fsm.scene.obstacle import Obstacle
     from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, PlateGroup, Scene, Surface
+    from fsm.scene.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
+    from fsm.scene.solve import Save, Solve
+    from fsm.scene.steps import Step
     from fsm.scene.table import TableCase, load_table
     from fsm.segments.compile import compile_scene
     from fsm.solve.simulate import simulate
     from fsm.table import run_table
 
-_MODULES: dict[str, str] = {
-    **dict.fromkeys(
-        ("CaseError", "EnergyAbort", "ExpectationFailed", "Fault", "FsmError", "NotConverged"), "fsm.errors"
-    ),
-    "Solution": "fsm.results.solution",
-    "read_solution": "fsm.results.store",
-    "run_case": "fsm.run",
-    **dict.fromkeys(("Case", "Expect", "Save", "Solve", "Strip"), "fsm.scene.case"),
-    **dict.fromkeys(("Contact", "Friction"), "fsm.scene.contact"),
-    **dict.fromkeys(("LoadedCase", "load_case"), "fsm.scene.load_case"),
-    **dict.fromkeys(("Constant", "Drive", "Load", "Ramp", "Table"), "fsm.scene.loads"),
-    **dict.fromkeys(("FamilyCrease", "LinearCrease", "Material", "SplineCrease"), "fsm.scene.materials"),
-    **dict.fromkeys(("Body", "ContactPair", "ForceElement", "PlateGroup", "Plate", "Scene", "Surface"), "fsm.scene.scene"),
-    **dict.fromkeys(("TableCase", "load_table"), "fsm.scene.table"),
-    "compile_scene": "fsm.segments.compile",
-    "simulate": "fsm.solve.simulate",
-    "run_table": "fsm.table",
+    __version__: str
+
+_MODULES = {
+    "fsm.api.case": ("Case", "CaseCheck", "load"),
+    "fsm.api.model": ("Model",),
+    "fsm.api.picture": ("Picture",),
+    "fsm.api.result": ("Curve", "NotInResult", "Result", "open"),
+    "fsm.api.series": ("Series",),
+    "fsm.errors": ("CannotWrite", "CaseError", "EnergyAbort", "ExpectationFailed", "Fault", "FsmError", "NotConverged"),
+    "fsm.results.channel": ("Channel", "ChannelInfo", "Dim"),
+    "fsm.results.solution": ("Layout", "Record", "Solution"),
+    "fsm.results.store": ("read_solution",),
+    "fsm.run": ("run_case",),
+    "fsm.scene.case": ("Expect", "Release", "Strip"),
+    "fsm.scene.contact": ("Contact", "Friction"),
+    "fsm.scene.flexible": ("SceneBeam", "SceneCable", "SceneFilm", "SceneFrame", "SceneSeam"),
+    "fsm.scene.lattice": ("Lattice",),
+    "fsm.scene.load_case": ("LoadedCase", "load_case"),
+    "fsm.scene.loads": ("Constant", "Cycle", "Drive", "Load", "Ramp", "Table"),
+    "fsm.scene.materials": ("FamilyCrease", "LinearCrease", "Material", "SplineCrease"),
+    "fsm.scene.membrane": ("Membrane", "Tension", "Vibration"),
+    "fsm.scene.obstacle": ("Obstacle",),
+    "fsm.scene.scene": ("Body", "ContactPair", "ForceElement", "Plate", "PlateGroup", "Scene", "Surface"),
+    "fsm.scene.scissor": ("BarSection", "HingeJoint", "PointForce", "PointSupport", "Scissor", "Stop"),
+    "fsm.scene.solve": ("Save", "Solve"),
+    "fsm.scene.steps": ("Step",),
+    "fsm.scene.table": ("TableCase", "load_table"),
+    "fsm.segments.compile": ("compile_scene",),
+    "fsm.solve.simulate": ("simulate",),
+    "fsm.table": ("run_table",),
 }
-"""Module that defines each public name."""
+"""Public names by the module that defines them."""
+_HOME = {name: module for module, names in _MODULES.items() for name in names}
+_RENAMED = {"open": "open_result"}
 
 __all__ = [
-    "Body",
-    "Case",
-    "CaseError",
-    "Constant",
-    "Contact",
-    "ContactPair",
-    "Drive",
-    "EnergyAbort",
-    "Expect",
-    "ExpectationFailed",
-    "FamilyCrease",
-    "Fault",
-    "ForceElement",
-    "Friction",
-    "FsmError",
-    "PlateGroup",
-    "LinearCrease",
-    "Load",
-    "LoadedCase",
-    "Material",
-    "NotConverged",
-    "Plate",
-    "Ramp",
-    "Save",
-    "Scene",
-    "Solution",
-    "Solve",
-    "SplineCrease",
-    "Strip",
-    "Surface",
-    "Table",
-    "TableCase",
-    "__version__",
-    "compile_scene",
-    "load_case",
-    "load_table",
-    "read_solution",
-    "run_case",
-    "run_table",
-    "simulate",
-]
+    "BarSection", "Body", "CannotWrite", "Case", "CaseCheck", "CaseError", "Channel", "ChannelInfo", "Constant", "Contact",
+    "ContactPair", "Curve", "Cycle", "Dim", "Drive", "EnergyAbort", "Expect", "ExpectationFailed", "FamilyCrease", "Fault",
+    "ForceElement", "Friction", "FsmError", "HingeJoint", "Lattice", "Layout", "LinearCrease", "Load", "LoadedCase",
+    "Material", "Membrane", "Model", "NotConverged", "NotInResult", "Obstacle", "Picture", "Plate", "PlateGroup",
+    "PointForce", "PointSupport", "Ramp", "Record", "Release", "Result", "Save", "Scene", "SceneBeam", "SceneCable",
+    "SceneFilm", "SceneFrame", "SceneSeam", "Scissor", "Series", "Solution", "Solve", "SplineCrease", "Step", "Stop",
+    "Strip", "Surface", "Table", "TableCase", "Tension", "Vibration", "__version__", "compile_scene", "load", "load_case",
+    "load_table", "open", "read_solution", "run_case", "run_table", "simulate",
+]  # fmt: skip
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> object:
     if name == "__version__":
-        value: Any = import_module("fsm.version").fsm_version()
-    elif name in _MODULES:
-        value = getattr(import_module(_MODULES[name]), name)
+        value: object = _import_module("fsm.version").fsm_version()
+    elif name in _HOME:
+        value = getattr(_import_module(_HOME[name]), _RENAMED.get(name, name))
     else:
         raise AttributeError(f"module 'fsm' has no attribute {name!r}")
     globals()[name] = value
@@ -108,4 +106,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted(__all__)

@@ -4,21 +4,19 @@ from __future__ import annotations
 
 import errno
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Any, NoReturn, TypeVar
+from typing import Any, NoReturn
 
 import click
 
+from fsm.cli_options import Command, add_source, debug_option, debugging, out_folder, set_option
 from fsm.errors import CaseError, ExpectationFailed, FsmError, is_interrupt
 from fsm.gc_startup import imports_outside_gc, plain_matplotlib, skip_final_gc
 from fsm.interrupts import ignore_repeated_interrupts
 from fsm.threads import one_thread
 
 __all__ = ["cli", "main"]
-
-Command = TypeVar("Command", bound=Callable[..., Any])
 
 EXIT_CODES = """
 Exit codes: 0 done; 1 internal error; 2 wrong usage or case file; 3 not converged; 4 a number outside [expect];
@@ -49,7 +47,7 @@ class Group(click.Group):
             if is_interrupt(error):
                 _end(["interrupted"], 130)
             _trace(ctx)
-            hint = "" if _debugging(ctx) else "; repeat the command with --debug and report its output to the developers"
+            hint = "" if debugging(ctx) else "; repeat the command with --debug and report its output to the developers"
             text = " ".join(str(error).split())
             _end([f"internal error: {type(error).__name__}: {text}{hint}"], 1)
 
@@ -65,12 +63,8 @@ def _end(lines: list[str], code: int) -> NoReturn:
     raise click.exceptions.Exit(code)
 
 
-def _debugging(ctx: click.Context) -> bool:
-    return bool(ctx.meta.get("fsm.debug"))
-
-
 def _trace(ctx: click.Context) -> None:
-    if _debugging(ctx):
+    if debugging(ctx):
         import traceback
 
         click.echo(traceback.format_exc(), err=True)
@@ -79,23 +73,6 @@ def _trace(ctx: click.Context) -> None:
 def _file_error(error: OSError) -> str:
     reason = error.strerror or str(error)
     return f"{error.filename}: {reason}" if error.filename else reason
-
-
-def _debug(ctx: click.Context, parameter: click.Parameter, value: bool) -> None:
-    if value:
-        ctx.meta["fsm.debug"] = True
-
-
-def debug_option(command: Command) -> Command:
-    """Add ``--debug``."""
-    text = "Show the traceback of an error."
-    return click.option("--debug", is_flag=True, expose_value=False, callback=_debug, help=text)(command)
-
-
-def set_option(command: Command) -> Command:
-    """Add ``--set``."""
-    text = 'Override a value, e.g. strip.fold_angle="75 deg"; the value none removes the key.'
-    return click.option("--set", "overrides", multiple=True, metavar="PATH=VALUE", help=text)(command)
 
 
 def spatial_option(command: Command) -> Command:
@@ -154,7 +131,7 @@ def run(
     from fsm.scene.load_case import load_case
 
     loaded = load_case(case, [*overrides, *_solve_overrides(spatial, method)])
-    folder = _out_folder(out)
+    folder = out_folder(out)
 
     with imports_outside_gc(), plain_matplotlib():
         from fsm.run import run_case
@@ -165,10 +142,13 @@ def run(
     except ExpectationFailed:  # the run itself is complete and its files are written
         if not quiet:
             from fsm.results.summary_file import SUMMARY, read_summary
+            from fsm.summary_text import summary_lines
 
             _say(summary_lines(read_summary(folder / SUMMARY), folder))
         raise
     if not quiet:
+        from fsm.summary_text import summary_lines
+
         _say(summary_lines(summary, folder))
 
 
@@ -196,7 +176,7 @@ def table(
     """
     from fsm.table import failures, format_comparison, format_table, run_table
 
-    folder = _out_folder(out)
+    folder = out_folder(out)
     rows = run_table(table, folder, overrides, workers, resume, method, progress=not quiet)
     if not quiet:
         click.echo(format_table(rows))
@@ -262,7 +242,7 @@ def plot(result: str, out: str | None, channels: tuple[str, ...], over_time: boo
 
     if over_time and not channels:
         raise click.UsageError("--over-time is for --channel only")
-    folder = Path(result).parent if out is None else _out_folder(out)
+    folder = Path(result).parent if out is None else out_folder(out)
     solution = read_solution(Path(result))
     folder.mkdir(parents=True, exist_ok=True)
 
@@ -323,7 +303,7 @@ def calibrate(
     """
     import importlib
 
-    folder = _out_folder(out)
+    folder = out_folder(out)
     module, function = CALIBRATIONS[kind].split(":")
 
     with imports_outside_gc():
@@ -351,93 +331,8 @@ def warmup() -> None:
     compile_ahead()
 
 
-@contextmanager
-def add_source(source: str) -> Iterator[None]:
-    """Add the name of the case file to faults from the compiler, which has no access to this name."""
-    try:
-        yield
-    except CaseError as error:
-        if error.source or not all(fault.path for fault in error.faults):
-            raise
-        raise CaseError(error.faults, source) from error
-
-
 def _solve_overrides(spatial: bool, method: str | None) -> list[str]:
     return [*(["solve.spatial=true"] if spatial else []), *([f"solve.method={method}"] if method else [])]
-
-
-def _out_folder(out: str) -> Path:
-    """Folder for results; it is not created here."""
-    if not out.strip():
-        text = f'"{out}" is not the name of a folder; give a name, or . for the current folder'
-        raise click.BadParameter(text, param_hint="--out")
-    folder = Path(out)
-    if folder.exists() and not folder.is_dir():
-        raise click.BadParameter(f"{out} is a file; give the name of a folder", param_hint="--out")
-    return folder
-
-
-def summary_lines(summary: Mapping[str, Any], folder: Path) -> list[str]:
-    """Lines printed after a run: peak, stages, warnings and the folder of the files."""
-    lines = []
-    if summary.get("frequency_hz") is not None:
-        lines.append(
-            f"frequency   {summary['frequency_hz']:.5g} Hz by fit, {summary['frequency_fft_hz']:.5g} Hz by FFT "
-            f"(resolution {summary['frequency_resolution_hz']:.3g} Hz)"
-        )
-        lines.append(f"decay       {summary['decay_rate']:.4g} 1/s, damping ratio {summary['damping_ratio']:.3g}")
-    for name in ("center", "patch"):
-        if summary.get(f"amplitude_{name}") is not None:
-            lines.append(f"amplitude   {1e3 * summary[f'amplitude_{name}']:.4g} mm at the {name}")
-    if summary.get("modes_hz"):
-        lines.append(f"modes       {', '.join(f'{f:.4g}' for f in summary['modes_hz'][:6])} ... Hz")
-    if summary.get("tension_state"):
-        state = summary["tension_state"]
-        lines.append(
-            f"tension     {1e-6 * state['smallest_stress']:.4g} to {1e-6 * state['largest_stress']:.4g} MPa, "
-            f"{100 * state['slack_fraction']:.3g} % slack"
-        )
-    lines += _step_lines(summary.get("step", ()))
-    turns = any(step.get("drive", "").endswith("(turn)") for step in summary.get("step", ()))
-    unit, way = ("N m", "mrad of turn") if turns else ("N", "mm of travel")
-    if summary.get("peak_force"):
-        lines.append(
-            f"peak force  {summary['peak_force']:.4g} {unit} at {summary['peak_travel'] * 1e3:.2f} {way}"
-            f" ({summary.get('peak_kind', 'quasi-static')})"
-        )
-    magnitude = summary.get("largest_magnitude")
-    if magnitude is not None and magnitude > summary.get("peak_force", 0.0):
-        at = summary["largest_magnitude_travel"] * 1e3
-        lines.append(f"            -{magnitude:.4g} {unit} at {at:.2f} {way} (largest magnitude)")
-    if summary.get("dynamic_peak_force") is not None and summary.get("peak_kind") != "dynamic":
-        at = summary["dynamic_peak_travel"] * 1e3
-        lines.append(f"dynamic     {summary['dynamic_peak_force']:.4g} {unit} at {at:.2f} {way} (dynamic peak)")
-    for stage in summary.get("stages", ()):
-        lines.append(
-            f"stage       {stage['name']} from {stage['travel'] * 1e3:.2f} {way}, force {stage['force']:.4g} {unit}"
-        )
-    lines += [f"warning     {text}" for text in summary.get("warnings", ())]
-    lines.append(f"results     {folder}")
-    return lines
-
-
-def _step_lines(steps: Sequence[dict[str, Any]]) -> list[str]:
-    """One line for each step of a case with `[[step]]`; no lines for other cases."""
-    if {step["name"] for step in steps} <= {"start", "hold", "deploy", "vibrate"}:
-        return []
-    lines = []
-    for step in steps:
-        text = f"step        {step['name']}: {step['kind']}, until {step['end_time']:.4g} s"
-        if step.get("peak_force"):
-            unit = "N m" if step["drive"].endswith("(turn)") else "N"
-            text += f", peak force {step['peak_force']:.4g} {unit}"
-        for point in step.get("limit_points", ()):
-            found = [f"{load['size']:.4g} N at {1e3 * load['displacement']:.4g} mm" for load in point["loads"].values()]
-            text += f", limit point {', '.join(found)}"
-        if "frequencies_hz" in step:
-            text += f", {', '.join(f'{f:.4g}' for f in step['frequencies_hz'][:6])} Hz"
-        lines.append(text)
-    return lines
 
 
 def main() -> None:

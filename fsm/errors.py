@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 __all__ = [
     "CannotWrite", "CaseError", "EnergyAbort", "ExpectationFailed", "Fault", "FsmError", "NotConverged", "is_interrupt",
@@ -32,10 +32,14 @@ class Fault:
         Dotted path of the wrong key, e.g. ``strip.thickness``.
     message : str
         Value with its unit, bound and remedy, in one line.
+    value : value as given; None if it is missing or unknown
+    unit : SI unit of the quantity; empty if it has none
     """
 
     path: str
     message: str
+    value: object = field(default=None, compare=False, repr=False)
+    unit: str = field(default="", compare=False, repr=False)
 
     def __str__(self) -> str:
         return f"{self.path}: {self.message}" if self.path else self.message

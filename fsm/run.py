@@ -37,7 +37,12 @@ ENDING = 30.0
 
 
 def run_case(
-    loaded: LoadedCase, out: Path, *, progress: bool | Callable[[float], None] = True, resume: bool = False
+    loaded: LoadedCase,
+    out: Path,
+    *,
+    progress: bool | Callable[[float], None] = True,
+    resume: bool = False,
+    figures: bool = True,
 ) -> dict[str, Any]:
     """Run a case and write result.h5, summary.json, curves as CSV and plots into `out`.
 
@@ -56,6 +61,8 @@ def run_case(
         Restart from the last checkpoint in `out` if it belongs to the same case. The result is the same to the last bit;
         only the times in the summary cover the last part alone. If the case is already solved, only curves and plots are
         written. If the files belong to another case, the run starts from the beginning and reports it with the progress.
+    figures : bool
+        Whether to draw figures.
 
     Returns
     -------
@@ -76,11 +83,16 @@ def run_case(
         The run was interrupted; a checkpoint was written.
     """
     with locked_folder(out, wait=ENDING if resume else 0.0):
-        return run_in_locked_folder(loaded, Path(out), progress=progress, resume=resume)
+        return run_in_locked_folder(loaded, Path(out), progress=progress, resume=resume, figures=figures)
 
 
 def run_in_locked_folder(
-    loaded: LoadedCase, out: Path, *, progress: bool | Callable[[float], None] = True, resume: bool = False
+    loaded: LoadedCase,
+    out: Path,
+    *,
+    progress: bool | Callable[[float], None] = True,
+    resume: bool = False,
+    figures: bool = True,
 ) -> dict[str, Any]:
     """Run a case as `run_case` does, for a caller that already holds the lock on `out`."""
     _, faults = load_extensions(loaded.case.extensions, loaded.path.parent)  # another process may have read the case
@@ -91,12 +103,12 @@ def run_in_locked_folder(
 
         check_patterns(loaded.case, str(loaded.path))
     if loaded.case.stages:
-        summary = _run_stages(loaded, out, progress, resume)
+        summary = _run_stages(loaded, out, progress, resume, figures)
     else:
         begun, warnings = _clocks(), list[str]()
         with report_compilation(progress, _title(loaded), jit):
             analysis = analysis_of(loaded.case, str(loaded.path), warnings)
-        summary = _run_analysis(loaded, analysis, out, progress, resume, warnings, begun).summary
+        summary = _run_analysis(loaded, analysis, out, progress, resume, figures, warnings, begun).summary
     failed = missed_expectations(loaded.case, summary)
     if failed:
         raise ExpectationFailed("\n".join(failed))
@@ -109,6 +121,7 @@ def _run_analysis(
     out: Path,
     progress: bool | Callable[[float], None],
     resume: bool,
+    figures: bool,
     warnings: list[str],
     begun: tuple[float, float],
 ) -> Solution:
@@ -116,7 +129,7 @@ def _run_analysis(
     solution = _solved(loaded, out, progress) if resume else None
     if solution is not None:
         remove_partial_files(out)
-        _write(solution, out)
+        _write(solution, out, figures)
         return solution
     with report_compilation(progress, _title(loaded), jit):
         analysis.initialise(warnings)
@@ -129,12 +142,12 @@ def _run_analysis(
         if not solve.warnings:
             raise
         raise type(error)(" ".join([f"{error}.", *(f"Warning: {text}." for text in solve.warnings)])) from error
-    _write(solution, out)
+    _write(solution, out, figures)
     return solution
 
 
 def _run_stages(
-    loaded: LoadedCase, out: Path, progress: bool | Callable[[float], None], resume: bool
+    loaded: LoadedCase, out: Path, progress: bool | Callable[[float], None], resume: bool, figures: bool
 ) -> dict[str, Any]:
     """Run the deployment and then the vibration of the deployed strip, each in its own folder; return both summaries."""
     from fsm.analyses.deployed import film_of_deployment
@@ -145,11 +158,11 @@ def _run_stages(
     begun, warnings = _clocks(), list[str]()
     with report_compilation(progress, _title(loaded), jit):
         deployment = analysis_of(case, source, warnings)
-    first = _run_analysis(loaded, deployment, out / "deploy", progress, resume, warnings, begun)
+    first = _run_analysis(loaded, deployment, out / "deploy", progress, resume, figures, warnings, begun)
     begun = _clocks()
     assert isinstance(deployment, Deployment)
     vibration = VibrationAnalysis(case, source, film_of_deployment(case, first, deployment.system))
-    second = _run_analysis(loaded, vibration, out / "vibrate", progress, resume, [], begun)
+    second = _run_analysis(loaded, vibration, out / "vibrate", progress, resume, figures, [], begun)
     summary = joined(first.summary, second.summary)
     write_summary(summary, out / SUMMARY)
     return summary
@@ -188,7 +201,7 @@ def _solved(loaded: LoadedCase, folder: Path, progress: bool | Callable[[float],
     return solution if solution.layout.provenance.get("fsm") == fsm_version() else None
 
 
-def _write(solution: Solution, out: Path) -> None:
+def _write(solution: Solution, out: Path, figures: bool) -> None:
     """Write curves and plots, and summary.json last, so that its presence means that the run is complete."""
     curve = solution.force_curve
     tables: dict[str, Callable[[Solution, Path], None] | None] = {
@@ -207,5 +220,6 @@ def _write(solution: Solution, out: Path) -> None:
             write(solution, out / name)
         else:  # of an earlier run in this folder
             (out / name).unlink(missing_ok=True)
-    draw(solution, out)
+    if figures:
+        draw(solution, out)
     write_summary(solution.summary, out / SUMMARY)

@@ -21,12 +21,13 @@ from fsm.calibrate.uncertainty import Estimate
 from fsm.errors import CaseError, FsmError
 from fsm.pool import run_jobs
 from fsm.scene.case import Case
+from fsm.short_repr import ShortRepr
 
 __all__ = ["Band", "linear_band", "sampled_band", "widen_band"]
 
 
-@dataclass(frozen=True)
-class Band:
+@dataclass(frozen=True, repr=False)
+class Band(ShortRepr):
     """Force curve with its uncertainty band.
 
     Attributes

@@ -26,7 +26,7 @@ import numpy as np
 from fsm.errors import CaseError, Fault
 from fsm.scene.csv_columns import cells_of, first_row_faults, heading, headings_of, number_in, separator_of, text_rows
 from fsm.scene.faults import unknown_key
-from fsm.scene.load_case import read_toml
+from fsm.scene.toml_file import read_toml
 from fsm.scene.units import did_you_mean, to_si, with_unit
 
 __all__ = ["BRANCHES", "MeasuredTable", "read_table"]

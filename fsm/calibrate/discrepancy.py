@@ -28,6 +28,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import nnls
 
+from fsm.short_repr import ShortRepr
+
 __all__ = ["LinearisedTest", "ParameterSpread", "parameter_spread"]
 
 _WHITE_NOISE = 0.4
@@ -61,8 +63,8 @@ class LinearisedTest:
     covariance: np.ndarray | None
 
 
-@dataclass(frozen=True)
-class ParameterSpread:
+@dataclass(frozen=True, repr=False)
+class ParameterSpread(ShortRepr):
     """Covariance of parameters from several tests.
 
     Attributes

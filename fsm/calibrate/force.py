@@ -26,7 +26,8 @@ from fsm.kernels import jit
 from fsm.plots.identification import TestPlot, plot_tests
 from fsm.progress import Progress
 from fsm.scene.case import Case
-from fsm.scene.load_case import load_case, read_toml
+from fsm.scene.load_case import load_case
+from fsm.scene.toml_file import read_toml
 from fsm.scene.units import to_si
 
 __all__ = ["calibrate_force", "force_test", "read_tests", "relative_misfit", "run_study"]

@@ -18,6 +18,7 @@ from fsm.scene.scene import Scene
 from fsm.segments.compile import compile_scene
 from fsm.segments.hysteresis import HysteresisGroup
 from fsm.segments.system import SegmentSystem
+from fsm.short_repr import ShortRepr
 from fsm.solve.newton import equilibrium
 from fsm.solve.static import follow
 
@@ -30,8 +31,8 @@ _START_ERROR = 1e-10
 """Largest relative effect of the derivatives of the first state on those at the peak."""
 
 
-@dataclass(frozen=True)
-class Response:
+@dataclass(frozen=True, repr=False)
+class Response(ShortRepr):
     """Force of the first drive along its travel.
 
     Attributes
@@ -47,8 +48,8 @@ class Response:
     jacobian: np.ndarray | None = None
 
 
-@dataclass(frozen=True)
-class PeakResponse:
+@dataclass(frozen=True, repr=False)
+class PeakResponse(ShortRepr):
     """Largest force (N), its travel (m), and its gradient (p,)."""
 
     force: float

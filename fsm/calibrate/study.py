@@ -9,8 +9,8 @@ from pydantic import Field, ValidationError, model_validator
 
 from fsm.errors import CaseError, Fault
 from fsm.scene.faults import dotted, unknown_key
-from fsm.scene.load_case import read_toml
 from fsm.scene.model import Model
+from fsm.scene.toml_file import read_toml
 from fsm.scene.units import Count, Force, Length, Number
 
 __all__ = ["MeasuredCurve", "Predict", "StudyPrior", "Study", "StudyParameter", "read_study"]

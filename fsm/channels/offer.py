@@ -16,6 +16,7 @@ from fsm.analyses.film import FilmMesh
 from fsm.results.channel import ChannelInfo, Dim
 from fsm.scene.case import Case
 from fsm.scene.scene import Scene
+from fsm.short_repr import ShortRepr
 from fsm.solve.run_io import SavedState
 
 __all__ = ["Model", "Offer", "State", "offers", "offers_of"]
@@ -45,8 +46,8 @@ class Model:
     analysis: Any = None
 
 
-@dataclass
-class State:
+@dataclass(repr=False)
+class State(ShortRepr):
     """Saved state of a run, at which channels are evaluated.
 
     Attributes

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fsm.short_repr import ShortRepr
+
 __all__ = ["ArrayMotion", "PointMotion", "asynchronism", "largest_differences"]
 
 Floats = NDArray[np.float64]
@@ -15,8 +17,8 @@ _PARALLEL = 1e-6
 """Largest difference of two unit vectors that count as parallel."""
 
 
-@dataclass(frozen=True)
-class PointMotion:
+@dataclass(frozen=True, repr=False)
+class PointMotion(ShortRepr):
     """Motion of all points in the plane of the array: (n, n_points, 2) arrays over time.
 
     Attributes
@@ -30,8 +32,8 @@ class PointMotion:
     acceleration: Floats
 
 
-@dataclass(frozen=True)
-class ArrayMotion:
+@dataclass(frozen=True, repr=False)
+class ArrayMotion(ShortRepr):
     """Motion of a scissor array.
 
     Attributes

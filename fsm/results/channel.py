@@ -14,6 +14,7 @@ import numpy as np
 
 from fsm.atomic_write import atomic_write
 from fsm.errors import Fault
+from fsm.short_repr import ShortRepr
 
 __all__ = ["AXES", "MOST_CHANNELS", "Channel", "ChannelInfo", "Dim", "extremes_of", "select_channels", "write_channels_csv"]
 
@@ -71,8 +72,8 @@ class ChannelInfo:
         return names
 
 
-@dataclass(frozen=True)
-class Channel:
+@dataclass(frozen=True, repr=False)
+class Channel(ShortRepr):
     """Channel with its values, (n_records, ...) array."""
 
     info: ChannelInfo

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fsm.results.film import Floats, Integers
+from fsm.short_repr import ShortRepr
 
 if TYPE_CHECKING:
     from fsm.solve.run_io import CurvePoint
@@ -19,8 +20,8 @@ MAX_POINTS = 4000
 """Approximate number of curve points in a results file, at most."""
 
 
-@dataclass(frozen=True)
-class ForceCurve:
+@dataclass(frozen=True, repr=False)
+class ForceCurve(ShortRepr):
     """Force curve in the order of time.
 
     Attributes

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from fsm.short_repr import ShortRepr
+
 __all__ = ["STATES", "Film", "Floats", "Integers", "ProbeSamples"]
 
 Floats = NDArray[np.float64]
@@ -16,8 +18,8 @@ STATES = ("taut", "wrinkled", "slack")
 """Names of the numbers in `Film.state`."""
 
 
-@dataclass(frozen=True)
-class Film:
+@dataclass(frozen=True, repr=False)
+class Film(ShortRepr):
     """Tensioned equilibrium of a film, about which it vibrates.
 
     Attributes
@@ -45,8 +47,8 @@ class Film:
     state: Integers
 
 
-@dataclass
-class ProbeSamples:
+@dataclass(repr=False)
+class ProbeSamples(ShortRepr):
     """Samples of the probes, which are denser in time than the records.
 
     Attributes

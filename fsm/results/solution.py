@@ -17,6 +17,7 @@ from fsm.results.channel import Channel, ChannelInfo
 from fsm.results.curve import ForceCurve
 from fsm.results.film import Film, Floats, Integers, ProbeSamples
 from fsm.results.step_data import LoadPath, StepModes
+from fsm.short_repr import ShortRepr
 
 __all__ = ["BEAM", "ENERGIES", "FILM", "LINE", "PAIRS", "Floats", "Integers", "Layout", "Record", "Solution"]
 
@@ -56,8 +57,8 @@ PAIRS: dict[str, tuple[str, str]] = {
 """Quantities of every contact pair in a record: unit and description. All but gap and energies are 0 without contact."""
 
 
-@dataclass
-class Record:
+@dataclass(repr=False)
+class Record(ShortRepr):
     """Saved state of the structure at one time.
 
     Attributes
@@ -110,8 +111,8 @@ class Record:
             self.program_time = self.time
 
 
-@dataclass(frozen=True)
-class Layout:
+@dataclass(frozen=True, repr=False)
+class Layout(ShortRepr):
     """Data of a run that are constant in time.
 
     Attributes
@@ -161,8 +162,8 @@ class Layout:
             raise CaseError(f"the case in this result is damaged: {error}") from None
 
 
-@dataclass
-class Solution:
+@dataclass(repr=False)
+class Solution(ShortRepr):
     """Complete result of a run: the fields of `Record` stacked over time, and data of the whole run.
 
     Attributes

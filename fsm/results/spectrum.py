@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
 
 from fsm.results.solution import Floats
+from fsm.short_repr import ShortRepr
 
 __all__ = ["DampedSinusoid", "Spectrum", "amplitude", "fit_damped_sinusoid", "high_lines", "spectrum"]
 
@@ -17,8 +18,8 @@ _BINS = 4.0
 """Half width, in bins, of the frequency range of the fit about the highest bin of the spectrum."""
 
 
-@dataclass(frozen=True)
-class Spectrum:
+@dataclass(frozen=True, repr=False)
+class Spectrum(ShortRepr):
     """Single-sided amplitude spectrum of a history without its mean.
 
     Attributes

@@ -13,6 +13,7 @@ import numpy as np
 from fsm.atomic_write import atomic_write
 from fsm.hdf5_checked import names_in, numbers_in
 from fsm.results.datasets import add_scale, set_description
+from fsm.short_repr import ShortRepr
 
 __all__ = [
     "LoadPath", "StepModes", "read_load_path", "read_step_modes", "write_load_path", "write_load_path_csv",
@@ -20,8 +21,8 @@ __all__ = [
 ]  # fmt: skip
 
 
-@dataclass(frozen=True)
-class StepModes:
+@dataclass(frozen=True, repr=False)
+class StepModes(ShortRepr):
     """Natural modes about the state at the end of a step.
 
     Attributes
@@ -84,8 +85,8 @@ def read_step_modes(file: Any) -> StepModes | None:
     return StepModes(**found)
 
 
-@dataclass(frozen=True)
-class LoadPath:
+@dataclass(frozen=True, repr=False)
+class LoadPath(ShortRepr):
     """Loads at all points of the arc-length paths of a run.
 
     Attributes

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from pydantic import ValidationError
 
 from fsm.errors import Fault
+from fsm.scene.case import Case
 from fsm.scene.schema import Place, locate, tags
 from fsm.scene.units import SYSTEMS, did_you_mean, parse_unit, unit_in, with_unit
 
@@ -29,7 +31,7 @@ def dotted(path: Sequence[str | int]) -> str:
 
 
 def faults_of(
-    error: ValidationError, data: Mapping[str, Any], prefix: Sequence[str | int], system: str
+    error: ValidationError, data: Mapping[str, Any], prefix: Sequence[str | int], system: str, whole: Any = Case
 ) -> list[Fault]:
     """Translate the errors of one section.
 
@@ -40,17 +42,20 @@ def faults_of(
         Complete case as read from its file.
     prefix : path of the section
     system : unit system of plain numbers
+    whole : model of the data
     """
     faults, renamed = [], set()
     details = error.errors(include_url=False)
     for detail in details[:_MOST_FAULTS]:
-        place, path = locate(data, [*prefix, *detail["loc"]])
+        place, path = locate(data, [*prefix, *detail["loc"]], whole)
         if detail["type"] == "extra_forbidden":
-            fault, meant = _extra(data, [*prefix, *detail["loc"][:-1]], path)
+            fault, meant = _extra(data, [*prefix, *detail["loc"][:-1]], path, whole)
             faults.append((detail["type"], fault))
             renamed.add((*path[:-1], meant))
         else:
-            faults.append((detail["type"], _translate(detail, place, path, system)))
+            value = None if detail["type"] == "missing" else detail["input"]
+            fault = replace(_translate(detail, place, path, system), value=value, unit=place.unit() if place else "")
+            faults.append((detail["type"], fault))
     if len(details) > _MOST_FAULTS:
         faults.append(("", Fault(dotted(prefix), f"and {len(details) - _MOST_FAULTS:,} more mistakes")))
     # one misspelt key gives one message, and not one about an unknown key and one about a missing key
@@ -64,9 +69,9 @@ def unknown_key(key: str, known: Sequence[str]) -> str:
     return f"unknown key{near}" if near else f"unknown key; allowed here: {', '.join(known)}"
 
 
-def _extra(data: Mapping[str, Any], section: Sequence[str | int], path: list[str | int]) -> tuple[Fault, str]:
+def _extra(data: Mapping[str, Any], section: Sequence[str | int], path: list[str | int], whole: Any) -> tuple[Fault, str]:
     """Fault of an unknown key, and the key that the user probably meant."""
-    place, _ = locate(data, section)
+    place, _ = locate(data, section, whole)
     key, known = str(path[-1]), place.keys() if place else []
     if place and any(key in model.model_fields for model in place.all_models()):
         tag = place.discriminator()

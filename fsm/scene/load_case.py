@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
-import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -14,7 +12,6 @@ from typing import Any, get_args
 from pydantic import TypeAdapter, ValidationError
 
 from fsm.errors import CaseError, Fault
-from fsm.input_file import read_failure, read_input_file
 from fsm.registry import BUILDERS, load_extensions
 from fsm.scene.case import Analysis, Case, Save, Solve, contact_of_strip
 from fsm.scene.checks import check_sections
@@ -23,28 +20,20 @@ from fsm.scene.expectations import expectation_faults
 from fsm.scene.faults import MOST_UNKNOWN, faults_of, unknown_key
 from fsm.scene.materials import FamilyCrease, SplineCrease
 from fsm.scene.membrane import Vibration
-from fsm.scene.overrides import apply_overrides, split_override
+from fsm.scene.overrides import Given, apply_overrides, split_override
 from fsm.scene.program_data import with_program
 from fsm.scene.scene import Scene
 from fsm.scene.sections import Sections
+from fsm.scene.toml_file import read_toml
 from fsm.scene.toml_text import case_text
 from fsm.scene.units import SYSTEMS
 
-__all__ = ["LoadedCase", "first_faults", "load_case", "read_case", "read_text", "read_toml"]
+__all__ = ["LoadedCase", "first_faults", "load_case", "load_tables", "read_case"]
 
-
-DEEPEST = 40
-"""Largest nesting depth of lists and sections; cases have fewer than ten levels."""
-_TOO_DEEP = f"lists or sections are nested more than {DEEPEST} levels deep; a case needs fewer than 10 levels"
-_MOST_TEXT = 16 * 2**20
-"""Largest size of a case file, bytes; enough for 50,000 bodies."""
 _MOST_ITEMS = 20
 """Number of faulty items of a list of sections after which the other items are not checked."""
 _MOST_FAULTS = 50
 """Largest number of messages about a case."""
-_WORD = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
-_LONG_KEY = re.compile(rf"(?<![\w-])(?:{_WORD}[ \t]*+\.[ \t]*+){{{DEEPEST}}}")
-"""Pattern of a dotted key that is nested too deep; the time of the parser grows with the square of its length."""
 
 
 @dataclass(frozen=True)
@@ -81,74 +70,54 @@ def load_case(path: str | Path, overrides: Sequence[str] = ()) -> LoadedCase:
     CaseError
         All faults of the file, of its crease data and of the overrides.
     """
-    data = read_toml(path)
     split = [split_override(text) for text in overrides]
-    faults = [item for item in split if isinstance(item, Fault)]
-    data, unknown = apply_overrides(data, [item for item in split if not isinstance(item, Fault)])
-    case, found = read_case(data, Path(path).parent)
-    faults += unknown + found
-    if faults or case is None:
-        raise CaseError(first_faults(faults), str(path))
-    return LoadedCase(case, case_text(case), Path(path))
+    return load_tables(
+        read_toml(path),
+        [item for item in split if not isinstance(item, Fault)],
+        Path(path),
+        [item for item in split if isinstance(item, Fault)],
+    )
 
 
-def read_toml(path: str | Path) -> dict[str, Any]:
-    """Tables of a TOML file.
+def load_tables(
+    tables: Mapping[str, Any],
+    values: Iterable[tuple[str, str | Given]],
+    path: Path,
+    faults: Sequence[Fault] = (),
+    label: str = "--set ",
+) -> LoadedCase:
+    """Check a case that is given as tables.
+
+    Parameters
+    ----------
+    tables : mapping
+        Tables from TOML.
+    values : iterable of (dotted path, value)
+        Values that are set in the tables; see `apply_overrides`.
+    path : Path
+        Case file, or its name in messages; names of data files are relative to its folder.
+    faults : sequence of Fault
+        Faults that are reported with those of the case.
+    label : str
+        Text in front of the paths of `values` in messages.
 
     Raises
     ------
     CaseError
-        The file does not exist, or it is not valid TOML; the message names the line.
+        All faults of the case.
     """
-    text = read_text(path)
-    if _LONG_KEY.search(text):
-        raise CaseError(_TOO_DEEP, str(path))
-    try:
-        data = tomllib.loads(text.replace("\r\n", "\n"))
-    except RecursionError:
-        raise CaseError(_TOO_DEEP, str(path)) from None
-    except ValueError as error:  # a number with thousands of digits also raises this
-        raise CaseError(_syntax_fault(str(error), text), str(path)) from None
-    if _depth_exceeds(data, DEEPEST):
-        raise CaseError(_TOO_DEEP, str(path))
-    return data
+    data, unknown = apply_overrides(tables, values, label)
+    case, found = read_case(data, path.parent)
+    found = [*faults, *unknown, *found]
+    if found or case is None:
+        raise CaseError(first_faults(found), str(path))
+    return LoadedCase(case, case_text(case), path)
 
 
 def first_faults(faults: Sequence[Fault]) -> list[Fault]:
     """First faults of a case, and the number of the others."""
     more = len(faults) - _MOST_FAULTS
     return list(faults) if more <= 0 else [*faults[:_MOST_FAULTS], Fault("", f"and {more:,} more mistakes")]
-
-
-def _depth_exceeds(data: object, most: int) -> bool:
-    """Whether lists and sections are nested deeper than `most` levels."""
-    level: list[object] = [data]
-    for _ in range(most):
-        level = [item for each in level for item in _below(each)]
-        if not level:
-            return False
-    return True
-
-
-def _below(item: object) -> Iterable[object]:
-    inner = item.values() if isinstance(item, dict) else item if isinstance(item, list) else ()
-    return [each for each in inner if isinstance(each, dict | list)]
-
-
-def read_text(path: str | Path) -> str:
-    """Text of a file.
-
-    Raises
-    ------
-    CaseError
-        The file cannot be read, or it is not UTF-8 text.
-    """
-    try:
-        return read_input_file(path, _MOST_TEXT).decode("utf-8-sig")
-    except (OSError, ValueError) as error:
-        if isinstance(error, UnicodeDecodeError):
-            raise CaseError(f"is not UTF-8 text (byte {error.start}); save it as UTF-8", str(path)) from None
-        raise CaseError(f"cannot read the file: {read_failure(error)}", str(path)) from None
 
 
 def read_case(data: Mapping[str, Any], folder: Path) -> tuple[Case | None, list[Fault]]:
@@ -420,16 +389,3 @@ def _from_family(crease: FamilyCrease, folder: Path, path: str) -> SplineCrease:
         unloading=None if back is None else tuple(back.tolist()),
         reversal=crease.reversal,
     )
-
-
-def _syntax_fault(message: str, text: str) -> Fault:
-    """Fault of a TOML syntax error, with line number, reason and the line itself."""
-    match = re.search(r"^(.*?) \(at line (\d+), column (\d+)\)$", message)
-    if match is None:
-        return Fault("", f"is not valid TOML: {message[:1].lower()}{message[1:]}")
-    what, number = match[1], int(match[2])
-    line = text.splitlines()[number - 1].strip() if number <= len(text.splitlines()) else ""
-    unquoted = "=" in line and (what == "Invalid value" or what.startswith("Expected newline"))
-    hint = "; put text and numbers with a unit in quotes" if unquoted else ""
-    shown = f" in `{line[:60]}`" if line else ""
-    return Fault(f"line {number}", f"{what[:1].lower()}{what[1:]}{shown}{hint}")

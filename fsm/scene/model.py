@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Annotated, Any
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from fsm.errors import CaseError
+
+if TYPE_CHECKING:
+    from pydantic._internal._model_construction import ModelMetaclass
+else:
+    ModelMetaclass = type(BaseModel)
 
 __all__ = ["Model", "Name"]
 
@@ -14,7 +21,35 @@ Name = Annotated[str, Field(min_length=1, max_length=100, pattern=r"^[^\x00-\x1f
 """Name of an object, without control characters, for messages, files and figures."""
 
 
-class Model(BaseModel):
+_MOST_SHOWN = 4
+"""Largest number of items of a list that the text of a model shows."""
+
+
+class _Items(int):
+    def __repr__(self) -> str:
+        return f"<{int(self)} items>"
+
+
+def _is_long(value: Any) -> bool:
+    """Whether a value is a list with many items or with sections."""
+    if not isinstance(value, tuple | dict):
+        return False
+    return len(value) > _MOST_SHOWN or any(isinstance(item, BaseModel) for item in value)
+
+
+class _Readable(ModelMetaclass):
+    """Class of the sections: faults of a section that is made in Python are reported as those of a case file."""
+
+    def __call__(cls, *args: Any, **keys: Any) -> Any:
+        try:
+            return super().__call__(*args, **keys)
+        except ValidationError as error:
+            from fsm.scene.faults import faults_of  # imports all sections
+
+            raise CaseError(faults_of(error, keys, (), "SI", cls), cls.__name__) from None
+
+
+class Model(BaseModel, metaclass=_Readable):
     """Frozen pydantic model that refuses unknown keys and non-finite numbers.
 
     Defaults are not validated, because they are in SI, whatever the unit system of the file.
@@ -26,6 +61,13 @@ class Model(BaseModel):
     def completed(cls, written: Mapping[str, Any]) -> Mapping[str, Any]:
         """Keys of the file, completed by keys that follow from them; sections override this method."""
         return written
+
+    def __repr_args__(self) -> Iterator[tuple[str | None, Any]]:
+        """Keys with another value than their default; a long list is shown by its number of items."""
+        for name, spec in type(self).model_fields.items():
+            value = getattr(self, name)
+            if spec.is_required() or value != spec.get_default(call_default_factory=True):
+                yield name, _Items(len(value)) if _is_long(value) else value
 
     @model_validator(mode="before")
     @classmethod

@@ -6,13 +6,21 @@ import copy
 import itertools
 import tomllib
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from fsm.errors import Fault
 from fsm.scene.faults import unknown_key
 from fsm.scene.schema import root
 
-__all__ = ["REMOVE", "apply_overrides", "check_path", "parse_value", "split_override"]
+__all__ = ["REMOVE", "Given", "apply_overrides", "check_path", "parse_value", "split_override"]
+
+@dataclass(frozen=True)
+class Given:
+    """Value from Python, which is set as it is; None removes the key."""
+
+    value: Any
+
 
 REMOVE = "none"
 """Value that removes a key or a section from the case: ``--set friction=none``."""
@@ -36,7 +44,7 @@ def parse_value(text: str) -> Any:
 
 
 def apply_overrides(
-    data: Mapping[str, Any], pairs: Iterable[tuple[str, str]], label: str = "--set "
+    data: Mapping[str, Any], pairs: Iterable[tuple[str, str | Given]], label: str = "--set "
 ) -> tuple[dict[str, Any], list[Fault]]:
     """Set values in a copy of a case.
 
@@ -44,7 +52,8 @@ def apply_overrides(
     ----------
     data : mapping
         Case as read from its file.
-    pairs : iterable of (path, text)
+    pairs : iterable of (path, value)
+        A text from the command line or a table is parsed by `parse_value`; a value in a `Given` is set as it is.
     label : str
         Text in front of the path of a fault.
 
@@ -92,7 +101,7 @@ def _no_such_place(known: list[str], is_list: bool, key: str | int, walked: str)
     return f"`{walked}` is a value and has no keys; remove the rest of the path"
 
 
-def _put(data: dict[str, Any], keys: list[str | int], text: str) -> str:
+def _put(data: dict[str, Any], keys: list[str | int], given: str | Given) -> str:
     """Set or remove one value in place; return a message if this is impossible, else an empty text."""
     here: Any = data
     for key, following in itertools.pairwise(keys):
@@ -104,7 +113,7 @@ def _put(data: dict[str, Any], keys: list[str | int], text: str) -> str:
         if not isinstance(here, list if isinstance(following, int) else dict):
             return f"the case has `{key} = {here!r}`, which is a value and has no keys"
     last = keys[-1]
-    if text.strip() == REMOVE:
+    if given.value is None if isinstance(given, Given) else given.strip() == REMOVE:
         if isinstance(here, dict):
             here.pop(last, None)
         elif isinstance(last, int) and last < len(here):
@@ -112,7 +121,7 @@ def _put(data: dict[str, Any], keys: list[str | int], text: str) -> str:
         return ""
     problem = _reach(here, last, None)
     if not problem:
-        here[last] = parse_value(text)
+        here[last] = given.value if isinstance(given, Given) else parse_value(given)
     return problem
 
 

@@ -86,7 +86,9 @@ def root(data: Mapping[str, Any]) -> Place:
     return Place(Case, data, {})
 
 
-def locate(data: Mapping[str, Any], location: Sequence[str | int]) -> tuple[Place | None, list[str | int]]:
+def locate(
+    data: Mapping[str, Any], location: Sequence[str | int], whole: Any = Case
+) -> tuple[Place | None, list[str | int]]:
     """Convert the location of a pydantic error to a place in a case.
 
     Parameters
@@ -95,6 +97,7 @@ def locate(data: Mapping[str, Any], location: Sequence[str | int]) -> tuple[Plac
         Case as read from its file.
     location : sequence
         Keys and indices, with the tag of the variant after each section with variants.
+    whole : model of the data
 
     Returns
     -------
@@ -103,7 +106,7 @@ def locate(data: Mapping[str, Any], location: Sequence[str | int]) -> tuple[Plac
     list
         Path as in the file: without tags, and without the index of a single value in place of a list.
     """
-    place: Place | None = root(data)
+    place: Place | None = Place(whole, data, {})
     path: list[str | int] = []
     chosen = False
     for key in location:

@@ -24,8 +24,9 @@ from pathlib import Path
 from typing import Any
 
 from fsm.errors import CaseError, Fault
-from fsm.scene.load_case import LoadedCase, first_faults, read_case, read_text, read_toml
+from fsm.scene.load_case import LoadedCase, first_faults, read_case
 from fsm.scene.overrides import apply_overrides, check_path, split_override
+from fsm.scene.toml_file import read_text, read_toml
 from fsm.scene.toml_text import case_text
 
 __all__ = ["COLLECTED", "OVERLAY", "STUDY", "TableCase", "load_reference", "load_table"]

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fsm.blocks import BlockMatrix
+from fsm.short_repr import ShortRepr
 from fsm.solve.equilibrium_step import Ending, Equilibrium, EquilibriumStep
 from fsm.solve.linear import LinearSolver
 from fsm.system import System
@@ -20,8 +21,8 @@ _AMPLITUDES = (1e-3, 3e-3, 1e-2, 3e-2, 1e-1)
 """Trial amplitudes of the critical mode, relative to the span."""
 
 
-@dataclass(frozen=True)
-class Critical:
+@dataclass(frozen=True, repr=False)
+class Critical(ShortRepr):
     """The softest mode of an equilibrium.
 
     Attributes

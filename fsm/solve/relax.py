@@ -25,6 +25,7 @@ import numpy as np
 
 from fsm.blocks import BlockMatrix
 from fsm.errors import NotConverged
+from fsm.short_repr import ShortRepr
 from fsm.solve.linear import LinearSolver
 from fsm.system import Linearised, System
 
@@ -59,8 +60,8 @@ _STALLED = 0.5
 """Ratio of successive Newton steps above which the iteration does not converge further."""
 
 
-@dataclass(frozen=True)
-class Relaxed:
+@dataclass(frozen=True, repr=False)
+class Relaxed(ShortRepr):
     """Stable equilibrium: configuration, iterations (with rejected steps), size of the last step."""
 
     q: np.ndarray

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fsm.short_repr import ShortRepr
 from fsm.solve.energy_balance import EnergyBalance
 from fsm.solve.restart_points import State
 from fsm.solve.status import Event, Outcome
@@ -17,8 +18,8 @@ from fsm.system import DriveState, Observation, PreviousState, System
 
 __all__ = ["InitialState", "CurvePoint", "SavedState", "Statistics", "AcceptedStep", "OutputRequest", "inertia_counts"]
 
-@dataclass(frozen=True)
-class SavedState:
+@dataclass(frozen=True, repr=False)
+class SavedState(ShortRepr):
     """Saved state: time (s), q, u, observation, and numbers of the energy balance (J).
 
     `before` is the state at the start of a quasi-static step; rates are differences from it. It is None in dynamics.
@@ -131,8 +132,8 @@ class OutputRequest:
     on_step: Callable[[AcceptedStep], None] | None
 
 
-@dataclass(frozen=True)
-class InitialState:
+@dataclass(frozen=True, repr=False)
+class InitialState(ShortRepr):
     """Initial state of a solve, or a restart point from which it continues.
 
     Attributes

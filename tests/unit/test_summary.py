@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 from fsm.analyses.deploy import _of_the_pull
-from fsm.cli import summary_lines
 from fsm.results.solution import Layout, Solution
 from fsm.results.store import read_solution
 from fsm.round_off import RoundOff
@@ -23,6 +22,7 @@ from fsm.solve.run_io import Statistics
 from fsm.solve.settings import Settings
 from fsm.solve.status import Event
 from fsm.summary import summary_of
+from fsm.summary_text import summary_lines
 
 
 def warned(

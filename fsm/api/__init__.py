@@ -1,0 +1,1 @@
+"""Python interface: cases, results and models as objects (docs/python.md)."""

@@ -1,0 +1,296 @@
+"""Results in Python: summary, force curve, channels, tables and figures."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator, Sequence
+from fnmatch import fnmatchcase
+from functools import cached_property
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from fsm.api.series import Series
+from fsm.api.tables import to_pandas, to_xarray
+from fsm.errors import FsmError
+from fsm.results.all_channels import all_channels
+from fsm.results.channel import Channel, select_channels
+from fsm.results.solution import Solution
+from fsm.results.store import read_solution
+from fsm.summary_text import summary_lines
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
+    from fsm.api.case import Case
+    from fsm.api.picture import Picture
+
+__all__ = ["Curve", "NotInResult", "Result", "open_result"]
+
+_FILE = "result.h5"
+_STAGES = ("deploy", "vibrate")
+_WILD = set("*?[")
+
+
+class NotInResult(FsmError, KeyError):
+    """Error of a quantity that the result does not have."""
+
+    exit_code = 2
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+
+class Curve(NamedTuple):
+    """Force curve: ``travel, force = result.force()``.
+
+    Attributes
+    ----------
+    travel : (n,) array, m; of a drive that turns, rad
+    force : (n,) array, N; of a drive that turns, N m
+
+    Examples
+    --------
+    >>> import fsm, numpy
+    >>> curve = fsm.Curve(numpy.array([0.0, 0.01]), numpy.array([0.0, 2.0]))
+    >>> float(curve.force.max())
+    2.0
+    """
+
+    travel: np.ndarray
+    force: np.ndarray
+
+    def __repr__(self) -> str:
+        return f"Curve({len(self.travel)} points, largest force {np.max(self.force, initial=-np.inf):.4g})"
+
+
+def open_result(result: str | Path) -> Result:
+    """Read the result of a run; ``fsm.open`` is this function.
+
+    Parameters
+    ----------
+    result : str or Path
+        Folder of a run, or its file result.h5 (of an unfinished run result.part.h5).
+
+    Raises
+    ------
+    CaseError
+        The file is missing, damaged, or of another version.
+
+    Examples
+    --------
+    >>> import fsm
+    >>> case = fsm.load("folding_cases/rotating_squares/case.toml").set("drive.0.travel", 0.14)
+    >>> folder = case.run().path  # doctest: +SKIP
+    >>> fsm.open(folder).force().force.max()  # doctest: +SKIP
+    """
+    return Result(Path(result))
+
+
+class Result:
+    """Result of a run.
+
+    Attributes
+    ----------
+    path : Path
+        Folder of the files. A folder of a run without `out` is removed with the result.
+    solution : Solution
+        All records as arrays in SI. A run of two stages has one for each stage, see `stages`.
+    summary : dict
+        Numbers of summary.json, SI.
+    stages : dict of Result
+        Results of the stages of a run, "deploy" and "vibrate"; empty for other runs.
+
+    Examples
+    --------
+    >>> import fsm
+    >>> result = fsm.load("folding_cases/rotating_squares/case.toml").set("drive.0.travel", 0.14).run()
+    >>> travel, force = result.force()
+    >>> round(float(travel[-1]), 6)
+    0.00014
+    >>> result["energy.creases"].unit
+    'J'
+    """
+
+    def __init__(self, path: Path, kept: tempfile.TemporaryDirectory[str] | None = None) -> None:
+        self._kept = kept
+        file = path / _FILE if path.is_dir() else path
+        self.path = file.parent
+        self.stages: dict[str, Result] = {}
+        if path.is_dir() and not file.is_file():
+            self.stages = {name: Result(path / name) for name in _STAGES if (path / name / _FILE).is_file()}
+            self.path = path
+        if self.stages:
+            self._solution: Solution | None = None
+            return
+        self._solution = read_solution(file)
+
+    @property
+    def solution(self) -> Solution:
+        """All records as arrays in SI."""
+        if self._solution is None:
+            stages = " or ".join(f'stages["{name}"]' for name in self.stages)
+            raise NotInResult(f"{self.path}: the run has two stages, each with its own solution; use {stages}")
+        return self._solution
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """Numbers of summary.json, SI."""
+        if self._solution is not None:
+            return self._solution.summary
+        from fsm.results.summary_file import SUMMARY, read_summary
+
+        return read_summary(self.path / SUMMARY)
+
+    @property
+    def case(self) -> Case:
+        """Case that was solved."""
+        from fsm.api.case import Case
+        from fsm.scene.toml_file import parse_toml
+
+        source = self._solution or next(iter(self.stages.values())).solution
+        name = str(self.path / _FILE)
+        return Case.from_tables(parse_toml(source.layout.case_text, name), Path(name))
+
+    @property
+    def time(self) -> np.ndarray:
+        """Times of the records, (n,), s."""
+        return self.solution.time
+
+    @property
+    def shape(self) -> np.ndarray:
+        """Corner points of all plates at the records, (n, n_plates, 4, 3), m."""
+        return self.solution.shape
+
+    @cached_property
+    def _channels(self) -> dict[str, Channel]:
+        return all_channels(self.solution)
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of all channels: recorded ones, drives, energies and contacts."""
+        return tuple(self._channels)
+
+    def __getitem__(self, name: str) -> Any:
+        """Channel by name, or dict of all channels that match a pattern such as ``"crease.*.moment"``.
+
+        Returns
+        -------
+        Series, or dict of Series
+
+        Raises
+        ------
+        NotInResult
+            No channel has this name. The message has similar names.
+        """
+        if name in self._channels:
+            return Series(self._channels[name], self.time)
+        if _WILD & set(name):
+            found = {key: Series(channel, self.time) for key, channel in self._channels.items() if fnmatchcase(key, name)}
+            if found:
+                return found
+        _, faults = select_channels(self._channels, [name])
+        raise NotInResult(f"{self.path}: {faults[0].message}; case.run(channels=...) records others")
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._channels
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._channels)
+
+    def __len__(self) -> int:
+        return len(self.solution)
+
+    def force(self, drive: int | str = 1, *, dynamic: bool = False) -> Curve:
+        """Force curve at the steps of the solver, as in force.csv.
+
+        Parameters
+        ----------
+        drive : int or str
+            Number of the drive, from 1, or its name.
+        dynamic : bool
+            Whether to give the points of snap-throughs and other motions instead of the quasi-static ones.
+
+        Raises
+        ------
+        NotInResult
+            The result does not have this drive.
+        """
+        names = self.solution.layout.drive_names
+        index = names.index(drive) if drive in names else drive - 1 if isinstance(drive, int) else -1
+        if not 0 <= index < len(names):
+            known = ", ".join(f'{k} "{name}"' for k, name in enumerate(names, 1))
+            text = f"the drives are {known}" if known else "the case has no drive; see result.channels for its quantities"
+            raise NotInResult(f"{self.path}: no drive {drive!r}; {text}")
+        curve = self.solution.force_curve
+        if curve.has_quasi_static:
+            curve = curve.select(curve.dynamic == dynamic)
+        return Curve(curve.travel[:, index], curve.force[:, index])
+
+    def to_xarray(self) -> xarray.Dataset:
+        """All channels and the shape over time, with units and coordinates; needs ``pip install fsm[tables]``."""
+        return to_xarray(self.solution)
+
+    def to_pandas(self, *patterns: str) -> pandas.DataFrame:
+        """Channels as columns, with the time (s) as index; needs ``pip install fsm[tables]``.
+
+        Parameters
+        ----------
+        patterns : patterns of channels; absent: all
+            Components of a vector are columns ``"joint.spring.force x"``. ``frame.attrs["units"]`` has the units.
+        """
+        names = None
+        if patterns:
+            names, faults = select_channels(self._channels, patterns, "to_pandas")
+            if faults:
+                raise NotInResult(f"{self.path}: {faults[0].message}")
+        return to_pandas(self.solution, names)
+
+    def plot(self, *what: str, out: str | Path | None = None) -> Picture:
+        """Figure of the result, which a notebook shows.
+
+        Parameters
+        ----------
+        what : str
+            Name of a figure of the run ("force", "motion", "energy", "contact", ...), or names and patterns of channels.
+            Absent: "force" with a drive, else the first figure of the run.
+        out : str or Path, optional
+            File to write, .png, .svg or .pdf.
+
+        Raises
+        ------
+        NotInResult
+            The result has no such figure or channel.
+        """
+        from fsm.api.picture import draw_picture
+
+        return draw_picture(self.solution, self.channels, what, None if out is None else Path(out), self.path)
+
+    def __str__(self) -> str:
+        return "\n".join(summary_lines(self.summary, self.path))
+
+    def __repr__(self) -> str:
+        return f"Result({str(self.path)!r}: {', '.join(self._numbers())})"
+
+    def _repr_html_(self) -> str:
+        rows = "".join(f"<tr><td style='text-align:left'>{escape(text)}</td></tr>" for text in self._numbers())
+        return f"<table><tr><th style='text-align:left'>{escape(str(self.path))}</th></tr>{rows}</table>"
+
+    def _numbers(self) -> Sequence[str]:
+        """Main numbers of the summary, in words."""
+        if self.stages:
+            return [f"stage {name}: {', '.join(stage._numbers())}" for name, stage in self.stages.items()]
+        summary, solution = self.summary, self.solution
+        parts = [f"{len(solution)} records to {solution.time[-1]:.4g} s"] if len(solution) else ["no record"]
+        if summary.get("peak_force"):
+            units = ("N m", "mrad") if solution.layout.turns() else ("N", "mm")
+            parts.append(f"peak {summary['peak_force']:.4g} {units[0]} at {1e3 * summary['peak_travel']:.4g} {units[1]}")
+        if summary.get("frequency_hz"):
+            parts.append(f"{summary['frequency_hz']:.4g} Hz")
+        if not summary:
+            parts.append("unfinished run")
+        count = len(summary.get("warnings", ()))
+        return [*parts, *([f"{count} warning{'s' if count > 1 else ''}"] if count else [])]

@@ -1,0 +1,60 @@
+"""Options and functions that commands share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, TypeVar
+
+import click
+
+from fsm.errors import CaseError
+
+__all__ = ["add_source", "debug_option", "debugging", "out_folder", "set_option"]
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+
+def debugging(ctx: click.Context) -> bool:
+    """Whether the option ``--debug`` is set."""
+    return bool(ctx.meta.get("fsm.debug"))
+
+
+def _debug(ctx: click.Context, parameter: click.Parameter, value: bool) -> None:
+    if value:
+        ctx.meta["fsm.debug"] = True
+
+
+def debug_option(command: Command) -> Command:
+    """Add ``--debug``."""
+    text = "Show the traceback of an error."
+    return click.option("--debug", is_flag=True, expose_value=False, callback=_debug, help=text)(command)
+
+
+def set_option(command: Command) -> Command:
+    """Add ``--set``."""
+    text = 'Override a value, e.g. strip.fold_angle="75 deg"; the value none removes the key.'
+    return click.option("--set", "overrides", multiple=True, metavar="PATH=VALUE", help=text)(command)
+
+
+@contextmanager
+def add_source(source: str) -> Iterator[None]:
+    """Add the name of the case file to faults from the compiler, which has no access to this name."""
+    try:
+        yield
+    except CaseError as error:
+        if error.source or not all(fault.path for fault in error.faults):
+            raise
+        raise CaseError(error.faults, source) from error
+
+
+def out_folder(out: str) -> Path:
+    """Folder for results; it is not created here."""
+    if not out.strip():
+        text = f'"{out}" is not the name of a folder; give a name, or . for the current folder'
+        raise click.BadParameter(text, param_hint="--out")
+    folder = Path(out)
+    if folder.exists() and not folder.is_dir():
+        raise click.BadParameter(f"{out} is a file; give the name of a folder", param_hint="--out")
+    return folder
