@@ -262,6 +262,40 @@ def plot(result: str, out: str | None, channels: tuple[str, ...], over_time: boo
         click.echo(str(path))
 
 
+@cli.command()
+@click.argument("results", metavar="RESULT...", nargs=-1, required=True)
+@click.option("--out", required=True, metavar="FILE.html", help="Page to write.")
+@click.option("--title", default="", metavar="TEXT", help="Title of the page; default: the title of the case.")
+@click.option("--channel", "channels", multiple=True, metavar="PATTERN", help="Include these channels in any case.")
+@debug_option
+def report(results: tuple[str, ...], out: str, title: str, channels: tuple[str, ...]) -> None:
+    """Write results as one interactive page that works offline: motion, curves, and tables.
+
+    RESULT is a results file, the folder of a run, or the folder of a table. Several results are compared.
+    """
+    with imports_outside_gc(), plain_matplotlib():
+        from fsm.report.write import write_report
+
+    click.echo(str(write_report(results, out, channels, title)))
+
+
+@cli.command()
+@click.argument("results", metavar="RESULT...", nargs=-1, required=True)
+@debug_option
+def view(results: tuple[str, ...]) -> None:
+    """Write the page of results into a temporary folder, and open it in the browser."""
+    import tempfile
+    import webbrowser
+
+    with imports_outside_gc(), plain_matplotlib():
+        from fsm.report.write import write_report
+
+    page = write_report(results, Path(tempfile.mkdtemp(prefix="fsm-view-")) / "report.html")
+    click.echo(str(page))
+    if not webbrowser.open(page.resolve().as_uri()):
+        click.echo("no browser was found; open the file above in a browser", err=True)
+
+
 CALIBRATIONS = {
     "crease": "fsm.calibrate.crease:calibrate_crease",
     "relaxation": "fsm.calibrate.relaxation:calibrate_relaxation",

@@ -1,0 +1,90 @@
+// Texts and tables of a result, and the comparison of several results.
+"use strict";
+
+function fillSections(result, parent, moveTo) {
+  parent.replaceChildren();
+  for (const section of result.sections) {
+    const box = element("section", { className: `card ${section.kind || ""}` }, element("h2", { textContent: section.title }));
+    if (section.rows) box.append(element("dl", {}, ...section.rows.flatMap(([label, text], k) => [
+      element("dt", { textContent: k && section.rows[k - 1][0] === label ? "" : label }), element("dd", { textContent: text }),
+    ])));
+    if (section.lines) box.append(element("ul", {}, ...section.lines.map((text) => element("li", { textContent: text }))));
+    if (section.table) box.append(table(section.head, section.table, section.times && ((row) => moveTo(section.times[row]))));
+    parent.append(box);
+  }
+}
+
+function table(head, rows, chosen) {
+  const body = element("tbody");
+  rows.forEach((row, k) => {
+    const cells = row.map((text) => element("td", { textContent: text }));
+    if (chosen && row.length) cells[0].replaceChildren(element("button", { className: "link", textContent: row[0], title: "Show this in the motion", onclick: () => chosen(k) }));
+    body.append(element("tr", {}, ...cells));
+  });
+  const top = element("thead", {}, element("tr", {}, ...head.map((text) => element("th", { scope: "col", textContent: text }))));
+  return element("div", { className: "wide" }, element("table", {}, top, body));
+}
+
+// Several results: overlaid curves, scatter, parallel coordinates, and a table.
+class Comparison {
+  constructor(page, data) {
+    Object.assign(this, { page, data });
+    page.comparison = this;
+    at("compare").hidden = false;
+    const label = (column) => `${column.name}${column.unit ? ` (${column.unit})` : ""}`;
+    this.numbers = data.columns.filter((column) => column.values.some((value) => typeof value === "number"));
+    for (const id of ["scatter-x", "scatter-y", "scatter-colour"]) {
+      at(id).append(...this.numbers.map((column, k) => element("option", { value: k, textContent: label(column) })));
+      at(id).onchange = () => this.draw();
+    }
+    const input = Math.max(0, this.numbers.findIndex((column) => column.input));
+    const output = Math.max(0, this.numbers.findIndex((column) => !column.input));
+    at("scatter-x").value = input;
+    at("scatter-y").value = output;
+    at("scatter-colour").value = output;
+    const rows = data.names.map((name, k) => [name, ...data.columns.map((column) => typeof column.values[k] === "number" ? shortNumber(column.values[k]) : column.values[k] ?? "")]);
+    at("compare-table").append(table(["result", ...data.columns.map(label)], rows, (k) => page.choose(k)));
+    page.curves.resultChosen = (k) => page.choose(k);
+    this.ready = unpackAll(data.overlay).then((overlay) => { this.overlay = overlay; this.draw(); });
+  }
+
+  draw() {
+    if (!this.overlay) return;
+    const colours = this.page.curves.colours(), { palette, maps } = this.page.data;
+    const font = { color: colours.text, size: 11, family: "system-ui, sans-serif" };
+    const base = { paper_bgcolor: colours.paper, plot_bgcolor: colours.paper, font, margin: { l: 60, r: 12, t: 14, b: 46 } };
+    const axis = (text) => ({ title: { text: plain(text) }, gridcolor: colours.grid, zerolinecolor: colours.grid, automargin: true });
+    const config = { responsive: true, displaylogo: false, modeBarButtons: MODEBAR };
+    const label = (column) => `${column.name}${column.unit ? ` (${column.unit})` : ""}`;
+    const choose = (box, of) => {
+      if (box.dataset.wired) return;
+      box.dataset.wired = "true";
+      box.on("plotly_click", (event) => { const k = of(event.points[0]); if (k !== undefined) this.page.choose(k); });
+    };
+
+    at("overlay-box").hidden = !this.overlay.length;
+    if (this.overlay.length) {
+      const traces = this.overlay.map((one, k) => ({
+        x: Array.from(one.travel), y: Array.from(one.y), name: plain(one.name), mode: "lines", hovertemplate: "%{y:.4g}", meta: one.result,
+        line: { width: 1.6, dash: DASHES[Math.floor(k / 7) % 4], color: palette[k % 7] === "#000000" ? colours.text : palette[k % 7] },
+      }));
+      const first = this.overlay[0];
+      Plotly.react(at("overlay"), traces, { ...base, xaxis: axis(first.travel_label), yaxis: axis(first.turns ? "moment (N m)" : "force (N)"), showlegend: traces.length < 25, legend: { font: { size: 10 } }, hovermode: "closest" }, config)
+        .then((box) => choose(box, (point) => point.data.meta));
+    }
+    if (this.numbers.length) {
+      const [x, y, c] = ["scatter-x", "scatter-y", "scatter-colour"].map((id) => this.numbers[Number(at(id).value)]);
+      const scatter = [{ x: x.values, y: y.values, text: this.data.names.map(plain), mode: "markers", hovertemplate: "%{text}<br>%{x:.5g}, %{y:.5g}<extra></extra>", marker: { size: 10, color: c.values, colorscale: "Viridis", showscale: true, colorbar: { title: { text: plain(label(c)), side: "right" }, thickness: 12 } } }];
+      Plotly.react(at("scatter"), scatter, { ...base, xaxis: axis(label(x)), yaxis: axis(label(y)), hovermode: "closest" }, config).then((box) => choose(box, (point) => point.pointIndex));
+      const chosen = this.numbers.slice(0, 12);
+      const known = (column) => column.values.filter((value) => typeof value === "number");
+      const dimensions = chosen.map((column) => {
+        const values = known(column), low = Math.min(...values), high = Math.max(...values);
+        return { label: plain(label(column)), values: column.values.map((value) => (typeof value === "number" ? value : low)), range: high > low ? [low, high] : [low - 1, high + 1] };
+      });
+      const line = { color: c.values.map((value) => value ?? 0), colorscale: maps.viridis.map((colour, k) => [k / (maps.viridis.length - 1), colour]) };
+      Plotly.react(at("parallel"), [{ type: "parcoords", dimensions, line, labelfont: { size: 11, color: colours.text }, tickfont: { size: 9, color: colours.text }, rangefont: { size: 9, color: colours.text }, labelangle: -12 }], { ...base, margin: { l: 60, r: 60, t: 90, b: 20 } }, config);
+    }
+    at("scatter-box").hidden = at("parallel-box").hidden = !this.numbers.length;
+  }
+}

@@ -1,0 +1,320 @@
+"""Curves of one result for the page: force, energies, contact map, channels of films and arrays, spectra."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from fsm.plots.energy import STACK
+from fsm.plots.marks import EVENTS, stage_colour, summary_with_stages
+from fsm.plots.style import COLOURS, energy_unit, rounded
+from fsm.report.packing import pack_doubles, pack_floats
+from fsm.results.array import asynchronism
+from fsm.results.quantities import touching_pairs
+from fsm.results.solution import Floats, Integers, Solution
+from fsm.results.spectrum import spectrum
+
+__all__ = ["curves_of", "decimated", "travel_scale"]
+
+MOST_POINTS = 3000
+"""Approximate largest number of points of a curve; the extremes of each interval are kept."""
+_MAP_PAIRS, _MAP_RECORDS = 60, 600
+_PROBES = 8
+
+
+def travel_scale(solution: Solution) -> tuple[str, float]:
+    """Label of the travel of the first drive and its factor from SI."""
+    return ("turn (deg)", 180.0 / np.pi) if solution.layout.turns() else ("travel (mm)", 1e3)
+
+
+def decimated(values: Sequence[Floats], limit: int = MOST_POINTS) -> Integers:
+    """Points of curves (n,) to keep: both ends, and the extremes of every curve in each interval."""
+    count = len(values[0])
+    if count <= limit:
+        return np.arange(count)
+    size = max(2, -(-2 * len(values) * count // limit))
+    keep = {0, count - 1}
+    for start in range(0, count, size):
+        for one in values:
+            part = np.nan_to_num(one[start : start + size])
+            keep |= {start + int(part.argmin()), start + int(part.argmax())}
+    return np.array(sorted(keep))
+
+
+def curves_of(solution: Solution) -> list[dict[str, Any]]:
+    """Plots of a result in their order on the page."""
+    makers = (
+        _force,
+        _load_path,
+        _energy,
+        _balance,
+        _contact_map,
+        _history,
+        _spectrum,
+        _modes,
+        _points,
+        _synchronism,
+        _stress,
+    )
+    return [plot for make in makers for plot in make(solution)]
+
+
+def _plot(
+    key: str,
+    title: str,
+    alt: str,
+    ylabel: str,
+    solution: Solution,
+    lines: Sequence[dict[str, Any]],
+    time: Floats,
+    travel: Floats | None,
+    **more: Any,
+) -> dict[str, Any]:
+    """Plot of lines over time or travel; each line is a dict with `name` and `y`."""
+    rows = decimated([line["y"] for line in lines])
+    data: dict[str, Any] = {
+        "key": key, "title": title, "alt": alt, "ylabel": ylabel, "time": pack_doubles(time[rows]), "rows": len(time),
+        "lines": [{**line, "y": pack_floats(line["y"][rows])} for line in lines], **more,
+    }  # fmt: skip
+    if travel is not None:
+        label, factor = travel_scale(solution)
+        data |= {"travel": pack_floats(factor * travel[rows]), "travel_label": label}
+    return data
+
+
+def _travel(solution: Solution) -> Floats | None:
+    return solution.travel[:, 0] if solution.travel.shape[1] else None
+
+
+def _force(solution: Solution) -> Iterator[dict[str, Any]]:
+    """Drive forces over travel, or contact forces over time without a drive."""
+    curve, layout = solution.force_curve, solution.layout
+    if not solution.travel.shape[1]:
+        pairs = touching_pairs(solution.pair_force)[: len(COLOURS) * 3]
+        lines = [_line(layout.pair_names[k], solution.pair_force[:, k], k) for k in pairs]
+        if lines:
+            alt = f"Normal forces of {len(pairs)} contact pairs over time; largest {rounded(solution.pair_force.max())} N."
+            yield _plot("force", "Contact forces", alt, "normal force (N)", solution, lines, solution.time, None)
+        return
+    quasi_static = curve.has_quasi_static
+    lines = []
+    for k in range(curve.force.shape[1]):
+        name = layout.drive_names[k] if k < len(layout.drive_names) else f"drive {k + 1}"
+        force = np.where(curve.dynamic, np.nan, curve.force[:, k]) if quasi_static else curve.force[:, k]
+        lines.append(_line(name, force, k))
+        if quasi_static and curve.dynamic.any():
+            edges = np.flatnonzero(np.diff(curve.dynamic.astype(int)))
+            moving = curve.dynamic.copy()
+            moving[edges], moving[edges + 1] = True, True
+            lines.append({"name": f"{name}, dynamic", "y": np.where(moving, curve.force[:, k], np.nan), "thin": True})
+    summary = summary_with_stages(solution)
+    unit = "N m" if layout.turns() else "N"
+    factor = travel_scale(solution)[1]
+    marks = [_mark("peak", summary["peak_travel"], summary["peak_force"], factor, unit)]
+    for event in summary.get("events", ()):
+        label = EVENTS.get(event["kind"], ("", event["kind"]))[1]
+        marks.append(_mark(label, event["travel"], event["force"], factor, unit))
+    begins = [factor * float(stage["travel"]) for stage in summary["stages"]]
+    ends = [*begins[1:], factor * float(curve.travel[:, 0].max())]
+    stages = [
+        {"name": str(stage["name"]), "from": begin, "to": end, "colour": stage_colour(stage)}
+        for stage, begin, end in zip(summary["stages"], begins, ends, strict=True)
+    ]
+    alt = (
+        f"Force of {len(layout.drive_names)} drive(s) over travel; peak {rounded(summary['peak_force'])} {unit} at "
+        f"{rounded(factor * summary['peak_travel'])} {travel_scale(solution)[0][-3:].strip(' ()')}."
+    )
+    finite = curve.force[~curve.dynamic] if quasi_static else curve.force
+    limits = [float(np.nanmin(finite)), float(np.nanmax(finite))]
+    yield _plot(
+        "force", "Moment over turn" if layout.turns() else "Force over travel", alt,
+        f"{'moment' if layout.turns() else 'force'} ({unit})", solution, lines, curve.time, curve.travel[:, 0],
+        marks=marks, stages=stages, limits=limits if quasi_static and curve.dynamic.any() else None,
+    )  # fmt: skip
+
+
+def _mark(name: str, travel: float, force: float, factor: float, unit: str) -> dict[str, Any]:
+    return {"name": name, "x": factor * float(travel), "y": float(force), "text": f"{name}: {rounded(force)} {unit}"}
+
+
+def _line(name: str, values: Floats, number: int) -> dict[str, Any]:
+    return {"name": name, "y": np.asarray(values, dtype=float), "colour": number}
+
+
+def _load_path(solution: Solution) -> Iterator[dict[str, Any]]:
+    """Loads over their displacements on paths by arc length."""
+    path = solution.load_path
+    if path is None:
+        return
+    lines = [
+        {"name": name, "x": pack_floats(1e3 * path.way[:, k]), "y": pack_floats(path.size[:, k]), "colour": k}
+        for k, name in enumerate(path.names)
+    ]
+    yield {
+        "key": "load", "title": "Load over displacement (arc length)", "ylabel": "load (N or N m)", "lines": lines,
+        "xlabel": "displacement along the load (mm), or rotation (mrad)",
+        "alt": f"Load-displacement path of {len(path.names)} load(s) with {len(path.time)} points.",
+    }  # fmt: skip
+
+
+def _energy(solution: Solution) -> Iterator[dict[str, Any]]:
+    """Energy changes since the start, stacked, and the work."""
+    if len(solution) < 2:
+        return
+    changes = {name: solution.energy[name] - solution.energy[name][0] for name in STACK}
+    work = solution.energy["work"] - solution.energy["work"][0]
+    factor, unit = energy_unit(np.concatenate([*changes.values(), work]))
+    lines = [
+        {"name": label, "y": factor * changes[name], "css": colour, "stack": True}
+        for name, (label, colour) in STACK.items()
+        if np.any(changes[name] != 0.0)
+    ]
+    if not lines:
+        return
+    lines.append({"name": "work", "y": factor * work, "dash": True})
+    alt = f"Energy changes since the start; work at the end {rounded(factor * work[-1])} {unit}."
+    yield _plot(
+        "energy", "Energies since the start", alt, f"energy ({unit})", solution, lines, solution.time, _travel(solution)
+    )
+
+
+def _balance(solution: Solution) -> Iterator[dict[str, Any]]:
+    """Energy balance residual."""
+    residual = solution.energy["error"]
+    if len(solution) < 2 or not np.any(residual):
+        return
+    factor, unit = energy_unit(residual)
+    largest = float(np.abs(residual).max())
+    alt = f"Energy balance residual; largest magnitude {rounded(factor * largest)} {unit}."
+    lines = [_line("energy balance residual", factor * residual, 1)]
+    title = "Energy balance residual"
+    yield _plot("balance", title, alt, f"residual ({unit})", solution, lines, solution.time, _travel(solution))
+
+
+def _contact_map(solution: Solution) -> Iterator[dict[str, Any]]:
+    """Normal force of every pair that touches, as colours over time or travel."""
+    pairs = touching_pairs(solution.pair_force)
+    if not pairs:
+        return
+    shown = sorted(sorted(pairs, key=lambda k: -float(solution.pair_force[:, k].max()))[:_MAP_PAIRS])
+    rows = np.unique(np.linspace(0, len(solution) - 1, min(len(solution), _MAP_RECORDS)).astype(np.int64))
+    force = solution.pair_force[rows][:, shown].T
+    names = [solution.layout.pair_names[k] for k in shown]
+    label, factor = travel_scale(solution)
+    data: dict[str, Any] = {
+        "key": "contact", "title": "Contact map", "kind": "map", "names": names, "values": pack_floats(force),
+        "time": pack_doubles(solution.time[rows]), "ylabel": "normal force (N)",
+        "note": "" if len(shown) == len(pairs) else f"{len(shown)} of {len(pairs)} pairs, those with the largest forces.",
+        "alt": f"Normal forces of {len(shown)} contact pairs; largest {rounded(float(force.max()))} N.",
+    }  # fmt: skip
+    travel = _travel(solution)
+    if travel is not None:
+        data |= {"travel": pack_floats(factor * travel[rows]), "travel_label": label}
+    yield data
+
+
+def _history(solution: Solution) -> Iterator[dict[str, Any]]:
+    """Displacement of the probes of a film."""
+    film, samples = solution.layout.film, solution.samples
+    if film is None or len(samples.time) < 2:
+        return
+    lines = [_line(name, 1e3 * samples.displacement[:, k, 2], k) for k, name in enumerate(film.probe_names[:_PROBES])]
+    largest = max(float(np.abs(line["y"]).max()) for line in lines)
+    alt = f"Displacement normal to the film of {len(lines)} probe(s); largest {rounded(largest)} mm."
+    title = "Displacement of the probes"
+    yield _plot("history", title, alt, "normal displacement (mm)", solution, lines, samples.time, None)
+
+
+def _spectrum(solution: Solution) -> Iterator[dict[str, Any]]:
+    """Amplitude spectra of the probes after the load, and the natural frequencies."""
+    film, samples = solution.layout.film, solution.samples
+    if film is None or len(samples.time) < 16:
+        return
+    end = float(solution.summary.get("free_from") or 0.0)
+    begin = int(np.searchsorted(samples.time, end))
+    if len(samples.time) - begin < 8:
+        return
+    highest = 1.2 * float(np.abs(film.frequency).max(initial=0.0)) or np.inf
+    lines = []
+    for k, name in enumerate(film.probe_names[:_PROBES]):
+        found = spectrum(samples.time[begin:], 1e3 * samples.displacement[begin:, k, 2])
+        use = (found.frequency > 0.0) & (found.frequency <= highest)
+        keep = np.flatnonzero(use)[decimated([found.amplitude[use]])] if use.any() else np.zeros(0, dtype=np.int64)
+        lines.append(
+            {"name": name, "x": pack_floats(found.frequency[keep]), "y": pack_floats(found.amplitude[keep]), "colour": k}
+        )
+    yield {
+        "key": "spectrum", "title": "Spectrum", "lines": lines, "xlabel": "frequency (Hz)",
+        "ylabel": "amplitude (mm)", "log": True,
+        "verticals": [float(f) for f in film.frequency if f > 0.0],
+        "alt": f"Amplitude spectra of {len(lines)} probe(s), with {len(film.frequency)} natural frequencies as ticks.",
+    }  # fmt: skip
+
+
+def _modes(solution: Solution) -> Iterator[dict[str, Any]]:
+    """Natural frequencies of a film and of steps as bars; a bar selects its mode in the player."""
+    groups: list[tuple[str, Floats]] = []
+    if solution.layout.film is not None and len(solution.layout.film.frequency):
+        groups.append(("film", solution.layout.film.frequency))
+    if solution.modes is not None:
+        for step in np.unique(solution.modes.step).tolist():
+            names = solution.layout.step_names
+            label = names[step - 1] if 0 < step <= len(names) else f"step {step}"
+            groups.append((label, solution.modes.frequency[solution.modes.step == step]))
+    if groups:
+        lines = [
+            {"name": name, "x": list(range(1, len(f) + 1)), "y": f.tolist(), "colour": k}
+            for k, (name, f) in enumerate(groups)
+        ]
+        yield {
+            "key": "modes", "title": "Natural frequencies", "kind": "bars", "lines": lines, "xlabel": "mode",
+            "ylabel": "frequency (Hz); negative: unstable",
+            "alt": "Natural frequencies: " + ", ".join(f"{f:.4g}" for f in groups[0][1][:10]) + " Hz.",
+        }  # fmt: skip
+
+
+def _points(solution: Solution) -> Iterator[dict[str, Any]]:
+    """Displacements of the upper points of a scissor array."""
+    array = solution.array
+    if array is None:
+        return
+    lines = []
+    for number, name in enumerate(array.upper[:_PROBES]):
+        k = array.point_index(name)
+        for axis, letter in enumerate("xy"):
+            values = 1e3 * array.points.displacement[:, k, axis]
+            lines.append({**_line(f"{name} {letter}", values, number), "dash": axis == 0})
+    alt = f"Displacements of {len(array.upper)} upper points of the array over time."
+    yield _plot("points", "Displacement of the upper points", alt, "displacement (mm)", solution, lines, solution.time, None)
+
+
+def _synchronism(solution: Solution) -> Iterator[dict[str, Any]]:
+    """Difference in deployment of neighbouring units."""
+    array = solution.array
+    if array is None or len(array.upper) < 3:
+        return
+    lines = [_line(name, 1e3 * values, k) for k, (name, values) in enumerate(asynchronism(array).items())]
+    if lines:
+        alt = f"Difference in deployment of {len(lines)} pairs of neighbouring points."
+        yield _plot(
+            "synchronism",
+            "Difference in deployment of neighbours",
+            alt,
+            "difference (mm)",
+            solution,
+            lines,
+            solution.time,
+            None,
+        )
+
+
+def _stress(solution: Solution) -> Iterator[dict[str, Any]]:
+    """Largest normal stress of the bars of an array."""
+    array = solution.array
+    if array is None or not array.stress.shape[1]:
+        return
+    lines = [_line(name, 1e-6 * array.stress[:, k], k) for k, name in enumerate(array.bar_names)]
+    alt = f"Largest normal stresses of {len(lines)} bars; largest {rounded(1e-6 * float(array.stress.max()))} MPa."
+    yield _plot("stress", "Largest stress of the bars", alt, "stress (MPa)", solution, lines, solution.time, None)

@@ -1,0 +1,217 @@
+"""Shapes of a result for the player: vertices over time, facets, parts, creases, obstacles and natural modes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fsm.errors import CaseError
+from fsm.plots.obstacles import obstacle_outlines
+from fsm.report.packing import pack_floats, pack_integers, pack_levels
+from fsm.results.solution import BEAM, FILM, LINE, Floats, Integers, Solution
+
+__all__ = ["Crease", "Parts", "Shown", "creases_of", "parts_of", "shown_shapes"]
+
+MOST_FRAMES = 400
+"""Largest number of shapes of a result in the page; the player interpolates between them."""
+_SAME = 2e-6
+"""Distance of corners that count as one vertex, relative to the size of the structure."""
+_MODES = 24
+_KINDS = {FILM: "film", LINE: "cable", BEAM: "beam"}
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Parts of a structure that can be selected: panels, bodies, films, cables, bars.
+
+    Attributes
+    ----------
+    names, kinds : lists of texts
+    of_quad : (n_quads,) array, number of the part of every facet
+    """
+
+    names: list[str]
+    kinds: list[str]
+    of_quad: Integers
+
+    def quads(self, name: str) -> Integers:
+        """Facets of a part; none for an unknown name."""
+        return np.flatnonzero(self.of_quad == self.names.index(name)) if name in self.names else np.zeros(0, dtype=np.int64)
+
+
+def parts_of(solution: Solution) -> Parts:
+    """Parts by their panels; facets without panel by the names in the result, or by their kind."""
+    panel = np.asarray(solution.layout.panel)
+    count = solution.shape.shape[1]
+    if len(panel) != count:
+        panel = np.zeros(count, dtype=np.int64)
+    film = solution.layout.film is not None
+    numbers: dict[tuple[str, str], int] = {}
+    of_quad = np.zeros(count, dtype=np.int64)
+    for value in np.unique(panel).tolist():
+        here = np.flatnonzero(panel == value)
+        if value > 0:
+            name = ("patch" if film else "panel", f"{'patch' if film else 'panel'} {value}")
+        elif value in _KINDS:
+            name = (_KINDS[value], f"{_KINDS[value]}s")
+        else:
+            name = ("film", "film") if film else ("bar", "bars") if solution.array is not None else ("plate", "plates")
+        of_quad[here] = numbers.setdefault(name, len(numbers))
+    return Parts([name for _, name in numbers], [kind for kind, _ in numbers], of_quad)
+
+
+@dataclass(frozen=True)
+class Crease:
+    """Crease line between two panels, or between two facets.
+
+    Attributes
+    ----------
+    name : text as in the names of channels, for example "crease.3"
+    corners : numbers of the two corners of the line
+    first, second : facets on both sides
+    """
+
+    name: str
+    corners: tuple[int, int]
+    first: int
+    second: int
+
+
+def creases_of(solution: Solution) -> list[Crease]:
+    """Creases between consecutive panels of a strip; empty for other structures."""
+    if "strip" not in solution.layout.case or solution.layout.film is not None:
+        return []
+    panel = np.asarray(solution.layout.panel)
+    found = []
+    for number in range(1, int(panel.max(initial=0))):
+        before, after = np.flatnonzero(panel == number), np.flatnonzero(panel == number + 1)
+        if len(before) and len(after):
+            last, first = int(before[-1]), int(after[0])
+            found.append(Crease(f"crease.{number}", (4 * last + 1, 4 * last + 2), last, first))
+    return found
+
+
+@dataclass(frozen=True)
+class Shown:
+    """Shapes that the page shows.
+
+    Attributes
+    ----------
+    records : (n_frames,) array, numbers of the records
+    data : dict for the page
+    thinned : text on what is left out; empty if all records are shown
+    size : bytes in the page
+    """
+
+    records: Integers
+    data: dict[str, Any]
+    thinned: str
+    size: int
+
+
+def shown_shapes(solution: Solution, budget: int) -> Shown:
+    """Shapes of as many records as fit in a number of bytes, equally spaced; the first and the last are always shown."""
+    total = len(solution)
+    corners = solution.shape.reshape(total, -1, 3)
+    size = float(np.max(np.ptp(corners.reshape(-1, 3), axis=0), initial=0.0)) or 1.0
+    count = min(total, MOST_FRAMES)
+    if total > 2:  # an estimate, from three records
+        few = _spread(total, 3)
+        count = max(2, min(count, int(1.5 * count if not budget else 3 * budget / max(_packed_size(corners[few]), 1))))
+    while True:
+        records = _spread(total, count)
+        vertex, first = _vertices(corners[records], size * _SAME)
+        packed = pack_levels(corners[records][:, first], per_column=True)
+        if len(packed["data"]) <= budget or count <= 2:
+            break
+        count = max(2, min(count - 1, int(count * 0.95 * budget / len(packed["data"]))))
+    thinned = (
+        ""
+        if len(records) == total
+        else (f"The player shows {len(records)} of {total} records, equally spaced, and interpolates between them.")
+    )
+    data: dict[str, Any] = {
+        "records": records.tolist(),
+        "positions": packed,
+        "quads": pack_integers(vertex.reshape(-1, 4)),
+        "size": size,
+        "obstacles": _obstacles(solution, records, size),
+        "modes": _modes(solution, first),
+    }
+    return Shown(records, data, thinned, len(packed["data"]))
+
+
+def _spread(total: int, count: int) -> Integers:
+    return np.unique(np.round(np.linspace(0, total - 1, min(count, total))).astype(np.int64))
+
+
+def _packed_size(corners: Floats) -> int:
+    return len(pack_levels(corners, per_column=True)["data"])
+
+
+def _vertices(corners: Floats, tolerance: float) -> tuple[Integers, Integers]:
+    """Vertex of every corner, and one corner of every vertex; corners are joined that coincide in all records."""
+    keys = np.round((corners[0] - corners[0].min(axis=0)) / tolerance).astype(np.int64)
+    code = (keys[:, 0] << 42) ^ (keys[:, 1] << 21) ^ keys[:, 2]
+    _, first, vertex = np.unique(code, return_index=True, return_inverse=True)
+    vertex = vertex.reshape(-1)
+    apart = np.zeros(corners.shape[1], dtype=bool)
+    for shape in corners:
+        apart |= np.abs(shape - shape[first[vertex]]).max(axis=1) > 2.0 * tolerance
+    alone = np.flatnonzero(apart)
+    vertex[alone] = len(first) + np.arange(len(alone))
+    return vertex, np.concatenate([first, alone])
+
+
+def _obstacles(solution: Solution, records: Integers, size: float) -> list[dict[str, Any]]:
+    """Outlines of obstacles: faces as quadrilaterals or polygons; positions in all records if they move."""
+    everything = solution.shape[records].reshape(-1, 3)
+    low, high = everything.min(axis=0), everything.max(axis=0)
+    try:
+        first = obstacle_outlines(solution, int(records[0]), (low + high) / 2, 0.75 * size)
+        names = [str(one.get("name", "obstacle")) for one in _described(solution)]
+        found = []
+        for k, outline in enumerate(first):
+            over = records if outline.moves else records[:1]
+            faces = [obstacle_outlines(solution, int(r), (low + high) / 2, 0.75 * size)[k].faces for r in over]
+            found.append(
+                {
+                    "name": names[k] if k < len(names) else "obstacle",
+                    "sides": [len(face) for face in outline.faces],
+                    "plane": not outline.bounded,
+                    "positions": pack_floats(np.array([np.concatenate(each) for each in faces])),
+                }
+            )
+    except CaseError:
+        return []
+    return found
+
+
+def _described(solution: Solution) -> list[dict[str, Any]]:
+    case = solution.layout.case
+    scene = case.get("scene")
+    return case.get("obstacle", []) or (scene.get("obstacles", []) if isinstance(scene, dict) else [])
+
+
+def _modes(solution: Solution, first: Integers) -> list[dict[str, Any]]:
+    """Natural modes of a film and of steps, with the record about which the structure vibrates."""
+    found = []
+    film, steps = solution.layout.film, solution.modes
+    if film is not None and film.mode_shape.shape[1:2] == solution.shape.shape[1:2]:
+        found = [
+            (f"mode {k + 1}", f, shape, 0) for k, (f, shape) in enumerate(zip(film.frequency, film.mode_shape, strict=True))
+        ]
+    if steps is not None:
+        names = solution.layout.step_names
+        for k, (step, frequency, shape) in enumerate(zip(steps.step, steps.frequency, steps.shape, strict=True)):
+            if shape.shape == solution.shape.shape[1:]:
+                at = np.flatnonzero(solution.step == step)
+                of = names[int(step) - 1] if 0 < step <= len(names) else f"step {step}"
+                number = k - int(np.argmax(steps.step == step)) + 1
+                found.append((f"mode {number} after {of}", frequency, shape, int(at[-1]) if len(at) else len(solution) - 1))
+    return [
+        {"name": name, "frequency": float(f), "record": record, "shape": pack_levels(shape.reshape(-1, 3)[first])}
+        for name, f, shape, record in found[:_MODES]
+    ]

@@ -1,0 +1,184 @@
+"""Writing of the report: results to data, data and libraries to one HTML page."""
+
+from __future__ import annotations
+
+import base64
+import html
+import secrets
+from collections.abc import Mapping, Sequence
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+
+from fsm.atomic_write import atomic_write
+from fsm.errors import CaseError
+from fsm.plots.style import COLOURS
+from fsm.report.compare import comparison
+from fsm.report.fields import arrows_of, colours_of, contact_marks, joints_of
+from fsm.report.libraries import library
+from fsm.report.packing import compressed, pack_doubles, pack_floats, pack_integers, safe_json
+from fsm.report.plots import curves_of, travel_scale
+from fsm.report.quantities import all_channels, channel_data, owners_of_part
+from fsm.report.shapes import creases_of, parts_of, shown_shapes
+from fsm.report.tables import sections_of
+from fsm.results.solution import Solution
+from fsm.results.store import read_solution
+from fsm.version import fsm_version
+
+__all__ = ["SHAPES", "CHANNELS", "find_results", "report_page", "write_report"]
+
+SHAPES, CHANNELS = 3_500_000, 1_500_000
+"""Bytes of a page for the shapes and for the channels of all results together."""
+MOST_PLAYED = 40
+"""Largest number of results with shapes; further results are in the comparison only."""
+_SCRIPTS = ("unpack.js", "player.js", "camera.js", "curves.js", "tables.js", "report.js", "start.js")
+
+
+def find_results(given: Sequence[str]) -> dict[str, Path]:
+    """Result files by a short name: files, folders of runs, and folders of tables with one folder for each case.
+
+    Raises
+    ------
+    CaseError
+        A folder contains no result.
+    """
+    paths: list[Path] = []
+    for text in given:
+        path = Path(text)
+        if not path.is_dir():
+            paths.append(path)
+            continue
+        inside = [path / "result.h5"] if (path / "result.h5").is_file() else sorted(path.glob("*/result.h5"))
+        if not inside:
+            raise CaseError("is a folder without result.h5; give a results file, or the folder of a run or a table", text)
+        paths += inside
+    paths = list(dict.fromkeys(paths))
+    return dict(zip(_short_names(paths), paths, strict=True))
+
+
+def _short_names(paths: Sequence[Path]) -> list[str]:
+    """Name of the folder of each result, or of the file if it is not called result.h5; equal names get a number."""
+    names = [path.resolve().parent.name or "result" if path.name == "result.h5" else path.stem for path in paths]
+    found: list[str] = []
+    for name in names:
+        number, one = 2, name
+        while one in found:
+            one, number = f"{name} ({number})", number + 1
+        found.append(one)
+    return found
+
+
+def write_report(given: Sequence[str], out: str | Path, wanted: Sequence[str] = (), title: str = "") -> Path:
+    """Write the page of one or several results.
+
+    Parameters
+    ----------
+    given : result files, or folders with them
+    out : HTML file
+    wanted : patterns of channels that are never left out
+    title : title of the page; default: the title of the case
+
+    Raises
+    ------
+    CaseError
+        A result is missing or damaged, or `out` is not the name of an HTML file.
+    """
+    out = Path(out)
+    if out.suffix.lower() not in (".html", ".htm"):
+        raise CaseError(f'"{out.name}" is not the name of a page; give a name that ends in .html', "--out")
+    solutions = {name: read_solution(path) for name, path in find_results(given).items()}
+    page = report_page(solutions, wanted, title)
+    out.parent.mkdir(parents=True, exist_ok=True)
+    with atomic_write(out) as part:
+        part.write_text(page, encoding="utf-8")
+    return out
+
+
+def report_page(solutions: Mapping[str, Solution], wanted: Sequence[str] = (), title: str = "") -> str:
+    """HTML page of results by name."""
+    played = max(1, min(len(solutions), MOST_PLAYED))
+    results = [
+        result_data(name, solution, SHAPES // played if number < played else 0, CHANNELS // played, wanted)
+        for number, (name, solution) in enumerate(solutions.items())
+    ]
+    first = next(iter(solutions.values()))
+    title = title or str(first.layout.case.get("title") or next(iter(solutions)))
+    if len(solutions) > 1:
+        title = f"{title} and {len(solutions) - 1} more"
+    data = {
+        "title": title, "version": fsm_version(), "results": results, "compare": comparison(solutions),
+        "palette": list(COLOURS), "maps": {name: _colour_map(name) for name in ("viridis", "RdBu_r")},
+    }  # fmt: skip
+    return _page(title, data)
+
+
+def result_data(name: str, solution: Solution, shapes: int, channels: int, wanted: Sequence[str] = ()) -> dict[str, Any]:
+    """Data of a result for the page, with bounds for the bytes of shapes and channels."""
+    label, factor = travel_scale(solution)
+    travel = solution.travel[:, 0] if solution.travel.shape[1] else None
+    names = solution.layout.step_names
+    creases = creases_of(solution)
+    every = all_channels(solution, creases)
+    listed, rows, left_out = channel_data(every, wanted, channels, len(solution))
+    notes = []
+    if left_out:
+        notes.append(
+            f"{left_out} of {len(every)} channels are left out to keep the page small; --channel PATTERN includes them."
+        )
+    if len(rows) < len(solution):
+        notes.append(f"Channels are shown at {len(rows)} of {len(solution)} records, equally spaced.")
+    data: dict[str, Any] = {
+        "name": name, "title": str(solution.layout.case.get("title") or name), "case": solution.layout.case_text,
+        "time": pack_doubles(solution.time),
+        "steps": [names[s - 1] if 0 < s <= len(names) else "" for s in solution.step.tolist()],
+        "travel": None if travel is None else pack_floats(factor * travel), "travel_label": label,
+        "plots": curves_of(solution), "channels": listed, "channel_records": rows.tolist(),
+        "sections": sections_of(solution),
+        "events": [e["time"] for e in solution.summary.get("events", ()) if isinstance(e, dict) and "time" in e][:200],
+    }  # fmt: skip
+    if shapes and solution.shape.size:
+        parts = parts_of(solution)
+        shown = shown_shapes(solution, int(0.6 * shapes))
+        owners = list(dict.fromkeys(entry["owner"] for entry in listed))
+        notes += [shown.thinned] if shown.thinned else []
+        data["player"] = shown.data | {
+            "parts": [
+                {"name": n, "kind": k, "owners": list(owners_of_part(n, k, owners))}
+                for n, k in zip(parts.names, parts.kinds, strict=True)
+            ],
+            "of_quad": pack_integers(parts.of_quad),
+            "creases": [{"name": c.name, "corners": list(c.corners)} for c in creases],
+            "colours": colours_of(solution, parts, creases, every, shown.records),
+            "contacts": contact_marks(solution, parts, shown.records),
+            "joints": joints_of(every, creases, shown.records),
+            "arrows": arrows_of(solution, parts, creases, every, shown.records),
+            "lines": [k == "cable" for k in parts.kinds],
+        }
+    data["notes"] = notes
+    return data
+
+
+def _colour_map(name: str) -> list[str]:
+    colours = matplotlib.colormaps[name](np.linspace(0.0, 1.0, 33))
+    return [matplotlib.colors.to_hex(colour) for colour in colours]
+
+
+def _page(title: str, data: Mapping[str, Any]) -> str:
+    """Page with embedded data, style, scripts and libraries; a policy in the page forbids all network access."""
+    folder = files("fsm.report") / "page"
+    nonce = base64.urlsafe_b64encode(secrets.token_bytes(12)).decode("ascii")
+    filled = {
+        "TITLE": html.escape(title, quote=True),
+        "NONCE": nonce,
+        "STYLE": (folder / "report.css").read_text(encoding="utf-8"),
+        "DATA": safe_json(data),
+        "THREE": compressed(library("three").encode()),
+        "PLOTLY": compressed(library("plotly").encode()),
+        "SCRIPT": "\n".join((folder / name).read_text(encoding="utf-8") for name in _SCRIPTS),
+    }
+    template = (folder / "report.html").read_text(encoding="utf-8")
+    pieces = template.split("@@")
+    return "".join(filled[piece] if k % 2 else piece for k, piece in enumerate(pieces))

@@ -1,0 +1,188 @@
+"""Page of a report in a browser: it plays, follows, selects, and stays offline."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fsm.report.quantities import fold_angles
+from fsm.report.shapes import creases_of
+from fsm.report.write import report_page
+from fsm.results.solution import Solution
+from tests.unit.plot_runs import strip_run, undriven
+from tests.unit.test_report_page import EVIL, strip
+
+websocket = pytest.importorskip("websocket", reason="websocket-client is not installed; it drives the browser")
+from tests.browser import CHROMIUM, Browser  # noqa: E402
+
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed (Debian: apt-get install chromium)")
+
+READY = "document.body && document.body.dataset.ready === 'true'"
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    with Browser(tmp_path_factory.mktemp("profile")) as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def page(browser: Browser, tmp_path_factory: pytest.TempPathFactory) -> Browser:
+    """Browser with the page of a strip; later tests open other pages."""
+    opened(browser, tmp_path_factory.mktemp("page"), {"strip": strip()})
+    browser.run("fsmReport.page.curves.drawAll()")
+    browser.wait("fsmReport.page.curves.shown.every((one) => one.wired)")
+    return browser
+
+
+def opened(browser: Browser, folder: Path, runs: dict[str, Solution]) -> str:
+    """Open the page of runs from disk, and return its address."""
+    path = folder / "report.html"
+    path.write_text(report_page(runs), encoding="utf-8")
+    browser.open(path.as_uri(), READY)
+    return path.as_uri()
+
+
+def check_quiet(browser: Browser) -> None:
+    """No error in the console, and no request besides the page."""
+    assert [text for text in browser.messages if "GL Driver Message" not in text] == []
+    assert browser.run("fsmReport.errors") == []
+    assert set(browser.requests) == {browser.run("location.href")}
+
+
+def pixels(browser: Browser) -> str:
+    return browser.run("(fsmReport.page.player.render(), document.getElementById('canvas').toDataURL())")
+
+
+def changed(browser: Browser, name: str, value: str) -> None:
+    """Set a control to a value, as a user does."""
+    events = "for (const kind of ['input', 'change']) one.dispatchEvent(new Event(kind));"
+    browser.run(f"(() => {{ const one = document.getElementById('{name}'); one.value = {value!r}; {events} }})()")
+
+
+def test_slider_moves_the_shape_and_the_cursors(page: Browser) -> None:
+    changed(page, "slider", "0")
+    before, points = pixels(page), page.run("Array.from(fsmReport.page.player.points)")
+    changed(page, "slider", "30")
+    moved = page.run("Array.from(fsmReport.page.player.points)")
+    run = strip()
+    expected = float(np.abs(run.shape[30] - run.shape[0]).max())
+    assert max(abs(a - b) for a, b in zip(points, moved, strict=True)) == pytest.approx(expected, rel=1e-3)
+    assert pixels(page) != before
+    assert "travel 112.5 mm" in page.run("document.getElementById('now').textContent")
+    lines = page.run("fsmReport.page.curves.shown.map((one) => [one.plot.key, one.line.hidden, one.line.offsetLeft])")
+    assert {key for key, hidden, _ in lines if not hidden} >= {"force", "energy", "contact"}
+    axis = "fsmReport.page.curves.shown[0].box._fullLayout.xaxis"
+    assert lines[0][2] == pytest.approx(page.run(f"{axis}._offset + {axis}.d2p(112.5)"), abs=1.5)
+    check_quiet(page)
+
+
+def test_pointing_at_a_curve_moves_the_shape(page: Browser) -> None:
+    changed(page, "slider", "0")
+    page.run("document.getElementById('curves').scrollIntoView()")
+    left, top, width, height = page.run(
+        "(() => { const box = document.querySelector('#curves .nsewdrag').getBoundingClientRect();"
+        " return [box.left, box.top, box.width, box.height]; })()"
+    )
+    page.move(left + 0.5 * width, top + 0.5 * height)
+    page.wait("Math.abs(fsmReport.page.frame - 20) < 1.01", 20)
+    assert page.run("fsmReport.page.curves.follow")
+    check_quiet(page)
+
+
+def test_play_views_section_and_start_shape(page: Browser) -> None:
+    changed(page, "slider", "0")
+    changed(page, "speed", "4")
+    page.run("document.getElementById('play').click()")
+    page.wait("fsmReport.page.frame > 5", 30)
+    page.run("document.getElementById('play').click()")
+    assert page.run("document.getElementById('play').textContent") == "Play"
+    pictures = set()
+    for view in ("iso", "front", "side", "top"):
+        page.run(f"document.querySelector('[data-view={view}]').click()")
+        pictures.add(pixels(page))
+    page.run("document.querySelector('[data-view=iso]').click()")
+    changed(page, "section", "x")
+    pictures.add(pixels(page))
+    changed(page, "section", "")
+    changed(page, "rest", "beside")
+    pictures.add(pixels(page))
+    changed(page, "rest", "none")
+    assert pixels(page) in pictures
+    assert len(pictures) == 6
+    check_quiet(page)
+
+
+def test_every_colour_differs(page: Browser) -> None:
+    names = page.run("Array.from(document.getElementById('colour').options, (option) => option.value)")
+    assert {"part", "displacement", "fold angle", "curvature"} <= set(names)
+    changed(page, "slider", "30")
+    pictures = set()
+    for name in names:
+        changed(page, "colour", name)
+        pictures.add(pixels(page))
+        assert page.run("document.getElementById('legend').hidden") == (name == "part")
+    assert len(pictures) == len(names)
+    changed(page, "colour", "part")
+    check_quiet(page)
+
+
+def test_a_click_plots_a_channel(page: Browser) -> None:
+    changed(page, "slider", "0")
+    page.run("window.scrollTo(0, 0)")
+    place = page.run("""(() => {
+        const player = fsmReport.page.player, corners = [0, 1, 2, 3].map((k) => player.data.quads[4 * 44 + k]);
+        player.render();
+        const middle = corners.map((k) => player.vertex(k)).reduce((a, b) => a.add(b)).multiplyScalar(0.25);
+        const at = middle.project(player.camera), box = player.canvas.getBoundingClientRect();
+        return [box.left + (at.x + 1) * box.width / 2, box.top + (1 - at.y) * box.height / 2];
+    })()""")
+    page.click(*place)
+    page.wait("document.querySelector('#object-plots .js-plotly-plot')", 20)
+    assert page.run("document.getElementById('object-name').textContent") == "panel 6"
+    assert page.run("document.querySelector('#object-plots h3').firstChild.textContent") == "panel 6.displacement"
+    page.run("fsmReport.page.select(fsmReport.page.objects.find((one) => one.name === 'crease.3'))")
+    page.wait("document.querySelectorAll('#object-plots .js-plotly-plot').length === 2", 20)
+    shown = page.run("Array.from(fsmReport.page.curves.shown.at(-1).plot.lines[0].y)")
+    run = strip()
+    np.testing.assert_allclose(shown, np.degrees(fold_angles(run, creases_of(run))[:, 2]), rtol=1e-5)
+    check_quiet(page)
+
+
+def test_light_and_dark(page: Browser) -> None:
+    style = "getComputedStyle(document.body).color + getComputedStyle(document.body).backgroundColor"
+    first = page.run(style)
+    page.run("document.getElementById('theme').click()")
+    assert page.run(style) != first
+    page.run("document.getElementById('theme').click()")
+    assert page.run(style) == first
+    check_quiet(page)
+
+
+def test_names_are_text(browser: Browser, tmp_path: Path) -> None:
+    run = strip(drive_names=(EVIL,), pair_names=(f"{EVIL} - panel 2", "3-4"))
+    run.pair_force[:, 0] = 1.0
+    run.summary["warnings"] = [EVIL]
+    opened(browser, tmp_path, {EVIL: run, "other": strip()})
+    browser.run("fsmReport.page.curves.drawAll()")
+    browser.wait("fsmReport.page.curves.shown.every((one) => one.wired)")
+    assert browser.run("document.title") != "owned"
+    assert browser.run("document.querySelectorAll('b').length") == 0
+    assert EVIL in browser.run("document.getElementById('texts').textContent")
+    assert "</script><script>" in browser.run("document.getElementById('curves').textContent")
+    check_quiet(browser)
+
+
+def test_several_results_and_a_run_without_drive(browser: Browser, tmp_path: Path) -> None:
+    runs = {"a": strip_run(21, peak=1.0), "b": strip_run(21), "free": undriven(strip_run(11))}
+    opened(browser, tmp_path, runs)
+    browser.wait("['overlay', 'scatter', 'parallel'].every((id) => document.getElementById(id)._fullLayout)")
+    assert browser.run("document.getElementById('overlay').data.length") == 2
+    assert not browser.run("document.getElementById('over-label').hidden")
+    browser.run("fsmReport.page.choose(2)")
+    browser.wait("fsmReport.page.number === 2 && fsmReport.page.result.name === 'free'")
+    browser.wait("document.getElementById('over-label').hidden")
+    check_quiet(browser)

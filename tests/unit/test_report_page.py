@@ -1,0 +1,205 @@
+"""Page of a report: data, bounds of its size, and text that is never code."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from fsm.cli import cli
+from fsm.report.libraries import library
+from fsm.report.packing import pack_doubles, pack_floats, pack_integers, pack_levels, safe_json
+from fsm.report.quantities import fold_angles, pair_sides
+from fsm.report.shapes import creases_of, parts_of, shown_shapes
+from fsm.report.write import report_page
+from fsm.results.solution import Solution
+from fsm.results.store import ResultWriter, read_solution
+from tests.unit.plot_runs import FOLD, strip_run
+
+EVIL = '</script><script>document.title="owned"</script> $x$ ../../up <b>'
+
+
+def unpacked(packed: dict[str, Any]) -> np.ndarray:
+    """Array of a packed text, as the page computes it."""
+    kind = np.dtype({"f4": "<f4", "f8": "<f8", "u4": "<u4", "u2": "<u2"}[packed["type"]])
+    raw = np.frombuffer(gzip.decompress(base64.b64decode(packed["data"])), np.uint8)
+    values = np.ascontiguousarray(raw.reshape(kind.itemsize, -1).T).view(kind).reshape(packed["shape"])
+    if packed["type"] != "u2":
+        return values
+    levels = np.cumsum(values, axis=0, dtype=np.uint16)
+    low, high = np.array(packed["low"]), np.array(packed["high"])
+    return np.where(levels == 65535, np.nan, low + (high - low) / 65534 * levels)
+
+
+def strip(**changes: Any) -> Solution:
+    """Run of a strip whose case is known to be a strip."""
+    run = strip_run(41)
+    run.layout = replace(run.layout, **({"case_text": 'title = "test strip"\n[strip]\npanels = 6\n'} | changes))
+    return run
+
+
+def data_of(page: str) -> dict[str, Any]:
+    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.DOTALL)
+    assert found is not None
+    return json.loads(found[1])
+
+
+def saved(run: Solution, path: Path) -> Path:
+    """Results file with the records of a run."""
+    with ResultWriter(path, run.layout) as writer:
+        for record in records_of(run):
+            writer.append(record)
+        writer.finish(run.stats, run.summary)
+    return path
+
+
+def records_of(run: Solution) -> list[Any]:
+    from fsm.results.solution import PAIRS, Record
+
+    return [
+        Record(
+            run.time[k], run.q[k], run.u[k], run.travel[k], run.force[k], {name: e[k] for name, e in run.energy.items()},
+            **{name: getattr(run, name)[k] for name in PAIRS}, shape=run.shape[k],
+        )
+        for k in range(len(run))
+    ]  # fmt: skip
+
+
+def test_packed_arrays_come_back() -> None:
+    rng = np.random.default_rng(1)
+    values = np.cumsum(rng.normal(size=(50, 7, 3)), axis=0)
+    np.testing.assert_array_equal(unpacked(pack_doubles(values)), values)
+    np.testing.assert_array_equal(unpacked(pack_floats(values)), values.astype(np.float32))
+    np.testing.assert_array_equal(unpacked(pack_integers([[1, 2**32 - 1]])), [[1, 2**32 - 1]])
+    values[3, 2, 1] = np.nan
+    for per_column in (False, True):
+        packed = pack_levels(values, per_column)
+        found = unpacked(packed)
+        span = np.max(np.array(packed["high"]) - np.array(packed["low"]))
+        np.testing.assert_allclose(found, values, atol=0.51 * span / 65534)
+        assert np.isnan(found[3, 2, 1])
+    assert np.isnan(unpacked(pack_levels(np.full((2, 3), np.nan)))).all()
+    np.testing.assert_array_equal(unpacked(pack_levels(np.full((2, 3), 4.0))), np.full((2, 3), 4.0))
+
+
+def test_json_cannot_end_its_element() -> None:
+    text = safe_json({EVIL: [EVIL, np.nan, np.inf, np.float64(1.5), np.arange(2)]})
+    assert not set("<>&") & set(text)
+    assert json.loads(text) == {EVIL: [EVIL, None, None, 1.5, [0, 1]]}
+
+
+def test_libraries_come_from_installed_packages() -> None:
+    assert "WebGLRenderer" in library("three")
+    assert "</script" not in library("three").lower()
+    assert len(library("plotly")) > 1_000_000
+
+
+def test_shapes_of_a_strip() -> None:
+    run = strip()
+    shown = shown_shapes(run, 10**6)
+    assert shown.records.tolist() == list(range(41))
+    assert not shown.thinned
+    positions, quads = unpacked(shown.data["positions"]), unpacked(shown.data["quads"])
+    np.testing.assert_allclose(positions[:, quads], run.shape, atol=1e-5 * shown.data["size"])
+    assert positions.shape[1] < 0.7 * 4 * run.shape.shape[1], "corners of neighbours are one vertex"
+    creases = creases_of(run)
+    assert [crease.name for crease in creases] == [f"crease.{k}" for k in range(1, 6)]
+    np.testing.assert_allclose(fold_angles(run, creases)[0], 2.0 * FOLD, atol=1e-6)
+    parts = parts_of(run)
+    assert parts.names == [f"panel {k}" for k in range(1, 7)]
+
+
+def test_shapes_are_thinned_to_a_budget() -> None:
+    run = strip()
+    whole = shown_shapes(run, 10**6)
+    less = shown_shapes(run, whole.size // 3)
+    assert less.size <= whole.size // 3
+    assert less.records[0] == 0
+    assert less.records[-1] == 40
+    assert less.thinned == (
+        f"The player shows {len(less.records)} of 41 records, equally spaced, and interpolates between them."
+    )
+    assert len(shown_shapes(run, 1).records) == 2, "the first and the last shape are always shown"
+
+
+@pytest.mark.parametrize(
+    ("name", "sides"),
+    [("a - b", ("a", "b")), ("a - b - c", ("a - b", "c")), ("x", ("x", ""))],
+)
+def test_sides_of_a_pair(name: str, sides: tuple[str, str]) -> None:
+    assert pair_sides(name, ["a", "b", "c", "a - b"]) == sides
+
+
+def test_page_holds_no_code_of_names() -> None:
+    run = strip(drive_names=(EVIL,), pair_names=(EVIL, "3-4"))
+    run.summary["warnings"] = [EVIL]
+    page = report_page({EVIL: run}, title=EVIL)
+    assert page.lower().count("<script") == 4
+    assert page.lower().count("</script") == 4
+    data = data_of(page)
+    assert data["title"] == EVIL
+    assert data["results"][0]["name"] == EVIL
+    assert 'http-equiv="Content-Security-Policy" content="default-src \'none\'' in page
+
+
+def test_page_states_what_the_run_was() -> None:
+    run = strip()
+    run.summary |= {"energy_error": 1e-4, "warnings": ["careful"]}
+    run.layout = replace(run.layout, provenance={"fsm": "0.1.0", "machine": "secret host", "command": "fsm run /secret"})
+    page = report_page({"run": run})
+    sections = {section["title"]: section for section in data_of(page)["results"][0]["sections"]}
+    assert ["energy balance residual", "0.01 % (relative to the reference energy)"] in sections["Error estimates"]["rows"]
+    assert sections["Warnings"]["lines"] == ["careful"]
+    assert "secret" not in page
+
+
+def test_several_results_are_compared() -> None:
+    runs = {name: strip_run(41, peak=peak) for name, peak in (("a", 1.0), ("b", 2.0))}
+    for angle, run in zip((60, 70), runs.values(), strict=True):
+        run.layout = replace(run.layout, case_text=f"[strip]\nfold_angle = {np.radians(angle)}\npanels = 6\n")
+    found = data_of(report_page(runs))["compare"]
+    assert found["names"] == ["a", "b"]
+    columns = {column["name"]: column for column in found["columns"]}
+    assert "strip.panels" not in columns
+    assert columns["strip.fold_angle"]["unit"] == "deg"
+    np.testing.assert_allclose(columns["strip.fold_angle"]["values"], [60, 70])
+    np.testing.assert_allclose(columns["peak force"]["values"], [1.0, 2.0], rtol=1e-2)
+    assert [one["name"] for one in found["overlay"]] == ["a", "b"]
+
+
+def test_command(tmp_path: Path) -> None:
+    result = saved(strip(), tmp_path / "a <b>" / "result.h5")
+    out = tmp_path / "pages" / "report.html"
+    done = CliRunner().invoke(cli, ["report", str(result.parent), "--out", str(out)])
+    assert done.exit_code == 0, done.output
+    assert done.output.strip() == str(out)
+    assert sorted(path.name for path in tmp_path.rglob("*") if path.is_file()) == ["report.html", "result.h5"]
+    assert out.stat().st_size < 10_000_000
+    assert read_solution(result).layout.case["title"] == "test strip"
+
+
+def test_damaged_results_are_one_line(tmp_path: Path) -> None:
+    result = saved(strip(), tmp_path / "result.h5")
+    content = result.read_bytes()
+    out = tmp_path / "report.html"
+    cut = tmp_path / "cut.h5"
+    cut.write_bytes(content[: len(content) // 2])
+    for bad in (cut, tmp_path / "none.h5", tmp_path / "empty"):
+        if bad.name == "empty":
+            bad.mkdir()
+        done = CliRunner().invoke(cli, ["report", str(result), str(bad), "--out", str(out)])
+        assert done.exit_code == 2, done.output
+        assert len(done.output.strip().splitlines()) == 1
+        assert str(bad) in done.output
+        assert not out.exists()
+    done = CliRunner().invoke(cli, ["report", str(result), "--out", str(tmp_path / "report.png")])
+    assert done.exit_code == 2
+    assert "--out" in done.output
