@@ -61,7 +61,7 @@ def compile_case(case: Case, source: str = "", warnings: list[str] | None = None
     except CaseError as error:
         raise CaseError(with_paths_of_steps(case, error.faults), source) from None
     if not system.nu:
-        where = "strip" if case.strip else "lattice" if case.lattice else "scene"
+        where = next((name for name in ("strip", "lattice", "sheet") if getattr(case, name) is not None), "scene")
         text = "all bodies are held or driven, so the system has no degree of freedom; free at least one body"
         raise CaseError(Fault(where, text), source)
     found = _overlaps(scene, system, case)

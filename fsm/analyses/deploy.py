@@ -241,6 +241,9 @@ class Deployment(Analysis):
         looked_at = np.array([point.pair_force for point in statistics.seen])
         summary["contact"] = summarise_contacts(solution, looked_at, summary.get("touches", ()))
         summary["contact_stats"] = self.system.contacts.stats()
+        if self.case.sheet is not None:
+            states = zip(solution.time, solution.q, strict=True)
+            summary["joint_opening"] = max(self.system.max_joint_opening(float(t), q)[0] for t, q in states)
         if self._with_impacts:
             summary["motion_error"] = None if self._motion_error is None else self._motion_error.largest
         return summary

@@ -17,6 +17,7 @@ from fsm.scene.model import Model
 from fsm.scene.obstacle import Obstacle
 from fsm.scene.scene import Scene
 from fsm.scene.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
+from fsm.scene.sheet import Sheet
 from fsm.scene.solve import Save, Solve
 from fsm.scene.steps import Step
 from fsm.scene.units import Acceleration, Angle, Count, Length, Number, Time
@@ -129,10 +130,10 @@ Analysis = Literal["deploy", "vibrate", "scissor"]
 class Case(Model):
     """Complete case: model, loads, solver settings and records.
 
-    The model is a strip, a lattice or a scene for a deployment, a membrane for a vibration, or a scissor array. With
-    `stages` two analyses follow each other: the deployed strip is the film of the vibration. `start` is the initial state
-    of a deployment; if it is absent, `fsm.scene.start` chooses it. Without `step`, the steps of a deployment follow from the
-    other keys (`fsm.segments.plan`).
+    The model is a strip, a lattice, a sheet or a scene for a deployment, a membrane for a vibration, or a scissor array.
+    With `stages` two analyses follow each other: the deployed strip is the film of the vibration. `start` is the initial
+    state of a deployment; if it is absent, `fsm.scene.start` chooses it. Without `step`, the steps of a deployment follow
+    from the other keys (`fsm.segments.plan`).
     """
 
     extensions: tuple[str, ...] = ()
@@ -144,6 +145,7 @@ class Case(Model):
     release: Release | None = None
     strip: Strip | None = None
     lattice: Lattice | None = None
+    sheet: Sheet | None = None
     scene: Scene | None = None
     membrane: Membrane | None = None
     material: Material | None = None
@@ -196,9 +198,10 @@ class Case(Model):
             if self.scissor is None or self.material is None or self.bar is None:
                 raise ValueError('analysis = "scissor" needs [scissor], [bar] and [material]')
             return self
-        given = [part is not None for part in (self.strip, self.lattice, self.scene)]
-        if sum(given) != 1 and given != [True, False, True]:
-            raise ValueError("give [strip], [lattice] or [scene], or [strip] with a [scene] that adds to it")
-        if self.strip is not None and (self.material is None or self.crease is None):
-            raise ValueError("[strip] needs [material] and [crease]")
+        given = [part is not None for part in (self.strip, self.lattice, self.sheet, self.scene)]
+        if sum(given) != 1 and given != [True, False, False, True]:
+            raise ValueError("give [strip], [lattice], [sheet] or [scene], or [strip] with a [scene] that adds to it")
+        for name, part in (("strip", self.strip), ("sheet", self.sheet)):
+            if part is not None and (self.material is None or self.crease is None):
+                raise ValueError(f"[{name}] needs [material] and [crease]")
         return self

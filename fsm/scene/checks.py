@@ -18,8 +18,9 @@ __all__ = ["check_sections"]
 
 _ANY = ("title", "units", "analysis", "stages", "material", "gravity", "solve", "save", "expect")
 _DEPLOY = (
-    "start", "release", "strip", "lattice", "scene", "crease", "contact", "friction", "drive", "load", "step", "obstacle",
-)
+    "start", "release", "strip", "lattice", "sheet", "scene", "crease", "contact", "friction", "drive", "load", "step",
+    "obstacle",
+)  # fmt: skip
 _FILM = ("membrane", "patch", "cable", "support", "tension")
 _VIBRATE = ("air", "damping", "impact", "vibration")
 _SCISSOR = ("scissor", "bar", "hinge", "stop", "hold", "force")
@@ -66,6 +67,7 @@ def _check_deployment(sections: Sections) -> list[Fault]:
         *_contact_pairs(sections),
         *_beside_scene(sections),
         *_strip_drives(sections),
+        *_crease_of_strip(sections),
         *(drives_through_held_panels(sections, _held(sections.strip)) if sections.strip is not None else ()),
         *_lattice_drives(sections),
         *_scene_drives(sections),
@@ -81,18 +83,21 @@ def _check_deployment(sections: Sections) -> list[Fault]:
 
 
 def _missing_sections(sections: Sections) -> Iterable[Fault]:
-    given = [name for name in ("scene", "lattice", "strip") if name in sections.written]
+    given = [name for name in ("scene", "sheet", "lattice", "strip") if name in sections.written]
     if len(given) > 1 and given != ["scene", "strip"]:
         yield Fault(given[0], f"[{given[0]}] and [{given[1]}] both define a model; give one of them")
     elif not given:
-        yield Fault("strip", "section [strip] is missing; give [strip], [lattice] or [scene]")
+        yield Fault("strip", "section [strip] is missing; give [strip], [lattice], [sheet] or [scene]")
     if given == ["lattice"]:
         for name in sorted({"material", "crease", "contact", "friction", "obstacle"} & sections.written):
             yield Fault(name, f"a lattice does not use [{name}], because its squares are rigid without contact; remove it")
-    if "strip" in sections.written:
-        for name in ("material", "crease"):
+    if given == ["sheet"]:
+        for name in sorted({"contact", "friction", "obstacle"} & sections.written):
+            yield Fault(name, f"contact between facets of a sheet is not available, so [{name}] is not used; remove it")
+    for part in ("strip", "sheet"):
+        for name in ("material", "crease") if part in sections.written else ():
             if name not in sections.written:
-                yield Fault(name, f"section [{name}] is missing; a strip needs it")
+                yield Fault(name, f"section [{name}] is missing; a {part} needs it")
 
 
 _ALSO_IN_SCENE = {
@@ -180,14 +185,25 @@ def _strip_drives(sections: Sections) -> Iterable[Fault]:
             )
 
 
+def _crease_of_strip(sections: Sections) -> Iterable[Fault]:
+    """Keys of a crease that only a sheet uses."""
+    if "strip" in sections.written and sections.crease is not None:
+        for key, instead in (("stiffness_per_length", "stiffness"), ("width", "scale")):
+            if getattr(sections.crease, key, None) is not None:
+                yield Fault(f"crease.{key}", f"only a [sheet] uses it; give `{instead}` for the whole width of the strip")
+
+
 def _lattice_drives(sections: Sections) -> Iterable[Fault]:
     if "lattice" in sections.written and sections.solve is not None and sections.solve.spatial:
         yield Fault("solve.spatial", "a lattice moves in its plane only; remove it")
     for path, drive in sections.all_drives:
-        if drive.edge is not None and "lattice" not in sections.written:
-            yield Fault(f"{path}.edge", "only a [lattice] has edges; give `crease` in a [strip], else `body` or `bodies`")
-        if drive.crease is not None and "lattice" in sections.written:
-            yield Fault(f"{path}.crease", "only a [strip] has crease numbers; give `edge` in a [lattice]")
+        if drive.edge is not None and not {"lattice", "sheet"} & sections.written:
+            text = "only a [lattice] and a [sheet] have edges; give `crease` in a [strip], else `body` or `bodies`"
+            yield Fault(f"{path}.edge", text)
+        if drive.at is not None and "sheet" not in sections.written:
+            yield Fault(f"{path}.at", "only a [sheet] has such places; give `crease` in a [strip], else `body` or `bodies`")
+        if drive.crease is not None and {"lattice", "sheet"} & sections.written:
+            yield Fault(f"{path}.crease", "only a [strip] has crease numbers; give `edge` in a [lattice] or [sheet]")
         lattice = sections.lattice
         if lattice is not None and drive.edge in lattice.held_edges:
             text = f'edge "{drive.edge}" is held by `lattice.held`, so it cannot move; choose another edge'
@@ -217,6 +233,7 @@ def _repeated(drives: Mapping[int, Drive]) -> Iterable[Fault]:
         targets = [f'body "{body}"' for body in drive.moved]
         targets += [f"crease {drive.crease}"] if drive.crease is not None else []
         targets += [f'edge "{drive.edge}"'] if drive.edge is not None else []
+        targets += [f"{drive.at}"] if drive.at is not None else []
         for what in targets:
             if what in first:
                 yield Fault(f"drive.{index}", f"{what} is already driven by drive.{first[what]}; remove one of them")

@@ -184,7 +184,7 @@ def _build(
     faults: list[Fault] = []
     for name in sections:
         raw, builder = data.pop(name), BUILDERS[name]
-        others = [f"[{other}]" for other in ("strip", "lattice", "scene") if other in data]
+        others = [f"[{other}]" for other in ("strip", "lattice", "sheet", "scene") if other in data]
         if others:
             text = f"[{name}] defines the whole scene and cannot be combined with {' and '.join(others)}; remove one of them"
             faults.append(Fault(name, text))
@@ -244,8 +244,8 @@ def _validate(
 
 def _sections(data: Mapping[str, Any], valid: Mapping[str, Any]) -> Sections:
     single = (
-        "strip", "lattice", "scene", "membrane", "material", "crease", "contact", "friction", "tension", "impact", "scissor",
-        "bar", "hinge", "stop", "release",
+        "strip", "lattice", "sheet", "scene", "membrane", "material", "crease", "contact", "friction", "tension", "impact",
+        "scissor", "bar", "hinge", "stop", "release",
     )  # fmt: skip
     lists = {
         "drives": "drive", "loads": "load", "steps": "step", "patches": "patch", "cables": "cable", "supports": "support",

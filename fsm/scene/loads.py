@@ -77,7 +77,9 @@ class Drive(Model):
     bodies : tuple of str
         Names of bodies that move together; the drive force is the sum over these bodies.
     edge : "bottom", "top", "left" or "right"
-        Edge of a lattice, whose squares translate together without rotation.
+        Edge of a lattice, whose squares translate together without rotation, or of a sheet.
+    at : str, or two opposite corners of a box in m
+        Place of a sheet: "edge left", "vertex 12", "vertices 3, 4, 5", "facet 7", or all vertices in a box at the start.
     direction : -
         Direction of the motion, of any length.
     travel, speed : m, m/s
@@ -91,8 +93,8 @@ class Drive(Model):
     step : str
         Step in which the drive begins; absent: the first.
     guide : bool
-        For a crease line only. True: the line moves along `direction` only and cannot rotate. False: only its motion along
-        `direction` is prescribed.
+        For a crease line, and for vertices of a sheet. True: they move along `direction` only, and a line cannot rotate.
+        False: only the motion along `direction` is prescribed.
     """
 
     name: Name | None = None
@@ -100,6 +102,7 @@ class Drive(Model):
     body: str | None = None
     bodies: Annotated[tuple[str, ...], Field(min_length=1)] | None = None
     edge: Edge | None = None
+    at: Name | tuple[tuple[Length, Length, Length], tuple[Length, Length, Length]] | None = None
     direction: tuple[Number, Number, Number] = (0.0, 0.0, 1.0)
     speed: Annotated[Speed, Field(gt=0)] | None = None
     travel: Annotated[Length, Field(gt=0)] | None = None
@@ -120,7 +123,9 @@ class Drive(Model):
     @property
     def called(self) -> str:
         """Name of the drive."""
-        return self.name or (f"crease {self.crease}" if self.crease is not None else self.edge or " + ".join(self.moved))
+        if self.name is not None:
+            return self.name
+        return f"crease {self.crease}" if self.crease is not None else self.edge or str(self.at or " + ".join(self.moved))
 
     @property
     def size(self) -> float:
@@ -140,9 +145,10 @@ class Drive(Model):
 
     @model_validator(mode="after")
     def _one_target(self) -> Self:
-        targets = (self.crease, self.body, self.bodies, self.edge)
+        targets = (self.crease, self.body, self.bodies, self.edge, self.at)
         if sum(target is not None for target in targets) != 1:
-            raise ValueError("give either `crease` (its number), `body` (its name), `bodies`, or `edge` (of a lattice)")
+            text = "`crease` (its number), `body` (its name), `bodies`, `edge` (of a lattice or sheet), or `at` (of a sheet)"
+            raise ValueError(f"give either {text}")
         if not any(self.direction):
             raise ValueError("direction [0, 0, 0] is not a direction; give for example [0, 0, 1]")
         self._read_table()

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from fsm.scene.model import Model
-from fsm.scene.units import Angle, AngularStiffness, Density, Moment, Number, Stress, Time, to_si
+from fsm.scene.units import Angle, AngularStiffness, Density, Length, Moment, Number, StiffnessOfLine, Stress, Time, to_si
 
 __all__ = ["UNREAD", "Crease", "FamilyCrease", "LinearCrease", "Material", "SplineCrease"]
 
@@ -62,13 +62,27 @@ class LinearCrease(Model):
     ----------
     stiffness : N m/rad
         Stiffness k of the whole width of the strip.
+    stiffness_per_length : N m/rad per m
+        Stiffness of a crease of a [sheet] over its length, instead of `stiffness`.
     rest_angle : rad
         Angle from the flat sheet at which the moment is zero (0 flat, pi closed); absent: the angle as folded.
     """
 
     law: Literal["linear"] = "linear"
     stiffness: Annotated[AngularStiffness, Field(ge=0)]
+    stiffness_per_length: Annotated[StiffnessOfLine, Field(ge=0)] | None = None
     rest_angle: FoldAngle | None = None
+
+    @classmethod
+    def completed(cls, written: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Section with a `stiffness` of zero if it gives one per length."""
+        return {"stiffness": 0.0, **written} if "stiffness_per_length" in written else written
+
+    @model_validator(mode="after")
+    def _one_stiffness(self) -> Self:
+        if self.stiffness_per_length is not None and self.stiffness:
+            raise ValueError("give `stiffness` (of a strip) or `stiffness_per_length` (of a sheet), not both")
+        return self
 
 
 def _angle_unit(text: str) -> str:
@@ -100,6 +114,8 @@ class SplineCrease(Model):
         Angle from the flat sheet at which the angle of the data is zero; absent: the angle as folded.
     scale : -
         Factor on the moment, for example for a test of another width.
+    width : m
+        Width of the tested crease; required in a [sheet], whose creases have the moment times their length over this width.
     unloading : N m
         Moments at the same angles while the crease closes; the crease dissipates the area between both curves
         (`fsm.laws.crease_hysteresis`). Absent: the crease is elastic.
@@ -117,6 +133,7 @@ class SplineCrease(Model):
     interpolation: Literal["cubic", "pchip"] = "cubic"
     rest_angle: DataZero | None = None
     scale: Annotated[Number, Field(gt=0)] = 1.0
+    width: Annotated[Length, Field(gt=0)] | None = None
     unloading: tuple[Moment, ...] | None = None
     reversal: Annotated[Angle, Field(gt=0)] | None = None
 
@@ -157,7 +174,7 @@ class FamilyCrease(Model):
         Whether the crease follows the unloading curve while it closes; false: elastic along the loading curve.
     since_release : s
         Time since the release of the crease; the relaxation in the file then gives `rest_angle`.
-    reversal, rest_angle, scale : as in `SplineCrease`
+    reversal, rest_angle, scale, width : as in `SplineCrease`
     """
 
     law: Literal["family"] = "family"
@@ -169,6 +186,7 @@ class FamilyCrease(Model):
     reversal: Annotated[Angle, Field(gt=0)] | None = None
     rest_angle: DataZero | None = None
     scale: Annotated[Number, Field(gt=0)] = 1.0
+    width: Annotated[Length, Field(gt=0)] | None = None
 
     @model_validator(mode="after")
     def _choices(self) -> Self:
@@ -183,13 +201,18 @@ UNREAD = "is read with a case file only; in Python, get the curve with `fsm.scen
 """Message about a family that was not replaced by its curve."""
 
 
-def _law_of_file(written: Any) -> Any:
-    """Section with law = "family" if it names a file and gives no law."""
-    if isinstance(written, Mapping) and "file" in written and "law" not in written:
-        return {"law": "family", **written}
+_ONE_LAW = {"file": "family", "stiffness_per_length": "linear"}
+"""Keys that only one law has, with this law."""
+
+
+def _law_of_key(written: Any) -> Any:
+    """Section with the law of a key that no other law has, if it gives no law."""
+    if isinstance(written, Mapping) and "law" not in written:
+        law = next((law for key, law in _ONE_LAW.items() if key in written), None)
+        return written if law is None else {"law": law, **written}
     return written
 
 
 Crease = Annotated[
-    LinearCrease | SplineCrease | FamilyCrease, Field(discriminator="law"), BeforeValidator(_law_of_file)
+    LinearCrease | SplineCrease | FamilyCrease, Field(discriminator="law"), BeforeValidator(_law_of_key)
 ]

@@ -45,11 +45,18 @@ Position = tuple[Length, Length, Length]
 
 
 class Plate(Model):
-    """Rectangular plate centred in its body, for drawings and contact."""
+    """Plate centred in its body, for drawings and contact: a rectangle, or a polygon with an outline.
+
+    Attributes
+    ----------
+    length, width, thickness : m
+    outline : corners (x, y) of a polygon in body axes, m, which `length` and `width` enclose; absent: a rectangle
+    """
 
     length: Annotated[Length, Field(gt=0)]
     width: Annotated[Length, Field(gt=0)]
     thickness: Annotated[Length, Field(gt=0)]
+    outline: Annotated[tuple[tuple[Length, Length], ...], Field(min_length=3)] | None = None
 
 
 class Body(Model):

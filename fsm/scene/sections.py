@@ -14,6 +14,7 @@ from fsm.scene.materials import Crease, Material
 from fsm.scene.membrane import Cable, Impact, Membrane, Patch, Support, Tension, Vibration
 from fsm.scene.scene import Scene
 from fsm.scene.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
+from fsm.scene.sheet import Sheet
 from fsm.scene.steps import Step
 
 __all__ = ["Sections", "method_faults", "static_faults", "static_keys"]
@@ -48,6 +49,7 @@ class Sections:
     release: Release | None = None
     strip: Strip | None = None
     lattice: Lattice | None = None
+    sheet: Sheet | None = None
     scene: Scene | None = None
     material: Material | None = None
     crease: Crease | None = None

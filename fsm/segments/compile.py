@@ -15,7 +15,7 @@ from fsm.laws.crease import MomentCurve, join_curves
 from fsm.registry import ELEMENT_LAWS
 from fsm.scene.loads import Drive
 from fsm.scene.planar import out_of_plane
-from fsm.scene.scene import GROUND, Body, ForceElement, Scene
+from fsm.scene.scene import GROUND, Body, ForceElement, Plate, Scene
 from fsm.segments.check_scene import check_scene
 from fsm.segments.compile_contacts import compile_contacts
 from fsm.segments.configuration import Bodies
@@ -136,7 +136,11 @@ class SceneCompiler:
             rate=np.array(rates),
             inertia=np.array(inertia),
             free=free,
-            plates=tuple((i, body.plate, body.panel) for i, body in enumerate(self.all_bodies) if body.plate),
+            plates=tuple(
+                (i, plate, body.panel)
+                for i, body in enumerate(self.all_bodies)
+                for plate in (drawn_plates(body.plate) if body.plate else ())
+            ),
             solids=tuple(
                 (self.index[obstacle.body], obstacle.extent)
                 for obstacle in self.scene.obstacles
@@ -325,6 +329,15 @@ class SceneCompiler:
             outer.append(outer_axes)
             offset.append(anchor)
         return np.array(inner), np.array(outer), np.array(offset)
+
+
+def drawn_plates(plate: Plate) -> list[Plate]:
+    """Plates of at most four corners that make up a plate."""
+    outline = plate.outline
+    if outline is None or len(outline) <= 4:
+        return [plate]
+    fans = [(outline[0], *outline[k : k + 3]) for k in range(1, len(outline) - 1, 2)]
+    return [plate.model_copy(update={"outline": fan}) for fan in fans]
 
 
 def _order(key: tuple[tuple[str, ...] | None, bool]) -> tuple[bool, tuple[str, ...], bool]:

@@ -40,7 +40,7 @@ class Bodies:
         Mass or moment of inertia of every degree of freedom.
     free : int array
         Bodies with degrees of freedom.
-    plates : (body, plate, panel) of every drawn plate
+    plates : (body, plate, panel) of every drawn plate; a polygon of more than four corners has several
     solids : (body, largest size in m) of boxes, cylinders and spheres
     """
 
@@ -219,10 +219,15 @@ class Configuration(System):
 
 
 def _corners(plates: list[Plate]) -> np.ndarray:
-    """Corners (n, 4, 3) of plates in body axes, in cyclic order, m."""
-    corners = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]) / 2
-    sizes = np.array([[plate.length, plate.width, 0.0] for plate in plates]).reshape(-1, 1, 3)
-    return np.asarray(corners * sizes)
+    """Corners (n, 4, 3) of plates in body axes, in cyclic order, m; those of a triangle end with its first corner."""
+    corners = np.zeros((len(plates), 4, 3))
+    for quad, plate in zip(corners, plates, strict=True):
+        outline = plate.outline
+        if outline is None:
+            x, y = 0.5 * plate.length, 0.5 * plate.width
+            outline = ((-x, -y), (x, -y), (x, y), (-x, y))
+        quad[:, :2] = outline if len(outline) == 4 else (*outline, outline[0])
+    return corners
 
 
 def _block_diagonal(blocks: np.ndarray) -> sparse.csr_matrix:

@@ -32,6 +32,7 @@ from fsm.segments.report_contact import (
 )
 from fsm.segments.report_flexible import approximations_of_films, beam_lines, cable_lines, film_lines
 from fsm.segments.report_numbers import body_lines, crease_lines, element_lines, lattice_lines, material_lines, strip_lines
+from fsm.segments.report_sheet import sheet_lines, sheet_support_lines
 from fsm.segments.report_view import CheckContext
 from fsm.segments.save_times import save_times
 
@@ -122,9 +123,11 @@ def _bodies(view: CheckContext) -> Iterator[str]:
 
 def _joints(view: CheckContext) -> Iterator[str]:
     kinds = Counter(element.kind for element in view.elements if element.kind != "crease")
-    if kinds["panel"]:
+    if kinds["panel"] and view.case.sheet is None:
         yield f"{count(kinds['panel'], 'joint')} between the segments of panels, linear springs"
-    if kinds["joint"]:
+    if kinds["joint"] and view.case.sheet is not None:
+        yield f"{count(kinds['joint'], 'spring')} of supports and driven vertices"
+    elif kinds["joint"]:
         yield f"{count(kinds['joint'], 'joint')}, linear springs"
     if kinds["drive"]:
         yield f"{count(kinds['drive'], 'half joint')} between the driven crease line and its neighbouring segments"
@@ -155,6 +158,8 @@ def _curve(element: ForceElement) -> str:
 
 def _half_cell(view: CheckContext) -> Iterator[str]:
     strip = view.case.strip
+    if view.case.sheet is not None:
+        return
     if strip is None:
         corrected = sum(element.crease_flexibility > 0 for element in view.elements)
         yield f"in {count(corrected, 'crease')}, by crease_flexibility" if corrected else "none in the scene"
@@ -338,6 +343,8 @@ _SECTIONS: tuple[tuple[str, Callable[[CheckContext], Iterator[str]]], ...] = (
     ("dimension", _dimension),
     ("strip", strip_lines),
     ("lattice", lattice_lines),
+    ("sheet", sheet_lines),
+    ("supports", sheet_support_lines),
     ("material", material_lines),
     ("creases", crease_lines),
     ("films", film_lines),

@@ -182,7 +182,7 @@ ONE_MISTAKE = {
     ),
     "drive of nothing": (
         ("crease = 3\n", ""),
-        "drive.0: give either `crease` (its number), `body` (its name), `bodies`, or `edge` (of a lattice)",
+        "drive.0: give either `crease` (its number), `body` (its name), `bodies`, `edge` (of a lattice or sheet), or `at`",
     ),
     "drive not a list": (
         ("[[drive]]", "[drive]"),

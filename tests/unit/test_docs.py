@@ -50,6 +50,7 @@ from fsm.scene.model import Model
 from fsm.scene.obstacle import Obstacle
 from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, Scene, Surface
 from fsm.scene.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
+from fsm.scene.sheet import Sheet, SheetSupport
 from fsm.scene.solve import SavedPoint
 from fsm.scene.steps import Step
 from fsm.solve.status import Event
@@ -61,7 +62,8 @@ CALIBRATION = ROOT / "docs" / "calibration.md"
 CREASE = ROOT / "folding_cases" / "strip_pull" / "crease.csv"
 
 TABLES: list[tuple[type[BaseModel], ...]] = [
-    (Case,), (Strip,), (Lattice,), (Material,), (LinearCrease, SplineCrease, FamilyCrease), (Contact,), (Friction,),
+    (Case,), (Strip,), (Lattice,), (Sheet,), (SheetSupport,), (Material,), (LinearCrease, SplineCrease, FamilyCrease),
+    (Contact,), (Friction,),
     (Drive,), (Load,), (Constant, Ramp, Table, Cycle), (Step,), (Obstacle,), (Release,), (Solve,), (Save,),
     (SavedPoint,), (Expect,),
     (Scissor,), (BarSection,),
@@ -141,7 +143,8 @@ def test_defaults(index: int) -> None:
         elif isinstance(value, str) and value:
             assert default == f'"{value}"', key
         elif isinstance(value, tuple) and value and not isinstance(value[0], BaseModel):
-            assert default == str([int(x) if x == int(x) else x for x in value]), key
+            shown = [x if isinstance(x, str) or x != int(x) else int(x) for x in value]
+            assert default == str(shown).replace("'", '"'), key
 
 
 def test_laws_are_described() -> None:
@@ -193,7 +196,7 @@ def test_summary_is_described(tmp_path: Path) -> None:
     summary = run_case(load_case(tmp_path / "case.toml", small), tmp_path / "out", progress=False)
     (table,) = rows("| name | |")
     said = {name for row in table for name in re.findall(r"`(\w+)`", row[0])}
-    assert said - {"motion_error"} == set(summary)  # that of a scene with impacts
+    assert said - {"motion_error", "joint_opening"} == set(summary)  # of a scene with impacts, of a sheet
 
 
 def test_summary_of_a_film_is_described(tmp_path: Path) -> None:

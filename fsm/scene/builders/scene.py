@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fsm.scene.builders.lattice import build_lattice
+from fsm.scene.builders.sheet import build_sheet
 from fsm.scene.builders.strip import build_strip
 from fsm.scene.case import Case
 from fsm.scene.frame_bodies import frame_faults, with_frames
@@ -13,7 +14,7 @@ __all__ = ["build_scene"]
 
 
 def build_scene(case: Case) -> Scene:
-    """Scene of a case: from its strip, its lattice, or its [scene] with the contact, loads and drives of the case.
+    """Scene of a case: from its strip, lattice or sheet, or its [scene] with the contact, loads and drives of the case.
 
     A [scene] beside a [strip] adds its parts to the strip.
     """
@@ -21,6 +22,8 @@ def build_scene(case: Case) -> Scene:
         case = _with_items_of_steps(case)
     if case.lattice is not None:
         return build_lattice(case)
+    if case.sheet is not None:
+        return build_sheet(case)
     if case.strip is not None:
         scene = build_strip(case)
         return scene if case.scene is None else _with_parts(_added(scene, case.scene))

@@ -1,0 +1,55 @@
+"""Pattern of a section [sheet], and the stiffness of its bend lines."""
+
+from __future__ import annotations
+
+from fsm.errors import CaseError, Fault
+from fsm.scene.case import Case
+from fsm.scene.patterns.generators import kresling, miura, waterbomb, yoshimura, zigzag
+from fsm.scene.patterns.pattern import Pattern
+from fsm.scene.sheet import Sheet
+
+__all__ = ["bend_stiffness_per_length", "pattern_of"]
+
+
+def pattern_of(sheet: Sheet) -> Pattern:
+    """Pattern of a sheet at its start, with the bend lines of its facets.
+
+    Raises
+    ------
+    CaseError
+        The pattern is faulty.
+    """
+    try:
+        pattern = _generated(sheet)
+    except ValueError as error:
+        raise CaseError(Fault("sheet", str(error))) from None
+    return pattern.with_bend_lines() if sheet.facets == "bend-lines" else pattern
+
+
+def _generated(sheet: Sheet) -> Pattern:
+    def given(name: str) -> float:
+        return float(getattr(sheet, name))
+
+    columns, rows, sides = sheet.columns or 1, sheet.rows or 1, sheet.sides or 3
+    if sheet.kind == "miura":
+        return miura(columns, rows, given("a"), given("b"), given("sector_angle"), given("fold_angle"))
+    if sheet.kind == "zigzag":
+        return zigzag(columns, given("a"), given("b"), given("fold_angle"))
+    if sheet.kind == "waterbomb":
+        return waterbomb(columns, rows, given("a"))
+    if sheet.kind == "kresling":
+        return kresling(sides, rows, given("radius"), given("height"), given("twist"))
+    return yoshimura(sides, rows, given("radius"), given("height"))
+
+
+def bend_stiffness_per_length(case: Case, length: float) -> float:
+    """Stiffness of a bend line over its length, N m/rad per m: as given, or the fit of Liu and Paulino (2017).
+
+    k/L = G (L/t)^(1/3)/L with G = E t^3/(12 (1 - nu^2)). The fit is for the short diagonal of a facet.
+    """
+    sheet, material = case.sheet, case.material
+    assert sheet is not None and material is not None
+    if sheet.bend_stiffness_per_length is not None:
+        return sheet.bend_stiffness_per_length
+    plate = material.young * sheet.thickness**3 / (12.0 * (1.0 - material.poisson**2))
+    return plate * (length / sheet.thickness) ** (1.0 / 3.0) / length

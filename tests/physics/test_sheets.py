@@ -1,0 +1,152 @@
+"""Folded sheets of rigid facets against closed forms."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fsm.analyses.choose import analysis_of
+from fsm.errors import CaseError
+from fsm.run import run_case
+from fsm.scene.builders import sheet as builder
+from fsm.scene.builders.scene import build_scene
+from fsm.scene.case import Case
+from fsm.scene.load_case import load_case
+
+CASE = Path(__file__).parents[2] / "folding_cases" / "miura_push" / "case.toml"
+
+
+def miura_force(
+    shortening: float, columns: int, rows: int, a: float, b: float, sector: float, start: float, stiffness: float
+) -> float:
+    """Force dU/dX of a Miura sheet with one degree of freedom, from the formulas of Schenk and Guest (2013)."""
+
+    def length(fold: float) -> float:
+        tangent = math.cos(fold) * math.tan(sector)
+        return columns * b * tangent / math.sqrt(1.0 + tangent * tangent)
+
+    def angles(fold: float) -> tuple[float, float]:
+        flat = math.sqrt(1.0 - (math.sin(fold) * math.sin(sector)) ** 2)
+        return 2.0 * fold, 2.0 * math.asin(math.sin(fold) * math.cos(sector) / flat)
+
+    def energy(fold: float) -> float:
+        lengths = columns * (rows - 1) * b, rows * (columns - 1) * a
+        turned = zip(lengths, angles(fold), angles(start), strict=True)
+        return 0.5 * stiffness * sum(along * (now - before) ** 2 for along, now, before in turned)
+
+    low, high = start, 0.5 * math.pi
+    for _ in range(80):
+        fold = 0.5 * (low + high)
+        low, high = (fold, high) if length(start) - length(fold) < shortening else (low, fold)
+    weights, h = (1.0, -8.0, 8.0, -1.0), 1e-3
+    places = [fold + step * h for step in (-2.0, -1.0, 1.0, 2.0)]
+    slope = sum(w * energy(place) for w, place in zip(weights, places, strict=True))
+    return -slope / sum(w * length(place) for w, place in zip(weights, places, strict=True))
+
+
+def curve(folder: Path) -> np.ndarray:
+    return np.genfromtxt(folder / "force.csv", delimiter=",", skip_header=1)
+
+
+def test_closed_form_has_the_published_values() -> None:
+    """Independent values: force per vertex of the edge at three shortenings."""
+    shape = (10, 10, 2.0, 2.0, math.pi / 3.0, math.radians(15.0), 0.1)
+    for shortening, force in ((0.526119, 0.781116), (1.14675, 0.846382), (4.07405, 0.731824)):
+        assert miura_force(shortening, *shape) / 11.0 == pytest.approx(force, rel=2e-6)
+
+
+def test_miura_push(tmp_path: Path) -> None:
+    """The shipped case follows the closed form to 2e-6 of the largest force, and to 1e-6 from a tenth of the travel on."""
+    run_case(load_case(CASE), tmp_path, progress=False)
+    travel, force = curve(tmp_path)[:, :2].T
+    exact = [miura_force(x, 10, 10, 2.0, 2.0, math.pi / 3.0, math.radians(15.0), 0.1) for x in travel]
+    assert travel[-1] == pytest.approx(4.2)
+    np.testing.assert_allclose(force, exact, rtol=0.0, atol=2e-6 * max(exact))
+    late = travel > 0.42
+    np.testing.assert_allclose(force[late], np.array(exact)[late], rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("columns", "rows", "a", "b", "sector", "fold"),
+    [(4, 6, 0.02, 0.03, 1.2, 0.9), (3, 3, 3.0, 1.0, 0.7, 0.3), (5, 2, 0.1, 0.1, 1.0, 0.5)],
+)
+def test_miura_of_other_shapes(
+    tmp_path: Path, columns: int, rows: int, a: float, b: float, sector: float, fold: float
+) -> None:
+    """Odd numbers of panels, unequal sides, and other sizes by the keys of the shipped case."""
+    travel = 0.2 * columns * b
+    keys = {"columns": columns, "rows": rows, "a": a, "b": b, "sector_angle": sector, "fold_angle": fold}
+    changed = [f"sheet.{key}={value}" for key, value in keys.items()]
+    changed += [f"drive.0.travel={travel}", f"save.every={travel / 4}", "crease.stiffness_per_length=0.02"]
+    run_case(load_case(CASE, changed), tmp_path, progress=False)
+    points, force = curve(tmp_path)[:, :2].T
+    exact = [miura_force(x, columns, rows, a, b, sector, fold, 0.02) for x in points]
+    np.testing.assert_allclose(force, exact, rtol=0.0, atol=1e-5 * max(exact))
+    assert np.median(np.abs(force - exact)) < 1e-6 * max(exact)
+
+
+def test_force_does_not_depend_on_the_rigid_joints(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The error of the flexibility is inverse to the stiffness of the joints, and small at the default."""
+    travel, changed = 0.3, ["sheet.columns=4", "sheet.rows=4", "save.every=0.1", "drive.0.travel=0.3"]
+    exact = miura_force(travel, 4, 4, 2.0, 2.0, math.pi / 3.0, math.radians(15.0), 0.1)
+    errors = []
+    for factor in (1e4, 1e5, builder.RIGID):
+        monkeypatch.setattr(builder, "RIGID", factor)
+        run_case(load_case(CASE, changed), tmp_path / f"{factor:g}", progress=False)
+        errors.append(abs(curve(tmp_path / f"{factor:g}")[-1, 1] / exact - 1.0))
+    assert errors[0] > 9.0 * errors[1] and errors[0] < 1e-2
+    assert errors[2] < 1e-6
+
+
+def zigzag_case(**changes: object) -> Case:
+    sheet = {"kind": "zigzag", "columns": 2, "a": 0.1, "b": 0.05, "fold_angle": 0.5, "thickness": 1e-3}
+    sheet["support"] = [{"at": "edge left"}]
+    drive = {"edge": "right", "direction": [-1, 0, 0], "speed": 1e-3, "travel": 0.02}
+    data = {
+        "sheet": sheet | changes, "material": {"young": 3e9, "density": 1000.0}, "crease": {"stiffness_per_length": 0.2},
+        "drive": [drive], "solve": {"method": "static"}, "save": {"every": 0.01},
+    }  # fmt: skip
+    return Case.model_validate(data)
+
+
+def test_measured_crease_scales_with_its_length() -> None:
+    """A measured line of a crease of 20 mm has the moment of a linear law with the same stiffness per length."""
+    linear = analysis_of(zigzag_case()).system
+    data = zigzag_case().model_copy(update={"crease": None}).model_dump(exclude_none=True)
+    data["crease"] = {"law": "spline", "angle": [-2.0, -1.0, 1.0, 2.0], "moment": [-8e-3, -4e-3, 4e-3, 8e-3], "width": 0.02}
+    measured = analysis_of(Case.model_validate(data)).system
+    forces = []
+    for system in (linear, measured):
+        q = system.initial()[0]
+        forces.append(system.force(10.0, system.retract(q, 1e-3 * np.sin(np.arange(system.nu))), None))
+    np.testing.assert_allclose(forces[0], forces[1], rtol=1e-6, atol=1e-9 * np.abs(forces[0]).max())
+
+
+def test_mass_and_bodies_of_a_sheet() -> None:
+    scene = build_scene(zigzag_case())
+    assert sum(body.mass for body in scene.bodies) == pytest.approx(1000.0 * 1e-3 * 2 * 0.1 * 0.05)
+    assert [body.name for body in scene.bodies] == ["facet 1", "facet 2", "edge right"]
+    (crease,) = [element for element in scene.elements if element.kind == "crease"]
+    assert abs(crease.initial_angle or 0.0) == pytest.approx(1.0)
+    assert crease.rotation[1] == pytest.approx(0.2 * 0.05)
+
+
+def test_bend_lines_have_the_preset_or_the_given_stiffness() -> None:
+    def stiffness(**changes: object) -> float:
+        scene = build_scene(zigzag_case(facets="bend-lines", **changes))
+        return next(element for element in scene.elements if element.name == "bend line 1").rotation[1]
+
+    length = math.hypot(0.1, 0.05)
+    plate = 3e9 * 1e-9 / (12.0 * (1.0 - 0.3**2))
+    assert stiffness() == pytest.approx(plate * (length / 1e-3) ** (1.0 / 3.0))
+    assert stiffness(bend_stiffness_per_length=0.7) == pytest.approx(0.7 * length)
+
+
+def test_a_stiffness_of_a_strip_is_refused() -> None:
+    case = zigzag_case()
+    data = case.model_dump(exclude_none=True) | {"crease": {"law": "linear", "stiffness": 0.2}}
+    with pytest.raises(CaseError, match=r"give crease\.stiffness_per_length"):
+        build_scene(Case.model_validate(data))

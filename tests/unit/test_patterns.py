@@ -1,0 +1,185 @@
+"""Crease patterns: geometry of the generators, facets, bend lines and places."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from fsm.scene.patterns.facets import facet_frames, quaternions
+from fsm.scene.patterns.generators import kresling, miura, waterbomb, yoshimura, zigzag
+from fsm.scene.patterns.pattern import Pattern
+from fsm.scene.patterns.places import place_of
+
+SHAPES = {
+    "miura": miura(4, 3, 0.03, 0.02, math.radians(55.0), math.radians(35.0)),
+    "zigzag": zigzag(5, 0.02, 0.03, math.radians(40.0)),
+    "waterbomb": waterbomb(3, 2, 0.02),
+    "kresling": kresling(6, 2, 0.05, 0.04, math.radians(35.0)),
+    "yoshimura": yoshimura(6, 3, 0.05, 0.02),
+}
+
+
+def interior_sums(pattern: Pattern, values: np.ndarray) -> dict[int, float]:
+    """Sum of the values of the edges at each vertex without boundary edges."""
+    on_boundary = {v for edge, letter in zip(pattern.edges, pattern.assignment, strict=True) if letter == "B" for v in edge}
+    sums: dict[int, float] = {}
+    for edge, value in zip(pattern.edges, values, strict=True):
+        for vertex in set(edge.tolist()) - on_boundary:
+            sums[vertex] = sums.get(vertex, 0.0) + float(value)
+    return sums
+
+
+@pytest.mark.parametrize("fold", [1e-3, 0.6, 1.5])
+def test_miura_panels(fold: float) -> None:
+    """Panels are parallelograms with the given sides and sector angle at the fold angle with the mean plane."""
+    a, b, sector = 0.03, 0.02, math.radians(55.0)
+    pattern = miura(4, 3, a, b, sector, fold)
+    assert len(pattern.faces) == 12 and len(pattern.vertices) == 20
+    for face in pattern.faces:
+        p = pattern.vertices[list(face)]
+        along_x, along_y = p[1] - p[0], p[3] - p[0]
+        assert np.linalg.norm(along_x) == pytest.approx(b) and np.linalg.norm(along_y) == pytest.approx(a)
+        cosine = abs(along_x @ along_y) / (a * b)
+        assert cosine == pytest.approx(math.cos(sector))
+        np.testing.assert_allclose(p[2], p[1] + p[3] - p[0], atol=1e-15)
+    np.testing.assert_allclose(np.abs(pattern.normals()[:, 2]), math.cos(fold), rtol=1e-12)
+    left, right = (pattern.vertices[list(pattern.groups[name]), 0] for name in ("left", "right"))
+    assert np.ptp(left) == np.ptp(right) == 0.0 and right[0] > left[0]
+
+
+def test_miura_fold_angles_and_assignment() -> None:
+    """The closed form of both fold angles; each inner vertex has three folds of one kind and one of the other."""
+    fold, sector = math.radians(35.0), math.radians(55.0)
+    pattern = SHAPES["miura"]
+    angles = pattern.fold_angles()
+    inner = np.array([letter in "MV" for letter in pattern.assignment])
+    along_row = np.isclose(pattern.lengths, 0.02)
+    np.testing.assert_allclose(np.abs(angles[inner & along_row]), 2.0 * fold, rtol=1e-12)
+    other = 2.0 * math.asin(math.sin(fold) * math.cos(sector) / math.sqrt(1.0 - (math.sin(fold) * math.sin(sector)) ** 2))
+    np.testing.assert_allclose(np.abs(angles[inner & ~along_row]), other, rtol=1e-12)
+    kinds = interior_sums(pattern, np.sign(angles))
+    assert len(kinds) == 6 and set(np.abs(list(kinds.values()))) == {2.0}
+
+
+def test_a_valley_is_positive() -> None:
+    """Two squares whose outer sides rise towards the normals fold as a valley."""
+    vertices = np.array([[0, 0, 0], [0, 1, 0], [-0.8, 1, 0.6], [-0.8, 0, 0.6], [0.8, 0, 0.6], [0.8, 1, 0.6]], dtype=float)
+    pattern = Pattern.of_faces(vertices, [(0, 1, 2, 3), (0, 4, 5, 1)])
+    assert (pattern.normals()[:, 2] > 0.0).all()
+    assert [letter for letter in pattern.assignment if letter != "B"] == ["V"]
+    assert pattern.fold_angles().max() == pytest.approx(2.0 * math.asin(0.6))
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_faces_join(name: str) -> None:
+    """Euler characteristic of a disc or a tube, and normals on one side of neighbouring flat faces."""
+    pattern = SHAPES[name]
+    closed = name in ("kresling", "yoshimura")
+    assert len(pattern.vertices) - len(pattern.edges) + len(pattern.faces) == (0 if closed else 1)
+    left, right = pattern.edge_faces.T
+    boundary = np.array([letter == "B" for letter in pattern.assignment])
+    np.testing.assert_array_equal((left < 0) | (right < 0), boundary)
+    if pattern.flat is not None:
+        flat = np.column_stack([pattern.flat, np.zeros(len(pattern.flat))])
+        assert (pattern.normals(flat)[:, 2] > 1.0 - 1e-12).all()
+        lengths = np.linalg.norm(np.diff(flat[pattern.edges], axis=1)[:, 0], axis=1)
+        np.testing.assert_allclose(lengths, pattern.lengths, rtol=1e-12)
+
+
+def test_waterbomb_vertices_fold_flat() -> None:
+    """Maekawa's condition at every inner vertex: mountains less valleys are 2."""
+    pattern = SHAPES["waterbomb"]
+    kinds = interior_sums(pattern, np.sign(pattern.target))
+    assert len(kinds) > 5 and set(kinds.values()) <= {-2.0, 2.0}
+
+
+def test_kresling_rings() -> None:
+    """All triangles are congruent, and the sides between the rings have alternate assignments."""
+    pattern = SHAPES["kresling"]
+    sides = {tuple(sorted(np.round(np.linalg.norm(np.roll(p, 1, axis=0) - p, axis=1), 12)))
+             for p in (pattern.vertices[list(face)] for face in pattern.faces)}  # fmt: skip
+    assert len(sides) == 1
+    between = Counter(
+        letter for (u, v), letter in zip(pattern.edges, pattern.assignment, strict=True)
+        if pattern.vertices[u, 2] != pattern.vertices[v, 2]
+    )  # fmt: skip
+    assert between["M"] == between["V"] == 12
+
+
+def test_facet_moments() -> None:
+    """Moments of a rectangle, and of a triangle as a half of it, about principal axes."""
+    rectangle = facet_frames(zigzag(1, 0.04, 0.03, 0.0))
+    assert rectangle.area[0] == pytest.approx(0.04 * 0.03)
+    np.testing.assert_allclose(rectangle.moments[0], [0.04 * 0.03**3 / 12.0, 0.03 * 0.04**3 / 12.0], rtol=1e-12)
+    corners = np.array([[0.1, 0.2, 0.3], [0.14, 0.2, 0.3], [0.1, 0.23, 0.3]])
+    triangle = facet_frames(Pattern.of_faces(corners, [(0, 1, 2)]))
+    np.testing.assert_allclose(triangle.centre[0], corners.mean(axis=0))
+    assert triangle.moments[0].sum() == pytest.approx(0.04 * 0.03 * (0.04**2 + 0.03**2) / 36.0)
+    back = triangle.centre[0] + triangle.outlines[0] @ triangle.axes[0][:, :2].T
+    np.testing.assert_allclose(back, corners, atol=1e-15)
+
+
+def test_quaternions_of_all_quadrants() -> None:
+    rng = np.random.default_rng(5)
+    q = rng.normal(size=(200, 4))
+    q /= np.linalg.norm(q, axis=1)[:, None]
+    w, x, y, z = q.T
+    matrices = np.array([
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]).transpose(2, 0, 1)  # fmt: skip
+    found = quaternions(matrices)
+    np.testing.assert_allclose(np.abs(np.sum(found * q, axis=1)), 1.0, rtol=1e-12)
+
+
+def test_bend_lines_take_the_short_diagonal() -> None:
+    pattern = SHAPES["miura"].with_bend_lines()
+    assert len(pattern.faces) == 24 and Counter(pattern.assignment)["J"] == 12
+    corners = [SHAPES["miura"].vertices[list(face)] for face in SHAPES["miura"].faces]
+    short = min(np.linalg.norm(p[[0, 1]] - p[[2, 3]], axis=1).min() for p in corners)
+    lines = [k for k, letter in enumerate(pattern.assignment) if letter == "J"]
+    np.testing.assert_allclose(pattern.lengths[lines], short)
+    assert (pattern.edge_faces[lines] >= 0).all()
+    np.testing.assert_allclose(pattern.fold_angles()[lines], 0.0, atol=1e-7)
+
+
+def test_bend_lines_of_a_concave_face_lie_inside() -> None:
+    corners = np.array([[0, 0, 0], [4, 0, 0], [4, 3, 0], [2, 0.5, 0], [0, 3, 0]], dtype=float)
+    whole = Pattern.of_faces(corners, [(0, 1, 2, 3, 4)])
+    pattern = whole.with_bend_lines()
+    assert facet_frames(pattern).area.sum() == pytest.approx(facet_frames(whole).area[0])
+    assert (pattern.normals()[:, 2] > 0.0).all()
+
+
+def test_places() -> None:
+    pattern = SHAPES["miura"]
+    assert place_of(pattern, "edge left").vertices == (0, 1, 2, 3)
+    assert place_of(pattern, "vertices 3, 1").vertices == (2, 0)
+    assert place_of(pattern, "facet 12").facet == 11
+    right = float(pattern.vertices[:, 0].max())
+    assert place_of(pattern, ((right, -1.0, -1.0), (right, 1.0, 1.0))).vertices == pattern.groups["right"]
+
+
+@pytest.mark.parametrize(
+    ("at", "message"),
+    [
+        ("edge front", 'its edges are "edge left", "edge right", "edge bottom", "edge top"'),
+        ("vertex 21", "there is no number 21; the sheet has 20 vertices"),
+        ("facet 0", "there is no number 0; the sheet has 12 facets"),
+        ("corner", "is not a place of the sheet"),
+        (((1.0, 1.0, 1.0), (2.0, 2.0, 2.0)), "the box contains no vertex of the sheet, which extends over x 0 to"),
+    ],
+)
+def test_unknown_places(at: object, message: str) -> None:
+    with pytest.raises(ValueError, match=message.replace("(", r"\(")):
+        place_of(SHAPES["miura"], at)  # type: ignore[arg-type]
+
+
+def test_faces_of_opposite_orientation_are_refused() -> None:
+    corners = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype=float)
+    with pytest.raises(ValueError, match="two faces on one side"):
+        Pattern.of_faces(corners, [(0, 1, 2), (0, 3, 2), (0, 1, 3)])
