@@ -12,7 +12,7 @@ import click
 
 from fsm.cli_options import Command, add_source, debug_option, debugging, out_folder, set_option
 from fsm.errors import CaseError, ExpectationFailed, FsmError, is_interrupt
-from fsm.gc_startup import imports_outside_gc, plain_matplotlib, skip_final_gc
+from fsm.gc_startup import imports_outside_gc, plain_matplotlib, rare_gc
 from fsm.interrupts import ignore_repeated_interrupts
 from fsm.threads import one_thread
 
@@ -372,7 +372,7 @@ def _solve_overrides(spatial: bool, method: str | None) -> list[str]:
 def main() -> None:
     """Run the command ``fsm``."""
     try:
-        with ignore_repeated_interrupts(), skip_final_gc(), one_thread():
+        with ignore_repeated_interrupts(), rare_gc(), one_thread():
             cli(prog_name="fsm")
     except KeyboardInterrupt:  # before or after the command itself
         sys.exit(130)

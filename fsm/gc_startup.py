@@ -13,7 +13,10 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-__all__ = ["imports_outside_gc", "plain_matplotlib", "skip_final_gc"]
+__all__ = ["imports_outside_gc", "plain_matplotlib", "rare_gc"]
+
+_THRESHOLDS = (50_000, 20, 100)
+"""New objects, and collections of younger objects, after which the garbage of each generation is collected."""
 
 
 @contextmanager
@@ -49,9 +52,15 @@ def plain_matplotlib() -> Iterator[None]:
 
 
 @contextmanager
-def skip_final_gc() -> Iterator[None]:
-    """Skip the last garbage collection of the process; the operating system frees the memory."""
+def rare_gc() -> Iterator[None]:
+    """Collect garbage rarely within the block, and not at the end of the process.
+
+    Figures and compilations create many objects without cycles. The operating system frees the memory at the end.
+    """
+    before = gc.get_threshold()
+    gc.set_threshold(*_THRESHOLDS)
     try:
         yield
     finally:
+        gc.set_threshold(*before)
         gc.freeze()

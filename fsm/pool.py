@@ -19,7 +19,7 @@ from multiprocessing.context import SpawnContext, SpawnProcess
 from typing import Any
 
 from fsm.errors import FsmError, is_interrupt
-from fsm.gc_startup import skip_final_gc
+from fsm.gc_startup import rare_gc
 from fsm.threads import one_thread
 
 __all__ = ["JobOutcome", "run_jobs"]
@@ -170,7 +170,7 @@ def _serve(channel: Connection) -> None:
         os.setpgrp()
     threading.Thread(target=_end_with_parent, name="watch of the parent", daemon=True).start()
     try:
-        with skip_final_gc():
+        with rare_gc():
             while True:
                 message = channel.recv_bytes()
                 if hasattr(signal, "pthread_sigmask"):  # the except clause below is active now

@@ -12,7 +12,6 @@ from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
-import scipy
 
 from fsm.version import fsm_version
 
@@ -27,7 +26,7 @@ def made_by() -> dict[str, str]:
         "source": _source_digest(),
         "python": platform.python_version(),
         "numpy": np.__version__,
-        "scipy": scipy.__version__,
+        "scipy": version("scipy"),
         "numba": version("numba"),
     }
 

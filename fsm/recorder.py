@@ -30,7 +30,7 @@ from fsm.results.curve import ForceCurve
 from fsm.results.solution import Record, Solution
 from fsm.results.step_data import LoadPath, StepModes
 from fsm.results.store import ResultWriter, part_path, read_checkpoint, read_solution
-from fsm.round_off import RoundOff, position_round_off_energy, round_off_of
+from fsm.round_off import position_round_off_energy, round_off_of
 from fsm.scene.load_case import LoadedCase
 from fsm.scene.scene import Scene
 from fsm.segments.system import SegmentSystem
@@ -142,10 +142,10 @@ class RecordedSolve:
                 text = self._named(str(error))
                 raise type(error)(f"{text}. {beyond[0].upper()}{beyond[1:]}" if beyond else text) from error
             writer.flush()
-            round_off = self._round_off()
+            solution = read_solution(part_path(self.target))
+            round_off = round_off_of(self.system, solution)
             if round_off.refusal():
                 raise NotConverged(round_off.refusal())
-            solution = read_solution(part_path(self.target))
             watch = partial(_further, bar)
             solution.array = array = self.analysis.array_motion(solution, self.warnings, watch)
             self.analysis.compare(solution, watch)
@@ -285,10 +285,6 @@ class RecordedSolve:
         solution, scene = read_solution(part_path(self.target)), getattr(self.analysis, "scene", None)
         meeting = lattice_overlap(solution, scene) if isinstance(scene, Scene) else ""
         return round_off_of(self.system, solution).refusal(), meeting
-
-    def _round_off(self) -> RoundOff:
-        """Round-off of the records written so far."""
-        return round_off_of(self.system, read_solution(part_path(self.target)))
 
     def _save(self, writer: ResultWriter, saved: SavedState) -> None:
         """Write a record of the whole state, a sample of the probes, or both, as required at this time."""

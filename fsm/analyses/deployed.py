@@ -7,7 +7,6 @@ import re
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from fsm.analyses.film import FilmMesh
 from fsm.ancf.air import air_mass
@@ -15,6 +14,7 @@ from fsm.ancf.build import FilmGrid
 from fsm.ancf.film import FilmMaterial
 from fsm.ancf.from_deployed import CreaseLine, DeployedStrip, deployed_mesh
 from fsm.errors import NotConverged
+from fsm.interpolation import interpolate
 from fsm.results.solution import Floats, Solution
 from fsm.scene.builders.membrane import MeshLines
 from fsm.scene.builders.strip import segment_lengths
@@ -159,8 +159,7 @@ def _crease_line(place: float, turn: float, number: int, strip: Strip, crease: C
         return CreaseLine(place, crease.stiffness, side * folded)
     assert isinstance(crease, SplineCrease)  # the curve of a family is computed when the case is read
     assert crease.angle is not None and crease.moment is not None
-    law = CubicSpline if crease.interpolation == "cubic" else PchipInterpolator
-    curve = law(np.array(crease.angle), np.array(crease.moment))
+    curve = interpolate(np.array(crease.angle), np.array(crease.moment), crease.interpolation)
     opened = float(np.clip(folded - psi, crease.angle[0], crease.angle[-1]))
     stiffness, moment = crease.scale * float(curve(opened, 1)), crease.scale * float(curve(opened))
     return CreaseLine(place, stiffness, side * (psi + moment / stiffness))

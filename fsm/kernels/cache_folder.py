@@ -55,6 +55,7 @@ _NUMBA_SETTINGS: Final = (
 )  # settings (NUMBA_... variables) that change the machine code but not numba's own cache key
 
 _PACKAGE: Final = Path(os.path.abspath(__file__)).parent.parent
+_PREFIX: Final = os.path.join(_PACKAGE, "")
 _DAY: Final = 86400.0
 _STAMP: Final = ".last_used"
 _PRIVATE: Final = 0o700
@@ -76,17 +77,28 @@ def is_covered(function: Callable[..., Any]) -> bool:
     path = source_of(function)
     if not path.is_relative_to(_PACKAGE):
         return False
-    name = f"kernel {function.__qualname__} in {path.relative_to(_PACKAGE.parent).as_posix()}"
     if function.__closure__ is not None or "<locals>" in function.__qualname__:
-        raise RuntimeError(f"{name} is defined inside another function: define it at the top level of the module")
-    if _RELATIVE_IMPORT.search(_text_at_import(str(path)) or b""):
-        raise RuntimeError(f"{name}: the kernel cache does not follow relative imports; import by full names")
-    return True
+        fault = " is defined inside another function: define it at the top level of the module"
+    elif _has_relative_imports(path):
+        fault = ": the kernel cache does not follow relative imports; import by full names"
+    else:
+        return True
+    raise RuntimeError(f"kernel {function.__qualname__} in {path.relative_to(_PACKAGE.parent).as_posix()}{fault}")
+
+
+@cache
+def _has_relative_imports(path: Path) -> bool:
+    return _RELATIVE_IMPORT.search(_text_at_import(str(path)) or b"") is not None
 
 
 def source_of(function: Callable[..., Any]) -> Path:
     """Path of the file that defines `function`."""
-    return Path(os.path.abspath(function.__code__.co_filename))
+    return _absolute(function.__code__.co_filename)
+
+
+@cache
+def _absolute(name: str) -> Path:
+    return Path(os.path.abspath(name))
 
 
 @cache
@@ -202,7 +214,7 @@ def key_now(path: Path, read: Callable[[str], bytes | None] = _text) -> str:
     versions = (sys.version, numba.__version__, llvmlite.__version__, np.__version__)
     digest.update(repr((versions, _machine(), sorted(OPTIONS.items()), sorted(settings.items()))).encode())
     for source, content in sorted(_imported(str(path), read).items()):
-        digest.update(f"\n{Path(source).relative_to(_PACKAGE).as_posix()} {len(content)}\n".encode())
+        digest.update(f"\n{source.removeprefix(_PREFIX).replace(os.sep, '/')} {len(content)}\n".encode())
         digest.update(content)
     return digest.hexdigest()[:20]
 

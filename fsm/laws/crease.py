@@ -7,17 +7,16 @@ the side to which the crease is folded. The table includes the series flexibilit
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline, CubicSpline, PchipInterpolator, PPoly
 
+from fsm.interpolation import PiecewiseCubic, hermite_cubic, interpolate
 from fsm.kernels.jit import kernel
 from fsm.kernels.spline import evaluate_curve
 
 __all__ = [
-    "CurveTable", "MomentCurve", "add_flexibility", "crease_energy", "crease_moment", "curve_from_data",
-    "curve_from_polynomial", "join_curves",
+    "CurveTable", "MomentCurve", "add_flexibility", "crease_energy", "crease_moment", "curve_from_cubic",
+    "curve_from_data", "join_curves",
 ]  # fmt: skip
 
 
@@ -50,17 +49,15 @@ def curve_from_data(angle: np.ndarray, moment: np.ndarray, interpolation: str = 
     -----
     The energy is zero at zero opening, even if the data begin elsewhere.
     """
-    polynomial = CubicSpline(angle, moment) if interpolation == "cubic" else PchipInterpolator(angle, moment)
-    return curve_from_polynomial(polynomial)
+    return curve_from_cubic(interpolate(angle, moment, interpolation))
 
 
-def curve_from_polynomial(polynomial: PPoly) -> MomentCurve:
-    """Curve from a cubic PPoly, with linear extrapolation."""
-    knots = np.ascontiguousarray(polynomial.x, dtype=float)
-    last_value = float(polynomial(knots[-1]))
-    last_slope = float(polynomial(knots[-1], 1))
-    coefficients = np.vstack([polynomial.c.T, [0.0, 0.0, last_slope, last_value]])
-    energies = np.concatenate([[0.0], np.cumsum([polynomial.integrate(a, b) for a, b in pairwise(knots)])])
+def curve_from_cubic(cubic: PiecewiseCubic) -> MomentCurve:
+    """Curve from cubic pieces, with linear extrapolation."""
+    knots = np.ascontiguousarray(cubic.knots)
+    last = [0.0, 0.0, float(cubic(knots[-1], 1)), float(cubic(knots[-1]))]
+    coefficients = np.vstack([cubic.coefficients.T, last])
+    energies = np.concatenate([[0.0], np.cumsum(cubic.integrals())])
     curve = MomentCurve(knots, np.ascontiguousarray(coefficients), energies)
     return MomentCurve(knots, curve.coefficients, energies - curve(0.0)[0])
 
@@ -104,7 +101,7 @@ def add_flexibility(curve: MomentCurve, flexibility: float, subdivisions: int = 
 
 
 def _hermite(x: np.ndarray, y: np.ndarray, dydx: np.ndarray) -> MomentCurve:
-    return curve_from_polynomial(CubicHermiteSpline(x, y, dydx))
+    return curve_from_cubic(hermite_cubic(x, y, dydx))
 
 
 @dataclass(frozen=True)

@@ -22,11 +22,11 @@ The sum of stored and dissipated energy therefore equals the work for any step s
 from __future__ import annotations
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
+from fsm.interpolation import hermite_cubic, monotone_slopes
 from fsm.kernels.jit import kernel
 from fsm.kernels.spline import evaluate_curve
-from fsm.laws.crease import MomentCurve, curve_from_polynomial
+from fsm.laws.crease import MomentCurve, curve_from_cubic
 
 __all__ = ["hysteresis_stiffness", "slip_energy", "slip_moment", "slip_power", "strength_curve"]
 
@@ -44,9 +44,9 @@ def strength_curve(opening: np.ndarray, strength: np.ndarray) -> MomentCurve:
     opening : (n,) array, rad, increasing
     strength : (n,) array, N m, >= 0
     """
-    slope = PchipInterpolator(opening, strength).derivative()(opening)
+    slope = monotone_slopes(opening, strength)
     slope[[0, -1]] = 0.0  # constant outside the measured range, so that the strength never becomes negative
-    return curve_from_polynomial(CubicHermiteSpline(opening, strength, slope))
+    return curve_from_cubic(hermite_cubic(opening, strength, slope))
 
 
 def hysteresis_stiffness(strength: MomentCurve, reversal: float) -> float:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
@@ -47,19 +48,21 @@ def plot_motion(solution: Solution, path: str | Path, views: int = 6) -> None:
     columns = 3 if len(chosen) > 2 else max(len(chosen), 1)
     rows = max(1, -(-len(chosen) // columns))
     space = leaves_plane(solution.shape)
-    height = _height(_extent(solution), columns, rows, space)
+    everything, view = _extent(solution), _view(solution)
+    height = _height(everything, columns, rows, space)
     with figure(path, (WIDE[0], height)) as fig:
         fig.set_layout_engine(None)
         for k, record in enumerate(chosen):
             if space:
-                _draw_space(fig, solution, record)
+                _draw_space(fig, solution, record, everything, view)
             else:
                 first = fig.axes[0] if fig.axes else None
                 ax = fig.add_subplot(rows, columns, k + 1, sharex=first, sharey=first)
-                _draw_plane(ax, solution, record)
-                ax.set_xlabel("x (mm)" if k + columns >= len(chosen) else "")
-                ax.set_ylabel(f"{vertical_axis(solution)} (mm)" if k % columns == 0 else "")
-                ax.tick_params(labelbottom=k + columns >= len(chosen), labelleft=k % columns == 0)
+                _draw_plane(ax, solution, record, everything, view)
+                lowest, leftmost = k + columns >= len(chosen), k % columns == 0
+                _label(ax.xaxis, "x (mm)" if lowest else "")
+                _label(ax.yaxis, f"{vertical_axis(solution)} (mm)" if leftmost else "")
+                ax.tick_params(labelbottom=lowest, labelleft=leftmost)
             if stages:
                 _frame(fig.axes[-1], _stage_at(stages, float(solution.travel[record, 0])))
         if stages:
@@ -250,17 +253,24 @@ def _moving_solids(solution: Solution) -> list[Floats]:
     ]
 
 
-def _draw_plane(ax: Axes, solution: Solution, record: int) -> None:
-    outlines = obstacle_outlines(solution, record, *_view(solution))
+def _label(axis: Axis, text: str) -> None:
+    """Label an axis. An empty label has a fixed place, because the search for one measures all numbers of the axis."""
+    axis.set_label_text(text)
+    if not text:
+        axis.set_label_coords(0.0, 0.0)
+
+
+def _draw_plane(ax: Axes, solution: Solution, record: int, extent: Floats, view: tuple[Floats, float]) -> None:
+    outlines = obstacle_outlines(solution, record, *view)
     sections = [1e3 * outline.section[:, [0, 2]] for outline in outlines]
     ax.add_collection(_plates_in_plane(solution, record))
     if sections:
         ax.add_collection(PolyCollection(sections, facecolors=GREY, edgecolors=GREY, alpha=0.3))
-    everything = _extent(solution)[:, [0, 2]] * 1e3
-    if len(everything):
-        margin = 0.05 * float(np.max(np.ptp(everything, axis=0)))
-        ax.set_xlim(everything[:, 0].min() - margin, everything[:, 0].max() + margin)
-        ax.set_ylim(everything[:, 1].min() - margin, everything[:, 1].max() + margin)
+    if len(extent):
+        low, high = (pick(extent, axis=0)[[0, 2]] * 1e3 for pick in (np.min, np.max))
+        margin = 0.05 * float(np.max(high - low))
+        ax.set_xlim(low[0] - margin, high[0] + margin)
+        ax.set_ylim(low[1] - margin, high[1] + margin)
     ax.set_aspect("equal", adjustable="box")
     ax.set_title(_title(solution, record))
 
@@ -296,7 +306,7 @@ def _above(quads: Floats, films: np.ndarray) -> bool:
     return bool(np.mean(plates[:, 2] - near[beside, 2]) >= 0.0)
 
 
-def _draw_space(fig: Figure, solution: Solution, record: int) -> None:
+def _draw_space(fig: Figure, solution: Solution, record: int, extent: Floats, view: tuple[Floats, float]) -> None:
     ax: Any = fig.add_axes((0.0, 0.0, 1.0, 1.0), projection="3d", label=str(record))
     ax.patch.set_visible(False)
     quads, panel = solution.shape[record] * 1e3, solution.layout.panel
@@ -315,18 +325,18 @@ def _draw_space(fig: Figure, solution: Solution, record: int) -> None:
             add(Poly3DCollection(list(quads[part]), facecolors=chosen, **style))
     if len(cables):
         add(Line3DCollection(list(cables), colors=COLOURS[6], linewidths=1.0, zorder=2.5))
-    outlines = obstacle_outlines(solution, record, *_view(solution))
+    outlines = obstacle_outlines(solution, record, *view)
     solids = [1e3 * face for outline in outlines if outline.bounded for face in outline.faces]
     if solids:
         add(Poly3DCollection(solids, facecolors=GREY, edgecolors=GREY, linewidths=0.2, alpha=0.3))
-    low, high = (pick(_extent(solution), axis=0) * 1e3 for pick in (np.min, np.max))
-    reach = 1e3 * _reach(_extent(solution))
+    low, high = (pick(extent, axis=0) * 1e3 for pick in (np.min, np.max))
+    reach = 1e3 * _reach(extent)
     middle = (low + high) / 2
     planes = [face for outline in outlines if not outline.bounded for face in _cut(outline, low, high)]
     if planes:
         add(Poly3DCollection(planes, facecolors=GREY, edgecolors=GREY, linewidths=0.2, alpha=0.15))
-    for name, centre, extent in zip("xyz", middle, reach, strict=True):
-        ax.set(**{f"{name}lim": (centre - extent / 2, centre + extent / 2)})
+    for name, centre, side in zip("xyz", middle, reach, strict=True):
+        ax.set(**{f"{name}lim": (centre - side / 2, centre + side / 2)})
     zoom, up = _projected(reach)
     ax.set_box_aspect(reach, zoom=zoom)
     for axis, name in ((ax.xaxis, "x (mm)"), (ax.yaxis, "y (mm)"), (ax.zaxis, "z (mm)")):

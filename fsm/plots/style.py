@@ -15,6 +15,7 @@ from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatter
+from PIL import Image
 
 from fsm.atomic_write import atomic_write
 from fsm.results.solution import Floats, Solution
@@ -40,6 +41,8 @@ __all__ = [
 # palette of Okabe and Ito (2008), for all common kinds of colour blindness
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#F0E442")
 GREY = "#666666"
+_RUN_LENGTHS = 3
+"""Compression of PNG by run lengths (Z_RLE of zlib): as small as others for line drawings, in two thirds of the time."""
 _RESTS = 0.2
 """Part of the records after the end of all drives, above which the time is the abscissa."""
 STAGE_COLOURS = ("#56B4E9", "#E69F00", "#CC79A7")
@@ -55,6 +58,7 @@ STYLE: dict[str, Any] = {
     "text.parse_math": False,  # names may contain a $
     "axes.labelsize": 9.0,
     "axes.titlesize": 9.0,
+    "axes.titley": 1.0,  # no search for ticks above the axes, which takes a third of the drawing time
     "xtick.labelsize": 8.0,
     "ytick.labelsize": 8.0,
     "legend.fontsize": 8.0,
@@ -104,17 +108,23 @@ def figure(path: str | Path, size: tuple[float, float] = SINGLE) -> Iterator[Fig
         with atomic_write(path) as part, warnings.catch_warnings():
             warnings.filterwarnings("ignore", r"Glyph \d+ .* missing", UserWarning)  # drawn as boxes
             if path.suffix == ".png":
-                _lay_out(fig)
-            fig.savefig(part)
+                _save_png(fig, part)
+            else:
+                fig.savefig(part)
 
 
-def _lay_out(fig: Figure) -> None:
-    """Place the axes. `savefig` would draw the whole figure for this, and then again."""
-    fig.set_dpi(matplotlib.rcParams["savefig.dpi"])
+def _save_png(fig: Figure, path: Path) -> None:
+    """Place the axes, draw and save. `savefig` would draw twice, and compress with an opacity of 1 for each pixel."""
+    dpi = matplotlib.rcParams["savefig.dpi"]
+    fig.set_dpi(dpi)
     engine = fig.get_layout_engine()
     if engine is not None:
         engine.execute(fig)
         fig.set_layout_engine(None)
+    canvas = FigureCanvasAgg(fig)
+    canvas.draw()
+    pixels = Image.fromarray(np.ascontiguousarray(np.asarray(canvas.buffer_rgba())[..., :3]))
+    pixels.save(path, format="png", dpi=(dpi, dpi), compress_type=_RUN_LENGTHS)
 
 
 def abscissa(solution: Solution) -> tuple[Floats, str]:

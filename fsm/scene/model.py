@@ -55,7 +55,7 @@ class Model(BaseModel, metaclass=_Readable):
     Defaults are not validated, because they are in SI, whatever the unit system of the file.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
 
     @classmethod
     def completed(cls, written: Mapping[str, Any]) -> Mapping[str, Any]:

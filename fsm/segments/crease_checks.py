@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from fsm.errors import Fault
+from fsm.interpolation import interpolate
 from fsm.scene.materials import SplineCrease
 from fsm.scene.scene import ForceElement, Scene
 
@@ -84,11 +84,10 @@ class _Branch:
     @cached_property
     def slopes(self) -> tuple[np.ndarray, np.ndarray]:
         """Openings (rad) and slopes there (N m/rad)."""
-        spline = CubicSpline if self.interpolation == "cubic" else PchipInterpolator
         parts = np.arange(_SUBDIVISIONS) / _SUBDIVISIONS
         inner = (self.angle[:-1, None] + np.diff(self.angle)[:, None] * parts).ravel()
         opening = np.append(inner, self.angle[-1])
-        return opening, np.asarray(spline(self.angle, self.moment)(opening, 1))
+        return opening, interpolate(self.angle, self.moment, self.interpolation)(opening, 1)
 
     @property
     def steepest(self) -> tuple[float, float]:

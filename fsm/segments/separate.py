@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import nnls
 
 from fsm.segments.system import SegmentSystem
 
@@ -78,6 +77,8 @@ def _constraints(
 
 def _shortest(slopes: np.ndarray, least: np.ndarray) -> np.ndarray | None:
     """Shortest vector y with slopes y >= least; None if no solution exists (Lawson and Hanson 1974, chapter 23)."""
+    from scipy.optimize import nnls  # few cases need it, and its import takes long
+
     norms = np.linalg.norm(slopes, axis=1)
     moves = norms > 1e-12 * norms.max(initial=0.0)
     if np.any(least[~moves] > 0.0) or not moves.any():

@@ -6,8 +6,8 @@ import math
 from functools import lru_cache
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
+from fsm.interpolation import PiecewiseCubic, hermite_cubic, monotone_slopes
 from fsm.scene.time_program import Constant, Cycle, Ramp, Table, TimeFunction, end_of
 
 __all__ = ["breaks", "cubic_pieces", "curvature", "factor", "rows_of", "slope", "turning_points"]
@@ -109,15 +109,15 @@ def rows_of(function: Table) -> tuple[np.ndarray, np.ndarray]:
 
 
 @lru_cache(maxsize=256)
-def _curve(function: Table) -> CubicHermiteSpline:
+def _curve(function: Table) -> PiecewiseCubic:
     """Cubic pieces without overshoot (Fritsch and Carlson, 1980), at rest at both ends."""
     time, value = rows_of(function)
     rates = np.zeros(len(time))
     if len(time) > 2:
-        rates[1:-1] = PchipInterpolator(time, value).derivative()(time[1:-1])
-    return CubicHermiteSpline(time, value, rates)
+        rates[1:-1] = monotone_slopes(time, value)[1:-1]
+    return hermite_cubic(time, value, rates)
 
 
 def cubic_pieces(function: Table) -> np.ndarray:
     """Coefficients (4, n - 1) of the pieces of a smooth table, by powers of the time since their begin."""
-    return np.asarray(_curve(function).c[::-1])
+    return np.asarray(_curve(function).coefficients[::-1])

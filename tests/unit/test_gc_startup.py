@@ -28,10 +28,14 @@ def test_imports_are_put_aside_once(tmp_path):
     assert 0 < again <= first < other
 
 
-def test_the_end():
-    code = "import gc\nfrom fsm.gc_startup import skip_final_gc as it\nwith it(): print(gc.get_freeze_count())\n"
-    before, after = _printed(code + "print(gc.get_freeze_count())")
-    assert (before, int(after) > 0) == ("0", True)
+def test_collections_are_rare_within_a_command_and_left_out_at_its_end():
+    state = "print(gc.get_freeze_count(), gc.get_threshold()[0])"
+    before, within, after = (
+        [int(number) for number in line.split()]
+        for line in _printed(f"import gc\nfrom fsm.gc_startup import rare_gc\n{state}\nwith rare_gc(): {state}\n{state}")
+    )
+    assert within[0] == 0 and within[1] > 10 * before[1]
+    assert after[0] > 0 and after[1] == before[1]
 
 
 def test_a_library_leaves_the_process_of_another_alone():

@@ -12,8 +12,6 @@ from __future__ import annotations
 
 import math
 
-from scipy.optimize import brentq
-
 from fsm.laws.normal.dissipative import restitution_law
 
 __all__ = ["RESTITUTION", "damping_factor"]
@@ -38,6 +36,8 @@ def damping_factor(restitution: float) -> float:
         y = -math.expm1(-s)
         separation = _phi(-y) if s < 0.1 else (s - y) / y**2
         return _phi(y / c) - c * c * separation
+
+    from scipy.optimize import brentq  # few cases need it, and its import takes long
 
     s = float(brentq(difference, 0.0, (1.0 + c) / c, xtol=1e-15, rtol=1e-14))
     return -math.expm1(-s) / c
