@@ -107,14 +107,14 @@ def figure(path: str | Path, size: tuple[float, float] = SINGLE) -> Iterator[Fig
         path.parent.mkdir(parents=True, exist_ok=True)
         with atomic_write(path) as part, warnings.catch_warnings():
             warnings.filterwarnings("ignore", r"Glyph \d+ .* missing", UserWarning)  # drawn as boxes
-            if path.suffix == ".png":
-                _save_png(fig, part)
-            else:
-                fig.savefig(part)
+            _save(fig, part)
 
 
-def _save_png(fig: Figure, path: Path) -> None:
-    """Place the axes, draw and save. `savefig` would draw twice, and compress with an opacity of 1 for each pixel."""
+def _save(fig: Figure, path: Path) -> None:
+    """Save a figure. For a PNG file `savefig` would draw twice, and also store that all pixels are opaque."""
+    if path.suffix != ".png":
+        fig.savefig(path)
+        return
     dpi = matplotlib.rcParams["savefig.dpi"]
     fig.set_dpi(dpi)
     engine = fig.get_layout_engine()

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from typing import Any
+from pathlib import Path
 
 import pytest
 from matplotlib.figure import Figure
+
+from fsm.plots import style
 
 
 @pytest.fixture
 def figures(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
     """The figures that are saved while a test runs."""
     saved: list[Figure] = []
-    save = Figure.savefig
+    save = style._save
 
-    def keep(self: Figure, *args: Any, **options: Any) -> None:
-        saved.append(self)
-        save(self, *args, **options)
+    def keep(figure: Figure, path: Path) -> None:
+        saved.append(figure)
+        save(figure, path)
 
-    monkeypatch.setattr(Figure, "savefig", keep)
+    monkeypatch.setattr(style, "_save", keep)
     return saved
