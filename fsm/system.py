@@ -409,6 +409,15 @@ class ArraySystem(Protocol):
         ...
 
 
+@runtime_checkable
+class ArrayRestSystem(Protocol):
+    """System whose equilibria are found in kernels, if all its forces have arrays."""
+
+    def arrays_at_rest(self, ready: Ready) -> Any:
+        """`fsm.stepping.equilibrium.RestModel` of this system, always the same; None if something has no arrays."""
+        ...
+
+
 Depths: TypeAlias = Any
 """Depths at which contacts are linearised; only the system interprets them."""
 

@@ -11,7 +11,7 @@ from fsm.kernels.jit import kernel
 
 __all__ = ["CABLES", "arrays_of_cables"]
 
-_VISCOSITY, _ENGINEERING, _SLOTS = 10, 11, 12
+_VISCOSITY, _ENGINEERING, _SLOTS = 11, 12, 13
 """Rows of a group's table after those of `CableArrays`."""
 
 
@@ -28,7 +28,7 @@ def arrays_of_cables(group: CableGroup, slots: np.ndarray) -> list[np.ndarray]:
 def _cables_of(t: np.ndarray) -> CableArrays:
     return CableArrays(
         integers_2d(t, 0), floats_2d(t, 1), floats_1d(t, 2), floats_2d(t, 3), floats_1d(t, 4), floats_2d(t, 5),
-        floats_3d(t, 6), floats_3d(t, 7), floats_1d(t, 8), floats_1d(t, 9),
+        floats_3d(t, 6), floats_3d(t, 7), floats_1d(t, 8), floats_1d(t, 9), floats_2d(t, 10),
     )  # fmt: skip
 
 

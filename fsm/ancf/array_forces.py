@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from fsm.ancf.arrays import (
+    CLEARED,
     DAMPED,
     DAMPING,
+    DIAGONAL,
     FACTORS,
     FIXED,
     FORCE,
@@ -17,6 +19,7 @@ from fsm.ancf.arrays import (
     MASS,
     MATRIX,
     NUMBERS,
+    RATE_DEPENDENT,
     START,
     STIFFNESS,
     TANGENT_AT,
@@ -30,8 +33,7 @@ from fsm.ancf.arrays import (
     moved_of,
     pattern_of,
 )
-from fsm.ancf.matrices import set_held
-from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_2d
+from fsm.kernels.addresses import floats_1d, floats_2d, floats_3d, integers_1d, integers_2d
 from fsm.kernels.block_lu import MAX_ERROR, REFINE_ABOVE, SYMMETRY_TOLERANCE, is_symmetric
 from fsm.kernels.jit import kernel
 from fsm.kernels.pieces import program_at
@@ -133,24 +135,36 @@ def force(model: Coordinates, t: float, q: np.ndarray, u: np.ndarray) -> np.ndar
 
 
 @kernel
+def _hold(table: np.ndarray, diagonal: float, data: np.ndarray) -> None:
+    """Set the rows and columns of held coordinates in block data, as `fsm.ancf.matrices.set_held`."""
+    flat, cleared, places = data.reshape(-1), integers_1d(table, CLEARED), integers_1d(table, DIAGONAL)
+    for i in range(cleared.shape[0]):
+        flat[cleared[i]] = 0.0
+    for i in range(places.shape[0]):
+        flat[places[i]] = diagonal
+
+
+@kernel
 def sum_tangents(model: Coordinates, t: float, moving: float) -> None:
     """Write the forces on all coordinates at the present state, K and D."""
     table = model.table
     total, stiffness, damping = floats_1d(table, FORCE), floats_3d(table, STIFFNESS), floats_3d(table, DAMPING)
     for i in range(total.shape[0]):
         total[i] = 0.0
+    numbers = floats_1d(table, NUMBERS)
     stiffness[:] = 0.0
-    damping[:] = 0.0
+    if numbers[RATE_DEPENDENT] > 0.0:
+        damping[:] = 0.0
     for k in range(model.kernels.shape[0]):
         call_at(model.kernels[k, TANGENT_AT], table, model.tables[k], moving)
     _add_loads(table, t, moving)
-    numbers, fixed, p = floats_1d(table, NUMBERS), integers_2d(table, FIXED), pattern_of(table)
     if numbers[DAMPED] > 0.0:
         flat, mass = damping.reshape(-1), floats_3d(table, FULL_MASS).reshape(-1)
         for i in range(flat.shape[0]):
             flat[i] += numbers[DAMPED] * mass[i]
-    set_held(fixed, p.rows, p.columns, numbers[HELD_STIFFNESS], stiffness)
-    set_held(fixed, p.rows, p.columns, 0.0, damping)
+    _hold(table, numbers[HELD_STIFFNESS], stiffness)
+    if numbers[RATE_DEPENDENT] > 0.0:
+        _hold(table, 0.0, damping)
 
 
 @kernel

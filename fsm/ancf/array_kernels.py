@@ -8,12 +8,14 @@ from fsm.ancf.array_forces import (
     FAILED,
     factors_of,
     force,
+    forces_of_coordinates,
     place,
     renewed_force,
     rows_times,
     set_matrix,
     solve,
     sum_forces,
+    sum_tangents,
 )
 from fsm.ancf.arrays import (
     DAMPED,
@@ -47,10 +49,11 @@ from fsm.kernels.block_lu import REFINE_ABOVE, multiply_blocks
 from fsm.kernels.jit import kernel
 from fsm.kernels.pieces import program_at
 from fsm.kernels.pointers import call_at
+from fsm.stepping.equilibrium import RestCalls
 from fsm.stepping.model import CREASES, DRIVES, KINETIC, PANELS, STEADY, Calls
 from fsm.stepping.vectors import copy_into
 
-__all__ = ["KERNELS"]
+__all__ = ["AT_REST", "KERNELS"]
 
 
 @kernel
@@ -116,6 +119,40 @@ def _part_of_step(model: Coordinates, t: float, q: np.ndarray, u: np.ndarray, st
 @kernel
 def _longest_step(model: Coordinates, t: float, q: np.ndarray, u: np.ndarray) -> float:
     return np.inf
+
+
+# at rest ----------------------------------------------------------------------------------------------------------------
+
+
+@kernel
+def _force_at_rest(model: Coordinates, t: float, q: np.ndarray) -> np.ndarray:
+    place(model.table, t, t, q, q)
+    sum_forces(model, t, 0.0)
+    return forces_of_coordinates(model.table, q)
+
+
+@kernel
+def _renewed_force_at_rest(model: Coordinates, t: float, q: np.ndarray) -> np.ndarray:
+    place(model.table, t, t, q, q)
+    sum_tangents(model, t, 0.0)
+    return forces_of_coordinates(model.table, q)
+
+
+@kernel
+def _factorise_stiffness(model: Coordinates) -> bool:
+    copy_into(floats_3d(model.table, STIFFNESS), floats_3d(model.table, MATRIX))
+    done = factors_of(model)
+    model.flags[FAILED] = 0  # of time steps
+    return done
+
+
+@kernel
+def _solved(model: Coordinates, right: np.ndarray) -> np.ndarray:
+    x = solve(model, right)
+    if model.flags[FAILED] == 1:
+        model.flags[FAILED] = 0
+        x[:] = np.nan
+    return x
 
 
 # energies ---------------------------------------------------------------------------------------------------------------
@@ -220,3 +257,5 @@ KERNELS = Calls(
     _damping_times, _contacts_opened, _part_of_step, _longest_step, _longest_step, _unable, _energies,
 )  # fmt: skip
 """Kernels of `Coordinates` that time steps call."""
+AT_REST = RestCalls(_force_at_rest, _renewed_force_at_rest, _factorise_stiffness, _solved, _retract)
+"""Kernels of `Coordinates` that Newton's method for equilibria calls."""

@@ -15,10 +15,10 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.pieces import Pieces
 
 __all__ = [
-    "DAMPED", "DAMPING", "FACTORS", "FIXED", "FORCE", "FORCE_AT", "FORCINGS", "FULL_MASS", "HELD_STIFFNESS", "KINDS",
-    "LAST", "LAST_TIME", "LOST_AT", "MASS", "MASS_FACTORS", "MATRIX", "NUMBERS", "Q", "SIZES", "START", "STIFFNESS",
-    "STORED_AT", "TANGENT_AT", "U", "WEIGHT", "Arrays", "Coordinates", "Moved", "Pattern", "Rows", "forcing_programs",
-    "full_mass_of", "mass_of", "moved_of", "pattern_of",
+    "CLEARED", "DAMPED", "DAMPING", "DIAGONAL", "FACTORS", "FIXED", "FORCE", "FORCE_AT", "FORCINGS", "FULL_MASS",
+    "HELD_STIFFNESS", "KINDS", "LAST", "LAST_TIME", "LOST_AT", "MASS", "MASS_FACTORS", "MATRIX", "NUMBERS", "Q",
+    "RATE_DEPENDENT", "SIZES", "START", "STIFFNESS", "STORED_AT", "TANGENT_AT", "U", "WEIGHT", "Arrays", "Coordinates",
+    "Moved", "Pattern", "Rows", "forcing_programs", "full_mass_of", "mass_of", "moved_of", "pattern_of",
 ]  # fmt: skip
 
 
@@ -65,14 +65,16 @@ class Arrays(NamedTuple):
     stiffness, damping, matrix, mass, full_mass : block data
         `mass` has the rows of held coordinates replaced, `full_mass` has not.
     factors, mass_factors : block data of the pattern with fill-in
-    numbers : (2,) array
-        Stiffness of the oscillators of held coordinates, and damping by mass, 1/s.
+    numbers : (3,) array
+        Stiffness of the oscillators of held coordinates; damping by mass, 1/s; 1 if forces depend on rates, else 0.
     forcings : (n_loads, n) array
         Forces at the factor 1.
     sizes : (n_motions,) array
         Norm of the displacement of each motion.
     kinds : (n_groups,) int array
         1 for panels, 2 for creases, else 0.
+    cleared, diagonal : int arrays
+        Places in the flat block data of the rows and columns of held coordinates, and of their diagonal.
     last, last_time : coordinates and (1,) time at the end of the last step
     rows, full_rows : the same mass matrices by rows
     forcing_programs, moved, pattern : arrays of each
@@ -95,6 +97,8 @@ class Arrays(NamedTuple):
     forcings: np.ndarray
     sizes: np.ndarray
     kinds: np.ndarray
+    cleared: np.ndarray
+    diagonal: np.ndarray
     last: np.ndarray
     last_time: np.ndarray
     rows: Rows
@@ -134,14 +138,14 @@ They add forces; add forces and tangents; return the stored energy (J); and retu
 """
 (
     Q, U, FORCE, START, FIXED, WEIGHT, STIFFNESS, DAMPING, MATRIX, MASS, FULL_MASS, FACTORS, MASS_FACTORS, NUMBERS,
-    FORCINGS, SIZES, KINDS, LAST, LAST_TIME, _MASS_ROWS,
-) = range(20)  # fmt: skip
+    FORCINGS, SIZES, KINDS, CLEARED, DIAGONAL, LAST, LAST_TIME, _MASS_ROWS,
+) = range(22)  # fmt: skip
 """Rows of `Coordinates.table`."""
 _FULL_ROWS = _MASS_ROWS + len(Rows._fields)
 _PROGRAMS = _FULL_ROWS + len(Rows._fields)
 _MOVED = _PROGRAMS + len(Pieces._fields)
 _PATTERN = _MOVED + 3 + len(Pieces._fields)
-HELD_STIFFNESS, DAMPED = range(2)
+HELD_STIFFNESS, DAMPED, RATE_DEPENDENT = range(3)
 """Indices of `Arrays.numbers`."""
 
 

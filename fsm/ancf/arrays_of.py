@@ -3,26 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy import sparse
 
 from fsm.ancf.array_cables import CABLES, arrays_of_cables
-from fsm.ancf.array_kernels import KERNELS
+from fsm.ancf.array_kernels import AT_REST, KERNELS
 from fsm.ancf.arrays import Arrays, Coordinates, Moved, Pattern, Rows
 from fsm.ancf.cable import CableGroup
+from fsm.ancf.matrices import clear_held
 from fsm.ancf.programs import programs_of
 from fsm.kernels.addresses import address_table
 from fsm.kernels.block_lu import factorise, solve_refined
 from fsm.kernels.pointers import Pointer
+from fsm.stepping.equilibrium import RestModel
 from fsm.stepping.model import ArrayModel
 from fsm.system import Ready
 
 if TYPE_CHECKING:
     from fsm.ancf.system import AncfSystem
 
-__all__ = ["arrays_of", "has_arrays"]
+__all__ = ["Compiled", "has_arrays"]
 
 _KERNELS: dict[type, tuple[tuple[Any, ...], Callable[[Any, np.ndarray], list[np.ndarray]]]] = {
     CableGroup: (CABLES, arrays_of_cables),
@@ -40,8 +43,26 @@ def has_arrays(system: AncfSystem) -> bool:
     return all(type(group) in _KERNELS for group in system.mesh.groups) and programs_of(functions) is not None
 
 
-def arrays_of(system: AncfSystem, ready: Ready) -> tuple[ArrayModel, list[np.ndarray]]:
-    """Model of arrays of a system for which `has_arrays` is true, and all arrays, which the caller keeps with the model."""
+class Compiled:
+    """Models of arrays of a system for which `has_arrays` is true: in motion, and at rest. They share all arrays."""
+
+    def __init__(self, system: AncfSystem, ready: Ready) -> None:
+        self._arrays, self._held = _arrays_of(system, ready)
+        self._state = system.initial()
+
+    @cached_property
+    def model(self) -> ArrayModel:
+        """Model for time steps."""
+        return ArrayModel.of(KERNELS, self._arrays, *self._state)
+
+    @cached_property
+    def at_rest(self) -> RestModel:
+        """Model for equilibria."""
+        return RestModel.of(AT_REST, self._arrays, self._state[0])
+
+
+def _arrays_of(system: AncfSystem, ready: Ready) -> tuple[Coordinates, list[np.ndarray]]:
+    """Arrays of a system, and all arrays to which their addresses refer."""
     pattern, loading, n = system.pattern, system.loading, system.nu
     known, factors = ready(pattern)
     p = Pattern(
@@ -54,9 +75,10 @@ def arrays_of(system: AncfSystem, ready: Ready) -> tuple[ArrayModel, list[np.nda
     arrays = Arrays(
         np.zeros(n), np.zeros(n), np.zeros(n), system.start, system.fixed.astype(np.int64).reshape(-1, pattern.size),
         system.weight, pattern.zeros(), pattern.zeros(), pattern.zeros(), mass, system.full_mass, np.zeros(factors.shape),
-        mass_factors, np.array([system.held_stiffness, loading.mass_damping]), forcings,
+        mass_factors, np.array([system.held_stiffness, loading.mass_damping, float(system.rate_dependent)]), forcings,
         np.array([float(np.linalg.norm(motion.displacement)) for motion in loading.motions]),
-        np.array([_KINDS.get(group.name, 0) for group in system.mesh.groups], dtype=np.int64), np.zeros(n), np.zeros(1),
+        np.array([_KINDS.get(group.name, 0) for group in system.mesh.groups], dtype=np.int64), *_held(system), np.zeros(n),
+        np.zeros(1),
         _rows(system.mass(system.start)), _rows(system.full_mass_matrix), _programs(loading.forcings), _moved(system), p,
     )  # fmt: skip
     flat = list(_flat(arrays))
@@ -79,7 +101,7 @@ def arrays_of(system: AncfSystem, ready: Ready) -> tuple[ArrayModel, list[np.nda
             mass, system.start, 0.0, True, True,
         ),
     )  # fmt: skip
-    return ArrayModel.of(KERNELS, model, *system.initial()), flat
+    return model, flat
 
 
 def _flat(arrays: Any) -> list[np.ndarray]:
@@ -88,6 +110,13 @@ def _flat(arrays: Any) -> list[np.ndarray]:
 
 def _rows(matrix: sparse.csr_matrix) -> Rows:
     return Rows(matrix.indptr.astype(np.int64), matrix.indices.astype(np.int64), np.ascontiguousarray(matrix.data))
+
+
+def _held(system: AncfSystem) -> tuple[np.ndarray, np.ndarray]:
+    """Places of the rows and columns of held coordinates in the flat block data, and of their diagonal."""
+    marked = np.ones_like(system.pattern.zeros())
+    clear_held(system.fixed, system.pattern, 2.0, marked)
+    return np.flatnonzero(marked == 0.0), np.flatnonzero(marked == 2.0)
 
 
 def _programs(parts: Any) -> Any:

@@ -23,7 +23,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fsm.ancf.assembly import add_point, gather, scatter_force, scatter_matrix
+from fsm.ancf.assembly import gather, scatter_force
 from fsm.ancf.group import MassPart
 from fsm.ancf.shape import cable_shape, gauss
 from fsm.ancf.tension_field import REMAINDER
@@ -52,6 +52,9 @@ class CableArrays(NamedTuple):
     stretch_rows, bend_rows : (s, 1, 4), (p, 2, 4) arrays
         First derivatives, and first and second derivatives, of the shape functions of a unit element.
     stretch_weights, bend_weights : (s,), (p,) arrays
+    products : (s + 4 p, 16) array
+        Products of the derivatives of two shape functions, for all pairs of functions: at the points of stretch; at those of
+        bending of both first derivatives, first and second, second and first, both second.
     """
 
     vectors: np.ndarray
@@ -64,6 +67,7 @@ class CableArrays(NamedTuple):
     bend_rows: np.ndarray
     stretch_weights: np.ndarray
     bend_weights: np.ndarray
+    products: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,11 +177,13 @@ class CableGroup:
         (stretch, stretch_weights), (bend, bend_weights) = (gauss(count) for count in POINTS)
         stiffness = np.ascontiguousarray(np.column_stack([self.axial, self.bending]))
         derivatives = np.stack([cable_shape(bend, derivative=d) for d in (1, 2)], axis=1)
+        first = cable_shape(stretch, derivative=1)[:, None]
+        products = [np.einsum("pai,pbj->pabij", rows, rows).reshape(-1, 16) for rows in (first, derivatives)]
         return CableArrays(
             np.ascontiguousarray(self.vectors), self._scale, np.ascontiguousarray(self.length), stiffness,
             np.array([REMAINDER if self.limp else 1.0]), np.zeros((len(self.length), len(stretch_weights))),
-            np.ascontiguousarray(cable_shape(stretch, derivative=1)[:, None]), np.ascontiguousarray(derivatives),
-            stretch_weights, bend_weights,
+            np.ascontiguousarray(first), np.ascontiguousarray(derivatives), stretch_weights, bend_weights,
+            np.concatenate(products),
         )  # fmt: skip
 
 
@@ -336,6 +342,26 @@ def _bend_hessian(g: np.ndarray, bending: float, length: float, hessian: np.ndar
             hessian[3 + a, 3 + b] = bending * second * second * bends
 
 
+@kernel(inline=True)
+def _scatter(
+    slots: np.ndarray, scale: np.ndarray, size: int, symmetric: bool, blocks: np.ndarray, flat: np.ndarray
+) -> None:
+    """Add an element matrix to the flat block data, from blocks (6 or 9, 16) for pairs of components.
+
+    There are 6 pairs a <= b of a symmetric matrix, else 9.
+    """
+    pair = 0
+    for a in range(3):
+        for b in range(a if symmetric else 0, 3):
+            for i in range(4):
+                for j in range(4):
+                    value = scale[i] * scale[j] * blocks[pair, 4 * i + j]
+                    flat[slots[i, j] + a * size + b] += value
+                    if symmetric and b > a:
+                        flat[slots[j, i] + b * size + a] += value
+            pair += 1
+
+
 @kernel
 def add_tangent(
     cable: CableArrays, engineering: bool, q: np.ndarray, u: np.ndarray, moving: float, viscosity: float,
@@ -343,43 +369,54 @@ def add_tangent(
 ) -> None:  # fmt: skip
     """Add -dh/dq and -dh/du of all cables to the flat block data; `moving` is the viscosity, or 0 at rest."""
     e, rates = np.empty((3, 4)), np.empty((3, 4))
-    g, v, work = np.empty(6), np.zeros(3), np.empty(4)
-    stretch, viscous, bend = np.empty((3, 3)), np.empty((3, 3)), np.empty((6, 6))
-    element, damped = np.empty((3, 3, 4, 4)), np.empty((3, 3, 4, 4))
-    remainder = cable.remainder[0]
-    for k in range(cable.vectors.shape[0]):
+    g, v, bend = np.empty(6), np.zeros(3), np.empty((6, 6))
+    remainder, elements, points = cable.remainder[0], cable.vectors.shape[0], cable.stretch_weights.shape[0]
+    symmetric = moving == 0.0
+    pairs = 6 if symmetric else 9
+    factors = np.empty((pairs * elements, cable.products.shape[0]))
+    viscous = np.empty((6 * elements if viscosity > 0.0 else 0, points))
+    for k in range(elements):
         gather(cable.vectors[k], cable.scale[k], q, e)
-        if moving > 0.0:
+        if not symmetric:
             gather(cable.vectors[k], cable.scale[k], u, rates)
         length = cable.length[k]
         axial, bending = cable.stiffness[k]
-        element[:] = 0.0
-        damped[:] = 0.0
-        for point in range(cable.stretch_weights.shape[0]):
+        for point in range(points):
             rows = cable.stretch_rows[point]
             _derivatives(e, rows, length, g)
-            if moving > 0.0:
+            if not symmetric:
                 _derivatives(rates, rows, length, v)
             strain, slope, bow = _stretch(g, engineering)
             rate = g[0] * v[0] + g[1] * v[1] + g[2] * v[2]
             own, along = _force(axial, strain, remainder)
             own += remainder * cable.release[k, point]
             factor = cable.stretch_weights[point] / length
+            stiff = factor * (along * slope * slope + own * bow)
+            same = factor * (own * slope + axial * moving * rate)
+            row, other = pairs * k, 6 * k
             for a in range(3):
-                for b in range(3):
-                    outer = g[a] * g[b]
-                    elastic = outer * (along * slope * slope + own * bow)
-                    stretch[a, b] = factor * (elastic + axial * moving * g[a] * v[b])
-                    viscous[a, b] = factor * axial * viscosity * outer
-                stretch[a, a] += factor * (own * slope + axial * moving * rate)
-            add_point(rows, stretch, 1, 4, work, element)
-            if viscosity > 0.0:
-                add_point(rows, viscous, 1, 4, work, damped)
+                for b in range(a if symmetric else 0, 3):
+                    factors[row, point] = stiff * g[a] * g[b] + factor * axial * moving * g[a] * v[b]
+                    if a == b:
+                        factors[row, point] += same
+                    row += 1
+                if viscosity > 0.0:
+                    for b in range(a, 3):
+                        viscous[other, point] = factor * axial * viscosity * g[a] * g[b]
+                        other += 1
         for point in range(cable.bend_weights.shape[0]):
-            rows = cable.bend_rows[point]
-            _derivatives(e, rows, length, g)
+            _derivatives(e, cable.bend_rows[point], length, g)
             _bend_hessian(g, cable.bend_weights[point] * length * bending, length, bend)
-            add_point(rows, bend, 2, 4, work, element)
-        scatter_matrix(slots[k], cable.scale[k], size, element, into_stiffness)
-        if viscosity > 0.0:
-            scatter_matrix(slots[k], cable.scale[k], size, damped, into_damping)
+            first, row = points + 4 * point, pairs * k
+            for a in range(3):
+                for b in range(a if symmetric else 0, 3):
+                    factors[row, first], factors[row, first + 1] = bend[a, b], bend[a, 3 + b]
+                    factors[row, first + 2], factors[row, first + 3] = bend[3 + a, b], bend[3 + a, 3 + b]
+                    row += 1
+    blocks = np.dot(factors, cable.products)
+    for k in range(elements):
+        _scatter(slots[k], cable.scale[k], size, symmetric, blocks[pairs * k : pairs * (k + 1)], into_stiffness)
+    if viscosity > 0.0:
+        blocks = np.dot(viscous, cable.products[:points])
+        for k in range(elements):
+            _scatter(slots[k], cable.scale[k], size, True, blocks[6 * k : 6 * (k + 1)], into_damping)

@@ -16,7 +16,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from fsm.ancf.arrays_of import arrays_of, has_arrays
+from fsm.ancf.arrays_of import Compiled, has_arrays
 from fsm.ancf.assembly import slots_of
 from fsm.ancf.cable import CableGroup
 from fsm.ancf.film import MembraneGroup
@@ -24,6 +24,7 @@ from fsm.ancf.loading import Loading
 from fsm.ancf.matrices import clear_held, mass_data
 from fsm.ancf.mesh import Mesh
 from fsm.blocks import BlockMatrix, BlockPattern
+from fsm.stepping.equilibrium import RestModel
 from fsm.stepping.model import ArrayModel
 from fsm.system import DriveState, Energy, Linearised, Observation, PairState, PreviousState, Ready, Scales, System
 
@@ -60,7 +61,7 @@ class AncfSystem(System):
             self.fixed[motion.coordinates] = True
         self.rate[self.fixed] = 0.0
         self.rate_dependent = self.loading.mass_damping > 0.0 or any(group.rate_dependent for group in mesh.groups)
-        self._array_model: tuple[ArrayModel, list[np.ndarray]] | None = None
+        self._compiled: Compiled | None = None
         self.slots = [
             slots_of(np.ascontiguousarray(group.vectors), mesh.size, self.pattern.indptr, self.pattern.indices)
             for group in mesh.groups
@@ -117,11 +118,18 @@ class AncfSystem(System):
 
     def arrays(self, ready: Ready) -> ArrayModel | None:
         """See `ArraySystem`."""
+        return None if (known := self._known_arrays(ready)) is None else known.model
+
+    def arrays_at_rest(self, ready: Ready) -> RestModel | None:
+        """See `ArrayRestSystem`."""
+        return None if (known := self._known_arrays(ready)) is None else known.at_rest
+
+    def _known_arrays(self, ready: Ready) -> Compiled | None:
         if type(self) is not AncfSystem:  # subclasses have memory
             return None
-        if self._array_model is None and has_arrays(self):
-            self._array_model = arrays_of(self, ready)
-        return None if self._array_model is None else self._array_model[0]
+        if self._compiled is None and has_arrays(self):
+            self._compiled = Compiled(self, ready)
+        return self._compiled
 
     # protocol: mechanics --------------------------------------------------------------------------------------------
 

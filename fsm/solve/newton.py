@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
+from typing import cast
 
 import numpy as np
 
 from fsm.blocks import BlockMatrix
 from fsm.errors import NotConverged
 from fsm.solve.linear import LinearSolver
-from fsm.system import System
+from fsm.stepping.equilibrium import find, follow_arrays, predicted
+from fsm.system import ArrayRestSystem, System
 
 __all__ = ["equilibrium", "negative_pivots", "tangent_prediction"]
 
@@ -47,19 +50,21 @@ def equilibrium(
     NotConverged
         The message states the time and the worst body.
     """
-    before = times[0] if len(times) else 0.0
-    for t in times:
-        size = system.scales().increment
-        if t != before:
-            q = system.retract(q, _limited(tangent_prediction(system, before, t, q), size))
-        for _ in range(max_iterations):
-            linear = system.linearise(t, q, None)
-            residual = linear.force
-            step = _solved(linear.stiffness, residual)
-            q = system.retract(q, _limited(step, size))
-            if np.abs(step / size).max(initial=0.0) <= tolerance:
-                break
-        else:
+    size, begun = system.scales().increment, 0
+    arrays = cast(ArrayRestSystem, system).arrays_at_rest(LinearSolver().ready) if _has_arrays(type(system)) else None
+    if arrays is not None:
+        states = np.empty((len(times), len(q)))
+        begun = follow_arrays(arrays, times, q, size, tolerance, max_iterations, states)
+        for t, state in zip(times[:begun], states, strict=False):
+            q = state
+            if on_state is not None:
+                on_state(float(t), q)
+    if begun == len(times):
+        return q
+    model, before = _AtRest(system), times[max(begun - 1, 0)]
+    for t in times[begun:]:
+        found, q, residual = find(model, before, t, q, size, tolerance, max_iterations)
+        if not found:
             raise NotConverged(
                 f"no equilibrium found at t = {t:.6g} s in {max_iterations} iterations; the largest residual, "
                 f"{np.abs(residual).max():.3g}, is at {system.worst_body(residual)}; take smaller steps"
@@ -70,31 +75,45 @@ def equilibrium(
     return q
 
 
+@cache
+def _has_arrays(kind: type) -> bool:
+    """Whether systems of this class are `ArrayRestSystem`; cached, since the check is slow."""
+    return issubclass(kind, ArrayRestSystem)
+
+
+class _AtRest:
+    """Model of a system at rest (`fsm.stepping.equilibrium`), with its stiffness and factorisation."""
+
+    def __init__(self, system: System, solver: LinearSolver | None = None) -> None:
+        self.system, self.solver = system, solver or LinearSolver()
+        self.retract, self.solve = system.retract, self.solver.solve
+        self._stiffness: BlockMatrix | None = None
+
+    def force(self, t: float, q: np.ndarray) -> np.ndarray:
+        """Force h (nu,)."""
+        return self.system.force(t, q, None)
+
+    def renewed_force(self, t: float, q: np.ndarray) -> np.ndarray:
+        """Force h (nu,); the stiffness is evaluated there."""
+        linear = self.system.linearise(t, q, None)
+        self._stiffness = linear.stiffness
+        return linear.force
+
+    def factorise(self) -> bool:
+        """Factorise the stiffness."""
+        assert self._stiffness is not None
+        self.solver.factorise(self._stiffness)
+        return True
+
+
 def tangent_prediction(
     system: System, before: float, t: float, q: np.ndarray, solver: LinearSolver | None = None
 ) -> np.ndarray:
-    """Increment of the equilibrium from `before` to t, to first order; the function overwrites the factorisation of
-    `solver`.
+    """Increment of the equilibrium from `before` to t, to first order, as by `fsm.stepping.equilibrium.predicted`.
 
-    A large motion of the drive alone would stretch its springs beyond the range of the linearisation. So the change of the
-    forces is computed for the beginning of the step, and scaled to the whole step.
+    The function overwrites the factorisation of `solver`.
     """
-    start = system.force(before, q, None)
-    whole = system.force(t, q, None) - start
-    change = system.force(before + 0.01 * (t - before), q, None) - start
-    scale = float(whole @ change) / max(float(change @ change), 1e-300)
-    return _solved(system.linearise(before, q, None).stiffness, start + scale * change, solver)
-
-
-def _solved(matrix: BlockMatrix, right: np.ndarray, solver: LinearSolver | None = None) -> np.ndarray:
-    solver = solver or LinearSolver()
-    solver.factorise(matrix)
-    return solver.solve(right)
-
-
-def _limited(step: np.ndarray, size: np.ndarray) -> np.ndarray:
-    """Step limited to half a segment or half a radian, the range of the linearisation."""
-    return step * min(1.0, 0.5 / max(float(np.abs(step / size).max(initial=0.0)), 1e-300))
+    return predicted(_AtRest(system, solver), before, t, q)
 
 
 def negative_pivots(system: System, t: float, q: np.ndarray, solver: LinearSolver | None = None) -> int:
