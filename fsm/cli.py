@@ -11,6 +11,7 @@ from typing import Any, NoReturn
 import click
 
 from fsm.cli_options import Command, add_source, debug_option, debugging, out_folder, set_option
+from fsm.commands.export import export
 from fsm.errors import CaseError, ExpectationFailed, FsmError, is_interrupt
 from fsm.gc_startup import imports_outside_gc, plain_matplotlib, rare_gc
 from fsm.interrupts import ignore_repeated_interrupts
@@ -363,6 +364,9 @@ def warmup() -> None:
         from fsm.warm_up import compile_ahead
 
     compile_ahead()
+
+
+cli.add_command(export)
 
 
 def _solve_overrides(spatial: bool, method: str | None) -> list[str]:

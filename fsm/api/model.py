@@ -220,6 +220,8 @@ class Model:
         ------
         CaseError, NotConverged, EnergyAbort
         """
+        if isinstance(steps, str | Path):
+            raise CaseError(f'steps is a list of steps, not "{steps}"; give the folder of the files as out=', "Model.solve")
         case = self.case if steps is None else load({**self._tables, "step": list(steps)}, folder=self._folder)
         return case.run(out, channels=channels)
 

@@ -269,6 +269,24 @@ class Result:
 
         return draw_picture(self.solution, self.channels, what, None if out is None else Path(out), self.path)
 
+    def export(self, to: str, out: str | Path | None = None) -> Path:
+        """Write the result for another program, as ``fsm export``; return the path.
+
+        Parameters
+        ----------
+        to : "vtkhdf", "glb", "csv", "parquet", "mp4", "gif" or "inp"
+        out : str or Path, optional
+            File to write; absent: beside the result.
+
+        Raises
+        ------
+        CaseError
+            The format is unknown, the result has nothing to show, or a package is not installed.
+        """
+        from fsm.exporters import export
+
+        return export(self.solution, to, self.path / f"result.{to}" if out is None else Path(out), str(self.path))
+
     def __str__(self) -> str:
         return "\n".join(summary_lines(self.summary, self.path))
 

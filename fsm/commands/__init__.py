@@ -1,0 +1,1 @@
+"""Commands of the command line besides those of `fsm.cli`: one file each."""
