@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from fsm.interactions.shapes import BlockIndex, ContactForces
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import add_block
 
@@ -12,21 +13,14 @@ __all__ = ["add_contact_tangent"]
 
 @kernel
 def add_contact_tangent(
+    row: int,
     rates: np.ndarray,
-    bodies: np.ndarray,
-    gradient: np.ndarray,
+    all_bodies: np.ndarray,
+    all_gradients: np.ndarray,
     hessian: np.ndarray,
     slip_second: np.ndarray,
-    normal: float,
-    by_depth: float,
-    by_closing: float,
-    effort: np.ndarray,
-    by_slip: np.ndarray,
-    by_normal: np.ndarray,
-    with_friction: bool,
-    dof: np.ndarray,
-    indptr: np.ndarray,
-    indices: np.ndarray,
+    forces: ContactForces,
+    index: BlockIndex,
     stiffness_data: np.ndarray,
     damping_data: np.ndarray,
     block_k: np.ndarray,
@@ -36,17 +30,23 @@ def add_contact_tangent(
 
     Parameters
     ----------
-    bodies : (k,) int array
-    gradient : (1 + c, n) array
+    row : int
+        Row of the contact in the next two arrays and in the forces.
+    all_bodies : (m, k) int array
+    all_gradients : (m, 1 + c, n) array
         dg/dx, then the slip's V_c; n = k times the coordinates of a body.
     hessian : (n, n) array
         Derivative of dg/dx_m by coordinate n; not symmetric where both are rotations of one body.
     slip_second : (n, n, c) array
         Derivative of V_c,m by coordinate n; not read without friction.
-    normal, by_depth, by_closing : N, N/m, N s/m
-    effort, by_slip, by_normal : (c,), (c, c), (c,) arrays, N, N s/m, -
+    forces : ContactForces
     block_k, block_d : (n, n) arrays, scratch
     """
+    bodies, gradient, effort, by_slip, by_normal = (
+        all_bodies[row], all_gradients[row], forces.effort[row], forces.by_slip[row], forces.by_normal[row]
+    )  # fmt: skip
+    normal, by_depth, by_closing = forces.normal[row], forces.by_depth[row], forces.by_closing[row]
+    dof, indptr, indices = index
     count, size, slips = gradient.shape[1], stiffness_data.shape[1], effort.shape[0]
     for n in range(count):
         gap_rate = 0.0
@@ -57,7 +57,7 @@ def add_contact_tangent(
         for m in range(count):
             block_k[m, n] = -normal * hessian[m, n] - gradient[0, m] * normal_x
             block_d[m, n] = -gradient[0, m] * normal_u
-        if not with_friction:
+        if not forces.friction:
             continue
         for c in range(slips):
             effort_x, effort_u = by_normal[c] * normal_x, by_normal[c] * normal_u

@@ -30,6 +30,7 @@ import numpy as np
 
 from fsm.interactions.contact_frame import contact_derivatives, contact_gradient, relative_motion
 from fsm.interactions.contact_tangent import add_contact_tangent
+from fsm.interactions.shapes import BlockIndex, ContactForces, EdgePairs, Edges
 from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
 from fsm.kernels.vector import cross, dot, rotate
@@ -74,10 +75,7 @@ def _closest(apart: np.ndarray, t_1: np.ndarray, t_2: np.ndarray, half_1: float,
 def _state(
     poses: np.ndarray,
     pair: np.ndarray,
-    edge_body: np.ndarray,
-    edge_middle: np.ndarray,
-    edge_direction: np.ndarray,
-    edge_half: np.ndarray,
+    edges: Edges,
     frames: np.ndarray,
     vectors: np.ndarray,
 ) -> tuple[float, float, float, float]:
@@ -88,12 +86,12 @@ def _state(
     """
     apart, along = vectors[_APART], vectors[_ACROSS]
     one, two = pair[0], pair[1]
-    a, b = edge_body[one], edge_body[two]
-    _edge_frame(poses, a, edge_middle[one], edge_direction[one], frames[0], vectors[_ARM_1], vectors[_T_1])
-    _edge_frame(poses, b, edge_middle[two], edge_direction[two], frames[1], vectors[_ARM_2], vectors[_T_2])
+    a, b = edges.body[one], edges.body[two]
+    _edge_frame(poses, a, edges.middle[one], edges.direction[one], frames[0], vectors[_ARM_1], vectors[_T_1])
+    _edge_frame(poses, b, edges.middle[two], edges.direction[two], frames[1], vectors[_ARM_2], vectors[_T_2])
     for c in range(3):
         apart[c] = poses[a, c] + vectors[_ARM_1, c] - poses[b, c] - vectors[_ARM_2, c]
-    s, sigma = _closest(apart, vectors[_T_1], vectors[_T_2], edge_half[one], edge_half[two])
+    s, sigma = _closest(apart, vectors[_T_1], vectors[_T_2], edges.half[one], edges.half[two])
     for c in range(3):
         vectors[_ARM_1, c] += s * vectors[_T_1, c]
         vectors[_ARM_2, c] += sigma * vectors[_T_2, c]
@@ -120,20 +118,16 @@ def _parallel_weight(square: float, parallel: float) -> tuple[float, float, floa
 @kernel
 def _edge_boxes(
     poses: np.ndarray,
-    edge_body: np.ndarray,
-    edge_middle: np.ndarray,
-    edge_direction: np.ndarray,
-    edge_half: np.ndarray,
-    edge_radius: np.ndarray,
+    edges: Edges,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Lowest and highest corners (e, 3) of the boxes around all edges, m."""
-    low, high = np.empty(edge_middle.shape), np.empty(edge_middle.shape)
+    low, high = np.empty(edges.middle.shape), np.empty(edges.middle.shape)
     frame, arm, along = np.empty((3, 3)), np.empty(3), np.empty(3)
-    for i in range(edge_middle.shape[0]):
-        body = edge_body[i]
-        _edge_frame(poses, body, edge_middle[i], edge_direction[i], frame, arm, along)
+    for i in range(edges.middle.shape[0]):
+        body = edges.body[i]
+        _edge_frame(poses, body, edges.middle[i], edges.direction[i], frame, arm, along)
         for c in range(3):
-            half = abs(along[c]) * edge_half[i] + edge_radius[i]
+            half = abs(along[c]) * edges.half[i] + edges.radius[i]
             low[i, c], high[i, c] = poses[body, c] + arm[c] - half, poses[body, c] + arm[c] + half
     return low, high
 
@@ -142,13 +136,8 @@ def _edge_boxes(
 def find_edges(
     poses: np.ndarray,
     slots: np.ndarray,
-    pairs: np.ndarray,
-    parallel: np.ndarray,
-    edge_body: np.ndarray,
-    edge_middle: np.ndarray,
-    edge_direction: np.ndarray,
-    edge_half: np.ndarray,
-    edge_radius: np.ndarray,
+    pairs: EdgePairs,
+    edges: Edges,
     below: float,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Find the pairs of edges whose gap is below a bound.
@@ -157,13 +146,8 @@ def find_edges(
     ----------
     poses : (n_bodies, 7) array
     slots : (m,) int array
-        Rows of `pairs` to test.
-    pairs : (k, 2) int array
-        Edges.
-    parallel : (k,) array
-        |t_1 x t_2|^2 below which the depth is scaled.
-    edge_body, edge_middle, edge_direction, edge_half, edge_radius : (e,) int, (e, 3), (e, 3), (e,), (e,) arrays
-        Middle (m) and unit direction in body axes, half length and rounding (m).
+        Pairs to test.
+    pairs, edges : tables
     below : float, m
 
     Returns
@@ -173,21 +157,19 @@ def find_edges(
     """
     slot, gap = np.empty(slots.shape[0], dtype=np.int64), np.empty(slots.shape[0])
     frames, vectors = np.empty((2, 3, 3)), np.empty((7, 3))
-    low, high = _edge_boxes(poses, edge_body, edge_middle, edge_direction, edge_half, edge_radius)
+    low, high = _edge_boxes(poses, edges)
     count = 0
     for i in range(slots.shape[0]):
-        pair = pairs[slots[i]]
+        pair = pairs.edges[slots[i]]
         one, two = pair[0], pair[1]
         apart = max(low[one, 0] - high[two, 0], low[two, 0] - high[one, 0])
         apart = max(apart, low[one, 1] - high[two, 1], low[two, 1] - high[one, 1])
         if max(apart, low[one, 2] - high[two, 2], low[two, 2] - high[one, 2]) > below:
             continue
-        distance, square, _, _ = _state(
-            poses, pair, edge_body, edge_middle, edge_direction, edge_half, frames, vectors
-        )
-        value = distance - edge_radius[pair[0]] - edge_radius[pair[1]]
+        distance, square, _, _ = _state(poses, pair, edges, frames, vectors)
+        value = distance - edges.radius[pair[0]] - edges.radius[pair[1]]
         if value < 0.0:
-            value *= _parallel_weight(square, parallel[slots[i]])[0]
+            value *= _parallel_weight(square, pairs.parallel[slots[i]])[0]
         if value < below:
             slot[count] = slots[i]
             gap[count] = value
@@ -209,13 +191,8 @@ def measure_edges(
     poses: np.ndarray,
     rates: np.ndarray,
     slots: np.ndarray,
-    pairs: np.ndarray,
-    parallel: np.ndarray,
-    edge_body: np.ndarray,
-    edge_middle: np.ndarray,
-    edge_direction: np.ndarray,
-    edge_half: np.ndarray,
-    edge_radius: np.ndarray,
+    pairs: EdgePairs,
+    edges: Edges,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Compute rates and gradients of gap and slip.
 
@@ -231,18 +208,16 @@ def measure_edges(
     frames, vectors, motion = np.empty((2, 3, 3)), np.empty((7, 3)), np.empty((12, 3))
     cosine = np.empty(12)
     for i in range(count):
-        pair = pairs[slots[i]]
-        bodies[i, 0], bodies[i, 1] = edge_body[pair[0]], edge_body[pair[1]]
-        distance, square, _, _ = _state(
-            poses, pair, edge_body, edge_middle, edge_direction, edge_half, frames, vectors
-        )
-        _move_to_contact(vectors, distance, edge_radius[pair[0]])
+        pair = pairs.edges[slots[i]]
+        bodies[i, 0], bodies[i, 1] = edges.body[pair[0]], edges.body[pair[1]]
+        distance, square, _, _ = _state(poses, pair, edges, frames, vectors)
+        _move_to_contact(vectors, distance, edges.radius[pair[0]])
         relative_motion(frames, vectors[:2], motion)
         contact_gradient(rates, bodies[i], vectors[_NORMAL], motion, rate[i], gradient[i])
-        gap = distance - edge_radius[pair[0]] - edge_radius[pair[1]]
-        if gap >= 0.0 or square >= parallel[slots[i]]:
+        gap = distance - edges.radius[pair[0]] - edges.radius[pair[1]]
+        if gap >= 0.0 or square >= pairs.parallel[slots[i]]:
             continue
-        weight, slope, _ = _parallel_weight(square, parallel[slots[i]])
+        weight, slope, _ = _parallel_weight(square, pairs.parallel[slots[i]])
         _cosine_gradient(frames, vectors[_ACROSS], cosine)
         slope *= -2.0 * dot(vectors[_T_1], vectors[_T_2])
         rate[i, 0] = 0.0
@@ -355,23 +330,10 @@ def tangent_edges(
     slots: np.ndarray,
     bodies: np.ndarray,
     gradient: np.ndarray,
-    pairs: np.ndarray,
-    parallel: np.ndarray,
-    edge_body: np.ndarray,
-    edge_middle: np.ndarray,
-    edge_direction: np.ndarray,
-    edge_half: np.ndarray,
-    edge_radius: np.ndarray,
-    normal_force: np.ndarray,
-    by_depth: np.ndarray,
-    by_closing: np.ndarray,
-    effort: np.ndarray,
-    by_slip: np.ndarray,
-    by_normal: np.ndarray,
-    with_friction: bool,
-    dof: np.ndarray,
-    indptr: np.ndarray,
-    indices: np.ndarray,
+    pairs: EdgePairs,
+    edges: Edges,
+    forces: ContactForces,
+    index: BlockIndex,
     stiffness_data: np.ndarray,
     damping_data: np.ndarray,
 ) -> None:
@@ -381,27 +343,23 @@ def tangent_edges(
     hessian, slip_second = np.empty((12, 12)), np.empty((12, 12, 3))
     block_k, block_d = np.empty((12, 12)), np.empty((12, 12))
     for i in range(slots.shape[0]):
-        one, two = pairs[slots[i], 0], pairs[slots[i], 1]
-        distance, square, s, sigma = _state(
-            poses, pairs[slots[i]], edge_body, edge_middle, edge_direction, edge_half, frames, vectors
-        )
+        one, two = pairs.edges[slots[i], 0], pairs.edges[slots[i], 1]
+        distance, square, s, sigma = _state(poses, pairs.edges[slots[i]], edges, frames, vectors)
         if distance == 0.0:
             continue
         relative_motion(frames, vectors[:2], motion)
         _normal_and_point_changes(
-            frames, vectors, motion, distance, abs(s) < edge_half[one], abs(sigma) < edge_half[two],
-            edge_radius[one], normal_change, point_change,
+            frames, vectors, motion, distance, abs(s) < edges.half[one], abs(sigma) < edges.half[two],
+            edges.radius[one], normal_change, point_change,
         )  # fmt: skip
-        _move_to_contact(vectors, distance, edge_radius[one])
+        _move_to_contact(vectors, distance, edges.radius[one])
         relative_motion(frames, vectors[:2], motion)
         contact_derivatives(
             frames, vectors[:2], vectors[_NORMAL], motion, normal_change, point_change, hessian, slip_second
         )
-        gap = distance - edge_radius[one] - edge_radius[two]
-        if gap < 0.0 and square < parallel[slots[i]]:
-            _scale_second(frames, vectors, gap, square, parallel[slots[i]], motion, cosine, hessian)
+        gap = distance - edges.radius[one] - edges.radius[two]
+        if gap < 0.0 and square < pairs.parallel[slots[i]]:
+            _scale_second(frames, vectors, gap, square, pairs.parallel[slots[i]], motion, cosine, hessian)
         add_contact_tangent(
-            rates, bodies[i], gradient[i], hessian, slip_second, normal_force[i], by_depth[i], by_closing[i],
-            effort[i], by_slip[i], by_normal[i], with_friction, dof, indptr, indices, stiffness_data, damping_data,
-            block_k, block_d,
+            i, rates, bodies, gradient, hessian, slip_second, forces, index, stiffness_data, damping_data, block_k, block_d
         )  # fmt: skip

@@ -14,6 +14,7 @@ import numpy as np
 
 from fsm.interactions.contact_tangent import add_contact_tangent
 from fsm.interactions.shape_distance import shape_derivatives, shape_distance
+from fsm.interactions.shapes import BlockIndex, ContactForces, Points, Shapes
 from fsm.kernels.jit import kernel
 
 __all__ = ["find_points_planar", "local_points_planar", "measure_points_planar", "tangent_points_planar"]
@@ -23,12 +24,8 @@ __all__ = ["find_points_planar", "local_points_planar", "measure_points_planar",
 def local_points_planar(
     poses: np.ndarray,
     slots: np.ndarray,
-    probe_body: np.ndarray,
-    probe_place: np.ndarray,
-    probe_shape: np.ndarray,
-    shape_body: np.ndarray,
-    shape_offset: np.ndarray,
-    shape_angle: np.ndarray,
+    points: Points,
+    shapes: Shapes,
 ) -> np.ndarray:
     """Positions (m, 3) of probes in the axes of their shapes, m; y is zero.
 
@@ -37,21 +34,19 @@ def local_points_planar(
     poses : (n_bodies, 3) array
     slots : (m,) int array
         Rows of the selected probes.
-    probe_body, probe_place, probe_shape : (n,) int, (n, 2), (n,) int arrays
-    shape_body, shape_offset, shape_angle : (s,) int, (s, 2), (s,) arrays
-        The angle is a rotation about +y, as for a body.
+    points, shapes : tables
     """
     out = np.zeros((slots.shape[0], 3))
     for i in range(slots.shape[0]):
         probe = slots[i]
-        shape = probe_shape[probe]
-        a, b = probe_body[probe], shape_body[shape]
+        shape = points.shape[probe]
+        a, b = points.body[probe], shapes.body[shape]
         c, s = np.cos(poses[a, 2]), np.sin(poses[a, 2])
-        dx = poses[a, 0] + c * probe_place[probe, 0] + s * probe_place[probe, 1] - poses[b, 0]
-        dz = poses[a, 1] - s * probe_place[probe, 0] + c * probe_place[probe, 1] - poses[b, 1]
+        dx = poses[a, 0] + c * points.place[probe, 0] + s * points.place[probe, 1] - poses[b, 0]
+        dz = poses[a, 1] - s * points.place[probe, 0] + c * points.place[probe, 1] - poses[b, 1]
         c, s = np.cos(poses[b, 2]), np.sin(poses[b, 2])
-        x, z = c * dx - s * dz - shape_offset[shape, 0], s * dx + c * dz - shape_offset[shape, 1]
-        c, s = np.cos(shape_angle[shape]), np.sin(shape_angle[shape])
+        x, z = c * dx - s * dz - shapes.offset[shape, 0], s * dx + c * dz - shapes.offset[shape, 1]
+        c, s = np.cos(shapes.frame[shape]), np.sin(shapes.frame[shape])
         out[i, 0], out[i, 2] = c * x - s * z, s * x + c * z
     return out
 
@@ -60,28 +55,18 @@ def local_points_planar(
 def find_points_planar(
     poses: np.ndarray,
     slots: np.ndarray,
-    probe_body: np.ndarray,
-    probe_place: np.ndarray,
-    probe_radius: np.ndarray,
-    probe_shape: np.ndarray,
-    shape_body: np.ndarray,
-    shape_kind: np.ndarray,
-    shape_size: np.ndarray,
-    shape_offset: np.ndarray,
-    shape_angle: np.ndarray,
-    shape_radius: np.ndarray,
+    points: Points,
+    shapes: Shapes,
     below: float,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Find the probes whose gap is below a bound; see `find_points_spatial`."""
-    local = local_points_planar(
-        poses, slots, probe_body, probe_place, probe_shape, shape_body, shape_offset, shape_angle
-    )
+    local = local_points_planar(poses, slots, points, shapes)
     slot, gap = np.empty(slots.shape[0], dtype=np.int64), np.empty(slots.shape[0])
     count = 0
     for i in range(slots.shape[0]):
-        shape = probe_shape[slots[i]]
-        value = shape_distance(shape_kind[shape], shape_size[shape], local[i])
-        value -= probe_radius[slots[i]] + shape_radius[shape]
+        shape = points.shape[slots[i]]
+        value = shape_distance(shapes.kind[shape], shapes.size[shape], local[i])
+        value -= points.radius[slots[i]] + shapes.radius[shape]
         if value < below:
             slot[count] = slots[i]
             gap[count] = value
@@ -135,16 +120,8 @@ def measure_points_planar(
     poses: np.ndarray,
     rates: np.ndarray,
     slots: np.ndarray,
-    probe_body: np.ndarray,
-    probe_place: np.ndarray,
-    probe_radius: np.ndarray,
-    probe_shape: np.ndarray,
-    shape_body: np.ndarray,
-    shape_kind: np.ndarray,
-    shape_size: np.ndarray,
-    shape_offset: np.ndarray,
-    shape_angle: np.ndarray,
-    shape_radius: np.ndarray,
+    points: Points,
+    shapes: Shapes,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Compute rates and gradients of gap and slip.
 
@@ -158,20 +135,18 @@ def measure_points_planar(
     count = slots.shape[0]
     bodies = np.empty((count, 2), dtype=np.int64)
     rate, gradient = np.zeros((count, 2)), np.empty((count, 2, 6))
-    local = local_points_planar(
-        poses, slots, probe_body, probe_place, probe_shape, shape_body, shape_offset, shape_angle
-    )
+    local = local_points_planar(poses, slots, points, shapes)
     slope, bend, turned = np.empty(3), np.empty((3, 3)), np.empty((2, 2))
     arms, motion = np.empty((2, 2)), np.empty((6, 2))
     for i in range(count):
         probe = slots[i]
-        shape = probe_shape[probe]
-        bodies[i, 0], bodies[i, 1] = probe_body[probe], shape_body[shape]
+        shape = points.shape[probe]
+        bodies[i, 0], bodies[i, 1] = points.body[probe], shapes.body[shape]
         nx, nz = _state(
-            poses, bodies[i], probe_place[probe], shape_kind[shape], shape_size[shape], shape_angle[shape],
+            poses, bodies[i], points.place[probe], shapes.kind[shape], shapes.size[shape], shapes.frame[shape],
             local[i], slope, bend, turned, arms,
         )  # fmt: skip
-        _motion(arms, -probe_radius[probe] * nx, -probe_radius[probe] * nz, motion)
+        _motion(arms, -points.radius[probe] * nx, -points.radius[probe] * nz, motion)
         for m in range(6):
             gradient[i, 0, m] = nx * motion[m, 0] + nz * motion[m, 1]
             gradient[i, 1, m] = nz * motion[m, 0] - nx * motion[m, 1]
@@ -226,49 +201,29 @@ def tangent_points_planar(
     slots: np.ndarray,
     bodies: np.ndarray,
     gradient: np.ndarray,
-    probe_body: np.ndarray,
-    probe_place: np.ndarray,
-    probe_radius: np.ndarray,
-    probe_shape: np.ndarray,
-    shape_body: np.ndarray,
-    shape_kind: np.ndarray,
-    shape_size: np.ndarray,
-    shape_offset: np.ndarray,
-    shape_angle: np.ndarray,
-    shape_radius: np.ndarray,
-    normal_force: np.ndarray,
-    by_depth: np.ndarray,
-    by_closing: np.ndarray,
-    effort: np.ndarray,
-    by_slip: np.ndarray,
-    by_normal: np.ndarray,
-    with_friction: bool,
-    dof: np.ndarray,
-    indptr: np.ndarray,
-    indices: np.ndarray,
+    points: Points,
+    shapes: Shapes,
+    forces: ContactForces,
+    index: BlockIndex,
     stiffness_data: np.ndarray,
     damping_data: np.ndarray,
 ) -> None:
     """Add K and D; `bodies` and `gradient` come from `measure_points_planar`; forces as in `add_contact_tangent`."""
-    local = local_points_planar(
-        poses, slots, probe_body, probe_place, probe_shape, shape_body, shape_offset, shape_angle
-    )
+    local = local_points_planar(poses, slots, points, shapes)
     slope, bend, turned = np.empty(3), np.empty((3, 3)), np.empty((2, 2))
     arms, motion, centre_motion = np.empty((2, 2)), np.empty((6, 2)), np.empty((6, 2))
     hessian, slip_second = np.empty((6, 6)), np.empty((6, 6, 1))
     block_k, block_d = np.empty((6, 6)), np.empty((6, 6))
     for i in range(slots.shape[0]):
         probe = slots[i]
-        shape, radius = probe_shape[probe], probe_radius[probe]
+        shape, radius = points.shape[probe], points.radius[probe]
         nx, nz = _state(
-            poses, bodies[i], probe_place[probe], shape_kind[shape], shape_size[shape], shape_angle[shape],
+            poses, bodies[i], points.place[probe], shapes.kind[shape], shapes.size[shape], shapes.frame[shape],
             local[i], slope, bend, turned, arms,
         )  # fmt: skip
         _motion(arms, 0.0, 0.0, centre_motion)
         _motion(arms, -radius * nx, -radius * nz, motion)
         _derivatives(nx, nz, radius, turned, arms, centre_motion, motion, hessian, slip_second)
         add_contact_tangent(
-            rates, bodies[i], gradient[i], hessian, slip_second, normal_force[i], by_depth[i], by_closing[i],
-            effort[i], by_slip[i], by_normal[i], with_friction, dof, indptr, indices, stiffness_data, damping_data,
-            block_k, block_d,
+            i, rates, bodies, gradient, hessian, slip_second, forces, index, stiffness_data, damping_data, block_k, block_d
         )  # fmt: skip

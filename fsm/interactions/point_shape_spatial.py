@@ -16,6 +16,7 @@ import numpy as np
 from fsm.interactions.contact_frame import contact_derivatives, contact_gradient, relative_motion
 from fsm.interactions.contact_tangent import add_contact_tangent
 from fsm.interactions.shape_distance import shape_derivatives, shape_distance
+from fsm.interactions.shapes import BlockIndex, ContactForces, Points, Shapes
 from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
 from fsm.kernels.vector import cross, rotate
@@ -27,12 +28,8 @@ __all__ = ["find_points_spatial", "local_points_spatial", "measure_points_spatia
 def local_points_spatial(
     poses: np.ndarray,
     slots: np.ndarray,
-    probe_body: np.ndarray,
-    probe_place: np.ndarray,
-    probe_shape: np.ndarray,
-    shape_body: np.ndarray,
-    shape_offset: np.ndarray,
-    shape_frame: np.ndarray,
+    points: Points,
+    shapes: Shapes,
 ) -> np.ndarray:
     """Positions (m, 3) of probes in the axes of their shapes, m.
 
@@ -41,25 +38,24 @@ def local_points_spatial(
     poses : (n_bodies, 7) array
     slots : (m,) int array
         Rows of the selected probes.
-    probe_body, probe_place, probe_shape : (n,) int, (n, 3), (n,) int arrays
-    shape_body, shape_offset, shape_frame : (s,) int, (s, 3), (s, 3, 3) arrays
+    points, shapes : tables
     """
     out = np.empty((slots.shape[0], 3))
     frames, arm = np.empty((2, 3, 3)), np.empty(3)
     last_a = last_b = -1  # probes of one body against one shape follow each other
     for i in range(slots.shape[0]):
         probe = slots[i]
-        shape = probe_shape[probe]
-        a, b = probe_body[probe], shape_body[shape]
+        shape = points.shape[probe]
+        a, b = points.body[probe], shapes.body[shape]
         if a != last_a:
             fill_rotation(poses[a, 3:], frames[0])
         if b != last_b:
             fill_rotation(poses[b, 3:], frames[1])
         last_a, last_b = a, b
-        rotate(frames[0], probe_place[probe], arm)
+        rotate(frames[0], points.place[probe], arm)
         for c in range(3):
             arm[c] += poses[a, c] - poses[b, c]
-        _to_shape_axes(frames[1], shape_offset[shape], shape_frame[shape], arm, out[i])
+        _to_shape_axes(frames[1], shapes.offset[shape], shapes.frame[shape], arm, out[i])
     return out
 
 
@@ -78,26 +74,15 @@ def _to_shape_axes(frame: np.ndarray, offset: np.ndarray, axes: np.ndarray, arm:
 def find_points_spatial(
     poses: np.ndarray,
     slots: np.ndarray,
-    probe_body: np.ndarray,
-    probe_place: np.ndarray,
-    probe_radius: np.ndarray,
-    probe_shape: np.ndarray,
-    shape_body: np.ndarray,
-    shape_kind: np.ndarray,
-    shape_size: np.ndarray,
-    shape_offset: np.ndarray,
-    shape_frame: np.ndarray,
-    shape_radius: np.ndarray,
+    points: Points,
+    shapes: Shapes,
     below: float,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Find the probes whose gap is below a bound.
 
     Parameters
     ----------
-    poses ... shape_frame : as in `local_points_spatial`
-    probe_radius, shape_radius : (n,) and (s,) arrays, m
-        Roundings of points and shapes.
-    shape_kind, shape_size : (s,) int and (s, 3) arrays
+    poses, slots, points, shapes : as in `local_points_spatial`
     below : float, m
 
     Returns
@@ -105,15 +90,13 @@ def find_points_spatial(
     slot : (count,) int array
     gap : (count,) array, m
     """
-    local = local_points_spatial(
-        poses, slots, probe_body, probe_place, probe_shape, shape_body, shape_offset, shape_frame
-    )
+    local = local_points_spatial(poses, slots, points, shapes)
     slot, gap = np.empty(slots.shape[0], dtype=np.int64), np.empty(slots.shape[0])
     count = 0
     for i in range(slots.shape[0]):
-        shape = probe_shape[slots[i]]
-        value = shape_distance(shape_kind[shape], shape_size[shape], local[i])
-        value -= probe_radius[slots[i]] + shape_radius[shape]
+        shape = points.shape[slots[i]]
+        value = shape_distance(shapes.kind[shape], shapes.size[shape], local[i])
+        value -= points.radius[slots[i]] + shapes.radius[shape]
         if value < below:
             slot[count] = slots[i]
             gap[count] = value
@@ -124,14 +107,9 @@ def find_points_spatial(
 @kernel
 def _state(
     poses: np.ndarray,
-    a: int,
-    b: int,
-    place: np.ndarray,
-    radius: float,
-    kind: int,
-    size: np.ndarray,
-    offset: np.ndarray,
-    axes: np.ndarray,
+    probe: int,
+    points: Points,
+    shapes: Shapes,
     frames: np.ndarray,
     world: np.ndarray,
     local: np.ndarray,
@@ -144,13 +122,15 @@ def _state(
 
     `slope` and `bend` are the derivatives of phi in the shape's axes.
     """
+    shape, radius = points.shape[probe], points.radius[probe]
+    a, b, axes = points.body[probe], shapes.body[shape], shapes.frame[shape]
     fill_rotation(poses[a, 3:], frames[0])
     fill_rotation(poses[b, 3:], frames[1])
-    rotate(frames[0], place, arms[0])
+    rotate(frames[0], points.place[probe], arms[0])
     for c in range(3):
         arms[1, c] = arms[0, c] + poses[a, c] - poses[b, c]
-    _to_shape_axes(frames[1], offset, axes, arms[1], local)
-    shape_derivatives(kind, size, local, slope, bend)
+    _to_shape_axes(frames[1], shapes.offset[shape], axes, arms[1], local)
+    shape_derivatives(shapes.kind[shape], shapes.size[shape], local, slope, bend)
     for i in range(3):
         for j in range(3):
             world[i, j] = (
@@ -167,16 +147,8 @@ def measure_points_spatial(
     poses: np.ndarray,
     rates: np.ndarray,
     slots: np.ndarray,
-    probe_body: np.ndarray,
-    probe_place: np.ndarray,
-    probe_radius: np.ndarray,
-    probe_shape: np.ndarray,
-    shape_body: np.ndarray,
-    shape_kind: np.ndarray,
-    shape_size: np.ndarray,
-    shape_offset: np.ndarray,
-    shape_frame: np.ndarray,
-    shape_radius: np.ndarray,
+    points: Points,
+    shapes: Shapes,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Compute rates and gradients of gap and slip.
 
@@ -196,13 +168,8 @@ def measure_points_spatial(
     motion = np.empty((12, 3))
     for i in range(count):
         probe = slots[i]
-        shape = probe_shape[probe]
-        bodies[i, 0], bodies[i, 1] = probe_body[probe], shape_body[shape]
-        _state(
-            poses, bodies[i, 0], bodies[i, 1], probe_place[probe], probe_radius[probe], shape_kind[shape],
-            shape_size[shape], shape_offset[shape], shape_frame[shape],
-            frames, world, local, slope, bend, normal, arms,
-        )  # fmt: skip
+        bodies[i, 0], bodies[i, 1] = points.body[probe], shapes.body[points.shape[probe]]
+        _state(poses, probe, points, shapes, frames, world, local, slope, bend, normal, arms)
         relative_motion(frames, arms[2:], motion)
         contact_gradient(rates, bodies[i], normal, motion, rate[i], gradient[i])
     return bodies, rate, gradient
@@ -248,26 +215,10 @@ def tangent_points_spatial(
     slots: np.ndarray,
     bodies: np.ndarray,
     gradient: np.ndarray,
-    probe_body: np.ndarray,
-    probe_place: np.ndarray,
-    probe_radius: np.ndarray,
-    probe_shape: np.ndarray,
-    shape_body: np.ndarray,
-    shape_kind: np.ndarray,
-    shape_size: np.ndarray,
-    shape_offset: np.ndarray,
-    shape_frame: np.ndarray,
-    shape_radius: np.ndarray,
-    normal_force: np.ndarray,
-    by_depth: np.ndarray,
-    by_closing: np.ndarray,
-    effort: np.ndarray,
-    by_slip: np.ndarray,
-    by_normal: np.ndarray,
-    with_friction: bool,
-    dof: np.ndarray,
-    indptr: np.ndarray,
-    indices: np.ndarray,
+    points: Points,
+    shapes: Shapes,
+    forces: ContactForces,
+    index: BlockIndex,
     stiffness_data: np.ndarray,
     damping_data: np.ndarray,
 ) -> None:
@@ -279,18 +230,11 @@ def tangent_points_spatial(
     block_k, block_d = np.empty((12, 12)), np.empty((12, 12))
     for i in range(slots.shape[0]):
         probe = slots[i]
-        shape = probe_shape[probe]
-        _state(
-            poses, bodies[i, 0], bodies[i, 1], probe_place[probe], probe_radius[probe], shape_kind[shape],
-            shape_size[shape], shape_offset[shape], shape_frame[shape],
-            frames, world, local, slope, bend, normal, arms,
-        )  # fmt: skip
+        _state(poses, probe, points, shapes, frames, world, local, slope, bend, normal, arms)
         relative_motion(frames, arms[:2], motion)
-        _normal_and_point_changes(frames, world, bend, normal, probe_radius[probe], motion, normal_change, point_change)
+        _normal_and_point_changes(frames, world, bend, normal, points.radius[probe], motion, normal_change, point_change)
         relative_motion(frames, arms[2:], motion)
         contact_derivatives(frames, arms[2:], normal, motion, normal_change, point_change, hessian, slip_second)
         add_contact_tangent(
-            rates, bodies[i], gradient[i], hessian, slip_second, normal_force[i], by_depth[i], by_closing[i],
-            effort[i], by_slip[i], by_normal[i], with_friction, dof, indptr, indices, stiffness_data, damping_data,
-            block_k, block_d,
+            i, rates, bodies, gradient, hessian, slip_second, forces, index, stiffness_data, damping_data, block_k, block_d
         )  # fmt: skip

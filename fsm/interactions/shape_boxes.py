@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fsm.interactions.shape_distance import HALF_SPACE
+from fsm.interactions.shapes import Shapes
 from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
 
@@ -12,16 +13,9 @@ __all__ = ["shape_boxes_planar", "shape_boxes_spatial"]
 
 
 @kernel
-def shape_boxes_planar(
-    poses: np.ndarray,
-    body: np.ndarray,
-    kind: np.ndarray,
-    size: np.ndarray,
-    offset: np.ndarray,
-    angle: np.ndarray,
-    radius: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Lowest and highest corners (s, 2), m; infinite for half-planes. Arguments: `fsm.segments.shape_tables.Shapes`."""
+def shape_boxes_planar(poses: np.ndarray, shapes: Shapes) -> tuple[np.ndarray, np.ndarray]:
+    """Lowest and highest corners (s, 2), m; infinite for half-planes."""
+    body, kind, size, offset, angle, radius = shapes
     low, high = np.full((body.shape[0], 2), -np.inf), np.full((body.shape[0], 2), np.inf)
     for i in range(body.shape[0]):
         if kind[i] == HALF_SPACE:
@@ -38,16 +32,9 @@ def shape_boxes_planar(
 
 
 @kernel
-def shape_boxes_spatial(
-    poses: np.ndarray,
-    body: np.ndarray,
-    kind: np.ndarray,
-    size: np.ndarray,
-    offset: np.ndarray,
-    axes: np.ndarray,
-    radius: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray]:
+def shape_boxes_spatial(poses: np.ndarray, shapes: Shapes) -> tuple[np.ndarray, np.ndarray]:
     """Lowest and highest corners (s, 3), m; see `shape_boxes_planar`."""
+    body, kind, size, offset, axes, radius = shapes
     low, high = np.full((body.shape[0], 3), -np.inf), np.full((body.shape[0], 3), np.inf)
     frame = np.empty((3, 3))
     for i in range(body.shape[0]):

@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from fsm.interactions.shape_distance import RECTANGLE, shape_distance
+from fsm.interactions.shapes import Edges
 from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
 from fsm.kernels.vector import cross, dot, rotate
@@ -96,10 +97,7 @@ def local_edges(
     poses: np.ndarray,
     slots: np.ndarray,
     pairs: np.ndarray,
-    edge_body: np.ndarray,
-    edge_middle: np.ndarray,
-    edge_direction: np.ndarray,
-    edge_half: np.ndarray,
+    edges: Edges,
 ) -> np.ndarray:
     """Ends (m, 2, 3) of the first edges of pairs, m, in axes of the second edges: origin at the middle, x along the edge."""
     out = np.empty((slots.shape[0], 2, 3))
@@ -107,8 +105,8 @@ def local_edges(
     unit, point, local = np.zeros(3), np.empty(3), np.empty(3)
     for i in range(slots.shape[0]):
         one, two = pairs[slots[i], 0], pairs[slots[i], 1]
-        a, b = edge_body[one], edge_body[two]
-        along = edge_direction[two]
+        a, b = edges.body[one], edges.body[two]
+        along = edges.direction[two]
         smallest = 0
         for c in range(3):
             unit[c] = 0.0
@@ -120,16 +118,16 @@ def local_edges(
         axes[1] /= np.sqrt(dot(axes[1], axes[1]))
         cross(along, axes[1], axes[2])
         for side in range(2):
-            reach = edge_half[one] if side == 1 else -edge_half[one]
+            reach = edges.half[one] if side == 1 else -edges.half[one]
             for c in range(3):
-                local[c] = edge_middle[one, c] + reach * edge_direction[one, c]
+                local[c] = edges.middle[one, c] + reach * edges.direction[one, c]
             fill_rotation(poses[a, 3:], frame)
             rotate(frame, local, point)
             for c in range(3):
                 point[c] += poses[a, c] - poses[b, c]
             fill_rotation(poses[b, 3:], frame)
             for c in range(3):
-                local[c] = dot(frame[:, c], point) - edge_middle[two, c]
+                local[c] = dot(frame[:, c], point) - edges.middle[two, c]
             rotate(axes, local, out[i, side])
     return out
 

@@ -7,8 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from fsm.interactions.contact_depths import advance_depths
+from fsm.interactions.shapes import ContactForces
 from fsm.kernels.keys import find_keys
-from fsm.segments.contact_geometry import ContactForces, ContactKinematics
+from fsm.segments.contact_geometry import ContactKinematics
 from fsm.segments.normal_force import NormalForce
 
 __all__ = ["ContactDepths"]

@@ -11,9 +11,10 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from fsm.interactions.shapes import ContactForces
 from fsm.segments.pattern import BodyPattern
 
-__all__ = ["ActiveContacts", "ContactForces", "ContactGeometry", "ContactKinematics", "Tapered"]
+__all__ = ["ActiveContacts", "ContactGeometry", "ContactKinematics", "Tapered"]
 
 
 class ActiveContacts(NamedTuple):
@@ -73,33 +74,6 @@ class ContactKinematics(NamedTuple):
     rate: np.ndarray
     gradient: np.ndarray
     tapered: Tapered | None = None
-
-
-class ContactForces(NamedTuple):
-    """Forces of contacts and their slopes: h = N grad(gap) - f_c grad(slip_c) on the bodies.
-
-    Attributes
-    ----------
-    normal : (count,) array, N
-    by_depth, by_closing : (count,) arrays, N/m and N s/m
-        dN by depth (minus the gap) and by closing speed (minus its rate).
-    effort : (count, c) array, N
-        Friction f.
-    by_slip : (count, c, c) array, N s/m
-        df by slip velocity.
-    by_normal : (count, c) array
-        df by N.
-    friction : bool
-        If false, effort and its slopes are zero and may be skipped.
-    """
-
-    normal: np.ndarray
-    by_depth: np.ndarray
-    by_closing: np.ndarray
-    effort: np.ndarray
-    by_slip: np.ndarray
-    by_normal: np.ndarray
-    friction: bool
 
 
 class ContactGeometry(Protocol):

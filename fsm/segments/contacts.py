@@ -10,11 +10,12 @@ from fsm.interactions.anisotropic_friction import add_turn_stiffness, axes_of
 from fsm.interactions.bristle import add_way_stiffness, carried
 from fsm.interactions.end_taper import add_taper_tangent
 from fsm.interactions.pair_sums import AREA, CARRIED, DAMPING, FORCE, FRICTION, SLIDING, smallest_gaps, sums_of_pairs
+from fsm.interactions.shapes import ContactForces
 from fsm.kernels.body_poses import pose_difference
 from fsm.kernels.keys import find_keys
 from fsm.kernels.scatter import scatter_efforts
 from fsm.segments.contact_depths import ContactDepths
-from fsm.segments.contact_geometry import ActiveContacts, ContactForces, ContactGeometry, ContactKinematics, Tapered
+from fsm.segments.contact_geometry import ActiveContacts, ContactGeometry, ContactKinematics, Tapered
 from fsm.segments.contact_memory import ContactMemory
 from fsm.segments.friction_force import FrictionForce, FrictionForces
 from fsm.segments.group import Group, PreviousPoses
@@ -432,8 +433,9 @@ class ContactGroup(Group):
         found = self._contacts(t, poses, rates, None) if self._poses is not None and self.resolves else None
         if found is None:
             return 1.0
-        new = found.memory.onset == 0.0
-        return self.impacts.fraction_before(found.touching, found.measured, found.forces.normal, new, self._rates, step)
+        return self.impacts.fraction_before(
+            found.touching, found.measured, found.forces.normal, found.memory.onset, self._rates, step
+        )
 
     def longest_step(self, t: float, poses: np.ndarray, rates: np.ndarray) -> float:
         """Longest step that resolves present and imminent impacts, s."""

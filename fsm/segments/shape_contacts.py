@@ -13,8 +13,9 @@ from fsm.interactions.displacement_bound import moved_beyond
 from fsm.interactions.face_overlap import COLUMNS
 from fsm.interactions.shape_boxes import shape_boxes_planar, shape_boxes_spatial
 from fsm.interactions.shape_distance import HALF_SPACE
+from fsm.interactions.shapes import ContactForces, Points
 from fsm.interactions.swept import edges_pass, local_edges, path_poses, points_pass, turn_between
-from fsm.segments.contact_geometry import ActiveContacts, ContactForces, ContactKinematics, Tapered
+from fsm.segments.contact_geometry import ActiveContacts, ContactKinematics, Tapered
 from fsm.segments.overlaps import Overlaps
 from fsm.segments.pattern import BodyPattern
 from fsm.segments.shape_tables import Kit, Tables, Units, ranges
@@ -33,8 +34,6 @@ class _PointKernels(NamedTuple):
     local: Kernel
     boxes: Kernel
 
-
-_TANGENT_EDGES: Kernel = edge_edge.tangent_edges
 
 _PLANAR = _PointKernels(
     point_shape_planar.find_points_planar,
@@ -134,10 +133,7 @@ class ShapeContacts:
 
     def _boxes(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest corners (s, 2 or 3) of boxes around all shapes, m; infinite for half-spaces."""
-        shapes = self.kit.shapes
-        low, high = self._kernels.boxes(
-            poses, shapes.body, shapes.kind, shapes.size, shapes.offset, shapes.frame, shapes.radius
-        )
+        low, high = self._kernels.boxes(poses, self.kit.shapes)
         return low, high
 
     def _set_up_tables(self, units: Units) -> None:
@@ -221,9 +217,8 @@ class ShapeContacts:
         out = np.zeros(len(pairs), dtype=bool)
         rows = np.flatnonzero((shapes.kind[pairs[:, 1]] == HALF_SPACE) & (shapes.body[pairs[:, 1]] == GROUND))
         one, two = np.ascontiguousarray(pairs[rows].T)
-        local = self._kernels.local(
-            poses, np.arange(len(rows)), shapes.body[one], shapes.offset[one], two, shapes.body, shapes.offset, shapes.frame
-        )
+        centres = Points(shapes.body[one], shapes.offset[one], shapes.radius[one], two)
+        local = self._kernels.local(poses, np.arange(len(rows)), centres, shapes)
         out[rows] = local[:, 2] > self._reach[one] + shapes.radius[two] + self.margin
         return out
 
@@ -251,16 +246,12 @@ class ShapeContacts:
     ) -> ActiveContacts:
         """Find contacts among some points and pairs of edges; optionally without the scaling of nearly parallel edges."""
         tables, pairs = self.tables, self.tables.edge_pairs
-        slot, gap = self._kernels.find(poses, points, *self._point_arguments, below)
+        slot, gap = self._kernels.find(poses, points, tables.points, tables.shapes, below)
         if len(edges):
-            parallel = np.zeros(len(pairs.parallel)) if as_they_are else pairs.parallel
-            other, other_gap = edge_edge.find_edges(poses, edges, pairs.edges, parallel, *tables.edges, below)
+            unscaled = pairs._replace(parallel=np.zeros(len(pairs.parallel)))
+            other, other_gap = edge_edge.find_edges(poses, edges, unscaled if as_they_are else pairs, tables.edges, below)
             slot, gap = np.concatenate([slot, other + self._count]), np.concatenate([gap, other_gap])
         return ActiveContacts(slot, gap, ())
-
-    @property
-    def _point_arguments(self) -> tuple[np.ndarray, ...]:
-        return (*self.tables.points, *self.tables.shapes)
 
     def _split_kinds(self, touching: ActiveContacts) -> tuple[int, np.ndarray, np.ndarray]:
         """Number of points; rows of the points and of the pairs of edges."""
@@ -273,9 +264,9 @@ class ShapeContacts:
         count, points, edges = self._split_kinds(touching)
         parts = []
         if count or not len(edges):
-            parts.append(self._kernels.measure(poses, rates, points, *self._point_arguments))
+            parts.append(self._kernels.measure(poses, rates, points, tables.points, tables.shapes))
         if len(edges):
-            parts.append(edge_edge.measure_edges(poses, rates, edges, *tables.edge_pairs, *tables.edges))
+            parts.append(edge_edge.measure_edges(poses, rates, edges, tables.edge_pairs, tables.edges))
         if len(parts) == 1:
             bodies, rate, gradient = parts[0]
         else:
@@ -313,17 +304,15 @@ class ShapeContacts:
         """Add K = -dh/dx and D = -dh/du to the block data."""
         tables = self.tables
         count, points, edges = self._split_kinds(touching)
-        arrays = (forces.normal, forces.by_depth, forces.by_closing, forces.effort, forces.by_slip, forces.by_normal)
         if count:
             self._kernels.tangent(
-                poses, rates, points, measured.bodies[:count], measured.gradient[:count], *self._point_arguments,
-                *(array[:count] for array in arrays), forces.friction, *pattern.index, stiffness, damping,
+                poses, rates, points, measured.bodies[:count], measured.gradient[:count], tables.points, tables.shapes,
+                forces.part(0, count), pattern.index, stiffness, damping,
             )  # fmt: skip
         if len(edges):
-            _TANGENT_EDGES(
-                poses, rates, edges, measured.bodies[count:], measured.gradient[count:],
-                *tables.edge_pairs, *tables.edges,
-                *(array[count:] for array in arrays), forces.friction, *pattern.index, stiffness, damping,
+            edge_edge.tangent_edges(
+                poses, rates, edges, measured.bodies[count:], measured.gradient[count:], tables.edge_pairs, tables.edges,
+                forces.part(count, len(touching.slot)), pattern.index, stiffness, damping,
             )  # fmt: skip
 
     # memory ------------------------------------------------------------------------------------------------------------
@@ -406,15 +395,10 @@ class ShapeContacts:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Points in the axes of their shapes, and first edges in the axes of the second edges."""
         probes, shapes = tables.points, tables.shapes
-        local = self._kernels.local(
-            poses, points, probes.body, probes.place, probes.shape, shapes.body, shapes.offset, shapes.frame
-        )
+        local = self._kernels.local(poses, points, probes, shapes)
         if not len(edges):
             return local, np.zeros((0, 2, 3))
-        table = tables.edges
-        return local, local_edges(
-            poses, edges, tables.edge_pairs.edges, table.body, table.middle, table.direction, table.half
-        )
+        return local, local_edges(poses, edges, tables.edge_pairs.edges, tables.edges)
 
     def _swept_boxes(self, start: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Boxes around all shapes swept between two poses."""

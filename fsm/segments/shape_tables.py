@@ -8,15 +8,12 @@ from typing import NamedTuple
 import numpy as np
 
 from fsm.interactions.shape_distance import HALF_SPACE, RECTANGLE, SPHERE
+from fsm.interactions.shapes import EdgePairs, Edges, Points, Shapes
 from fsm.kernels.rotation import rotation_matrix
 
 __all__ = [
-    "EdgePairs",
-    "Edges",
     "Kit",
-    "Points",
     "Shape",
-    "Shapes",
     "TableBuilder",
     "Tables",
     "Units",
@@ -52,60 +49,6 @@ class Shape:
         """Transform points (..., 3) from the shape's axes to the body's axes."""
         turned = local @ rotation_matrix(np.array(self.orientation)).T
         return np.asarray(self.offset + turned)
-
-
-class Shapes(NamedTuple):
-    """Table of all shapes for the kernels of `point_shape_planar` and `point_shape_spatial`.
-
-    Attributes
-    ----------
-    body, kind : (s,) int arrays
-    size : (s, 3) array, m
-    offset : (s, 2 or 3) array, m
-    frame : (s,) array of angles, rad, in the plane, (s, 3, 3) rotation matrices in space
-    radius : (s,) array, m
-    """
-
-    body: np.ndarray
-    kind: np.ndarray
-    size: np.ndarray
-    offset: np.ndarray
-    frame: np.ndarray
-    radius: np.ndarray
-
-
-class Points(NamedTuple):
-    """Rounded points, each paired with one shape.
-
-    Attributes
-    ----------
-    body : (n,) int array
-    place : (n, 2 or 3) array, m, body axes
-    radius : (n,) array, m
-    shape : (n,) int array
-    """
-
-    body: np.ndarray
-    place: np.ndarray
-    radius: np.ndarray
-    shape: np.ndarray
-
-
-class Edges(NamedTuple):
-    """Straight edges; see `fsm.interactions.edge_edge`. Attributes have one row per edge."""
-
-    body: np.ndarray
-    middle: np.ndarray
-    direction: np.ndarray
-    half: np.ndarray
-    radius: np.ndarray
-
-
-class EdgePairs(NamedTuple):
-    """Edges (k, 2) that may touch, and |t_1 x t_2|^2 (k,) below which they count as nearly parallel."""
-
-    edges: np.ndarray
-    parallel: np.ndarray
 
 
 class Units(NamedTuple):

@@ -11,8 +11,9 @@ from fsm.interactions.box_tree import fit_tree, window_pieces
 from fsm.interactions.chord import chord_boxes
 from fsm.interactions.contact_body_pairs import coupled_bodies
 from fsm.interactions.displacement_bound import furthest_motion, moved_beyond
+from fsm.interactions.shapes import ContactForces
 from fsm.interactions.surface import BARE
-from fsm.segments.contact_geometry import ActiveContacts, ContactForces, ContactKinematics, Tapered
+from fsm.segments.contact_geometry import ActiveContacts, ContactKinematics, Tapered
 from fsm.segments.corner_sides import Corners, corner_sides
 from fsm.segments.pattern import BodyPattern
 

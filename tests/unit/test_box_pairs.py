@@ -8,6 +8,7 @@ import pytest
 from fsm.interactions.box_pairs import ListedPairs, overlapping_boxes
 from fsm.interactions.shape_boxes import shape_boxes_planar, shape_boxes_spatial
 from fsm.interactions.shape_distance import BOX, HALF_SPACE
+from fsm.interactions.shapes import Shapes
 from fsm.kernels.rotation import rotation_matrix
 
 
@@ -75,16 +76,16 @@ def test_boxes_just_hold_their_shapes(spatial: bool) -> None:
         body, sizes, radii = np.zeros(2, dtype=np.int64), np.tile(size, (2, 1)), np.full(2, radius)
         if spatial:
             low, high = shape_boxes_spatial(
-                np.concatenate([at, turn])[None], body, kinds, sizes, np.tile(offset, (2, 1)),
-                np.tile(rotation_matrix(axes), (2, 1, 1)), radii,
-            )  # fmt: skip
+                np.concatenate([at, turn])[None],
+                Shapes(body, kinds, sizes, np.tile(offset, (2, 1)), np.tile(rotation_matrix(axes), (2, 1, 1)), radii),
+            )
         else:
             points = points[:, [0, 2]]
             angle, own = (2.0 * np.arctan2(q[2], q[0]) for q in (turn, axes))
             low, high = shape_boxes_planar(
-                np.array([[at[0], at[2], angle]]), body, kinds, sizes, np.tile(offset[[0, 2]], (2, 1)), np.full(2, own),
-                radii,
-            )  # fmt: skip
+                np.array([[at[0], at[2], angle]]),
+                Shapes(body, kinds, sizes, np.tile(offset[[0, 2]], (2, 1)), np.full(2, own), radii),
+            )
         np.testing.assert_allclose(low[0], points.min(axis=0) - radius, atol=1e-12)
         np.testing.assert_allclose(high[0], points.max(axis=0) + radius, atol=1e-12)
         assert np.all(low[1] == -np.inf)

@@ -10,6 +10,7 @@ import pytest
 from scipy.optimize import minimize
 
 from fsm.interactions.edge_edge import find_edges
+from fsm.interactions.shapes import EdgePairs, Edges
 from fsm.interactions.swept import edges_pass, local_edges
 from fsm.kernels.rotation import exponential, multiply
 from fsm.kernels.scatter import scatter_efforts
@@ -39,10 +40,9 @@ def test_distance_is_that_of_a_search() -> None:
             ends[1] = ends[0] + rng.uniform(-0.3, 0.3, 3) + 1e-3 * rng.normal(size=(2, 3))
         along = ends[:, 1] - ends[:, 0]
         length = np.linalg.norm(along, axis=1)
-        table = (np.array([0, 1]), ends.mean(axis=1), along / length[:, None], length / 2, np.array([0.1, 0.05]))
-        slot, gap = find_edges(
-            poses, np.zeros(1, dtype=np.int64), np.array([[0, 1]]), np.zeros(1), *table, 10.0
-        )
+        table = Edges(np.array([0, 1]), ends.mean(axis=1), along / length[:, None], length / 2, np.array([0.1, 0.05]))
+        pairs = EdgePairs(np.array([[0, 1]]), np.zeros(1))
+        slot, gap = find_edges(poses, np.zeros(1, dtype=np.int64), pairs, table, 10.0)
         assert list(slot) == [0]
         assert gap[0] == pytest.approx(closest_by_search(*ends) - 0.15, abs=1e-6)
 
@@ -194,11 +194,11 @@ def test_local_edges_are_the_same_edges_seen_from_the_other() -> None:
     poses[:, 3:] /= np.linalg.norm(poses[:, 3:], axis=1, keepdims=True)
     direction = rng.normal(size=(2, 3))
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
-    table = (np.array([0, 1]), rng.normal(size=(2, 3)), direction, np.array([0.4, 0.7]))
+    table = Edges(np.array([0, 1]), rng.normal(size=(2, 3)), direction, np.array([0.4, 0.7]), np.zeros(2))
     slots = np.zeros(1, dtype=np.int64)
-    local = local_edges(poses, slots, np.array([[0, 1]]), *table)[0]
-    back = local_edges(poses, slots, np.array([[1, 1]]), *table)[0]
+    local = local_edges(poses, slots, np.array([[0, 1]]), table)[0]
+    back = local_edges(poses, slots, np.array([[1, 1]]), table)[0]
     np.testing.assert_allclose(back, [[-0.7, 0, 0], [0.7, 0, 0]], atol=1e-14)
     np.testing.assert_allclose(np.linalg.norm(local[1] - local[0]), 0.8, rtol=1e-14)
-    _, gap = find_edges(poses, slots, np.array([[0, 1]]), np.zeros(1), *table, np.zeros(2), 100.0)
+    _, gap = find_edges(poses, slots, EdgePairs(np.array([[0, 1]]), np.zeros(1)), table, 100.0)
     assert closest_by_search(local, back) == pytest.approx(gap[0], abs=1e-6)

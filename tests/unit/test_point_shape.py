@@ -10,9 +10,10 @@ import pytest
 
 from fsm.interactions.box_pairs import ListedPairs
 from fsm.interactions.shape_distance import BOX, CYLINDER, HALF_SPACE, RECTANGLE, SPHERE
+from fsm.interactions.shapes import ContactForces
 from fsm.kernels.rotation import exponential, multiply, rotate_by, rotation_matrix
 from fsm.kernels.scatter import scatter_efforts
-from fsm.segments.contact_geometry import ActiveContacts, ContactForces, ContactKinematics
+from fsm.segments.contact_geometry import ActiveContacts, ContactKinematics
 from fsm.segments.pattern import body_pattern
 from fsm.segments.shape_contacts import ShapeContacts
 from fsm.segments.shape_tables import Shape, TableBuilder
