@@ -358,6 +358,18 @@ class System(Protocol):
         """
         return
 
+    def lacks_arrays(self) -> bool:
+        """Whether an `ArraySystem` needs new arrays, because bodies have met that the arrays do not couple."""
+        return False
+
+    def to_arrays(self) -> None:
+        """Copy the internal variables of an `ArraySystem` to its arrays, before a kernel takes steps."""
+        return
+
+    def from_arrays(self) -> np.ndarray:
+        """Copy the internal variables from the arrays; returns the energy (2, n_pairs) that contact pairs dissipated, J."""
+        return np.zeros((2, 1))
+
     def contacts_opened(self) -> bool:
         """Whether contacts that were closed in the last tangents are open in the last evaluated state.
 
@@ -404,7 +416,7 @@ class ArraySystem(Protocol):
     def arrays(self, ready: Ready) -> Any:
         """`fsm.stepping.model.ArrayModel` of this system, always the same; None if something has no arrays.
 
-        The last of `arrays.flags` is 1 where a step was unable to solve its equations.
+        The last of `arrays.flags` is 1 where a step was unable to solve its equations. If `lacks_arrays`, a new model.
         """
         ...
 

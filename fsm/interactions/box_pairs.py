@@ -65,6 +65,10 @@ class ListedPairs:
         """
         return self.among(overlapping_boxes(low, high))
 
+    def everything(self) -> tuple[np.ndarray, np.ndarray]:
+        """All allowed pairs; returns as `among`."""
+        return self.among(np.column_stack(np.triu_indices(len(self._start) - 1, 1)).astype(np.int64))
+
     def among(self, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Select the allowed pairs among pairs (m, 2) of shapes, each given once.
 

@@ -13,7 +13,7 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
 from fsm.kernels.vector import cross, dot, rotate
 
-__all__ = ["edges_pass", "local_edges", "path_poses", "points_pass", "turn_between"]
+__all__ = ["edges_pass", "local_edges", "path_pose", "path_poses", "path_steps", "points_pass", "turn_between"]
 
 STEP = 0.2
 """Largest rotation of a step, rad."""
@@ -32,17 +32,47 @@ def turn_between(start: np.ndarray, end: np.ndarray) -> np.ndarray:
 
 def path_poses(start: np.ndarray, end: np.ndarray) -> list[np.ndarray]:
     """Intermediate poses, both ends included: positions on straight lines, rotations in (nearly) equal parts."""
-    turn = turn_between(start, end).max(initial=0.0)
-    count = max(1, int(np.ceil(turn / STEP)))
-    if start.shape[1] == 3:
-        return [start + k / count * (end - start) for k in range(count + 1)]
-    sign = np.sign(np.einsum("ij,ij->i", start[:, 3:], end[:, 3:]))
-    far = end.copy()
-    far[:, 3:] *= np.where(sign == 0.0, 1.0, sign)[:, None]
-    poses = [start + k / count * (far - start) for k in range(count + 1)]
-    for pose in poses:
-        pose[:, 3:] /= np.linalg.norm(pose[:, 3:], axis=1, keepdims=True)
-    return poses
+    count = path_steps(start, end)
+    return [path_pose(start, end, k / count) for k in range(count + 1)]
+
+
+@kernel
+def path_steps(start: np.ndarray, end: np.ndarray) -> int:
+    """Number of steps of the path between two sets of poses (n_bodies, 3 or 7), of at most 0.2 rad each."""
+    largest = 0.0
+    for i in range(start.shape[0]):
+        if start.shape[1] == 3:
+            turn = abs(end[i, 2] - start[i, 2])
+        else:
+            half = 0.0
+            for k in range(3, 7):
+                half += start[i, k] * end[i, k]
+            turn = 2.0 * np.arccos(min(1.0, abs(half)))
+        largest = max(largest, turn)
+    return max(1, int(np.ceil(largest / STEP)))
+
+
+@kernel
+def path_pose(start: np.ndarray, end: np.ndarray, part: float) -> np.ndarray:
+    """Poses after a part of the path between two sets of poses."""
+    out = np.empty(start.shape)
+    for i in range(start.shape[0]):
+        sign = 1.0
+        if start.shape[1] == 7:
+            half = 0.0
+            for k in range(3, 7):
+                half += start[i, k] * end[i, k]
+            sign = -1.0 if half < 0.0 else 1.0
+        for k in range(start.shape[1]):
+            far = sign * end[i, k] if k >= 3 else end[i, k]
+            out[i, k] = start[i, k] + part * (far - start[i, k])
+        if start.shape[1] == 7:
+            square = 0.0
+            for k in range(3, 7):
+                square += out[i, k] ** 2
+            for k in range(3, 7):
+                out[i, k] /= np.sqrt(square)
+    return out
 
 
 @kernel

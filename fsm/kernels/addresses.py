@@ -19,7 +19,9 @@ from numba.core import cgutils
 
 from fsm.kernels.jit import kernel
 
-__all__ = ["address_table", "floats_1d", "floats_2d", "floats_3d", "integers_1d", "integers_2d"]
+__all__ = [
+    "address_table", "floats_1d", "floats_2d", "floats_3d", "integers_1d", "integers_2d", "table_at", "tables_of",
+]  # fmt: skip
 
 _ROW = 4
 """Numbers of an array in a table: address and up to three sizes."""
@@ -39,6 +41,11 @@ def address_table(arrays: Sequence[np.ndarray]) -> np.ndarray:
             raise ValueError(f"array of type {array.dtype} is not contiguous, or neither float64 nor int64")
         row[0], row[1 : 1 + array.ndim] = array.ctypes.data, array.shape
     return table
+
+
+def tables_of(tables: Sequence[np.ndarray]) -> np.ndarray:
+    """Addresses and lengths (k, 2) of several tables, for `table_at`; the caller keeps the tables."""
+    return np.array([(table.ctypes.data, len(table)) for table in tables], dtype=np.int64).reshape(-1, 2)
 
 
 def _in_python(kind: Any, address: int, shape: tuple[int, ...]) -> np.ndarray:
@@ -104,3 +111,9 @@ def integers_1d(table: np.ndarray, row: int) -> np.ndarray:
 def integers_2d(table: np.ndarray, row: int) -> np.ndarray:
     """Array (m, n) of int64."""
     return _integers(table[row, 0], (table[row, 1], table[row, 2]))
+
+
+@kernel(inline=True)
+def table_at(tables: np.ndarray, number: int) -> np.ndarray:
+    """One of several tables."""
+    return _integers(tables[number, 0], (tables[number, 1], _ROW))

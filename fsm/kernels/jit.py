@@ -24,8 +24,8 @@ from fsm.kernels.cache_folder import OPTIONS, cache_folder
 from fsm.kernels.dispatcher import KernelDispatcher
 
 __all__ = [
-    "Pointer", "cache_folder", "cache_misses", "compile_time", "compiled_as", "kernel", "kernel_names", "on_compile",
-    "shared",
+    "AbsentPointer", "Pointer", "cache_folder", "cache_misses", "compile_time", "compiled_as", "kernel", "kernel_names",
+    "on_compile", "shared",
 ]  # fmt: skip
 
 _kernels: dict[int, Any] = {}
@@ -123,6 +123,29 @@ class Pointer:
     def signature(self) -> Any:
         """Types of the arguments and of the result, for numba."""
         return self._result.signature
+
+
+class AbsentPointer:
+    """`Pointer` of the type of some function that is never called, so that it need not be compiled.
+
+    Parameters
+    ----------
+    result : example of the result
+    arguments : examples of the arguments
+    """
+
+    def __init__(self, result: Any, *arguments: Any) -> None:
+        kinds = (numba.typeof(argument) for argument in arguments)
+        self._signature = numba.typeof(result)(*kinds)
+        self._numba_type_ = numba.types.FunctionType(self._signature)
+
+    def __wrapper_address__(self) -> int:
+        """Address, for numba."""
+        return 1
+
+    def signature(self) -> Any:
+        """Types of the arguments and of the result, for numba."""
+        return self._signature
 
 
 def _compile_lazily(function: F, inline: bool) -> F:

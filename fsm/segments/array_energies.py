@@ -18,6 +18,7 @@ from fsm.segments.arrays import (
     FREE,
     INERTIA,
     MATRIX,
+    PAIR_ENERGY,
     POSES,
     RATES,
     STIFFNESS,
@@ -53,10 +54,13 @@ def energies(
     creases, by_creases = model.by_creases.stored(table, per_second)
     ligaments, by_ligaments = model.by_ligaments.stored(table, per_second)
     kinetic, height = _motion(table)
+    drives, pairs = driven_of(table).directions.shape[0], floats_2d(table, PAIR_ENERGY).shape[1]
+    pair_force = record[DRIVES + 2 * drives : DRIVES + 2 * drives + pairs]
+    contacts, by_contacts = model.by_contacts.stored(table, model.groups, model.contact_parts, t, step, pair_force)
     power, kinetic_driven = _powers(model, t, record)
     record[KINETIC], record[PANELS], record[CREASES] = kinetic, springs[1], springs[2] + creases + ligaments
-    stored = springs[0] + springs[1] + springs[2] + creases + ligaments + height
-    return kinetic, stored, by_springs + by_creases + by_ligaments, power, kinetic_driven
+    stored = springs[0] + springs[1] + springs[2] + creases + ligaments + height + contacts
+    return kinetic, stored, by_springs + by_creases + by_ligaments + by_contacts, power, kinetic_driven
 
 
 @kernel
@@ -105,8 +109,9 @@ def _stable_at_rest(model: Segments, t: float) -> bool:
     """Whether all pivots of the symmetric part of the stiffness at rest, at the present poses, are positive."""
     table = model.at_rest
     others = Segments(
-        table, table, model.flags, model.by_springs, model.by_creases, model.by_ligaments, model.equations
-    )
+        table, table, model.flags, model.groups, model.by_springs, model.by_creases, model.by_ligaments,
+        model.by_contacts, model.contact_parts, model.equations,
+    )  # fmt: skip
     sum_tangents(others, t)
     matrix, stiffness, factors = floats_3d(table, MATRIX), floats_3d(table, STIFFNESS), floats_3d(table, FACTORS)
     p = pattern_of(table)

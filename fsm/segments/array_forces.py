@@ -27,6 +27,7 @@ from fsm.segments.arrays import (
     pattern_of,
     springs_of,
 )
+from fsm.segments.contact_arrays import keep_loaded
 
 __all__ = ["factors_of", "force", "place", "renewed_force", "retract", "sum_forces", "sum_tangents"]
 
@@ -86,6 +87,7 @@ def sum_forces(model: Segments, t: float) -> None:
     model.by_springs.force(poses, rates, springs.bodies, springs.constants, springs.last, 0.0, total)
     model.by_creases.force(table)
     model.by_ligaments.force(table)
+    model.by_contacts.force(table, model.groups, model.contact_parts, t)
 
 
 @kernel
@@ -126,6 +128,7 @@ def sum_tangents(model: Segments, t: float) -> None:
     )  # fmt: skip
     model.by_creases.tangent(table)
     model.by_ligaments.tangent(table)
+    model.by_contacts.tangent(table, model.groups, model.contact_parts, t)
 
 
 @kernel
@@ -133,4 +136,5 @@ def renewed_force(model: Segments, t: float, q: np.ndarray, u: np.ndarray) -> np
     """See `fsm.stepping.model`."""
     place(model.table, t, q, u)
     sum_tangents(model, t)
+    keep_loaded(model.groups)
     return gather_free(integers_1d(model.table, FREE), floats_2d(model.table, FORCE))

@@ -16,8 +16,9 @@ from fsm.kernels.block_sum import effective_stiffness
 from fsm.kernels.body_poses import increment_blocks
 from fsm.kernels.jit import kernel
 from fsm.segments.array_energies import energies
-from fsm.segments.array_forces import force, renewed_force, retract
+from fsm.segments.array_forces import force, place, renewed_force, retract
 from fsm.segments.arrays import DAMPING, FACTORS, MASS, MATRIX, STIFFNESS, TURNED, Segments, pattern_of
+from fsm.segments.contact_arrays import have_opened, lack_pairs
 from fsm.stepping.model import Calls
 from fsm.stepping.vectors import copy_into, scaled
 
@@ -133,29 +134,47 @@ def _damping_times(model: Segments, vector: np.ndarray) -> np.ndarray:
 
 @kernel
 def _unable(model: Segments) -> bool:
-    return model.flags[_FAILED] == 1
+    return model.flags[_FAILED] == 1 or lack_pairs(model.groups)
 
 
-# contacts: none in this model -------------------------------------------------------------------------------------------
+# contacts ---------------------------------------------------------------------------------------------------------------
 
 
 @kernel
 def _contacts_opened(model: Segments) -> bool:
-    return False
+    return bool(have_opened(model.groups))
 
 
 @kernel
 def _part_of_step(model: Segments, t: float, q: np.ndarray, u: np.ndarray, step: float) -> float:
-    return 1.0
+    if model.groups.shape[0] == 0:
+        return 1.0
+    place(model.table, t, q, u)
+    part = model.by_contacts.part_of_step(model.table, model.groups, model.contact_parts, t, step)
+    return float(part)
 
 
 @kernel
 def _longest_step(model: Segments, t: float, q: np.ndarray, u: np.ndarray) -> float:
-    return np.inf
+    if model.groups.shape[0] == 0:
+        return np.inf
+    place(model.table, t, q, u)
+    longest = model.by_contacts.longest_step(model.table, model.groups, model.contact_parts, t)
+    return float(longest)
+
+
+@kernel
+def _accept(model: Segments, t: float, q: np.ndarray, u: np.ndarray) -> float:
+    if model.groups.shape[0] == 0:
+        return np.inf
+    place(model.table, t, q, u)
+    model.by_contacts.accept(model.table, model.groups, model.contact_parts, t)
+    longest = model.by_contacts.longest_step(model.table, model.groups, model.contact_parts, t)
+    return float(longest)
 
 
 KERNELS = Calls(
     force, renewed_force, _factorise, _factorise_mass, _solve, _mapped, retract, _mass_times, _stiffness_times,
-    _damping_times, _contacts_opened, _part_of_step, _longest_step, _longest_step, _unable, energies,
+    _damping_times, _contacts_opened, _part_of_step, _longest_step, _accept, _unable, energies,
 )  # fmt: skip
 """Kernels of `Segments` that time steps call."""

@@ -1,7 +1,8 @@
 """Segments as a model of arrays, for compiled time steps (see `fsm.stepping.model`).
 
-It covers free, held and driven bodies with springs, dampers, creases, ligaments, loads and gravity. Contacts, hysteresis
-and laws added by users have no arrays yet; such systems take the same steps in Python.
+It covers free, held and driven bodies with springs, dampers, creases, ligaments, loads, gravity and contacts of shapes.
+Contacts of surfaces, hysteresis and laws of elements added by users have no arrays yet; such systems take the same steps in
+Python.
 """
 
 from __future__ import annotations
@@ -15,12 +16,13 @@ from fsm.interactions.driven import Driven
 from fsm.kernels.addresses import floats_1d, floats_2d, integers_1d, integers_2d
 from fsm.kernels.jit import kernel
 from fsm.kernels.pieces import Pieces
+from fsm.segments.contact_arrays import ContactKernels, ContactParts
 
 __all__ = [
-    "DAMPING", "FACTORS", "FORCE", "FREE", "INERTIA", "MASS", "MATRIX", "FORCE_SCALE", "POSES", "RATES", "STIFFNESS",
-    "TURNED", "WEIGHT", "Arrays", "Creases", "ElementKernels", "EquationKernels", "Ligaments", "Loads", "Pattern",
-    "Segments", "SpringKernels", "Springs", "creases_of", "driven_of", "ligaments_of", "loads_of", "pattern_of",
-    "springs_of",
+    "BEFORE", "DAMPING", "FACTORS", "FORCE", "FORCE_SCALE", "FREE", "INERTIA", "MASS", "MATRIX", "PAIR_ENERGY",
+    "POSES", "RATES", "STIFFNESS", "TURNED", "WEIGHT", "Arrays", "Creases", "ElementKernels", "EquationKernels",
+    "Ligaments", "Loads", "Pattern", "Segments", "SpringKernels", "Springs", "creases_of", "driven_of", "flat_arrays",
+    "ligaments_of", "loads_of", "pattern_of", "springs_of",
 ]  # fmt: skip
 
 
@@ -132,6 +134,10 @@ class Arrays(NamedTuple):
         Derivatives of the increment of the last factors.
     force_scale : (nu,) array
         Divisors of forces, see `fsm.system.Scales`.
+    pair_energy : (2, n_pairs) array, J
+        Energy that friction and damping of contact pairs have dissipated.
+    before : (n_bodies, 3 or 7) array
+        Poses at the end of the last step.
     pattern, springs, creases, ligaments, loads, driven : arrays of each
     """
 
@@ -148,6 +154,8 @@ class Arrays(NamedTuple):
     factors: np.ndarray
     turned: np.ndarray
     force_scale: np.ndarray
+    pair_energy: np.ndarray
+    before: np.ndarray
     pattern: Pattern
     springs: Springs
     creases: Creases
@@ -158,13 +166,14 @@ class Arrays(NamedTuple):
     @property
     def flat(self) -> list[np.ndarray]:
         """All arrays in the order of their rows in `Segments.table`."""
-        return list(_flat(self))
+        return list(flat_arrays(self))
 
 
-def _flat(arrays: Any) -> Iterator[np.ndarray]:
+def flat_arrays(arrays: Any) -> Iterator[np.ndarray]:
+    """All arrays of a tuple of arrays and of such tuples."""
     for part in arrays:
         if isinstance(part, tuple):
-            yield from _flat(part)
+            yield from flat_arrays(part)
         else:
             yield part
 
@@ -177,21 +186,26 @@ class Segments(NamedTuple):
     table : table of `fsm.kernels.addresses`
     at_rest : table with other rates, forces and matrices, for tangents at rest
     flags : (3,) int array
-    by_springs, by_creases, by_ligaments, equations : kernels, by address (`Pointer`)
+    groups : (k, 2) int array
+        Tables of the contacts of each geometry; see `fsm.segments.contact_arrays`.
+    by_springs, by_creases, by_ligaments, by_contacts, contact_parts, equations : kernels, by address (`Pointer`)
         They depend on the dimension and on the kinds of elements.
     """
 
     table: np.ndarray
     at_rest: np.ndarray
     flags: np.ndarray
+    groups: np.ndarray
     by_springs: SpringKernels
     by_creases: ElementKernels
     by_ligaments: ElementKernels
+    by_contacts: ContactKernels
+    contact_parts: ContactParts
     equations: EquationKernels
 
 
 FREE, MASS, INERTIA, WEIGHT, POSES, RATES, FORCE, STIFFNESS, DAMPING, MATRIX, FACTORS, TURNED = range(12)
-FORCE_SCALE, _PATTERN = 12, 13
+FORCE_SCALE, PAIR_ENERGY, BEFORE, _PATTERN = 12, 13, 14, 15
 """Rows of `Segments.table`."""
 _SPRINGS = _PATTERN + len(Pattern._fields)
 _CREASES = _SPRINGS + len(Springs._fields)

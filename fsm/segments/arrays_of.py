@@ -36,6 +36,8 @@ from fsm.segments.arrays import (
     SpringKernels,
     Springs,
 )
+from fsm.segments.contact_arrays_of import ContactModel, has_contact_arrays
+from fsm.segments.contacts import ContactGroup
 from fsm.segments.elements import BushingGroup, CreaseGroup
 from fsm.segments.ligaments import LigamentGroup
 from fsm.segments.loads import GravityGroup, LoadGroup
@@ -67,12 +69,16 @@ def has_arrays(system: SegmentSystem) -> bool:
     """Whether all that acts in a system has arrays, something can move, and kernels are compiled."""
     if not hasattr(KERNELS.force, "compile"):  # NUMBA_DISABLE_JIT
         return False
-    kinds = [type(group) for group in system.groups]
+    if not all(has_contact_arrays(group, system.spatial) for group in system.contacts):
+        return False
+    kinds = [type(group) for group in system.groups if not isinstance(group, ContactGroup)]
     known = all(of_program(motion.program) is not None for motion in system.motions)
     return _KINDS.issuperset(kinds) and len(set(kinds)) == len(kinds) and known and system.nu > 0
 
 
-def arrays_of(system: SegmentSystem, pattern: BodyPattern, ready: Ready) -> tuple[ArrayModel, tuple[Arrays, ...]]:
+def arrays_of(
+    system: SegmentSystem, pattern: BodyPattern, ready: Ready, contacts: ContactModel
+) -> tuple[ArrayModel, tuple[Arrays, ...]]:
     """Model of arrays of a system for which `has_arrays` is true, and the arrays, which the caller keeps with the model."""
     known, factors = ready(pattern)
     bodies, spatial = system.bodies, system.spatial
@@ -102,7 +108,8 @@ def arrays_of(system: SegmentSystem, pattern: BodyPattern, ready: Ready) -> tupl
     turned = np.zeros((system.n_free if spatial else 0, 6, 6))
     arrays = Arrays(
         bodies.free, bodies.inertia[bodies.free].ravel(), bodies.inertia, weight, poses, rates, force, stiffness, damping,
-        matrix, factors, turned, system.scales().force_scale, of_pattern, springs, creases, ligaments, loads,
+        matrix, factors, turned, system.scales().force_scale, contacts.pair_energy, poses.copy(),
+        of_pattern, springs, creases, ligaments, loads,
         _driven(system),
     )  # fmt: skip
     rest = arrays._replace(
@@ -115,14 +122,14 @@ def arrays_of(system: SegmentSystem, pattern: BodyPattern, ready: Ready) -> tupl
     before = *own, springs.last, 0.0
     p = of_pattern
     model = Segments(
-        table, address_table(rest.flat), np.zeros(3, dtype=np.int64),
+        table, address_table(rest.flat), np.zeros(3, dtype=np.int64), contacts.groups,
         SpringKernels(
             Pointer(of_springs.force, *state, *before, force),
             Pointer(of_springs.tangent, *state, *before, springs.last[:0], springs.slots, *blocks),
             Pointer(of_springs.stored, *state, *before, springs.kind, 1),
             Pointer(of_springs.deformations, *state, *own),
         ),
-        _pointers(of_creases, table), _pointers(of_ligaments, table),
+        _pointers(of_creases, table), _pointers(of_ligaments, table), contacts.kernels, contacts.parts,
         EquationKernels(
             Pointer(
                 factorise, matrix, p.place, p.filled_rows, p.filled_columns, p.filled_diagonal, True, factors

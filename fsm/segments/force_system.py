@@ -20,6 +20,7 @@ from fsm.kernels.newton_euler import (
 )
 from fsm.segments.arrays import Arrays
 from fsm.segments.configuration import Bodies, Configuration
+from fsm.segments.contact_arrays_of import ContactModel
 from fsm.segments.contact_depths import ContactDepths
 from fsm.segments.contact_set import ContactSet
 from fsm.segments.contacts import ContactGroup
@@ -73,6 +74,7 @@ class SegmentForces(Configuration):
         self._last_poses = bodies.pose
         self._pattern: BodyPattern | None = None
         self._array_model: tuple[ArrayModel, tuple[Arrays, ...]] | None = None
+        self._contact_model: ContactModel | None = None
         self._pattern_version: tuple[int, ...] = ()
         self._pattern_pairs: tuple[np.ndarray, ...] = ()
         self._driven_pattern: BodyPattern | None = None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -55,6 +56,8 @@ GROUND = 0
 """Index of the ground."""
 _RENEWAL = 0.4
 """Displacement, relative to the margin, after which the broad phase is renewed."""
+_MOST_SHAPES = 500
+"""Number of shapes up to which all pairs are listed at once."""
 DEEP = 0.25
 """Depth limit of solid shapes, relative to the length of the longest plate or solid."""
 
@@ -86,11 +89,11 @@ class ShapeContacts:
         # unlimited sizes do not count: half-spaces, and the direction y in the plane
         size = np.where(np.isinf(shapes.size), 0.0, shapes.size)
         size[shapes.kind == HALF_SPACE] = 0.0
-        self._reach = np.linalg.norm(size, axis=1) + shapes.radius
-        reach = self._reach + np.linalg.norm(shapes.offset, axis=1)
-        self._moving, owner = np.unique(shapes.body, return_inverse=True)
-        self._radii = np.zeros(len(self._moving))
-        np.maximum.at(self._radii, owner, reach)
+        self.reach = np.linalg.norm(size, axis=1) + shapes.radius
+        reach = self.reach + np.linalg.norm(shapes.offset, axis=1)
+        self.moving, owner = np.unique(shapes.body, return_inverse=True)
+        self.radii = np.zeros(len(self.moving))
+        np.maximum.at(self.radii, owner, reach)
         self._reference: np.ndarray | None = None
         self._committed: np.ndarray | None = None
         self._closed = np.zeros(0, dtype=np.int64)
@@ -115,6 +118,29 @@ class ShapeContacts:
     def pair(self) -> np.ndarray:
         """See `ContactGeometry`."""
         return self.tables.pair
+
+    @property
+    def all_slots(self) -> float:
+        """Largest number of slots of all listed pairs; infinite for very many shapes."""
+        return self.kit.slots_of(self._all_units.shapes) if len(self.kit.shapes.body) <= _MOST_SHAPES else np.inf
+
+    @cached_property
+    def _all_units(self) -> Units:
+        return self._units_of(*self.listed.everything())
+
+    def whole(self) -> tuple[Units, Tables, np.ndarray, np.ndarray]:
+        """All listed pairs, their tables, the open slots, and the pairs that are near (1) at present (0: not)."""
+        units = self._all_units
+        tables = self.kit.tables(units)
+        near = np.isin(units.key, self._units.key[self._near])
+        return units, tables, (~np.isin(tables.key, self._closed)).astype(np.int64), near.astype(np.int64)
+
+    def depth_limits(self, tables: Tables) -> np.ndarray:
+        """Depth (n_points,) above which a point counts as passed into a solid shape, m."""
+        shape = tables.points.shape
+        smallest = 0.5 * tables.shapes.size[shape].min(axis=1)
+        half_space = tables.shapes.kind[shape] == HALF_SPACE
+        return np.asarray(np.where(half_space, self.depth_limit, np.minimum(self.depth_limit, smallest)))
 
     def keys(self, slots: np.ndarray) -> np.ndarray:
         """See `ContactGeometry`."""
@@ -168,7 +194,7 @@ class ShapeContacts:
 
     def _refresh(self, poses: np.ndarray) -> None:
         bound = _RENEWAL * self.margin
-        if self._reference is not None and not moved_beyond(poses, self._reference, self._moving, self._radii, bound):
+        if self._reference is not None and not moved_beyond(poses, self._reference, self.moving, self.radii, bound):
             return
         low, high = self._boxes(poses)
         # both bodies may move, so the search distance is the margin plus both displacements
@@ -219,7 +245,7 @@ class ShapeContacts:
         one, two = np.ascontiguousarray(pairs[rows].T)
         centres = Points(shapes.body[one], shapes.offset[one], shapes.radius[one], two)
         local = self._kernels.local(poses, np.arange(len(rows)), centres, shapes)
-        out[rows] = local[:, 2] > self._reach[one] + shapes.radius[two] + self.margin
+        out[rows] = local[:, 2] > self.reach[one] + shapes.radius[two] + self.margin
         return out
 
     @property
@@ -364,8 +390,7 @@ class ShapeContacts:
         if not len(points) and not len(edges):
             return tables, np.zeros(0, dtype=np.int64)
         shape = tables.points.shape[points]
-        kind, size = tables.shapes.kind[shape], tables.shapes.size[shape]
-        limit = np.where(kind == HALF_SPACE, self.depth_limit, np.minimum(self.depth_limit, 0.5 * size.min(axis=1)))
+        kind, size, limit = tables.shapes.kind[shape], tables.shapes.size[shape], self.depth_limits(tables)[points]
         half = tables.edges.half[tables.edge_pairs.edges[edges, 1]]
         point_passed, edge_passed = np.zeros(len(points), dtype=bool), np.zeros(len(edges), dtype=bool)
         before: tuple[np.ndarray, np.ndarray] | None = None
@@ -381,7 +406,7 @@ class ShapeContacts:
         """Points and pairs of edges of units that may meet between two poses, and their tables."""
         low, high = self._swept_boxes(start, end)
         bound = _RENEWAL * self.margin
-        if self._reference is not None and not moved_beyond(start, self._reference, self._moving, self._radii, bound):
+        if self._reference is not None and not moved_beyond(start, self._reference, self.moving, self.radii, bound):
             # both poses are within the allowed displacement from the last search
             meet = _overlap(low, high, self._units.shapes[self._near])
             return self.tables, *self._slots_of(self._near[meet])
@@ -405,9 +430,9 @@ class ShapeContacts:
         low, high = self._boxes(start)
         other_low, other_high = self._boxes(end)
         # bound of the distance of an arc from its chord
-        turn = np.minimum(turn_between(start[self._moving], end[self._moving]), np.pi)
+        turn = np.minimum(turn_between(start[self.moving], end[self.moving]), np.pi)
         bulge = np.zeros(len(start))
-        bulge[self._moving] = self._radii * (1.0 - np.cos(turn / 2))
+        bulge[self.moving] = self.radii * (1.0 - np.cos(turn / 2))
         aside = bulge[self.kit.shapes.body][:, None]
         return np.minimum(low, other_low) - aside, np.maximum(high, other_high) + aside
 

@@ -253,6 +253,11 @@ class Kit(NamedTuple):
             weight * units.share[unit, column], area, units.pair[unit], key,
         )  # fmt: skip
 
+    def slots_of(self, shapes: np.ndarray) -> int:
+        """Largest number of slots of pairs (u, 2) of shapes."""
+        points, edges = np.diff(self.point_start)[shapes], np.diff(self.edge_start)[shapes]
+        return int(points.sum() + edges.prod(axis=1).sum())
+
     @property
     def _most_slots(self) -> int:
         """Largest number of slots in a unit."""

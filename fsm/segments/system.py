@@ -17,11 +17,13 @@ from fsm.kernels.newton_euler import (
 )
 from fsm.segments.arrays_of import arrays_of, has_arrays
 from fsm.segments.configuration import Bodies
+from fsm.segments.contact_arrays_of import ContactModel
 from fsm.segments.contacts import ContactGroup
 from fsm.segments.drive import PrescribedMotion
 from fsm.segments.force_system import SegmentForces
 from fsm.segments.group import Group, PreviousPoses
 from fsm.segments.loads import LoadGroup
+from fsm.segments.pattern import body_pattern
 from fsm.stepping.model import ArrayModel
 from fsm.system import (
     DriveState,
@@ -146,11 +148,33 @@ class SegmentSystem(SegmentForces):
 
     def arrays(self, ready: Ready) -> ArrayModel | None:
         """See `ArraySystem`."""
-        if type(self) is not SegmentSystem or not self.fixed_pattern:  # subclasses have forces of their own
+        if type(self) is not SegmentSystem or not has_arrays(self):  # subclasses have forces of their own
             return None
-        if self._array_model is None and has_arrays(self):
-            self._array_model = arrays_of(self, self._current_pattern(self.bodies.pose), ready)
-        return None if self._array_model is None else self._array_model[0]
+        if self._array_model is None:
+            pattern = self._current_pattern(self.bodies.pose)
+            pairs = len(self.pair_names)
+            self._contact_model = ContactModel(self.contacts, pattern, self.bodies.rate.shape, self.spatial, pairs)
+            self._array_model = arrays_of(self, pattern, ready, self._contact_model)
+        elif self._contact_model is not None and self._contact_model.lacks:
+            near = [pairs for group in self._others for pairs in [group.pairs(self.bodies.pose)[0]]]
+            near += [group.pairs(self.bodies.pose)[0] for group in self._springs]
+            pattern = body_pattern(self._dof, [*near, *self._contact_model.pairs()], self.size)
+            self._contact_model.index(pattern)
+            self._array_model = arrays_of(self, pattern, ready, self._contact_model)
+        return self._array_model[0]
+
+    def lacks_arrays(self) -> bool:
+        """See `System`."""
+        return self._contact_model is not None and self._contact_model.lacks
+
+    def to_arrays(self) -> None:
+        """See `System`: memory of contacts."""
+        if self._contact_model is not None:
+            self._contact_model.load()
+
+    def from_arrays(self) -> np.ndarray:
+        """See `System`: memory of contacts."""
+        return np.zeros((2, len(self.pair_names))) if self._contact_model is None else self._contact_model.store()
 
     def energy(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> Energy:
         """See `System`."""

@@ -96,6 +96,7 @@ class SystemModel:
         self._linear: Linearised | None = None
         self._map: np.ndarray | None = None
         self._last: PreviousState = 0.0, q
+        self.pair_energy = np.zeros((2, 1))
 
     def renewed_force(self, t: float, q: np.ndarray, u: np.ndarray) -> np.ndarray:
         """See `fsm.stepping.model`."""
@@ -163,13 +164,15 @@ class SystemModel:
         observed, dissipated = self.system.observe(t, q, u), 0.0
         seen = observed.energy
         if step > 0.0:
-            dissipated, _ = mean_dissipation(self.system, self._last, (t, q), seen.pair_power.shape[1])
+            dissipated, of_pairs = mean_dissipation(self.system, self._last, (t, q), seen.pair_power.shape[1])
+            self.pair_energy = self.pair_energy + step * of_pairs
         self._last = t, q.copy()
         record[KINETIC], record[STEADY] = seen.kinetic, 0.0  # unknown
         record[PANELS], record[CREASES] = seen.potential.get("panels", 0.0), seen.potential.get("creases", 0.0)
         count = len(observed.drive.travel)
         record[DRIVES : DRIVES + count] = observed.drive.travel
         record[DRIVES + count : DRIVES + 2 * count] = observed.drive.force
+        record[DRIVES + 2 * count : DRIVES + 2 * count + len(observed.pairs.force)] = observed.pairs.force
         return seen.kinetic, seen.stored_at_rest, dissipated, seen.input_power, seen.driven
 
     def part_of_step(self, t: float, q: np.ndarray, u: np.ndarray, step: float) -> float:
@@ -211,6 +214,8 @@ class GeneralizedAlpha:
     steps, rejected, failed : int
         Steps taken; steps repeated because of the error, and because Newton's method did not converge.
     iterations, force_evaluations, linearisations, factorisations : int
+    pair_energy : (2, n_pairs) array, J
+        Energy that friction and damping of contact pairs dissipated in the last `march`.
     """
 
     def __init__(
@@ -245,6 +250,7 @@ class GeneralizedAlpha:
         sizes[stepping.CONTRACTION] = sizes[stepping.LAST_ERROR] = 1.0
         counts[stepping.DIVISION] = 1
         self.model = SystemModel(system, q)
+        self.pair_energy = np.zeros((2, 0))
 
     def step(self, until: float) -> None:
         """Take one step that ends at `until` or before.
@@ -274,13 +280,21 @@ class GeneralizedAlpha:
         if self._arrays is None:
             raise ValueError("this system has no arrays")
         motion = self.motion = self.motion._replace(q=self.motion.q.copy(), u=self.motion.u.copy())
-        records, begun = self.records(most if every else 1), self.steps
+        records, begun, system = self.records(most if every else 1), self.steps, self.system
+        system.to_arrays()
         outcome = march_arrays(self._arrays, motion, self.rules, balance, until, most, records)
-        if outcome == stepping.UNABLE:
-            # one step in Python, where SciPy solves the linear equations
-            self._arrays.arrays.flags[-1] = motion.counts[stepping.TANGENT] = 0
+        while outcome == stepping.UNABLE and system.lacks_arrays():
+            self._arrays = cast(ArraySystem, system).arrays(self.model.linear.ready)
+            motion.counts[stepping.TANGENT], left = 0, most - (self.steps - begun)
             own = records[self.steps - begun :] if every else records
+            outcome = march_arrays(self._arrays, motion, self.rules, balance, until, left, own)
+        self.pair_energy = system.from_arrays()
+        if outcome in (stepping.UNABLE, stepping.OBJECTED):
+            # one step in Python, where SciPy solves the linear equations, and the reason of a rejection is known
+            self._arrays.arrays.flags[-1] = motion.counts[stepping.TANGENT] = 0
+            own, self.model.pair_energy = records[self.steps - begun :] if every else records, self.pair_energy
             outcome = march(self.model, motion, self.rules, balance, until, 1, own)
+            self.pair_energy = self.model.pair_energy
             motion.counts[stepping.TANGENT] = 0
         if outcome != stepping.STEPPED:
             raise self._failure(outcome)
@@ -288,12 +302,13 @@ class GeneralizedAlpha:
 
     def records(self, count: int) -> np.ndarray:
         """Zero records of so many steps."""
-        return np.zeros((count, DRIVES + 2 * self._drives + len(self.q) + len(self.u)))
+        return np.zeros((count, self._recorded + len(self.q) + len(self.u)))
 
     @cached_property
-    def _drives(self) -> int:
-        """Number of drives."""
-        return len(self.system.observe(self.t, self.q, self.u).drive.travel)
+    def _recorded(self) -> int:
+        """Numbers of a record before the state."""
+        seen = self.system.observe(self.t, self.q, self.u)
+        return DRIVES + 2 * len(seen.drive.travel) + len(seen.pairs.force)
 
     @cached_property
     def _arrays(self) -> ArrayModel | None:

@@ -65,33 +65,37 @@ class StepwiseRun(Run):
         power, smallest, losses = self.last.energy.input_power, statistics.smallest_step, float(settings.judge_losses)
         balance = np.array([*energy_balance.numbers(), power, smallest, settings.energy_abort, losses, 0.0])
         most = max(1, min(self.renewed + self.every, settings.max_steps) - solver.steps)
-        drives = len(self.last.drive.travel)
+        drives, pairs = len(self.last.drive.travel), len(self.last.pairs.force)
+        every = drives + pairs > 0
         try:
-            records = solver.march(balance, self.pending[0] if self.pending else settings.end_time, most, drives > 0)
+            records = solver.march(balance, self.pending[0] if self.pending else settings.end_time, most, every)
         except StepFailed as error:
             self._count(solver)
             self._fail(error.outcome, error.reason)
-        if drives:
-            self._look_at(records, drives)
+        if every:
+            self._look_at(records, drives, pairs)
         energy_balance.set_numbers(balance[:POWER])
+        energy_balance.pair_energy = energy_balance.pair_energy + solver.pair_energy
         statistics.smallest_step = float(balance[SHORTEST])
         self._count(solver)
         self.last = seen = self.system.observe(solver.t, solver.q, solver.u)
-        if not drives:
+        if not every:
             self._look(solver.t, solver.q, solver.u, seen)
         if self.pending and self.pending[0] <= solver.t:
             self.pending.pop(0)
             self._save(solver.t, solver.q, solver.u, seen, energy_balance)
 
-    def _look_at(self, records: np.ndarray, drives: int) -> None:
+    def _look_at(self, records: np.ndarray, drives: int, pairs: int) -> None:
         """Add the points of the curve at the ends of recorded steps."""
         nq, forces = len(self.q), DRIVES + drives
-        state = forces + drives
+        of_pairs = forces + drives
+        state = of_pairs + pairs
         for record in records:
             stored = {"panels": float(record[PANELS]), "creases": float(record[CREASES])}
             seen = replace(
                 self.last,
-                drive=DriveState(record[DRIVES:forces].copy(), record[forces:state].copy()),
+                drive=DriveState(record[DRIVES:forces].copy(), record[forces:of_pairs].copy()),
+                pairs=replace(self.last.pairs, force=record[of_pairs:state].copy()),
                 energy=Energy(float(record[KINETIC]), stored, 0.0, 0.0),
             )
             self.energy_balance.turnover = float(record[TURNOVER])

@@ -22,7 +22,7 @@ __all__ = [
 TIME, TURNOVER, KINETIC, PANELS, CREASES, STEADY, DRIVES = range(7)
 """Indices of the record of a step: time (s), turnover before the step, kinetic energy, and elastic energies of panels and
 creases (J); 1 for a state near a stable equilibrium, else 0; from `DRIVES` on the travels and then the forces of all drives,
-q and u."""
+the normal forces of all contact pairs, q and u."""
 
 INERTIAL = 1e-2
 """Largest ratio of inertial forces to the force of the drives near an equilibrium."""

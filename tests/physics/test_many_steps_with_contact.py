@@ -1,0 +1,172 @@
+"""Steps of generalized-alpha with contact in one kernel, against the same steps in Python over the same system."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fsm.scene.contact import Contact, Friction
+from fsm.scene.obstacle import Obstacle
+from fsm.scene.scene import Body, ContactPair, Drive, Plate, Scene
+from fsm.segments.compile import compile_scene
+from fsm.segments.system import SegmentSystem
+from fsm.solve.generalized_alpha import GeneralizedAlpha
+from fsm.solve.settings import Settings
+from fsm.solve.simulate import simulate
+from fsm.stepping import generalized_alpha as stepping
+from fsm.stepping import march as balances
+from fsm.stepping.march import march
+from fsm.stepping.model import STEADY
+
+FLOOR = Obstacle(name="floor", shape="plane")
+DAMPED = {"law": "impact", "stiffness": 1e6, "exponent": 1.5, "damping": 50.0, "ramp": 1e-5}
+BOUNCY = {"law": "restitution", "stiffness": 1e6, "exponent": 1.5, "restitution": 0.7}
+BRISTLES = {"law": "lugre", "mu_static": 0.4, "mu_dynamic": 0.3, "v_stribeck": 1e-2, "presliding": 1e-5}
+SMOOTH = {"law": "tanh", "mu_dynamic": 0.3, "v_static": 1e-2}
+SIZE = 0.02
+
+
+def heap(
+    kind: str, count: int, spatial: bool, normal: dict[str, Any], friction: dict[str, Any] | None = None,
+    apart: float = 0.045, **more: Any,
+) -> SegmentSystem:  # fmt: skip
+    """Bodies of one kind that fall on the floor and on each other, slightly turned and moving sideways."""
+    bodies, shapes = [], []
+    for i in range(count):
+        name, tilt = f"body {i}", 0.0 if kind == "sphere" else 0.05
+        plate = Plate(length=4 * SIZE, width=3 * SIZE, thickness=SIZE / 5) if kind == "plate" else None
+        height = 0.0045 + 0.0065 * i if plate else 1.05 * SIZE + apart * i
+        bodies.append(
+            Body(
+                name=name, mass=0.2, inertia=(3e-5, 4e-5, 5e-5), position=(0.002 * i, 0.0, height),
+                velocity=(0.1 * i + 0.05, 0.0, -0.3), plate=plate,
+                orientation=(math.cos(tilt / 2), 0.0, math.sin(tilt / 2), 0.0),
+            )
+        )  # fmt: skip
+        if kind == "sphere":
+            shapes.append(Obstacle(name=f"shape {i}", shape="sphere", radius=SIZE, body=name))
+        elif kind == "box":
+            shapes.append(Obstacle(name=f"shape {i}", shape="box", size=(2 * SIZE,) * 3, body=name))
+    names = [shape.name for shape in shapes] or [body.name for body in bodies]
+    pairs = [ContactPair(first=name, second="floor") for name in names]
+    if kind != "box":
+        pairs += [ContactPair(first=a, second=b) for i, a in enumerate(names) for b in names[i + 1 :]]
+    scene = Scene(
+        bodies=tuple(bodies), obstacles=(*shapes, FLOOR), pairs=tuple(pairs), contact=Contact.model_validate(normal),
+        friction=None if friction is None else Friction.model_validate(friction), gravity=(0.0, 0.0, -9.81), **more,
+    )  # fmt: skip
+    return compile_scene(scene, spatial)
+
+
+HEAPS: dict[str, tuple[Any, ...]] = {
+    "ball": ("sphere", 1, DAMPED),
+    "ball with restitution": ("sphere", 1, BOUNCY),
+    "balls with friction": ("sphere", 3, DAMPED, BRISTLES),
+    "boxes with friction": ("box", 2, DAMPED, SMOOTH),
+    "plates": ("plate", 2, DAMPED),
+    "plates with friction": ("plate", 3, DAMPED, BRISTLES),
+}
+
+
+def made(name: str, spatial: bool, **more: Any) -> SegmentSystem:
+    """A system at its start."""
+    kind, count, *laws = HEAPS[name]
+    return heap(kind, count, spatial, *laws, **more)
+
+
+def started(system: SegmentSystem, fixed_step: float | None) -> tuple[GeneralizedAlpha, np.ndarray]:
+    """A solver at the start, and the array `balance` of `march` without a bound on the energy error."""
+    q, u = system.initial()
+    system.commit(0.0, q, u)
+    energy, balance = system.energy(0.0, q, u), np.zeros(14)
+    balance[balances.START], balance[balances.POWER] = energy.stored, energy.input_power
+    balance[balances.SHORTEST], balance[balances.ALLOWED] = np.inf, np.inf
+    return GeneralizedAlpha(system, 0.0, q, u, 1e-4, fixed_step=fixed_step), balance
+
+
+@pytest.mark.parametrize("fixed_step", [None, 1e-4], ids=["controlled", "fixed"])
+@pytest.mark.parametrize("spatial", [False, True], ids=["plane", "space"])
+@pytest.mark.parametrize("name", HEAPS)
+def test_same_steps(name: str, spatial: bool, fixed_step: float | None) -> None:
+    """States, counts, energies, forces of pairs and memory agree after an impact, and all steps before it."""
+    (compiled, balance), (python, others) = (started(made(name, spatial), fixed_step) for _ in range(2))
+    assert compiled.marches
+    count = 80
+    records, expected = compiled.march(balance, 1.0, count, every=True), python.records(count)
+    assert march(python.model, python.motion, python.rules, others, 1.0, count, expected) == stepping.STEPPED
+    assert compiled.steps == python.steps == count
+    assert compiled.iterations == pytest.approx(python.iterations, rel=0.05)  # round-off decides on some of them
+    assert (compiled.rejected, compiled.failed) == (python.rejected, python.failed)
+    assert compiled.t == pytest.approx(python.t, rel=1e-6)
+    scales = python.system.scales()
+    assert np.abs((compiled.q - python.q) / scales.configuration).max() < 1e-6
+    assert np.abs(compiled.u - python.u).max() < 1e-5 * np.abs(python.u).max()
+    turnover = others[balances.TURNOVER]
+    assert np.abs(balance[:9] - others[:9]).max() < 1e-6 * turnover
+    known = np.arange(records.shape[1]) != STEADY
+    assert np.abs(records - expected)[:, known].max() < 1e-5 * np.abs(expected).max()
+    assert np.abs(compiled.pair_energy - python.model.pair_energy).max() < 1e-6 * turnover
+    assert balance[balances.DISSIPATED] > 1e-3 * turnover
+    memory = python.system.memory()
+    assert compiled.system.memory() == pytest.approx(memory, rel=1e-4, abs=1e-6 * np.abs(memory).max())
+
+
+@pytest.mark.parametrize("name", ["balls with friction", "plates with friction"])
+def test_a_run_saves_the_same_states(name: str) -> None:
+    """Saved states, contact forces at all steps, and energies of pairs of a whole run."""
+    found = []
+    for arrays in (True, False):
+        system, saved = made(name, False), list[Any]()
+        if not arrays:
+            system.__dict__["arrays"] = lambda ready: None
+        statistics, balance = simulate(system, Settings("generalized-alpha", 1e-4, 0.03), [0.0, 0.01, 0.03], saved.append)
+        found.append((statistics, balance, saved))
+    (statistics, balance, saved), (others, other, expected) = found
+    assert statistics.steps == pytest.approx(others.steps, rel=0.05)  # restart points differ
+    peaks = [max(float(point.pair_force.max()) for point in run.seen) for run in (statistics, others)]
+    assert peaks[0] == pytest.approx(peaks[1], rel=1e-3)
+    assert np.abs(balance.pair_energy - other.pair_energy).max() < 1e-3 * other.turnover
+    for one, two in zip(saved, expected, strict=True):
+        assert np.abs(one.q - two.q).max() < 1e-3 * SIZE
+        assert np.abs(one.observation.pairs.force - two.observation.pairs.force).max() < 1e-2 * peaks[1]
+
+
+def test_bodies_that_meet_later() -> None:
+    """A pair of bodies that comes near in a step gets its block in the tangent, and the kernel goes on."""
+    system = made("balls with friction", False, apart=0.1)
+    solver, balance = started(system, None)
+    assert solver.marches
+    before = solver._arrays
+    solver.march(balance, 0.15, 2000)
+    assert solver.t == 0.15
+    assert system.observe(0.15, solver.q, solver.u).pairs.force.shape == (6,)
+    assert solver._arrays is not before
+    assert balance[balances.WORST] < 1e-2 * balance[balances.TURNOVER]
+
+
+def test_friction_that_depends_on_the_direction_steps_in_python() -> None:
+    """Such contacts have no arrays, and the run is taken step by step."""
+    system = made("plates with friction", True)
+    assert started(system, None)[0].marches
+    kind, count, normal, friction = HEAPS["plates with friction"]
+    other = heap(kind, count, True, normal, friction | {"across": 2.0})
+    solver = started(other, None)[0]
+    assert not solver.marches
+    statistics, _ = simulate(other, Settings("generalized-alpha", 1e-3, 1e-3), [0.0], lambda saved: None)
+    assert statistics.steps > 0
+
+
+def test_a_drive_presses_a_ball_on_the_floor() -> None:
+    """Forces of the drive contain those of the contact."""
+    drive = Drive(body="body 0", direction=(0.0, 0.0, -1.0), travel=1.1e-3, speed=0.05)
+    (compiled, balance), (python, others) = (
+        started(made("balls with friction", False, drives=(drive,)), None) for _ in range(2)
+    )
+    records, expected = compiled.march(balance, 0.02, 60, every=True), python.records(60)
+    march(python.model, python.motion, python.rules, others, 0.02, 60, expected)
+    assert compiled.steps == python.steps
+    assert np.abs(expected[: len(records), 7]).max() > 1.0
+    assert records[:, 6:8] == pytest.approx(expected[: len(records), 6:8], rel=1e-5, abs=1e-9)
