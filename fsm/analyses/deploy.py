@@ -204,6 +204,7 @@ class Deployment(Analysis):
             dimension="spatial" if self.system.spatial else "planar",
             body_names=tuple(bodies.names[i] for i in bodies.free),
             panel=self.system.panels,
+            quad_names=self.system.quad_names,
             pair_names=self.system.pair_names,
             drive_names=tuple(
                 " + ".join(drive.moved) + (" (turn)" if drive.turn is not None else "") for drive in self.scene.drives

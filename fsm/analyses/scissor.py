@@ -104,13 +104,18 @@ class ScissorArray(OneStep):
     def layout(self) -> Layout:
         """See `Analysis`."""
         quads = len(self.system.shape(0.0, self.system.initial()[0]))
-        names = self.system.mesh.names if isinstance(self.system, ScissorSystem) else tuple(
-            self.system.bodies.names[i] for i in self.system.bodies.free
-        )
+        if isinstance(self.system, ScissorSystem):
+            names = self.system.mesh.names
+            bars = zip(self.array.bars, self.system.bars, strict=True)
+            drawn = tuple(bar.name for bar, nodes in bars for _ in nodes.positions[1:])
+        else:
+            names = tuple(self.system.bodies.names[i] for i in self.system.bodies.free)
+            drawn = self.system.quad_names
         assert self.case.bar is not None
         return Layout(
-            dimension="planar", body_names=names, panel=np.zeros(quads, dtype=np.int64), thickness=self.case.bar.height
-        )
+            dimension="planar", body_names=names, panel=np.zeros(quads, dtype=np.int64), thickness=self.case.bar.height,
+            quad_names=drawn,
+        )  # fmt: skip
 
     def array_motion(self, solution: Solution, warnings: list[str], watch: Watch | None = None) -> ArrayMotion:
         """Points and stresses at the records, compared with the same array with rigid bars."""

@@ -114,7 +114,9 @@ class _Parts:
             weights.append(np.tile(np.stack([shape[:-1], shape[1:]], axis=1), (cable.elements, 1, 1)))
             width = cable.width if isinstance(cable, SceneBeam) else 0.0
             halves.append(np.full(_PIECES * cable.elements, 0.5 * width))
-        return DrawnLines(np.concatenate(vectors), np.concatenate(weights), np.concatenate(halves))
+        names = tuple(name for name, (line, _) in self.cables.items() for _ in range(_PIECES * line.elements))
+        films = tuple(name for name, (film, _) in self.films.items() for _ in range(film.mesh[0] * film.mesh[1]))
+        return DrawnLines(np.concatenate(vectors), np.concatenate(weights), np.concatenate(halves), names, films)
 
     def point(self, frame: SceneFrame) -> FramePoint:
         """Frame as sums of nodal vectors."""

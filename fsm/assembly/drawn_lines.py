@@ -20,8 +20,12 @@ class DrawnLines(NamedTuple):
         Factors of these vectors that give the ends.
     half : (n,) array, m
         Half the width along y, of beams; 0 for cables.
+    names : (n,) names of the cables and beams
+    films : names of the films, one for each face of the mesh
     """
 
     vectors: np.ndarray
     weights: np.ndarray
     half: np.ndarray
+    names: tuple[str, ...]
+    films: tuple[str, ...]

@@ -188,6 +188,11 @@ class JoinedSystem(SegmentSystem):
         return np.concatenate([super().panels, films, np.where(self.lines.half > 0.0, -3, -2)])
 
     @property
+    def quad_names(self) -> tuple[str, ...]:
+        """See `Configuration`; names of films, cables and beams."""
+        return (*super().quad_names, *self.lines.films, *self.lines.names)
+
+    @property
     def dof(self) -> int:
         """See `System`."""
         return int(np.count_nonzero(~self._fixed))

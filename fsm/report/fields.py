@@ -31,7 +31,7 @@ def colours_of(
         if not finite.size or not np.any(finite):
             continue
         shown, factor = display(unit)
-        signed = bool(finite.min() < 0.0 < finite.max() and -finite.min() > 0.02 * finite.max())
+        signed = bool(finite.min() < 0.0 < finite.max() and -finite.min() > 0.1 * finite.max())
         found.append({
             "name": name, "unit": shown, "on": on, "factor": factor, "signed": signed,
             "values": pack_levels(values), "robust": np.percentile(finite, [1.0, 99.0]).tolist(),
@@ -195,7 +195,6 @@ def _arrows(
     solution: Solution, parts: Parts, creases: Sequence[Crease], channels: dict[str, Channel]
 ) -> Iterator[tuple[str, str, Floats, Floats]]:
     drives = _drives(solution.layout.case)
-    corners = solution.shape.reshape(len(solution), -1, 3)
     for k, name in enumerate(solution.layout.drive_names):
         place = _place(name, solution, parts, creases)
         if len(drives) == len(solution.layout.drive_names) and place is not None and not solution.layout.turns(k):
@@ -213,8 +212,6 @@ def _arrows(
         if kind == "support":
             other = channels.get(f"body.{body}.position") or channels.get(f"point.{body}.position")
             place = _in_space(other) if other is not None else _place(body, solution, parts, creases)
-            if place is None and body == "ground":
-                place = np.broadcast_to(corners.min(axis=(0, 1)), (len(solution), 3))
             if place is not None:
                 yield "reaction", body, place, _in_space(channel)
         elif kind in ("crease", "joint") and position is not None:

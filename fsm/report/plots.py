@@ -9,7 +9,7 @@ import numpy as np
 
 from fsm.plots.energy import STACK
 from fsm.plots.marks import EVENTS, stage_colour, summary_with_stages
-from fsm.plots.style import COLOURS, energy_unit, rounded
+from fsm.plots.style import COLOURS, energy_unit, rounded, shortened
 from fsm.report.packing import pack_doubles, pack_floats
 from fsm.results.array import asynchronism
 from fsm.results.quantities import touching_pairs
@@ -95,13 +95,13 @@ def _force(solution: Solution) -> Iterator[dict[str, Any]]:
         pairs = touching_pairs(solution.pair_force)[: len(COLOURS) * 3]
         lines = [_line(layout.pair_names[k], solution.pair_force[:, k], k) for k in pairs]
         if lines:
-            alt = f"Normal forces of {len(pairs)} contact pairs over time; largest {rounded(solution.pair_force.max())} N."
+            alt = f"Normal forces of {_pairs(len(pairs))} over time; largest {rounded(solution.pair_force.max())} N."
             yield _plot("force", "Contact forces", alt, "normal force (N)", solution, lines, solution.time, None)
         return
     quasi_static = curve.has_quasi_static
     lines = []
     for k in range(curve.force.shape[1]):
-        name = layout.drive_names[k] if k < len(layout.drive_names) else f"drive {k + 1}"
+        name = shortened(layout.drive_names[k]) if k < len(layout.drive_names) else f"drive {k + 1}"
         force = np.where(curve.dynamic, np.nan, curve.force[:, k]) if quasi_static else curve.force[:, k]
         lines.append(_line(name, force, k))
         if quasi_static and curve.dynamic.any():
@@ -111,21 +111,20 @@ def _force(solution: Solution) -> Iterator[dict[str, Any]]:
             lines.append({"name": f"{name}, dynamic", "y": np.where(moving, curve.force[:, k], np.nan), "thin": True})
     summary = summary_with_stages(solution)
     unit = "N m" if layout.turns() else "N"
-    factor = travel_scale(solution)[1]
+    label, factor = travel_scale(solution)
     marks = [_mark("peak", summary["peak_travel"], summary["peak_force"], factor, unit)]
-    for event in summary.get("events", ()):
-        label = EVENTS.get(event["kind"], ("", event["kind"]))[1]
-        marks.append(_mark(label, event["travel"], event["force"], factor, unit))
+    events = [event for event in summary.get("events", ()) if event["kind"] in EVENTS]
+    marks += [_mark(EVENTS[e["kind"]][1], e["travel"], e["force"], factor, unit) for e in events]
     begins = [factor * float(stage["travel"]) for stage in summary["stages"]]
     ends = [*begins[1:], factor * float(curve.travel[:, 0].max())]
     stages = [
         {"name": str(stage["name"]), "from": begin, "to": end, "colour": stage_colour(stage)}
         for stage, begin, end in zip(summary["stages"], begins, ends, strict=True)
     ]
-    alt = (
-        f"Force of {len(layout.drive_names)} drive(s) over travel; peak {rounded(summary['peak_force'])} {unit} at "
-        f"{rounded(factor * summary['peak_travel'])} {travel_scale(solution)[0][-3:].strip(' ()')}."
-    )
+    at = f"{rounded(factor * summary['peak_travel'])} {label.partition('(')[2].rstrip(')')}"
+    drives = "the drive" if len(layout.drive_names) == 1 else f"{len(layout.drive_names)} drives"
+    what = "Moment" if layout.turns() else "Force"
+    alt = f"{what} of {drives} over travel; peak {rounded(summary['peak_force'])} {unit} at {at}."
     finite = curve.force[~curve.dynamic] if quasi_static else curve.force
     limits = [float(np.nanmin(finite)), float(np.nanmax(finite))]
     yield _plot(
@@ -137,6 +136,10 @@ def _force(solution: Solution) -> Iterator[dict[str, Any]]:
 
 def _mark(name: str, travel: float, force: float, factor: float, unit: str) -> dict[str, Any]:
     return {"name": name, "x": factor * float(travel), "y": float(force), "text": f"{name}: {rounded(force)} {unit}"}
+
+
+def _pairs(count: int) -> str:
+    return "1 contact pair" if count == 1 else f"{count} contact pairs"
 
 
 def _line(name: str, values: Floats, number: int) -> dict[str, Any]:
@@ -166,14 +169,19 @@ def _energy(solution: Solution) -> Iterator[dict[str, Any]]:
     changes = {name: solution.energy[name] - solution.energy[name][0] for name in STACK}
     work = solution.energy["work"] - solution.energy["work"][0]
     factor, unit = energy_unit(np.concatenate([*changes.values(), work]))
-    lines = [
-        {"name": label, "y": factor * changes[name], "css": colour, "stack": True}
-        for name, (label, colour) in STACK.items()
-        if np.any(changes[name] != 0.0)
-    ]
-    if not lines:
+    largest = max(float(np.abs(values).max()) for values in changes.values())
+    shown = {name: factor * values for name, values in changes.items() if np.any(np.abs(values) > 1e-9 * largest)}
+    if not shown:
         return
-    lines.append({"name": "work", "y": factor * work, "dash": True})
+    lines: list[dict[str, Any]] = []
+    for name, values in shown.items():
+        label, colour = STACK[name]
+        for side, part in (("gain", np.maximum(values, 0.0)), ("loss", np.minimum(values, 0.0))):
+            if side == "gain" or np.any(part < 0.0):
+                lines.append({"name": label, "y": part, "css": colour, "stack": side})
+    released = factor * -sum(np.minimum(values, 0.0) for values in changes.values())
+    visible = np.any(released > 1e-3 * np.abs(factor * work).max())
+    lines.append({"name": "work and released energy" if visible else "work", "y": factor * work + released, "dash": True})
     alt = f"Energy changes since the start; work at the end {rounded(factor * work[-1])} {unit}."
     yield _plot(
         "energy", "Energies since the start", alt, f"energy ({unit})", solution, lines, solution.time, _travel(solution)
@@ -207,7 +215,7 @@ def _contact_map(solution: Solution) -> Iterator[dict[str, Any]]:
         "key": "contact", "title": "Contact map", "kind": "map", "names": names, "values": pack_floats(force),
         "time": pack_doubles(solution.time[rows]), "ylabel": "normal force (N)",
         "note": "" if len(shown) == len(pairs) else f"{len(shown)} of {len(pairs)} pairs, those with the largest forces.",
-        "alt": f"Normal forces of {len(shown)} contact pairs; largest {rounded(float(force.max()))} N.",
+        "alt": f"Normal forces of {_pairs(len(shown))}; largest {rounded(float(force.max()))} N.",
     }  # fmt: skip
     travel = _travel(solution)
     if travel is not None:

@@ -19,6 +19,7 @@ MOST_POINTS = 1500
 """Largest number of records of a channel in the page."""
 
 DISPLAY: dict[str, tuple[str, float]] = {
+    "1": ("–", 1.0),
     "m": ("mm", 1e3),
     "rad": ("deg", 180.0 / np.pi),
     "N m": ("N mm", 1e3),
@@ -141,7 +142,7 @@ def owners_of_part(name: str, kind: str, owners: Sequence[str]) -> Iterator[str]
         yield f"panel.{name.removeprefix('panel ')}"
     for owner in owners:
         first, _, rest = owner.partition(".")
-        if first in ("body", "support", "bar", "cable", "film") and (rest == name or rest.startswith(f"{name} segment ")):
+        if first in ("body", "support", "bar") and (rest == name or rest.startswith(f"{name} segment ")):
             yield owner
     if kind in ("film", "cable"):
         yield kind

@@ -9,6 +9,7 @@ import numpy as np
 
 from fsm.errors import CaseError
 from fsm.plots.obstacles import obstacle_outlines
+from fsm.plots.plane import lattice_squares
 from fsm.report.packing import pack_floats, pack_integers, pack_levels
 from fsm.results.solution import BEAM, FILM, LINE, Floats, Integers, Solution
 
@@ -42,23 +43,20 @@ class Parts:
 
 
 def parts_of(solution: Solution) -> Parts:
-    """Parts by their panels; facets without panel by the names in the result, or by their kind."""
-    panel = np.asarray(solution.layout.panel)
-    count = solution.shape.shape[1]
-    if len(panel) != count:
-        panel = np.zeros(count, dtype=np.int64)
-    film = solution.layout.film is not None
+    """Parts by their panels; facets without panel by the names in the result, or by their kind in older files."""
+    layout, count = solution.layout, solution.shape.shape[1]
+    panel = np.asarray(layout.panel) if len(layout.panel) == count else np.zeros(count, dtype=np.int64)
+    film, array = layout.film is not None, solution.array is not None
     numbers: dict[tuple[str, str], int] = {}
     of_quad = np.zeros(count, dtype=np.int64)
-    for value in np.unique(panel).tolist():
-        here = np.flatnonzero(panel == value)
-        if value > 0:
-            name = ("patch" if film else "panel", f"{'patch' if film else 'panel'} {value}")
-        elif value in _KINDS:
-            name = (_KINDS[value], f"{_KINDS[value]}s")
-        else:
-            name = ("film", "film") if film else ("bar", "bars") if solution.array is not None else ("plate", "plates")
-        of_quad[here] = numbers.setdefault(name, len(numbers))
+    for quad, value in enumerate(panel.tolist()):
+        kind = "panel" if value > 0 else _KINDS.get(value, "bar" if array else "plate")
+        if film:
+            kind = "patch" if value > 0 else "film"
+        name = f"{kind} {value}" if value > 0 else "film" if film else f"{kind}s"
+        if value <= 0 and len(layout.quad_names) == count:
+            name = layout.quad_names[quad]
+        of_quad[quad] = numbers.setdefault((kind, name), len(numbers))
     return Parts([name for _, name in numbers], [kind for kind, _ in numbers], of_quad)
 
 
@@ -209,6 +207,8 @@ def _modes(solution: Solution, first: Integers) -> list[dict[str, Any]]:
             if shape.shape == solution.shape.shape[1:]:
                 at = np.flatnonzero(solution.step == step)
                 of = names[int(step) - 1] if 0 < step <= len(names) else f"step {step}"
+                squares = lattice_squares(solution, shape)
+                shape = shape if squares is None else squares
                 number = k - int(np.argmax(steps.step == step)) + 1
                 found.append((f"mode {number} after {of}", frequency, shape, int(at[-1]) if len(at) else len(solution) - 1))
     return [

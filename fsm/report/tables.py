@@ -7,7 +7,10 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from fsm.errors import FsmError
+from fsm.results.quantities import touching_pairs
 from fsm.results.solution import Solution
 
 __all__ = ["describe_case", "key_results", "sections_of"]
@@ -75,7 +78,7 @@ def sections_of(solution: Solution) -> list[dict[str, Any]]:
     return [
         section
         for section in (
-            _rows("Results", _result_rows(summary)),
+            _rows("Results", _result_rows(summary) + _contact_rows(solution)),
             _lines("Warnings", [str(text) for text in summary.get("warnings", ())], "warning"),
             _rows("Error estimates", _error_rows(summary)),
             _events(summary),
@@ -121,6 +124,15 @@ def _result_rows(summary: dict[str, Any]) -> list[list[str]]:
     return rows
 
 
+def _contact_rows(solution: Solution) -> list[list[str]]:
+    touching = touching_pairs(solution.pair_force)
+    if not touching:
+        return []
+    record, pair = np.unravel_index(int(np.nanargmax(solution.pair_force)), solution.pair_force.shape)
+    most = f"{solution.pair_force[record, pair]:.4g} N, {solution.layout.pair_names[pair]}, at {solution.time[record]:.5g} s"
+    return [["contact pairs that touch", str(len(touching))], ["largest contact force", most]]
+
+
 def _error_rows(summary: dict[str, Any]) -> list[list[str]]:
     rows = []
     for key, (label, text) in _ERRORS.items():
@@ -157,7 +169,9 @@ def _steps(summary: dict[str, Any]) -> dict[str, Any] | None:
         return None
     head = ["step", "kind", "method", "from (s)", "until (s)", "solver steps", "records", "peak force (N)"]
     keys = ("name", "kind", "method", "start_time", "end_time", "steps", "records", "peak_force")
-    return {"title": "Steps", "head": head, "table": [[_number(step.get(key)) for key in keys] for step in steps]}
+    rows = [[_number(step.get(key)) for key in keys] for step in steps]
+    known = [k for k in range(len(keys)) if any(row[k] for row in rows)]
+    return {"title": "Steps", "head": [head[k] for k in known], "table": [[row[k] for k in known] for row in rows]}
 
 
 def _number(value: Any, factor: float = 1.0) -> str:

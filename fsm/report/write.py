@@ -6,6 +6,7 @@ import base64
 import html
 import secrets
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,8 @@ import numpy as np
 
 from fsm.atomic_write import atomic_write
 from fsm.errors import CaseError
-from fsm.plots.style import COLOURS
+from fsm.plots.plane import lattice_squares
+from fsm.plots.style import COLOURS, evolution
 from fsm.report.compare import comparison
 from fsm.report.fields import arrows_of, colours_of, contact_marks, joints_of
 from fsm.report.libraries import library
@@ -120,6 +122,8 @@ def result_data(name: str, solution: Solution, shapes: int, channels: int, wante
     label, factor = travel_scale(solution)
     travel = solution.travel[:, 0] if solution.travel.shape[1] else None
     names = solution.layout.step_names
+    by = evolution(solution)[1]
+    over = "record" if by.startswith("step") else "time" if by == "time (s)" else "travel"
     creases = creases_of(solution)
     every = all_channels(solution, creases)
     listed, rows, left_out = channel_data(every, wanted, channels, len(solution))
@@ -134,17 +138,20 @@ def result_data(name: str, solution: Solution, shapes: int, channels: int, wante
         "name": name, "title": str(solution.layout.case.get("title") or name), "case": solution.layout.case_text,
         "time": pack_doubles(solution.time),
         "steps": [names[s - 1] if 0 < s <= len(names) else "" for s in solution.step.tolist()],
-        "travel": None if travel is None else pack_floats(factor * travel), "travel_label": label,
+        "travel": None if travel is None else pack_floats(factor * travel), "travel_label": label, "over": over,
         "plots": curves_of(solution), "channels": listed, "channel_records": rows.tolist(),
         "sections": sections_of(solution),
         "events": [e["time"] for e in solution.summary.get("events", ()) if isinstance(e, dict) and "time" in e][:200],
     }  # fmt: skip
     if shapes and solution.shape.size:
+        squares = lattice_squares(solution, solution.shape)
+        solution = solution if squares is None else replace(solution, shape=squares)
         parts = parts_of(solution)
         shown = shown_shapes(solution, int(0.6 * shapes))
         owners = list(dict.fromkeys(entry["owner"] for entry in listed))
         notes += [shown.thinned] if shown.thinned else []
         data["player"] = shown.data | {
+            "view": "iso" if squares is None else "front",
             "parts": [
                 {"name": n, "kind": k, "owners": list(owners_of_part(n, k, owners))}
                 for n, k in zip(parts.names, parts.kinds, strict=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import h5py
@@ -13,8 +14,8 @@ from fsm.results.curve import ForceCurve
 from fsm.results.film import STATES, Film, ProbeSamples
 
 __all__ = [
-    "SAMPLE_TIME", "add_scale", "append_samples", "read_curve", "read_film", "read_samples", "set_description",
-    "write_curve", "write_film",
+    "SAMPLE_TIME", "add_scale", "append_samples", "read_curve", "read_film", "read_parts", "read_samples", "set_description",
+    "write_curve", "write_film", "write_parts",
 ]  # fmt: skip
 
 
@@ -40,6 +41,25 @@ def set_description(dataset: Any, units: str, text: str) -> None:
     """Set unit and long name of a dataset."""
     dataset.attrs["units"] = units
     dataset.attrs["long_name"] = text
+
+
+def write_parts(file: Any, quad_names: Sequence[str]) -> None:
+    """Write the names of all parts that are drawn, and the part of every quad."""
+    numbers = {name: k for k, name in enumerate(dict.fromkeys(quad_names))}
+    add_scale(file, "part", list(numbers), "body, film, cable, beam or bar")
+    of_quad = file.create_dataset("quad_part", data=np.array([numbers[name] for name in quad_names], dtype=np.int64))
+    set_description(of_quad, "1", "part of a plate: index in /part")
+    of_quad.dims[0].attach_scale(file["quad"])
+
+
+def read_parts(file: Any) -> tuple[str, ...]:
+    """Read the name of the part of every quad; empty for older files."""
+    if "quad_part" not in file:
+        return ()
+    names, numbers = names_in(file, "part"), numbers_in(file, "quad_part", file["quad"].shape).astype(np.int64)
+    if len(numbers) and not 0 <= numbers.min() <= numbers.max() < len(names):
+        raise ValueError("/quad_part refers to parts that are not in /part")
+    return tuple(names[k] for k in numbers.tolist())
 
 
 def write_film(file: Any, film: Film) -> None:

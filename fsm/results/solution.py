@@ -129,6 +129,7 @@ class Layout(ShortRepr):
     film : tensioned equilibrium of a film; None for other structures
     channels : descriptions of the recorded channels
     step_names : names of the steps of the run; empty in older files
+    quad_names : name of the body, film, cable, beam or bar of every quad; empty in older files
     """
 
     case_text: str = ""
@@ -142,6 +143,7 @@ class Layout(ShortRepr):
     film: Film | None = None
     channels: tuple[ChannelInfo, ...] = ()
     step_names: tuple[str, ...] = ()
+    quad_names: tuple[str, ...] = ()
 
     def turns(self, drive: int = 0) -> bool:
         """Whether a drive turns bodies: its travel is an angle (rad), its force a moment (N m)."""

@@ -21,6 +21,7 @@ Layout (groups and datasets of parts that a structure does not have are absent):
     /stats               attributes, and negative_pivots (time)
     /summary             attributes
     /body, /pair, /drive_name, /panel           names, and the panel of every quad
+    /part, /quad_part    names of bodies, films, cables, beams and bars, and the part of every quad
 
 Every dataset has `units`, `long_name` and dimension scales. The file therefore opens with
 ``xarray.open_datatree(path, engine="h5netcdf")`` or ``open_dataset(..., group="drive")``.
@@ -75,10 +76,12 @@ from fsm.results.datasets import (
     append_samples,
     read_curve,
     read_film,
+    read_parts,
     read_samples,
     set_description,
     write_curve,
     write_film,
+    write_parts,
 )  # fmt: skip
 from fsm.results.film import ProbeSamples
 from fsm.results.interrupted_file import is_marked_open, without_open_marks
@@ -370,6 +373,8 @@ def _write_layout(file: Any, layout: Layout) -> None:
     panel = file.create_dataset("panel", data=np.asarray(layout.panel, dtype=np.int64))
     set_description(panel, "1", "panel of a plate, from 1; 0 for none; of a scene -1 for films, -2 for cables, -3 for beams")
     panel.dims[0].attach_scale(file["quad"])
+    if layout.quad_names:
+        write_parts(file, layout.quad_names)
     if layout.film is not None:
         write_film(file, layout.film)
     for dim in {dim.name: dim for info in layout.channels for dim in info.dims}.values():
@@ -514,6 +519,7 @@ def _read_layout(file: Any) -> Layout:
         thickness=float(attribute(file, "thickness")),
         film=read_film(file),
         step_names=names_in(file, "step_name") if "step_name" in file else (),
+        quad_names=read_parts(file),
     )
 
 

@@ -201,6 +201,11 @@ class Configuration(System):
         """Number of the panel of every outline of `shape`, (n_quads,); 0 for none."""
         return np.array([panel for _, _, panel in self.bodies.plates], dtype=np.int64)
 
+    @property
+    def quad_names(self) -> tuple[str, ...]:
+        """Name of the body of every outline of `shape`."""
+        return tuple(self.bodies.names[body] for body, _, _ in self.bodies.plates)
+
     def shape(self, t: float, q: np.ndarray) -> np.ndarray:
         """See `System`: the outline of every plate."""
         poses, _ = self.place(t, q, None)

@@ -12,6 +12,9 @@ from fsm.report.quantities import fold_angles
 from fsm.report.shapes import creases_of
 from fsm.report.write import report_page
 from fsm.results.solution import Solution
+from fsm.results.store import read_solution
+from fsm.run import run_case
+from fsm.scene.load_case import load_case
 from tests.unit.plot_runs import strip_run, undriven
 from tests.unit.test_report_page import EVIL, strip
 
@@ -176,13 +179,55 @@ def test_names_are_text(browser: Browser, tmp_path: Path) -> None:
     check_quiet(browser)
 
 
+CASES = Path(__file__).parents[2] / "folding_cases"
+SMALL = {
+    "strip_trial": ["drive.0.travel=2 mm", "strip.segments_per_panel=4", 'save.channels=["crease.*"]', "expect=none"],
+    "rotating_squares": ["drive.0.travel=0.14", 'save.channels=["crease.*.force", "crease.*.position"]'],
+    "scissor_array": ["solve.end_time=30 ms", 'save.channels=["*"]'],
+    "beam_between_panels": ["solve.end_time=2 ms", 'save.channels=["*"]'],
+    "membrane_impact": ["membrane.mesh=[8, 8]", "vibration.duration=50 ms", "vibration.modes=6"],
+}
+"""Case of every kind with overrides that shorten it."""
+
+
+@pytest.mark.parametrize("name", SMALL)
+def test_a_case_of_every_kind(browser: Browser, tmp_path: Path, name: str) -> None:
+    run_case(load_case(CASES / name / "case.toml", SMALL[name]), tmp_path, progress=False)
+    check_case(browser, tmp_path, {name: read_solution(tmp_path / "result.h5")})
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(path.parent.name for path in CASES.glob("*/case.toml")))
+def test_every_shipped_case(browser: Browser, tmp_path: Path, name: str) -> None:
+    run_case(load_case(CASES / name / "case.toml"), tmp_path, progress=False)
+    check_case(browser, tmp_path, {path.parent.name: read_solution(path) for path in sorted(tmp_path.rglob("result.h5"))})
+
+
+def check_case(browser: Browser, folder: Path, runs: dict[str, Solution]) -> None:
+    """The page of a run shows its motion, all curves, all colours and all objects without an error."""
+    opened(browser, folder, runs)
+    browser.run("fsmReport.page.curves.drawAll()")
+    browser.wait("fsmReport.page.curves.shown.length && fsmReport.page.curves.shown.every((one) => one.wired)")
+    pictures = set()
+    for share in (0.0, 1.0):
+        browser.run(f"fsmReport.page.show({share} * (fsmReport.page.result.player.records.length - 1))")
+        pictures.add(pixels(browser))
+    assert len(pictures) == 2, "the structure moves"
+    for name in browser.run("Array.from(document.getElementById('colour').options, (option) => option.value)"):
+        changed(browser, "colour", name)
+    browser.run("fsmReport.page.objects.slice(0, 12).forEach((one) => fsmReport.page.select(one))")
+    browser.run("fsmReport.page.result.player.modes.slice(0, 2).forEach((mode, k) => fsmReport.page.chooseMode(String(k)))")
+    assert (folder / "report.html").stat().st_size < 10_000_000
+    check_quiet(browser)
+
+
 def test_several_results_and_a_run_without_drive(browser: Browser, tmp_path: Path) -> None:
     runs = {"a": strip_run(21, peak=1.0), "b": strip_run(21), "free": undriven(strip_run(11))}
     opened(browser, tmp_path, runs)
     browser.wait("['overlay', 'scatter', 'parallel'].every((id) => document.getElementById(id)._fullLayout)")
     assert browser.run("document.getElementById('overlay').data.length") == 2
-    assert not browser.run("document.getElementById('over-label').hidden")
     browser.run("fsmReport.page.choose(2)")
     browser.wait("fsmReport.page.number === 2 && fsmReport.page.result.name === 'free'")
-    browser.wait("document.getElementById('over-label').hidden")
+    options = "Array.from(document.getElementById('over').options, (option) => option.value).join()"
+    browser.wait(f"{options} === 'time,record'")
     check_quiet(browser)

@@ -203,3 +203,32 @@ def test_damaged_results_are_one_line(tmp_path: Path) -> None:
     done = CliRunner().invoke(cli, ["report", str(result), "--out", str(tmp_path / "report.png")])
     assert done.exit_code == 2
     assert "--out" in done.output
+
+
+def test_parts_have_the_names_in_the_result(tmp_path: Path) -> None:
+    run = strip()
+    count = run.shape.shape[1]
+    panel = np.zeros(count, dtype=np.int64)
+    panel[-3:] = -2
+    names = tuple("base" if k < 5 else f"lid {EVIL}" if k < count - 3 else "rope" for k in range(count))
+    run.layout = replace(run.layout, panel=panel, quad_names=names)
+    read = read_solution(saved(run, tmp_path / "result.h5"))
+    assert read.layout.quad_names == names
+    parts = parts_of(read)
+    assert list(zip(parts.names, parts.kinds, strict=True)) == [
+        ("base", "plate"), (f"lid {EVIL}", "plate"), ("rope", "cable")
+    ]  # fmt: skip
+    assert parts.quads("rope").tolist() == [count - 3, count - 2, count - 1]
+
+
+def test_bodies_and_films_of_a_scene_are_parts() -> None:
+    from fsm.compile_case import compile_case
+    from fsm.scene.load_case import load_case
+
+    cases = Path(__file__).parents[2] / "folding_cases"
+    _, system = compile_case(load_case(cases / "plate_on_film" / "case.toml").case)
+    assert system.quad_names == ("plate", *["film"] * 64)
+    assert len(system.quad_names) == len(system.shape(0.0, system.initial()[0]))
+    _, system = compile_case(load_case(cases / "sail_on_cables" / "case.toml").case)
+    assert list(dict.fromkeys(system.quad_names)) == ["post", "sail", "halyard", "back stay", "left stay", "right stay"]
+    assert len(system.quad_names) == len(system.panels)

@@ -41,7 +41,7 @@ class Curves {
   remove(figure) {
     const one = this.shown.find((item) => item.figure === figure);
     if (!one) return;
-    if (one.drawn) Plotly.purge(one.box);
+    if (one.drawn) one.ready.finally(() => Plotly.purge(one.box));  // plotly cannot be stopped while it draws
     this.watcher.unobserve(one.box);
     this.shown = this.shown.filter((item) => item !== one);
     figure.remove();
@@ -66,7 +66,27 @@ class Curves {
   // Abscissa of a plot over time or travel: values and label.
   abscissa(plot) {
     if (plot.time === undefined) return null;
-    return this.over === "travel" && plot.travel ? [plot.travel, plot.travel_label] : [plot.time, "time (s)"];
+    if (this.over === "travel" && plot.travel) return [plot.travel, plot.travel_label];
+    if (this.over === "record") return [plot.record ||= this.recordsOf(plot.time), "record"];
+    return [plot.time, "time (s)"];
+  }
+
+  // Broken record numbers of times; in a step that takes no time, the first record.
+  recordsOf(times) {
+    const all = this.records.time;
+    let k = 0;
+    return Float64Array.from(times, (time) => {
+      while (k + 2 < all.length && all[k + 1] < time) k++;
+      const span = all[k + 1] - all[k];
+      return span > 0 ? k + Math.max(0, Math.min(1, (time - all[k]) / span)) : k;
+    });
+  }
+
+  // Begins of the steps of the run over time or records: [{at, name}]; empty for a single step.
+  steps() {
+    const { time, steps } = this.records, found = [];
+    steps.forEach((name, k) => { if (k === 0 || name !== steps[k - 1]) found.push({ name, at: this.over === "record" ? Math.max(k - 0.5, 0) : time[Math.max(k - 1, 0)] }); });
+    return found.length > 1 ? found : [];
   }
 
   draw(one) {
@@ -80,18 +100,24 @@ class Curves {
         annotations.push({ x: stage.from, y: 1, xref: "x", yref: "paper", text: plain(stage.name), showarrow: false, xanchor: "left", yanchor: "top", textangle: stage.to - stage.from < 0.2 * (plot.stages.at(-1).to || 1) ? 90 : 0, font: { size: 10, color: colours.faint } });
       }
       for (const mark of plot.marks || []) {
-        traces.push({ x: [mark.x], y: [mark.y], mode: "markers+text", text: [plain(mark.text)], textposition: "top center", name: plain(mark.name), showlegend: false, marker: { size: 8, color: "#D55E00" }, textfont: { size: 11 }, hoverinfo: "text", cliponaxis: false });
+        traces.push({ x: [mark.x], y: [mark.y], mode: "markers+text", text: [(plot.marks.length < 6 || mark.name === "peak") ? plain(mark.text) : ""], hovertext: plain(mark.text), textposition: "top center", name: plain(mark.name), showlegend: false, marker: { size: 8, color: "#D55E00" }, textfont: { size: 11 }, hoverinfo: "text", cliponaxis: false });
+      }
+    }
+    if (axis && axis[0] !== plot.travel && !plot.results) {
+      for (const step of this.steps()) {
+        shapes.push({ type: "line", xref: "x", yref: "paper", x0: step.at, x1: step.at, y0: 0, y1: 1, line: { color: colours.faint, width: 1, dash: "dot" } });
+        annotations.push({ x: step.at, y: 1, xref: "x", yref: "paper", text: plain(step.name), showarrow: false, xanchor: "left", yanchor: "top", textangle: 90, font: { size: 10, color: colours.faint } });
       }
     }
     for (const x of plot.verticals || []) shapes.push({ type: "line", xref: "x", yref: "paper", x0: x, x1: x, y0: 0, y1: 0.05, line: { color: colours.faint, width: 1 } });
     const many = traces.filter((trace) => trace.showlegend !== false).length;
     const layout = {
       paper_bgcolor: colours.paper, plot_bgcolor: colours.paper, font: { color: colours.text, size: 11, family: "system-ui, sans-serif" },
-      margin: { l: plot.kind === "map" ? 130 : 60, r: 12, t: 12, b: 44 }, shapes, annotations, hovermode: plot.kind === "map" ? "closest" : "x unified", showlegend: many > 1 && many < 25,
+      margin: { l: plot.kind === "map" ? 130 : 60, r: 12, t: 30, b: 44 }, shapes, annotations, hovermode: plot.kind === "map" ? "closest" : "x unified", showlegend: many > 1 && many < 25,
       legend: { orientation: "h", y: -0.22, font: { size: 10 } }, dragmode: "zoom", barmode: "group",
       hoverlabel: { bgcolor: colours.paper, bordercolor: colours.grid, font: { color: colours.text } },
       xaxis: { title: title(axis ? axis[1] : plot.xlabel), gridcolor: colours.grid, zerolinecolor: colours.grid, exponentformat: "power" },
-      yaxis: { title: title(plot.kind === "map" ? "" : plot.ylabel), gridcolor: colours.grid, zerolinecolor: colours.grid, type: plot.log ? "log" : "linear", exponentformat: "power", automargin: true },
+      yaxis: { title: title(plot.kind === "map" ? "" : plot.ylabel), gridcolor: colours.grid, zerolinecolor: colours.grid, type: plot.log ? "log" : "linear", ...(plot.log ? { dtick: 1 } : {}), exponentformat: "power", automargin: true },
     };
     if (plot.limits && axis && axis[0] === plot.travel) {
       const margin = 0.25 * (plot.limits[1] - plot.limits[0]) || 1;
@@ -100,7 +126,8 @@ class Curves {
     if (plot.kind === "map") Object.assign(layout.yaxis, { autorange: "reversed", automargin: true, tickfont: { size: 10 }, tickvals: plot.names.map((name, k) => k), ticktext: plot.names.map((name) => plain(name.length > 34 ? `${name.slice(0, 31)}...` : name)) });
     one.box.style.height = plot.kind === "map" ? `${Math.min(640, 130 + 24 * plot.names.length)}px` : "300px";
     const config = { responsive: true, displaylogo: false, modeBarButtons: MODEBAR, toImageButtonOptions: { format: "svg", filename: plot.key || "curve" } };
-    Plotly.react(one.box, traces, layout, config).then(() => {
+    one.ready = Plotly.react(one.box, traces, layout, config).then(() => {
+      if (!one.figure.isConnected) return;
       if (!one.wired) {
         one.wired = true;
         one.box.on("plotly_hover", (event) => this.pointed(one, event.points[0], false));
@@ -120,7 +147,8 @@ class Curves {
       line: { color: colour === "#000000" ? this.colours().text : colour, width: line.thin ? 1 : 1.8, dash }, hovertemplate: "%{y:.4g}",
     };
     if (!line.x) trace.customdata = Array.from(plot.time);
-    if (line.stack) Object.assign(trace, { stackgroup: "energy", line: { width: 0.5, color: colour }, fillcolor: colour });
+    if (line.stack) Object.assign(trace, { stackgroup: line.stack, line: { width: 0.5, color: colour }, fillcolor: colour, legendgroup: line.name, showlegend: line.stack === "gain" });
+    if (line.dash && plot.key === "energy") trace.line.color = this.colours().text;
     if (line.result !== undefined) trace.meta = { result: line.result };
     return [trace];
   }

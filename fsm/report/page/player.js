@@ -59,7 +59,7 @@ class Player {
     this.makeObstacles();
     this.makeRest();
     this.applySection();
-    this.view("iso");
+    this.view(data.view);
     this.show(0);
   }
 
@@ -102,12 +102,19 @@ class Player {
         const key = Math.min(a, b) * this.vertices + Math.max(a, b);
         const before = seen.get(key);
         if (before === undefined) seen.set(key, this.partOf[q]);
-        else if (before === this.partOf[q]) seen.set(key, -1);
+        else if (before === this.partOf[q]) seen.set(key, -1);  // inside the part
       }
     }
-    const outline = [], mesh = [];
-    for (const [key, part] of seen) (part === -1 ? mesh : outline).push(Math.floor(key / this.vertices), key % this.vertices);
+    const outline = [], mesh = [], partsOf = [];
+    for (const [key, part] of seen) {
+      (part === -1 ? mesh : outline).push(Math.floor(key / this.vertices), key % this.vertices);
+      if (part !== -1) partsOf.push(part);
+    }
     this.outline = this.segments(outline, 0x303030, 1);
+    this.outlineParts = outline.filter((v, k) => k % 2 === 0).map((v, k) => partsOf[k]);
+    this.chosen = this.segments(outline, 0xffb000, 1);
+    this.chosen.material.depthTest = false;
+    this.chosen.renderOrder = 2;
     this.mesh = this.segments(mesh, 0x606060, 0.5);
   }
 
@@ -226,8 +233,8 @@ class Player {
     const { position } = this.facets.geometry.attributes;
     this.fillFacets(position.array);
     position.needsUpdate = true;
-    for (const lines of [this.outline, this.mesh]) {
-      lines.visible = lines === this.outline || this.options.mesh;
+    for (const lines of [this.outline, this.mesh, this.chosen]) {
+      lines.visible = lines === this.outline || (lines === this.mesh ? this.options.mesh : this.chosenPart() >= 0);
       if (!lines.visible) continue;
       lines.geometry.attributes.position.array.set(this.linePoints(lines));
       lines.geometry.attributes.position.needsUpdate = true;
@@ -252,6 +259,18 @@ class Player {
     this.rest.position.set(0, this.options.rest === "beside" ? 1.15 * (this.data.positions.high[1] - this.low[1]) + 0.1 * this.size : 0, 0);
     this.paint();
     this.request();
+  }
+
+  chosenPart() {
+    return this.selected && this.selected.kind === "part" && this.data.parts.length > 1 ? this.selected.index : -1;
+  }
+
+  // Select an object: its outline is drawn in front of all.
+  choose(object) {
+    this.selected = object;
+    const part = this.chosenPart(), list = this.outline.userData.vertices;
+    this.chosen.userData.vertices = list.map((v, k) => (this.outlineParts[k >> 1] === part ? v : 0));
+    this.update();
   }
 
   vertex(k) {
@@ -374,14 +393,14 @@ class Player {
     const value = (q) => (field ? this.fieldValue(field, q) : this.displacement(q));
     const { color } = this.facets.geometry.attributes, out = color.array;
     const parts = this.data.parts.length;
-    const chosen = this.selected && this.selected.kind === "part" ? this.selected.index : -1;
+    const chosen = this.chosenPart();
     const partColour = (part) => {
-      const one = parts > 1 ? this.palette[part % (this.palette.length - 1)] : this.palette[5];
+      const one = parts > 1 ? this.palette[part % 6] : this.palette[5];
       return field && field.on === "creases" ? [0.72, 0.74, 0.77] : [one.r, one.g, one.b];
     };
     this.solid.forEach((q, k) => {
       let [r, g, b] = onQuads ? this.colourOf(value(q), range) : partColour(this.partOf[q]);
-      if (this.partOf[q] === chosen && parts > 1) [r, g, b] = [r * 0.6 + 0.4, g * 0.6 + 0.36, b * 0.6 + 0.1];
+      if (this.partOf[q] === chosen && !onQuads) [r, g, b] = [r * 0.6 + 0.4, g * 0.6 + 0.36, b * 0.6 + 0.1];
       for (let c = 0; c < 4; c++) { const to = 12 * k + 3 * c; out[to] = r; out[to + 1] = g; out[to + 2] = b; }
     });
     color.needsUpdate = true;

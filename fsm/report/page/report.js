@@ -56,8 +56,10 @@ class Page {
       this.fillOptions();
     }
     this.fillObjects();
-    at("over-label").hidden = !result.travel;
-    this.curves.over = result.travel && at("over").value === "travel" ? "travel" : "time";
+    const choices = [...(result.travel ? ["travel"] : []), "time", "record"];
+    at("over").replaceChildren(...choices.map((value) => element("option", { value, textContent: value === "record" ? "records (steps equally wide)" : value })));
+    at("over").value = this.curves.over = result.over;
+    this.curves.records = { time: result.time, steps: result.steps };
     at("curves").replaceChildren();
     for (const plot of result.plots) this.curves.add(plot, at("curves"));
     fillSections(result, at("texts"), (time) => this.moveTo(time));
@@ -196,9 +198,7 @@ class Page {
     this.selected = object;
     at("object").value = object ? this.objects.indexOf(object) : "";
     if (this.player && this.player.data) {
-      this.player.selected = object;
-      this.player.paint();
-      this.player.request();
+      this.player.choose(object);
     }
     const list = at("channels");
     list.replaceChildren();
