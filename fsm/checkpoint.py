@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from fsm.analyses.run_step import States, StepResult
+from fsm.results.checkpoint_file import write_checkpoint
 from fsm.results.step_data import StepModes
-from fsm.results.store import write_checkpoint
 from fsm.solve.energy_balance import EnergyBalance
 from fsm.solve.run_io import AcceptedStep, CurvePoint
 from fsm.solve.status import Event

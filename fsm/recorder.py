@@ -26,10 +26,12 @@ from fsm.panel_crossing import lattice_overlap
 from fsm.progress import Progress, report_restart
 from fsm.provenance import made_by, provenance
 from fsm.results.channel import extremes_of
+from fsm.results.checkpoint_file import read_checkpoint
 from fsm.results.curve import ForceCurve
 from fsm.results.solution import Record, Solution
 from fsm.results.step_data import LoadPath, StepModes
-from fsm.results.store import ResultWriter, part_path, read_checkpoint, read_solution
+from fsm.results.store import part_path, read_solution
+from fsm.results.writer import ResultWriter
 from fsm.round_off import position_round_off_energy, round_off_of
 from fsm.scene.load_case import LoadedCase
 from fsm.scene.scene import Scene

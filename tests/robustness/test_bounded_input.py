@@ -12,7 +12,7 @@ from click.testing import CliRunner, Result
 
 from fsm.cli import cli
 from fsm.errors import CaseError
-from fsm.results.store import read_checkpoint, write_checkpoint
+from fsm.results.checkpoint_file import read_checkpoint, write_checkpoint
 from fsm.scene.crease_family import CreaseFamily, FamilyCurve, read_family, write_family
 from tests.robustness.test_bad_input import CASE, SPLINE
 

@@ -12,7 +12,8 @@ from click.testing import CliRunner
 
 from fsm.cli import cli
 from fsm.errors import CaseError
-from fsm.results.store import read_checkpoint, read_solution, write_checkpoint
+from fsm.results.checkpoint_file import read_checkpoint, write_checkpoint
+from fsm.results.store import read_solution
 from fsm.scene.crease_family import CreaseFamily, FamilyCurve, Relaxation, read_family, write_family
 from fsm.scene.load_case import load_case
 from validation.fuzz.campaign import run_fuzz

@@ -20,8 +20,9 @@ import pytest
 import fsm.recorder
 from fsm.errors import CannotWrite, CaseError, FsmError
 from fsm.folder_lock import LOCK, locked_folder
+from fsm.results.checkpoint_file import read_checkpoint, write_checkpoint
 from fsm.results.solution import Solution
-from fsm.results.store import part_path, read_checkpoint, read_solution, write_checkpoint
+from fsm.results.store import part_path, read_solution
 from fsm.results.summary_file import read_summary
 from fsm.run import run_case
 from fsm.scene.load_case import load_case

@@ -21,7 +21,8 @@ from fsm.report.quantities import fold_angles, pair_sides
 from fsm.report.shapes import creases_of, parts_of, shown_shapes
 from fsm.report.write import report_page
 from fsm.results.solution import Solution
-from fsm.results.store import ResultWriter, read_solution
+from fsm.results.store import read_solution
+from fsm.results.writer import ResultWriter
 from tests.unit.plot_runs import FOLD, strip_run
 
 EVIL = '</script><script>document.title="owned"</script> $x$ ../../up <b>'

@@ -14,10 +14,12 @@ import pytest
 
 from fsm.errors import CaseError, FsmError
 from fsm.results.channel import AXES, MOST_CHANNELS, ChannelInfo, Dim, select_channels
+from fsm.results.checkpoint_file import read_checkpoint, write_checkpoint
 from fsm.results.export import write_contact_csv, write_force_csv
 from fsm.results.interrupted_file import checksum, is_marked_open, without_open_marks
 from fsm.results.solution import ENERGIES, PAIRS, Layout, Record, Solution
-from fsm.results.store import ResultWriter, part_path, read_checkpoint, read_solution, write_checkpoint
+from fsm.results.store import part_path, read_solution
+from fsm.results.writer import ResultWriter
 
 LAYOUT = Layout(
     case_text='title = "Streifen, 80°"\n[strip]\npanels = 6\n',

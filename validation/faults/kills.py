@@ -17,7 +17,8 @@ from pathlib import Path
 import numpy as np
 
 from fsm.errors import CaseError
-from fsm.results.store import part_path, read_checkpoint, read_solution
+from fsm.results.checkpoint_file import read_checkpoint
+from fsm.results.store import part_path, read_solution
 
 __all__ = ["KINDS", "Found", "kill_many"]
 

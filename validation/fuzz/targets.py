@@ -16,7 +16,8 @@ from fsm.calibrate.report import Options
 from fsm.calibrate.study import read_study
 from fsm.describe import describe
 from fsm.plots.figures import draw
-from fsm.results.store import read_checkpoint, read_solution
+from fsm.results.checkpoint_file import read_checkpoint
+from fsm.results.store import read_solution
 from fsm.scene.load_case import load_case
 from fsm.scene.table import load_table
 from validation.fuzz.damage import damaged_bytes, damaged_cells, damaged_datasets, damaged_tree, toml_text
