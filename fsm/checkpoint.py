@@ -16,7 +16,8 @@ from fsm.results.step_data import StepModes
 from fsm.solve.energy_balance import EnergyBalance
 from fsm.solve.run_io import AcceptedStep, CurvePoint
 from fsm.solve.status import Event
-from fsm.system import DriveState, System
+from fsm.system import System
+from fsm.system_records import DriveState
 
 __all__ = ["RestartPoint", "check_point", "read_point", "write_point"]
 

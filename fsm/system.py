@@ -8,201 +8,26 @@ velocity u holds velocities in inertial axes and angular rates in body axes. Inc
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, field
-from functools import cached_property
-from typing import Any, NamedTuple, Protocol, TypeAlias, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from scipy import sparse
 
-from fsm.blocks import BlockMatrix, BlockPattern, Elimination
+from fsm.blocks import BlockPattern, Elimination
+from fsm.system_records import (
+    Depths,
+    Energy,
+    Linearised,
+    NewtonRules,
+    NewtonSolution,
+    Observation,
+    PreviousState,
+    Ready,
+    Scales,
+    StepRejection,
+)
 
-__all__ = [
-    "ArraySystem", "Depths", "DriveState", "Energy", "Linearised", "MixedSystem", "NewtonRules", "Observation", "PairState",
-    "PreviousState", "Ready", "Scales", "NewtonSolution", "StepRejection", "System",
-]  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Energy:
-    """Energies and powers of one state.
-
-    Attributes
-    ----------
-    kinetic : J
-    potential : J, by kind of element
-    dissipated_power : W, >= 0
-    input_power : W
-        Power of loads and drives, without the power that accelerates driven bodies (the rate of `driven`).
-    pair_power : (2, n_pairs) array, W
-        Part of the dissipated power due to friction (first row) and damping (second row) of each contact pair.
-    sliding_power : W
-        Part of the dissipated power whose forces hold at rest, too: hysteresis of creases, friction with bristles.
-    driven : J
-        Kinetic energy of driven bodies, which follows from the prescribed motion.
-    load_power : W
-        Part of the input power that loads give; None for all of it.
-    """
-
-    kinetic: float
-    potential: dict[str, float]
-    dissipated_power: float
-    input_power: float
-    pair_power: np.ndarray = field(default_factory=lambda: np.zeros((2, 0)))
-    sliding_power: float = 0.0
-    driven: float = 0.0
-    load_power: float | None = None
-
-    @property
-    def stored(self) -> float:
-        """Kinetic plus all potential energy, J."""
-        return self.kinetic + self.stored_at_rest
-
-    @property
-    def stored_freely(self) -> float:
-        """Kinetic energy of all bodies except driven ones, plus all potential energy, J."""
-        return self.stored - self.driven
-
-    @property
-    def stored_at_rest(self) -> float:
-        """All potential energy, J."""
-        return sum(self.potential.values())
-
-
-@dataclass(frozen=True)
-class DriveState:
-    """Travel (m) and reaction along the drive direction (N) of every drive, (n_drives,) arrays."""
-
-    travel: np.ndarray
-    force: np.ndarray
-
-
-@dataclass(frozen=True)
-class Scales:
-    """Typical sizes of the variables, from which tolerances follow.
-
-    Attributes
-    ----------
-    length : m
-    configuration : (nq,) array
-        Size of each component of q: `length` for positions, 1 for angles and quaternions.
-    velocity : (nu,) array
-        Size of each component of u.
-    increment : (nu,) array
-        Size of each component of dx for one element: its length, or 1 rad.
-    span : (nu,) array
-        Size of each component of dx for the whole structure: its extent, or 1 rad.
-    resolution : (nu,) array
-        Error of dx above which forces are meaningless, whatever the tolerance; infinite for most systems.
-    """
-
-    length: float
-    configuration: np.ndarray
-    velocity: np.ndarray
-    increment: np.ndarray
-    span: np.ndarray
-    resolution: np.ndarray
-
-    @cached_property
-    def force_scale(self) -> np.ndarray:
-        """Divisors (nu,) that convert generalised forces to N: moments become forces at the end of an element."""
-        return self.increment / self.length
-
-    @cached_property
-    def largest_span(self) -> float:
-        """Largest component of `span`."""
-        return float(self.span.max(initial=0.0))
-
-
-@dataclass(frozen=True)
-class PairState:
-    """Contact pairs of one state, (n_pairs,) arrays.
-
-    Attributes
-    ----------
-    force : N
-        Sum of the normal forces.
-    gap : m
-        Smallest gap, at most the search distance; negative where faces penetrate each other.
-    area : m^2
-        Area in contact, mean of both faces.
-    friction : N
-        Sum of the magnitudes of the friction forces.
-    slip : m/s
-        Mean slip speed, weighted by the normal force of each contact; 0 without contact.
-    friction_power, damping_power : W
-        Power dissipated by friction, and by the damping of the normal force.
-    """
-
-    force: np.ndarray
-    gap: np.ndarray
-    area: np.ndarray
-    friction: np.ndarray
-    slip: np.ndarray
-    friction_power: np.ndarray
-    damping_power: np.ndarray
-
-    def joined(self, other: PairState) -> PairState:
-        """State of the same pairs with the contacts of both states."""
-        force = self.force + other.force
-        slip = np.divide(
-            self.force * self.slip + other.force * other.slip, force, out=np.zeros(len(force)), where=force > 0.0
-        )
-        return PairState(
-            force,
-            np.minimum(self.gap, other.gap),
-            self.area + other.area,
-            self.friction + other.friction,
-            slip,
-            self.friction_power + other.friction_power,
-            self.damping_power + other.damping_power,
-        )
-
-
-@dataclass(frozen=True)
-class Observation:
-    """Quantities of one state for the results file, besides q and u.
-
-    `reaction` (N) is the largest reaction at any body, with which statics scales its residual. In dynamics it may be 0.
-    """
-
-    drive: DriveState
-    energy: Energy
-    reaction: float
-    pairs: PairState
-
-
-@dataclass(frozen=True)
-class Linearised:
-    """Force h and its derivatives K = -dh/dx and D = -dh/du, on one pattern.
-
-    With a previous state, rates are increments over the time step dt. The whole derivative -dh/dx is then K + D/dt.
-    """
-
-    force: np.ndarray
-    stiffness: BlockMatrix
-    damping: BlockMatrix
-
-
-@dataclass(frozen=True)
-class StepRejection:
-    """Rejection of a step by the system.
-
-    Attributes
-    ----------
-    part : -
-        Recommended length of a new step, over that of the rejected one.
-    reason : str
-        Reason for the rejection; empty if a shorter step only reduces the error.
-    """
-
-    part: float
-    reason: str = ""
-
-
-PreviousState = tuple[float, np.ndarray]
-"""Previous state of a quasi-static path: time (s) and configuration."""
+__all__ = ["ArrayRestSystem", "ArraySystem", "MixedSystem", "System"]
 
 
 class System(Protocol):
@@ -405,10 +230,6 @@ class System(Protocol):
         return 0.0, "none"
 
 
-Ready: TypeAlias = Callable[[BlockPattern], tuple[Elimination, np.ndarray]]
-"""Function that gives the elimination of a pattern, and the block data of its factors."""
-
-
 @runtime_checkable
 class ArraySystem(Protocol):
     """System that can take steps in kernels, if all its forces have arrays."""
@@ -428,67 +249,6 @@ class ArrayRestSystem(Protocol):
     def arrays_at_rest(self, ready: Ready) -> Any:
         """`fsm.stepping.equilibrium.RestModel` of this system, always the same; None if something has no arrays."""
         ...
-
-
-Depths: TypeAlias = Any
-"""Depths at which contacts are linearised; only the system interprets them."""
-
-
-class NewtonRules(NamedTuple):
-    """Convergence criteria of Newton's method for one quasi-static step.
-
-    Attributes
-    ----------
-    tolerance : -
-        Residual at an equilibrium, over the largest reaction.
-    round_off : -
-        Round-off of forces, over stiffness times size.
-    small_correction : -
-        Correction, over the span of the structure or in radians, below which the residual is checked before the tangent.
-    largest_correction : -
-        Largest correction, over the span of the structure or in radians.
-    overshoot : -
-        A correction overshoots if its work changes sign and exceeds this multiple of the work before.
-    large_residual, slow_reduction, patience : -, -, iterations
-        The iteration stops after `patience` iterations if the residual exceeds `large_residual` times the largest reaction,
-        and `slow_reduction` times the first residual.
-    max_iterations : largest number of iterations
-    """
-
-    tolerance: float
-    round_off: float
-    small_correction: float
-    largest_correction: float
-    overshoot: float
-    large_residual: float
-    slow_reduction: float
-    patience: float
-    max_iterations: int
-
-
-class NewtonSolution(NamedTuple):
-    """Equilibrium found by Newton's method: see `fsm.solve.equilibrium_step.Equilibrium`.
-
-    Attributes
-    ----------
-    q, efforts : configuration, and the forces and moments of the springs
-    residual : (nu,) array, N and N m
-    matrix : BlockMatrix
-        Matrix K + D/dt of the last factorisation.
-    symmetric : bool
-        Whether the matrix is symmetric.
-    iterations : int
-    round_off : N
-        Round-off floor of the residual.
-    """
-
-    q: np.ndarray
-    efforts: np.ndarray
-    residual: np.ndarray
-    matrix: BlockMatrix
-    symmetric: bool
-    iterations: int
-    round_off: float
 
 
 @runtime_checkable

@@ -22,7 +22,7 @@ from fsm.solve.run_io import AcceptedStep, SavedState, Statistics
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
 from fsm.solve.stepwise_run import MEAN_FORCE
-from fsm.system import DriveState, Energy, Observation, PairState
+from fsm.system_records import DriveState, Energy, Observation, PairState
 
 __all__ = ["ModelError", "ReducedSolve", "error_against_full", "reduced_model", "stretch_left_out"]
 

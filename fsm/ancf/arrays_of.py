@@ -20,7 +20,7 @@ from fsm.kernels.block_lu import factorise, solve_refined
 from fsm.kernels.pointers import Pointer
 from fsm.stepping.equilibrium import RestModel
 from fsm.stepping.model import ArrayModel
-from fsm.system import Ready
+from fsm.system_records import Ready
 
 if TYPE_CHECKING:
     from fsm.ancf.system import AncfSystem

@@ -14,7 +14,7 @@ from fsm.ancf.latch import Latches
 from fsm.ancf.loading import Loading
 from fsm.ancf.mesh import Mesh
 from fsm.ancf.system import AncfSystem
-from fsm.system import PreviousState, Scales
+from fsm.system_records import PreviousState, Scales
 
 __all__ = ["ScissorSystem"]
 

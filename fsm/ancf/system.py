@@ -26,7 +26,8 @@ from fsm.ancf.mesh import Mesh
 from fsm.blocks import BlockMatrix, BlockPattern
 from fsm.stepping.equilibrium import RestModel
 from fsm.stepping.model import ArrayModel
-from fsm.system import DriveState, Energy, Linearised, Observation, PairState, PreviousState, Ready, Scales, System
+from fsm.system import System
+from fsm.system_records import DriveState, Energy, Linearised, Observation, PairState, PreviousState, Ready, Scales
 
 __all__ = ["AncfSystem"]
 

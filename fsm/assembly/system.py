@@ -30,7 +30,7 @@ from fsm.segments.drive import PrescribedMotion
 from fsm.segments.group import Group
 from fsm.segments.pattern import BodyPattern
 from fsm.segments.system import SegmentSystem
-from fsm.system import Energy, Linearised, Observation, PreviousState, Scales
+from fsm.system_records import Energy, Linearised, Observation, PreviousState, Scales
 
 __all__ = ["JoinedSystem"]
 

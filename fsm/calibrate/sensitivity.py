@@ -32,7 +32,7 @@ from fsm.scene.case import Case
 from fsm.scene.scene import Scene
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
-from fsm.system import PreviousState
+from fsm.system_records import PreviousState
 
 __all__ = ["PathSensitivity", "VariedParameter", "vary_parameters"]
 

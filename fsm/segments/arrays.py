@@ -133,7 +133,7 @@ class Arrays(NamedTuple):
     turned : (n_free, 6, 6) array; empty in the plane
         Derivatives of the increment of the last factors.
     force_scale : (nu,) array
-        Divisors of forces, see `fsm.system.Scales`.
+        Divisors of forces, see `fsm.system_records.Scales`.
     pair_energy : (2, n_pairs) array, J
         Energy that friction and damping of contact pairs have dissipated.
     before : (n_bodies, 3 or 7) array

@@ -44,7 +44,7 @@ from fsm.segments.loads import GravityGroup, LoadGroup
 from fsm.segments.pattern import BodyPattern
 from fsm.segments.pieces_of import of_function, of_program, pieces_of
 from fsm.stepping.model import ArrayModel
-from fsm.system import Ready
+from fsm.system_records import Ready
 
 if TYPE_CHECKING:
     from fsm.segments.system import SegmentSystem

@@ -17,7 +17,8 @@ from fsm.kernels.vector import equal_vectors
 from fsm.scene.scene import Plate
 from fsm.segments.drive import PrescribedMotion
 from fsm.segments.turns import Turns
-from fsm.system import PreviousState, System
+from fsm.system import System
+from fsm.system_records import PreviousState
 
 __all__ = ["Bodies", "Configuration"]
 

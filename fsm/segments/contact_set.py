@@ -9,7 +9,7 @@ import numpy as np
 
 from fsm.segments.contacts import ContactGroup
 from fsm.segments.group import PreviousPoses
-from fsm.system import PairState, StepRejection
+from fsm.system_records import PairState, StepRejection
 
 __all__ = ["ContactSet"]
 

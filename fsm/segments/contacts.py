@@ -22,7 +22,7 @@ from fsm.segments.group import Group, PreviousPoses
 from fsm.segments.impacts import Impacts
 from fsm.segments.normal_force import NormalForce
 from fsm.segments.pattern import BodyPattern
-from fsm.system import PairState
+from fsm.system_records import PairState
 
 __all__ = ["ContactGroup"]
 

@@ -31,13 +31,7 @@ from fsm.segments.hysteresis import HysteresisGroup
 from fsm.segments.newton_springs import solve_springs
 from fsm.segments.pattern import BodyPattern, body_pattern
 from fsm.stepping.model import ArrayModel
-from fsm.system import (
-    Linearised,
-    NewtonRules,
-    NewtonSolution,
-    PreviousState,
-    Scales,
-)
+from fsm.system_records import Linearised, NewtonRules, NewtonSolution, PreviousState, Scales
 
 __all__ = ["SegmentForces"]
 

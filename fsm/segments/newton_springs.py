@@ -184,7 +184,7 @@ def solve_springs(
         Scales of the increments and of the residual.
     largest_span : m or rad, largest of `span`
     largest_reaction : N
-    tolerance ... max_iterations : see `fsm.system.NewtonRules`
+    tolerance ... max_iterations : see `fsm.system_records.NewtonRules`
 
     Returns
     -------

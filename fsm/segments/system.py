@@ -25,14 +25,7 @@ from fsm.segments.group import Group, PreviousPoses
 from fsm.segments.loads import LoadGroup
 from fsm.segments.pattern import body_pattern
 from fsm.stepping.model import ArrayModel
-from fsm.system import (
-    DriveState,
-    Energy,
-    Observation,
-    PreviousState,
-    Ready,
-    StepRejection,
-)
+from fsm.system_records import DriveState, Energy, Observation, PreviousState, Ready, StepRejection
 
 __all__ = ["SegmentSystem"]
 

@@ -17,7 +17,7 @@ from fsm.solve.energy_balance import EnergyBalance
 from fsm.solve.load_work import load_work
 from fsm.solve.newton import equilibrium
 from fsm.solve.run_io import CurvePoint, SavedState, Statistics
-from fsm.system import Observation
+from fsm.system_records import Observation
 
 __all__ = ["ArcRun"]
 

@@ -10,7 +10,8 @@ from fsm.blocks import BlockMatrix, BlockPattern
 from fsm.errors import NotConverged
 from fsm.solve.generalized_alpha import GeneralizedAlpha
 from fsm.solve.status import StepFailed
-from fsm.system import Linearised, PreviousState, StepRejection, System
+from fsm.system import System
+from fsm.system_records import Linearised, PreviousState, StepRejection
 
 __all__ = ["DampedSystem", "come_to_rest"]
 

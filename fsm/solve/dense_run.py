@@ -16,7 +16,7 @@ from fsm.solve.restart_points import State
 from fsm.solve.run import Run
 from fsm.solve.scipy_ivp import FirstOrder, make_solver, resume, solver_state
 from fsm.solve.status import Outcome
-from fsm.system import Energy
+from fsm.system_records import Energy
 
 __all__ = ["DenseRun", "stretch"]
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.system import PreviousState, System
+from fsm.system import System
+from fsm.system_records import PreviousState
 
 __all__ = ["mean_dissipation"]
 

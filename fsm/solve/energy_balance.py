@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fsm.stepping.march import balanced
-from fsm.system import Energy
+from fsm.system_records import Energy
 
 __all__ = ["JUDGED_FROM", "EnergyBalance"]
 

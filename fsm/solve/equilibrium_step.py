@@ -22,7 +22,8 @@ from fsm.errors import NotConverged
 from fsm.kernels.block_sum import effective_stiffness
 from fsm.kernels.vector import largest_ratio
 from fsm.solve.linear import LinearSolver
-from fsm.system import Depths, Linearised, MixedSystem, NewtonRules, PreviousState, System
+from fsm.system import MixedSystem, System
+from fsm.system_records import Depths, Linearised, NewtonRules, PreviousState
 
 __all__ = ["Ending", "Equilibrium", "EquilibriumStep"]
 

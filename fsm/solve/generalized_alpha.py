@@ -20,7 +20,8 @@ from fsm.stepping import generalized_alpha as stepping
 from fsm.stepping.generalized_alpha import Motion, Rules, take_step
 from fsm.stepping.march import march, march_arrays
 from fsm.stepping.model import CREASES, DRIVES, KINETIC, PANELS, STEADY, ArrayModel
-from fsm.system import ArraySystem, Linearised, PreviousState, System
+from fsm.system import ArraySystem, System
+from fsm.system_records import Linearised, PreviousState
 
 __all__ = ["RHO_INF", "Coefficients", "GeneralizedAlpha"]
 

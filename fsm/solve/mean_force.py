@@ -40,7 +40,8 @@ from fsm.solve.linear import LinearSolver
 from fsm.solve.restart_points import State
 from fsm.solve.secants import Secants
 from fsm.solve.status import Outcome, StepFailed
-from fsm.system import Linearised, StepRejection, System
+from fsm.system import System
+from fsm.system_records import Linearised, StepRejection
 
 __all__ = ["MeanForce"]
 

@@ -11,7 +11,8 @@ from fsm.solve.energy_balance import EnergyBalance
 from fsm.solve.load_work import load_work
 from fsm.solve.restart_points import State, observation_from, observation_state
 from fsm.solve.run_io import AcceptedStep, CurvePoint, InitialState, OutputRequest, SavedState, Statistics, inertia_counts
-from fsm.system import DriveState, Observation, PreviousState, System
+from fsm.system import System
+from fsm.system_records import DriveState, Observation, PreviousState
 
 __all__ = ["PathRecorder"]
 

@@ -18,7 +18,8 @@ from fsm.solve.restart_points import State, steps_between
 from fsm.solve.run_io import AcceptedStep, InitialState, OutputRequest, Statistics
 from fsm.solve.settings import PathSettings
 from fsm.solve.status import TORN, Event, Outcome
-from fsm.system import Observation, System
+from fsm.system import System
+from fsm.system_records import Observation
 
 __all__ = ["CUT", "LARGEST_CORRECTION", "MOVING", "SHORT", "Mark", "PathSteps", "Reason", "mark"]
 

@@ -27,7 +27,8 @@ from fsm.blocks import BlockMatrix
 from fsm.errors import NotConverged
 from fsm.short_repr import ShortRepr
 from fsm.solve.linear import LinearSolver
-from fsm.system import Linearised, System
+from fsm.system import System
+from fsm.system_records import Linearised
 
 __all__ = ["Relaxed", "relaxed"]
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fsm.system import DriveState, Energy, Observation, PairState
+from fsm.system_records import DriveState, Energy, Observation, PairState
 
 __all__ = ["State", "observation_from", "observation_state", "steps_between"]
 

@@ -23,7 +23,8 @@ from fsm.solve.restart_points import State, steps_between
 from fsm.solve.run_io import AcceptedStep, CurvePoint, InitialState, OutputRequest, SavedState, Statistics, inertia_counts
 from fsm.solve.settings import Settings
 from fsm.solve.status import TORN, Outcome
-from fsm.system import Observation, System
+from fsm.system import System
+from fsm.system_records import Observation
 
 __all__ = ["Run", "just_after"]
 

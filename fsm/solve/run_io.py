@@ -14,7 +14,8 @@ from fsm.solve.energy_balance import EnergyBalance
 from fsm.solve.restart_points import State
 from fsm.solve.status import Event, Outcome
 from fsm.stepping.model import INERTIAL
-from fsm.system import DriveState, Observation, PreviousState, System
+from fsm.system import System
+from fsm.system_records import DriveState, Observation, PreviousState
 
 __all__ = ["InitialState", "CurvePoint", "SavedState", "Statistics", "AcceptedStep", "OutputRequest", "inertia_counts"]
 

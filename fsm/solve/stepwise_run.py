@@ -15,7 +15,7 @@ from fsm.solve.run import Run
 from fsm.solve.status import StepFailed
 from fsm.stepping.march import POWER, SHORTEST
 from fsm.stepping.model import CREASES, DRIVES, KINETIC, PANELS, STEADY, TIME, TURNOVER
-from fsm.system import DriveState, Energy
+from fsm.system_records import DriveState, Energy
 
 __all__ = ["GENERALIZED_ALPHA", "MEAN_FORCE", "NEWMARK", "StepwiseRun"]
 

@@ -115,7 +115,7 @@ class Rules(NamedTuple):
     shortest : s
         Error control does not reject steps of this size.
     tolerance, resolved, velocity, increment, span : (nu,) arrays
-        Tolerances of x for the local error and for Newton's method, and scales of `fsm.system.Scales`.
+        Tolerances of x for the local error and for Newton's method, and scales of `fsm.system_records.Scales`.
     breaks : increasing times, s
     """
 

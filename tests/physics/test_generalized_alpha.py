@@ -29,7 +29,7 @@ from fsm.solve.generalized_alpha import Coefficients, GeneralizedAlpha
 from fsm.solve.run_io import SavedState, Statistics
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
-from fsm.system import Linearised
+from fsm.system_records import Linearised
 from validation.closed_forms.bodies import top_scene
 
 ALPHA = "generalized-alpha"

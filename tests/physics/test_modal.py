@@ -24,7 +24,7 @@ from fsm.segments.system import SegmentSystem
 from fsm.solve import modal
 from fsm.solve.modal import Modes, modes
 from fsm.solve.newton import equilibrium, negative_pivots
-from fsm.system import Linearised
+from fsm.system_records import Linearised
 
 STIFF = 1e7
 BETA = {

@@ -14,7 +14,7 @@ from fsm.segments.system import SegmentSystem
 from fsm.solve.run_io import SavedState
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
-from fsm.system import PairState
+from fsm.system_records import PairState
 
 SPATIAL = pytest.mark.parametrize("spatial", [False, True], ids=["planar", "spatial"])
 LENGTH, WIDTHS, COUNT, THICKNESS = 0.06, (0.04, 0.03), 3, 1e-3

@@ -21,7 +21,7 @@ from fsm.solve.run_io import SavedState, Statistics
 from fsm.solve.scipy_ivp import FirstOrder, make_solver
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
-from fsm.system import Linearised
+from fsm.system_records import Linearised
 
 LENGTH, WIDTH, THICKNESS = 0.02, 0.03, 1e-3
 

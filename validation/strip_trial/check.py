@@ -25,7 +25,7 @@ from fsm.scene.load_case import load_case
 from fsm.segments.compile import compile_scene
 from fsm.solve.newton import equilibrium, negative_pivots
 from fsm.solve.static import follow
-from fsm.system import DriveState
+from fsm.system_records import DriveState
 from validation.gallery.command import command
 from validation.gallery.drawing import beside, convergence
 from validation.gallery.record import Check, Part, Place, against, below

@@ -27,7 +27,7 @@ from fsm.segments.system import SegmentSystem
 from fsm.solve.newton import negative_pivots
 from fsm.solve.run_io import SavedState
 from fsm.solve.static import PathSettings, follow
-from fsm.system import DriveState
+from fsm.system_records import DriveState
 
 CASE = Path(__file__).parents[2] / "folding_cases" / "strip_trial" / "case.toml"
 EVERY, AT_REST = 2e-3, 1e-3
