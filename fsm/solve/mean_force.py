@@ -16,6 +16,10 @@ Corrections that overshoot are cut where the work of the residual along them van
 one region that becomes taut would stop the motion of all others. With fixed steps, Broyden's good update [3] corrects a
 reused tangent. Steps with many iterations are halved, since both halves together may need fewer.
 
+The mean rates of undamped modes that are too fast for a fixed step change their sign in every step. The mean rate of two
+steps before predicts them, as well as slow modes. Linear extrapolation would multiply them by three and have the wrong sign,
+so that it would make taut films slack. With error control these modes are damped, and the prediction is linear.
+
 Without a fixed step the error is controlled. The local error of x is h^3/12 times the derivative of u', from differences of
 the mean rates. The filter 2/h^2 S^-1 M, with the matrix S of Newton's method, removes modes that are too fast for the step.
 A step is also repeated if the quadrature loses too much energy, for example where a contact closes.
@@ -349,8 +353,7 @@ class MeanForce:
                 return None
 
     def _newton(self, h: float) -> np.ndarray | None:
-        change = (h + self._last) / (self._last + self._last_before) if self._last_before else 0.0
-        x = h * (self._mean + change * (self._mean - self._mean_before))
+        x = h * self._predicted_rate(h)
         renew, before = h != self._factored, 0.0
         residual = self._residual(h, x)
         secants = Secants(1.0 / self._size**2) if self._step is not None else None
@@ -386,6 +389,13 @@ class MeanForce:
             renew = opened or (before > 0.0 and contraction > self._slow)
             before = size
         return None
+
+    def _predicted_rate(self, h: float) -> np.ndarray:
+        """Mean rate of the next step, as a start for Newton's method; see the module docstring."""
+        if self._step is not None:
+            return self._mean_before
+        change = (h + self._last) / (self._last + self._last_before) if self._last_before else 0.0
+        return self._mean + change * (self._mean - self._mean_before)
 
     def _residual_work(self, h: float, x: np.ndarray, residual: np.ndarray) -> float:
         """Work of a residual in a step over its bound."""
