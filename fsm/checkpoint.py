@@ -33,7 +33,7 @@ class RestartPoint:
     ----------
     end : state of the solver
     energy_balance
-    seen : number of points of the curve
+    n_points : number of points of the curve
     written : numbers of records and samples
     step : number of the step, from 0
     states : what the step began from; None for the first
@@ -43,7 +43,7 @@ class RestartPoint:
 
     end: AcceptedStep
     energy_balance: EnergyBalance
-    seen: int
+    n_points: int
     written: tuple[int, int]
     step: int = 0
     states: States | None = None
@@ -51,13 +51,13 @@ class RestartPoint:
     modes: tuple[StepModes, ...] = field(default=())
 
 
-def write_point(path: Path, point: RestartPoint, seen: list[CurvePoint], attributes: dict[str, Any]) -> None:
+def write_point(path: Path, point: RestartPoint, points: list[CurvePoint], attributes: dict[str, Any]) -> None:
     """Write a checkpoint with the points of the curve so far, and other attributes."""
     energy_balance = asdict(point.energy_balance)
     pair_energy = energy_balance.pop("pair_energy")
     state = point.end.state
     assert state is not None
-    seen = seen[: point.seen]
+    points = points[: point.n_points]
     modes = {
         f"{_MODES}{k}_{name}": values for k, found in enumerate(point.modes) for name, values in vars(found).items()
     }
@@ -72,10 +72,10 @@ def write_point(path: Path, point: RestartPoint, seen: list[CurvePoint], attribu
             "u": point.end.u,
             "ledger": np.array(list(energy_balance.values())),
             "pair_energy": pair_energy,
-            "travel": np.array([one.drive.travel for one in seen]),
-            "force": np.array([one.drive.force for one in seen]),
-            "pair_force": np.array([one.pair_force for one in seen]),
-            "point": np.array([one[2:] for one in seen]),
+            "travel": np.array([one.drive.travel for one in points]),
+            "force": np.array([one.drive.force for one in points]),
+            "pair_force": np.array([one.pair_force for one in points]),
+            "point": np.array([one[2:] for one in points]),
         },
         {
             **attributes,
@@ -91,7 +91,7 @@ def write_point(path: Path, point: RestartPoint, seen: list[CurvePoint], attribu
 
 def read_point(arrays: dict[str, np.ndarray], attributes: dict[str, Any]) -> tuple[RestartPoint, list[CurvePoint]]:
     """Restart point of a checkpoint that has been read, and the points of the curve."""
-    seen = list(_points(arrays))
+    points = list(_points(arrays))
     events = tuple(Event(**event) for event in json.loads(attributes["events"]))
     state = _with_prefix(arrays, _STATE)
     end = AcceptedStep(float(arrays["time"][0]), arrays["q"], arrays["u"], int(attributes["steps"]), events, state)
@@ -103,7 +103,8 @@ def read_point(arrays: dict[str, np.ndarray], attributes: dict[str, Any]) -> tup
     while f"{_MODES}{len(modes)}_step" in arrays:
         modes.append(StepModes(*(arrays[f"{_MODES}{len(modes)}_{name}"] for name in names)))
     states = _with_prefix(arrays, _STATES) or None
-    return RestartPoint(end, energy_balance, len(seen), written, int(attributes["step"]), states, done, tuple(modes)), seen
+    step = int(attributes["step"])
+    return RestartPoint(end, energy_balance, len(points), written, step, states, done, tuple(modes)), points
 
 
 def check_point(

@@ -83,7 +83,7 @@ class RecordedSolve:
         self.target = out / "result.h5"
         self.checkpoint = out / "checkpoint.h5"
         self.last_checkpoint = time.perf_counter()
-        self.seen: list[CurvePoint] = []
+        self.points: list[CurvePoint] = []
         self.steps = analysis.steps()
         self.of_another_case = False
         self.resumed = self._read_checkpoint() if resume else None
@@ -151,17 +151,17 @@ class RecordedSolve:
             watch = partial(_further, bar)
             solution.array = array = self.analysis.array_motion(solution, self.warnings, watch)
             self.analysis.compare(solution, watch)
-            statistics, energy_balance = total_of(self.done, self.seen), self.energy_balance
+            statistics, energy_balance = total_of(self.done, self.points), self.energy_balance
             assert energy_balance is not None
             summary = summary_of(self.analysis, solution, statistics, energy_balance, self.warnings, round_off) | {
-                "step": step_summaries(self.done, self.seen, solution),
+                "step": step_summaries(self.done, self.points, solution),
                 "compile_time_s": jit.compile_time() - compiled,
                 "wall_time_s": time.perf_counter() - begun,
             }
             if solution.channels:
                 summary["channels"] = extremes_of(solution.channels, solution.time, solution.travel)
-            driven = bool(self.seen) and len(self.seen[0].drive.travel) > 0
-            curve = ForceCurve.from_points(self.seen).decimate() if driven else None
+            driven = bool(self.points) and len(self.points[0].drive.travel) > 0
+            curve = ForceCurve.from_points(self.points).decimate() if driven else None
             paths = LoadPath.of([result.path for result in self.done])
             writer.finish(_counters(statistics), summary, array, curve, StepModes.joined(self.modes), paths)
         self.checkpoint.unlink(missing_ok=True)
@@ -185,7 +185,7 @@ class RecordedSolve:
             deque(t for t in times if t > self.until) for times in (step.record_times, step.sample_times)
         )
         self.latest = None
-        result = StepResult(step.name, step.kind, step.method, step.start, step.end, {}, len(self.seen))
+        result = StepResult(step.name, step.kind, step.method, step.start, step.end, {}, len(self.points))
         if step.kind == "relax":
             q, u = equilibrium_at_start(system, q, step.start), np.zeros(system.nu)
             if self.energy_balance is not None:
@@ -205,7 +205,7 @@ class RecordedSolve:
                 self._save(writer, replace(saved, time=t))
         elif isinstance(step.settings, ArcSettings):
             assert self.energy_balance is not None and isinstance(system, SegmentSystem)
-            path = ArcRun(system, step.settings, self.energy_balance, self.seen)
+            path = ArcRun(system, step.settings, self.energy_balance, self.points)
             q = path.go(step.start, q, lambda t, steps: bar.step(t, steps))
             for saved in path.saved:
                 if saved.time > self.until:
@@ -220,7 +220,7 @@ class RecordedSolve:
             end: AcceptedStep | None = self.latest
             if end is not None:
                 q, u = end.q, end.u
-        result.seen = len(self.seen)
+        result.n_points = len(self.points)
         self.done.append(result)
         if step.record_times:
             self.until = step.end * (1.0 + _SAME)
@@ -251,7 +251,7 @@ class RecordedSolve:
         if own is not None:
             return own(step.settings.end_time, times, on_save, on_step, energy_balance)
         begins = None if after is not None else start
-        return simulate(self.current, step.settings, times, on_save, on_step, begins, energy_balance, self.seen, after)[0]
+        return simulate(self.current, step.settings, times, on_save, on_step, begins, energy_balance, self.points, after)[0]
 
     def _open_energy_balance(self, step: RunStep, q: np.ndarray, u: np.ndarray) -> None:
         """Open the energy balance with the first step after the search for the start; update it in later steps."""
@@ -276,11 +276,11 @@ class RecordedSolve:
 
     def _still(self, t: float, q: np.ndarray, u: np.ndarray, energy_balance: EnergyBalance) -> SavedState:
         """State at rest to be saved."""
-        seen = self.current.observe(t, q, None if not u.any() else u)
-        pairs = energy_balance.pair_energy if energy_balance.pair_energy.size else np.zeros_like(seen.energy.pair_power)
-        error = seen.energy.stored - energy_balance.start + energy_balance.dissipated - energy_balance.work
+        observed = self.current.observe(t, q, None if not u.any() else u)
+        pairs = energy_balance.pair_energy if energy_balance.pair_energy.size else np.zeros_like(observed.energy.pair_power)
+        error = observed.energy.stored - energy_balance.start + energy_balance.dissipated - energy_balance.work
         lost, work = energy_balance.dissipated, energy_balance.work
-        return SavedState(t, q, u, seen, lost, work, error, pairs, at_rest=not u.any())
+        return SavedState(t, q, u, observed, lost, work, error, pairs, at_rest=not u.any())
 
     def _causes(self) -> tuple[str, str]:
         """Messages on two possible causes of a failed solve: round-off, and contact of lattice squares."""
@@ -297,8 +297,8 @@ class RecordedSolve:
             self.samples += 1
 
     def _record(self, writer: ResultWriter, saved: SavedState) -> None:
-        seen = saved.observation
-        stored = seen.energy.potential
+        observed = saved.observation
+        stored = observed.energy.potential
         t = saved.acting
         q, u = self.analysis.whole(self.current, t, saved.q, saved.u)
         writer.append(
@@ -306,16 +306,16 @@ class RecordedSolve:
                 time=saved.time,
                 q=q,
                 u=u,
-                travel=seen.drive.travel,
-                force=seen.drive.force,
+                travel=observed.drive.travel,
+                force=observed.drive.force,
                 energy={
                     **stored,
-                    "kinetic": seen.energy.kinetic,
+                    "kinetic": observed.energy.kinetic,
                     "dissipated": saved.dissipated,
                     "work": saved.work,
                     "error": saved.error,
                 },
-                **{f"pair_{name}": values for name, values in vars(seen.pairs).items()},
+                **{f"pair_{name}": values for name, values in vars(observed.pairs).items()},
                 pair_friction_energy=saved.pair_energy[0],
                 pair_damping_energy=saved.pair_energy[1],
                 shape=self.current.shape(t, saved.q),
@@ -335,7 +335,7 @@ class RecordedSolve:
         self.latest = end
         if end.state is not None:
             self.last = RestartPoint(
-                end, replace(energy_balance), len(self.seen), (self.records, self.samples), self.number, self.states,
+                end, replace(energy_balance), len(self.points), (self.records, self.samples), self.number, self.states,
                 tuple(self.done), tuple(self.modes),
             )  # fmt: skip
             if time.perf_counter() - self.last_checkpoint > CHECKPOINT_EVERY:
@@ -345,7 +345,7 @@ class RecordedSolve:
 
     def _write_checkpoint(self, point: RestartPoint) -> None:
         own = {"case": self.loaded.text, "made_by": json.dumps(made_by()), "warnings": self.warnings}
-        write_point(self.checkpoint, point, self.seen, own)
+        write_point(self.checkpoint, point, self.points, own)
         self.last_checkpoint = time.perf_counter()
 
     def _read_checkpoint(self) -> RestartPoint | None:
@@ -374,7 +374,7 @@ class RecordedSolve:
             why = "was written by another version of fsm or its libraries: the run starts from the beginning"
             self.warnings.append(f"{self.checkpoint} {why}")
             return None
-        point, self.seen = read_point(arrays, attributes)
+        point, self.points = read_point(arrays, attributes)
         check_point(self.analysis.enter(point.step, point.states), arrays, attributes)
         self.warnings = list(attributes["warnings"])
         return point

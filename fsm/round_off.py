@@ -85,8 +85,8 @@ def round_off_of(system: System, solution: Solution) -> RoundOff:
     for name, energies in solution.energy.items():
         if name not in ("dissipated", "work", "error"):
             stored = stored + energies
-    turned_over = (np.abs(stored - stored[0]), solution.energy["dissipated"], solution.energy["kinetic"])
-    energy = float(max(energies.max() for energies in turned_over))
+    kinds = (np.abs(stored - stored[0]), solution.energy["dissipated"], solution.energy["kinetic"])
+    energy = float(max(energies.max() for energies in kinds))
     moved = _distance(system, solution)
     in_rounding = system.nu * force * eps * scales.largest_span
     if moved <= 0.0 or energy <= max(_UNRESISTED * in_rounding, _AT_REST * float(np.abs(stored).max())):

@@ -53,7 +53,7 @@ class Energy:
         return self.kinetic + self.stored_at_rest
 
     @property
-    def stored_freely(self) -> float:
+    def stored_except_driven(self) -> float:
         """Kinetic energy of all bodies except driven ones, plus all potential energy, J."""
         return self.stored - self.driven
 

@@ -236,10 +236,10 @@ class Deployment(Analysis):
         """Peak, stages, contacts, and the error of a motion."""
         summary: dict[str, Any] = {"start": start_of(self.case, self.scene)[0]}
         if solution.travel.shape[1]:
-            summary |= summarise(ForceCurve.from_points(statistics.seen), solution.layout.pair_names)
+            summary |= summarise(ForceCurve.from_points(statistics.points), solution.layout.pair_names)
             summary["unstable_at_end"] = self._ends_on_path and bool(solution.negative_pivots[-1] > 0)
             summary |= self._mesh_errors(solution, statistics, summary)
-        looked_at = np.array([point.pair_force for point in statistics.seen])
+        looked_at = np.array([point.pair_force for point in statistics.points])
         summary["contact"] = summarise_contacts(solution, looked_at, summary.get("touches", ()))
         summary["contact_stats"] = self.system.contacts.stats()
         if self.case.sheet is not None:

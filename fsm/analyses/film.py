@@ -244,7 +244,7 @@ def _cables(
 ) -> np.ndarray:
     """Add the cables, and return the first coordinates of the pulled points."""
     ends = corners
-    limp = case.tension is not None and case.tension.film == "tension-field"
+    tension_only = case.tension is not None and case.tension.film == "tension-field"
     half = np.array([0.5 * membrane.length, 0.5 * membrane.width, 0.0])
     for cable in case.cable:
         material = CableMaterial(cable.young, cable.density, cable.diameter)
@@ -254,10 +254,10 @@ def _cables(
                 start = half * np.array([*signs, 0.0])
                 nodes = builder.cable(
                     start, start + cable.length * outward, material, cable.elements, int(corner), viscosity=viscosity,
-                    limp=limp,
+                    tension_only=tension_only,
                 )  # fmt: skip
                 tips.append(nodes[-1, 0])
             ends = np.array(tips)
         elif isinstance(cable, EdgeCable):
-            builder.edge_cables(grid, material, viscosity, limp)
+            builder.edge_cables(grid, material, viscosity, tension_only)
     return ends

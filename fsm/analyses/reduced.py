@@ -58,21 +58,21 @@ class ModelError:
 
     Attributes
     ----------
-    probes, struck : largest difference at the probes and at the impact, over the largest displacement there
+    probes, at_impact : largest difference at the probes and at the impact, over the largest displacement there
     stretch : error of the restoring force at the largest displacement (`stretch_left_out`); None if not known
     until : s
         Duration of the comparison; 0 if only the force was compared.
     """
 
     probes: float | None
-    struck: float | None
+    at_impact: float | None
     stretch: float | None
     until: float
 
     @property
     def largest(self) -> float:
         """Largest of the three errors; infinite if one is not known."""
-        return max(math.inf if error is None else error for error in (self.probes, self.struck, self.stretch))
+        return max(math.inf if error is None else error for error in (self.probes, self.at_impact, self.stretch))
 
     @property
     def text(self) -> str:
@@ -82,9 +82,9 @@ class ModelError:
             force = f"error of the restoring force {_part(self.stretch)} at the largest displacement"
         if not self.until:
             return f"{force}; its motion was therefore not compared with the full model"
-        if self.probes is None or self.struck is None:
+        if self.probes is None or self.at_impact is None:
             return f"error of the motion not known: the full model needs shorter steps than solve.step; {force}"
-        motion = f"{_part(self.probes)} at the probes and {_part(self.struck)} at the impact"
+        motion = f"{_part(self.probes)} at the probes and {_part(self.at_impact)} at the impact"
         return f"error against the full model {motion} over the first {1e3 * self.until:.3g} ms; {force}"
 
     @property
@@ -108,7 +108,7 @@ def error_against_full(
     step: float,
     duration: float,
     probes: Callable[[np.ndarray], np.ndarray],
-    struck: Callable[[np.ndarray], np.ndarray],
+    at_impact: Callable[[np.ndarray], np.ndarray],
     enough: float = math.inf,
 ) -> ModelError:
     """Error of the reduced model against the full one, by its motion over some steps and by its force.
@@ -119,7 +119,7 @@ def error_against_full(
         Step of the full model.
     duration : s
         Duration of the vibration.
-    probes, struck : functions of a configuration: displacements (n, 3) of all probes, and of the impact
+    probes, at_impact : functions of a configuration: displacements (n, 3) of all probes, and of the impact
     enough : -
         Error of the force above which the motion is not compared, since steps of a slack film may take minutes.
     """
@@ -132,7 +132,7 @@ def error_against_full(
     try:
         simulate(
             system, Settings(MEAN_FORCE, 1e-4, until, step=step), times,
-            lambda saved: full.append((saved.time, probes(saved.q), struck(saved.q))),
+            lambda saved: full.append((saved.time, probes(saved.q), at_impact(saved.q))),
         )  # fmt: skip
     except NotConverged:
         return ModelError(None, None, stretch, until)
@@ -142,7 +142,7 @@ def error_against_full(
     amplitude = CubicHermiteSpline(response.time, response.amplitude, response.rate)
     ours = [model.coordinates(amplitude(t)) for t, _, _ in full]
     errors = []
-    for number, place in enumerate((probes, struck), start=1):
+    for number, place in enumerate((probes, at_impact), start=1):
         theirs = np.array([line[number] for line in full])
         largest = float(np.abs(theirs).max(initial=0.0))
         off = float(np.abs(np.array([place(q) for q in ours]) - theirs).max(initial=0.0))
@@ -276,8 +276,8 @@ class ReducedSolve:
         q, u = self._state(amplitude(t), amplitude(t, 1))
         error, stored, kinetic, lost, done = (float(np.interp(t, response.time, values)) for values in histories)
         energy = Energy(kinetic, at_rest | {"film": at_rest.get("film", 0.0) + stored - kinetic}, 0.0, 0.0)
-        seen = Observation(DriveState(np.zeros(0), np.zeros(0)), energy, 0.0, _NO_PAIRS)
-        return SavedState(t, q, u, seen, lost, done, error, np.zeros((2, 0)))
+        observed = Observation(DriveState(np.zeros(0), np.zeros(0)), energy, 0.0, _NO_PAIRS)
+        return SavedState(t, q, u, observed, lost, done, error, np.zeros((2, 0)))
 
 
 def _energies(system: AncfSystem, model: ReducedModel, response: ModalResponse) -> tuple[np.ndarray, ...]:

@@ -52,7 +52,7 @@ class StepResult:
     ----------
     name, kind, method, start, end : see `RunStep`
     counters : counters of the solver
-    seen : number of points of the curve at the end of the step
+    n_points : number of points of the curve at the end of the step
     events, frequencies : events, and natural frequencies in Hz
     path : time of the programs, stability and loads at all points of a path by arc length (`fsm.solve.arc_run`)
     """
@@ -63,7 +63,7 @@ class StepResult:
     start: float
     end: float
     counters: dict[str, Any]
-    seen: int
+    n_points: int
     events: list[dict[str, Any]] = field(default_factory=list)
     frequencies: list[float] = field(default_factory=list)
     path: dict[str, Any] = field(default_factory=dict)

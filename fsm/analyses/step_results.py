@@ -33,10 +33,10 @@ def counted(statistics: Statistics) -> dict[str, Any]:
     return {name: getattr(statistics, name) for name in (*_SUMMED, "smallest_step")}
 
 
-def total_of(done: Sequence[StepResult], seen: list[CurvePoint]) -> Statistics:
+def total_of(done: Sequence[StepResult], points: list[CurvePoint]) -> Statistics:
     """Counters and events of all steps that were solved; methods in their order."""
     solved = [result for result in done if result.counters]
-    total = Statistics(" + ".join(dict.fromkeys(result.method for result in solved)) or done[-1].method, seen=seen)
+    total = Statistics(" + ".join(dict.fromkeys(result.method for result in solved)) or done[-1].method, points=points)
     for result in solved:
         for name in _SUMMED:
             setattr(total, name, getattr(total, name) + result.counters[name])
@@ -46,11 +46,11 @@ def total_of(done: Sequence[StepResult], seen: list[CurvePoint]) -> Statistics:
     return total
 
 
-def step_summaries(done: Sequence[StepResult], seen: list[CurvePoint], solution: Solution) -> list[dict[str, Any]]:
+def step_summaries(done: Sequence[StepResult], points: list[CurvePoint], solution: Solution) -> list[dict[str, Any]]:
     """One dict for every step: name, kind, times, peak of the first drive that has a force, steps and iterations."""
     found, first = [], 0
     for number, result in enumerate(done, 1):
-        part, first = seen[first : result.seen], result.seen
+        part, first = points[first : result.n_points], result.n_points
         one: dict[str, Any] = {
             "name": result.name,
             "kind": result.kind,

@@ -77,11 +77,11 @@ def summary_errors(
     times = [k * step for k in range(count + 1)]
 
     def moved(of: AncfSystem, step: float) -> np.ndarray:
-        seen: list[np.ndarray] = []
+        samples: list[np.ndarray] = []
         simulate(
-            of, replace(settings, end_time=times[-1], step=step), times, lambda saved: seen.append(probes(saved.q))
+            of, replace(settings, end_time=times[-1], step=step), times, lambda saved: samples.append(probes(saved.q))
         )
-        return np.array(seen)
+        return np.array(samples)
 
     try:
         found = moved(system, step)

@@ -113,7 +113,7 @@ class VibrationAnalysis(OneStep):
         tension = self.case.tension
         if tension is None or tension.film != "auto":
             return False
-        plain, limp = (
+        plain, tension_only = (
             self.case.model_copy(update={"tension": tension.model_copy(update={"film": film})})
             for film in ("plain", "tension-field")
         )
@@ -126,7 +126,7 @@ class VibrationAnalysis(OneStep):
                 return True
         except NotConverged:  # the flat film buckles while it is tensioned
             pass
-        self.case, self.film = limp, build_film(limp)
+        self.case, self.film = tension_only, build_film(tension_only)
         self.points = {name: self.film.point(*place) for name, place in self._places().items()}
         return False
 
@@ -231,7 +231,7 @@ class VibrationAnalysis(OneStep):
             "point_force_error": None if self._stated is None else self._stated.of_point,
             "mesh_error_frequency": None if mesh is None or frequency is None else mesh.at(frequency),
             "reduced_error": None if error is None else error.probes,
-            "reduced_error_struck": None if error is None else error.struck,
+            "reduced_error_struck": None if error is None else error.at_impact,
             "reduced_force_error": None if error is None else error.stretch,
             "modes_hz": [float(f) for f in self.modes.frequencies],
             "mesh_error_modes": None if mesh is None else [e if math.isfinite(e) else None for e in mesh.modes.tolist()],

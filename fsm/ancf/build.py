@@ -187,13 +187,14 @@ class MeshBuilder:
         vectors = grid.vectors(columns.ravel(), rows.ravel())
         sides = np.stack(np.meshgrid(np.diff(x), np.diff(y), indexing="ij"), axis=-1).reshape(-1, 2)
         kind = np.zeros(nx * ny, dtype=np.int64) if cells is None else np.asarray(cells, dtype=np.int64).ravel()
-        limp = tension_field if isinstance(tension_field, tuple) else (tension_field, *(False,) * (len(materials) - 1))
+        others = (False,) * (len(materials) - 1)
+        tension_only = tension_field if isinstance(tension_field, tuple) else (tension_field, *others)
         for k, material in enumerate(materials):
             here = kind == k
             if np.any(here):
                 self._groups.append(
                     MembraneGroup(
-                        vectors[here], sides[here], material, limp[k], viscosity, name=names[min(k, len(names) - 1)],
+                        vectors[here], sides[here], material, tension_only[k], viscosity, name=names[min(k, len(names) - 1)],
                     )
                 )  # fmt: skip
         if air > 0.0:
@@ -211,7 +212,7 @@ class MeshBuilder:
         end_position: int | None = None,
         viscosity: float = 0.0,
         name: str = "cable",
-        limp: bool = False,
+        tension_only: bool = False,
         strain: float = 0.0,
         energy: str = "cable",
     ) -> np.ndarray:
@@ -221,7 +222,7 @@ class MeshBuilder:
         ----------
         start_position, end_position : first coordinates of positions that the ends share, for example film corners
         viscosity : s
-        limp : whether the cable carries no compression
+        tension_only : whether the cable carries no compression
         strain : -
             (l - l0)/l0 of the length l between the points and the unstressed length l0.
         energy : name of its energy
@@ -245,17 +246,18 @@ class MeshBuilder:
             if borrowed is not None:
                 self._used[-1][:3] = False
         lengths = np.full(elements, length / (1.0 + strain) / elements)
-        self._add_cable(vectors, lengths, material, viscosity, limp, energy)
+        self._add_cable(vectors, lengths, material, viscosity, tension_only, energy)
         return vectors
 
     def edge_cables(
-        self, grid: FilmGrid, material: CableMaterial, viscosity: float = 0.0, limp: bool = False
+        self, grid: FilmGrid, material: CableMaterial, viscosity: float = 0.0, tension_only: bool = False
     ) -> None:
         """Add a cable along each edge of a film; it shares the positions and slopes of the film there."""
         at = grid.position
         for side in (0, -1):
-            self._add_cable(np.stack([at[:, side], at[:, side] + 3], axis=1), np.diff(grid.x), material, viscosity, limp)
-            self._add_cable(np.stack([at[side], at[side] + 6], axis=1), np.diff(grid.y), material, viscosity, limp)
+            along_x, along_y = at[:, side], at[side]
+            self._add_cable(np.stack([along_x, along_x + 3], axis=1), np.diff(grid.x), material, viscosity, tension_only)
+            self._add_cable(np.stack([along_y, along_y + 6], axis=1), np.diff(grid.y), material, viscosity, tension_only)
 
     def _add_cable(
         self,
@@ -263,7 +265,7 @@ class MeshBuilder:
         lengths: np.ndarray,
         material: CableMaterial | BeamMaterial,
         viscosity: float,
-        limp: bool,
+        tension_only: bool,
         energy: str = "cable",
     ) -> None:
         """Add elements of lengths (m,), m; `vectors` (m + 1, 2): first coordinates of position and slope at the nodes."""
@@ -272,7 +274,7 @@ class MeshBuilder:
         self._groups.append(
             CableGroup(
                 ends, lengths, material.young * material.area * ones, material.young * material.second_moment * ones,
-                material.density * material.area * ones, viscosity, limp=limp, name=energy,
+                material.density * material.area * ones, viscosity, tension_only=tension_only, name=energy,
             )
         )  # fmt: skip
 

@@ -5,8 +5,8 @@
 kappa is the material curvature, dtheta/dX. The printed equation has |r'|^3, which gives the geometric curvature and couples
 bending with stretch. With A = r'.r', B = r''.r'', C = r'.r'', kappa^2 = B/A - C^2/A^2, which is smooth for a straight cable.
 
-A limp cable carries no compression. For eps <= 0 a small fraction of EA remains, with an additional constant force as in
-`fsm.ancf.tension_field`. The bending stiffness remains.
+A tension-only cable carries no compression. For eps <= 0 a small fraction of EA remains, with an additional constant force
+as in `fsm.ancf.tension_field`. The bending stiffness remains.
 
 For a material that is linear in the engineering strain, eps = |r'| - 1 (`engineering`). Both strains differ by eps^2/2.
 
@@ -46,9 +46,9 @@ class CableArrays(NamedTuple):
     stiffness : (m, 2) array
         EA (N) and EI (N m^2).
     remainder : (1,) array
-        Fraction of EA under compression; below 1 for limp cables.
+        Fraction of EA under compression; below 1 for tension-only cables.
     release : (m, s) array, N
-        Force P of limp cables; zero for others.
+        Force P of tension-only cables; zero for others.
     stretch_rows, bend_rows : (s, 1, 4), (p, 2, 4) arrays
         First derivatives, and first and second derivatives, of the shape functions of a unit element.
     stretch_weights, bend_weights : (s,), (p,) arrays
@@ -88,7 +88,7 @@ class CableGroup:
     viscosity : s
         Kelvin-Voigt time of stretch: EA (eps + viscosity eps'). Dissipation in bending is neglected.
     engineering : whether the axial force is linear in |r'| - 1 and not in Green's strain
-    limp : whether the cables carry no compression
+    tension_only : whether the cables carry no compression
     name : name of the energy
     """
 
@@ -99,7 +99,7 @@ class CableGroup:
     line_density: np.ndarray
     viscosity: float = 0.0
     engineering: bool = False
-    limp: bool = False
+    tension_only: bool = False
     name: str = "cable"
 
     @property
@@ -150,11 +150,11 @@ class CableGroup:
     @property
     def tension_field(self) -> bool:
         """Whether `release` has an effect."""
-        return self.limp
+        return self.tension_only
 
     def release(self, q: np.ndarray, remainder: float) -> None:
-        """Set the forces P so that limp cables carry no compression at q; `remainder` is their new fraction of EA."""
-        if self.limp:
+        """Set the forces P so that tension-only cables carry no compression at q; `remainder`: their fraction of EA."""
+        if self.tension_only:
             release_at(self.arrays, self.engineering, q)
             self.arrays.remainder[0] = remainder
 
@@ -164,7 +164,7 @@ class CableGroup:
         slope = np.einsum("i,eia->ea", cable_shape(0.5, derivative=1), coordinates) / self.length[:, None]
         size = np.linalg.norm(slope, axis=1)
         force = self.axial * (size - 1.0 if self.engineering else 0.5 * (size**2 - 1.0) * size)
-        return np.asarray(np.maximum(force, 0.0) if self.limp else force)
+        return np.asarray(np.maximum(force, 0.0) if self.tension_only else force)
 
     @cached_property
     def _scale(self) -> np.ndarray:
@@ -181,7 +181,7 @@ class CableGroup:
         products = [np.einsum("pai,pbj->pabij", rows, rows).reshape(-1, 16) for rows in (first, derivatives)]
         return CableArrays(
             np.ascontiguousarray(self.vectors), self._scale, np.ascontiguousarray(self.length), stiffness,
-            np.array([REMAINDER if self.limp else 1.0]), np.zeros((len(self.length), len(stretch_weights))),
+            np.array([REMAINDER if self.tension_only else 1.0]), np.zeros((len(self.length), len(stretch_weights))),
             np.ascontiguousarray(first), np.ascontiguousarray(derivatives), stretch_weights, bend_weights,
             np.concatenate(products),
         )  # fmt: skip

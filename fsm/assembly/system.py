@@ -400,8 +400,8 @@ class JoinedSystem(SegmentSystem):
 
     def observe(self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None) -> Observation:
         """See `System`."""
-        seen = super().observe(t, q, u, before)
-        return Observation(seen.drive, self._with_nodes(seen.energy, t, q, u, before), seen.reaction, seen.pairs)
+        observed = super().observe(t, q, u, before)
+        return replace(observed, energy=self._with_nodes(observed.energy, t, q, u, before))
 
     def _with_nodes(
         self, bodies: Energy, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None

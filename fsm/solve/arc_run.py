@@ -29,7 +29,7 @@ class ArcRun:
     ----------
     system : system with the method `load_displacements`
     settings : ArcSettings
-    energy_balance, seen : energy balance and curve, to which all points are added
+    energy_balance, points : energy balance and curve, to which all points are added
 
     Attributes
     ----------
@@ -38,9 +38,9 @@ class ArcRun:
     warnings : list of str
     """
 
-    def __init__(self, system: Any, settings: ArcSettings, energy_balance: EnergyBalance, seen: list[CurvePoint]) -> None:
+    def __init__(self, system: Any, settings: ArcSettings, energy_balance: EnergyBalance, points: list[CurvePoint]) -> None:
         self.system, self.settings, self.energy_balance = system, settings, energy_balance
-        self.statistics = Statistics("arc-length", seen=seen)
+        self.statistics = Statistics("arc-length", points=points)
         self.saved: list[SavedState] = []
         self.loads: dict[str, Any] = {}
         self.warnings: list[str] = []
@@ -93,16 +93,16 @@ class ArcRun:
         before: tuple[PathPoint, Observation] | None = None
         ways: dict[str, list[list[float]]] = {}
         for point in points:
-            seen = system.observe(point.time, point.q, None)
+            observed = system.observe(point.time, point.q, None)
             if before is not None:
-                energy_balance.add(self._work(before, (point, seen)), 0.0, np.zeros_like(seen.energy.pair_power))
-            energy_balance.balance(seen.energy.stored_at_rest, 0.0)
+                energy_balance.add(self._work(before, (point, observed)), 0.0, np.zeros_like(observed.energy.pair_power))
+            energy_balance.balance(observed.energy.stored_at_rest, 0.0)
             time = start + (self.settings.end_time - start) * point.length / whole
-            curve = self.statistics.seen
-            curve.append(CurvePoint.after(curve, time, seen, dynamic=False))
+            curve = self.statistics.points
+            curve.append(CurvePoint.after(curve, time, observed, dynamic=False))
             self.saved.append(
                 SavedState(
-                    time, point.q, at_rest, seen, energy_balance.dissipated, energy_balance.work, energy_balance.error,
+                    time, point.q, at_rest, observed, energy_balance.dissipated, energy_balance.work, energy_balance.error,
                     energy_balance.pair_energy,
                     program_time=point.time, at_rest=True,
                 )
@@ -110,7 +110,7 @@ class ArcRun:
             poses, _ = system.place(point.time, point.q, None)
             for name, (size, way) in system.load_displacements(point.time, first, poses).items():
                 ways.setdefault(name, []).append([size, way])
-            before = point, seen
+            before = point, observed
         self.loads = {
             "time": [point.time for point in points],
             "stable": [point.negative_pivots == 0 for point in points],
@@ -119,7 +119,7 @@ class ArcRun:
 
     def _work(self, before: tuple[PathPoint, Observation], after: tuple[PathPoint, Observation]) -> float:
         """Work of loads and drives between two points by the trapezoidal rule, J."""
-        (one, seen), (two, seen_next) = before, after
+        (one, observed), (two, observed_next) = before, after
         loads = load_work(self.system, (one.time, one.q), (two.time, two.q))
-        forces = 0.5 * (seen.drive.force + seen_next.drive.force)
-        return loads + float(forces @ (seen_next.drive.travel - seen.drive.travel))
+        forces = 0.5 * (observed.drive.force + observed_next.drive.force)
+        return loads + float(forces @ (observed_next.drive.travel - observed.drive.travel))

@@ -109,9 +109,9 @@ class DenseRun(Run):
         for node, weight in zip(_NODES, _WEIGHTS, strict=True):
             at = self.time + node * step
             q, u = self.equations.split(dense(at))
-            seen = self.system.observe(at, q, u)
-            self._add(self.energy_balance, weight * step, seen.energy)
-            self._look(at, q, u, seen)
+            observed = self.system.observe(at, q, u)
+            self._add(self.energy_balance, weight * step, observed.energy)
+            self._look(at, q, u, observed)
         q, u = self.equations.split(state)
         self.last = self.system.observe(end, q, u)
         self.energy_balance.work += self.last.energy.driven - self._driven
@@ -134,9 +134,9 @@ class DenseRun(Run):
         for node, weight in zip(_NODES, _WEIGHTS, strict=True):
             t = self.time + node * step
             self._add(until, weight * step, self.system.energy(t, *self.equations.split(dense(t))))
-        seen = self.system.observe(at, q, u)
-        until.work += seen.energy.driven - self._driven
-        self._save(at, q, u, seen, until)
+        observed = self.system.observe(at, q, u)
+        until.work += observed.energy.driven - self._driven
+        self._save(at, q, u, observed, until)
 
 
 def stretch(solver: Any) -> None:

@@ -26,7 +26,7 @@ def mean_dissipation(
     way = system.difference(begin[1], end[1])
     mean = way / (end[0] - begin[0])
     if halfway:
-        seen = system.energy(0.5 * (begin[0] + end[0]), system.retract(begin[1], 0.5 * way), mean, begin)
-        return seen.dissipated_power, seen.pair_power
+        energy = system.energy(0.5 * (begin[0] + end[0]), system.retract(begin[1], 0.5 * way), mean, begin)
+        return energy.dissipated_power, energy.pair_power
     first, last = (system.energy(*here, mean, there) for here, there in ((begin, end), (end, begin)))
     return 0.5 * (first.dissipated_power + last.dissipated_power), 0.5 * (first.pair_power + last.pair_power)

@@ -163,18 +163,18 @@ class SystemModel:
     ) -> tuple[float, float, float, float, float]:
         """See `fsm.stepping.model`."""
         observed, dissipated = self.system.observe(t, q, u), 0.0
-        seen = observed.energy
+        energy = observed.energy
         if step > 0.0:
-            dissipated, of_pairs = mean_dissipation(self.system, self._last, (t, q), seen.pair_power.shape[1])
+            dissipated, of_pairs = mean_dissipation(self.system, self._last, (t, q), energy.pair_power.shape[1])
             self.pair_energy = self.pair_energy + step * of_pairs
         self._last = t, q.copy()
-        record[KINETIC], record[STEADY] = seen.kinetic, 0.0  # unknown
-        record[PANELS], record[CREASES] = seen.potential.get("panels", 0.0), seen.potential.get("creases", 0.0)
+        record[KINETIC], record[STEADY] = energy.kinetic, 0.0  # unknown
+        record[PANELS], record[CREASES] = energy.potential.get("panels", 0.0), energy.potential.get("creases", 0.0)
         count = len(observed.drive.travel)
         record[DRIVES : DRIVES + count] = observed.drive.travel
         record[DRIVES + count : DRIVES + 2 * count] = observed.drive.force
         record[DRIVES + 2 * count : DRIVES + 2 * count + len(observed.pairs.force)] = observed.pairs.force
-        return seen.kinetic, seen.stored_at_rest, dissipated, seen.input_power, seen.driven
+        return energy.kinetic, energy.stored_at_rest, dissipated, energy.input_power, energy.driven
 
     def part_of_step(self, t: float, q: np.ndarray, u: np.ndarray, step: float) -> float:
         """See `fsm.stepping.model`."""
@@ -308,8 +308,8 @@ class GeneralizedAlpha:
     @cached_property
     def _recorded(self) -> int:
         """Numbers of a record before the state."""
-        seen = self.system.observe(self.t, self.q, self.u)
-        return DRIVES + 2 * len(seen.drive.travel) + len(seen.pairs.force)
+        observed = self.system.observe(self.t, self.q, self.u)
+        return DRIVES + 2 * len(observed.drive.travel) + len(observed.pairs.force)
 
     @cached_property
     def _arrays(self) -> ArrayModel | None:

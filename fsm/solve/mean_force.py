@@ -177,7 +177,7 @@ class MeanForce:
         target = min([until, *(b for b in self._breaks if b > self.t)])
         if not self._last:
             energy = self.system.energy(self.t, self.q, self.u)
-            self._start = self._stored = energy.stored_freely
+            self._start = self._stored = energy.stored_except_driven
             self._turnover = energy.kinetic
             self._round_off = _ROUND_OFF * sum(map(abs, energy.potential.values()))
         if self._step is None:
@@ -455,15 +455,16 @@ class MeanForce:
         forces = np.zeros(0)
         if self._driven:
             observed = [self.system.observe(*point, rate) for point in self._along(h, x)]
-            seen, forces = [one.energy for one in observed], np.mean([one.drive.force for one in observed], axis=0)
+            energies, forces = [one.energy for one in observed], np.mean([one.drive.force for one in observed], axis=0)
         else:
-            seen = [self.system.energy(*point, rate) for point in self._along(h, x)]
+            energies = [self.system.energy(*point, rate) for point in self._along(h, x)]
         after = self.system.energy(end, self.system.retract(self.q, x), 2.0 * rate - self.u)
         part = h / len(_POINTS)
-        pairs = part * np.sum([energy.pair_power for energy in seen], axis=0)
+        pairs = part * np.sum([energy.pair_power for energy in energies], axis=0)
         return _StepEnergies(
-            part * sum(energy.input_power for energy in seen), part * sum(energy.dissipated_power for energy in seen), pairs,
-            after.stored_freely, after.kinetic, forces,
+            part * sum(energy.input_power for energy in energies),
+            part * sum(energy.dissipated_power for energy in energies), pairs,
+            after.stored_except_driven, after.kinetic, forces,
         )  # fmt: skip
 
     def _accept(self, h: float, x: np.ndarray, end: float, energies: _StepEnergies | None) -> None:

@@ -76,7 +76,7 @@ class PathRecorder:
         self.energy_balance = EnergyBalance.opened(self.last.energy) if energy_balance is None else energy_balance
         self.largest_reaction = self.last.reaction
         self.pending = [t for t in save_times if t >= time]
-        statistics.seen.append(CurvePoint.after(statistics.seen, time, self.last, dynamic=False))
+        statistics.points.append(CurvePoint.after(statistics.points, time, self.last, dynamic=False))
         self._save()
 
     def state(self) -> State:
@@ -105,39 +105,39 @@ class PathRecorder:
         """Time of the next state to be saved, or `end`."""
         return self.pending[0] if self.pending else end
 
-    def turned_over(self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation) -> StepEnergy:
+    def step_energy(self, t: float, q: np.ndarray, u: np.ndarray, observed: Observation) -> StepEnergy:
         """Work and dissipated energy of a quasi-static step, whose velocities are means over the step.
 
         The work of drives is the integral of the parabola through the forces of the last three states.
         """
         duration = t - self.time
         drives = driven = 0.0
-        for k, force in enumerate(seen.drive.force.tolist()):
-            travel = float(seen.drive.travel[k] - self.last.drive.travel[k])
-            drives += (0.5 * (float(self.last.drive.force[k]) + force) - self._bow(k, seen)) * travel
+        for k, force in enumerate(observed.drive.force.tolist()):
+            travel = float(observed.drive.travel[k] - self.last.drive.travel[k])
+            drives += (0.5 * (float(self.last.drive.force[k]) + force) - self._bow(k, observed)) * travel
             driven += force * travel
-        power = seen.energy.load_power
-        loads = seen.energy.input_power * duration - driven if power is None else power * duration
+        power = observed.energy.load_power
+        loads = observed.energy.input_power * duration - driven if power is None else power * duration
         if loads:  # mean of the loads at both ends of the step, along the same motion
             begin = self.system.energy(self.time, self.q, u)
             power = begin.input_power if begin.load_power is None else begin.load_power
             loads = 0.5 * (loads + power * duration)
-        return StepEnergy(drives + loads, self._dissipated(t, q, seen), seen.energy.pair_power * duration)
+        return StepEnergy(drives + loads, self._dissipated(t, q, observed), observed.energy.pair_power * duration)
 
-    def _dissipated(self, t: float, q: np.ndarray, seen: Observation) -> float:
+    def _dissipated(self, t: float, q: np.ndarray, observed: Observation) -> float:
         """Energy that dampers and friction dissipate in a quasi-static step, J: mean force at both ends times the motion.
 
         At an equilibrium these forces are the residual without them. Small losses, and the first step, use the forces at the
         end only. Rate-independent sliding computes its loss exactly.
         """
-        alone = seen.energy.dissipated_power * (t - self.time)
+        alone = observed.energy.dissipated_power * (t - self.time)
         if self._earlier is None or alone < _SMALL_LOSS * self.energy_balance.turnover:
             return alone
         (force, drive), (next_force, next_drive) = self._at_rest(self.time, self.q), self._at_rest(t, q)
-        driven = self.last.drive.force - drive + seen.drive.force - next_drive
+        driven = self.last.drive.force - drive + observed.drive.force - next_drive
         taken = (force + next_force) @ self.system.difference(self.q, q)
-        damped = max(0.0, 0.5 * float(taken + driven @ (seen.drive.travel - self.last.drive.travel)))
-        return damped + seen.energy.sliding_power * (t - self.time)
+        damped = max(0.0, 0.5 * float(taken + driven @ (observed.drive.travel - self.last.drive.travel)))
+        return damped + observed.energy.sliding_power * (t - self.time)
 
     def _at_rest(self, t: float, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Residual at rest and drive forces, N; stored for the next step."""
@@ -148,13 +148,13 @@ class PathRecorder:
         self._resting = [*self._resting[-1:], (q, found)]
         return found
 
-    def _bow(self, k: int, seen: Observation) -> float:
+    def _bow(self, k: int, observed: Observation) -> float:
         """Mean force of drive k at both ends minus its mean over the step, from the curvature of the force curve, N."""
         if self._earlier is None:
             return 0.0
         points = [
             (float(drive.travel[k]), float(drive.force[k]))
-            for drive in (self._earlier, self.last.drive, seen.drive)
+            for drive in (self._earlier, self.last.drive, observed.drive)
         ]
         (x0, f0), (x1, f1), (x2, f2) = points
         first, second = x1 - x0, x2 - x1
@@ -164,24 +164,25 @@ class PathRecorder:
         return second**2 / (6.0 * (first + second)) * bend
 
     def quasi_static(
-        self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation, turned_over: StepEnergy, unstable: bool = False
+        self, t: float, q: np.ndarray, u: np.ndarray, observed: Observation, step_energy: StepEnergy, unstable: bool = False
     ) -> None:
         """Record a quasi-static step; the caller must call `finish_step` next. `unstable`: only dampers hold the state."""
-        self.energy_balance.add(*turned_over)
+        self.energy_balance.add(*step_energy)
         earlier = self.last.drive
         self.system.commit(t, q, u, (self.time, self.q))
-        self._take(t, q, u, seen, dynamic=unstable, before=(self.time, self.q))
+        self._take(t, q, u, observed, dynamic=unstable, before=(self.time, self.q))
         self._earlier = earlier
 
-    def imbalance(self, seen: Observation, turned_over: StepEnergy) -> float:
+    def imbalance(self, observed: Observation, step_energy: StepEnergy) -> float:
         """Energy balance residual of a quasi-static step over the reference energy so far; 0 below round-off.
 
         At the start the scale is the work of the largest reaction along a small part of the span.
         """
-        work, dissipated, _ = turned_over
-        stored = seen.energy.stored_at_rest - self.last.energy.stored_at_rest
-        turnover = max(self.energy_balance.turnover, abs(seen.energy.stored_at_rest - self.energy_balance.start), abs(work))
-        turnover = max(turnover, self._little(max(self.largest_reaction, seen.reaction)))
+        work, dissipated, _ = step_energy
+        stored = observed.energy.stored_at_rest - self.last.energy.stored_at_rest
+        change = abs(observed.energy.stored_at_rest - self.energy_balance.start)
+        turnover = max(self.energy_balance.turnover, change, abs(work))
+        turnover = max(turnover, self._little(max(self.largest_reaction, observed.reaction)))
         return abs(stored + dissipated - work) / turnover if turnover > self.energy_balance.round_off_floor else 0.0
 
     def is_off(self, bound: float) -> bool:
@@ -197,52 +198,52 @@ class PathRecorder:
         """Work of a force along a small part of the span, J."""
         return _AT_FIRST * reaction * self._span
 
-    def turned_over_in_motion(self, t: float, q: np.ndarray, seen: Observation) -> StepEnergy:
+    def step_energy_in_motion(self, t: float, q: np.ndarray, observed: Observation) -> StepEnergy:
         """Work and dissipated energy of a step of a time integrator."""
         step = t - self.time
-        dissipated, of_pairs = mean_dissipation(self.system, (self.time, self.q), (t, q), len(seen.pairs.force))
-        work = 0.5 * step * (self.last.energy.input_power + seen.energy.input_power)
+        dissipated, of_pairs = mean_dissipation(self.system, (self.time, self.q), (t, q), len(observed.pairs.force))
+        work = 0.5 * step * (self.last.energy.input_power + observed.energy.input_power)
         return StepEnergy(work, step * dissipated, step * of_pairs)
 
-    def loss(self, seen: Observation, turned_over: StepEnergy) -> float:
+    def loss(self, observed: Observation, step_energy: StepEnergy) -> float:
         """Energy balance residual of a step of a time integrator, over the reference energy."""
-        work, dissipated, _ = turned_over
-        off = abs(seen.energy.stored_freely - self.last.energy.stored_freely + dissipated - work)
+        work, dissipated, _ = step_energy
+        off = abs(observed.energy.stored_except_driven - self.last.energy.stored_except_driven + dissipated - work)
         return off / self.energy_balance.turnover if self.energy_balance.turnover > 0.0 else 0.0
 
     def dynamic(
-        self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation, turned_over: StepEnergy, near_equilibrium: bool
+        self, t: float, q: np.ndarray, u: np.ndarray, observed: Observation, step_energy: StepEnergy, near_equilibrium: bool
     ) -> None:
         """Record a step of a time integrator; `near_equilibrium`: it ends near a stable equilibrium."""
-        self.energy_balance.add(*turned_over)
-        moving = not near_equilibrium or inertia_counts(self.system, t, q, u, seen)
-        self._take(t, q, u, seen, seen.energy.stored_freely, moving)
+        self.energy_balance.add(*step_energy)
+        moving = not near_equilibrium or inertia_counts(self.system, t, q, u, observed)
+        self._take(t, q, u, observed, observed.energy.stored_except_driven, moving)
         self.finish_step()
 
     def begin_motion(self) -> None:
         """Change from statics to dynamics: add the kinetic energy, which statics neglects, to the work."""
         self.energy_balance.work += self.last.energy.kinetic
 
-    def jump_admissible(self, t: float, q: np.ndarray, seen: Observation) -> bool:
+    def jump_admissible(self, t: float, q: np.ndarray, observed: Observation) -> bool:
         """Whether a jump to a state is admissible: it passes through no face, and gains no energy beyond the work."""
         if self.system.rejection(t, q, None, t - self.time) is not None:
             return False
-        travel = np.abs(seen.drive.travel - self.last.drive.travel)
-        given = float((np.abs(self.last.drive.force) + np.abs(seen.drive.force)) @ travel)
+        travel = np.abs(observed.drive.travel - self.last.drive.travel)
+        given = float((np.abs(self.last.drive.force) + np.abs(observed.drive.force)) @ travel)
         given += 2.0 * abs(load_work(self.system, (self.time, self.q), (t, q)))
-        gained = seen.energy.stored_at_rest - self.last.energy.stored_at_rest
+        gained = observed.energy.stored_at_rest - self.last.energy.stored_at_rest
         return bool(gained <= given + 1e-6 * self.energy_balance.turnover)
 
-    def slide(self, t: float, q: np.ndarray, seen: Observation) -> None:
+    def slide(self, t: float, q: np.ndarray, observed: Observation) -> None:
         """Record an instantaneous jump: the loss of stored energy and the work of drives and loads are dissipated."""
-        forces = 0.5 * (self.last.drive.force + seen.drive.force)
-        work = float(forces @ (seen.drive.travel - self.last.drive.travel))
+        forces = 0.5 * (self.last.drive.force + observed.drive.force)
+        work = float(forces @ (observed.drive.travel - self.last.drive.travel))
         work += load_work(self.system, (self.time, self.q), (t, q))
         self.energy_balance.work += work
-        self.energy_balance.dissipated += work + self.last.energy.stored_at_rest - seen.energy.stored_at_rest
+        self.energy_balance.dissipated += work + self.last.energy.stored_at_rest - observed.energy.stored_at_rest
         rest = np.zeros_like(self.u)
         self.system.commit(t, q, rest)
-        self._take(t, q, rest, seen, jumped=True)
+        self._take(t, q, rest, observed, jumped=True)
         self.finish_step()
 
     def _take(
@@ -250,21 +251,21 @@ class PathRecorder:
         t: float,
         q: np.ndarray,
         u: np.ndarray,
-        seen: Observation,
+        observed: Observation,
         stored: float | None = None,
         dynamic: bool = False,
         jumped: bool = False,
         before: PreviousState | None = None,
     ) -> None:
         """Set the present state; `stored` is its energy if inertia is included, None in statics."""
-        self.time, self.q, self.u, self.last, self._earlier, self._before = t, q, u, seen, None, before
+        self.time, self.q, self.u, self.last, self._earlier, self._before = t, q, u, observed, None, before
         if stored is None:
-            self.largest_reaction = max(self.largest_reaction, seen.reaction)  # statics only
-            self.energy_balance.balance(seen.energy.stored_at_rest, 0.0)
+            self.largest_reaction = max(self.largest_reaction, observed.reaction)  # statics only
+            self.energy_balance.balance(observed.energy.stored_at_rest, 0.0)
         else:
-            self.energy_balance.balance(stored, seen.energy.kinetic)
-        points = self.statistics.seen
-        points.append(CurvePoint.after(points, t, seen, dynamic, jumped))
+            self.energy_balance.balance(stored, observed.energy.kinetic)
+        points = self.statistics.points
+        points.append(CurvePoint.after(points, t, observed, dynamic, jumped))
         self.statistics.steps += 1
         self._save()
 

@@ -85,7 +85,7 @@ class PathSteps:
 
     def __init__(self, system: System, settings: PathSettings, request: OutputRequest, initial_state: InitialState) -> None:
         self.system, self.settings = system, settings
-        self.statistics = Statistics("static", seen=initial_state.seen)
+        self.statistics = Statistics("static", points=initial_state.points)
         self.newton = EquilibriumStep(system, tolerance=_FORCES * settings.rtol)
         self.history = History(system)
         self.every, self.renewed = steps_between(system.nu), 0
@@ -163,13 +163,13 @@ class PathSteps:
             return Reason.CROSSED
         balance, round_off = recorder.energy_balance, self.newton.round_off * self.newton.scales.length
         balance.round_off_floor = max(balance.round_off_floor, round_off)
-        seen = self.system.observe(t, found.q, found.u, before)
-        if self._inertia_counts(seen):
+        observed = self.system.observe(t, found.q, found.u, before)
+        if self._inertia_counts(observed):
             return Reason.INERTIA
         duration = t - recorder.time
-        turned_over = recorder.turned_over(t, found.q, found.u, seen)
+        step_energy = recorder.step_energy(t, found.q, found.u, observed)
         judged = duration > _KINK * self.first_step
-        if judged and self._coarse(duration, recorder.imbalance(seen, turned_over), found.iterations):
+        if judged and self._coarse(duration, recorder.imbalance(observed, step_energy), found.iterations):
             return Reason.COARSE
         unstable = self.system.rate_dependent and bool(negative_pivots(self.system, t, found.q, self.newton.solver))
         if unstable and self._rests(t, found.q):
@@ -179,7 +179,7 @@ class PathSteps:
             self._fail(Outcome.TORN)
         self._adapt(duration, correction if extrapolated else None, found.iterations)
         lost = self.lost or mark(recorder)
-        recorder.quasi_static(t, found.q, found.u, seen, turned_over, unstable)
+        recorder.quasi_static(t, found.q, found.u, observed, step_energy, unstable)
         if self.lost is not None and not unstable:
             self._note("damped snap", self.lost)
         self.lost = lost if unstable else None
@@ -242,11 +242,11 @@ class PathSteps:
         jump = at == self.recorder.time and duration < longer and imbalance > math.sqrt(duration / longer) * worse
         return imbalance > _COARSE * self.settings.rtol and not (jump and iterations <= _ITERATIONS)
 
-    def _inertia_counts(self, seen: Observation) -> bool:
+    def _inertia_counts(self, observed: Observation) -> bool:
         """Whether the motion is too fast for statics; false without damping, since the motion would not decay."""
         energy_balance = self.recorder.energy_balance
-        turnover = max(energy_balance.turnover, abs(seen.energy.stored_at_rest - energy_balance.start))
-        return self.system.rate_dependent and seen.energy.kinetic > max(MOVING * turnover, self.slow)
+        turnover = max(energy_balance.turnover, abs(observed.energy.stored_at_rest - energy_balance.start))
+        return self.system.rate_dependent and observed.energy.kinetic > max(MOVING * turnover, self.slow)
 
     def _rests(self, t: float, q: np.ndarray) -> bool:
         """Whether a state is an equilibrium without damper forces, which may hold an unstable one for long.

@@ -27,15 +27,15 @@ def steps_between(nu: int) -> int:
     return min(_MOST, max(_FEWEST, _WORK // max(nu, 1)))
 
 
-def observation_state(seen: Observation) -> State:
+def observation_state(observed: Observation) -> State:
     """An observation as arrays."""
-    energy, pairs = seen.energy, seen.pairs
+    energy, pairs = observed.energy, observed.pairs
     powers = energy.kinetic, energy.dissipated_power, energy.input_power, energy.sliding_power, energy.driven
     return {
-        "seen_travel": seen.drive.travel,
-        "seen_force": seen.drive.force,
+        "seen_travel": observed.drive.travel,
+        "seen_force": observed.drive.force,
         "seen_potential": np.array(list(energy.potential.values())),
-        "seen_powers": np.array([*powers, seen.reaction]),
+        "seen_powers": np.array([*powers, observed.reaction]),
         "seen_pair_power": energy.pair_power,
         "seen_pairs": np.array(list(vars(pairs).values())),
     }

@@ -46,7 +46,7 @@ class Run(ABC):
         self.system, self.settings, self.request = system, settings, request
         start, energy_balance, after = initial_state.start, initial_state.energy_balance, initial_state.after
         self.begun = time.perf_counter()
-        self.statistics = Statistics(settings.method, seen=initial_state.seen)
+        self.statistics = Statistics(settings.method, points=initial_state.points)
         self.every = steps_between(system.nu)
         self._pivots = LinearSolver()
         breaks = [settings.end_time, *system.break_times()]
@@ -131,36 +131,36 @@ class Run(ABC):
             patience = _AS_LONG_AGAIN * max(self.balanced - start, patience)
         return t >= min(end, start + patience)
 
-    def _look(self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation, steady: bool = False) -> None:
-        points = self.statistics.seen
-        points.append(CurvePoint.after(points, t, seen, self._moves(t, q, u, seen, steady)))
+    def _look(self, t: float, q: np.ndarray, u: np.ndarray, observed: Observation, steady: bool = False) -> None:
+        points = self.statistics.points
+        points.append(CurvePoint.after(points, t, observed, self._moves(t, q, u, observed, steady)))
 
-    def _moves(self, t: float, q: np.ndarray, u: np.ndarray, seen: Observation, steady: bool) -> bool:
+    def _moves(self, t: float, q: np.ndarray, u: np.ndarray, observed: Observation, steady: bool) -> bool:
         """Whether a force of the drives is dynamic: in a fast motion, or while the state leaves an unstable equilibrium.
 
         `steady`: the state is known to be near a stable equilibrium.
         """
-        if not len(seen.drive.force):
+        if not len(observed.drive.force):
             return False
-        if seen.energy.kinetic > _FAST * self.energy_balance.turnover:
+        if observed.energy.kinetic > _FAST * self.energy_balance.turnover:
             return True
         if steady:
             return False
-        return inertia_counts(self.system, t, q, u, seen) or negative_pivots(self.system, t, q, self._pivots) > 0
+        return inertia_counts(self.system, t, q, u, observed) or negative_pivots(self.system, t, q, self._pivots) > 0
 
-    def _balance(self, seen: Observation) -> None:
-        self.energy_balance.balance(seen.energy.stored, seen.energy.kinetic)
+    def _balance(self, observed: Observation) -> None:
+        self.energy_balance.balance(observed.energy.stored, observed.energy.kinetic)
 
-    def _save(self, at: float, q: np.ndarray, u: np.ndarray, seen: Observation, balance: EnergyBalance) -> None:
-        error = seen.energy.stored - balance.start + balance.dissipated - balance.work
+    def _save(self, at: float, q: np.ndarray, u: np.ndarray, observed: Observation, balance: EnergyBalance) -> None:
+        error = observed.energy.stored - balance.start + balance.dissipated - balance.work
         q = self.system.retract(q, np.zeros(self.system.nu))  # SciPy's methods leave quaternions off their length
         balances = balance.dissipated, balance.work, error, balance.pair_energy
-        self.request.on_save(SavedState(at, q, u.copy(), seen, *balances))
+        self.request.on_save(SavedState(at, q, u.copy(), observed, *balances))
 
     def _fail(self, outcome: Outcome, detail: str = "") -> None:
         self.statistics.outcome = outcome
         worst = self.system.worst_body(self.system.acceleration(self.time, self.q, self.u))
-        travel = ", ".join(f"{1e3 * x:.4g} mm" for x in self.statistics.seen[-1].drive.travel)
+        travel = ", ".join(f"{1e3 * x:.4g} mm" for x in self.statistics.points[-1].drive.travel)
         where = f"at t = {self.time:.6g} s" + (f" (travel {travel})" if travel else "")
         text = f"{where}, step {self.statistics.steps}, method {self.settings.method}: {outcome.value}"
         text += f". Fastest changing body: {worst}" + (f". {detail}" if detail else "")

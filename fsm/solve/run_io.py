@@ -70,7 +70,7 @@ class CurvePoint(NamedTuple):
 
     @classmethod
     def after(
-        cls, points: Sequence[CurvePoint], time: float, seen: Observation, dynamic: bool, jumped: bool = False
+        cls, points: Sequence[CurvePoint], time: float, observed: Observation, dynamic: bool, jumped: bool = False
     ) -> CurvePoint:
         """Next point of a curve; `jumped`: it is on another equilibrium path than the last point."""
         path = points[-1].path if points else 0
@@ -78,21 +78,21 @@ class CurvePoint(NamedTuple):
             path += 1
         elif jumped and not dynamic:
             path += 2
-        stored = seen.energy.potential
-        return cls(seen.drive, seen.pairs.force, time, path, stored.get("panels", 0.0), stored.get("creases", 0.0))
+        stored = observed.energy.potential
+        return cls(observed.drive, observed.pairs.force, time, path, stored.get("panels", 0.0), stored.get("creases", 0.0))
 
 
-def inertia_counts(system: System, t: float, q: np.ndarray, u: np.ndarray, seen: Observation) -> bool:
+def inertia_counts(system: System, t: float, q: np.ndarray, u: np.ndarray, observed: Observation) -> bool:
     """Whether the inertial forces M u', summed by magnitude, exceed `INERTIAL` times the drive force.
 
     Those of driven bodies are a part of the drive force. On a strip that snaps their ratio is 1e-4 after the motion has
     decayed, and about 1 in a peak of the force.
     """
-    if not len(seen.drive.force):
+    if not len(observed.drive.force):
         return False
     force, without_inertia = system.balance(t, q, u)
-    inertial = np.abs(force / system.scales().force_scale).sum() + np.abs(seen.drive.force - without_inertia).max()
-    return bool(inertial > INERTIAL * np.abs(seen.drive.force).max())
+    inertial = np.abs(force / system.scales().force_scale).sum() + np.abs(observed.drive.force - without_inertia).max()
+    return bool(inertial > INERTIAL * np.abs(observed.drive.force).max())
 
 
 @dataclass(frozen=True)
@@ -140,7 +140,7 @@ class InitialState(ShortRepr):
     Attributes
     ----------
     start : time, q, u; the system's initial state if absent
-    energy_balance, seen : energy balance and curve, changed in place; a new balance is opened if absent
+    energy_balance, points : energy balance and curve, changed in place; a new balance is opened if absent
     after : AcceptedStep
         Restart point of an earlier solve of the same system, with its energy balance and curve. The results are then
         equal to the last bit to those of a solve without interruption.
@@ -148,7 +148,7 @@ class InitialState(ShortRepr):
 
     start: tuple[float, np.ndarray, np.ndarray] | None
     energy_balance: EnergyBalance | None
-    seen: list[CurvePoint]
+    points: list[CurvePoint]
     after: AcceptedStep | None
 
 
@@ -156,7 +156,7 @@ class InitialState(ShortRepr):
 class Statistics:
     """Counters of a solve, and its curve.
 
-    `seen` holds the points of the curve at the ends of all steps, and at Gauss points in them, in the order of time.
+    `points` holds the points of the curve at the ends of all steps, and at Gauss points in them, in the order of time.
     `newton_iterations` of SciPy's methods are evaluations of the right-hand side over the stages of one iteration.
     """
 
@@ -170,5 +170,5 @@ class Statistics:
     wall_time: float = 0.0
     smallest_step: float = math.inf
     rejected: int = 0
-    seen: list[CurvePoint] = field(default_factory=list)
+    points: list[CurvePoint] = field(default_factory=list)
     events: list[Event] = field(default_factory=list)

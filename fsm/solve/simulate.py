@@ -25,7 +25,7 @@ def simulate(
     on_step: Callable[[AcceptedStep], None] | None = None,
     start: tuple[float, np.ndarray, np.ndarray] | None = None,
     energy_balance: EnergyBalance | None = None,
-    seen: list[CurvePoint] | None = None,
+    points: list[CurvePoint] | None = None,
     after: AcceptedStep | None = None,
 ) -> tuple[Statistics, EnergyBalance]:
     """Integrate a system, or follow its equilibria, and report states at the requested times.
@@ -35,7 +35,7 @@ def simulate(
     system : System
     settings : Settings of time integration, or PathSettings
     save_times, on_save, on_step : see `OutputRequest`
-    start, energy_balance, seen, after : see `InitialState`; after a restart the times are those of the whole solve
+    start, energy_balance, points, after : see `InitialState`; after a restart the times are those of the whole solve
 
     Raises
     ------
@@ -44,13 +44,13 @@ def simulate(
     EnergyAbort
     """
     if isinstance(settings, PathSettings):
-        return follow(system, settings, save_times, on_save, on_step, start, energy_balance, seen, after)
+        return follow(system, settings, save_times, on_save, on_step, start, energy_balance, points, after)
     kind: type[Run] = StepwiseRun
     if settings.method not in (GENERALIZED_ALPHA, NEWMARK, MEAN_FORCE):
         from fsm.solve.dense_run import DenseRun  # imports SciPy's integrators
 
         kind = DenseRun
-    initial_state = InitialState(start, energy_balance, [] if seen is None else seen, after)
+    initial_state = InitialState(start, energy_balance, [] if points is None else points, after)
     run = kind(system, settings, OutputRequest(save_times, on_save, on_step), initial_state)
     run.go()
     return run.statistics, run.energy_balance

@@ -92,12 +92,12 @@ def move_until_rest(
             )
         before, memory = (solver.t, solver.q, solver.u), system.memory()
         solver.step(recorder.next_save(until))
-        seen = system.observe(solver.t, solver.q, solver.u)
-        turned_over = recorder.turned_over_in_motion(solver.t, solver.q, seen)
+        observed = system.observe(solver.t, solver.q, solver.u)
+        step_energy = recorder.step_energy_in_motion(solver.t, solver.q, observed)
         if damped is not None:
             damping_loss = damped.damping_loss(before[:2], (solver.t, solver.q))
-            turned_over = turned_over._replace(dissipated=turned_over.dissipated + damping_loss)
-        if recorder.loss(seen, turned_over) > _LOST and tries < _TRIES:
+            step_energy = step_energy._replace(dissipated=step_energy.dissipated + damping_loss)
+        if recorder.loss(observed, step_energy) > _LOST and tries < _TRIES:
             tries, iterations = tries + 1, iterations + solver.iterations
             system.restore(memory)
             shorter = _SHORTER * (solver.t - before[0])
@@ -105,12 +105,12 @@ def move_until_rest(
             continue
         tries, steps = 0, steps + 1
         solver.max_step *= _LONGER
-        kinetic = seen.energy.kinetic
+        kinetic = observed.energy.kinetic
         quiet = rest.part * max(rest.scale, recorder.energy_balance.turnover)
         # a buckling column stays nearly straight for some time above its critical load, and hardly moves
         near = kinetic < quiet and (kinetic < rest.slow or steps % _LOOKS == 0)
         rests = near and _on_path(system, solver.t, solver.q, kinetic, rest.slow)
-        recorder.dynamic(solver.t, solver.q, solver.u, seen, turned_over, rests)
+        recorder.dynamic(solver.t, solver.q, solver.u, observed, step_energy, rests)
         largest = max(largest, kinetic)
         if recorder.time >= judged_from and recorder.is_off(worst):
             break
@@ -183,10 +183,10 @@ def slide(system: System, recorder: PathRecorder, t: float) -> bool:
             size = np.inf
         q = system.retract(q, step)
         if size < _SETTLED:
-            seen = system.observe(t, q, None)
-            if not recorder.jump_admissible(t, q, seen):
+            observed = system.observe(t, q, None)
+            if not recorder.jump_admissible(t, q, observed):
                 return False
-            recorder.slide(t, q, seen)
+            recorder.slide(t, q, observed)
             return True
     return False
 

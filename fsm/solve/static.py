@@ -56,7 +56,7 @@ def follow(
     on_step: Callable[[AcceptedStep], None] | None = None,
     start: tuple[float, np.ndarray, np.ndarray] | None = None,
     energy_balance: EnergyBalance | None = None,
-    seen: list[CurvePoint] | None = None,
+    points: list[CurvePoint] | None = None,
     after: AcceptedStep | None = None,
 ) -> tuple[Statistics, EnergyBalance]:
     """Follow the stable equilibrium path and report states at the requested times; arguments as in `simulate`.
@@ -66,7 +66,7 @@ def follow(
     NotConverged
         The message states the time, the worst body and a remedy. Earlier states are already saved.
     """
-    initial_state = InitialState(start, energy_balance, [] if seen is None else seen, after)
+    initial_state = InitialState(start, energy_balance, [] if points is None else points, after)
     run = _Follower(system, settings, OutputRequest(list(save_times), on_save, on_step), initial_state)
     run.go()
     return run.statistics, run.recorder.energy_balance
@@ -127,9 +127,9 @@ class _Follower(PathSteps):
         moved = self._size(self.system.difference(recorder.q, q))
         if moved <= _SAME or moved > LARGEST_CORRECTION or negative_pivots(self.system, t, q, self.newton.solver):
             return
-        seen = self.system.observe(t, q, None)
-        if recorder.jump_admissible(t, q, seen):
-            recorder.slide(t, q, seen)
+        observed = self.system.observe(t, q, None)
+        if recorder.jump_admissible(t, q, observed):
+            recorder.slide(t, q, observed)
             self._forget()
 
     def _pass_critical(self, reason: Reason) -> None:
@@ -172,9 +172,9 @@ class _Follower(PathSteps):
             if prediction is not None:
                 guess, efforts = self.system.retract(recorder.q, prediction.increment), prediction.efforts
             found = stable_branch(self.newton, t, guess, efforts, critical, self.settings.imperfection)
-            seen = None if found is None else self.system.observe(t, found.q, None)
-            if found is not None and seen is not None and recorder.jump_admissible(t, found.q, seen):
-                recorder.slide(t, found.q, seen)
+            observed = None if found is None else self.system.observe(t, found.q, None)
+            if found is not None and observed is not None and recorder.jump_admissible(t, found.q, observed):
+                recorder.slide(t, found.q, observed)
                 return True
             step *= 4.0
         return False

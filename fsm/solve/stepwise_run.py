@@ -78,12 +78,12 @@ class StepwiseRun(Run):
         energy_balance.pair_energy = energy_balance.pair_energy + solver.pair_energy
         statistics.smallest_step = float(balance[SHORTEST])
         self._count(solver)
-        self.last = seen = self.system.observe(solver.t, solver.q, solver.u)
+        self.last = observed = self.system.observe(solver.t, solver.q, solver.u)
         if not every:
-            self._look(solver.t, solver.q, solver.u, seen)
+            self._look(solver.t, solver.q, solver.u, observed)
         if self.pending and self.pending[0] <= solver.t:
             self.pending.pop(0)
-            self._save(solver.t, solver.q, solver.u, seen, energy_balance)
+            self._save(solver.t, solver.q, solver.u, observed, energy_balance)
 
     def _look_at(self, records: np.ndarray, drives: int, pairs: int) -> None:
         """Add the points of the curve at the ends of recorded steps."""
@@ -92,7 +92,7 @@ class StepwiseRun(Run):
         state = of_pairs + pairs
         for record in records:
             stored = {"panels": float(record[PANELS]), "creases": float(record[CREASES])}
-            seen = replace(
+            observed = replace(
                 self.last,
                 drive=DriveState(record[DRIVES:forces].copy(), record[forces:of_pairs].copy()),
                 pairs=replace(self.last.pairs, force=record[of_pairs:state].copy()),
@@ -100,7 +100,7 @@ class StepwiseRun(Run):
             )
             self.energy_balance.turnover = float(record[TURNOVER])
             q, u = record[state : state + nq].copy(), record[state + nq :].copy()
-            self._look(float(record[TIME]), q, u, seen, steady=record[STEADY] == 1.0)
+            self._look(float(record[TIME]), q, u, observed, steady=record[STEADY] == 1.0)
 
     def _solver(self) -> GeneralizedAlpha | MeanForce:
         """New solver at the present state; it continues from the last restart point, if any."""
@@ -136,18 +136,18 @@ class StepwiseRun(Run):
         step = solver.t - self.time
         self.statistics.smallest_step = min(self.statistics.smallest_step, step)
         driven = self.last.energy.driven
-        self.last = seen = self.system.observe(solver.t, solver.q, solver.u)
+        self.last = observed = self.system.observe(solver.t, solver.q, solver.u)
         if isinstance(solver, MeanForce):
-            seen = replace(seen, drive=DriveState(seen.drive.travel, solver.drive_force))
-            self.energy_balance.add(solver.work + seen.energy.driven - driven, solver.dissipated, solver.of_pairs)
+            observed = replace(observed, drive=DriveState(observed.drive.travel, solver.drive_force))
+            self.energy_balance.add(solver.work + observed.energy.driven - driven, solver.dissipated, solver.of_pairs)
         else:
             dissipated, of_pairs = mean_dissipation(
-                self.system, (self.time, self.q), (solver.t, solver.q), len(seen.pairs.force), self.system.of_vectors
+                self.system, (self.time, self.q), (solver.t, solver.q), len(observed.pairs.force), self.system.of_vectors
             )
-            work = 0.5 * step * (begin.input_power + seen.energy.input_power) + seen.energy.driven - driven
+            work = 0.5 * step * (begin.input_power + observed.energy.input_power) + observed.energy.driven - driven
             self.energy_balance.add(work, step * dissipated, step * of_pairs)
-        self._look(solver.t, solver.q, solver.u, seen)
-        self._balance(seen)
+        self._look(solver.t, solver.q, solver.u, observed)
+        self._balance(observed)
         if self.pending and self.pending[0] <= solver.t:
             self.pending.pop(0)
-            self._save(solver.t, solver.q, solver.u, seen, self.energy_balance)
+            self._save(solver.t, solver.q, solver.u, observed, self.energy_balance)

@@ -112,9 +112,9 @@ def test_energy_of_a_weight_that_swings_under_a_film() -> None:
     while run.t < 4e-3:
         run.step(4e-3)
     end = system.energy(run.t, run.q, run.u)
-    turned_over = sum(abs(end.potential[name] - start.potential[name]) for name in start.potential)
-    assert turned_over > 1e-4
-    assert abs(end.stored - start.stored) < 1e-3 * turned_over
+    exchanged = sum(abs(end.potential[name] - start.potential[name]) for name in start.potential)
+    assert exchanged > 1e-4
+    assert abs(end.stored - start.stored) < 1e-3 * exchanged
 
 
 def test_forces_of_a_seam_balance_the_pull() -> None:

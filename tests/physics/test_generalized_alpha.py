@@ -348,7 +348,7 @@ def test_wanted_times_are_hit_exactly() -> None:
     statistics, _, saved = pulled(ALPHA, 1e-4)
     end = strip().end_time()
     assert [record.time for record in saved] == list(np.linspace(0.0, end, 21))
-    assert len(statistics.seen) == statistics.steps + 1
+    assert len(statistics.points) == statistics.steps + 1
 
 
 def towed(steps: int) -> np.ndarray:
@@ -465,7 +465,7 @@ def test_demo_strip_has_radaus_peak() -> None:
     assert end is not None
     times = save_times(case.save, system.motions[0].program, end)
     statistics, _ = simulate(system, Settings(ALPHA, 1e-4, end), times, lambda saved: None)
-    peak = max(drive.force[0] for drive, *_ in statistics.seen)
+    peak = max(drive.force[0] for drive, *_ in statistics.points)
     assert peak == pytest.approx(1.98545, rel=5e-4)
     assert statistics.steps < 1000
 

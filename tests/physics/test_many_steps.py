@@ -148,7 +148,7 @@ DRIVEN: dict[str, Callable[[], SegmentSystem | AncfSystem]] = {
 }
 SYSTEMS: dict[str, Callable[[], SegmentSystem | AncfSystem]] = {
     "cables": lambda: cables(1e-3, True, False, engineering=True),
-    "limp cables": lambda: cables(1e-3, False, False, limp=True),
+    "tension-only cables": lambda: cables(1e-3, False, False, tension_only=True),
     "strip in the plane": lambda: strip(False),
     "strip in space": lambda: strip(True),
     "lattice": lattice,
@@ -253,8 +253,8 @@ def test_curve_of_a_run_with_a_drive(name: str) -> None:
         found.append(simulate(system, settings, [0.0, 0.01, 0.02], lambda saved: None))
     (statistics, balance), (others, other) = found
     assert statistics.steps == others.steps < 64
-    assert [point.path for point in statistics.seen] == [point.path for point in others.seen]
-    for one, two in zip(statistics.seen, others.seen, strict=True):
+    assert [point.path for point in statistics.points] == [point.path for point in others.points]
+    for one, two in zip(statistics.points, others.points, strict=True):
         assert one.time == pytest.approx(two.time, rel=1e-9)
         assert one.drive.travel == pytest.approx(two.drive.travel, rel=1e-6, abs=1e-12)
         assert one.drive.force == pytest.approx(two.drive.force, rel=1e-6, abs=1e-6)

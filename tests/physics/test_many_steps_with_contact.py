@@ -126,7 +126,7 @@ def test_a_run_saves_the_same_states(name: str) -> None:
         found.append((statistics, balance, saved))
     (statistics, balance, saved), (others, other, expected) = found
     assert statistics.steps == pytest.approx(others.steps, rel=0.05)  # restart points differ
-    peaks = [max(float(point.pair_force.max()) for point in run.seen) for run in (statistics, others)]
+    peaks = [max(float(point.pair_force.max()) for point in run.points) for run in (statistics, others)]
     assert peaks[0] == pytest.approx(peaks[1], rel=1e-3)
     assert np.abs(balance.pair_energy - other.pair_energy).max() < 1e-3 * other.turnover
     for one, two in zip(saved, expected, strict=True):

@@ -22,7 +22,7 @@ def test_free_hinges_pull_with_no_force() -> None:
     _, system = compile_case(load_case(CASE, free).case)
     motion = system.motions[0]
     statistics, energy_balance = follow(system, PathSettings(motion.end_time, motion.time_of(1e-3)), [], lambda state: None)
-    assert max(abs(drive.force[0]) for drive, *_ in statistics.seen) < 1e-6
+    assert max(abs(drive.force[0]) for drive, *_ in statistics.points) < 1e-6
     assert 0.0 < energy_balance.turnover < 1e-9
     assert energy_balance.relative_error == 0.0
     assert statistics.steps < 100

@@ -50,7 +50,7 @@ def test_no_more_than_the_critical_load_is_quasi_static(tmp_path: Path) -> None:
     stiffness, length = 5.2e9 * 0.055 * 0.42e-3**3 / 12.0, 0.63 / 5.0
     euler = stiffness * (np.pi / length) ** 2 * np.sin(np.radians(71.0))
     assert euler < event.force < 4.0 * euler  # between hinged and clamped
-    curve = ForceCurve.from_points(statistics.seen)
+    curve = ForceCurve.from_points(statistics.points)
     assert peaks(curve).largest.force == pytest.approx(event.force, rel=1e-2)
     assert curve.force.max() > 1.5 * event.force
 
@@ -60,7 +60,7 @@ def test_nor_is_it_of_a_run_by_dynamics(tmp_path: Path) -> None:
     (tmp_path / "case.toml").write_text(CASE)
     system = compile_case(load_case(tmp_path / "case.toml").case)[1]
     statistics, _ = simulate(system, Settings("generalized-alpha", 1e-6, 2.0), [], lambda state: None)
-    curve = ForceCurve.from_points(statistics.seen)
+    curve = ForceCurve.from_points(statistics.points)
     critical = 1.75
     assert curve.force.max() > 2.0 * critical
     assert critical < peaks(curve).largest.force < 1.4 * critical

@@ -32,7 +32,7 @@ class Way:
     """What a solve hands over, and where another can go on."""
 
     saved: list[SavedState] = field(default_factory=list)
-    seen: list[CurvePoint] = field(default_factory=list)
+    points: list[CurvePoint] = field(default_factory=list)
     energy_balance: EnergyBalance = field(default_factory=EnergyBalance)
     renewals: list[tuple[AcceptedStep, EnergyBalance, int, int]] = field(default_factory=list)
     statistics: Statistics | None = None
@@ -42,13 +42,14 @@ class Way:
     ) -> Way:
         def step(end: AcceptedStep) -> None:
             if end.state is not None:
-                self.renewals.append((copy.deepcopy(end), replace(self.energy_balance), len(self.seen), len(self.saved)))
+                self.renewals.append((copy.deepcopy(end), replace(self.energy_balance), len(self.points), len(self.saved)))
 
         if after is None:
             self.energy_balance = EnergyBalance.opened(system.energy(0.0, *system.initial()))
         self.statistics, _ = simulate(
-            system, settings, times, self.saved.append, step, energy_balance=self.energy_balance, seen=self.seen, after=after
-        )
+            system, settings, times, self.saved.append, step, energy_balance=self.energy_balance, points=self.points,
+            after=after,
+        )  # fmt: skip
         return self
 
 
@@ -60,7 +61,7 @@ def same(one: Way, other: Way, first: int) -> None:
         np.testing.assert_array_equal(a.q, b.q)
         np.testing.assert_array_equal(a.u, b.u)
         np.testing.assert_array_equal(a.observation.drive.force, b.observation.drive.force)
-    for a_point, b_point in zip(one.seen, other.seen, strict=True):
+    for a_point, b_point in zip(one.points, other.points, strict=True):
         np.testing.assert_array_equal(a_point.drive.force, b_point.drive.force)
         np.testing.assert_array_equal(a_point.pair_force, b_point.pair_force)
         assert a_point[2:] == b_point[2:]
@@ -82,7 +83,7 @@ def check(
     whole = Way().go(make(), settings, times)
     assert len(whole.renewals) > 2
     for end, energy_balance, seen, saved in (whole.renewals[k] for k in (0, len(whole.renewals) // 2, -1)):
-        on = Way(seen=list(whole.seen[:seen]), energy_balance=replace(energy_balance))
+        on = Way(points=list(whole.points[:seen]), energy_balance=replace(energy_balance))
         same(whole, on.go(make(), settings, times, end), saved)
     return whole
 
@@ -130,4 +131,4 @@ def test_mean_force_with_films_and_contact(monkeypatch: pytest.MonkeyPatch) -> N
         contact=Contact(law="hertz", stiffness=1e6), friction=Friction(law="tanh", mu_dynamic=0.2, v_static=0.1),
     )  # fmt: skip
     way = check(lambda: compile_model(scene), Settings("mean-force", 1e-3, 2e-3), monkeypatch, 10)
-    assert max(point.pair_force[0] for point in way.seen) > 0.1
+    assert max(point.pair_force[0] for point in way.points) > 0.1

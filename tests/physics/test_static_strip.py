@@ -52,8 +52,8 @@ def pulled(
 
 
 def curve(statistics: Statistics) -> tuple[np.ndarray, np.ndarray]:
-    travel = np.array([drive.travel[0] for drive, *_ in statistics.seen])
-    force = np.array([drive.force[0] for drive, *_ in statistics.seen])
+    travel = np.array([drive.travel[0] for drive, *_ in statistics.points])
+    force = np.array([drive.force[0] for drive, *_ in statistics.points])
     order = np.argsort(travel, kind="stable")
     return travel[order], force[order]
 

@@ -227,7 +227,7 @@ def test_a_strip_pulled_by_it_has_the_peak_of_radau(spatial: bool) -> None:
     assert [state.time for state in ours] == [state.time for state in plain] == list(times)
     force = np.array([state.observation.drive.force[0] for state in plain])
     np.testing.assert_allclose([s.observation.drive.force[0] for s in ours], force, atol=1e-5 * force.max())
-    peaks = [max(drive.force[0] for drive, *_ in s.seen) for s in (counted, reference)]
+    peaks = [max(drive.force[0] for drive, *_ in s.points) for s in (counted, reference)]
     assert peaks[0] == pytest.approx(peaks[1], rel=1e-5)
     assert counted.method == "Radau-blocks"
     assert counted.newton_iterations == counted.force_evaluations // 3 > 0

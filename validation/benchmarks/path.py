@@ -58,7 +58,7 @@ def main() -> int:
                 begun = time.process_time()
                 found, _ = follow(system, settings, [motion.end_time], lambda state: None)
                 seconds.append(time.process_time() - begun)
-            travel, force = np.array([(drive.travel[0], drive.force[0]) for drive, *_ in found.seen]).T
+            travel, force = np.array([(drive.travel[0], drive.force[0]) for drive, *_ in found.points]).T
             print(
                 f"| {segments} | {'space' if spatial else 'plane'} | {statistics.median(seconds[1:]):.2f} "
                 f"| {min(seconds[1:]):.2f} | {found.steps} | {found.rejected} | {found.newton_iterations} "

@@ -66,7 +66,7 @@ def pull(*changes: str, segments: int = 10, travel: float = 0.04, rtol: float = 
     settings = PathSettings(motion.end_time, motion.time_of(travel / 200), rtol=rtol)
     statistics, energy_balance = follow(system, settings, [0.0, *times, motion.end_time], saved.append)
     taken = time.process_time() - begun
-    drives = [drive for drive, *_ in statistics.seen]
+    drives = [drive for drive, *_ in statistics.points]
     top, at = peak(np.array([d.travel[0] for d in drives]), np.array([d.force[0] for d in drives]))
     at_times = np.array([state.time for state in saved])
     slips = np.array([state.observation.pairs.slip for state in saved])

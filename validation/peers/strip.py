@@ -122,8 +122,8 @@ def static_path(system: SegmentSystem, rtol: float, first: float = 2e-3) -> Curv
     """All states of the path, none asked for in particular; `first`: travel of the first step, m."""
     motion = system.motions[0]
     statistics, _ = follow(system, PathSettings(motion.end_time, motion.time_of(first), rtol=rtol), [], lambda state: None)
-    travel = np.array([drive.travel[0] for drive, *_ in statistics.seen])
-    force = np.array([drive.force[0] for drive, *_ in statistics.seen])
+    travel = np.array([drive.travel[0] for drive, *_ in statistics.points])
+    force = np.array([drive.force[0] for drive, *_ in statistics.points])
     return travel, force
 
 

@@ -179,7 +179,7 @@ def followed(case: Case) -> tuple[np.ndarray, np.ndarray]:
     motion = system.motions[0]
     seen: list[tuple[DriveState, np.ndarray]] = []
     times = [motion.time_of(x) for x in np.arange(EVERY, travel, EVERY)]
-    follow(system, path_settings(case, system, motion.end_time), times, lambda saved: None, seen=seen)
+    follow(system, path_settings(case, system, motion.end_time), times, lambda saved: None, points=seen)
     rows = np.array([(drive.travel[0], drive.force[0]) for drive, *_ in seen])
     order = np.argsort(rows[:, 0], kind="stable")
     return rows[order, 0], rows[order, 1]

@@ -68,7 +68,7 @@ def line(angle: float, segments: int, first: float, limit: int) -> tuple[str, bo
     try:
         times = [motion.time_of(x) for x in np.arange(EVERY, motion.travel, EVERY)]
         settings = PathSettings(motion.end_time, motion.time_of(1e-3 * first))
-        statistics, _ = follow(system, settings, times, saved.append, seen=seen)
+        statistics, _ = follow(system, settings, times, saved.append, points=seen)
         jumps = ", ".join(f"{1e3 * e.travel:.1f} to {1e3 * e.end_travel:.1f}" for e in statistics.events)
     except OutOfTime:
         outcome = "out of time"
