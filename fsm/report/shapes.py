@@ -115,16 +115,22 @@ def shown_shapes(solution: Solution, budget: int) -> Shown:
     corners = solution.shape.reshape(total, -1, 3)
     size = float(np.max(np.ptp(corners.reshape(-1, 3), axis=0), initial=0.0)) or 1.0
     count = min(total, MOST_FRAMES)
-    if total > 2:  # an estimate, from three records
+    if total > 3:  # an estimate, from three records
         few = _spread(total, 3)
-        count = max(2, min(count, int(1.5 * count if not budget else 3 * budget / max(_packed_size(corners[few]), 1))))
+        _, first = _vertices(corners[few], size * _SAME)
+        count = max(2, min(count, int(4 * budget / len(pack_levels(corners[few][:, first], per_column=True)["data"]))))
+    most, grown = min(total, MOST_FRAMES), False
     while True:
         records = _spread(total, count)
         vertex, first = _vertices(corners[records], size * _SAME)
         packed = pack_levels(corners[records][:, first], per_column=True)
-        if len(packed["data"]) <= budget or count <= 2:
+        fitting = int(count * 0.92 * budget / len(packed["data"]))
+        if len(packed["data"]) > budget and count > 2:
+            count = max(2, min(count - 1, fitting))
+        elif not grown and count < most and fitting > 1.5 * count:  # the estimate was too high
+            count, grown = min(most, fitting), True
+        else:
             break
-        count = max(2, min(count - 1, int(count * 0.95 * budget / len(packed["data"]))))
     thinned = (
         ""
         if len(records) == total
@@ -143,10 +149,6 @@ def shown_shapes(solution: Solution, budget: int) -> Shown:
 
 def _spread(total: int, count: int) -> Integers:
     return np.unique(np.round(np.linspace(0, total - 1, min(count, total))).astype(np.int64))
-
-
-def _packed_size(corners: Floats) -> int:
-    return len(pack_levels(corners, per_column=True)["data"])
 
 
 def _vertices(corners: Floats, tolerance: float) -> tuple[Integers, Integers]:

@@ -3,12 +3,19 @@
 
 const WHITE = [0.5, 0.5, 0.5];
 
+// Whether WebGL runs on the processor, where smooth edges double the time of a picture.
+function drawnBySoftware() {
+  const gl = document.createElement("canvas").getContext("webgl");
+  const info = gl && gl.getExtension("WEBGL_debug_renderer_info");
+  return Boolean(info && /swiftshader|llvmpipe|software/i.test(gl.getParameter(info.UNMASKED_RENDERER_WEBGL)));
+}
+
 class Player {
-  constructor(canvas, palette, maps) {
+  constructor(canvas, palette, maps, facets) {
     this.canvas = canvas;
     this.palette = palette.map((text) => new THREE.Color(text));
     this.maps = Object.fromEntries(Object.entries(maps).map(([name, list]) => [name, list.map((c) => new THREE.Color(c))]));
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: facets < 5000 || !drawnBySoftware(), preserveDrawingBuffer: true });
     this.renderer.localClippingEnabled = true;
     this.camera = new THREE.PerspectiveCamera(28, 1, 0.001, 1000);
     this.camera.up.set(0, 0, 1);
@@ -257,7 +264,7 @@ class Player {
     this.placeArrows();
     this.rest.visible = this.options.rest !== "none";
     this.rest.position.set(0, this.options.rest === "beside" ? 1.15 * (this.data.positions.high[1] - this.low[1]) + 0.1 * this.size : 0, 0);
-    this.paint();
+    this.paint(false);
     this.request();
   }
 
@@ -387,8 +394,11 @@ class Player {
     return [a.r + w * (b.r - a.r), a.g + w * (b.g - a.g), a.b + w * (b.b - a.b)];
   }
 
-  paint() {
+  // Colour everything; `again` is false if only the shape has changed.
+  paint(again = true) {
     const range = this.range(), field = this.field();
+    if (!again && !range && this.painted === this.options.colour) return;
+    this.painted = this.options.colour;
     const onQuads = this.options.colour === "displacement" || (field && field.on === "quads");
     const value = (q) => (field ? this.fieldValue(field, q) : this.displacement(q));
     const { color } = this.facets.geometry.attributes, out = color.array;

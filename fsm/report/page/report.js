@@ -14,7 +14,8 @@ async function start() {
   let player = null;
   try {
     await runLibrary("three");
-    player = new Player(at("canvas"), data.palette, data.maps);
+    const facets = Math.max(...data.results.map((result) => (result.player ? result.player.quads.shape[0] : 0)));
+    player = new Player(at("canvas"), data.palette, data.maps, facets);
   } catch (error) {
     at("status").textContent = "This browser has no WebGL: the motion cannot be shown; the curves can.";
     at("stage").hidden = true;
