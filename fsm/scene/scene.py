@@ -20,6 +20,7 @@ from fsm.scene.loads import Drive, Load
 from fsm.scene.materials import Crease
 from fsm.scene.model import Model, Name
 from fsm.scene.obstacle import Obstacle
+from fsm.scene.time_program import TimeFunction
 from fsm.scene.units import (
     Acceleration,
     Angle,
@@ -106,6 +107,9 @@ class ForceElement(Model):
     rest_angle : rad
         Twist at which the moment of the linear spring or of the crease is zero. Absent: the `rest_angle` of the crease law
         with the sign of the initial fold, or 0.
+    rest_turn : rad
+        Change of the rest angle of a linear spring, times `rest_time`, in space.
+    rest_time : function of time of this change
     initial_angle : rad
         Twist at the start (0 flat; +-160 degrees for a strip folded at 80 degrees). It must agree with the positions of the
         bodies; absent: it follows from them.
@@ -141,6 +145,8 @@ class ForceElement(Model):
     translation_damping: tuple[Damping, Damping, Damping] = (0.0, 0.0, 0.0)
     rotation_damping: tuple[AngularDamping, AngularDamping, AngularDamping] = (0.0, 0.0, 0.0)
     rest_angle: Angle | None = None
+    rest_turn: Angle = 0.0
+    rest_time: TimeFunction | None = None
     initial_angle: Angle | None = None
     frame: Literal["outer", "chord"] = "outer"
     swing_axes: Literal["outer", "half-way"] | None = None

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
 from fsm.scene.model import Model, Name
-from fsm.scene.units import Angle, Count, Length, StiffnessOfLine
+from fsm.scene.units import Angle, Count, Length, Number, StiffnessOfLine
 
 __all__ = ["MOST_FACETS", "Box", "Sheet", "SheetSupport"]
 
@@ -27,6 +28,8 @@ _KEYS: dict[str, tuple[str, ...]] = {
     "yoshimura": ("sides", "rows", "radius", "height"),
 }
 """Required keys of each kind."""
+_OF_FILE = ("vertices", "edges", "assignment", "angles", "faces")
+"""Keys of a pattern that is written in the case."""
 
 
 class SheetSupport(Model):
@@ -45,7 +48,7 @@ class SheetSupport(Model):
 
 
 class Sheet(Model):
-    """Folded sheet: a crease pattern by `kind`.
+    """Folded sheet: a crease pattern by `kind`, from a file, or written in the case.
 
     Attributes
     ----------
@@ -60,6 +63,13 @@ class Sheet(Model):
     sides : number of sides of a tube
     radius, height, twist : m, m, rad
         Circumradius of a tube, height of a storey, rotation of each ring relative to the ring below.
+    pattern : path of a FOLD or SVG file, relative to the case file
+    scale : m
+        Length of one unit of the file. Absent: `frame_unit` of a FOLD file.
+    vertices, edges, assignment, angles, faces : pattern of the file, as in the FOLD format
+        Positions in m, numbers of vertices from 0, letters, fold angles in rad, numbers of vertices from 0.
+    fold_to : -
+        Part of each fold angle to which the rest angles of the creases move until `solve.end_time`.
     facets : str
         "rigid"; "bend-lines": facets of four and more sides also bend along diagonals.
     mesh_size, mesh : m, -
@@ -70,7 +80,7 @@ class Sheet(Model):
     support : supports
     """
 
-    kind: Kind
+    kind: Kind | None = None
     columns: Annotated[Count, Field(ge=1, le=1000)] | None = None
     rows: Annotated[Count, Field(ge=1, le=1000)] | None = None
     a: Annotated[Length, Field(gt=0)] | None = None
@@ -81,6 +91,14 @@ class Sheet(Model):
     radius: Annotated[Length, Field(gt=0)] | None = None
     height: Annotated[Length, Field(gt=0)] | None = None
     twist: Annotated[Angle, Field(gt=-math.pi, lt=math.pi)] | None = None
+    pattern: Path | None = None
+    scale: Annotated[Length, Field(gt=0)] | None = None
+    vertices: tuple[tuple[Length, Length, Length], ...] | None = None
+    edges: tuple[tuple[Count, Count], ...] | None = None
+    assignment: tuple[Literal["B", "M", "V", "F", "U", "C", "J"], ...] | None = None
+    angles: tuple[Angle, ...] | None = None
+    faces: tuple[tuple[Count, ...], ...] | None = None
+    fold_to: Annotated[Number, Field(ge=0, le=1)] | None = None
     facets: Literal["rigid", "bend-lines"] = "rigid"
     mesh_size: Annotated[Length, Field(gt=0)] | None = None
     mesh: tuple[Count, Count] | None = None
@@ -89,18 +107,32 @@ class Sheet(Model):
     support: tuple[SheetSupport, ...] = ()
 
     @model_validator(mode="after")
-    def _of_kind(self) -> Self:
-        missing = [f"`{name}`" for name in _KEYS[self.kind] if getattr(self, name) is None]
-        if missing:
-            raise ValueError(f'kind = "{self.kind}" needs {", ".join(missing)}')
-        for name in sorted({name for names in _KEYS.values() for name in names} - set(_KEYS[self.kind])):
+    def _one_source(self) -> Self:
+        given = [name for name in ("kind", "pattern", "vertices") if getattr(self, name) is not None]
+        if len(given) != 1:
+            both = f"{' and '.join(given)} are given" if given else "none is given"
+            raise ValueError(f"give either `kind`, or `pattern` (a FOLD or SVG file), or `vertices` with `edges`; {both}")
+        needed = _KEYS[self.kind] if self.kind is not None else ("edges", "assignment", "angles", "faces")
+        if self.pattern is None:
+            missing = [f"`{name}`" for name in needed if getattr(self, name) is None]
+            if missing:
+                raise ValueError(f"{self._source} needs {', '.join(missing)}")
+        own = {name for names in _KEYS.values() for name in names} | set(_OF_FILE)
+        allowed = {*needed, "vertices"} if self.pattern is None else set()
+        for name in sorted(own - allowed):
             if getattr(self, name) is not None:
-                raise ValueError(f'`{name}` is not used by kind = "{self.kind}"; remove it')
+                raise ValueError(f"`{name}` is not used by {self._source}; remove it")
+        if self.kind is not None and self.scale is not None:
+            raise ValueError(f"`scale` is not used by {self._source}; remove it")
         return self
+
+    @property
+    def _source(self) -> str:
+        return f'kind = "{self.kind}"' if self.kind is not None else "a pattern file" if self.pattern else "`vertices`"
 
     @model_validator(mode="after")
     def _sized(self) -> Self:
-        count = {"miura": 1, "waterbomb": 6, "kresling": 2, "yoshimura": 2}.get(self.kind, 1)
+        count = {"miura": 1, "waterbomb": 6, "kresling": 2, "yoshimura": 2}.get(self.kind or "", 0)
         count *= (self.columns or self.sides or 1) * (self.rows or 1)
         if count > MOST_FACETS:
             raise ValueError(f"the sheet has {count:,} facets; at most {MOST_FACETS:,} are allowed")

@@ -16,6 +16,7 @@ from fsm.registry import ELEMENT_LAWS
 from fsm.scene.loads import Drive
 from fsm.scene.planar import out_of_plane
 from fsm.scene.scene import GROUND, Body, ForceElement, Plate, Scene
+from fsm.segments.actuators import ActuatorGroup
 from fsm.segments.check_scene import check_scene
 from fsm.segments.compile_contacts import compile_contacts
 from fsm.segments.configuration import Bodies
@@ -171,6 +172,7 @@ class SceneCompiler:
         ligaments = self._ligaments(elements)
         if ligaments is not None:
             groups.append(ligaments)
+        groups += self._actuators(elements)
         creases = self._creases(elements)
         if creases is not None:
             groups.append(creases)
@@ -204,6 +206,21 @@ class SceneCompiler:
             tuple(e.name for e in elements),
             np.array([e.kind != "joint" for e in elements]),
         )
+
+    def _actuators(self, elements: list[ForceElement]) -> list[ActuatorGroup]:
+        """Moments of springs whose rest angle moves; one group for each function of time."""
+        moving = [e for e in elements if e.rest_turn and e.rest_time is not None]
+        found = []
+        for element in moving:
+            if not self.spatial or element.crease is not None:
+                text = f"`rest_turn` of {element.name!r} moves the rest angle of linear springs in space only"
+                raise CaseError(Fault("scene.elements", text))
+        for time in dict.fromkeys(e.rest_time for e in moving):
+            assert time is not None
+            chosen = [e for e in moving if e.rest_time == time]
+            moment = np.array([e.rotation[1] * e.rest_turn for e in chosen])
+            found.append(ActuatorGroup(self._ends(chosen), self._joint_axes(chosen), moment, time))
+        return found
 
     def _with_laws(self, elements: list[ForceElement]) -> LawGroup | None:
         """Laws of extensions."""

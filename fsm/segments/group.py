@@ -67,6 +67,10 @@ class Group:
         """Potential energy by category (J), dissipated power (W), input power (W)."""
         raise NotImplementedError
 
+    def break_times(self) -> set[float]:
+        """Times at which a function of time of the group is not smooth, s; by default none."""
+        return set()
+
     def pairs(self, poses: np.ndarray) -> tuple[np.ndarray, int]:
         """Pairs (m, 2) of coupled bodies, and a version number that changes with them; by default no pairs."""
         return np.zeros((0, 2), dtype=np.int64), 0

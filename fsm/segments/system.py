@@ -93,7 +93,7 @@ class SegmentSystem(SegmentForces):
     def break_times(self) -> list[float]:
         """See `System`."""
         times = {time for motion in self.motions for time in motion.program.breaks()}
-        return sorted(times.union(*(group.break_times() for group in self.groups if isinstance(group, LoadGroup))))
+        return sorted(times.union(*(group.break_times() for group in self.groups)))
 
     # protocol: drives -------------------------------------------------------------------------------------------------
 

@@ -15,6 +15,9 @@ from fsm.scene.builders import sheet as builder
 from fsm.scene.builders.scene import build_scene
 from fsm.scene.case import Case
 from fsm.scene.load_case import load_case
+from fsm.scene.patterns.of_sheet import pattern_of
+from fsm.segments.actuators import ActuatorGroup
+from fsm.solve.newton import equilibrium
 
 CASE = Path(__file__).parents[2] / "folding_cases" / "miura_push" / "case.toml"
 
@@ -150,3 +153,79 @@ def test_a_stiffness_of_a_strip_is_refused() -> None:
     data = case.model_dump(exclude_none=True) | {"crease": {"law": "linear", "stiffness": 0.2}}
     with pytest.raises(CaseError, match=r"give crease\.stiffness_per_length"):
         build_scene(Case.model_validate(data))
+
+
+FOLD_CASE = CASE.parents[1] / "fold_file" / "case.toml"
+
+
+def test_sheet_folds_itself_from_flat(tmp_path: Path) -> None:
+    """A pattern file folded from flat: tangents of half the fold angles have the ratio cos(sector angle) at every vertex."""
+    loaded = load_case(FOLD_CASE)
+    summary = run_case(loaded, tmp_path, progress=False)
+    table = np.genfromtxt(tmp_path / "channels.csv", delimiter=",", names=True, deletechars="")
+    pattern = pattern_of(loaded.case.sheet)
+    angles = np.array([table[name] for name in table.dtype.names[1:]]).T
+    columns = np.abs(np.diff(pattern.vertices[pattern.edges[pattern.creases], 0], axis=1)[:, 0]) < 1e-9
+    np.testing.assert_allclose(angles[0], 0.0, atol=1e-9)
+    assert (np.sign(angles[-1]) == np.sign(pattern.target[pattern.creases])).all()
+    assert np.degrees(np.abs(angles[-1])).min() > 150.0
+    tangents = np.tan(0.5 * np.abs(angles[5:]))
+    along, across = tangents[:, columns], tangents[:, ~columns]
+    np.testing.assert_allclose(along.min(axis=1), along.max(axis=1), rtol=1e-6)
+    np.testing.assert_allclose(along.mean(axis=1) / across.mean(axis=1), math.cos(math.radians(65.0)), rtol=1e-6)
+    assert summary["unstable_equilibria"] == 0 and summary["joint_opening"] < 1e-9
+
+
+def test_complete_case_needs_no_pattern_file(tmp_path: Path) -> None:
+    """The text of a loaded case contains the pattern, and gives the same scene elsewhere."""
+    loaded = load_case(FOLD_CASE)
+    copy = tmp_path / "copy.toml"
+    copy.write_text(loaded.text, encoding="utf-8")
+    assert build_scene(load_case(copy).case) == build_scene(loaded.case)
+
+
+def test_actuator_turns_a_single_crease() -> None:
+    """One crease: the fold angle at equilibrium is the rest angle; force and power of the actuator agree."""
+    case = Case.model_validate({
+        "sheet": {
+            "vertices": [[0, 0, 0], [0.1, 0, 0], [0.1, 0.05, 0], [0, 0.05, 0], [0.2, 0, 0], [0.2, 0.05, 0]],
+            "edges": [[1, 2]], "assignment": ["V"], "angles": [2.0], "faces": [[0, 1, 2, 3], [1, 4, 5, 2]],
+            "fold_to": 0.5, "thickness": 1e-3, "support": [{"at": "facet 1"}],
+        },
+        "material": {"young": 3e9, "density": 1000.0, "damping": 0.0}, "crease": {"stiffness_per_length": 0.2},
+        "solve": {"method": "static", "end_time": 10.0},
+    })  # fmt: skip
+    analysis = analysis_of(case)
+    system = analysis.system
+    q = system.initial()[0]
+    for t in (5.0, 10.0):
+        q = equilibrium(system, q, np.array([t]))
+        normal = np.array([2.0 * (q[4] * q[6] + q[3] * q[5]), 1.0 - 2.0 * (q[4] ** 2 + q[5] ** 2)])
+        assert abs(math.atan2(*normal)) == pytest.approx(0.1 * t, abs=1e-7)
+    u = np.random.default_rng(1).normal(size=system.nu)
+    (group,) = [group for group in system.groups if isinstance(group, ActuatorGroup)]
+    poses, rates = system.place(7.0, q, u)
+    force = np.zeros_like(rates)
+    group.add_force(7.0, poses, rates, force)
+    moving = np.array(rates)
+    power = float(np.sum(force * moving))
+    assert group.energy(7.0, poses, rates)[2] == pytest.approx(power, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        (["sheet.scale=1", 'sheet.pattern="none.fold"'], "cannot read"),
+        (['sheet.pattern="case.toml"'], "is neither a .fold nor an .svg file"),
+        (["sheet.columns=3"], "`columns` is not used by a pattern file"),
+        (["solve.end_time=none"], "solve.end_time"),
+        (['crease.law="spline"', "crease.stiffness_per_length=none", "crease.angle=[0,1,2,3]", "crease.moment=[0,1,2,3]",
+          "crease.width=0.01"], "is used with a linear crease law only"),
+        (['sheet.support.0.at="facet 13"'], "there is no number 13; the sheet has 12 facets"),
+        (['sheet.support.0.fixed=["x"]'], "a facet is held as a whole"),
+    ],
+)  # fmt: skip
+def test_faults_of_a_sheet(changes: list[str], message: str) -> None:
+    with pytest.raises(CaseError) as error:
+        build_scene(load_case(FOLD_CASE, changes).case)
+    assert message in str(error.value)

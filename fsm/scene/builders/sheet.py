@@ -19,6 +19,7 @@ from fsm.scene.patterns.pattern import Pattern
 from fsm.scene.patterns.places import Place, place_of
 from fsm.scene.scene import GROUND, Body, ForceElement, Plate, Scene
 from fsm.scene.sheet import Sheet
+from fsm.scene.time_program import Ramp, TimeFunction
 
 __all__ = ["RIGID", "build_sheet", "facet_name", "sheet_joints"]
 
@@ -26,6 +27,10 @@ RIGID = 3e8
 """Stiffness of the joints of rigid facets, relative to the stiffest crease k: k over its length squared in translation, k
 in rotation across the crease. Its flexibility causes an error of the force in inverse proportion, and round-off one in
 proportion; docs/sheets.md has both for a Miura sheet."""
+
+
+_DAMPING_OF_FOLDING = 1e-2
+"""Ratio of the default Kelvin-Voigt time to the time in which a sheet folds itself; the fold angles lag by this part."""
 
 
 def facet_name(number: int) -> str:
@@ -162,9 +167,10 @@ class _SheetBuilder:
         faces = pattern.edge_faces[edges]
         points = [frames.local(faces[:, k], middle[edges]) for k in (0, 1)]
         axes = [_hinge_axes(frames, faces[:, k], along[edges]) for k in (0, 1)]
+        driven = self._folding()
         template: ForceElement | None = None
         numbers = {"crease": 0, "bend line": 0, "rigid": 0}
-        beta = self.case.material.damping if self.case.material is not None else None
+        beta = self._damping()
         for row, joint in enumerate(joints):
             numbers[joint.kind] += 1
             length, angle = float(lengths[joint.edge]), float(start[joint.edge])
@@ -178,13 +184,22 @@ class _SheetBuilder:
                 "point_inner": _triple(points[0][row]), "point_outer": _triple(points[1][row]),
                 "axes_inner": tuple(axes[0][row].tolist()), "axes_outer": tuple(axes[1][row].tolist()),
                 "translation": translation, "rotation": (stiff, twist, stiff),
-                "rotation_damping": (0.0, (beta or 0.0) * joint.stiffness, 0.0),
+                "rotation_damping": (0.0, beta * joint.stiffness, 0.0),
                 "initial_angle": angle, "rest_angle": self._rest(joint, angle), "swing_axes": "outer",
+                "rest_turn": self._turn(joint, angle) if driven is not None else 0.0, "rest_time": driven,
                 "crease": _of_length(crease, length) if measured else None,
                 "kind": "crease" if joint.kind == "crease" else "panel",
             }  # fmt: skip
             template = ForceElement(**element) if template is None else template.model_copy(update=element)
             yield template
+
+    def _damping(self) -> float:
+        """Kelvin-Voigt time of creases and bend lines, s: as given, else a part of the time of folding."""
+        assert self.case.material is not None
+        given = self.case.material.damping
+        if given is not None:
+            return given
+        return _DAMPING_OF_FOLDING * (self.case.solve.end_time or 0.0) if self.sheet.fold_to is not None else 0.0
 
     def _rest(self, joint: SheetJoint, angle: float) -> float:
         """Angle of a joint without moment: as folded, unless the crease law gives it; bend lines are flat."""
@@ -195,6 +210,23 @@ class _SheetBuilder:
             return angle
         side = {"M": -1.0, "V": 1.0}.get(self.pattern.assignment[joint.edge], math.copysign(1.0, angle))
         return side * crease.rest_angle
+
+    def _folding(self) -> TimeFunction | None:
+        """Function of time of the rest angles, from 0 to 1 at the end of the run; None if they do not move."""
+        if self.sheet.fold_to is None:
+            return None
+        if not isinstance(self.case.crease, LinearCrease):
+            text = "is used with a linear crease law only; give crease.stiffness_per_length"
+            raise CaseError(Fault("sheet.fold_to", text))
+        if self.case.solve.end_time is None:
+            raise CaseError(Fault("solve.end_time", "missing; the rest angles move until this time with sheet.fold_to"))
+        return Ramp(kind="ramp", start=0.0, end=self.case.solve.end_time, shape="linear")
+
+    def _turn(self, joint: SheetJoint, angle: float) -> float:
+        """Change of the rest angle of a crease until the end of the run."""
+        if joint.kind != "crease" or self.pattern.assignment[joint.edge] == "U":
+            return 0.0
+        return (self.sheet.fold_to or 0.0) * float(self.pattern.target[joint.edge]) - self._rest(joint, angle)
 
     # supports and drives --------------------------------------------------------------------------------------------
 

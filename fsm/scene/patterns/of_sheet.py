@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from fsm.errors import CaseError, Fault
 from fsm.scene.case import Case
 from fsm.scene.patterns.generators import kresling, miura, waterbomb, yoshimura, zigzag
-from fsm.scene.patterns.pattern import Pattern
+from fsm.scene.patterns.pattern import Pattern, box_groups
 from fsm.scene.sheet import Sheet
 
 __all__ = ["bend_stiffness_per_length", "pattern_of"]
@@ -30,6 +32,8 @@ def _generated(sheet: Sheet) -> Pattern:
     def given(name: str) -> float:
         return float(getattr(sheet, name))
 
+    if sheet.kind is None:
+        return _written(sheet)
     columns, rows, sides = sheet.columns or 1, sheet.rows or 1, sheet.sides or 3
     if sheet.kind == "miura":
         return miura(columns, rows, given("a"), given("b"), given("sector_angle"), given("fold_angle"))
@@ -40,6 +44,26 @@ def _generated(sheet: Sheet) -> Pattern:
     if sheet.kind == "kresling":
         return kresling(sides, rows, given("radius"), given("height"), given("twist"))
     return yoshimura(sides, rows, given("radius"), given("height"))
+
+
+def _written(sheet: Sheet) -> Pattern:
+    """Pattern of the keys `vertices`, `edges`, `assignment`, `angles` and `faces`."""
+    vertices, faces = np.array(sheet.vertices or (), dtype=float).reshape(-1, 3), sheet.faces or ()
+    count = len(vertices)
+    if not faces:
+        raise ValueError("`faces` is empty; give the vertices of each face")
+    for number, face in enumerate(faces):
+        if len(set(face)) < max(len(face), 3) or not all(0 <= v < count for v in face):
+            text = f"it needs three or more different vertices from 0 to {count - 1}"
+            raise ValueError(f"faces.{number} is {list(face)}; {text}")
+    flat = vertices[:, :2] if not np.ptp(vertices[:, 2]) else None
+    pattern = Pattern.of_faces(vertices, faces, flat, box_groups(vertices[:, :2]))
+    edges, letters, angles = sheet.edges or (), sheet.assignment or (), sheet.angles or ()
+    if not len(edges) == len(letters) == len(angles):
+        raise ValueError("`edges`, `assignment` and `angles` must have as many items")
+    known = {frozenset(pair): (letter, angle) for pair, letter, angle in zip(edges, letters, angles, strict=True)}
+    found = [known.get(frozenset(pair), ("B", 0.0)) for pair in pattern.edges.tolist()]
+    return pattern.assigned([letter for letter, _ in found], [angle for _, angle in found])
 
 
 def bend_stiffness_per_length(case: Case, length: float) -> float:

@@ -1,0 +1,229 @@
+"""Crease patterns from SVG files, with the colours and opacities of Origami Simulator.
+
+Red lines (#ff0000) are mountains, blue (#0000ff) valleys, black boundaries, green (#00ff00) cuts, yellow (#ffff00) bend
+lines, magenta (#ff00ff) creases without a fold angle. The opacity times 180 degrees is the fold angle.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+from collections.abc import Iterator, Mapping
+from xml.etree import ElementTree
+
+import numpy as np
+
+from fsm.scene.patterns.pattern import Pattern
+from fsm.scene.patterns.planar import Line, planar_pattern, unit_targets
+
+__all__ = ["COLOURS", "read_svg"]
+
+COLOURS = {
+    "ff0000": "M", "0000ff": "V", "000000": "B", "00ff00": "C", "ffff00": "J", "ff00ff": "U",
+}  # fmt: skip
+"""Letters of the stroke colours."""
+_NAMED = {"red": "ff0000", "blue": "0000ff", "black": "000000", "lime": "00ff00", "green": "00ff00", "yellow": "ffff00",
+          "magenta": "ff00ff", "fuchsia": "ff00ff"}  # fmt: skip
+_MOST_LINES = 20_000
+_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
+_COMMAND = re.compile(r"([a-zA-Z])([^a-zA-Z]*(?:[eE][-+]?\d+[^a-zA-Z]*)*)")
+_CURVE_PARTS = 8
+"""Number of straight lines in place of a curve."""
+_INHERITED = ("stroke", "stroke-opacity", "opacity", "style")
+
+Points = np.ndarray
+
+
+def read_svg(text: str, scale: float) -> Pattern:
+    """Flat pattern of an SVG file; y points up.
+
+    Parameters
+    ----------
+    text : content of the file
+    scale : length of one unit of the file, m
+
+    Raises
+    ------
+    ValueError
+        The file is not SVG, or the pattern is faulty.
+    """
+    if "<!ENTITY" in text:
+        text = _without_entities(text)
+    try:
+        root = ElementTree.fromstring(text)
+    except (ElementTree.ParseError, ValueError) as error:
+        raise ValueError(f"is not an SVG file: {error}") from None
+    if not root.tag.endswith("svg"):
+        raise ValueError(f"is not an SVG file; its root is <{root.tag}>")
+    lines = list(_lines(root, {}, np.eye(3)))
+    if len(lines) > _MOST_LINES:
+        raise ValueError(f"has {len(lines):,} lines; at most {_MOST_LINES:,} are allowed")
+    if not lines:
+        colours = ", ".join(f"#{colour}" for colour in COLOURS)
+        raise ValueError(f"has no lines with the stroke colours of a crease pattern: {colours}")
+    return planar_pattern(lines, scale)
+
+
+def _without_entities(text: str) -> str:
+    """Text without its document type, and without references to the entities that it defines."""
+    text = re.sub(r"<!DOCTYPE[^\[>]*(\[.*?\])?\s*>", "", text, count=1, flags=re.DOTALL)
+    return re.sub(r"&(?!(?:amp|lt|gt|quot|apos|#\w+);)[\w.]+;", "", text)
+
+
+def _lines(element: ElementTree.Element, inherited: Mapping[str, str], matrix: np.ndarray) -> Iterator[Line]:
+    """Lines of an element and of the elements in it."""
+    tag = element.tag.rsplit("}", 1)[-1] if isinstance(element.tag, str) else ""
+    if tag in ("defs", "clipPath", "mask", "symbol", "pattern", "marker", "metadata", "namedview"):
+        return
+    style = dict(inherited)
+    own = {name: element.get(name) for name in ("stroke", "stroke-opacity", "opacity")}
+    for entry in (element.get("style") or "").split(";"):
+        name, _, value = entry.partition(":")
+        if name.strip() in own:
+            own[name.strip()] = value.strip()
+    style.update({name: value for name, value in own.items() if value is not None and name != "opacity"})
+    style["opacity"] = str(_fraction(inherited.get("opacity")) * _fraction(own["opacity"]))
+    matrix = matrix @ _transform(element.get("transform") or "")
+    letter = _letter(style.get("stroke"))
+    if letter is not None:
+        part = _fraction(style.get("stroke-opacity")) * _fraction(style["opacity"])
+        for chain in _chains(tag, element):
+            points = np.column_stack([chain, np.ones(len(chain))]) @ matrix.T
+            for first, last in itertools.pairwise(points):
+                target = unit_targets(letter, part)
+                yield Line((float(first[0]), -float(first[1])), (float(last[0]), -float(last[1])), letter, target)
+    for child in element:
+        yield from _lines(child, style, matrix)
+
+
+def _fraction(text: str | None) -> float:
+    if text is None:
+        return 1.0
+    try:
+        value = float(text.strip().rstrip("%")) / (100.0 if text.strip().endswith("%") else 1.0)
+    except ValueError:
+        raise ValueError(f"has the opacity {text!r}, which is not a number") from None
+    return min(max(value, 0.0), 1.0)
+
+
+def _letter(stroke: str | None) -> str | None:
+    """Letter of a stroke colour; None for no stroke and for other colours."""
+    text = (stroke or "").strip().lower()
+    match = re.fullmatch(r"rgb\(\s*(\d+)\s*,\s*(\d+)\s*,\s*(\d+)\s*\)", text)
+    if match:
+        text = "#" + "".join(f"{min(int(value), 255):02x}" for value in match.groups())
+    text = _NAMED.get(text, text.removeprefix("#"))
+    if len(text) == 3:
+        text = "".join(2 * digit for digit in text)
+    return COLOURS.get(text)
+
+
+def _transform(text: str) -> np.ndarray:
+    """Matrix (3, 3) of an attribute `transform`."""
+    matrix = np.eye(3)
+    for name, arguments in re.findall(r"(\w+)\s*\(([^)]*)\)", text):
+        v = [float(number) for number in _NUMBER.findall(arguments)]
+        one = np.eye(3)
+        if name == "matrix" and len(v) == 6:
+            one[:2] = np.array(v).reshape(3, 2).T
+        elif name == "translate" and v:
+            one[:2, 2] = v[0], v[1] if len(v) > 1 else 0.0
+        elif name == "scale" and v:
+            one[0, 0], one[1, 1] = v[0], v[-1]
+        elif name == "rotate" and v:
+            c, s = math.cos(math.radians(v[0])), math.sin(math.radians(v[0]))
+            one[:2, :2] = [[c, -s], [s, c]]
+            if len(v) == 3:
+                centre = np.array(v[1:])
+                one[:2, 2] = centre - one[:2, :2] @ centre
+        else:
+            raise ValueError(f"has the transform {name!r}, which is not supported; apply it to the coordinates")
+        matrix = matrix @ one
+    return matrix
+
+
+def _chains(tag: str, element: ElementTree.Element) -> Iterator[Points]:
+    """Chains of points (n, 2) of an element."""
+
+    def number(name: str) -> float:
+        match = _NUMBER.match((element.get(name) or "0").strip())
+        if match is None:
+            raise ValueError(f"has a <{tag}> whose {name} is {element.get(name)!r}, which is not a number")
+        return float(match[0])
+
+    if tag == "line":
+        yield np.array([[number("x1"), number("y1")], [number("x2"), number("y2")]])
+    elif tag == "rect":
+        x, y, w, h = (number(name) for name in ("x", "y", "width", "height"))
+        yield np.array([[x, y], [x + w, y], [x + w, y + h], [x, y + h], [x, y]])
+    elif tag in ("polyline", "polygon"):
+        values = [float(v) for v in _NUMBER.findall(element.get("points") or "")]
+        points = np.array(values[: len(values) // 2 * 2]).reshape(-1, 2)
+        if len(points):
+            yield np.vstack([points, points[:1]]) if tag == "polygon" else points
+    elif tag == "path":
+        yield from _path(element.get("d") or "")
+
+
+_COUNTS = {"m": 2, "l": 2, "h": 1, "v": 1, "z": 0, "c": 6, "s": 4, "q": 4, "t": 2}
+
+
+def _path(text: str) -> Iterator[Points]:
+    """Chains of the points of a path; curves are divided into straight lines."""
+    here, start, control = np.zeros(2), np.zeros(2), np.zeros(2)
+    chain: list[np.ndarray] = []
+    previous = ""
+    for command, arguments in _COMMAND.findall(text):
+        kind, relative = command.lower(), command.islower()
+        if kind not in _COUNTS:
+            raise ValueError(f"has a path with the command {command!r}, which is not supported; use straight lines")
+        values = [float(v) for v in _NUMBER.findall(arguments)]
+        count = _COUNTS[kind]
+        groups = [values[i : i + count] for i in range(0, len(values), count)] if count else [[]]
+        for k, group in enumerate(groups):
+            if len(group) < count:
+                raise ValueError(f"has a path whose command {command!r} lacks numbers")
+            origin = here if relative else np.zeros(2)
+            if kind == "m" and k == 0:
+                if len(chain) > 1:
+                    yield np.array(chain)
+                here = origin + group
+                start, chain = here, [here]
+                continue
+            if kind == "z":
+                here = start
+                chain.append(here)
+            elif kind == "h":
+                here = np.array([group[0] + origin[0], here[1]])
+                chain.append(here)
+            elif kind == "v":
+                here = np.array([here[0], group[0] + origin[1]])
+                chain.append(here)
+            elif kind in "ml":
+                here = origin + group
+                chain.append(here)
+            else:
+                points = [origin + group[i : i + 2] for i in range(0, count, 2)]
+                if kind in "st":
+                    follows = previous != "" and previous in ("cs" if kind == "s" else "qt")
+                    smooth = 2.0 * here - control if follows else here
+                    points.insert(0, smooth)
+                control = points[-2]
+                chain += _curve([here, *points])
+                here = points[-1]
+            previous = kind
+        previous = kind
+    if len(chain) > 1:
+        yield np.array(chain)
+
+
+def _curve(points: list[np.ndarray]) -> list[np.ndarray]:
+    """Points of a Bezier curve, without its first one."""
+    found = []
+    for t in np.linspace(0.0, 1.0, _CURVE_PARTS + 1)[1:]:
+        level = points
+        while len(level) > 1:
+            level = [(1.0 - t) * a + t * b for a, b in itertools.pairwise(level)]
+        found.append(level[0])
+    return found
