@@ -19,6 +19,8 @@ _FRAMES = 100
 """Largest number of frames; the file grows with points times frames."""
 _BYTES = 64_000_000
 """Largest size of all frames; larger meshes have fewer frames."""
+_PARTS = 50
+"""Largest number of parts that have a material of their own."""
 _FLOAT, _UINT = 5126, 5125
 _ARRAY, _INDEX = 34962, 34963
 _COLOURS = ("0072B2", "D55E00", "009E73", "CC79A7", "E69F00", "56B4E9", "F0E442")
@@ -70,8 +72,12 @@ def write_glb(solution: Solution, path: Path) -> None:
         change = (mesh.points[frame] - mesh.points[frames[0]]).astype("<f4")
         targets.append({"POSITION": buffer.add(change, "VEC3", _ARRAY, bounds=True)})
     primitives = []
-    for number in range(len(mesh.labels)):
-        for mode, indices in ((4, _triangles(mesh, number)), (1, _lines(mesh, number))):
+    single = len(mesh.labels) <= _PARTS
+    group = mesh.label if single else mesh.label % len(_COLOURS)
+    names = mesh.labels if single else [f"parts of colour {k + 1}" for k in range(len(_COLOURS))]
+    for number in range(len(names)):
+        chosen = group == number
+        for mode, indices in ((4, _triangles(mesh, chosen)), (1, _lines(mesh, chosen))):
             if len(indices):
                 each: dict[str, Any] = {
                     "attributes": shared, "indices": buffer.add(indices.astype("<u4"), "SCALAR", _INDEX), "mode": mode,
@@ -88,7 +94,7 @@ def write_glb(solution: Solution, path: Path) -> None:
         "scenes": [{"nodes": [0], "name": title}],
         "nodes": [{"name": title, "rotation": _TURN, "children": [1]}, {"name": "structure", "mesh": 0}],
         "meshes": [{"name": title, "primitives": primitives}],
-        "materials": [_material(name, k) for k, name in enumerate(mesh.labels)],
+        "materials": [_material(name, k) for k, name in enumerate(names)],
         "bufferViews": buffer.views,
         "accessors": buffer.accessors,
     }  # fmt: skip
@@ -126,15 +132,15 @@ def _animation(buffer: _Buffer, times: Floats, scale: float) -> dict[str, Any]:
     }
 
 
-def _triangles(mesh: Mesh, number: int) -> np.ndarray:
-    """Triangles of a part, flat."""
-    quads = mesh.cells[(mesh.label == number) & (mesh.corners == 4)]
-    triangles = mesh.cells[(mesh.label == number) & (mesh.corners == 3), :3]
+def _triangles(mesh: Mesh, chosen: np.ndarray) -> np.ndarray:
+    """Triangles of chosen cells, flat."""
+    quads = mesh.cells[chosen & (mesh.corners == 4)]
+    triangles = mesh.cells[chosen & (mesh.corners == 3), :3]
     return np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]], triangles]).ravel()
 
 
-def _lines(mesh: Mesh, number: int) -> np.ndarray:
-    return np.asarray(mesh.cells[(mesh.label == number) & (mesh.corners == 2), :2].ravel())
+def _lines(mesh: Mesh, chosen: np.ndarray) -> np.ndarray:
+    return np.asarray(mesh.cells[chosen & (mesh.corners == 2), :2].ravel())
 
 
 def _material(name: str, number: int) -> dict[str, Any]:

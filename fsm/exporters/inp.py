@@ -9,6 +9,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from fsm.errors import CaseError
 from fsm.exporters.mesh import Mesh, mesh_of
@@ -111,26 +114,43 @@ def _section_lines(section: _Section, truss: bool) -> list[str]:
 
 
 def _joined(mesh: Mesh) -> tuple[Integers, list[tuple[int, int]]]:
-    """Cells with shared nodes along each panel or bar, and pairs of nodes at creases."""
-    target = np.arange(mesh.points.shape[1])
-    start, hinges = mesh.points[0], []
-    rows = (mesh.panel > 0) | (mesh.panel == BEAM) | (mesh.panel == LINE) | (mesh.solution.array is not None)
+    """Cells with shared nodes within each panel, bar, beam and cable, and pairs of nodes of panels that meet at a crease."""
+    target, start = np.arange(mesh.points.shape[1]), mesh.points[0]
+    lines = (mesh.panel == BEAM) | (mesh.panel == LINE) | (mesh.solution.array is not None)
     if mesh.solution.layout.film is not None:
-        rows[:] = False
-    for k in range(len(mesh.cells) - 1):
-        if not (rows[k] and rows[k + 1]) or mesh.corners[k] != mesh.corners[k + 1]:
+        return mesh.cells, []
+    for k in np.flatnonzero(lines[:-1] & lines[1:]):
+        if mesh.corners[k] != mesh.corners[k + 1] or mesh.label[k] != mesh.label[k + 1]:
             continue
         pairs = [(1, 0)] if mesh.corners[k] == 2 else [(1, 0), (2, 3)]
         ends = [(int(mesh.cells[k, a]), int(mesh.cells[k + 1, b])) for a, b in pairs]
         length = float(np.linalg.norm(start[mesh.cells[k, 1]] - start[mesh.cells[k, 0]]))
-        if any(np.linalg.norm(start[a] - start[b]) > _JOINED * length for a, b in ends):
-            continue
-        if mesh.panel[k] > 0 and mesh.panel[k] != mesh.panel[k + 1]:
-            hinges += ends
-        elif mesh.label[k] == mesh.label[k + 1]:
+        if all(np.linalg.norm(start[a] - start[b]) <= _JOINED * length for a, b in ends):
             for a, b in ends:
                 target[b] = target[a]
-    return target[mesh.cells], [(int(target[a]), int(target[b])) for a, b in hinges]
+    hinges, panel_of = [], np.zeros(len(start), dtype=np.int64)
+    owner = mesh.label + 1 if "sheet" in mesh.solution.layout.case else mesh.panel
+    panel_of[mesh.cells] = owner[:, None]
+    tolerance = 1e-2 * _JOINED * float(np.max(np.ptp(start, axis=0)))
+    for group in _close_points(start, np.unique(mesh.cells[(owner > 0) & ~lines]), tolerance):
+        first_of: dict[int, int] = {}
+        for point in group:
+            target[point] = first_of.setdefault(int(panel_of[point]), point)
+        first, *others = first_of.values()
+        hinges += [(other, first) for other in others]
+    return target[mesh.cells], hinges
+
+
+def _close_points(places: np.ndarray, chosen: Integers, tolerance: float) -> Iterator[list[int]]:
+    """Groups of points that are closer to each other than a tolerance."""
+    if not len(chosen):
+        return
+    pairs = cKDTree(places[chosen]).query_pairs(tolerance, output_type="ndarray")
+    graph = coo_matrix((np.ones(len(pairs)), tuple(pairs.T)), shape=(len(chosen), len(chosen)))
+    count, number = connected_components(graph, directed=False)
+    order = np.argsort(number, kind="stable")
+    for group in np.split(chosen[order], np.cumsum(np.bincount(number, minlength=count))[:-1]):
+        yield group.tolist()
 
 
 def _sections(mesh: Mesh) -> Iterator[tuple[_Section, Integers]]:
@@ -164,10 +184,10 @@ def _sections(mesh: Mesh) -> Iterator[tuple[_Section, Integers]]:
     if "lattice" in case:
         yield section("squares", case["lattice"]["depth"], {**_STEEL, **case["lattice"]}, True), np.arange(len(mesh.cells))
         return
-    of_strip = np.flatnonzero(mesh.panel > 0)
+    of_strip = np.flatnonzero((mesh.panel > 0) | ("sheet" in case))
     if len(of_strip):
-        thickness = case.get("strip", {}).get("thickness", mesh.solution.layout.thickness)
-        yield section("strip", thickness, material), of_strip
+        thickness = (case.get("sheet") or case.get("strip", {})).get("thickness", mesh.solution.layout.thickness)
+        yield section("sheet" if "sheet" in case else "strip", thickness, material), of_strip
     bodies = [body for body in scene.get("bodies", ()) if body.get("plate")]
     for k, body in zip(np.flatnonzero(mesh.panel == 0), bodies, strict=False):
         plate = body["plate"]

@@ -32,7 +32,7 @@ class Mesh(ShortRepr):
     time : (n,) array, s
     points : (n, p, 3) array, m
     cells : (c, 4) array of int
-        Points of each cell in cyclic order. A triangle has its last point twice; a line has two points, each twice.
+        Points of each cell in cyclic order. A triangle has its third point twice; a line has two points, each twice.
     corners : (c,) array of int
         Number of corners: 4, 3, or 2 for a line.
     panel : (c,) array of int
@@ -161,7 +161,7 @@ def mesh_of(solution: Solution, join_films: bool = True) -> Mesh:
     flat = np.linalg.norm(shape[0] - shape[0][:, [3, 0, 1, 2]], axis=-1)  # distance of each corner from the last one
     size = float(np.max(np.ptp(points[0], axis=0))) or 1.0
     lines = (flat[:, 0] < _SAME * size) & (flat[:, 2] < _SAME * size)
-    triangles = ~lines & (flat[:, 3] < _SAME * size)
+    triangles = ~lines & ((flat[:, 0] < _SAME * size) | (flat[:, 3] < _SAME * size))
     corners = np.where(lines, 2, np.where(triangles, 3, 4))
     film = (panel == FILM) if solution.layout.film is None else np.ones(count, dtype=bool)
     if join_films:
@@ -218,6 +218,8 @@ def _names(solution: Solution, panel: Integers) -> list[str]:
     if patch == "panel" and len(free) == len(plates):
         for k, name in zip(free, plates, strict=True):
             names[k] = name
+    if "sheet" in case and not np.any(panel):
+        names = [f"facet {number}" for number in range(1, len(panel) + 1)]
     if solution.array is not None and len(solution.array.bar_names) and len(panel) % len(solution.array.bar_names) == 0:
         each = len(panel) // len(solution.array.bar_names)
         names = [name for name in solution.array.bar_names for _ in range(each)]

@@ -31,6 +31,7 @@ CASES = {
     "sail_on_cables": {"solve.end_time": "1 ms", "save": {"interval": "0.25 ms"}},
     "membrane_impact": {"membrane.mesh": [7, 7], "vibration.modes": 4, "vibration.duration": "20 ms"},
     "scissor_array": {"solve.end_time": "0.02 s"},
+    "miura_push": {"sheet.columns": 4, "sheet.rows": 2, "drive.0.travel": 0.1, "save.every": 0.05},
 }
 CHANNELS = {
     "strip_trial": ["crease.*", "panel.*", "body.*.velocity"], "dropped_plates": ["body.*"], "membrane_impact": ["film.*"],
