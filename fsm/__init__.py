@@ -40,6 +40,7 @@ if _TYPE_CHECKING:
     from fsm.scene.obstacle import Obstacle
     from fsm.scene.scene import Body, ContactPair, ForceElement, Plate, PlateGroup, Scene, Surface
     from fsm.scene.scissor import BarSection, HingeJoint, PointForce, PointSupport, Scissor, Stop
+    from fsm.scene.sheet import Sheet, SheetSupport
     from fsm.scene.solve import Save, Solve
     from fsm.scene.steps import Step
     from fsm.scene.table import TableCase, load_table
@@ -71,6 +72,7 @@ _MODULES = {
     "fsm.scene.obstacle": ("Obstacle",),
     "fsm.scene.scene": ("Body", "ContactPair", "ForceElement", "Plate", "PlateGroup", "Scene", "Surface"),
     "fsm.scene.scissor": ("BarSection", "HingeJoint", "PointForce", "PointSupport", "Scissor", "Stop"),
+    "fsm.scene.sheet": ("Sheet", "SheetSupport"),
     "fsm.scene.solve": ("Save", "Solve"),
     "fsm.scene.steps": ("Step",),
     "fsm.scene.table": ("TableCase", "load_table"),
@@ -88,7 +90,7 @@ __all__ = [
     "ForceElement", "Friction", "FsmError", "HingeJoint", "Lattice", "Layout", "LinearCrease", "Load", "LoadedCase",
     "Material", "Membrane", "Model", "NotConverged", "NotInResult", "Obstacle", "Picture", "Plate", "PlateGroup",
     "PointForce", "PointSupport", "Ramp", "Record", "Release", "Result", "Save", "Scene", "SceneBeam", "SceneCable",
-    "SceneFilm", "SceneFrame", "SceneSeam", "Scissor", "Series", "Solution", "Solve", "SplineCrease", "Step", "Stop",
+    "SceneFilm", "SceneFrame", "SceneSeam", "Scissor", "Series", "Sheet", "SheetSupport", "Solution", "Solve", "SplineCrease", "Step", "Stop",
     "Strip", "Surface", "Table", "TableCase", "Tension", "Vibration", "__version__", "compile_scene", "load", "load_case",
     "load_table", "open", "read_solution", "run_case", "run_table", "simulate",
 ]  # fmt: skip

@@ -12,6 +12,8 @@ import click
 
 from fsm.cli_options import Command, add_source, debug_option, debugging, out_folder, set_option
 from fsm.commands.export import export
+from fsm.commands.help_key import help_key, schema
+from fsm.commands.init import init
 from fsm.errors import CaseError, ExpectationFailed, FsmError, is_interrupt
 from fsm.gc_startup import imports_outside_gc, plain_matplotlib, rare_gc
 from fsm.interrupts import ignore_repeated_interrupts
@@ -366,7 +368,8 @@ def warmup() -> None:
     compile_ahead()
 
 
-cli.add_command(export)
+for _command in (export, help_key, init, schema):
+    cli.add_command(_command)
 
 
 def _solve_overrides(spatial: bool, method: str | None) -> list[str]:

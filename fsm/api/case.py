@@ -24,6 +24,7 @@ _NAME = "case"
 _SECTIONS = {
     "strip": lambda part: f"strip of {part.panels} panels",
     "lattice": lambda part: f"lattice of {part.columns} x {part.rows} squares",
+    "sheet": lambda part: f"{part.kind} sheet",
     "membrane": lambda part: f"film of {part.length:g} m x {part.width:g} m",
     "scissor": lambda part: f"array of {part.units} scissor units",
 }

@@ -103,6 +103,10 @@ class Model:
         """Add a lattice of rotating squares: columns, rows, spacing, hinge_length, depth (m), angle (rad), ..."""
         return self.add("lattice", **keys)
 
+    def sheet(self, **keys: Any) -> Self:
+        """Add a folded sheet: kind, columns, rows, sides and thickness (m), angles (rad), support, ..."""
+        return self.add("sheet", **keys)
+
     def membrane(self, **keys: Any) -> Self:
         """Add a film that vibrates: length, width, thickness (m), mesh."""
         self._tables.setdefault("analysis", "vibrate")

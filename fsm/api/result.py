@@ -118,7 +118,7 @@ class Result:
     def __init__(self, path: Path, kept: tempfile.TemporaryDirectory[str] | None = None) -> None:
         self._kept = kept
         file = path / _FILE if path.is_dir() else path
-        self.path = file.parent
+        self.path, self._file = file.parent, file
         self.stages: dict[str, Result] = {}
         if path.is_dir() and not file.is_file():
             self.stages = {name: Result(path / name) for name in _STAGES if (path / name / _FILE).is_file()}
@@ -268,6 +268,26 @@ class Result:
         from fsm.api.picture import draw_picture
 
         return draw_picture(self.solution, self.channels, what, None if out is None else Path(out), self.path)
+
+    def report(self, out: str | Path | None = None, channels: Sequence[str] = (), title: str = "") -> Path:
+        """Write one interactive page that works offline, as ``fsm report``; return its path.
+
+        Parameters
+        ----------
+        out : str or Path, optional
+            HTML file; absent: report.html in the folder of the result.
+        channels : patterns of channels that the page has in any case
+        title : title of the page; absent: the title of the case
+
+        Raises
+        ------
+        CaseError
+            `out` is not the name of an HTML file.
+        """
+        from fsm.report.write import write_report
+
+        parts = [str(stage.path) for stage in self.stages.values()] or [str(self._file)]
+        return write_report(parts, self.path / "report.html" if out is None else out, channels, title)
 
     def export(self, to: str, out: str | Path | None = None) -> Path:
         """Write the result for another program, as ``fsm export``; return the path.

@@ -14,7 +14,7 @@ from fsm.scene.case import Case
 from fsm.scene.model import Model
 from fsm.scene.units import Unit
 
-__all__ = ["Place", "locate", "root", "tags"]
+__all__ = ["Place", "locate", "metadata_of", "root", "tags"]
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Place:
 
     def discriminator(self) -> str:
         """Key that selects the variant of a section; empty for a section without variants."""
-        field = next((m for m in _metadata(self.kind) if isinstance(m, FieldInfo) and m.discriminator), None)
+        field = next((m for m in metadata_of(self.kind) if isinstance(m, FieldInfo) and m.discriminator), None)
         return str(field.discriminator) if field else ""
 
     def all_models(self) -> list[type[BaseModel]]:
@@ -60,7 +60,7 @@ class Place:
 
     def unit(self) -> str:
         """SI unit of a number; empty if it has none."""
-        unit = next((m for m in _metadata(self.kind) if isinstance(m, Unit)), None)
+        unit = next((m for m in metadata_of(self.kind) if isinstance(m, Unit)), None)
         return unit.text(self.beside) if unit else ""
 
     def is_list_of_sections(self) -> bool:
@@ -140,13 +140,18 @@ def _leaves(kind: Any) -> list[Any]:
     return [kind]
 
 
-def _metadata(kind: Any) -> list[Any]:
-    """Metadata of all annotations of a type, and of the parts of a union."""
+def metadata_of(kind: Any) -> list[Any]:
+    """Metadata of all annotations of a type, and of the parts of a union; bounds in a `Field` are listed too."""
+    found = _annotations(kind)
+    return [*found, *(bound for item in found if isinstance(item, FieldInfo) for bound in item.metadata)]
+
+
+def _annotations(kind: Any) -> list[Any]:
     if get_origin(kind) is Annotated:
         inner, *metadata = get_args(kind)
-        return [*metadata, *_metadata(inner)]
+        return [*metadata, *_annotations(inner)]
     if get_origin(kind) in (Union, types.UnionType):
-        return [item for part in get_args(kind) for item in _metadata(part)]
+        return [item for part in get_args(kind) for item in _annotations(part)]
     return []
 
 

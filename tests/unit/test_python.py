@@ -150,6 +150,11 @@ def test_pictures(short: fsm.Result, tmp_path: Path) -> None:
     assert "<svg" in (tmp_path / "m.svg").read_text(encoding="utf-8")
 
 
+def test_report(short: fsm.Result, tmp_path: Path) -> None:
+    page = short.report(tmp_path / "report.html", title="pull")
+    assert "<title>pull" in page.read_text(encoding="utf-8")
+
+
 def test_temporary_folders_go_with_the_result() -> None:
     model = fsm.Model().body("a", mass=1, inertia=[1, 1, 1], velocity=[1, 0, 0]).settings(end_time=0.1)
     found = model.solve()

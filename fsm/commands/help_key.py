@@ -1,0 +1,43 @@
+"""Commands `fsm help` and `fsm schema`: keys of a case file, for people and for editors."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from fsm.cli_options import debug_option
+
+__all__ = ["help_key", "schema"]
+
+
+@click.command(name="help")
+@click.argument("key", metavar="[KEY]", default="")
+@debug_option
+def help_key(key: str) -> None:
+    """Explain a key or a section of case files: strip.fold_angle, contact; without KEY, list the sections."""
+    from fsm.scene.key_help import help_lines
+
+    for line in help_lines(key):
+        click.echo(line)
+
+
+@click.command()
+@click.option("--out", metavar="FILE", help="File to write; default: standard output.")
+@debug_option
+def schema(out: str | None) -> None:
+    """Print the JSON Schema of case files, with which editors complete and check keys."""
+    import json
+
+    from fsm.scene.json_schema import case_schema
+
+    text = json.dumps(case_schema(), indent=2, ensure_ascii=False)
+    if out is None:
+        click.echo(text)
+        return
+    from fsm.atomic_write import atomic_write
+
+    with atomic_write(out) as part:
+        part.write_text(text + "\n", encoding="utf-8")
+    line = f"#:schema {Path(out).as_posix()}"
+    click.echo(f'{out} written; editors with Taplo use it in a case file whose first line is "{line}"')

@@ -1,0 +1,138 @@
+"""Cases of `fsm init`, pages of `fsm help`, and the JSON Schema of case files."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+from click.testing import CliRunner, Result
+
+from fsm.cli import cli
+from fsm.commands.init import kinds
+from fsm.scene.json_schema import case_schema
+from fsm.scene.key_help import all_keys, help_lines
+
+ROOT = Path(__file__).parents[2]
+SHIPPED = sorted((ROOT / "folding_cases").glob("*/case.toml"))
+
+
+def fsm(*words: str) -> Result:
+    return CliRunner().invoke(cli, list(words))
+
+
+@pytest.fixture(scope="module")
+def validator() -> Any:
+    schema = case_schema()
+    jsonschema.Draft7Validator.check_schema(schema)
+    return jsonschema.Draft7Validator(schema)
+
+
+def faults(validator: Any, text: str) -> list[str]:
+    return [".".join(map(str, error.absolute_path)) for error in validator.iter_errors(tomllib.loads(text))]
+
+
+@pytest.mark.parametrize("kind", kinds())
+def test_a_new_case_runs(kind: str, validator: Any, tmp_path: Path) -> None:
+    path = tmp_path / "case.toml"
+    found = fsm("init", kind, str(path))
+    assert found.exit_code == 0, found.output
+    text = path.read_text(encoding="utf-8")
+    assert sum("#" in line for line in text.splitlines()) > 5
+    assert not faults(validator, text)
+    found = fsm("run", str(path), "--out", str(tmp_path / "out"), "--quiet")
+    assert found.exit_code == 0, found.output
+    assert (tmp_path / "out" / "summary.json").is_file()
+
+
+def test_every_builder_has_a_case() -> None:
+    built = {name: name for name in ("strip", "lattice", "sheet", "scene")} | {"membrane": "film", "scissor": "array"}
+    assert set(built.values()) <= set(kinds())
+    builders = {path.stem for path in (ROOT / "fsm" / "scene" / "builders").glob("[a-z]*.py")}
+    assert builders - {"warm_up", "scissor_bodies"} == set(built), "a new builder needs a template"
+
+
+def test_a_file_is_not_overwritten(tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text("mine")
+    found = fsm("init", "strip", str(path))
+    assert found.exit_code == 2
+    assert "exists and is not overwritten; give another name" in found.output
+    assert path.read_text() == "mine"
+    for wrong in ("stripe", "../strip", ""):
+        found = fsm("init", wrong, str(tmp_path / "x.toml"))
+        assert found.exit_code == 2
+        assert "the kinds are array, deployed, film" in found.output
+        assert not (tmp_path / "x.toml").exists()
+
+
+def test_pages_of_keys() -> None:
+    page = "\n".join(help_lines("strip.fold_angle"))
+    for part in ("rad", "needed", "0 to pi/2, both excluded", "angle of every panel with the horizontal"):
+        assert part in page
+    assert help_lines("drive.0.speed") == help_lines("drive.speed")
+    assert any(line.startswith("fold_angle") and " rad " in line for line in help_lines("strip"))
+    assert any(line.startswith("sheet.fold_angle") for line in help_lines("fold_angle"))
+    assert "  only with law = \"spline\"" in help_lines("crease.data")
+    assert any(line.startswith("contact ") for line in help_lines(""))
+
+
+def test_every_key_has_a_page_with_a_meaning() -> None:
+    """Each key has a row of the page of case files, and a page of its own."""
+    keys = all_keys()
+    assert {"strip.panels", "scene.films.mesh", "step.drive.travel", "vibration.probes"} <= set(keys)
+    for key in keys:
+        lines = help_lines(key)
+        assert lines[0].strip("[]") == key
+        assert any(line.startswith("  type") for line in lines), key
+        assert any(line.startswith("  default") for line in lines), key
+
+
+@pytest.mark.parametrize("key", ["strip.fold_angel", "strpi", "strip.panels.x", "../x", "x" * 300])
+def test_unknown_keys(key: str) -> None:
+    found = fsm("help", key)
+    assert found.exit_code == 2
+    assert len(found.output.strip().splitlines()) == 1
+    assert found.output.startswith("help: unknown key")
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.parent.name)
+def test_shipped_cases_fit_the_schema(path: Path, validator: Any) -> None:
+    assert faults(validator, path.read_text(encoding="utf-8")) == []
+
+
+@pytest.mark.parametrize(
+    ("change", "place"),
+    [
+        (("panels = 6", "panels = 1"), "strip.panels"),
+        (("panels = 6", "panel = 6"), "strip"),
+        (("length = \"480 mm\"", "length = -1"), "strip.length"),
+        (("length = \"480 mm\"", "length = \"long\""), "strip.length"),
+        (("law = \"linear\"", "law = \"quadratic\""), "crease"),
+        (("direction = [0, 0, 1]", "direction = [0, 1]"), "drive.0.direction"),
+        (("crease = 3", "crease = true"), "drive.0.crease"),
+        (("rtol = 1e-4", "method = \"statics\""), "solve.method"),
+        (("damping = \"10 ms\"", "damping = \"\""), "material.damping"),
+    ],
+)  # fmt: skip
+def test_mistakes_are_found_by_the_schema(change: tuple[str, str], place: str, validator: Any) -> None:
+    text = (ROOT / "fsm" / "commands" / "templates" / "strip.toml").read_text(encoding="utf-8")
+    assert change[0] in text
+    assert place in faults(validator, text.replace(*change, 1))
+
+
+def test_descriptions_have_units(tmp_path: Path) -> None:
+    path = tmp_path / "fsm.schema.json"
+    assert fsm("schema", "--out", str(path)).exit_code == 0
+    schema = json.loads(path.read_text(encoding="utf-8"))
+    assert schema == json.loads(fsm("schema").output)
+    angle = schema["definitions"]["Strip"]["properties"]["fold_angle"]["description"]
+    assert angle.startswith("angle of every panel with the horizontal; unit: rad")
+    undescribed = [
+        f"{name}.{key}" for name, section in schema["definitions"].items() for key, value in section["properties"].items()
+        if "description" not in value
+    ]  # fmt: skip
+    assert not undescribed
