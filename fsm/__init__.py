@@ -90,9 +90,9 @@ __all__ = [
     "ForceElement", "Friction", "FsmError", "HingeJoint", "Lattice", "Layout", "LinearCrease", "Load", "LoadedCase",
     "Material", "Membrane", "Model", "NotConverged", "NotInResult", "Obstacle", "Picture", "Plate", "PlateGroup",
     "PointForce", "PointSupport", "Ramp", "Record", "Release", "Result", "Save", "Scene", "SceneBeam", "SceneCable",
-    "SceneFilm", "SceneFrame", "SceneSeam", "Scissor", "Series", "Sheet", "SheetSupport", "Solution", "Solve", "SplineCrease", "Step", "Stop",
-    "Strip", "Surface", "Table", "TableCase", "Tension", "Vibration", "__version__", "compile_scene", "load", "load_case",
-    "load_table", "open", "read_solution", "run_case", "run_table", "simulate",
+    "SceneFilm", "SceneFrame", "SceneSeam", "Scissor", "Series", "Sheet", "SheetSupport", "Solution", "Solve",
+    "SplineCrease", "Step", "Stop", "Strip", "Surface", "Table", "TableCase", "Tension", "Vibration", "__version__",
+    "compile_scene", "load", "load_case", "load_table", "open", "read_solution", "run_case", "run_table", "simulate",
 ]  # fmt: skip
 
 
