@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import errno
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -119,6 +120,7 @@ def cli() -> None:
 @spatial_option
 @method_option
 @resume_option
+@click.option("--watch", is_flag=True, help="Serve a page on this computer that follows the run.")
 @click.option("--quiet", is_flag=True, help="Print nothing but errors.")
 @debug_option
 def run(
@@ -128,6 +130,7 @@ def run(
     spatial: bool,
     method: str | None,
     resume: bool,
+    watch: bool,
     quiet: bool,
 ) -> None:
     """Solve a case and write its results and plots."""
@@ -140,8 +143,8 @@ def run(
         from fsm.run import run_case
 
     try:
-        with add_source(case):
-            summary = run_case(loaded, folder, progress=not quiet, resume=resume)
+        with add_source(case), _watched(folder, loaded.case.title or case) if watch else nullcontext(not quiet) as progress:
+            summary = run_case(loaded, folder, progress=progress, resume=resume)
     except ExpectationFailed:  # the run itself is complete and its files are written
         if not quiet:
             from fsm.results.summary_file import SUMMARY, read_summary
@@ -374,6 +377,17 @@ for _command in (export, help_key, init, schema):
 
 def _solve_overrides(spatial: bool, method: str | None) -> list[str]:
     return [*(["solve.spatial=true"] if spatial else []), *([f"solve.method={method}"] if method else [])]
+
+
+@contextmanager
+def _watched(folder: Path, title: str) -> Iterator[Callable[[float], None]]:
+    """Page of a run on the loopback address; yields the function that receives the completed fraction."""
+    with imports_outside_gc(), plain_matplotlib():
+        from fsm.report.watch import Watch
+
+    with Watch(folder, title) as page:
+        click.echo(f"watch       {page.address}", err=True)
+        yield page.progress
 
 
 def main() -> None:

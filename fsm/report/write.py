@@ -30,13 +30,13 @@ from fsm.results.solution import Solution
 from fsm.results.store import read_solution
 from fsm.version import fsm_version
 
-__all__ = ["SHAPES", "CHANNELS", "find_results", "report_page", "write_report"]
+__all__ = ["SHAPES", "CHANNELS", "find_results", "live_page", "report_page", "write_report"]
 
 SHAPES, CHANNELS = 3_500_000, 1_500_000
 """Bytes of a page for the shapes and for the channels of all results together."""
 MOST_PLAYED = 40
 """Largest number of results with shapes; further results are in the comparison only."""
-_SCRIPTS = ("unpack.js", "player.js", "camera.js", "curves.js", "tables.js", "report.js", "start.js")
+_SCRIPTS = ("unpack.js", "player.js", "camera.js", "curves.js", "tables.js", "report.js", "live.js", "start.js")
 
 
 def find_results(given: Sequence[str]) -> dict[str, Path]:
@@ -110,11 +110,17 @@ def report_page(solutions: Mapping[str, Solution], wanted: Sequence[str] = (), t
     title = title or str(first.layout.case.get("title") or next(iter(solutions)))
     if len(solutions) > 1:
         title = f"{title} and {len(solutions) - 1} more"
-    data = {
-        "title": title, "version": fsm_version(), "results": results, "compare": comparison(solutions),
-        "palette": list(COLOURS), "maps": {name: _colour_map(name) for name in ("viridis", "RdBu_r")},
-    }  # fmt: skip
-    return _page(title, data)
+    return _page(title, _data(title, results) | {"compare": comparison(solutions)})
+
+
+def live_page(title: str) -> str:
+    """HTML page of a run that is not finished; it asks its server for data, and nobody else."""
+    return _page(title, _data(title, []) | {"compare": None}, live=True)
+
+
+def _data(title: str, results: list[dict[str, Any]]) -> dict[str, Any]:
+    maps = {name: _colour_map(name) for name in ("viridis", "RdBu_r")}
+    return {"title": title, "version": fsm_version(), "results": results, "palette": list(COLOURS), "maps": maps}
 
 
 def result_data(name: str, solution: Solution, shapes: int, channels: int, wanted: Sequence[str] = ()) -> dict[str, Any]:
@@ -173,13 +179,18 @@ def _colour_map(name: str) -> list[str]:
     return [matplotlib.colors.to_hex(colour) for colour in colours]
 
 
-def _page(title: str, data: Mapping[str, Any]) -> str:
-    """Page with embedded data, style, scripts and libraries; a policy in the page forbids all network access."""
+def _page(title: str, data: Mapping[str, Any], live: bool = False) -> str:
+    """Page with embedded data, style, scripts and libraries.
+
+    A policy in the page forbids all network access; a live page has access to its own server.
+    """
     folder = files("fsm.report") / "page"
     nonce = base64.urlsafe_b64encode(secrets.token_bytes(12)).decode("ascii")
     filled = {
         "TITLE": html.escape(title, quote=True),
         "NONCE": nonce,
+        "CONNECT": "'self'" if live else "'none'",
+        "LIVE": ' data-live="true"' if live else "",
         "STYLE": (folder / "report.css").read_text(encoding="utf-8"),
         "DATA": safe_json(data),
         "THREE": compressed(library("three").encode()),

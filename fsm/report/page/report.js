@@ -3,12 +3,11 @@
 
 const at = (id) => document.getElementById(id);
 
-async function start() {
+async function startPage(data) {
   if (!("DecompressionStream" in window)) {
     at("status").textContent = "This page needs a browser of 2023 or later.";
     return;
   }
-  const data = JSON.parse(at("data").textContent);
   await runLibrary("plotly");
   const curves = new Curves(data.palette);
   let player = null;
@@ -20,7 +19,7 @@ async function start() {
     at("status").textContent = "This browser has no WebGL: the motion cannot be shown; the curves can.";
     at("stage").hidden = true;
   }
-  new Page(data, player, curves);
+  return new Page(data, player, curves);
 }
 
 class Page {
@@ -37,7 +36,7 @@ class Page {
     this.wire();
     this.theme(matchMedia("(prefers-color-scheme: dark)").matches);
     if (data.compare) new Comparison(this, data.compare);
-    this.choose(0).then(() => { fsmReport.ready = true; document.body.dataset.ready = "true"; });
+    this.started = this.choose(0).then(() => { fsmReport.ready = true; document.body.dataset.ready = "true"; });
   }
 
   async choose(number) {
@@ -68,6 +67,20 @@ class Page {
     at("case").textContent = result.case;
     this.select(null);
     this.show(0);
+  }
+
+  // Show a result with more records in the place of the present one, from the same side.
+  async renew(result) {
+    await this.started;
+    const { player } = this, kept = player && player.data && ["azimuth", "elevation", "distance", "target"].map((name) => [name, player[name]]);
+    const { selected } = this, last = !this.result.player || this.frame >= this.result.player.records.length - 1.001 || this.frame === 0;
+    const { frame } = this;
+    this.data.results[this.number] = result;
+    this.cache.delete(this.number);
+    await this.choose(this.number);
+    if (kept) Object.assign(player, Object.fromEntries(kept));
+    this.show(last ? Infinity : frame);
+    if (selected) this.select(this.objects.find((one) => one.name === selected.name) || null);
   }
 
   // ---------------------------------------------------------------------------------------------- motion
