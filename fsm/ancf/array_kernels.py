@@ -31,6 +31,7 @@ from fsm.ancf.arrays import (
     MASS_FACTORS,
     MATRIX,
     NUMBERS,
+    RATE_DEPENDENT,
     SIZES,
     STIFFNESS,
     STORED_AT,
@@ -164,7 +165,7 @@ def _dissipated(model: Coordinates, t: float, q: np.ndarray, step: float) -> flo
     table = model.table
     last, last_time = floats_1d(table, LAST), floats_1d(table, LAST_TIME)
     damped, lost = floats_1d(table, NUMBERS)[DAMPED], 0.0
-    if step > 0.0:
+    if step > 0.0 and floats_1d(table, NUMBERS)[RATE_DEPENDENT] > 0.0:
         begin = last_time[0]
         halfway, mean = np.empty(q.shape[0]), np.empty(q.shape[0])
         for i in range(q.shape[0]):

@@ -8,7 +8,7 @@ from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import find_slot
 
 __all__ = [
-    "add_point", "contract", "gather", "scatter_force", "scatter_matrix", "slots_of", "weigh_bending", "weigh_stretch",
+    "contract", "gather", "scatter_force", "scatter_matrix", "slots_of", "weigh_bending", "weigh_stretch",
 ]  # fmt: skip
 
 
@@ -55,38 +55,6 @@ def scatter_matrix(slots: np.ndarray, scale: np.ndarray, size: int, element: np.
             for a in range(3):
                 for b in range(3):
                     flat[slot + a * size + b] += factor * element[a, b, i, j]
-
-
-@kernel(inline=True)
-def add_point(
-    rows: np.ndarray, hessian: np.ndarray, derivatives: int, vectors: int, work: np.ndarray, matrix: np.ndarray
-) -> None:
-    """Add sum_pq S_p^T H_pq S_q of one Gauss point to an element matrix.
-
-    Parameters
-    ----------
-    rows : (p, v) array
-        Derivatives of the shape functions that the energy depends on.
-    hessian : (3 p, 3 p) array
-        Second derivatives of the energy by the derivatives of r.
-    derivatives, vectors : p, v
-        Literals in inlined calls, so that the loops are unrolled.
-    work : (v,) array
-    matrix : (3, 3, v, v) array, changed in place
-    """
-    for a in range(3):
-        for b in range(3):
-            for p in range(derivatives):
-                for j in range(vectors):
-                    work[j] = 0.0
-                for q in range(derivatives):
-                    factor = hessian[3 * p + a, 3 * q + b]
-                    for j in range(vectors):
-                        work[j] += factor * rows[q, j]
-                for i in range(vectors):
-                    factor = rows[p, i]
-                    for j in range(vectors):
-                        matrix[a, b, i, j] += factor * work[j]
 
 
 @kernel(inline=True)

@@ -24,8 +24,7 @@ from fsm.kernels.cache_folder import OPTIONS, cache_folder
 from fsm.kernels.dispatcher import KernelDispatcher
 
 __all__ = [
-    "AbsentPointer", "Pointer", "cache_folder", "cache_misses", "compile_time", "compiled_as", "kernel", "kernel_names",
-    "on_compile", "shared",
+    "cache_folder", "cache_misses", "compile_time", "compiled_as", "kernel", "kernel_names", "on_compile", "shared",
 ]  # fmt: skip
 
 _kernels: dict[int, Any] = {}
@@ -96,56 +95,6 @@ def compiled_as(asked: Callable[..., Any], kind: type, instead: Callable[..., An
 
     if not numba.config.DISABLE_JIT:
         numba.extending.overload(asked, strict=False)(choose)
-
-
-class Pointer:
-    """A compiled kernel that other kernels call by its address, so that they are not compiled together.
-
-    A kernel contains the code of all kernels that it calls, and the compiler optimises it again at each level. A call by
-    address takes 50 ns and avoids this cost.
-
-    Parameters
-    ----------
-    function : kernel
-    arguments : examples of its arguments
-    """
-
-    def __init__(self, function: Any, *arguments: Any) -> None:
-        kinds = tuple(numba.typeof(argument) for argument in arguments)
-        function.compile(kinds)
-        self._result = function.overloads[kinds]
-        self._numba_type_ = numba.types.FunctionType(self._result.signature)
-
-    def __wrapper_address__(self) -> int:
-        """Address of the machine code, for numba."""
-        return int(self._result.library.get_pointer_to_function(self._result.fndesc.llvm_cfunc_wrapper_name))
-
-    def signature(self) -> Any:
-        """Types of the arguments and of the result, for numba."""
-        return self._result.signature
-
-
-class AbsentPointer:
-    """`Pointer` of the type of some function that is never called, so that it need not be compiled.
-
-    Parameters
-    ----------
-    result : example of the result
-    arguments : examples of the arguments
-    """
-
-    def __init__(self, result: Any, *arguments: Any) -> None:
-        kinds = (numba.typeof(argument) for argument in arguments)
-        self._signature = numba.typeof(result)(*kinds)
-        self._numba_type_ = numba.types.FunctionType(self._signature)
-
-    def __wrapper_address__(self) -> int:
-        """Address, for numba."""
-        return 1
-
-    def signature(self) -> Any:
-        """Types of the arguments and of the result, for numba."""
-        return self._signature
 
 
 def _compile_lazily(function: F, inline: bool) -> F:

@@ -6,7 +6,7 @@ takes 50 ns and avoids this cost.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeVar
 
 import numba
 import numba.extending
@@ -14,8 +14,11 @@ from llvmlite import ir
 from numba.core import cgutils
 from numba.core.typing.typeof import typeof_impl
 from numba.experimental.function_type import FunctionModel
+from numba.np.arrayobj import make_array
 
-__all__ = ["Pointer", "call_at", "typed_by"]
+__all__ = ["AbsentPointer", "Pointer", "borrowed", "call_at", "typed_by"]
+
+T = TypeVar("T")
 
 
 class _Address(numba.types.FunctionType):  # type: ignore[misc, unused-ignore]
@@ -51,11 +54,41 @@ class Pointer:
         self._numba_type_ = _Address(result.signature)
         self.address = int(result.library.get_pointer_to_function(result.fndesc.llvm_cfunc_wrapper_name))
         self._keeps = result  # the machine code
+        self._entries: dict[Any, Any] = {}
 
     @property
     def first_type(self) -> Any:
         """Type of the first argument, for numba."""
         return self._numba_type_.signature.args[0]
+
+
+    def entry(self, function: Any, *arguments: Any) -> Any:
+        """Entry point of a kernel for arguments of these types, remembered with this pointer.
+
+        Later arguments must have the same types. A call of the kernel itself would look up all types, for 10 us.
+        """
+        found = self._entries.get(function)
+        if found is None:
+            kinds = tuple(numba.typeof(argument) for argument in arguments)
+            function.compile(kinds)
+            found = self._entries[function] = function.overloads[kinds].entry_point
+        return found
+
+
+class AbsentPointer:
+    """`Pointer` of the type of some function that is never called, so that it need not be compiled.
+
+    Parameters
+    ----------
+    result : example of the result
+    arguments : examples of the arguments
+    """
+
+    address = 1
+
+    def __init__(self, result: Any, *arguments: Any) -> None:
+        kinds = (numba.typeof(argument) for argument in arguments)
+        self._numba_type_ = _Address(numba.typeof(result)(*kinds))
 
 
 def typed_by(kind: type) -> None:
@@ -81,6 +114,10 @@ if numba.config.DISABLE_JIT:
         """See below; without the compiler there are no addresses."""
         raise NotImplementedError
 
+    def borrowed(value: T) -> T:
+        """See below."""
+        return value
+
 else:
 
     @numba.extending.intrinsic
@@ -98,3 +135,27 @@ else:
             return builder.call(builder.inttoptr(arguments[0], form.as_pointer()), arguments[1:])
 
         return real(numba.types.int64, table, table, real), generate
+
+    @numba.extending.intrinsic
+    def borrowed(context: Any, value: Any) -> Any:
+        """Return arrays, or tuples that contain them, without their owners.
+
+        A kernel counts the references of all arrays of a tuple whenever it passes the tuple on. Without owners it does not.
+        The caller keeps the arrays.
+        """
+
+        def without(context: Any, builder: Any, kind: Any, passed: Any) -> Any:
+            if isinstance(kind, numba.types.Array):
+                array = make_array(kind)(context, builder, passed)
+                array.meminfo = array.parent = context.get_constant_null(numba.types.voidptr)
+                return array._getvalue()
+            if isinstance(kind, numba.types.BaseTuple):
+                for i, part in enumerate(kind.types):
+                    inner = without(context, builder, part, builder.extract_value(passed, i))
+                    passed = builder.insert_value(passed, inner, i)
+            return passed
+
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return without(context, builder, signature.args[0], arguments[0])
+
+        return value(value), generate

@@ -10,7 +10,7 @@ import numpy as np
 
 from fsm.interactions.shapes import ContactForces
 from fsm.kernels.addresses import address_table, tables_of
-from fsm.kernels.jit import AbsentPointer, Pointer
+from fsm.kernels.pointers import AbsentPointer, Pointer
 from fsm.laws.friction import FrictionLaw
 from fsm.segments.array_contacts import CONTACTS, NO_CONTACTS
 from fsm.segments.array_shapes import PLANAR_SHAPES, SPATIAL_SHAPES, ShapeArrays

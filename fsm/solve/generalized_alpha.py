@@ -246,7 +246,8 @@ class GeneralizedAlpha:
             np.array(sorted(system.break_times()), dtype=float),
         )  # fmt: skip
         still, sizes, counts = np.zeros(len(u)), np.zeros(9), np.zeros(11, dtype=np.int64)
-        self.motion = Motion(q.copy(), u.copy(), still, still.copy(), still.copy(), sizes, counts)
+        q, u = np.array(q, dtype=float), np.array(u, dtype=float)
+        self.motion = Motion(q, u, still, still.copy(), still.copy(), sizes, counts)
         sizes[stepping.TIME], sizes[stepping.MAX_STEP], sizes[stepping.LONGEST] = t, max_step, math.inf
         sizes[stepping.CONTRACTION] = sizes[stepping.LAST_ERROR] = 1.0
         counts[stepping.DIVISION] = 1
@@ -283,12 +284,12 @@ class GeneralizedAlpha:
         motion = self.motion = self.motion._replace(q=self.motion.q.copy(), u=self.motion.u.copy())
         records, begun, system = self.records(most if every else 1), self.steps, self.system
         system.to_arrays()
-        outcome = march_arrays(self._arrays, motion, self.rules, balance, until, most, records)
+        outcome = self._march(balance, until, most, records)
         while outcome == stepping.UNABLE and system.lacks_arrays():
             self._arrays = cast(ArraySystem, system).arrays(self.model.linear.ready)
             motion.counts[stepping.TANGENT], left = 0, most - (self.steps - begun)
             own = records[self.steps - begun :] if every else records
-            outcome = march_arrays(self._arrays, motion, self.rules, balance, until, left, own)
+            outcome = self._march(balance, until, left, own)
         self.pair_energy = system.from_arrays()
         if outcome in (stepping.UNABLE, stepping.OBJECTED):
             # one step in Python, where SciPy solves the linear equations, and the reason of a rejection is known
@@ -303,10 +304,16 @@ class GeneralizedAlpha:
 
     def records(self, count: int) -> np.ndarray:
         """Zero records of so many steps."""
-        return np.zeros((count, self._recorded + len(self.q) + len(self.u)))
+        return np.zeros((count, self.recorded + len(self.q) + len(self.u)))
+
+    def _march(self, balance: np.ndarray, until: float, most: int, records: np.ndarray) -> int:
+        assert self._arrays is not None
+        arguments = self._arrays, self.motion, self.rules, balance, until, most, records
+        outcome: int = self._arrays.calls.force.entry(march_arrays, *arguments)(*arguments)
+        return outcome
 
     @cached_property
-    def _recorded(self) -> int:
+    def recorded(self) -> int:
         """Numbers of a record before the state."""
         observed = self.system.observe(self.t, self.q, self.u)
         return DRIVES + 2 * len(observed.drive.travel) + len(observed.pairs.force)

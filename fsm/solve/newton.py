@@ -54,7 +54,8 @@ def equilibrium(
     arrays = cast(ArrayRestSystem, system).arrays_at_rest(LinearSolver().ready) if _has_arrays(type(system)) else None
     if arrays is not None:
         states = np.empty((len(times), len(q)))
-        begun = follow_arrays(arrays, times, q, size, tolerance, max_iterations, states)
+        numbers = np.array(times, dtype=float), np.array(q, dtype=float), size, float(tolerance), max_iterations
+        begun = arrays.calls.force.entry(follow_arrays, arrays, *numbers, states)(arrays, *numbers, states)
         for t, state in zip(times[:begun], states, strict=False):
             q = state
             if on_state is not None:

@@ -66,7 +66,7 @@ class StepwiseRun(Run):
         balance = np.array([*energy_balance.numbers(), power, smallest, settings.energy_abort, losses, 0.0])
         most = max(1, min(self.renewed + self.every, settings.max_steps) - solver.steps)
         drives, pairs = len(self.last.drive.travel), len(self.last.pairs.force)
-        every = drives + pairs > 0
+        solver.recorded, every = DRIVES + 2 * drives + pairs, drives + pairs > 0
         try:
             records = solver.march(balance, self.pending[0] if self.pending else settings.end_time, most, every)
         except StepFailed as error:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fsm.kernels.jit import compiled_as, kernel, shared
-from fsm.kernels.pointers import Pointer, typed_by
+from fsm.kernels.pointers import Pointer, borrowed, typed_by
 from fsm.kernels.vector import largest_ratio
 from fsm.stepping.vectors import copy_into, scaled, subtracted
 
@@ -126,6 +126,7 @@ def find(
     return False, q, residual
 
 
+@shared
 def _follow(
     model: Any, times: np.ndarray, q: np.ndarray, size: np.ndarray, tolerance: float, most: int, states: np.ndarray
 ) -> int:
@@ -140,8 +141,12 @@ def _follow(
     return times.shape[0]
 
 
-follow_arrays = kernel(_follow)
-"""Compiled `_follow` for a `RestModel`."""
+@kernel
+def follow_arrays(
+    model: Any, times: np.ndarray, q: np.ndarray, size: np.ndarray, tolerance: float, most: int, states: np.ndarray
+) -> int:
+    """Compiled `_follow` for a `RestModel`."""
+    return _follow(borrowed(model), borrowed(times), borrowed(q), borrowed(size), tolerance, most, borrowed(states))
 
 
 def _array_force(model: Any, t: float, q: np.ndarray) -> Any:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from fsm.kernels.jit import kernel, shared
+from fsm.kernels.pointers import borrowed
 from fsm.stepping.generalized_alpha import STEPPED, TIME, Motion, Rules, take_step
 from fsm.stepping.model import TIME as AT
 from fsm.stepping.model import TURNOVER as BEFOREHAND
@@ -85,5 +86,11 @@ def march(
     return STEPPED
 
 
-march_arrays = kernel(march)
-"""Compiled `march` for an `ArrayModel`."""
+@kernel
+def march_arrays(
+    model: Any, motion: Motion, rules: Rules, balance: np.ndarray, until: float, most: int, records: np.ndarray
+) -> int:
+    """Compiled `march` for an `ArrayModel`."""
+    return march(
+        borrowed(model), borrowed(motion), borrowed(rules), borrowed(balance), until, most, borrowed(records)
+    )
