@@ -92,11 +92,7 @@ def find_contacts_planar(
     owners: np.ndarray,
     stations: np.ndarray,
     below: float,
-    found_probe: np.ndarray,
-    found_piece: np.ndarray,
-    found_side: np.ndarray,
-    found_s: np.ndarray,
-    found_gap: np.ndarray,
+    found: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray],
 ) -> int:
     """Find the closest points of all probes whose gap is below a bound.
 
@@ -108,7 +104,8 @@ def find_contacts_planar(
         Distance from an end of the surface below which the probe's share is zero; negative: no taper.
     below : float, m
         Largest gap; 0 for contacts only.
-    found_probe, found_piece, found_side, found_s, found_gap : (n,) arrays, changed in place
+    found : (n,) arrays, changed in place
+        Probes, pieces, sides, s, and gaps.
 
     Returns
     -------
@@ -119,6 +116,7 @@ def find_contacts_planar(
     axes = turned_planar(poses)
     controls = control_points_planar(poses, axes, owners, stations)
     chords = chords_of_planar(controls, stations)
+    found_probe, found_piece, found_side, found_s, found_gap = found
     count = 0
     for i in range(probe_body.shape[0]):
         if window[i, 0] >= window[i, 1]:

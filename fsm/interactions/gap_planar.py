@@ -21,6 +21,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from fsm.interactions.shapes import BlockIndex, ContactForces, FoundPoints
 from fsm.interactions.surface import blend, overshoot
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import add_block
@@ -91,11 +92,7 @@ def _geometry(
 def measure_gap_planar(
     poses: np.ndarray,
     rates: np.ndarray,
-    count: int,
-    found_probe: np.ndarray,
-    found_piece: np.ndarray,
-    found_side: np.ndarray,
-    found_s: np.ndarray,
+    found: FoundPoints,
     probe_body: np.ndarray,
     probe_x: np.ndarray,
     straight: np.ndarray,
@@ -114,6 +111,8 @@ def measure_gap_planar(
     gradient : (count, 2, 9) array
         dg/dx, and the slip gradient V: V.u is the slip velocity at the rates u.
     """
+    found_probe, found_piece, found_side, found_s = found
+    count = found_probe.shape[0]
     bodies = np.empty((count, 3), dtype=np.int64)
     rate = np.empty((count, 2))
     gradient = np.zeros((count, 2, 9))
@@ -179,32 +178,23 @@ def _slip_gradient(
 def tangent_gap_planar(
     poses: np.ndarray,
     rates: np.ndarray,
-    count: int,
     bodies: np.ndarray,
     gradient: np.ndarray,
-    found_probe: np.ndarray,
-    found_piece: np.ndarray,
-    found_side: np.ndarray,
-    found_s: np.ndarray,
+    found: FoundPoints,
     probe_x: np.ndarray,
     straight: np.ndarray,
     clearance: np.ndarray,
     inset: np.ndarray,
     stations: np.ndarray,
-    normal: np.ndarray,
-    by_depth: np.ndarray,
-    by_closing: np.ndarray,
-    effort: np.ndarray,
-    by_slip: np.ndarray,
-    by_normal: np.ndarray,
-    with_friction: bool,
-    dof: np.ndarray,
-    indptr: np.ndarray,
-    indices: np.ndarray,
+    forces: ContactForces,
+    index: BlockIndex,
     stiffness_data: np.ndarray,
     damping_data: np.ndarray,
 ) -> None:
-    """Add K and D of all contacts; forces and their slopes as in `fsm.segments.contact_geometry`."""
+    """Add K and D of all contacts."""
+    found_probe, found_piece, found_side, found_s = found
+    normal, by_depth, by_closing, effort, by_slip, by_normal, with_friction = forces
+    dof, indptr, indices = index
     weights = np.empty((3, 4))
     curve = np.empty((3, 2))
     vec = np.empty((5, 9))
@@ -217,7 +207,7 @@ def tangent_gap_planar(
     curvature = np.zeros((3, 9))
     speed = np.empty(9)
     along = np.empty(9)
-    for i in range(count):
+    for i in range(found_probe.shape[0]):
         probe, piece = found_probe[i], found_piece[i]
         tx, tz, nx, nz, length, distance, bend = _geometry(
             poses, bodies[i], probe_x[probe], found_side[i], found_s[i], stations[piece], weights, curve, vec

@@ -18,6 +18,7 @@ from __future__ import annotations
 import numpy as np
 
 from fsm.interactions.control_points import ROW, ROW_S, ROW_SS, ROW_SY, ROW_Y
+from fsm.interactions.shapes import FoundPoints
 from fsm.interactions.surface import blend, overshoot
 from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
@@ -132,11 +133,7 @@ def variations(
 def measure_gap_spatial(
     poses: np.ndarray,
     rates: np.ndarray,
-    count: int,
-    found_probe: np.ndarray,
-    found_piece: np.ndarray,
-    found_side: np.ndarray,
-    found_at: np.ndarray,
+    found: FoundPoints,
     probe_body: np.ndarray,
     place: np.ndarray,
     straight: np.ndarray,
@@ -144,7 +141,6 @@ def measure_gap_spatial(
     inset: np.ndarray,
     owners: np.ndarray,
     stations: np.ndarray,
-    half_width: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Compute rates and gradients of gap and slip of all contacts.
 
@@ -155,6 +151,8 @@ def measure_gap_spatial(
         Rate of the gap, and the slip velocity in inertial axes.
     gradient : (count, 4, 18) array
     """
+    found_probe, found_piece, found_side, found_at = found
+    count = found_probe.shape[0]
     bodies = np.empty((count, 3), dtype=np.int64)
     rate = np.empty((count, 4))
     gradient = np.zeros((count, 4, 18))

@@ -6,6 +6,7 @@ import numpy as np
 
 from fsm.interactions.control_points import ROW, ROW_S, ROW_SS, ROW_SY, ROW_Y
 from fsm.interactions.gap_spatial import variations
+from fsm.interactions.shapes import BlockIndex, ContactForces, FoundPoints
 from fsm.interactions.surface import overshoot
 from fsm.kernels.jit import kernel
 from fsm.kernels.scatter import add_block
@@ -33,33 +34,23 @@ def _second_variation(
 def tangent_gap_spatial(
     poses: np.ndarray,
     rates: np.ndarray,
-    count: int,
     bodies: np.ndarray,
     gradient: np.ndarray,
-    found_probe: np.ndarray,
-    found_piece: np.ndarray,
-    found_side: np.ndarray,
-    found_at: np.ndarray,
+    found: FoundPoints,
     place: np.ndarray,
     straight: np.ndarray,
     clearance: np.ndarray,
     inset: np.ndarray,
     stations: np.ndarray,
-    half_width: np.ndarray,
-    normal_force: np.ndarray,
-    by_depth: np.ndarray,
-    by_closing: np.ndarray,
-    effort: np.ndarray,
-    by_slip: np.ndarray,
-    by_normal: np.ndarray,
-    with_friction: bool,
-    dof: np.ndarray,
-    indptr: np.ndarray,
-    indices: np.ndarray,
+    forces: ContactForces,
+    index: BlockIndex,
     stiffness_data: np.ndarray,
     damping_data: np.ndarray,
 ) -> None:
     """Add K and D of all contacts; arguments as in `tangent_gap_planar`, slip and friction are 3-vectors."""
+    found_probe, found_piece, found_side, found_at = found
+    normal_force, by_depth, by_closing, effort, by_slip, by_normal, with_friction = forces
+    dof, indptr, indices = index
     weights, shift, local = np.empty((3, 4)), np.empty((5, 2)), np.empty((5, 2, 3))
     frames, surface = np.empty((3, 3, 3)), np.empty((5, 3))
     normal, dual, change = np.empty(3), np.empty((2, 3)), np.empty((5, 18, 3))
@@ -72,7 +63,7 @@ def tangent_gap_spatial(
     slip_x = np.empty(3)
     sliding, along_normal, sliding_second = np.empty(18), np.empty(18), np.empty((18, 18))
     block_k, block_d = np.empty((18, 18)), np.empty((18, 18))
-    for i in range(count):
+    for i in range(found_probe.shape[0]):
         probe, piece = found_probe[i], found_piece[i]
         distance = variations(
             poses, bodies[i], place[probe], found_side[i], found_at[i], stations[piece],

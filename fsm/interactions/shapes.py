@@ -6,10 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["BlockIndex", "ContactForces", "EdgePairs", "Edges", "Points", "Shapes"]
+__all__ = ["BlockIndex", "ContactForces", "EdgePairs", "Edges", "FoundPoints", "Points", "Shapes"]
 
 BlockIndex = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Arrays `dof`, `indptr` and `indices` of `fsm.kernels.scatter.add_block`."""
+
+FoundPoints = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+"""Probes (m,) on surfaces, their pieces, sides, and closest points: s (m,) in the plane, (s, y) (m, 2) in space."""
 
 
 class Shapes(NamedTuple):

@@ -53,9 +53,9 @@ from fsm.segments.contact_arrays import (
 )
 from fsm.stepping.vectors import copy_into
 
-__all__ = ["PLANAR_SHAPES", "RENEWAL", "SPATIAL_SHAPES", "ShapeArrays"]
+__all__ = ["PLANAR_SHAPES", "SPATIAL_SHAPES", "ShapeArrays"]
 
-RENEWAL = 0.4
+_RENEWAL = 0.4
 """Displacement, relative to the margin, after which the broad phase is renewed."""
 GROUND = 0
 """Index of the ground."""
@@ -166,7 +166,7 @@ def _edge_pairs_of(g: np.ndarray) -> EdgePairs:
 
 @kernel
 def _must_renew(g: np.ndarray, poses: np.ndarray) -> bool:
-    bound = RENEWAL * floats_1d(g, NUMBERS)[MARGIN]
+    bound = _RENEWAL * floats_1d(g, NUMBERS)[MARGIN]
     if integers_1d(g, STATE)[REFERRED] == 0:
         return True
     return bool(moved_beyond(poses, floats_2d(g, REFERENCE), integers_1d(g, MOVING), floats_1d(g, RADII), bound))
@@ -503,7 +503,7 @@ def _settle(g: np.ndarray, poses: np.ndarray, young: np.ndarray, new: bool) -> N
 @kernel
 def _candidates(g: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Slots that may have passed through a face: near ones if the last accepted state is near the last renewal, else all."""
-    bound = RENEWAL * floats_1d(g, NUMBERS)[MARGIN]
+    bound = _RENEWAL * floats_1d(g, NUMBERS)[MARGIN]
     start, reference = floats_2d(g, COMMITTED), floats_2d(g, REFERENCE)
     if not moved_beyond(start, reference, integers_1d(g, MOVING), floats_1d(g, RADII), bound):
         return _near_points(g), _near_edges(g)

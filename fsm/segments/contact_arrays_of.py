@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from fsm.interactions.contact_body_pairs import coupled_bodies
 from fsm.interactions.shapes import ContactForces
 from fsm.kernels.addresses import address_table, tables_of
 from fsm.kernels.pointers import AbsentPointer, Pointer
 from fsm.laws.friction import FrictionLaw
 from fsm.segments.array_contacts import CONTACTS, NO_CONTACTS
 from fsm.segments.array_shapes import PLANAR_SHAPES, SPATIAL_SHAPES, ShapeArrays
+from fsm.segments.array_surfaces import PLANAR_SURFACES, SPATIAL_SURFACES, TAPERS, SurfaceArrays
 from fsm.segments.arrays import flat_arrays
 from fsm.segments.contact_arrays import (
     BRISTLE,
@@ -26,6 +28,7 @@ from fsm.segments.contact_arrays import (
     REFERRED,
     STARTED,
     STATES,
+    SURFACES,
     ContactArrays,
     ContactKernels,
     ContactParts,
@@ -37,7 +40,7 @@ from fsm.segments.contacts import ContactGroup
 from fsm.segments.overlaps import Overlaps
 from fsm.segments.pattern import BodyPattern
 from fsm.segments.shape_contacts import ShapeContacts
-from fsm.segments.shape_tables import Units
+from fsm.segments.surface_contacts import SurfaceContacts
 
 __all__ = ["ContactModel", "has_contact_arrays"]
 
@@ -46,57 +49,52 @@ _MOST_SLOTS = 50000
 
 
 def has_contact_arrays(group: ContactGroup, spatial: bool) -> bool:
-    """Whether a contact group has arrays: contacts of shapes, friction that does not depend on the direction."""
+    """Whether a contact group has arrays: friction does not depend on the direction, and the tables of shapes are small."""
     geometry, friction = group.geometry, group.friction
-    if not isinstance(geometry, ShapeContacts):
-        return False
     if friction is not None and spatial and friction.across != 1.0:
         return False
-    return geometry.all_slots <= _MOST_SLOTS
+    if isinstance(geometry, ShapeContacts):
+        return geometry.all_slots <= _MOST_SLOTS
+    return isinstance(geometry, SurfaceContacts)
 
 
-@dataclass
-class _GroupArrays:
-    """Arrays of one group, and the table of their addresses."""
+class _GroupArrays(ABC):
+    """Arrays of one group, and the table of their addresses.
 
-    group: ContactGroup
-    units: Units
-    keys: np.ndarray
-    common: ContactArrays
-    own: ShapeArrays
-    table: np.ndarray
+    Parameters
+    ----------
+    group : ContactGroup
+    keys : keys of all slots
+    slots : share, area and pair of all slots
+    moving : bodies that renew the broad phase, and their radii
+    pattern : BodyPattern
+    bodies, width : shape of the rates of all bodies, and length of a pose
+    """
 
-    @classmethod
-    def of(cls, group: ContactGroup, pattern: BodyPattern, bodies: tuple[int, int], width: int) -> _GroupArrays:
-        """Create the arrays; `bodies` is the shape of the rates of all bodies, and `width` the length of a pose."""
-        geometry = group.geometry
-        assert isinstance(geometry, ShapeContacts)
-        units, tables, slots_open, near = geometry.whole()
-        count, slips, rules = len(tables.key), geometry.slips, group.impacts.rules
-        friction, kit = group.friction, geometry.kit
+    def __init__(
+        self, group: ContactGroup, keys: np.ndarray, slots: tuple[np.ndarray, np.ndarray, np.ndarray],
+        moving: tuple[np.ndarray, np.ndarray], pattern: BodyPattern, bodies: tuple[int, int], width: int,
+    ) -> None:  # fmt: skip
+        geometry, count, rules, friction = group.geometry, len(keys), group.impacts.rules, group.friction
         state = np.zeros(STATES, dtype=np.int64)
         state[FRICTION] = int(friction is not None)
         state[BRISTLE] = int(friction is not None and friction.law.bristle)
-        poses = np.zeros((bodies[0], width))
-        common = ContactArrays(
-            state, np.array([geometry.margin, 0.0]), group.normal.params,
-            np.zeros(0) if friction is None else friction.params, np.zeros(6), rules.mobility,
-            rules.loose, tables.share.copy(), tables.area, tables.pair, np.zeros(count), np.zeros(count), np.zeros(count),
-            np.zeros((count, slips)), np.zeros(count, dtype=np.int64), np.zeros(count, dtype=np.int64), poses,
-            np.zeros(bodies), poses.copy(), geometry.moving, geometry.radii, *pattern.index,
+        poses, none = np.zeros((bodies[0], width)), np.zeros(count, dtype=np.int64)
+        self.group, self.keys = group, keys
+        self.common: ContactArrays = _contiguous(
+            ContactArrays(
+                state, np.array([geometry.margin, 0.0]), group.normal.params,
+                np.zeros(0) if friction is None else friction.params, np.zeros(6), rules.mobility, rules.loose, *slots,
+                np.zeros(count), np.zeros(count), np.zeros(count), np.zeros((count, geometry.slips)), none, none.copy(),
+                poses, np.zeros(bodies), poses.copy(), *moving, *pattern.index,
+            )
         )  # fmt: skip
-        number = len(units.key)
-        weights = Overlaps.nothing().of(units)
-        own = ShapeArrays(
-            tables.points, tables.shapes, tables.edges, tables.edge_pairs, geometry.reach,
-            geometry.depth_limits(tables), units.shapes, tables.point_start, tables.pair_start, tables.unit, tables.column,
-            tables.weight, slots_open, near, np.zeros(number, dtype=np.int64),
-            np.zeros(len(tables.points.body), dtype=np.int64), np.zeros(len(tables.edge_pairs.edges), dtype=np.int64),
-            weights.known.astype(np.int64), weights.latest, weights.in_force, units.whole, units.share, kit.solids.size,
-            kit.solids.offset, kit.solids.axes, kit.point_start, kit.local, kit.weight, kit.on_axis.astype(np.int64),
-        )  # fmt: skip
-        common, own = (_contiguous(arrays) for arrays in (common, own))
-        return cls(group, units, tables.key, common, own, address_table([*common, *flat_arrays(own)]))
+
+    def _set_table(self, own: Any) -> Any:
+        """Contiguous arrays of the geometry; sets the table."""
+        own = _contiguous(own)
+        self.table = address_table([*self.common, *flat_arrays(own)])
+        return own
 
     def index(self, pattern: BodyPattern) -> None:
         """Use another pattern."""
@@ -105,9 +103,17 @@ class _GroupArrays:
         self.table[INDEX : INDEX + 3] = address_table(pattern.index)
         self.common.state[LACKS] = 0
 
+    @abstractmethod
     def pairs(self) -> np.ndarray:
-        """Pairs (m, 2) of bodies that have been near each other."""
-        return self.own.shapes.body[self.units.shapes[self.own.met == 1]]
+        """Pairs (m, 2) of bodies that the pattern has to couple."""
+
+    @abstractmethod
+    def load_own(self, memory: np.ndarray) -> None:
+        """Copy the memory of the geometry to the arrays; empty: the initial memory."""
+
+    @abstractmethod
+    def own_memory(self) -> np.ndarray:
+        """Memory of the geometry, from the arrays."""
 
     def load(self) -> None:
         """Copy the memory of the group to the arrays."""
@@ -117,27 +123,23 @@ class _GroupArrays:
         state[REFERRED] = state[CHANGES] = state[STARTED] = 0
         for values in (arrays.onset, arrays.began, arrays.depth, arrays.deflection):
             values[:] = 0.0
-        overlaps = Overlaps.nothing()
-        if len(memory):
-            kept, rest = ContactMemory.from_flat(memory[1:], self.group.geometry.slips)
-            order = np.argsort(self.keys)
-            rows = order[np.searchsorted(self.keys, kept.key, sorter=order)]
-            arrays.onset[rows], arrays.began[rows], arrays.depth[rows] = kept.onset, kept.began, kept.depth
-            arrays.deflection[rows] = kept.deflection
-            poses, size = arrays.committed.size, arrays.rates_before.size
-            arrays.committed[:] = rest[:poses].reshape(arrays.committed.shape)
-            arrays.rates_before[:] = rest[poses : poses + size].reshape(arrays.rates_before.shape)
-            arrays.numbers[COMMITTED_AT], state[STARTED] = memory[0], 1
-            of_geometry = rest[poses + size :]
-            overlaps = Overlaps.from_flat(of_geometry[1 + int(of_geometry[0]) :])
-        weights, own, tables = overlaps.of(self.units), self.own, self.own
-        own.known[:], own.latest[:], own.in_force[:] = weights.known, weights.latest, weights.in_force
-        arrays.share[:] = tables.weight * weights.shares[tables.unit, tables.column]
-        state[CHANGES] = int((weights.in_force != weights.latest).any())
+        if not len(memory):
+            self.load_own(self.group.geometry.memory())
+            return
+        kept, rest = ContactMemory.from_flat(memory[1:], self.group.geometry.slips)
+        order = np.argsort(self.keys)
+        rows = order[np.searchsorted(self.keys, kept.key, sorter=order)]
+        arrays.onset[rows], arrays.began[rows], arrays.depth[rows] = kept.onset, kept.began, kept.depth
+        arrays.deflection[rows] = kept.deflection
+        poses, size = arrays.committed.size, arrays.rates_before.size
+        arrays.committed[:] = rest[:poses].reshape(arrays.committed.shape)
+        arrays.rates_before[:] = rest[poses : poses + size].reshape(arrays.rates_before.shape)
+        arrays.numbers[COMMITTED_AT], state[STARTED] = memory[0], 1
+        self.load_own(rest[poses + size :])
 
     def store(self) -> None:
         """Copy the memory of the arrays to the group."""
-        arrays, own, state, group = self.common, self.own, self.common.state, self.group
+        arrays, state, group = self.common, self.common.state, self.group
         group.evaluations += int(state[EVALUATIONS])
         state[EVALUATIONS] = 0
         if not state[STARTED]:
@@ -146,14 +148,100 @@ class _GroupArrays:
         kept = ContactMemory(
             self.keys[rows], arrays.onset[rows], arrays.began[rows], arrays.depth[rows], arrays.deflection[rows]
         )
-        weights = Overlaps(self.units.key, own.known == 1, own.latest, own.in_force)
-        poses = arrays.committed.ravel()
         group.restore(
             np.concatenate([
-                arrays.numbers[COMMITTED_AT:], kept.ordered().flat(), poses, arrays.rates_before.ravel(),
-                [float(len(poses))], poses, weights.flat(),
+                arrays.numbers[COMMITTED_AT:], kept.ordered().flat(), arrays.committed.ravel(), arrays.rates_before.ravel(),
+                self.own_memory(),
             ])
         )  # fmt: skip
+
+
+class _ShapeGroup(_GroupArrays):
+    """Arrays of contacts of shapes."""
+
+    def __init__(
+        self, group: ContactGroup, geometry: ShapeContacts, pattern: BodyPattern, bodies: tuple[int, int], width: int
+    ) -> None:
+        units, tables, slots_open, near = geometry.whole()
+        slots, kit, number = (tables.share.copy(), tables.area, tables.pair), geometry.kit, len(units.key)
+        super().__init__(group, tables.key, slots, (geometry.moving, geometry.radii), pattern, bodies, width)
+        self.units, weights = units, Overlaps.nothing().of(units)
+        own = ShapeArrays(
+            tables.points, tables.shapes, tables.edges, tables.edge_pairs, geometry.reach,
+            geometry.depth_limits(tables), units.shapes, tables.point_start, tables.pair_start, tables.unit, tables.column,
+            tables.weight, slots_open, near, np.zeros(number, dtype=np.int64),
+            np.zeros(len(tables.points.body), dtype=np.int64), np.zeros(len(tables.edge_pairs.edges), dtype=np.int64),
+            weights.known.astype(np.int64), weights.latest, weights.in_force, units.whole, units.share, kit.solids.size,
+            kit.solids.offset, kit.solids.axes, kit.point_start, kit.local, kit.weight, kit.on_axis.astype(np.int64),
+        )  # fmt: skip
+        self.own: ShapeArrays = self._set_table(own)
+
+    def pairs(self) -> np.ndarray:
+        """Pairs (m, 2) of bodies that have been near each other."""
+        return self.own.shapes.body[self.units.shapes[self.own.met == 1]]
+
+    def load_own(self, memory: np.ndarray) -> None:
+        """See `_GroupArrays`: weights of faces; the committed poses before them are those of the group."""
+        overlaps = Overlaps.from_flat(memory[1 + int(memory[0]) :]) if len(memory) else Overlaps.nothing()
+        weights, own, arrays = overlaps.of(self.units), self.own, self.common
+        own.known[:], own.latest[:], own.in_force[:] = weights.known, weights.latest, weights.in_force
+        arrays.share[:] = own.weight * weights.shares[own.unit, own.column]
+        arrays.state[CHANGES] = int((weights.in_force != weights.latest).any())
+
+    def own_memory(self) -> np.ndarray:
+        """See `_GroupArrays`."""
+        own, poses = self.own, self.common.committed.ravel()
+        weights = Overlaps(self.units.key, own.known == 1, own.latest, own.in_force)
+        return np.concatenate([[float(len(poses))], poses, weights.flat()])
+
+
+class _SurfaceGroup(_GroupArrays):
+    """Arrays of contacts of panels in segments."""
+
+    def __init__(
+        self, group: ContactGroup, geometry: SurfaceContacts, pattern: BodyPattern, bodies: tuple[int, int], width: int
+    ) -> None:
+        probes, surfaces, corners = geometry.probes, geometry.surfaces, geometry.corners
+        count, slots = len(probes.body), (geometry.share, geometry.area, geometry.pair)
+        moving = surfaces.bodies, surfaces.radii
+        super().__init__(group, np.arange(count), slots, moving, pattern, bodies, width)
+        self.common.state[SURFACES], self.common.state[TAPERS] = 1, int(geometry.tapers)
+        half_width = surfaces.extra[0] if surfaces.extra else np.zeros(0)
+        whole, none = np.full(count, -1, dtype=np.int64), np.zeros(count)
+        self.coupled = np.zeros((0, 2), dtype=np.int64)
+        self.own: SurfaceArrays = self._set_table(
+            SurfaceArrays(
+                probes.body, probes.place, probes.straight, probes.inset, probes.clearance, probes.depth_limit, probes.cell,
+                probes.first_piece, probes.last_piece, geometry.side.copy(), surfaces.owners, surfaces.stations, half_width,
+                geometry.no_share, geometry.tips, geometry.reach, corners.twin, corners.across, corners.inside,
+                corners.inside_across, whole, whole.copy(), np.zeros((count, 2), dtype=np.int64), whole.copy(), whole.copy(),
+                none, np.zeros(probes.place.shape), none.copy(),
+            )
+        )  # fmt: skip
+
+    def pairs(self) -> np.ndarray:
+        """See `_GroupArrays`: pairs within the present windows and those of the last pattern."""
+        own = self.own
+        now = coupled_bodies(own.body, own.window, own.owners, len(self.common.committed))
+        found, self.coupled = np.concatenate([now, self.coupled]), now
+        return found
+
+    def load_own(self, memory: np.ndarray) -> None:
+        """See `_GroupArrays`: sides of all probes; the committed poses behind them are those of the group."""
+        self.own.side[:] = memory[: len(self.keys)]
+        self.own.nearest[:] = self.own.nearest_of_all[:] = -1
+
+    def own_memory(self) -> np.ndarray:
+        """See `_GroupArrays`."""
+        return np.concatenate([self.own.side, self.common.committed.ravel()])
+
+
+def _arrays_of(group: ContactGroup, pattern: BodyPattern, bodies: tuple[int, int], width: int) -> _GroupArrays:
+    geometry = group.geometry
+    if isinstance(geometry, ShapeContacts):
+        return _ShapeGroup(group, geometry, pattern, bodies, width)
+    assert isinstance(geometry, SurfaceContacts)
+    return _SurfaceGroup(group, geometry, pattern, bodies, width)
 
 
 class ContactModel:
@@ -170,7 +258,7 @@ class ContactModel:
     def __init__(
         self, groups: Sequence[ContactGroup], pattern: BodyPattern, bodies: tuple[int, int], spatial: bool, pairs: int
     ) -> None:
-        self.arrays = [_GroupArrays.of(group, pattern, bodies, 7 if spatial else 3) for group in groups]
+        self.arrays = [_arrays_of(group, pattern, bodies, 7 if spatial else 3) for group in groups]
         self.groups = tables_of([arrays.table for arrays in self.arrays])
         self.pair_energy = np.zeros((2, pairs))
         self.parts, self.kernels = _pointers(groups, self.groups, spatial)
@@ -230,10 +318,14 @@ def _pointers(
         0, (whole, one), (pairs, two, three), (whole, one, two, three), None, True, None
     )
     absent = GeometryKernels(*(AbsentPointer(result, *rest) for result, rest in zip(results, arguments, strict=True)))
-    shapes = absent
-    if groups:
-        found = SPATIAL_SHAPES if spatial else PLANAR_SHAPES
-        shapes = GeometryKernels(*(Pointer(kernel, *rest) for kernel, rest in zip(found, arguments, strict=True)))
+    kinds = []
+    for kind, found in (
+        (ShapeContacts, SPATIAL_SHAPES if spatial else PLANAR_SHAPES),
+        (SurfaceContacts, SPATIAL_SURFACES if spatial else PLANAR_SURFACES),
+    ):
+        used = any(isinstance(group.geometry, kind) for group in groups)
+        own = (Pointer(kernel, *rest) for kernel, rest in zip(found, arguments, strict=True))
+        kinds.append(GeometryKernels(*own) if used else absent)
     of_laws = LawKernels((one, one, one, one, one), (one, one, one), (two, one, one), (two, two, one, two, 0.0, one))
     laws = LawKernels(*(
         AbsentPointer(result, *rest)
@@ -247,7 +339,8 @@ def _pointers(
             laws = laws._replace(bristle=Pointer(law.effort, *of_laws.bristle))
         elif law is not None:
             laws = laws._replace(friction=Pointer(law.effort, *of_laws.friction))
-    parts = ContactParts(shapes, absent, laws)
+    shapes, surfaces = kinds
+    parts = ContactParts(shapes, surfaces, laws)
     state = g, addresses, parts, 0.0
     rest = ContactKernels(state, state, (*state, 0.0), state, state, (*state, 0.0, one))
     kernels = CONTACTS if groups else NO_CONTACTS

@@ -8,7 +8,7 @@ comes over the end of the other surface. The point comes from outside and is out
 surface would pull it in and hold it there. The point therefore has contact with the surface in which it is less deep. The
 other surface takes over when both depths are equal. A point may also move round the corner so close to it that no step finds
 it beyond the end of the other surface. That surface releases the point when its depth on the wrong side exceeds the depth at
-which its share counts.
+which its share counts. `fsm.interactions.probe_sides.turned_sides` does this.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import numpy as np
 
 from fsm.scene.scene import ContactPair
 
-__all__ = ["Corners", "corner_sides", "find_corners"]
+__all__ = ["Corners", "find_corners"]
 
 
 class Corners(NamedTuple):
@@ -89,47 +89,3 @@ def find_corners(
             inside[mine, at_end] = side[rows[mate, other][0]]
             inside_across[mine, at_end] = side[rows[other, mate][0]]
     return Corners(twin, across, inside, inside_across)
-
-
-def corner_sides(
-    corners: Corners,
-    before: np.ndarray,
-    side: np.ndarray,
-    height: np.ndarray,
-    deep: np.ndarray,
-    near: np.ndarray,
-    at_end: np.ndarray,
-) -> np.ndarray:
-    """Sides (n,) of all probes, corrected near corners.
-
-    Parameters
-    ----------
-    before : (n,) array
-        Sides at the last step; 0 for a probe that was not over its surface.
-    side, height : (n,) arrays
-        Sides so far, of new probes their present sides; heights over the surfaces, m.
-    deep : (n,) array, m
-        Depth on the wrong side above which a point has moved round the corner, with a negligible share.
-    near : (m,) int array
-        Probes over the end piece of a surface.
-    at_end : (m,) int array
-        Their ends.
-
-    Returns
-    -------
-    (n,) array
-    """
-    side = side.copy()
-    across, inside = corners.across[near, at_end], corners.inside[near, at_end]
-    inside_across = corners.inside_across[near, at_end]
-    depth, depth_across = height[near] * inside, height[across] * inside_across
-    new, joined = before[near] == 0.0, across >= 0
-    outside = joined & (side[across] == -inside_across)
-    pressed = outside & new & (depth > 0.0) & (depth_across > 0.0)
-    passed = outside & (side[near] == -inside) & (depth > deep[near]) & (depth_across < 0.0)
-    around = joined & (side[across] != inside_across) & (side[near] == inside) & (depth < -deep[near])
-    # contact with the face in which the point is less deep; no side of the other face until both depths are equal
-    side[near[pressed]] = np.where(depth <= depth_across, -inside, 0.0)[pressed]
-    side[near[passed]] = inside[passed]
-    side[near[around]] = -inside[around]
-    return side[corners.twin]

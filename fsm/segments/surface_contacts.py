@@ -11,10 +11,11 @@ from fsm.interactions.box_tree import fit_tree, window_pieces
 from fsm.interactions.chord import chord_boxes
 from fsm.interactions.contact_body_pairs import coupled_bodies
 from fsm.interactions.displacement_bound import furthest_motion, moved_beyond
+from fsm.interactions.probe_sides import over_ends, passed_through, probe_sides, round_tips, turned_sides
 from fsm.interactions.shapes import ContactForces
 from fsm.interactions.surface import BARE
 from fsm.segments.contact_geometry import ActiveContacts, ContactKinematics, Tapered
-from fsm.segments.corner_sides import Corners, corner_sides
+from fsm.segments.corner_sides import Corners
 from fsm.segments.pattern import BodyPattern
 
 __all__ = ["Probes", "SurfaceContacts", "SurfaceKernels", "Surfaces"]
@@ -23,12 +24,6 @@ Kernel = Callable[..., Any]
 
 _RENEWAL = 0.4
 """Displacement relative to the margin after which the contact search is renewed."""
-
-_BEHIND = 0.9
-"""Depth relative to the depth limit above which a point near a corner has moved round the corner."""
-
-_ROUND = 1.5
-"""Distance below the top of a rounded tip, relative to its radius, at which a touching point is released."""
 
 
 class Probes(NamedTuple):
@@ -134,19 +129,19 @@ class SurfaceContacts:
         self.slips = 1 if probes.place.ndim == 1 else 3
         self.side = probes.side.copy()
         self.refreshes = 0
-        self._tapers = bool(probes.cell.any())
+        self.tapers = bool(probes.cell.any())
         half_cell, largest = probes.cell.T
-        self._no_share = np.where(probes.straight == BARE, np.maximum(0.5 * largest - half_cell, 0.0), -1.0)
+        self.no_share = np.where(probes.straight == BARE, np.maximum(0.5 * largest - half_cell, 0.0), -1.0)
         # a surface reaches beyond its chords by its tips, and a probe may be as deep as its limit
         stations = surfaces.stations
-        self._tips = np.maximum(-stations[:, 4], stations[:, 5] - 1.0)
-        beyond = self._tips * (stations[:, 3] - stations[:, 0])
+        self.tips = np.maximum(-stations[:, 4], stations[:, 5] - 1.0)
+        beyond = self.tips * (stations[:, 3] - stations[:, 0])
         seen = np.maximum(probes.clearance + margin, probes.depth_limit)
-        self._reach = seen + 2.0 * _RENEWAL * margin + float(beyond.max())
+        self.reach = seen + 2.0 * _RENEWAL * margin + float(beyond.max())
         count = len(probes.body)
         self._nearest = np.full(count, -1, dtype=np.int64)
         self._nearest_of_all = self._nearest.copy()
-        self._window = np.zeros((count, 2), dtype=np.int64)
+        self.window = np.zeros((count, 2), dtype=np.int64)
         self._reference: np.ndarray | None = None
         self._within: np.ndarray | None = None
         self._pairs = np.zeros((0, 2), dtype=np.int64)
@@ -187,13 +182,13 @@ class SurfaceContacts:
         dimension = 2 if self.slips == 1 else 3
         inverse, bound = chords[:, 2 * dimension], chords[:, 2 * dimension + 1]
         # distance of pieces from their chords; tips extend beyond the ends
-        bulge = float((bound - self._tips / np.sqrt(inverse)).max())
+        bulge = float((bound - self.tips / np.sqrt(inverse)).max())
         window_pieces(
             kernels.points(poses, probes.body, probes.place), probes.first_piece, probes.last_piece, chords,
-            fit_tree(*chord_boxes(chords)), self._reach + bulge, 2.0 * (2.0 * _RENEWAL * self.margin + bulge),
-            self._nearest, self._window,
+            fit_tree(*chord_boxes(chords)), self.reach + bulge, 2.0 * (2.0 * _RENEWAL * self.margin + bulge),
+            self._nearest, self.window,
         )  # fmt: skip
-        self._pairs = coupled_bodies(probes.body, self._window, surfaces.owners, len(poses))
+        self._pairs = coupled_bodies(probes.body, self.window, surfaces.owners, len(poses))
         self.refreshes += 1
 
     def find(self, poses: np.ndarray, below: float) -> ActiveContacts:
@@ -202,7 +197,7 @@ class SurfaceContacts:
         probes, surfaces = self.probes, self.surfaces
         count: int = self.kernels.find(
             poses, probes.body, probes.place, self.side, probes.straight, probes.clearance, probes.depth_limit,
-            self._no_share, self._window, surfaces.owners, surfaces.stations, *surfaces.extra, below, *self._buffers,
+            self.no_share, self.window, surfaces.owners, surfaces.stations, *surfaces.extra, below, self._buffers,
         )  # fmt: skip
         slot, piece, side, at, gap = (buffer[:count].copy() for buffer in self._buffers)
         return ActiveContacts(slot, gap, (piece, side, at))
@@ -214,11 +209,11 @@ class SurfaceContacts:
         probes, surfaces, count = self.probes, self.surfaces, len(touching.slot)
         measured = ContactKinematics(
             *self.kernels.measure(
-                poses, rates, count, touching.slot, *touching.at, probes.body, probes.place,
-                probes.straight, probes.clearance, probes.inset, surfaces.owners, surfaces.stations, *surfaces.extra,
+                poses, rates, (touching.slot, *touching.at), probes.body, probes.place, probes.straight, probes.clearance,
+                probes.inset, surfaces.owners, surfaces.stations,
             )
         )  # fmt: skip
-        if not self._tapers:
+        if not self.tapers:
             return measured
         piece, _, at = touching.at
         tapered = Tapered(
@@ -242,49 +237,31 @@ class SurfaceContacts:
         """See `ContactGeometry`."""
         probes, surfaces = self.probes, self.surfaces
         self.kernels.tangent(
-            poses, rates, len(touching.slot), measured.bodies, measured.gradient, touching.slot, *touching.at,
-            probes.place, probes.straight, probes.clearance, probes.inset, surfaces.stations, *surfaces.extra,
-            *forces, *pattern.index, stiffness, damping,
+            poses, rates, measured.bodies, measured.gradient, (touching.slot, *touching.at), probes.place, probes.straight,
+            probes.clearance, probes.inset, surfaces.stations, forces, pattern.index, stiffness, damping,
         )  # fmt: skip
 
     # memory ---------------------------------------------------------------------------------------------------------
 
     def commit(self, poses: np.ndarray, young: np.ndarray | None = None) -> None:
         """See `ContactGeometry`."""
-        height = self._heights(poses)
-        over = np.isfinite(height) & (self.side * height > -self.probes.depth_limit)
-        side = np.where(over, np.where(self.side == 0.0, _side_of(height), self.side), 0.0)
-        nearest = self._nearest_of_all
-        at_start, at_end = nearest == self.probes.first_piece, nearest == self.probes.last_piece - 1
-        behind = over & (self.side * height < 0.0) & (at_start | at_end) & (self.probes.straight >= 0.0)
-        if behind.any():
-            side = np.where(behind & self._round_tips(poses, height), -self.side, side)
-        near = np.flatnonzero(over & (at_start | at_end))
-        deep = _BEHIND * self.probes.depth_limit
-        self.side = corner_sides(self.corners, self.side, side, height, deep, near, at_end[near].astype(np.int64))
+        probes, height = self.probes, self._heights(poses)
+        nearest, last = self._nearest_of_all, probes.last_piece
+        side = probe_sides(self.side, height, probes.depth_limit)
+        near = over_ends(self.side, height, probes.depth_limit, nearest, probes.first_piece, last)
+        behind = near[(self.side[near] * height[near] < 0.0) & (probes.straight[near] >= 0.0)]
+        if len(behind):
+            slot, gap, (piece, facing, at) = self.find(poses, self.margin)
+            place = np.ascontiguousarray(at.reshape(len(slot), -1)[:, 0])
+            round_it = round_tips(
+                slot, gap, piece, facing, place, self.surfaces.stations, probes.straight, probes.clearance, height
+            )
+            behind = behind[round_it[behind]]
+            side[behind] = -self.side[behind]
+        at_end = (nearest[near] == last[near] - 1).astype(np.int64)
+        corners = self.corners.twin, self.corners.across, self.corners.inside, self.corners.inside_across
+        self.side = turned_sides(corners, self.side, side, height, probes.depth_limit, near, at_end)
         self._committed = poses
-
-    def _round_tips(self, poses: np.ndarray, height: np.ndarray) -> np.ndarray:
-        """Probes (n,) that have slid round the rounded tip of a surface and are free on its other side.
-
-        They are beyond the middle of the disc of the tip and do not touch its other side. A probe that still touches its own
-        side keeps it until it is well beyond the middle.
-        """
-        probes, round_it = self.probes, np.zeros(len(self.side), dtype=bool)
-        slot, gap, (piece, side, at) = self.find(poses, self.margin)
-        s = at.reshape(len(slot), -1)[:, 0]
-        stations, straight, clearance = self.surfaces.stations[piece], probes.straight[slot], probes.clearance[slot]
-        length = stations[:, 3] - stations[:, 0]  # end pieces are straight
-        start, end = stations[:, 4] * length, (stations[:, 5] - 1.0) * length
-        past_start, past_end = s * length - straight * start, (s - 1.0) * length - straight * end
-        beyond = np.where(start < 0.0, np.minimum(past_start, 0.0), 0.0)
-        beyond += np.where(end > 0.0, np.maximum(past_end, 0.0), 0.0)
-        radius = 0.5 * np.where(start < 0.0, -start, end)
-        deep = side * height[slot] - clearance
-        passed = deep < np.where(gap >= 0.0, -1.0, -_ROUND) * radius
-        other = np.hypot(beyond, -deep - 2.0 * clearance + radius) - radius
-        round_it[slot[(straight >= 0.0) & (beyond != 0.0) & passed & (other >= 0.0)]] = True
-        return round_it
 
     def memory(self) -> np.ndarray:
         """See `ContactGeometry`: the sides, then the committed poses, if there are any."""
@@ -309,7 +286,7 @@ class SurfaceContacts:
         A depth beyond the possible motion since the last commit does not count. On a surface bent to a loop, the nearest
         piece may change from one side of a distant probe to the other.
         """
-        side, limit, motion, deepest = self.side, self.probes.depth_limit, 0.0, np.inf
+        motion, deepest, before = 0.0, np.inf, np.zeros(0)
         if self._committed is not None:
             motion = self._motion(self._committed, poses)
             deepest = 2.0 * motion + 0.5 * self.margin  # heights are accurate to a part of a segment
@@ -317,13 +294,9 @@ class SurfaceContacts:
                 motion = 0.0  # probes with a side are within reach
             if motion > 0.5 * self.margin:  # a probe that was too far away for a side may have passed through
                 before = self._heights(self._committed, 2.0 * motion)
-                unseen = (side == 0.0) & np.isfinite(before)
-                side = np.where(unseen, _side_of(before), side)
-                limit = np.where(unseen, 0.0, limit)  # a probe without a side had no contact force
         height = self._heights(poses, 2.0 * motion)
-        with np.errstate(invalid="ignore"):
-            through = (side * height <= -limit) & (side * height >= -limit - deepest)
-        return tuple(int(pair) for pair in np.unique(self.pair[through])) if through.any() else ()
+        through = passed_through(self.side, self.probes.depth_limit, height, before, deepest)
+        return tuple(int(pair) for pair in np.unique(self.pair[through])) if len(through) else ()
 
     def _motion(self, before: np.ndarray, after: np.ndarray) -> float:
         """Upper bound of the displacement of any point of a surface, m."""
@@ -339,15 +312,11 @@ class SurfaceContacts:
         first, last = probes.first_piece, probes.last_piece
         if farther == 0.0:
             self._refresh(poses)
-            first, last = np.ascontiguousarray(self._window.T)
+            first, last = np.ascontiguousarray(self.window.T)
         height = np.empty(len(probes.body))
         self.kernels.heights(
             poses, probes.body, probes.place, probes.straight, probes.depth_limit, first, last, surfaces.owners,
-            surfaces.stations, *surfaces.extra, self._reach + farther, self._nearest_of_all, height,
+            surfaces.stations, *surfaces.extra, self.reach + farther, self._nearest_of_all, height,
         )  # fmt: skip
         self._height = height
         return height
-
-
-def _side_of(height: np.ndarray) -> np.ndarray:
-    return np.where(height >= 0.0, 1.0, -1.0)

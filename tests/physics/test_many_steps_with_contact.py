@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fsm.scene.builders.strip import build_strip
+from fsm.scene.case import Case
 from fsm.scene.contact import Contact, Friction
 from fsm.scene.obstacle import Obstacle
 from fsm.scene.scene import Body, ContactPair, Drive, Plate, Scene
@@ -69,6 +71,21 @@ HEAPS: dict[str, tuple[Any, ...]] = {
     "plates": ("plate", 2, DAMPED),
     "plates with friction": ("plate", 3, DAMPED, BRISTLES),
 }
+
+
+def strip(spatial: bool) -> SegmentSystem:
+    """Panels in segments, folded so far that they touch soon, with friction and a drive."""
+    data: dict[str, Any] = {
+        "strip": {
+            "length": 0.48, "width": 0.04, "thickness": 1e-4, "panels": 6, "fold_angle": 1.4, "segments_per_panel": 4,
+        },
+        "material": {"young": 3e9, "density": 800.0, "damping": 1e-4},
+        "crease": {"law": "linear", "stiffness": 0.02},
+        "contact": {"stiffness": 1e6, "damping": 1.0},
+        "friction": {"mu_static": 0.3, "mu_dynamic": 0.2, "v_static": 0.01, "v_dynamic": 0.02},
+        "drive": [{"crease": 3, "speed": 0.4, "travel": 0.04}],
+    }  # fmt: skip
+    return compile_scene(build_strip(Case.model_validate(data)), spatial)
 
 
 def made(name: str, spatial: bool, **more: Any) -> SegmentSystem:
@@ -157,6 +174,25 @@ def test_friction_that_depends_on_the_direction_steps_in_python() -> None:
     assert not solver.marches
     statistics, _ = simulate(other, Settings("generalized-alpha", 1e-3, 1e-3), [0.0], lambda saved: None)
     assert statistics.steps > 0
+
+
+@pytest.mark.parametrize("spatial", [False, True], ids=["plane", "space"])
+def test_panels_in_segments_touch(spatial: bool) -> None:
+    """The same steps as in Python while panels of a strip come into contact; forces of drive and contact at each step."""
+    (compiled, balance), (python, others) = (started(strip(spatial), None) for _ in range(2))
+    assert compiled.marches
+    count = 90
+    records, expected = compiled.march(balance, 1.0, count, every=True), python.records(count)
+    march(python.model, python.motion, python.rules, others, 1.0, count, expected)
+    assert compiled.steps == python.steps == count
+    assert compiled.rejected == python.rejected
+    assert compiled.t == pytest.approx(python.t, rel=1e-6)
+    assert np.abs(compiled.q - python.q).max() < 1e-6
+    assert expected[:, 8:-1].max() > 0.0
+    assert np.abs(records[:, 6:13] - expected[:, 6:13]).max() < 1e-4 * np.abs(expected[:, 6:13]).max()
+    assert np.abs(balance[:9] - others[:9]).max() < 1e-5 * others[balances.TURNOVER]
+    pairs = python.system.observe(python.t, python.q, python.u).pairs
+    assert compiled.system.observe(compiled.t, compiled.q, compiled.u).pairs.gap == pytest.approx(pairs.gap, abs=1e-6)
 
 
 def test_a_drive_presses_a_ball_on_the_floor() -> None:

@@ -150,10 +150,10 @@ def seen(
     touch = (straight * one, clearance * one, inset * one, owners, stations)
     if not spatial:
         at = np.empty(1)
-        found = find_contacts_planar(poses, body, place * one, *limits, below, probe, piece, facing, at, gap)
+        found = find_contacts_planar(poses, body, place * one, *limits, below, (probe, piece, facing, at, gap))
         if not found:
             return None
-        _, rate, gradient = measure_gap_planar(poses, rates, 1, probe, piece, facing, at, body, place * one, *touch)
+        _, rate, gradient = measure_gap_planar(poses, rates, (probe, piece, facing, at), body, place * one, *touch)
         tangent = gradient[0, 1, :2]  # t.dp
         assert np.linalg.norm(tangent) == pytest.approx(1.0, rel=1e-12)
         slip, slipping = np.outer(tangent, gradient[0, 1]), tangent * rate[0, 1]
@@ -163,10 +163,10 @@ def seen(
     speeds[:, [0, 2, 4]] = rates
     half_width, at = np.full(count + 1, 0.02), np.empty((1, 2))
     places = np.array([[place, 0.01]])
-    found = find_contacts_spatial(lifted, body, places, *limits, half_width, below, probe, piece, facing, at, gap)
+    found = find_contacts_spatial(lifted, body, places, *limits, half_width, below, (probe, piece, facing, at, gap))
     if not found:
         return None
-    _, rate, gradient = measure_gap_spatial(lifted, speeds, 1, probe, piece, facing, at, body, places, *touch, half_width)
+    _, rate, gradient = measure_gap_spatial(lifted, speeds, (probe, piece, facing, at), body, places, *touch)
     assert at[0, 1] == pytest.approx(0.01, abs=1e-12)
     # in the plane: (x, z, phi) of three bodies, and no slip across
     columns = [6 * b + c for b in range(3) for c in (0, 2, 4)]

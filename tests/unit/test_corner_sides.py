@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from fsm.compile_case import compile_case
+from fsm.interactions.probe_sides import turned_sides
 from fsm.scene.load_case import load_case
-from fsm.segments.corner_sides import Corners, corner_sides
+from fsm.segments.corner_sides import Corners
 from fsm.segments.surface_contacts import SurfaceContacts
 from fsm.segments.system import SegmentSystem
 
@@ -68,8 +69,8 @@ def test_corners_of_the_strip(spatial: bool) -> None:
 )
 def test_sides_at_a_corner(before: float, side: float, height: tuple[float, float], expected: float) -> None:
     corners = Corners(np.arange(2), np.array([[1, -1], [-1, -1]]), np.ones((2, 2)), np.ones((2, 2)))
-    found = corner_sides(
-        corners, np.array([before, -1.0]), np.array([side, -1.0]), np.array(height), np.full(2, DEEP),
+    found = turned_sides(
+        tuple(corners), np.array([before, -1.0]), np.array([side, -1.0]), np.array(height), np.full(2, DEEP / 0.9),
         np.array([0]), np.array([0]),
     )  # fmt: skip
     assert found.tolist() == [expected, -1.0]
@@ -78,17 +79,18 @@ def test_sides_at_a_corner(before: float, side: float, height: tuple[float, floa
 def test_what_is_inside_a_corner_stays_there() -> None:
     corners = Corners(np.arange(2), np.array([[1, -1], [-1, -1]]), np.ones((2, 2)), np.ones((2, 2)))
     for before, height in ((0.0, (0.1, 0.1)), (1.0, (-0.6, 0.1))):
-        found = corner_sides(
-            corners, np.array([before, 1.0]), np.ones(2), np.array(height), np.full(2, DEEP), np.array([0]), np.array([0])
-        )
+        found = turned_sides(
+            tuple(corners), np.array([before, 1.0]), np.ones(2), np.array(height), np.full(2, DEEP / 0.9), np.array([0]),
+            np.array([0]),
+        )  # fmt: skip
         assert found.tolist() == [1.0, 1.0]
 
 
 def test_a_joint_has_the_side_of_its_twin() -> None:
     corners = Corners(np.array([1, 1]), np.full((2, 2), -1), np.zeros((2, 2)), np.zeros((2, 2)))
     none = np.zeros(0, dtype=np.int64)
-    found = corner_sides(
-        corners, np.zeros(2), np.array([1.0, -1.0]), np.array([0.1, 0.1]), np.full(2, DEEP), none, none
+    found = turned_sides(
+        tuple(corners), np.zeros(2), np.array([1.0, -1.0]), np.array([0.1, 0.1]), np.full(2, DEEP / 0.9), none, none
     )
     assert found.tolist() == [-1.0, -1.0]
 
