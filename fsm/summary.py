@@ -80,7 +80,7 @@ def _remedy(analysis: Analysis, method: str) -> str:
         return 'increase vibration.modes, or set vibration.model = "full"'
     settings = [step.settings for step in analysis.steps()]
     fixed = any(isinstance(one, Settings) and one.step is not None for one in settings)
-    return "take a shorter solve.step" if fixed else "tighten rtol"
+    return "reduce solve.step" if fixed else "tighten rtol"
 
 
 def joined(deployment: dict[str, Any], vibration: dict[str, Any]) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -41,9 +42,10 @@ class SummaryErrors:
         """Warnings, if any, that these errors are above 2 %."""
         found = []
         if self.of_step is not None and self.of_step > _LARGE:
+            shorter = self.step * math.sqrt(_LARGE / self.of_step)  # methods of second order
             found.append(
-                f"displacements have an error of about {100.0 * self.of_step:.2g} % with steps of {1e3 * self.step:.3g} ms; "
-                "take a shorter solve.step"
+                f"displacements have an error of about {100.0 * self.of_step:.2g} % with steps of {1e3 * self.step:.3g} ms "
+                f"(bound {100.0 * _LARGE:.0f} %); reduce solve.step to {1e3 * shorter:.2g} ms"
             )
         if self.of_point is not None and self.of_point > _LARGE:
             found.append(

@@ -37,7 +37,7 @@ def check_parameters(value: Any, law: object, added: Mapping[str, AddedLaw], inf
     if known is None or known.parameters is None:
         if not value:
             return None
-        _refuse(f"not used with law = {with_unit(law, None)}; only laws of extensions have parameters; remove it")
+        _refuse(f"not used with law = {with_unit(law, None)}; only laws of extensions have parameters; remove this key")
     try:
         return dict(known.parameters.model_validate(value or {}, context=info.context).model_dump(exclude_none=True))
     except ValidationError as error:

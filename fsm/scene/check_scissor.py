@@ -89,7 +89,7 @@ def _rigid(sections: Sections) -> Iterable[Fault]:
         yield Fault("stop", f"rigid bars have no {what}; remove the section, or set scissor.rigid = false")
     if sections.hinge is not None and sections.hinge.friction_moment > 0.0:
         yield Fault(
-            "hinge.friction_moment", "rigid bars have no dry friction at hinges; remove it, or set scissor.rigid = false"
+            "hinge.friction_moment", "rigid bars have no friction at hinges; remove this key, or set scissor.rigid = false"
         )
 
 
@@ -101,7 +101,7 @@ def _force(sections: Sections) -> Iterable[Fault]:
             "gravity.2", f"{sections.gravity[2]:g} m/s^2 is normal to the plane x, y of the array; give gravity along y"
         )
     if sections.material is not None and sections.material.plate:
-        yield Fault("material.plate", "applies to wide strips only, and bars bend as beams; remove it")
+        yield Fault("material.plate", "applies to wide strips only, and bars bend as beams; remove this key")
     sprung = hinge is not None and hinge.stiffness > 0.0 and hinge.rest_turn != 0.0
     if not ({"force", "gravity"} & sections.written) and not sprung:
         yield Fault("force", 'the array has no load; give [[force]] at a point, for example "a1", gravity, or hinge springs')
@@ -115,9 +115,9 @@ def _solve(sections: Sections) -> Iterable[Fault]:
         if solve.end_time is None:
             yield Fault("solve.end_time", "missing; give the end time of the deployment")
         for key in static_keys(solve):
-            yield Fault(f"solve.{key}", 'not used with analysis = "scissor", because an array has no drive; remove it')
+            yield Fault(f"solve.{key}", 'not used with analysis = "scissor", because an array has no drive; remove this key')
         if solve.spatial:
-            yield Fault("solve.spatial", "an array moves in its plane only; remove it")
+            yield Fault("solve.spatial", "an array moves in its plane only; remove this key")
         if solve.method != "auto":
             yield from method_faults(solve)
     if save is not None and save.every is not None:

@@ -65,7 +65,7 @@ def check_steps(sections: Sections) -> Iterable[Fault]:
         for name in ("drive", "load"):
             for index, item in enumerate(getattr(step, name)):
                 if item.step is not None:
-                    yield Fault(f"{path}.{name}.{index}.step", "is not used inside a [[step]], which says it; remove it")
+                    yield Fault(f"{path}.{name}.{index}.step", "a section inside [[step]] belongs to it; remove this key")
 
 
 def _of_kind(step: Step, path: str) -> Iterable[Fault]:
@@ -73,11 +73,11 @@ def _of_kind(step: Step, path: str) -> Iterable[Fault]:
     instant = step.kind in _INSTANT
     for key in ("duration", "save") if instant else ():
         if getattr(step, key) is not None:
-            yield Fault(f"{path}.{key}", f'a step with kind = "{step.kind}" takes no time; remove it')
+            yield Fault(f"{path}.{key}", f'a step with kind = "{step.kind}" takes no time; remove this key')
     if instant and step.drive:
         yield Fault(f"{path}.drive", f'a step with kind = "{step.kind}" takes no time, so nothing is driven; use "static"')
     if step.kind != "modes" and "modes" in step.model_fields_set and step.modes != 10:
-        yield Fault(f"{path}.modes", 'is used with kind = "modes" only; remove it')
+        yield Fault(f"{path}.modes", 'is used with kind = "modes" only; remove this key')
     if step.kind == "dynamic" and step.duration is None and not step.drive:
         ends = [end_of(load.time) if load.time is not None else 0.0 for load in step.load]
         if not any(ends):

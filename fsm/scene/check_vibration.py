@@ -92,7 +92,7 @@ def _held_points(sections: Sections) -> Iterable[Fault]:
 
 def _film_damping(sections: Sections) -> Iterable[Fault]:
     material = sections.material
-    for key, hint in (("damping", "give `damping.material` instead"), ("plate", "remove it, films bend as plates")):
+    for key, hint in (("damping", "give `damping.material` instead"), ("plate", "films bend as plates; remove this key")):
         if material is not None and getattr(material, key) != Material.model_fields[key].default:
             yield Fault(f"material.{key}", f"applies to the joints of a strip only; {hint}")
 
@@ -133,12 +133,12 @@ def _vibration_solve(sections: Sections) -> Iterable[Fault]:
         if solve.method == "static":
             yield Fault("solve.method", 'a vibration is dynamic; give "generalized-alpha" or "auto"')
         if solve.spatial:
-            yield Fault("solve.spatial", "a film always moves in space; remove it")
+            yield Fault("solve.spatial", "a film always moves in space; remove this key")
         unused = dict.fromkeys(static_keys(solve), "a film has no drive")
         if solve.end_time is not None:
             unused = {"end_time": "`vibration.duration` gives the end"} | unused
         for key, reason in unused.items():
-            yield Fault(f"solve.{key}", f'not used with analysis = "vibrate", because {reason}; remove it')
+            yield Fault(f"solve.{key}", f'not used with analysis = "vibrate", because {reason}; remove this key')
         if solve.method != "auto":  # "auto" is generalized-alpha here
             yield from method_faults(solve)
     if save is not None and save.every is not None:

@@ -90,10 +90,10 @@ def _missing_sections(sections: Sections) -> Iterable[Fault]:
         yield Fault("strip", "section [strip] is missing; give [strip], [lattice], [sheet] or [scene]")
     if given == ["lattice"]:
         for name in sorted({"material", "crease", "contact", "friction", "obstacle"} & sections.written):
-            yield Fault(name, f"a lattice does not use [{name}], because its squares are rigid without contact; remove it")
+            yield Fault(name, f"the squares of a lattice are rigid without contact; remove section [{name}]")
     if given == ["sheet"]:
         for name in sorted({"contact", "friction", "obstacle"} & sections.written):
-            yield Fault(name, f"contact between facets of a sheet is not available, so [{name}] is not used; remove it")
+            yield Fault(name, f"contact between facets of a sheet is not available; remove section [{name}]")
     for part in ("strip", "sheet"):
         for name in ("material", "crease") if part in sections.written else ():
             if name not in sections.written:
@@ -112,7 +112,7 @@ def _beside_scene(sections: Sections) -> Iterable[Fault]:
     if "scene" not in sections.written:
         return
     for name in sorted({"material", "crease"} & sections.written) if "strip" not in sections.written else ():
-        yield Fault(name, f"a [scene] does not use [{name}], because its bodies and elements have their own; remove it")
+        yield Fault(name, f"each body and element of a [scene] has its own [{name}]; remove this section")
     if scene is None:
         return
     for name, key in _ALSO_IN_SCENE.items():
@@ -195,7 +195,7 @@ def _crease_of_strip(sections: Sections) -> Iterable[Fault]:
 
 def _lattice_drives(sections: Sections) -> Iterable[Fault]:
     if "lattice" in sections.written and sections.solve is not None and sections.solve.spatial:
-        yield Fault("solve.spatial", "a lattice moves in its plane only; remove it")
+        yield Fault("solve.spatial", "a lattice moves in its plane only; remove this key")
     for path, drive in sections.all_drives:
         if drive.edge is not None and not {"lattice", "sheet"} & sections.written:
             text = "only a [lattice] and a [sheet] have edges; give `crease` in a [strip], else `body` or `bodies`"
@@ -268,7 +268,7 @@ def _end(sections: Sections) -> Iterable[Fault]:
         return
     if sections.solve is not None:
         for key in static_keys(sections.solve):
-            yield Fault(f"solve.{key}", "requires a [[drive]], which is missing; remove it, or add a drive")
+            yield Fault(f"solve.{key}", "requires a [[drive]], which is missing; remove this key, or add a [[drive]]")
     if sections.solve is not None and sections.solve.end_time is None:
         yield Fault(
             "solve.end_time",

@@ -205,7 +205,7 @@ class Contact(Model):
     def _is_linear(self) -> Self:
         if self.law == "linear" and self.exponent != 1.0:
             raise ValueError(
-                f'law = "linear" requires the exponent 1; it is {self.exponent:g}; remove it, or use law = "hertz"'
+                f'law = "linear" requires the exponent 1; it is {self.exponent:g}; remove the exponent, or use law = "hertz"'
             )
         return self
 

@@ -289,7 +289,7 @@ def _choice_faults(measured: Sequence[float | None], wanted: float | None, path:
         return [Fault(path, f"missing; the measured values are {', '.join(text)}, give one of them or a value between")]
     shown = time_text(wanted) if is_time else f"{wanted:g}"
     if not stated:
-        return [Fault(path, f"is {shown}, but the tests in the file do not state it; remove it")]
+        return [Fault(path, f"is {shown}, but the tests in the file do not state it; remove this key")]
     if not stated[0] <= wanted <= stated[-1]:
         low, high = (text[0], text[-1])
         where = low if low == high else f"between {low} and {high}"

@@ -76,7 +76,7 @@ def _extra(data: Mapping[str, Any], section: Sequence[str | int], path: list[str
     if place and any(key in model.model_fields for model in place.all_models()):
         tag = place.discriminator()
         law = place.value.get(tag) if isinstance(place.value, Mapping) else None
-        return Fault(dotted(path), f"not used with {tag} = {with_unit(law, None)}; remove it"), ""
+        return Fault(dotted(path), f"not used with {tag} = {with_unit(law, None)}; remove this key"), ""
     message = unknown_key(key, known)
     meant = re.search(r"did you mean `(\w+)`", message)
     return Fault(dotted(path), message), meant[1] if meant else ""

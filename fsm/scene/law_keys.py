@@ -42,7 +42,7 @@ def check_key(laws: Laws) -> Callable[[Any, ValidationInfo], Any]:
             raise PydanticKnownError("missing")
         if key in of_laws and law in laws and value is not None and key not in _keys(laws[law]):
             others = [with_unit(name, None) for name, keys in laws.items() if key in _keys(keys)]
-            text = f"not used with law = {with_unit(law, None)}, only with {_listed(others)}; remove it"
+            text = f"not used with law = {with_unit(law, None)}, only with {_listed(others)}; remove this key"
             raise PydanticCustomError("quantity", "{text}", {"text": text})
         return value
 

@@ -163,7 +163,7 @@ class Drive(Model):
         if self.time is None and pace is None:
             raise ValueError(f"`{key}` is missing; give it, or a function of time as `time`")
         if self.time is not None and (pace is not None or self.run_up is not None):
-            raise ValueError(f"`time` gives the motion, so `{key}` and `run_up` are not used; remove them, or remove `time`")
+            raise ValueError(f"`time` gives the motion; remove `{key}` and `run_up`, or remove `time`")
         if isinstance(self.time, Constant):
             raise ValueError('`time` of a drive is a motion: kind = "ramp", "table" or "cycle"')
         if isinstance(self.time, Ramp) and self.time.shape == "unbounded":
@@ -198,7 +198,7 @@ class Drive(Model):
         if not any(self.axis):
             raise ValueError("axis [0, 0, 0] is not a direction; give for example [0, 1, 0]")
         if self.speed is not None or self.run_up is not None:
-            raise ValueError("`turn` has a `rate` (rad/s) and no `speed` or `run_up`; remove them")
+            raise ValueError("`turn` has a `rate` (rad/s) and no `speed` or `run_up`; remove `speed` and `run_up`")
 
     def _read_table(self) -> None:
         """Factors, and the travel or turn of the factor 1, from a table with a unit."""

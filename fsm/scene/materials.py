@@ -150,7 +150,7 @@ class SplineCrease(Model):
     def _two_ways(self) -> Self:
         if self.unloading is None:
             if self.reversal is not None:
-                raise ValueError("`reversal` is used with `unloading` only; remove it, or give `unloading`")
+                raise ValueError("`reversal` is used with `unloading` only; remove `reversal`, or give `unloading`")
         elif self.angle is None:
             raise ValueError("`unloading` is used with the lists `angle` and `moment` only; a CSV file has one curve")
         elif len(self.unloading) != len(self.angle):

@@ -183,7 +183,7 @@ class Tension(Model):
         if (self.pull is None) == (self.strain is None):
             raise ValueError("give either `pull` (force at the corners) or `strain` (of the edges)")
         if self.imperfection is not None and self.film != "wrinkles":
-            raise ValueError('`imperfection` is used with film = "wrinkles" only; remove it')
+            raise ValueError('`imperfection` is used with film = "wrinkles" only; remove `imperfection`')
         return self
 
 

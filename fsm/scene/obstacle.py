@@ -53,7 +53,7 @@ class Obstacle(Model):
         for key in ("size", "radius", "length"):
             given = getattr(self, key) is not None
             if given and key not in needed:
-                raise ValueError(f"a {self.shape} has no `{key}`; remove it")
+                raise ValueError(f"a {self.shape} has no `{key}`; remove `{key}`")
             if not given and key in needed:
                 raise ValueError(f"a {self.shape} requires `{key}`")
         return self

@@ -78,7 +78,7 @@ class Scissor(Model):
         if self.shape in ("linear", "ring") and self.hinge != 0.5:
             what = "linear array" if self.shape == "linear" else "ring"
             raise ValueError(
-                f'a {what} needs hinge = 0.5; it is {self.hinge:g}: remove it, or give shape = "arched"'
+                f'a {what} needs hinge = 0.5; it is {self.hinge:g}: remove this key, or give shape = "arched"'
             )
         if self.shape == "arched" and self.hinge == 0.5:
             raise ValueError(
@@ -160,7 +160,7 @@ class PointSupport(Model):
         if self.kind == "slider" and (self.direction is None or not any(self.direction)):
             raise ValueError("a slider needs the `direction` of its motion, for example [0, 1]")
         if self.kind == "pinned" and self.direction is not None:
-            raise ValueError('a pinned point does not use `direction`; remove it, or give kind = "slider"')
+            raise ValueError('a pinned point does not use `direction`; remove `direction`, or give kind = "slider"')
         return self
 
 

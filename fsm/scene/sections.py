@@ -83,12 +83,12 @@ def method_faults(solve: Solve | None) -> Iterable[Fault]:
     if solve is None or solve.method == "generalized-alpha":
         return
     if solve.rho_inf is not None:
-        yield Fault("solve.rho_inf", f'is used by method = "generalized-alpha" only, not by "{solve.method}"; remove it')
+        yield Fault("solve.rho_inf", f'applies to method = "generalized-alpha", not to "{solve.method}"; remove this key')
     if solve.max_step is not None and solve.method == "arc-length":
-        yield Fault("solve.max_step", 'is not used by method = "arc-length", whose steps are lengths of the path; remove it')
+        yield Fault("solve.max_step", 'does not apply to method = "arc-length", with steps along the path; remove this key')
     if solve.step is not None and solve.method not in ("newmark", "mean-force"):
         used = 'is used by method = "generalized-alpha", "mean-force" and "newmark" only'
-        yield Fault("solve.step", f'{used}, not by "{solve.method}"; remove it')
+        yield Fault("solve.step", f'{used}, not by "{solve.method}"; remove this key')
 
 
 def static_faults(solve: Solve | None) -> Iterable[Fault]:
@@ -97,7 +97,7 @@ def static_faults(solve: Solve | None) -> Iterable[Fault]:
         return
     for key in static_keys(solve):
         used = 'is used by method = "static" and "auto" only'
-        yield Fault(f"solve.{key}", f'{used}, not by "{solve.method}"; remove it')
+        yield Fault(f"solve.{key}", f'{used}, not by "{solve.method}"; remove this key')
 
 
 def static_keys(solve: Solve) -> list[str]:

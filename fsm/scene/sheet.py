@@ -121,9 +121,9 @@ class Sheet(Model):
         allowed = {*needed, "vertices"} if self.pattern is None else set()
         for name in sorted(own - allowed):
             if getattr(self, name) is not None:
-                raise ValueError(f"`{name}` is not used by {self._source}; remove it")
+                raise ValueError(f"`{name}` is not used by {self._source}; remove `{name}`")
         if self.kind is not None and self.scale is not None:
-            raise ValueError(f"`scale` is not used by {self._source}; remove it")
+            raise ValueError(f"`scale` is not used by {self._source}; remove `scale`")
         return self
 
     @property
@@ -142,7 +142,7 @@ class Sheet(Model):
     def _used(self) -> Self:
         for name in ("mesh_size", "mesh"):
             if getattr(self, name) is not None:
-                raise ValueError(f'`{name}` is the mesh of flexible facets; facets = "{self.facets}" has none: remove it')
+                raise ValueError(f'`{name}` is for flexible facets only, not for facets = "{self.facets}"; remove `{name}`')
         if self.bend_stiffness_per_length is not None and self.facets != "bend-lines":
-            raise ValueError('`bend_stiffness_per_length` is used by facets = "bend-lines" only; remove it')
+            raise ValueError('`bend_stiffness_per_length` is used by facets = "bend-lines" only; remove this key')
         return self

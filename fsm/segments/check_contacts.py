@@ -113,4 +113,4 @@ def _pair(
             continue
         yield Fault(path, f"{pair.first!r} and {pair.second!r} are both part of body {name!r}: they cannot touch")
     if pair.shared != "none" and kinds != ["surface", "surface"]:
-        yield Fault(f"{path}.shared", "only two surfaces share a crease or a chain; leave it out")
+        yield Fault(f"{path}.shared", "only two surfaces share a crease or a chain; remove this key")

@@ -75,7 +75,7 @@ def angle_faults(scene: Scene) -> Iterator[Fault]:
 
 def _initial_faults(path: str, given: float, placed: float) -> Iterator[Fault]:
     if abs(math.remainder(given - placed, 2 * math.pi)) > _AGREED:
-        what = f"{_degrees(given)}, but the bodies as placed make it {_degrees(placed)}; leave it out, or move the bodies"
+        what = f"{_degrees(given)}, but the bodies as placed make it {_degrees(placed)}; remove this key, or move the bodies"
         yield Fault(path, what)
     elif abs(given) > math.pi + _AGREED:
         what = f"{_degrees(given)} is more than half a turn; give {_degrees(placed)}, and wind a spring by `rest_angle`"

@@ -18,12 +18,12 @@ class Outcome(Enum):
 
     FINISHED = "finished"
     STEP_TOO_SMALL = (
-        "the step size fell below its lower bound; try more damping, softer contacts or stops, a larger friction speed "
+        "the step size fell below its lower bound; use more damping, softer contacts or stops, a larger friction speed "
         "(v_static, friction_speed), or method = \"Radau\""
     )
     TOO_SOFT = "bodies pass through each other at any step size; raise contact.stiffness"
     NO_SOLUTION = (
-        "the equations of a step could not be solved; try a smaller solve.step or none, more damping, softer contacts or "
+        "the equations of a step could not be solved; reduce or remove solve.step, use more damping, softer contacts or "
         "stops, or a larger friction speed (v_static, friction_speed)"
     )
     NO_EQUILIBRIUM = (
@@ -35,25 +35,25 @@ class Outcome(Enum):
         "inertia: method = \"generalized-alpha\""
     )
     MECHANISM = (
-        "the stiffness is singular: a part of the model can move without resistance; give its hinges stiffness, hold it, or "
+        "the stiffness is singular: a part of the model can move without resistance; add a stiffness or a support, or "
         "solve with inertia: method = \"generalized-alpha\""
     )
     TORN = (
         "a joint has opened by more than a tenth of a segment: the drive pulls beyond the reach of the structure; "
-        "shorten its travel"
+        "shorten the travel of the drive"
     )
-    TOO_MANY_STEPS = "more steps than [solve] max_steps; raise it, loosen rtol, or pull faster"
+    TOO_MANY_STEPS = "more steps than solve.max_steps; raise solve.max_steps, loosen solve.rtol, or pull faster"
     CROSSED = (
-        "a body passed through a face; take smaller steps (max_step), a stiffer contact, or method = "
-        "\"generalized-alpha\" or \"static\", which cut the step"
+        "a body passed through a face; reduce solve.max_step, raise contact.stiffness, or use method = "
+        "\"generalized-alpha\" or \"static\", which shorten the step at such a contact"
     )
-    NOT_FINITE = "the state is no longer finite; check masses and stiffnesses, or tighten rtol"
-    ENERGY = "the energy balance residual is above [solve] energy_abort; tighten rtol or set max_step"
+    NOT_FINITE = "the state is no longer finite; check masses and stiffnesses, or tighten solve.rtol"
+    ENERGY = "the energy balance residual is above [solve] energy_abort; tighten solve.rtol, or set solve.max_step"
     ENERGY_OF_STATICS = (
         "the energy balance residual is above [solve] energy_abort; tighten solve.rtol, which sets the increments, "
         "or solve with inertia: method = \"generalized-alpha\""
     )
-    ENERGY_OF_FIXED_STEPS = "the energy balance residual is above [solve] energy_abort; take a shorter solve.step"
+    ENERGY_OF_FIXED_STEPS = "the energy balance residual is above [solve] energy_abort; reduce solve.step"
 
 
 @dataclass(frozen=True)

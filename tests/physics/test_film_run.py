@@ -140,8 +140,8 @@ def test_the_error_of_a_fixed_step_is_stated(tmp_path: Path, monkeypatch: pytest
     found = [run(tmp_path, *full, f"solve.step={step} ms", name=step) for step in ("1", "0.1")]
     off = abs(found[0]["amplitude_center"] / found[1]["amplitude_center"] - 1.0)
     assert 0.01 < off < found[0]["step_error"] < 1.0 and found[1]["step_error"] < 0.01
-    assert any("take a shorter solve.step" in line for line in found[0]["warnings"])
-    assert not any("take a shorter solve.step" in line for line in found[1]["warnings"])
+    assert any("reduce solve.step to" in line for line in found[0]["warnings"])
+    assert not any("reduce solve.step to" in line for line in found[1]["warnings"])
     sudden = [*full, 'impact={ pulse = "rectangle", force = "1 mN", duration = "40 ms" }']
     halved = run(tmp_path, *sudden, name="halved")
     monkeypatch.setattr("fsm.analyses.summary_errors._LARGE", 10.0)

@@ -174,11 +174,11 @@ ONE_MISTAKE = {
     ),
     "increment of a method that integrates": (
         ("[[drive]]", '[solve]\nmethod = "Radau-blocks"\nincrement = "1 mm"\n[[drive]]'),
-        'solve.increment: is used by method = "static" and "auto" only, not by "Radau-blocks"; remove it',
+        'solve.increment: is used by method = "static" and "auto" only, not by "Radau-blocks"; remove this key',
     ),
     "imperfection of a method that integrates": (
         ("[[drive]]", '[solve]\nmethod = "generalized-alpha"\nimperfection = -1\n[[drive]]'),
-        'solve.imperfection: is used by method = "static" and "auto" only, not by "generalized-alpha"; remove it',
+        'solve.imperfection: is used by method = "static" and "auto" only, not by "generalized-alpha"; remove this key',
     ),
     "drive of nothing": (
         ("crease = 3\n", ""),
@@ -205,7 +205,7 @@ ONE_MISTAKE = {
     "no law": (('law = "linear"\n', ""), 'crease.law: missing; it must be "linear" or "spline"'),
     "key of another law": (
         ("stiffness = 9.0e-3", 'stiffness = 9.0e-3\ndata = "a.csv"'),
-        'crease.data: not used with law = "linear"; remove it',
+        'crease.data: not used with law = "linear"; remove this key',
     ),
     "section that is a number": (
         ("[[drive]]", "[[load]]\nbody = 3\n[[drive]]"),

@@ -93,7 +93,7 @@ def test_not_converged(method: str, blamed: str, tmp_path: Path) -> None:
     where = rf"at t = [\d.e-]+ s \(travel [\d.e-]+ mm\), step 3, method {method}"
     match = re.fullmatch(rf"{where}: (.*)\. {blamed} panel \d segment \d", line)
     assert match is not None, line
-    assert match[1] == "more steps than [solve] max_steps; raise it, loosen rtol, or pull faster"
+    assert match[1] == "more steps than solve.max_steps; raise solve.max_steps, loosen solve.rtol, or pull faster"
 
 
 def test_a_run_that_fails_says_what_was_doubtful_before(tmp_path: Path) -> None:
@@ -113,7 +113,7 @@ def test_energy_lost(method: str, tmp_path: Path) -> None:
     line = check_stopped(result, out, 5)
     which = "" if method == "static" else rf", step \d+, method {method}"
     assert re.match(rf"at t = [\d.e-]+ s \(travel [\d.e-]+ mm\){which}: the energy balance residual is above", line)
-    remedy = "tighten solve.rtol, which" if method == "static" else "tighten rtol or set max_step"
+    remedy = "tighten solve.rtol, which" if method == "static" else "tighten solve.rtol, or set solve.max_step"
     assert remedy in line
     assert re.search(r"Energy error [\d.e-]+ J; reference energy [\d.e-]+ J$", line)
 
@@ -122,7 +122,7 @@ def test_energy_lost_in_steps_that_were_asked_for(tmp_path: Path) -> None:
     """No tolerance changes fixed steps, so none is advised."""
     result, out = run(tmp_path, "solve.energy_abort=1e-30", "solve.method=generalized-alpha", "solve.step=0.1 ms")
     line = check_stopped(result, out, 5)
-    assert "energy_abort; take a shorter solve.step. " in line
+    assert "energy_abort; reduce solve.step. " in line
     assert "rtol" not in line
 
 

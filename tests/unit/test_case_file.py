@@ -221,7 +221,7 @@ def test_none_takes_a_section_out(tmp_path):
         ("strip.panels", "--set strip.panels", "write it as path=value"),
         ("strip.panels=", "--set strip.panels=", "write it as path=value"),
         ("strip.panels=six", "strip.panels", 'must be a whole number; it is "six"'),
-        ("crease.law=spline", "crease.stiffness", 'not used with law = "spline"; remove it'),
+        ("crease.law=spline", "crease.stiffness", 'not used with law = "spline"; remove this key'),
         ("units=inch", "units", 'must be "SI" or "mm-N-s"; it is "inch"'),
     ],
 )

@@ -118,12 +118,12 @@ ONE_FAULT: list[tuple[dict[str, Any], dict[str, Any] | None, str]] = [
         {"law": "hertz", "restitution": 0.5, **K},
         None,
         'contact.restitution: not used with law = "hertz", only with "hunt-crossley", "lankarani-nikravesh", "flores" or '
-        '"restitution"; remove it',
+        '"restitution"; remove this key',
     ),
     (
         {"restitution": 0.5, "damping": 3, **K},
         None,
-        'contact.damping: not used with law = "restitution", only with "hertz", "impact" or "linear"; remove it',
+        'contact.damping: not used with law = "restitution", only with "hertz", "impact" or "linear"; remove this key',
     ),
     (
         {"restitution": 0, **K},
@@ -152,7 +152,7 @@ ONE_FAULT: list[tuple[dict[str, Any], dict[str, Any] | None, str]] = [
     (
         K,
         {"law": "tanh", **MU, "v_static": 1},
-        'friction.mu_static: not used with law = "tanh", only with "step", "stribeck" or "lugre"; remove it',
+        'friction.mu_static: not used with law = "tanh", only with "step", "stribeck" or "lugre"; remove this key',
     ),
     (
         K,
@@ -173,7 +173,7 @@ ONE_FAULT: list[tuple[dict[str, Any], dict[str, Any] | None, str]] = [
     (
         K,
         {"law": "lugre", **MU, "v_stribeck": 1, "presliding": 1, "v_static": 1},
-        'friction.v_static: not used with law = "lugre", only with "step", "tanh" or "stribeck"; remove it',
+        'friction.v_static: not used with law = "lugre", only with "step", "tanh" or "stribeck"; remove this key',
     ),
     (
         K,

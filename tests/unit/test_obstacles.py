@@ -93,7 +93,7 @@ def test_faults_of_a_scene_name_what_is_wrong() -> None:
     assert faults["scene.pairs.2"].startswith("obstacles 'hub' and 'cap': a plane and a plane do not touch")
     assert faults["scene.pairs.3"] == "'b' and 'cap' are both part of body 'b': they cannot touch"
     assert faults["scene.pairs.4"] == "'face' and 'a' are both part of body 'a': they cannot touch"
-    assert faults["scene.pairs.5.shared"] == "only two surfaces share a crease or a chain; leave it out"
+    assert faults["scene.pairs.5.shared"] == "only two surfaces share a crease or a chain; remove this key"
     good = scene.model_copy(
         update={"obstacles": (Obstacle(name="floor", shape="plane"),), "pairs": (ContactPair(first="face", second="floor"),)}
     )

@@ -63,7 +63,7 @@ def test_an_event_of_a_drive_that_turns_is_told_in_radians(drive: str, told: str
     [
         ("modal", None, "vibration.modes", "rtol"),
         ("generalized-alpha", None, "tighten rtol", "vibration.modes"),
-        ("generalized-alpha", 1e-4, "shorter solve.step", "rtol"),
+        ("generalized-alpha", 1e-4, "reduce solve.step", "rtol"),
     ],
 )
 def test_a_balance_that_is_off_is_told_with_what_helps(

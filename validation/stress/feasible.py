@@ -53,7 +53,7 @@ def better_asked(tables: Tables, first: Attempt, limit: float) -> str:
             if again.end == "cut off" and again.reached > first.reached:
                 return "cut off"
             what = again.what
-        if "tighten rtol" not in what:
+        if "tighten" not in what:
             return ""
     return ""
 
