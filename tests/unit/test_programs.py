@@ -109,7 +109,7 @@ MISTAKES = (
     ("travel = 1\nspeed = 1\nturn = 1", "both are given"),
     ("turn = 1\nspeed = 1\nrate = 1", "no `speed`"),
     ("turn = 1\nrate = 1\naxis = [0, 0, 0]", "is not a direction"),
-    ('travel = 1\nspeed = 1\ntime = { kind = "ramp", end = 1 }', "`speed` and `run_up` are not used"),
+    ('travel = 1\nspeed = 1\ntime = { kind = "ramp", end = 1 }', "remove `speed` and `run_up`, or remove `time`"),
     ('travel = 1\ntime = { kind = "constant" }', "is a motion"),
     ('travel = 1\ntime = { kind = "cycle", period = 1 }', "time.cycles: is missing"),
     ('time = { kind = "table", time = [0, 1], travel = [0, 0] }', "all rows of travel are zero"),
