@@ -215,14 +215,21 @@ def check(case: str, overrides: tuple[str, ...], spatial: bool) -> None:
 
 @cli.command()
 @click.argument("case", metavar="CASE.toml")
-@click.option("--out", required=True, metavar="FILE.gif", help="Animation to write.")
+@click.option("--out", required=True, metavar="FILE.gif", help="Animation to write; of a sheet a picture, FILE.png.")
 @set_option
 @debug_option
 def preview(case: str, out: str, overrides: tuple[str, ...]) -> None:
-    """Animate the deployment with rigid panels: fast, but only approximate."""
+    """Animate the deployment with rigid panels: fast, but only approximate. Of a sheet, draw the crease pattern."""
     from fsm.scene.load_case import load_case
 
     loaded = load_case(case, overrides)
+    if loaded.case.sheet is not None:
+        with imports_outside_gc(), plain_matplotlib():
+            from fsm.sheet_picture import draw_sheet
+        with add_source(case):
+            draw_sheet(loaded.case, Path(out))
+        click.echo(out)
+        return
 
     with imports_outside_gc(), plain_matplotlib():
         from fsm.preview import preview as animate

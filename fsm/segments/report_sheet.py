@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from fsm.report_text import count, degrees, material_text, millimetres
-from fsm.scene.builders.sheet import RIGID, sheet_joints
+from fsm.scene.builders.sheet import rigid_factor, sheet_joints
 from fsm.scene.patterns.of_sheet import pattern_of
 from fsm.scene.patterns.pattern import ASSIGNMENTS, Pattern
 from fsm.scene.patterns.places import place_of
@@ -49,7 +49,7 @@ def sheet_lines(view: CheckContext) -> Iterator[str]:
     if sheet.facets == "bend-lines" and sheet.bend_stiffness_per_length is None:
         preset = "G (L/t)^(1/3)/L, G = E t^3/(12 (1 - nu^2))"
         yield f"the stiffness of bend lines is a preset, the fit of Liu and Paulino (2017) to plates: {preset}"
-    yield f"rigid joints are springs, {RIGID:.0e} times as stiff as the stiffest crease"
+    yield f"rigid joints are springs, {rigid_factor(sheet):.0e} times as stiff as the stiffest crease"
 
 
 def sheet_support_lines(view: CheckContext) -> Iterator[str]:

@@ -171,9 +171,9 @@ def test_sheet_folds_itself_from_flat(tmp_path: Path) -> None:
     assert np.degrees(np.abs(angles[-1])).min() > 150.0
     tangents = np.tan(0.5 * np.abs(angles[5:]))
     along, across = tangents[:, columns], tangents[:, ~columns]
-    np.testing.assert_allclose(along.min(axis=1), along.max(axis=1), rtol=1e-6)
-    np.testing.assert_allclose(along.mean(axis=1) / across.mean(axis=1), math.cos(math.radians(65.0)), rtol=1e-6)
-    assert summary["unstable_equilibria"] == 0 and summary["joint_opening"] < 1e-9
+    np.testing.assert_allclose(along.min(axis=1), along.max(axis=1), rtol=1e-4)
+    np.testing.assert_allclose(along.mean(axis=1) / across.mean(axis=1), math.cos(math.radians(65.0)), rtol=1e-4)
+    assert summary["unstable_equilibria"] == 0 and summary["joint_opening"] < 1e-6
 
 
 def test_complete_case_needs_no_pattern_file(tmp_path: Path) -> None:

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from fsm.errors import CaseError
+from fsm.scene.load_case import load_case
 from fsm.scene.patterns.facets import facet_frames, quaternions
 from fsm.scene.patterns.generators import kresling, miura, waterbomb, yoshimura, zigzag
 from fsm.scene.patterns.pattern import Pattern
 from fsm.scene.patterns.places import place_of
+from fsm.sheet_picture import draw_sheet
 
 SHAPES = {
     "miura": miura(4, 3, 0.03, 0.02, math.radians(55.0), math.radians(35.0)),
@@ -183,3 +187,12 @@ def test_faces_of_opposite_orientation_are_refused() -> None:
     corners = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], dtype=float)
     with pytest.raises(ValueError, match="two faces on one side"):
         Pattern.of_faces(corners, [(0, 1, 2), (0, 3, 2), (0, 1, 3)])
+
+
+def test_picture_of_a_pattern(tmp_path: Path) -> None:
+    """`fsm preview` of a sheet writes a PNG, and refuses other names."""
+    case = load_case(Path(__file__).parents[2] / "folding_cases" / "fold_file" / "case.toml").case
+    draw_sheet(case, tmp_path / "pattern.png")
+    assert (tmp_path / "pattern.png").read_bytes().startswith(b"\x89PNG")
+    with pytest.raises(CaseError, match=r"give --out FILE\.png"):
+        draw_sheet(case, tmp_path / "pattern.gif")

@@ -21,7 +21,7 @@ from fsm.scene.scene import GROUND, Body, ForceElement, Plate, Scene
 from fsm.scene.sheet import Sheet
 from fsm.scene.time_program import Ramp, TimeFunction
 
-__all__ = ["RIGID", "build_sheet", "facet_name", "sheet_joints"]
+__all__ = ["RIGID", "RIGID_OF_FOLDING", "build_sheet", "facet_name", "rigid_factor", "sheet_joints"]
 
 RIGID = 3e8
 """Stiffness of the joints of rigid facets, relative to the stiffest crease k: k over its length squared in translation, k
@@ -29,8 +29,19 @@ in rotation across the crease. Its flexibility causes an error of the force in i
 proportion; docs/sheets.md has both for a Miura sheet."""
 
 
+_CLOSED = 1e-3
+"""Distance of a fold angle from 180 degrees below which a crease is closed, rad."""
 _DAMPING_OF_FOLDING = 1e-2
 """Ratio of the default Kelvin-Voigt time to the time in which a sheet folds itself; the fold angles lag by this part."""
+
+
+RIGID_OF_FOLDING = 1e6
+"""`RIGID` of a sheet that folds itself: softer joints have less round-off, which can hide the sign of a soft pivot."""
+
+
+def rigid_factor(sheet: Sheet) -> float:
+    """Stiffness of rigid joints relative to the stiffest crease."""
+    return RIGID if sheet.fold_to is None else RIGID_OF_FOLDING
 
 
 def facet_name(number: int) -> str:
@@ -117,11 +128,12 @@ class _SheetBuilder:
         """Complete scene."""
         case, frames = self.case, facet_frames(self.pattern)
         joints = sheet_joints(case, self.pattern)
+        rigid = rigid_factor(self.sheet)
         reference = max((joint.stiffness for joint in joints), default=0.0)
         assert case.material is not None
         if not reference:  # creases without stiffness: joints are as stiff as the sheet
-            reference = case.material.young * self.sheet.thickness * self.pattern.extent() ** 2 / RIGID
-        attach = _Attachment(self.pattern, frames, RIGID * reference / float(np.median(self.pattern.lengths)) ** 2)
+            reference = case.material.young * self.sheet.thickness * self.pattern.extent() ** 2 / rigid
+        attach = _Attachment(self.pattern, frames, rigid * reference / float(np.median(self.pattern.lengths)) ** 2)
         held, elements = self._supports(attach)
         lines: list[Body] = []
         drives: list[Drive] = []
@@ -160,7 +172,9 @@ class _SheetBuilder:
     def _joints(self, frames: FacetFrames, joints: list[SheetJoint], reference: float) -> Iterator[ForceElement]:
         """Force elements of creases, bend lines and rigid joints."""
         pattern, crease = self.pattern, self.case.crease
-        start, lengths = pattern.fold_angles(), pattern.lengths
+        lengths, start = pattern.lengths, pattern.fold_angles()
+        closed = np.abs(start) > math.pi - _CLOSED  # the positions do not give the sign of a closed crease
+        start = np.where(closed, np.copysign(start, np.nan_to_num(pattern.target)), start)
         middle = pattern.vertices[pattern.edges].mean(axis=1)
         along = np.diff(pattern.vertices[pattern.edges], axis=1)[:, 0] / lengths[:, None]
         edges = [joint.edge for joint in joints]
@@ -174,7 +188,7 @@ class _SheetBuilder:
         for row, joint in enumerate(joints):
             numbers[joint.kind] += 1
             length, angle = float(lengths[joint.edge]), float(start[joint.edge])
-            stiff = RIGID * reference
+            stiff = rigid_factor(self.sheet) * reference
             translation = (stiff / length**2,) * 3
             measured = joint.kind == "crease" and isinstance(crease, SplineCrease)
             twist = stiff if joint.kind == "rigid" else 0.0 if measured else joint.stiffness
