@@ -39,6 +39,7 @@ def comparison(solutions: Mapping[str, Solution]) -> dict[str, Any] | None:
         columns.append(
             {
                 "name": name,
+                "counter": name in ("degrees of freedom", "steps of the solver"),
                 "unit": unit,
                 "values": [row[name][0] if name in row else None for row in outputs],
                 "input": False,

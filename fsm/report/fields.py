@@ -198,7 +198,7 @@ def _arrows(
     for k, name in enumerate(solution.layout.drive_names):
         place = _place(name, solution, parts, creases)
         if len(drives) == len(solution.layout.drive_names) and place is not None and not solution.layout.turns(k):
-            direction = np.asarray(drives[k].get("direction", (0.0, 0.0, 0.0)), dtype=float)
+            direction = _vector(drives[k].get("direction"))
             unit = direction / (np.linalg.norm(direction) or 1.0)
             yield "drive", name, place, solution.force[:, k, None] * unit
     for name, channel in channels.items():
@@ -219,10 +219,23 @@ def _arrows(
 
 
 def _drives(case: dict[str, Any]) -> list[dict[str, Any]]:
-    """Drives of a case, or of its steps."""
-    own = case.get("drive", [])
-    steps = case.get("step", [])
-    return list(own) or [drive for step in steps if isinstance(step, dict) for drive in step.get("drive", [])]
+    """Drives of a case, or of its steps; a damaged case has none."""
+    steps = _tables(case, "step")
+    return _tables(case, "drive") or [drive for step in steps for drive in _tables(step, "drive")]
+
+
+def _vector(value: Any) -> Floats:
+    """Vector of a case; zero for anything else."""
+    try:
+        found = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        return np.zeros(3)
+    return found if found.shape == (3,) and np.isfinite(found).all() else np.zeros(3)
+
+
+def _tables(section: dict[str, Any], key: str) -> list[dict[str, Any]]:
+    found = section.get(key)
+    return [one for one in found if isinstance(one, dict)] if isinstance(found, list) else []
 
 
 def _place(name: str, solution: Solution, parts: Parts, creases: Sequence[Crease]) -> Floats | None:

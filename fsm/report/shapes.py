@@ -190,9 +190,11 @@ def _obstacles(solution: Solution, records: Integers, size: float) -> list[dict[
 
 
 def _described(solution: Solution) -> list[dict[str, Any]]:
+    """Obstacles in the case, as `obstacle_outlines` finds them."""
     case = solution.layout.case
     scene = case.get("scene")
-    return case.get("obstacle", []) or (scene.get("obstacles", []) if isinstance(scene, dict) else [])
+    found = case.get("obstacle", []) or (scene.get("obstacles", []) if isinstance(scene, dict) else [])
+    return list(found)
 
 
 def _modes(solution: Solution, first: Integers) -> list[dict[str, Any]]:

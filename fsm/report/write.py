@@ -91,12 +91,24 @@ def write_report(given: Sequence[str], out: str | Path, wanted: Sequence[str] = 
     out = Path(out)
     if out.suffix.lower() not in (".html", ".htm"):
         raise CaseError(f'"{out.name}" is not the name of a page; give a name that ends in .html', "--out")
-    solutions = {name: read_solution(path) for name, path in find_results(given).items()}
+    solutions = {name: _read(path) for name, path in find_results(given).items()}
     page = report_page(solutions, wanted, title)
     out.parent.mkdir(parents=True, exist_ok=True)
     with atomic_write(out) as part:
         part.write_text(page, encoding="utf-8")
     return out
+
+
+def _read(path: Path) -> Solution:
+    """Result with a case that can be read and at least one record; errors name the file."""
+    solution = read_solution(path)
+    if not len(solution):
+        raise CaseError("has no records yet", str(path))
+    try:
+        _ = solution.layout.case
+    except CaseError as error:
+        raise CaseError(error.faults, str(path)) from None
+    return solution
 
 
 def report_page(solutions: Mapping[str, Solution], wanted: Sequence[str] = (), title: str = "") -> str:

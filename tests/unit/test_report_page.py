@@ -233,3 +233,25 @@ def test_bodies_and_films_of_a_scene_are_parts() -> None:
     _, system = compile_case(load_case(cases / "sail_on_cables" / "case.toml").case)
     assert list(dict.fromkeys(system.quad_names)) == ["post", "sail", "halyard", "back stay", "left stay", "right stay"]
     assert len(system.quad_names) == len(system.panels)
+
+
+def test_view_opens_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    opened: list[str] = []
+    monkeypatch.setattr("webbrowser.open", lambda url: opened.append(url) or True)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    done = CliRunner().invoke(cli, ["view", str(saved(strip(), tmp_path / "a" / "result.h5"))])
+    assert done.exit_code == 0, done.output
+    page = Path(done.output.strip())
+    assert page.is_file()
+    assert page.is_relative_to(tmp_path)
+    assert opened == [page.as_uri()]
+
+
+@pytest.mark.parametrize("text", ["[strip", 'strip = 3\nscene = "x"\nobstacle = 7\ndrive = [1]\n', "[lattice]\n[strip]\n"])
+def test_a_damaged_case_is_no_traceback(tmp_path: Path, text: str) -> None:
+    run = strip(case_text=text)
+    done = CliRunner().invoke(cli, ["report", str(saved(run, tmp_path / "result.h5")), "--out", str(tmp_path / "a.html")])
+    assert done.exit_code in (0, 2), done.output
+    assert "internal error" not in done.output
+    if done.exit_code:
+        assert str(tmp_path / "result.h5") in done.output

@@ -286,10 +286,27 @@ class Page {
     if (this.comparison) this.comparison.draw();
   }
 
+  // Light colours, all curves, and a picture of the motion for paper; afterwards the colours as before.
+  paper(on) {
+    if (on && this.before === undefined) {
+      this.before = document.documentElement.dataset.theme === "dark";
+      if (this.before) this.theme(false);
+      this.curves.drawAll();
+      if (this.player && this.player.data) { this.player.render(); at("still").src = at("canvas").toDataURL(); }
+    } else if (!on && this.before !== undefined) {
+      if (this.before) this.theme(true);
+      this.before = undefined;
+    }
+  }
+
   wire() {
     const { player, curves } = this;
     at("theme").onclick = () => this.theme(document.documentElement.dataset.theme !== "dark");
-    at("print").onclick = () => window.print();
+    at("print").onclick = async () => {
+      this.paper(true);
+      await Promise.all(curves.shown.map((one) => one.ready));
+      window.print();
+    };
     at("over").onchange = () => { curves.over = at("over").value; curves.redraw(); };
     at("follow").onchange = () => { curves.follow = at("follow").checked; };
     curves.follow = true;
@@ -297,10 +314,8 @@ class Page {
     curves.modeChosen = (line, k) => { if (line === 0 && this.player && this.result.player.modes[k]) this.chooseMode(String(k)); };
     curves.pairChosen = (pair) => { const found = this.objects.find((item) => item.owners.includes(`contact.${pair}`)); if (found) this.select(found); };
     at("object").onchange = () => this.select(at("object").value === "" ? null : this.objects[Number(at("object").value)]);
-    window.addEventListener("beforeprint", () => {
-      curves.drawAll();
-      if (player && player.data) { player.render(); at("still").src = at("canvas").toDataURL(); }
-    });
+    window.addEventListener("beforeprint", () => this.paper(true));
+    window.addEventListener("afterprint", () => this.paper(false));
     if (!player) return;
     const redraw = () => { if (this.mode) player.showMode(this.mode, this.phase || Math.PI / 2); else this.show(this.frame); };
     at("slider").oninput = () => { this.play(false); this.mode = null; at("mode").value = ""; this.show(Number(at("slider").value)); };

@@ -25,6 +25,8 @@ function table(head, rows, chosen) {
   return element("div", { className: "wide" }, element("table", {}, top, body));
 }
 
+const AXES = 9;  // largest number of axes with parallel coordinates
+
 // Several results: overlaid curves, scatter, parallel coordinates, and a table.
 class Comparison {
   constructor(page, data) {
@@ -76,15 +78,18 @@ class Comparison {
       const [x, y, c] = ["scatter-x", "scatter-y", "scatter-colour"].map((id) => this.numbers[Number(at(id).value)]);
       const scatter = [{ x: x.values, y: y.values, text: this.data.names.map(plain), mode: "markers", hovertemplate: "%{text}<br>%{x:.5g}, %{y:.5g}<extra></extra>", marker: { size: 10, color: c.values, colorscale: "Viridis", showscale: true, colorbar: { title: { text: plain(label(c)), side: "right" }, thickness: 12 } } }];
       Plotly.react(at("scatter"), scatter, { ...base, xaxis: axis(label(x)), yaxis: axis(label(y)), hovermode: "closest" }, config).then((box) => choose(box, (point) => point.pointIndex));
-      const chosen = this.numbers.slice(0, 12);
+      const varies = (column) => new Set(column.values).size > 1;
+      const chosen = this.numbers.filter((column) => varies(column) && !column.counter).slice(0, AXES);
       const known = (column) => column.values.filter((value) => typeof value === "number");
       const dimensions = chosen.map((column) => {
         const values = known(column), low = Math.min(...values), high = Math.max(...values);
         return { label: plain(label(column)), values: column.values.map((value) => (typeof value === "number" ? value : low)), range: high > low ? [low, high] : [low - 1, high + 1] };
       });
       const line = { color: c.values.map((value) => value ?? 0), colorscale: maps.viridis.map((colour, k) => [k / (maps.viridis.length - 1), colour]) };
-      Plotly.react(at("parallel"), [{ type: "parcoords", dimensions, line, labelfont: { size: 11, color: colours.text }, tickfont: { size: 9, color: colours.text }, rangefont: { size: 9, color: colours.text }, labelangle: -12 }], { ...base, margin: { l: 60, r: 60, t: 90, b: 20 } }, config);
+      at("parallel-box").hidden = dimensions.length < 2;
+      if (dimensions.length > 1) Plotly.react(at("parallel"), [{ type: "parcoords", dimensions, line, labelfont: { size: 11, color: colours.text }, tickfont: { size: 9, color: colours.text }, rangefont: { size: 9, color: colours.text }, labelangle: -18 }], { ...base, margin: { l: 60, r: 60, t: 90, b: 20 } }, config);
     }
-    at("scatter-box").hidden = at("parallel-box").hidden = !this.numbers.length;
+    else at("parallel-box").hidden = true;
+    at("scatter-box").hidden = !this.numbers.length;
   }
 }
