@@ -1,4 +1,4 @@
-"""Command line. Each command imports the large modules that it needs, so that the others start quickly."""
+"""Command line. Each command imports only the large modules that it needs, so that all commands start quickly."""
 
 from __future__ import annotations
 

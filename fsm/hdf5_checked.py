@@ -1,7 +1,7 @@
 """HDF5 files in which damage is detected: layout with checksums, strings of fixed length, verified datasets.
 
-The HDF5 library can loop for ever in a damaged file of the old layout (superblock 0 or 1). It can also loop in the heap
-of variable-length strings, which has no checksum in any layout.
+The HDF5 library can loop for ever in a damaged file of the old layout (superblock 0 or 1). The library can also loop in the
+heap of variable-length strings, which has no checksum in any layout.
 """
 
 from __future__ import annotations

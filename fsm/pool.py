@@ -1,4 +1,4 @@
-"""Independent jobs on several processes; a job that fails, or whose process dies, does not affect the others."""
+"""Independent jobs on several processes; a job that fails, or whose process dies, does not affect other jobs."""
 
 from __future__ import annotations
 

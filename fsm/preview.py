@@ -1,7 +1,7 @@
 """Preview of a planar scene: a short animation of its motion.
 
-The animation is a sketch with rigid pieces and rotary springs (pymunk). It makes wrong angles and wrong creases visible. It
-computes no forces and no buckling. It shows motion in the x-z plane only.
+The animation is a sketch with rigid pieces and rotary springs (pymunk). The animation makes wrong angles and wrong creases
+visible. The animation computes no forces and no buckling. The animation shows motion in the x-z plane only.
 """
 
 from __future__ import annotations

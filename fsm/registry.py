@@ -1,7 +1,7 @@
 """Extensions: laws, elements and builders that users add in Python files, and the loading of these files.
 
 A case names its files, ``extensions = ["my_law.py"]``, relative to its own folder. Each file is executed once in a
-process. It registers its additions with the functions of `fsm.extend`.
+process. The file registers its additions with the functions of `fsm.extend`.
 """
 
 from __future__ import annotations

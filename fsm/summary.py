@@ -93,8 +93,8 @@ def joined(deployment: dict[str, Any], vibration: dict[str, Any]) -> dict[str, A
 def unstable_passages(solution: Solution, events: Sequence[Event]) -> list[Event]:
     """Events for unstable records that no event of the solve covers, one event for each run of successive records.
 
-    An event lasts from the last stable record before to the first stable record after. It is a "vibration" if the drive
-    stands still meanwhile. The solver of a dynamic run reports no events.
+    An event lasts from the last stable record before to the first stable record after. The event is a "vibration" if the
+    drive stands still during it. The solver of a dynamic run reports no events.
     """
     time, unstable = solution.time, solution.negative_pivots > 0
     for event in events:

@@ -123,7 +123,7 @@ class System(Protocol):
     def balance(
         self, t: float, q: np.ndarray, u: np.ndarray | None, before: PreviousState | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Force as by `force`, and the static reaction along the direction of every drive, (n_drives,), N."""
+        """Force, and the static reaction along the direction of every drive, (n_drives,), N."""
         ...
 
     def force_rate(self, t: float, q: np.ndarray) -> np.ndarray:

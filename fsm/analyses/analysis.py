@@ -43,7 +43,7 @@ class Solver(Protocol):
 class Analysis(Protocol):
     """Compiled case of one kind of analysis: its system, and the methods that differ between kinds.
 
-    Analyses derive from this class. The methods with a body suit analyses without probes, bars and a solver of their own.
+    Analyses derive from this class. The methods with a body suit analyses without probes, bars and a special solver.
     """
 
     system: System

@@ -15,8 +15,8 @@ __all__ = ["natural_modes"]
 def natural_modes(system: AncfSystem, q: np.ndarray, count: int) -> Modes:
     """Lowest modes at rest, at most as many as free coordinates.
 
-    Held coordinates are separate oscillators with the frequency of the fastest coordinate of the film. They appear among the
-    modes if nearly all modes are requested. A mode without motion of free coordinates belongs to them.
+    Held coordinates are separate oscillators with the frequency of the fastest coordinate of the film. These oscillators
+    appear among the modes if nearly all modes are requested. A mode without motion of free coordinates belongs to them.
 
     Parameters
     ----------

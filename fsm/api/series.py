@@ -13,7 +13,7 @@ __all__ = ["Series"]
 
 
 class Series(NDArrayOperatorsMixin):
-    """Quantity over time. It acts as its array of values in arithmetic, in NumPy functions and in plots.
+    """Quantity over time. A series acts as its array of values in arithmetic, in NumPy functions and in plots.
 
     Attributes
     ----------

@@ -28,7 +28,7 @@ _MAX_SWING = 1.2
 def quantities(curve: FittedCurve, options: Options) -> list[Quantity]:
     """Mean stiffness, moment at the largest angle, scale factor, and loop area of one curve.
 
-    The scale factor is 1, with an interval from the scatter. It is the uncertainty of `crease.scale` of a case.
+    The scale factor is 1, with an interval from the scatter. This interval is the uncertainty of `crease.scale` of a case.
     """
     grid, values = curve.loading.fit.x, curve.loading.estimate.values
     weights = _slope_weights(grid)

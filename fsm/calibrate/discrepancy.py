@@ -3,8 +3,8 @@
 Points of one repeat are correlated, because each repeat has its own specimen. Near the best fit the parameters change with
 the measured forces as dp = sum_k H_k dF_k. Here H_k are the columns of test k in the pseudo-inverse of the weighted
 Jacobian. Each repeat r of a test gives one change dp = H_k (F_kr - mean F_k). The variance of their mean is the sample
-variance over the number of repeats (cluster-robust covariance; Liang and Zeger 1986). It holds for any correlation along the
-curve.
+variance over the number of repeats (cluster-robust covariance; Liang and Zeger 1986). This estimate holds for any
+correlation along the curve.
 
 The mean residual e_k = F_k - F_k(p) contains scatter and the model discrepancy (Kennedy and O'Hagan 2001). The discrepancy
 is modelled as a stationary Gaussian process of variance s_k^2 along the travel, with the correlation exp(-(x - x')^2/(2
@@ -14,9 +14,9 @@ of the residual. The variances s_k^2 explain the squared residuals:
 
     |e_k|^2 = sum_j tr(P_kj (S_j + s_j^2 C_j) P_kj^T) ,     P_kj = delta_kj - J_k H_j ,
 
-with S_j the covariance of the mean curve of test j. Like scatter, the discrepancy adds to the variance of the parameters. It
-also widens every predicted force. A discrepancy with the same effect on the force as a parameter change leaves no residual;
-the process includes an estimate of this part.
+with S_j the covariance of the mean curve of test j. Like scatter, the discrepancy adds to the variance of the parameters.
+The discrepancy also widens every predicted force. A discrepancy with the same effect on the force as a parameter change
+leaves no residual; the process includes an estimate of this part.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Result of a calibration: a printed table, `calibration.json`, plots, and files for use in cases.
 
-A kind of calibration is a function ``(data: Path, options: Options) -> Calibration``. It computes everything before any
-file is written. The files appear together: after an error the folder is unchanged.
+A kind of calibration is a function ``(data: Path, options: Options) -> Calibration``. The function computes everything
+before any file is written. The files appear together: after an error the folder is unchanged.
 """
 
 from __future__ import annotations

@@ -124,8 +124,8 @@ def peak_response(case: Case, travel: np.ndarray, parameters: Sequence[str]) -> 
 def peak_of(response: Response) -> PeakResponse:
     """Largest force of a response, from the parabola through the largest value and its neighbours.
 
-    By the envelope theorem its gradient equals the gradient of the force at the fixed travel of the peak. It is interpolated
-    from the three rows with Lagrange weights. At an end of the curve the gradient of that end is used.
+    By the envelope theorem its gradient equals the gradient of the force at the fixed travel of the peak. The gradient is
+    interpolated from the three rows with Lagrange weights. At an end of the curve the gradient of that end is used.
     """
     x, force = response.travel, response.force
     at = int(np.argmax(force))

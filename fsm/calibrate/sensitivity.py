@@ -5,8 +5,8 @@ An equilibrium satisfies h(q; p) = 0, and the drives have the reactions r(q; p).
     A dx/dp = dh/dp ,        dr/dp = dr/dp|x + (dr/dx) dx/dp                 forward: one solve per parameter
     A^T lambda = (dr/dx)^T,  dr/dp = dr/dp|x + lambda . dh/dp                adjoint: one solve per force
 
-Dampers and friction compute rates as differences from the previous state. Then h depends on that state too, and its
-derivative enters: A dx_k = dh/dp + (dh/dx_{k-1}) dx_{k-1}. The adjoint of this recursion would run backwards in time and is
+Dampers and friction compute rates as differences from the previous state. Then the force h also depends on the
+previous state: A dx_k = dh/dp + (dh/dx_{k-1}) dx_{k-1}. The adjoint of this recursion would run backwards in time and is
 not available.
 
 dh/dp and dr/dp at a fixed configuration are central differences of two systems compiled with p (1 + d) and p (1 - d).

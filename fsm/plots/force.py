@@ -157,7 +157,7 @@ def _mark_events(ax: Axes, events: Sequence[dict[str, Any]]) -> list[Line2D]:
 
 
 def _mark_peaks(ax: Axes, summary: dict[str, Any], last: float) -> list[Line2D]:
-    """Mark the quasi-static peak with its value, and the dynamic peak; return the legend entry of the latter."""
+    """Mark the quasi-static peak with its value, and the dynamic peak; return the legend entry of the dynamic peak."""
     force, at = summary["peak_force"], 1e3 * summary["peak_travel"]
     ax.plot(at, force, "o", color=COLOURS[1], markersize=5, zorder=4, clip_on=False)
     bottom, top = ax.get_ylim()

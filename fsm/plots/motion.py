@@ -39,9 +39,9 @@ def plot_motion(solution: Solution, path: str | Path, views: int = 6) -> None:
     """Draw the shape at up to `views` travels, see `pick_records`. All pictures have the same scale.
 
     With a drive, the background colour of a title names the stage.
-    A plane motion is drawn in its plane, the x-z plane or for a scissor array the x-y plane. There a plate is a line in the
-    colour of its panel, without thickness, and a square of a lattice is a square. Other motions are drawn in space.
-    Obstacles are grey.
+    A plane motion is drawn in its plane, the x-z plane or for a scissor array the x-y plane. In this plane a plate is a
+    line in the colour of its panel, without thickness, and a square of a lattice is a square. Other motions are drawn in
+    space. Obstacles are grey.
     """
     chosen = pick_records(solution, views)
     stages = _stages(solution)
@@ -200,7 +200,7 @@ def _arrange_plane(fig: Figure, columns: int, rows: int, below: float) -> None:
 
 
 def _beside(box: Any, ax: Axes, dpi: float) -> tuple[float, float]:
-    """Widths of what a box needs left of the axes and below them, inches."""
+    """Widths of the parts of a box left of the axes and below them, inches."""
     inside = ax.get_window_extent()
     return (float(inside.x0 - box.x0) / dpi, float(inside.y0 - box.y0) / dpi) if box is not None else (0.0, 0.0)
 

@@ -206,7 +206,7 @@ def first_touch(travel: ArrayLike, pair_force: ArrayLike) -> list[float | None]:
 
     A pair touches when its force exceeds `CONTACT_THRESHOLD` times the largest force of any pair in the run.
     The onset is the zero of the line through the first two touching records.
-    It is limited to the interval between the last free record and the first touching one.
+    The onset is limited to the interval between the last free record and the first touching one.
 
     Parameters
     ----------
@@ -292,7 +292,7 @@ def touching_pairs(pair_force: ArrayLike) -> list[int]:
 def sliding_distance(time: ArrayLike, slip: ArrayLike) -> Floats:
     """Sliding distance of the faces of every pair up to each record, (n, n_pairs), m.
 
-    It is the trapezoidal integral of the slip speed, so its accuracy depends on the interval of the records.
+    The distance is the trapezoidal integral of the slip speed, so its accuracy depends on the interval of the records.
 
     Parameters
     ----------

@@ -95,8 +95,8 @@ class SceneCable(_Line):
 class SceneBeam(_Line):
     """Straight beam of ANCF elements with a rectangular section; it bends in the x-z plane and stretches.
 
-    The beam has no shear strain (Euler and Bernoulli). It does not move along y, and does not rotate about other axes: its
-    supports bear the forces along y.
+    The beam has no shear strain (Euler and Bernoulli). A beam does not move along y, and does not rotate about other axes:
+    its supports bear the forces along y.
 
     Attributes
     ----------

@@ -1,7 +1,7 @@
 """JSON Schema of case files for editors: keys, types, bounds, defaults, and descriptions with units.
 
-The schema follows from the models that check cases. It is less strict: it does not compare keys with each other. Plain
-numbers with a unit may be in either unit system, so only bounds at zero apply to them.
+The schema follows from the models that check cases. The schema is less strict: it does not compare keys with each other.
+Plain numbers with a unit may be in either unit system, so only bounds at zero apply to them.
 """
 
 from __future__ import annotations

@@ -19,9 +19,9 @@ Edge = Literal["bottom", "top", "left", "right"]
 class Lattice(Model):
     """Rotating squares: columns (along x) by rows (along z) of equal squares, each rotated against its neighbours.
 
-    Square (i, j) has its centre at (i, j) times the spacing. It is rotated by (-1)^(i + j + 1) times the angle. Each of its
-    four corners (right, top, left, bottom) has the distance `hinge_length` from a corner of a neighbour. A ligament joins
-    each pair.
+    Square (i, j) has its centre at (i, j) times the spacing. The square is rotated by (-1)^(i + j + 1) times the angle.
+    Each of its four corners (right, top, left, bottom) has the distance `hinge_length` from a corner of a neighbour. A
+    ligament joins each pair.
 
     Attributes
     ----------

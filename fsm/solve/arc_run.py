@@ -1,7 +1,7 @@
 """Path of equilibria by arc length as a step of a run: records, work, force curve, and loads over displacements.
 
 Loads and drives are functions of the program time, which may decrease on such a path. The time of records is a different
-one. It increases with the length of the path and ends with the step.
+one. The time of records increases with the length of the path and ends with the step.
 """
 
 from __future__ import annotations

@@ -94,7 +94,7 @@ class DampedSystem:
 def come_to_rest(system: System, t: float, q: np.ndarray) -> np.ndarray:
     """Final configuration of a damped motion from rest, with loads and drives at their values at time t.
 
-    It is an approximate equilibrium: friction and slow dampers may keep it slightly away.
+    The result is an approximate equilibrium: friction and slow dampers may keep it slightly away.
 
     Raises
     ------

@@ -3,8 +3,9 @@
 Inertia is neglected. Damping and friction act with mean velocities over the step (implicit Euler). A system without damping
 and friction is solved at rest.
 
-The efforts of stiff springs are separate unknowns in a `fsm.system.MixedSystem`. They start from predicted values, and
-contacts are linearised at separate depths. On the pulled strip this halves the iterations, with steps three times as long.
+The efforts of stiff springs are separate unknowns in a `fsm.system.MixedSystem`. The efforts start from predicted values,
+and contacts are linearised at separate depths. On the pulled strip this halves the iterations, with steps three times as
+long.
 """
 
 from __future__ import annotations

@@ -120,8 +120,8 @@ def tangent_prediction(
 def negative_pivots(system: System, t: float, q: np.ndarray, solver: LinearSolver | None = None) -> int:
     """Number of negative pivots of the tangent stiffness at rest; 0 where stable.
 
-    They are counted by Sylvester's law for the symmetric part, by a factorisation without row exchanges between blocks. If
-    there are some and friction bristles make the stiffness unsymmetric, the negative real pivots of the stiffness itself
+    Sylvester's law of inertia counts them for the symmetric part, by a factorisation without row exchanges between blocks.
+    If there are some and friction bristles make the stiffness unsymmetric, the negative real pivots of the stiffness itself
     count: see `fsm.solve.equilibrium_step`. A given `solver` saves the analysis of the pattern; its factorisation is lost.
     """
     if system.nu == 0:

@@ -3,10 +3,10 @@
     (K + mu M) dx = h(t, q),   mu >= 0
 
 is Newton's step at mu = 0. At large mu it is a short descent step: an implicit step of an overdamped motion. mu is raised
-until the matrix has no negative pivot and the energy decreases by at least a tenth of the quadratic model. It is lowered
-where it decreases as predicted, so the last steps are Newton's (pseudo-transient continuation: Kelley, Keyes, SIAM J. Numer.
-Anal. 35, 1998, 508). The mass as weight leaves the stiff motions of a structure almost as they are and holds back the soft
-ones, which buckle.
+until the matrix has no negative pivot and the energy decreases by at least a tenth of the quadratic model. mu is lowered
+where the energy decreases as predicted, so the last steps are Newton's (pseudo-transient continuation: Kelley, Keyes, SIAM
+J. Numer. Anal. 35, 1998, 508). The mass as weight leaves the stiff motions of a structure almost as they are and holds back
+the soft ones, which buckle.
 
 The method requires forces with a potential at rest. An example are wrinkles of a film, where a path with small steps has
 many bifurcations.
@@ -81,8 +81,8 @@ def relaxed(
 ) -> Relaxed:
     """Stable equilibrium near a configuration, at time t and at rest.
 
-    It is reached if the last Newton step is small, or if steps no longer decrease and the residual is round-off. The latter
-    occurs in parts with almost no stiffness, such as a slack corner of a thin film.
+    The equilibrium is reached if the last Newton step is small, or if steps no longer decrease and the residual is
+    round-off. The latter occurs in parts with almost no stiffness, such as a slack corner of a thin film.
 
     Parameters
     ----------

@@ -138,7 +138,7 @@ class Run(ABC):
     def _moves(self, t: float, q: np.ndarray, u: np.ndarray, observed: Observation, steady: bool) -> bool:
         """Whether a force of the drives is dynamic: in a fast motion, or while the state leaves an unstable equilibrium.
 
-        `steady`: the state is known to be near a stable equilibrium.
+        `steady`: the state is near a stable equilibrium.
         """
         if not len(observed.drive.force):
             return False

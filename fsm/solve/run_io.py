@@ -23,7 +23,7 @@ __all__ = ["InitialState", "CurvePoint", "SavedState", "Statistics", "AcceptedSt
 class SavedState(ShortRepr):
     """Saved state: time (s), q, u, observation, and numbers of the energy balance (J).
 
-    `before` is the state at the start of a quasi-static step; rates are differences from it. It is None in dynamics.
+    `before` is the state at the start of a quasi-static step; rates are differences from it. In dynamics `before` is None.
     `program_time` is the time of loads and drives if it differs from `time`, as on a path by arc length. `at_rest`: all
     velocities are zero, also those of drives.
     """

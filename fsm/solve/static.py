@@ -1,6 +1,6 @@
 """Quasi-static path following: a sequence of stable equilibria, with dynamics at snap-throughs.
 
-A step predicts the next configuration by extrapolation and corrects it by Newton's method. It is accepted only if
+A step predicts the next configuration by extrapolation and corrects it by Newton's method. The step is accepted only if
 
 * the equilibrium is stable: K + D/dt has no negative pivots, or no real ones if friction makes it unsymmetric;
 * it is near its prediction: a much larger correction indicates another branch;
