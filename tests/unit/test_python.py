@@ -225,6 +225,24 @@ def test_examples_of_docstrings(module: object, monkeypatch: pytest.MonkeyPatch)
     assert not found.failed
 
 
+@pytest.mark.parametrize("page", sorted((ROOT / "docs" / "notebooks").glob("*.md")), ids=lambda page: page.stem)
+def test_notebooks(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """The scripts run, print numbers, and draw the pictures that the pages show."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "folding_cases").symlink_to(ROOT / "folding_cases")
+    for kind, options, text in re.findall(
+        r"```\{executed\} (\w+)\n((?::\w+: [^\n]*\n)*)(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL
+    ):
+        name = options.partition(": ")[2].strip()
+        if options.startswith(":file:"):
+            (tmp_path / name).write_text(text)
+            continue
+        assert kind == "python"
+        exec(compile(text, str(page), "exec"), {})
+        assert (tmp_path / name).stat().st_size > 5000
+        assert re.search(r"\d", capsys.readouterr().out)
+
+
 @pytest.mark.parametrize("block", range(len(blocks())))
 def test_examples_of_the_page(block: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
