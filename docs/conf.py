@@ -40,6 +40,8 @@ autodoc_default_options = {
     "members": True, "show-inheritance": True, "exclude-members": "model_config, travel, force, name, q"
 }  # fmt: skip
 autodoc_mock_imports: list[str] = []
+# words of docstrings such as `path` and `time` are names of several attributes, and two classes are called `Case`
+suppress_warnings = ["ref.python"]
 napoleon_google_docstring = False
 napoleon_numpy_docstring = True
 napoleon_use_ivar = True
