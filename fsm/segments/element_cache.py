@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Callable
 from functools import cached_property
 from typing import Any
@@ -41,9 +42,9 @@ class TwoBodyGroup(Group):
     rest: np.ndarray
 
     @property
+    @abstractmethod
     def measure(self) -> Callable[..., Any]:
         """Kernel (poses, rates, bodies, *geometry) -> (deformations, ...)."""
-        raise NotImplementedError
 
     @cached_property
     def _cache(self) -> ElementCache:
@@ -57,7 +58,7 @@ class TwoBodyGroup(Group):
         return cache.slots
 
     def _before(self, rates: np.ndarray, past: PreviousPoses | None) -> tuple[np.ndarray, float]:
-        """Past deformations and the inverse of the elapsed time, 1/s; zero without a past state or without dampers."""
+        """Previous deformations and the inverse of the elapsed time, 1/s; zero without a past state or dampers."""
         if past is None or not self.rate_dependent:
             return self.rest, 0.0
         cache = self._cache

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from typing import NamedTuple
 
 import numpy as np
@@ -25,12 +26,12 @@ class GroupSteps(NamedTuple):
     latch: bool
 
 
-class Group:
+class Group(ABC):
     """Batch of interactions of one kind.
 
     Poses and rates are of all bodies, (n_bodies, 3 or 7) and (n_bodies, 3 or 6).
 
-    With a past state, rates of deformation are differences from it. They have no error from finite rotations.
+    With a past state, rates of deformation are differences from it, without an error from finite rotations.
     """
 
     @property
@@ -38,12 +39,13 @@ class Group:
         """Whether the forces depend on velocities."""
         return False
 
+    @abstractmethod
     def add_force(
         self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: PreviousPoses | None = None
     ) -> None:
         """Add generalised forces to `force` (n_bodies, 3 or 6)."""
-        raise NotImplementedError
 
+    @abstractmethod
     def add_linearised(
         self,
         t: float,
@@ -56,16 +58,16 @@ class Group:
         past: PreviousPoses | None = None,
     ) -> None:
         """Add the forces to `force`, and -dh/dx and -dh/du to the block data."""
-        raise NotImplementedError
 
     def add_force_rate(self, t: float, poses: np.ndarray, force_rate: np.ndarray) -> None:
         """Add the explicit time derivative of the forces at rest, N/s and N m/s; by default none."""
+        return
 
+    @abstractmethod
     def energy(
         self, t: float, poses: np.ndarray, rates: np.ndarray, past: PreviousPoses | None = None
     ) -> tuple[dict[str, float], float, float]:
         """Potential energy by category (J), dissipated power (W), input power (W)."""
-        raise NotImplementedError
 
     def break_times(self) -> set[float]:
         """Times at which a function of time of the group is not smooth, s; by default none."""

@@ -18,25 +18,9 @@ from fsm.solve.energy_balance import EnergyBalance
 from fsm.solve.run_io import AcceptedStep, CurvePoint
 from fsm.solve.settings import Settings
 from fsm.solve.simulate import simulate
+from tests.scene_text import BLOCK_AND_HAND, ROPE
 
-CASE = """
-[[scene.bodies]]
-name = "block"
-mass = 2.0
-inertia = [0.1, 0.1, 0.1]
-[[scene.bodies]]
-name = "hand"
-mass = 1.0
-inertia = [0.1, 0.1, 0.1]
-[[scene.elements]]
-name = "rope"
-inner = "hand"
-outer = "block"
-translation = [600, 600, 600]
-rotation = [1, 1, 1]
-[save]
-interval = "2 ms"
-"""
+CASE = BLOCK_AND_HAND + ROPE + '[save]\ninterval = "2 ms"\n'
 SHAKE = 'body = "hand"\ndirection = [1, 0, 0]\ntravel = "3 mm"\ntime = { kind = "cycle", period = "0.2 s", cycles = 4 }\n'
 
 

@@ -16,29 +16,9 @@ from fsm.results.solution import Solution
 from fsm.results.store import read_solution
 from fsm.run import run_case
 from fsm.scene.load_case import load_case
+from tests.scene_text import BLOCK_AND_HAND, ROPE, spring
 
-BLOCK = """
-[[scene.bodies]]
-name = "block"
-mass = 2.0
-inertia = [0.1, 0.1, 0.1]
-[[scene.bodies]]
-name = "hand"
-mass = 1.0
-inertia = [0.1, 0.1, 0.1]
-[[scene.elements]]
-name = "wall"
-inner = "block"
-outer = "ground"
-translation = [300.0, 300.0, 300.0]
-rotation = [1.0, 1.0, 1.0]
-[[scene.elements]]
-name = "rope"
-inner = "hand"
-outer = "block"
-translation = [600.0, 600.0, 600.0]
-rotation = [1.0, 1.0, 1.0]
-"""
+BLOCK = BLOCK_AND_HAND + spring("wall", "block", "ground", 300.0) + ROPE
 PULL = """
 [[step]]
 name = "pull"

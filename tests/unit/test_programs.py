@@ -14,6 +14,7 @@ from fsm.scene.time_program import steepest
 from fsm.segments.drive import Parts, RunUp, Timed
 from fsm.segments.report import describe
 from fsm.segments.time_function import curvature, factor, slope
+from tests.scene_text import bodies, spring
 
 TABLE = Table(kind="table", time=(1.0, 2.0, 4.0, 5.0), value=(0.0, 1.0, -1.0, 0.5), interpolation="smooth")
 FUNCTIONS = (
@@ -55,22 +56,7 @@ def test_parts_go_on_from_where_the_one_before_came_to() -> None:
     assert Timed(Cycle(kind="cycle", period=1.0, cycles=2), 0.1).travel == pytest.approx(0.4)
 
 
-ARM = """
-[[scene.bodies]]
-name = "arm"
-mass = 1.0
-inertia = [0.1, 0.1, 0.1]
-[[scene.bodies]]
-name = "hand"
-mass = 1.0
-inertia = [0.1, 0.1, 0.1]
-[[scene.elements]]
-name = "spring"
-inner = "arm"
-outer = "hand"
-translation = [100.0, 100.0, 100.0]
-rotation = [1.0, 1.0, 1.0]
-"""
+ARM = bodies(arm=1.0, hand=1.0) + spring("spring", "arm", "hand", 100.0)
 
 
 def _case(tmp_path: Path, drive: str, more: str = "", units: str = "SI") -> Path:
