@@ -444,7 +444,7 @@ def test_mistakes_have_one_clear_line(tmp_path: Path, steps: str, path: str, mes
 STRIP_MISTAKES = (
     ("crease = 9", "step.0.drive.0.crease", "must be a crease number from 1 to 3"),
     ("crease = 1", "step.0.drive.0.crease", "is an edge of panel 1, which is held"),
-    ('edge = "top"', "step.0.drive.0.edge", "only a [lattice] has edges"),
+    ('edge = "top"', "step.0.drive.0.edge", "only a [lattice] and a [sheet] have edges"),
     ('body = "panel 9"', "step.0.drive.0.body", "no body is called 'panel 9'"),
     ("crease = 3\nspede = 1", "step.0.drive.0.spede", "did you mean"),
 )
