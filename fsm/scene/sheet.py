@@ -68,6 +68,8 @@ class Sheet(Model):
         Length of one unit of the file. Absent: `frame_unit` of a FOLD file.
     vertices, edges, assignment, angles, faces : pattern of the file, as in the FOLD format
         Positions in m, numbers of vertices from 0, letters, fold angles in rad, numbers of vertices from 0.
+    fold : -
+        Part of each fold angle at the start of a flat pattern, with rigid facets; creases are at rest there.
     fold_to : -
         Part of each fold angle to which the rest angles of the creases move until `solve.end_time`.
     facets : str
@@ -98,6 +100,7 @@ class Sheet(Model):
     assignment: tuple[Literal["B", "M", "V", "F", "U", "C", "J"], ...] | None = None
     angles: tuple[Angle, ...] | None = None
     faces: tuple[tuple[Count, ...], ...] | None = None
+    fold: Annotated[Number, Field(ge=0, lt=1)] = 0.0
     fold_to: Annotated[Number, Field(ge=0, le=1)] | None = None
     facets: Literal["rigid", "bend-lines"] = "rigid"
     mesh_size: Annotated[Length, Field(gt=0)] | None = None

@@ -229,3 +229,39 @@ def test_faults_of_a_sheet(changes: list[str], message: str) -> None:
     with pytest.raises(CaseError) as error:
         build_scene(load_case(FOLD_CASE, changes).case)
     assert message in str(error.value)
+
+
+@pytest.mark.parametrize("facets", ["rigid", "bend-lines"])
+def test_folded_start_of_a_flat_pattern(facets: str) -> None:
+    """Distances in facets are kept, the first facet stays in place, and the creases fold to their sides at rest."""
+    flat = pattern_of(load_case(FOLD_CASE, [f'sheet.facets="{facets}"']).case.sheet)
+    loaded = load_case(FOLD_CASE, [f'sheet.facets="{facets}"', "sheet.fold=0.3", "sheet.fold_to=none"])
+    folded = pattern_of(loaded.case.sheet)
+    np.testing.assert_allclose(folded.lengths, flat.lengths, rtol=1e-10)
+    np.testing.assert_allclose(folded.vertices[list(folded.faces[0])], flat.vertices[list(flat.faces[0])], atol=1e-12)
+    angles = folded.fold_angles()
+    creases = [k for k in folded.creases if folded.assignment[k] in "MV"]
+    assert (np.sign(angles[creases]) == np.sign(folded.target[creases])).all()
+    assert 30.0 < np.degrees(np.abs(angles[creases])).mean() < 80.0
+    if facets == "rigid":
+        columns = np.abs(np.diff(folded.flat[folded.edges[creases], 0], axis=1)[:, 0]) < 1e-9
+        tangents = np.tan(0.5 * np.abs(angles[creases]))
+        ratio = tangents[columns].mean() / tangents[~columns].mean()
+        assert ratio == pytest.approx(math.cos(math.radians(65.0)), rel=1e-9)
+    system = analysis_of(loaded.case).system
+    assert system.energy(0.0, system.initial()[0], None).potential["creases"] < 1e-12
+
+
+def test_a_pattern_that_cannot_fold_is_refused() -> None:
+    """Three creases from one inner vertex are rigid."""
+    star = Case.model_validate({
+        "sheet": {
+            "vertices": [[0, 0, 0], [0.1, 0, 0], [-0.05, 0.09, 0], [-0.05, -0.09, 0]], "edges": [[0, 1], [0, 2], [0, 3]],
+            "assignment": ["M", "V", "M"], "angles": [-3.0, 3.0, -3.0], "faces": [[0, 1, 2], [0, 2, 3], [0, 3, 1]],
+            "fold": 0.5, "thickness": 1e-3,
+        },
+        "material": {"young": 3e9, "density": 1000.0}, "crease": {"stiffness_per_length": 0.2},
+        "solve": {"end_time": 10.0},
+    })  # fmt: skip
+    with pytest.raises(CaseError, match=r"sheet\.fold: .*rigid facets"):
+        build_scene(star)

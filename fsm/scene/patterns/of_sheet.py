@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from fsm.errors import CaseError, Fault
 from fsm.scene.case import Case
+from fsm.scene.patterns.folding import fold_pattern
 from fsm.scene.patterns.generators import kresling, miura, waterbomb, yoshimura, zigzag
 from fsm.scene.patterns.pattern import Pattern, box_groups
 from fsm.scene.sheet import Sheet
@@ -13,8 +16,9 @@ from fsm.scene.sheet import Sheet
 __all__ = ["bend_stiffness_per_length", "pattern_of"]
 
 
+@lru_cache(maxsize=4)
 def pattern_of(sheet: Sheet) -> Pattern:
-    """Pattern of a sheet at its start, with the bend lines of its facets.
+    """Pattern of a sheet at its start, with the bend lines of its facets; the last few are cached.
 
     Raises
     ------
@@ -25,7 +29,11 @@ def pattern_of(sheet: Sheet) -> Pattern:
         pattern = _generated(sheet)
     except ValueError as error:
         raise CaseError(Fault("sheet", str(error))) from None
-    return pattern.with_bend_lines() if sheet.facets == "bend-lines" else pattern
+    pattern = pattern.with_bend_lines() if sheet.facets == "bend-lines" else pattern
+    try:
+        return fold_pattern(pattern, sheet.fold)
+    except ValueError as error:
+        raise CaseError(Fault("sheet.fold", str(error))) from None
 
 
 def _generated(sheet: Sheet) -> Pattern:
