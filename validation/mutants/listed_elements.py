@@ -10,7 +10,7 @@ FILMS = (
     Mutant(
         "edge cables removed from films",
         "fsm/analyses/film.py",
-        "builder.edge_cables(grid, material, viscosity, limp)",
+        "builder.edge_cables(grid, material, viscosity, tension_only)",
         "pass",
         physics_test("edge_cables", "test_edge_cables_vibrate_as_ritz_says"),
     ),
