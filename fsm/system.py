@@ -187,8 +187,11 @@ class System(Protocol):
         """Whether an `ArraySystem` needs new arrays, because bodies have met that the arrays do not couple."""
         return False
 
-    def to_arrays(self) -> None:
-        """Copy the internal variables of an `ArraySystem` to its arrays, before a kernel takes steps."""
+    def to_arrays(self, resolve: bool) -> None:
+        """Copy the internal variables of an `ArraySystem` to its arrays, before a kernel takes steps.
+
+        `resolve`: steps resolve impacts; fixed steps do not.
+        """
         return
 
     def from_arrays(self) -> np.ndarray:

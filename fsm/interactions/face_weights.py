@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from fsm.interactions.face_overlap import COLUMNS, LEAST, pair_weights
-from fsm.interactions.shape_distance import CYLINDER, HALF_SPACE
+from fsm.interactions.shape_distance import CYLINDER, HALF_SPACE, RECTANGLE, SPHERE
 from fsm.kernels.jit import kernel
 from fsm.kernels.rotation import fill_rotation
 
@@ -114,6 +114,14 @@ def _part(row: np.ndarray, column: int, way: np.ndarray) -> float:
     return 1.0 + change / max(LEAST, row[SHARE + column])
 
 
+@kernel(inline=True)
+def _constant(one: int, two: int) -> bool:
+    """Whether the weights of a pair of shapes are the same in all poses."""
+    if two == HALF_SPACE:
+        return one != CYLINDER
+    return one != RECTANGLE or two == SPHERE
+
+
 @kernel
 def weigh_units(
     poses: np.ndarray,
@@ -168,7 +176,7 @@ def weigh_units(
     for number in range(len(units)):
         unit = units[number]
         one, two = shapes[unit]
-        if kind[two] == HALF_SPACE and kind[one] != CYLINDER:
+        if _constant(kind[one], kind[two]):
             if not known[unit]:
                 state[unit] = 0.0
                 state[unit, SHARE:_SLOPE] = base[unit]

@@ -32,6 +32,7 @@ from fsm.segments.contact_arrays import (
     EVALUATIONS,
     FRICTION,
     LOADED,
+    LOSSY,
     MARGIN,
     NORMAL,
     NUMBERS,
@@ -462,6 +463,8 @@ def _stored(
         for end in range(2):
             for k in range(groups.shape[0]):
                 g = table_at(groups, k)
+                if integers_1d(g, STATE)[LOSSY] == 0:
+                    continue
                 geometry, at = _geometry_of(g, parts), poses if end == 1 else before
                 slot, gap = _find(g, geometry, at, 0.0)
                 if slot.shape[0] == 0:

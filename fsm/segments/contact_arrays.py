@@ -16,10 +16,11 @@ from fsm.kernels.jit import kernel
 
 __all__ = [
     "AREA", "BEGAN", "BRISTLE", "CHANGES", "COMMITTED", "COMMITTED_AT", "DEFLECTION", "DEPTH", "EVALUATIONS",
-    "FRICTION", "INDEX", "LACKS", "LINEARISED", "LOADED", "MARGIN", "MOVING", "NORMAL", "NUMBERS", "OF_FRICTION",
-    "ONSET", "OWN", "OWN_STATE", "PAIR", "RADII", "RATES_BEFORE", "REFERENCE", "REFERRED", "RESTITUTION", "SHARE",
-    "STARTED", "STATE", "STATES", "SURFACES", "ContactArrays", "ContactKernels", "ContactParts", "GeometryKernels",
-    "LawKernels", "floor_of", "have_opened", "index_of", "keep_loaded", "lack_pairs", "resolves", "rules_of",
+    "FRICTION", "INDEX", "LACKS", "LINEARISED", "LOADED", "LOSSY", "MARGIN", "MOVING", "NORMAL", "NUMBERS",
+    "OF_FRICTION", "ONSET", "OWN", "OWN_STATE", "PAIR", "RADII", "RATES_BEFORE", "REFERENCE", "REFERRED",
+    "RESTITUTION", "SHARE", "STARTED", "STATE", "STATES", "SURFACES", "ContactArrays", "ContactKernels",
+    "ContactParts", "GeometryKernels", "LawKernels", "floor_of", "have_opened", "index_of", "keep_loaded",
+    "lack_pairs", "resolves", "rules_of",
 ]  # fmt: skip
 
 
@@ -132,10 +133,11 @@ STATE, NUMBERS, NORMAL, OF_FRICTION, _RESOLVING, _MOBILITY, _LOOSE, SHARE, AREA,
 ONSET, BEGAN, DEPTH, DEFLECTION, LINEARISED, LOADED, COMMITTED, RATES_BEFORE, REFERENCE, MOVING, RADII, INDEX = range(10, 22)
 OWN = len(ContactArrays._fields)
 """Rows of the table of a geometry; its own arrays begin at `OWN`."""
-CHANGES, STARTED, REFERRED, LACKS, EVALUATIONS, FRICTION, BRISTLE, SURFACES, OWN_STATE = range(9)
-STATES = 12
+CHANGES, STARTED, REFERRED, LACKS, EVALUATIONS, FRICTION, BRISTLE, SURFACES, LOSSY, OWN_STATE = range(10)
+STATES = 13
 """Indices of `ContactArrays.state`: weights wait to be used; there is an accepted state, and a renewal; the pattern lacks a
-pair of bodies; number of evaluated states; friction, and with bristles; a geometry of surfaces. From `OWN_STATE` on the
+pair of bodies; number of evaluated states; friction, and with bristles; a geometry of surfaces; forces
+depend on rates. From `OWN_STATE` on the
 numbers are those of a geometry."""
 MARGIN, COMMITTED_AT = 0, 1
 """Indices of `ContactArrays.numbers`."""

@@ -25,6 +25,7 @@ from fsm.segments.contact_arrays import (
     FRICTION,
     INDEX,
     LACKS,
+    LOSSY,
     REFERRED,
     STARTED,
     STATES,
@@ -79,6 +80,7 @@ class _GroupArrays(ABC):
         state = np.zeros(STATES, dtype=np.int64)
         state[FRICTION] = int(friction is not None)
         state[BRISTLE] = int(friction is not None and friction.law.bristle)
+        state[LOSSY] = int(group.rate_dependent)
         poses, none = np.zeros((bodies[0], width)), np.zeros(count, dtype=np.int64)
         self.group, self.keys = group, keys
         self.common: ContactArrays = _contiguous(
@@ -115,11 +117,11 @@ class _GroupArrays(ABC):
     def own_memory(self) -> np.ndarray:
         """Memory of the geometry, from the arrays."""
 
-    def load(self) -> None:
-        """Copy the memory of the group to the arrays."""
+    def load(self, resolve: bool) -> None:
+        """Copy the memory of the group to the arrays; `resolve`: steps resolve impacts."""
         memory, arrays, state = self.group.memory(), self.common, self.common.state
         rules, floor = self.group.impacts.rules, self.group.normal.speed_floor
-        arrays.resolving[:] = *rules[2:], floor, self.group.resolves
+        arrays.resolving[:] = *rules[2:], floor, resolve and self.group.resolves
         state[REFERRED] = state[CHANGES] = state[STARTED] = 0
         for values in (arrays.onset, arrays.began, arrays.depth, arrays.deflection):
             values[:] = 0.0
@@ -277,10 +279,10 @@ class ContactModel:
         """Pairs of bodies that have been near each other."""
         return [arrays.pairs() for arrays in self.arrays]
 
-    def load(self) -> None:
-        """Copy the memory of all groups to the arrays."""
+    def load(self, resolve: bool) -> None:
+        """Copy the memory of all groups to the arrays; `resolve`: steps resolve impacts."""
         for arrays in self.arrays:
-            arrays.load()
+            arrays.load(resolve)
 
     def store(self) -> np.ndarray:
         """Copy the memory of the arrays to the groups, and return and reset `pair_energy`."""

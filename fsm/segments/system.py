@@ -160,10 +160,10 @@ class SegmentSystem(SegmentForces):
         """See `System`."""
         return self._contact_model is not None and self._contact_model.lacks
 
-    def to_arrays(self) -> None:
+    def to_arrays(self, resolve: bool) -> None:
         """See `System`: memory of contacts."""
         if self._contact_model is not None:
-            self._contact_model.load()
+            self._contact_model.load(resolve)
 
     def from_arrays(self) -> np.ndarray:
         """See `System`: memory of contacts."""

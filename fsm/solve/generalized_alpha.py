@@ -283,7 +283,7 @@ class GeneralizedAlpha:
             raise ValueError("this system has no arrays")
         motion = self.motion = self.motion._replace(q=self.motion.q.copy(), u=self.motion.u.copy())
         records, begun, system = self.records(most if every else 1), self.steps, self.system
-        system.to_arrays()
+        system.to_arrays(self.fixed_step is None)
         outcome = self._march(balance, until, most, records)
         while outcome == stepping.UNABLE and system.lacks_arrays():
             self._arrays = cast(ArraySystem, system).arrays(self.model.linear.ready)

@@ -12,6 +12,7 @@ from fsm.solve.dissipation import mean_dissipation
 from fsm.solve.generalized_alpha import GeneralizedAlpha
 from fsm.solve.mean_force import MeanForce
 from fsm.solve.run import Run
+from fsm.solve.run_io import CurvePoint
 from fsm.solve.status import StepFailed
 from fsm.stepping.march import POWER, SHORTEST
 from fsm.stepping.model import CREASES, DRIVES, KINETIC, PANELS, STEADY, TIME, TURNOVER
@@ -90,6 +91,9 @@ class StepwiseRun(Run):
         nq, forces = len(self.q), DRIVES + drives
         of_pairs = forces + drives
         state = of_pairs + pairs
+        if not drives:
+            self._add_pairs(records[:, of_pairs:state].copy(), records)
+            return
         for record in records:
             stored = {"panels": float(record[PANELS]), "creases": float(record[CREASES])}
             observed = replace(
@@ -101,6 +105,17 @@ class StepwiseRun(Run):
             self.energy_balance.turnover = float(record[TURNOVER])
             q, u = record[state : state + nq].copy(), record[state + nq :].copy()
             self._look(float(record[TIME]), q, u, observed, steady=record[STEADY] == 1.0)
+
+    def _add_pairs(self, forces: np.ndarray, records: np.ndarray) -> None:
+        """Add the points of a curve without drives, with the forces (m, n_pairs) of contact pairs."""
+        first, points = self.last.drive, self.statistics.points
+        path = points[-1].path if points else 0
+        path += path % 2  # no force of a drive is dynamic
+        energies = records[:, [TIME, PANELS, CREASES]].tolist()
+        points.extend(
+            CurvePoint(first, force, t, path, panels, creases)
+            for force, (t, panels, creases) in zip(forces, energies, strict=True)
+        )
 
     def _solver(self) -> GeneralizedAlpha | MeanForce:
         """New solver at the present state; it continues from the last restart point, if any."""

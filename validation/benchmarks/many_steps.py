@@ -2,9 +2,9 @@
 
     python -m validation.benchmarks.many_steps [--steps 2000] [--repeat 5]
 
-Chains of bodies that swing, in the plane and in space, with a load that varies, or moved at the first body; and the heavy
-top of `validation.peers`. Processor time a step, medians, kernels compiled; energies, and forces of drives, are accounted
-for at each step in both.
+Chains of bodies that swing, in the plane and in space, with a load that varies, or moved at the first body; the heavy top of
+`validation.peers`; balls, plates and a strip in contact. Processor time a step, medians, kernels compiled. Energies, and
+forces of drives and contacts, are accounted for at each step in both.
 """
 
 from __future__ import annotations
@@ -18,8 +18,12 @@ import time
 from collections.abc import Callable
 
 from fsm.kernels import jit
+from fsm.scene.builders.strip import build_strip
+from fsm.scene.case import Case
+from fsm.scene.contact import Contact, Friction
 from fsm.scene.loads import Drive, Load
-from fsm.scene.scene import GROUND, Body, ForceElement, Scene
+from fsm.scene.obstacle import Obstacle
+from fsm.scene.scene import GROUND, Body, ContactPair, ForceElement, Plate, Scene
 from fsm.scene.time_program import Cycle
 from fsm.segments.compile import compile_scene
 from fsm.segments.system import SegmentSystem
@@ -32,6 +36,7 @@ STEP = 2e-4
 
 
 LOAD = Load(body="9", force=(0.0, 0.0, 1.0), follower=True, time=Cycle(kind="cycle", period=0.1))
+BRISTLES = Friction(law="lugre", mu_static=0.4, mu_dynamic=0.3, v_stribeck=1e-2, presliding=1e-5)
 DRIVE = Drive(body="0", travel=0.01, time=Cycle(kind="cycle", period=0.1, cycles=1000))
 
 
@@ -55,6 +60,40 @@ def chain(
     return compile_scene(Scene(**parts, gravity=(0.0, 0.0, -9.81)), spatial)
 
 
+def heap(kind: str, count: int, friction: Friction | None = None) -> SegmentSystem:
+    """Balls or plates that fall on the floor and on each other, in space."""
+    shapes, bodies = [Obstacle(name="floor", shape="plane")], []
+    for i in range(count):
+        plate = Plate(length=0.08, width=0.06, thickness=0.004) if kind == "plate" else None
+        height = 0.0025 + 0.0045 * i if plate else 0.0205 + 0.041 * i
+        bodies.append(
+            Body(
+                name=f"{i}", mass=0.2, inertia=(3.2e-5,) * 3, position=(0.0, 0.0, height), plate=plate,
+                velocity=(0.05 * i, 0.0, 0.0),
+            )
+        )  # fmt: skip
+        if plate is None:
+            shapes.append(Obstacle(name=f"ball {i}", shape="sphere", radius=0.02, body=f"{i}"))
+    names = [body.name for body in bodies] if kind == "plate" else [shape.name for shape in shapes[1:]]
+    pairs = tuple(ContactPair(first=a, second=b) for i, a in enumerate(names) for b in (*names[i + 1 :], "floor"))
+    contact = Contact.model_validate({"law": "impact", "stiffness": 1e6, "damping": 50.0, "ramp": 1e-5})
+    parts = {"bodies": tuple(bodies), "obstacles": tuple(shapes), "pairs": pairs, "contact": contact, "friction": friction}
+    return compile_scene(Scene(**parts, gravity=(0.0, 0.0, -9.81)), True)
+
+
+def strip(spatial: bool) -> SegmentSystem:
+    """Driven strip of six panels of four segments that come into contact, with friction."""
+    data = {
+        "strip": {
+            "length": 0.48, "width": 0.04, "thickness": 1e-4, "panels": 6, "fold_angle": 1.4, "segments_per_panel": 4,
+        },
+        "material": {"young": 3e9, "density": 800.0, "damping": 1e-4}, "crease": {"law": "linear", "stiffness": 0.02},
+        "contact": {"stiffness": 1e6, "damping": 1.0}, "drive": [{"crease": 3, "speed": 0.1, "travel": 0.04}],
+        "friction": {"mu_static": 0.3, "mu_dynamic": 0.2, "v_static": 0.01, "v_dynamic": 0.02},
+    }  # fmt: skip
+    return compile_scene(build_strip(Case.model_validate(data)), spatial)
+
+
 MADE: dict[str, Callable[[], SegmentSystem]] = {
     "chain of 10, plane": lambda: chain(10, False),
     "chain of 10, space": lambda: chain(10, True),
@@ -63,6 +102,11 @@ MADE: dict[str, Callable[[], SegmentSystem]] = {
     "chain with a drive, plane": lambda: chain(11, False, drives=(DRIVE,)),
     "chain with a drive, space": lambda: chain(11, True, drives=(DRIVE,)),
     "heavy top": lambda: top_model(1e6)[0],
+    "bouncing ball": lambda: heap("ball", 1),
+    "4 balls with friction": lambda: heap("ball", 4, BRISTLES),
+    "4 plates with friction": lambda: heap("plate", 4, BRISTLES),
+    "strip with contact, plane": lambda: strip(False),
+    "strip with contact, space": lambda: strip(True),
 }
 
 
@@ -77,13 +121,14 @@ def main() -> int:
     """Run all, print a row each."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--steps", type=int, default=2000)
+    parser.add_argument("--only", nargs="+", choices=list(MADE), default=list(MADE))
     parser.add_argument("--repeat", type=int, default=5, help="runs of each, after one that compiles")
     chosen = parser.parse_args()
     print(", ".join(f"{name} {value}" for name, value in machine().items()), end="\n\n")
     print("| system | step by step, us | in one kernel, us | ratio | compiled first, s |")
     print("|---|---|---|---|---|")
     settings = Settings("generalized-alpha", 1e-4, chosen.steps * STEP, step=STEP)
-    for name in MADE:
+    for name in chosen.only:
         both, compiled = systems(name), []
         for system in both:
             before = jit.compile_time()

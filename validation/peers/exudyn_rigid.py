@@ -20,7 +20,10 @@ _POSITION = exu.OutputVariableType.Position
 
 @dataclass(frozen=True)
 class Stepping:
-    """How Exudyn steps through time: step (s), solver, Newton, spectral radius of generalised alpha."""
+    """How Exudyn steps through time: step (s), solver, Newton, spectral radius of generalised alpha.
+
+    `smooth`: forces of contacts are continuous, and no iterations find out which contacts are closed.
+    """
 
     step: float
     solver: str = "GeneralizedAlpha"
@@ -28,6 +31,7 @@ class Stepping:
     radius: float = 0.9
     relative: float = 1e-6
     dense: bool = True
+    smooth: bool = False
 
 
 def solve(mbs: Any, sensor: int, stepping: Stepping, times: np.ndarray) -> tuple[float, np.ndarray]:
@@ -48,6 +52,8 @@ def solve(mbs: Any, sensor: int, stepping: Stepping, times: np.ndarray) -> tuple
     part.generalizedAlpha.computeInitialAccelerations = True
     part.newton.relativeTolerance = stepping.relative
     part.newton.useModifiedNewton = stepping.modified
+    if stepping.smooth:
+        part.discontinuous.maxIterations, part.discontinuous.iterationTolerance = 1, 1e6
     solver = getattr(exu.DynamicSolverType, stepping.solver)
     taken, good = timed(lambda: mbs.SolveDynamic(options, solverType=solver))
     if not good:

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from fsm.solve.settings import Settings
-from validation.peers import rigid
+from validation.peers import bounce, rigid
 from validation.peers.common import EXUDYN, THERE, rms
 from validation.peers.sweep import FSM, PEER, PeerCase, Run, timed
 
-__all__ = ["bricard", "four_bars", "heavy_top", "pendulum"]
+__all__ = ["bouncing_stack", "bricard", "four_bars", "heavy_top", "pendulum"]
 
 
 def _fsm_rigid(
@@ -39,11 +39,11 @@ def _fsm_rigid(
 
 
 def _exudyn_rigid(method: str, make: Callable, reference: np.ndarray, times: np.ndarray, **sweep: Any) -> list[Run]:
-    """`sweep`: `steps`, and what else a `Stepping` has."""
+    """`sweep`: `steps`, `size` of errors, and what else a `Stepping` has."""
     from validation.peers.exudyn_rigid import Stepping, solve
 
     runs = []
-    steps = sweep.pop("steps")
+    steps, size = sweep.pop("steps"), sweep.pop("size", 1.0)
     for step in steps:
         made: list[Any] = []
 
@@ -52,7 +52,7 @@ def _exudyn_rigid(method: str, make: Callable, reference: np.ndarray, times: np.
                 made.extend(make())
             mbs, sensor, shown = made
             taken, seen = solve(mbs, sensor, Stepping(step, **sweep), times)
-            return taken, rms(shown(seen), reference, 1.0)
+            return taken, rms(shown(seen), reference, size)
 
         runs.append(Run(PEER, method, f"h = {1e3 * step:g} ms", run))
     return runs
@@ -169,5 +169,35 @@ def heavy_top() -> PeerCase:
         "place of the centre at 20 times, RMS over 1 m; Euler's equations about the point by DOP853 at 1e-11.",
         {FSM: _SPRINGS, PEER: f"{EXUDYN}; dense, modified Newton; Euler parameters and a spherical joint, or a Lie group "
          "and the inertia about the fixed point"},
+        runs,
+    )  # fmt: skip
+
+
+def bouncing_stack() -> PeerCase:
+    """Balls that fall on a fixed ball and on each other, with contact by Hertz's law."""
+
+    def runs() -> list[Run]:
+        path, steps = bounce.bounce_path(), (1e-4, 5e-5)
+        found = _fsm_rigid(
+            lambda stiffness: bounce.bounce_model(), path, bounce.BOUNCE_TIMES, (bounce.STIFFNESS,), steps, (1e-3,),
+            size=bounce.RADIUS,
+        )  # fmt: skip
+        if THERE:
+            from validation.peers import exudyn_bounce as peer
+
+            for modified in (False, True):
+                name = f"generalised alpha, {'modified' if modified else 'full'} Newton"
+                found += _exudyn_rigid(
+                    name, peer.bounce, path, bounce.BOUNCE_TIMES, steps=steps, modified=modified, smooth=True,
+                    size=bounce.RADIUS,
+                )  # fmt: skip
+        return found
+
+    return PeerCase(
+        "bouncing_stack", f"{bounce.BALLS} balls that bounce on a fixed ball and on each other, in space, 0.1 s",
+        "height of the highest ball at 5 times, RMS over the radius; equations of the heights by DOP853 at 1e-11.",
+        {FSM: "rigid bodies with spheres, N = K d^1.5 without damping",
+         PEER: f"{EXUDYN}; dense, rigid bodies with Rxyz angles, sphere-sphere contacts of the same law, without iterations "
+         "for discontinuous forces, which fail at the first contact"},
         runs,
     )  # fmt: skip

@@ -20,7 +20,7 @@ from validation.peers.sweep import FSM, PEER, Run
 
 __all__ = ["pairs"]
 
-CASES = ("heavy_top", "A04", "flexible_pendulum", "cantilever")
+CASES = ("heavy_top", "A04", "flexible_pendulum", "cantilever", "bouncing_stack")
 _OWN = ("generalized-alpha", "Newton")
 _OTHER = ("RK44", "trapezoidal", "angle")
 """Methods and coordinates of Exudyn that fsm does not have."""
