@@ -54,7 +54,7 @@ class Comparison {
     if (!this.overlay) return;
     const colours = this.page.curves.colours(), { palette, maps } = this.page.data;
     const font = { color: colours.text, size: 11, family: "system-ui, sans-serif" };
-    const base = { paper_bgcolor: colours.paper, plot_bgcolor: colours.paper, font, margin: { l: 60, r: 12, t: 14, b: 46 } };
+    const base = { paper_bgcolor: colours.paper, plot_bgcolor: colours.paper, font, margin: { l: 60, r: 12, t: 34, b: 46 } };
     const axis = (text) => ({ title: { text: plain(text) }, gridcolor: colours.grid, zerolinecolor: colours.grid, automargin: true });
     const config = { responsive: true, displaylogo: false, modeBarButtons: MODEBAR };
     const label = (column) => `${column.name}${column.unit ? ` (${column.unit})` : ""}`;
@@ -85,9 +85,10 @@ class Comparison {
         const values = known(column), low = Math.min(...values), high = Math.max(...values);
         return { label: plain(label(column)), values: column.values.map((value) => (typeof value === "number" ? value : low)), range: high > low ? [low, high] : [low - 1, high + 1] };
       });
-      const line = { color: c.values.map((value) => value ?? 0), colorscale: maps.viridis.map((colour, k) => [k / (maps.viridis.length - 1), colour]) };
+      const shades = document.documentElement.dataset.theme === "dark" ? maps.viridis.slice(8) : maps.viridis.slice(0, -4);
+      const line = { color: c.values.map((value) => value ?? 0), colorscale: shades.map((colour, k) => [k / (shades.length - 1), colour]) };
       at("parallel-box").hidden = dimensions.length < 2;
-      if (dimensions.length > 1) Plotly.react(at("parallel"), [{ type: "parcoords", dimensions, line, labelfont: { size: 11, color: colours.text }, tickfont: { size: 9, color: colours.text }, rangefont: { size: 9, color: colours.text }, labelangle: -18 }], { ...base, margin: { l: 60, r: 60, t: 90, b: 20 } }, config);
+      if (dimensions.length > 1) Plotly.react(at("parallel"), [{ type: "parcoords", dimensions, line, labelfont: { size: 11, color: colours.text }, tickfont: { size: 9, color: colours.text }, rangefont: { size: 9, color: colours.text }, labelangle: -18 }], { ...base, margin: { l: 70, r: 100, t: 110, b: 20 } }, config);
     }
     else at("parallel-box").hidden = true;
     at("scatter-box").hidden = !this.numbers.length;
