@@ -143,6 +143,8 @@ def test_a_click_plots_a_channel(page: Browser) -> None:
         const at = middle.project(player.camera), box = player.canvas.getBoundingClientRect();
         return [box.left + (at.x + 1) * box.width / 2, box.top + (1 - at.y) * box.height / 2];
     })()""")
+    page.move(*place)
+    page.wait("document.getElementById('tip').textContent === 'panel 6'", 20)
     page.click(*place)
     page.wait("document.querySelector('#object-plots .js-plotly-plot')", 20)
     assert page.run("document.getElementById('object-name').textContent") == "panel 6"

@@ -169,9 +169,10 @@ class Page {
     const field = this.player.field(), colours = this.data.maps[range[2]];
     const gradient = `linear-gradient(to right, ${colours.join(",")})`;
     if (at("legend-bar").style.background !== gradient) at("legend-bar").style.background = gradient;
-    at("legend-name").textContent = field ? `${field.name} (${field.unit})` : "displacement (mm)";
+    const ofMode = !field && this.mode;
+    at("legend-name").textContent = field ? `${field.name} (${field.unit})` : ofMode ? "mode shape, largest 1" : "displacement (mm)";
     at("legend-low").textContent = shortNumber(range[0]);
-    at("legend-high").textContent = shortNumber(range[1]);
+    at("legend-high").textContent = ofMode ? "1" : shortNumber(range[1]);
   }
 
   // ---------------------------------------------------------------------------------------------- selection
@@ -269,6 +270,7 @@ class Page {
 
   valueAt(picked) {
     const field = this.player.field(), colour = this.player.options.colour;
+    if (picked.kind === "part" && colour === "displacement" && this.mode) return "";
     if (picked.kind === "part" && colour === "displacement") return `: ${shortNumber(this.player.displacement(picked.quad))} mm`;
     if (picked.kind === "contact") return `: ${shortNumber(between(this.result.player.contacts[picked.index].force, this.player.at))} N`;
     const on = { part: "quads", crease: "creases" }[picked.kind];
