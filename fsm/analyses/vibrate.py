@@ -45,7 +45,8 @@ _PER_PERIOD = 10.0
 _SLACKEST = 0.5
 """Largest part of the film that may be slack."""
 _RELEASED = 1e-3
-"""Ratio of the largest stress to the stress of the requested tension, below which the supports have released the film."""
+"""Ratio of the largest stress to the stress of the requested tension, below which the supports have released the film; and
+of a force at a pulled point that is not held to the pull, above which they leave it free."""
 _GOOD = 0.02
 """Largest error of the reduced model against the full one for its use."""
 _STEPS = 40.0
@@ -92,6 +93,7 @@ class VibrationAnalysis(OneStep):
         self.state = tension_state(self.system, 0.0, q)
         self._refuse_slack(self.state)
         self._refuse_all_held()
+        self._refuse_released(q)
         self.rest = {name: point.position(q) for name, point in self.points.items()}
         self.axes = {name: point.axes(q) for name, point in self.points.items()}
         self.modes = natural_modes(self.system, q, self.vibration.modes)
@@ -352,6 +354,22 @@ class VibrationAnalysis(OneStep):
         if self.system.fixed.all():
             place = "membrane.mesh" if self.deployed is None else "deployed"
             raise CaseError([Fault(place, "all coordinates are held: nothing can vibrate; refine the mesh")], self.source)
+
+    def _refuse_released(self, q: np.ndarray) -> None:
+        """Refuse supports that leave pulled points free: the film would not be at rest."""
+        pull = None if self.deployed is not None or self.case.tension is None else self.case.tension.pull
+        if pull is None:
+            return
+        ends = self.film.ends[:, None] + np.arange(2)
+        free = ~self.system.fixed[ends]
+        weight = self.system.held(q, np.zeros(0, dtype=np.int64), Loading(gravity=self.case.gravity))
+        released = float(np.abs(np.where(free, weight.force(0.0, q, None)[ends], 0.0)).max(initial=0.0))
+        if released > _RELEASED * pull:
+            text = (
+                f"the supports leave pulled points free: {released:.3g} N of the pull of {pull:.3g} N is not held, and "
+                "the film is not at rest; hold the pulled points in x and y too (fixed)"
+            )
+            raise CaseError([Fault("support", text)], self.source)
 
     def _refuse_unstable(self, found: Modes) -> None:
         if not found.unstable.any():

@@ -14,7 +14,8 @@ Newton's method solves for x with the matrix 2/h^2 M + D/h + int s K(q_n + s x) 
 become slack or taut, K differs between the points by orders of magnitude, and K at one point between them does not converge.
 Corrections that overshoot are cut where the work of the residual along them vanishes. The cut is limited, because otherwise
 one region that becomes taut would stop the motion of all others. With fixed steps, Broyden's good update [3] corrects a
-reused tangent. Steps with many iterations are halved, since both halves together may need fewer.
+reused tangent. Steps with many iterations are halved, since both halves together may need fewer. Steps are also halved where
+the quadrature does not conserve the energy.
 
 The mean rates of undamped modes that are too fast for a fixed step change their sign in every step. The mean rate of two
 steps before predicts them, as well as slow modes. Linear extrapolation would multiply them by three and have the wrong sign,
@@ -90,6 +91,9 @@ _CUT = 0.25
 _LOST, _AT_ONCE, _LEAST = 3e-6, 0.01, 1e-9
 """Bounds of the quadrature error of the energy, relative to the reference energy: of all steps; of one step, as a
 part of the remaining error of all steps; and the smallest bound of a step."""
+_LOST_AT_ONCE = 1e-4
+"""Bound of the quadrature error of the energy in a fixed step, relative to the reference energy. Steps above it are halved,
+down to a 16th, where the quadrature passes kinks of slack parts (2026-11-23)."""
 _ROUND_OFF = 1e-13
 """Round-off of the energy relative to the stored energy at the start."""
 _SMALLEST = 16.0 * np.finfo(float).eps
@@ -105,8 +109,8 @@ class MeanForce:
     t, q, u : time and state to start from
     rtol : -
     step : s
-        Fixed step size, reduced to divide the time to the next end time, and to a half or a quarter where steps need many
-        iterations. None: error control.
+        Fixed step size, reduced to divide the time to the next end time, and to parts where steps need many iterations or do
+        not conserve the energy. None: error control.
     max_step : s
         Largest step of error control.
 
@@ -192,16 +196,19 @@ class MeanForce:
             count = math.ceil(left * self._division / step * (1.0 - 1e-9))
             h = left / max(count, 1)
             h = self._last if abs(h - self._last) <= 1e-9 * h else h
+            end = target if count <= 1 else self.t + h
             x = self._solve(h)
             if x is not None:
-                break
+                energies = self._step_energies(h, x, end)
+                if self._division >= _FINEST // 4 or self._conserved(energies):
+                    break
             self.failed += 1
             self._factored = 0.0
             self._division, self._cost = 2 * self._division, _BETWEEN
             if self._division > _FINEST:
                 raise self._failure(Outcome.NO_SOLUTION)
         self._divide(self._spent() - spent)
-        self._accept(h, x, target if count <= 1 else self.t + h, None)
+        self._accept(h, x, end, energies)
 
     def _spent(self) -> float:
         return self.iterations + _FACTORS * self.linearisations
@@ -324,6 +331,11 @@ class MeanForce:
         moved = max(energies.kinetic, abs(energies.stored - self._start), self._turnover)
         most = max(_AT_ONCE * (_LOST * moved - abs(self._off)), _LEAST * moved, self._round_off)
         return abs(self._off_by(energies)) / most if most > 0.0 else 0.0
+
+    def _conserved(self, energies: _StepEnergies) -> bool:
+        """Whether the quadrature of a fixed step conserves the energy."""
+        moved = max(energies.kinetic, abs(energies.stored - self._start), self._turnover)
+        return abs(self._off_by(energies)) <= max(_LOST_AT_ONCE * moved, self._round_off)
 
     def _off_by(self, energies: _StepEnergies) -> float:
         return energies.stored - self._stored + energies.dissipated - energies.work
