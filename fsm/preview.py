@@ -177,7 +177,7 @@ def _bending(scene: Scene, length: float) -> float:
         if element.kind == "panel" and inner is not None and outer is not None:
             rigidity.append(element.rotation[1] * (inner.length + outer.length) / 2)
         elif element.kind == "crease" and element.rotation[1] > 0:
-            crease.append(element.rotation[1])
+            crease.append(element.twist_stiffness)
     if not rigidity:
         return 10.0
     if not crease:

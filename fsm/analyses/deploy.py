@@ -17,7 +17,7 @@ from fsm.compile_case import compile_case, path_settings
 from fsm.errors import NotConverged
 from fsm.panel_crossing import lattice_overlap, unwatched_crossings
 from fsm.results.curve import ForceCurve
-from fsm.results.quantities import summarise, summarise_contacts
+from fsm.results.quantities import bent_energy, summarise, summarise_contacts
 from fsm.results.solution import Layout, Solution
 from fsm.scene.case import Case
 from fsm.scene.start import start_of
@@ -236,7 +236,9 @@ class Deployment(Analysis):
         """Peak, stages, contacts, and the error of a motion."""
         summary: dict[str, Any] = {"start": start_of(self.case, self.scene)[0]}
         if solution.travel.shape[1]:
-            summary |= summarise(ForceCurve.from_points(statistics.points), solution.layout.pair_names)
+            summary |= summarise(
+                ForceCurve.from_points(statistics.points), solution.layout.pair_names, bent_energy(solution.layout.case)
+            )
             summary["unstable_at_end"] = self._ends_on_path and bool(solution.negative_pivots[-1] > 0)
             summary |= self._mesh_errors(solution, statistics, summary)
         looked_at = np.array([point.pair_force for point in statistics.points])

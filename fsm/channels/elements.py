@@ -12,7 +12,6 @@ from fsm.channels.offer import Model, Offer, State, offers
 from fsm.channels.rigid import in_space, past_of, placed, positions, quaternions, rotated
 from fsm.laws.crease import crease_moment
 from fsm.results.channel import AXES, Dim
-from fsm.scene.materials import LinearCrease
 from fsm.scene.scene import ForceElement
 from fsm.segments.element_angles import initial_twists, rest_twists, side_of
 from fsm.segments.elements import BushingGroup, CreaseGroup
@@ -34,7 +33,7 @@ def creases(model: Model) -> Iterator[Offer]:
             angle = "crease angle: 0 flat, positive on the side to which the crease is folded at the start"
         else:
             angle = "rotation of the inner body relative to the outer one since the start"
-        yield Offer(f"{name}.angle", "rad", angle, _angle(element.name, side, _series(model, element)))
+        yield Offer(f"{name}.angle", "rad", angle, _angle(element.name, side, element.crease_flexibility))
         text = "moment of the crease, positive if its angle exceeds the rest angle"
         yield Offer(f"{name}.moment", "N m", text, _moment(element.name, side))
         yield from _joint_offers(name, element)
@@ -273,13 +272,3 @@ def _sides(model: Model, elements: list[ForceElement]) -> list[float]:
     starts = initial_twists(elements, model.scene.bodies)
     sides = [side_of(start, rest) for start, rest in zip(starts, rest_twists(elements, starts), strict=True)]
     return [1.0 if element.frame == "chord" else side for element, side in zip(elements, sides, strict=True)]
-
-
-def _series(model: Model, element: ForceElement) -> float:
-    """Flexibility of the half segments beside a crease, which its element includes (half-cell correction), rad/(N m)."""
-    crease = model.case.crease
-    if element.crease is not None:
-        return element.crease_flexibility
-    if model.case.strip is None or not isinstance(crease, LinearCrease) or not element.rotation[1] or not crease.stiffness:
-        return 0.0
-    return 1.0 / element.rotation[1] - 1.0 / crease.stiffness

@@ -33,9 +33,9 @@ def _kinds(model: Model) -> list[str]:
     found = {"gravity"} if any(model.case.gravity) else set()
     system = model.system
     for group in getattr(system, "groups", ()):
-        if isinstance(group, BushingGroup):
-            found |= set(group.categories)
-        elif isinstance(group, CreaseGroup | HysteresisGroup | LigamentGroup):
+        if isinstance(group, BushingGroup | CreaseGroup | HysteresisGroup):
+            found |= {"panels", "creases"}
+        elif isinstance(group, LigamentGroup):
             found.add("creases")
         elif isinstance(group, LawGroup):
             found.add("panels")

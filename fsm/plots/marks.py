@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
 from fsm.plots.style import STAGE_COLOURS, rounded
-from fsm.results.quantities import STAGES, summarise
+from fsm.results.quantities import STAGES, bent_energy, summarise
 from fsm.results.solution import Solution
 
 __all__ = ["EVENTS", "shade_stages", "stage_colour", "stage_name", "summary_with_stages"]
@@ -26,7 +26,7 @@ def summary_with_stages(solution: Solution) -> dict[str, Any]:
     """Summary of a solution with a drive; computed from its curve if the stored summary has no stages."""
     if "stages" in solution.summary:
         return solution.summary
-    return summarise(solution.force_curve, solution.layout.pair_names)
+    return summarise(solution.force_curve, solution.layout.pair_names, bent_energy(solution.layout.case))
 
 
 def stage_name(stage: dict[str, Any], first: bool = False) -> str:

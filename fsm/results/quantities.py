@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,6 +18,7 @@ __all__ = [
     "Peaks",
     "Stage",
     "bending_onset",
+    "bent_energy",
     "find_stages",
     "first_touch",
     "peak",
@@ -31,10 +32,8 @@ __all__ = [
 STAGES = ("initial deformation", "contact", "bending")
 CONTACT_THRESHOLD = 1e-4
 """Smallest force of a touching pair, as a fraction of the largest pair force of the run."""
-BENDING_SHARE = 2.0 / 3.0
-"""Share of the panels in the elastic energy at the onset of bending: the panels store twice as much as the creases."""
-_NEGLIGIBLE = 1e-4
-"""Elastic energy, as a fraction of its largest value, below which the shares are not evaluated."""
+BEND = 0.5
+"""Angle of one panel bent to an arc, rad. Its energy in the panels is the onset of bending; its sag is 6 % of its length."""
 START_UP = 0.02
 """Start-up phase as a fraction of the travel; the initial jerk of a dynamic run is not counted as a peak."""
 
@@ -150,12 +149,12 @@ def peak(travel: ArrayLike, force: ArrayLike) -> tuple[float, float]:
     return float(f[top] + b * x + c * x * x), float(s[top] + x)
 
 
-def find_stages(curve: ForceCurve) -> list[Stage]:
+def find_stages(curve: ForceCurve, bent: float | None = None) -> list[Stage]:
     """Stages of a pulled strip in the order in which they begin.
 
     * "initial deformation" begins at the first point, unless another stage begins there.
     * "contact" begins at the first touch of any pair (`first_touch`).
-    * "bending" begins at the onset of bending (`bending_onset`); if the creases are stiffer than the panels, at the start.
+    * "bending" begins at the onset of bending (`bending_onset`) with the energy `bent` (J); absent for None.
 
     Stages that are not reached are absent. Points without forward motion of the drive are ignored.
     """
@@ -164,41 +163,51 @@ def find_stages(curve: ForceCurve) -> list[Stage]:
     keep = _advancing(curve.travel[:, 0])
     s, f = curve.travel[keep, 0], curve.force[keep, 0]
     touches = [x for x in first_touch(s, curve.pair_force[keep]) if x is not None]
-    begins = {STAGES[0]: float(s[0]), STAGES[1]: min(touches, default=None), STAGES[2]: bending_onset(curve)}
+    begins = {STAGES[0]: float(s[0]), STAGES[1]: min(touches, default=None), STAGES[2]: bending_onset(curve, bent)}
     reached = sorted((x, name) for name, x in begins.items() if x is not None)
     if len(reached) > 1 and reached[1][0] <= s[0]:
         reached = [(x, name) for x, name in reached if name != STAGES[0]]
     return [Stage(name, x, float(np.interp(x, s, f))) for x, name in reached]
 
 
-def bending_onset(curve: ForceCurve) -> float | None:
-    """Travel at which the panels begin to bend: their share of the elastic energy reaches `BENDING_SHARE`.
+def bent_energy(case: Mapping[str, Any]) -> float | None:
+    """Energy (J) of one panel of a strip that is bent to an arc of `BEND`, E I BEND^2/(2 a); None without a strip.
 
-    The share is the energy of the panels over the energy of panels and creases, both as magnitudes of the change since the
-    start. A folded strip with soft creases and no contact moves by its creases; its panels store almost no energy. Panels
-    that are compressed along their length buckle and store most of the energy. The onset lies on a quasi-static path,
-    between the last point below the share and the first of two points above it.
+    Parameters
+    ----------
+    case : keys of the case, SI
+    """
+    strip = case.get("strip")
+    if strip is None:
+        return None
+    stiffness = case["material"]["young"] * strip["width"] * strip["thickness"] ** 3 / 12.0
+    return float(0.5 * stiffness * BEND**2 * strip["panels"] / strip["length"])
+
+
+def bending_onset(curve: ForceCurve, bent: float | None) -> float | None:
+    """Travel at which the panels begin to bend: their energy has changed by `bent` (J) since the start.
+
+    The root of this energy is proportional to the angle of bending. The onset is linear in it between the last point below
+    `bent` and the first of two points above it, on a quasi-static path.
 
     Returns
     -------
     float or None, m
-        None if the share is never reached.
+        None if this energy is never reached, or not known.
     """
+    if bent is None:
+        return None
     quasi_static = ~curve.dynamic if curve.has_quasi_static else np.ones(len(curve), dtype=bool)
     keep = np.flatnonzero(quasi_static)[_advancing(curve.travel[quasi_static, 0])]
-    s = curve.travel[keep, 0]
-    panels, creases = (np.abs(energy[keep] - energy[0]) for energy in (curve.panels, curve.creases))
-    total = panels + creases
-    known = total > _NEGLIGIBLE * total.max(initial=0.0)
-    share = np.where(known, panels / np.where(known, total, 1.0), 0.0)
-    bent = share >= BENDING_SHARE
-    sustained = np.flatnonzero(bent & np.append(bent[1:], True))
+    s, angle = curve.travel[keep, 0], np.sqrt(np.abs(curve.panels[keep] - curve.panels[0]) / bent)
+    above = angle >= 1.0
+    sustained = np.flatnonzero(above & np.append(above[1:], True))
     if len(sustained) == 0:
         return None
     first = int(sustained[0])
-    if not known[:first].any():
+    if first == 0:
         return float(s[0])
-    return float(np.interp(BENDING_SHARE, share[first - 1 : first + 1], s[first - 1 : first + 1]))
+    return float(np.interp(1.0, angle[first - 1 : first + 1], s[first - 1 : first + 1]))
 
 
 def first_touch(travel: ArrayLike, pair_force: ArrayLike) -> list[float | None]:
@@ -239,7 +248,7 @@ def _advancing(s: Floats) -> np.ndarray:
     return np.flatnonzero(s > before)
 
 
-def summarise(curve: ForceCurve, pair_names: Sequence[str]) -> dict[str, Any]:
+def summarise(curve: ForceCurve, pair_names: Sequence[str], bent: float | None = None) -> dict[str, Any]:
     """Named results of a pull, SI, for `summary.json` and for comparison with expected values.
 
     * `peak_force`, `peak_travel`: largest quasi-static force, see `peaks`
@@ -247,12 +256,12 @@ def summarise(curve: ForceCurve, pair_names: Sequence[str]) -> dict[str, Any]:
     * `dynamic_peak_force`, `dynamic_peak_travel`: largest force in motions after the start-up; None without motion
     * `largest_magnitude`, `largest_magnitude_travel`: of the quasi-static force; None unless it is negative somewhere
     * `final_travel`, `final_force`: at the last point
-    * `stages`: list of {name, travel, force}, see `find_stages`
+    * `stages`: list of {name, travel, force}, see `find_stages`, with the energy `bent` (J) of bent panels
     * `contact_travel`, `contact_force`, `bending_travel`, `bending_force`: beginning of these stages, if reached
     * `touches`: list of {pair, travel, force}: first touch of every pair that touches, in the order of travel
     """
     found = peaks(curve)
-    stages = find_stages(curve)
+    stages = find_stages(curve, bent)
     summary: dict[str, Any] = {
         "peak_force": found.largest.force,
         "peak_travel": found.largest.travel,

@@ -70,7 +70,7 @@ def _hinge_stiffness(element: ForceElement) -> float:
     """Stiffness about the crease axis, N m/rad; for a tabulated crease the slope between the ends of its curve."""
     crease = element.crease
     if crease is None:
-        return element.rotation[1]
+        return element.twist_stiffness
     if isinstance(crease, LinearCrease):
         return crease.stiffness
     if not isinstance(crease, SplineCrease) or crease.angle is None or crease.moment is None:

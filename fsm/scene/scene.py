@@ -124,7 +124,8 @@ class ForceElement(Model):
         degrees; else "outer". In planar motion both are equal.
     crease : law of the twist, instead of rotation[1]
     crease_flexibility : rad/(N m)
-        Flexibility of the half-cell correction, in series with the crease law.
+        Flexibility of the half-cell correction, in series with the crease law or with rotation[1]. Its energy counts as
+        energy of the panels.
     kind : role of the element in the model
     steps : names of the steps in which the element acts; absent: in all
     latch : bool
@@ -162,6 +163,11 @@ class ForceElement(Model):
     def completed(cls, written: Mapping[str, Any]) -> dict[str, Any]:
         """Element with an empty section for the parameters of its law, so that missing ones are found; see `Model`."""
         return with_parameters(written, written.get("law"), ELEMENT_LAWS)
+
+    @property
+    def twist_stiffness(self) -> float:
+        """Stiffness of the linear spring about e2, with the half segments in series, N m/rad."""
+        return self.rotation[1] / (1.0 + self.rotation[1] * self.crease_flexibility)
 
     @field_validator("law", mode="before")
     @classmethod

@@ -19,7 +19,7 @@ from fsm.interactions.ligament_planar import (
 )
 from fsm.kernels.addresses import floats_2d, floats_3d
 from fsm.kernels.jit import kernel
-from fsm.laws.crease import crease_energy
+from fsm.laws.crease import crease_energy, crease_moment
 from fsm.segments.arrays import (
     DAMPING,
     FORCE,
@@ -84,35 +84,41 @@ def _crease_tangent_spatial(table: np.ndarray) -> None:
 
 
 @kernel
-def _crease_energies(angle: np.ndarray, rate: np.ndarray, creases: Creases, per_second: float) -> tuple[float, float]:
+def _crease_energies(
+    angle: np.ndarray, rate: np.ndarray, creases: Creases, per_second: float
+) -> tuple[float, float, float]:
     c = creases
     energy = crease_energy(angle, c.rest, c.side, c.curve, c.bounds, c.knots, c.coefficients, c.energies)
-    stored = power = 0.0
+    moment, _ = crease_moment(
+        angle, np.zeros(angle.shape[0]), c.rest, c.side, c.damping, c.curve, c.bounds, c.knots, c.coefficients, c.energies
+    )
+    half_cells = stored = power = 0.0
     for i in range(angle.shape[0]):
         stored += energy[i]
+        half_cells += 0.5 * c.flexibility[i] * moment[i, 0] ** 2
         speed = rate[i] if per_second == 0.0 else (angle[i] - c.last[i]) * per_second
         power += c.damping[i] * speed**2
     copy_into(angle, c.last)
-    return stored, power
+    return half_cells, stored - half_cells, power
 
 
 @kernel
-def _crease_stored_planar(table: np.ndarray, per_second: float) -> tuple[float, float]:
+def _crease_stored_planar(table: np.ndarray, per_second: float) -> tuple[float, float, float]:
     poses, rates, c = floats_2d(table, POSES), floats_2d(table, RATES), creases_of(table)
     angle, rate, _ = measure_hinge_planar(poses, rates, c.bodies, c.angle_offset)
     return _crease_energies(angle, rate, c, per_second)
 
 
 @kernel
-def _crease_stored_spatial(table: np.ndarray, per_second: float) -> tuple[float, float]:
+def _crease_stored_spatial(table: np.ndarray, per_second: float) -> tuple[float, float, float]:
     poses, rates, c = floats_2d(table, POSES), floats_2d(table, RATES), creases_of(table)
     angle, rate, _ = measure_hinge_spatial(poses, rates, c.bodies, c.axes_inner, c.axes_outer, c.angle_offset)
     return _crease_energies(angle, rate, c, per_second)
 
 
 @kernel
-def _none_stored(table: np.ndarray, per_second: float) -> tuple[float, float]:
-    return 0.0, 0.0
+def _none_stored(table: np.ndarray, per_second: float) -> tuple[float, float, float]:
+    return 0.0, 0.0, 0.0
 
 
 PLANAR_CREASES = ElementKernels(_crease_force_planar, _crease_tangent_planar, _crease_stored_planar)
@@ -141,12 +147,12 @@ def _ligament_tangent(table: np.ndarray) -> None:
 
 
 @kernel
-def _ligament_stored(table: np.ndarray, per_second: float) -> tuple[float, float]:
+def _ligament_stored(table: np.ndarray, per_second: float) -> tuple[float, float, float]:
     poses, rates, ligaments = floats_2d(table, POSES), floats_2d(table, RATES), ligaments_of(table)
     bodies, constants = ligaments.bodies, ligaments.constants
     stored, power = stored_ligament_planar(poses, rates, bodies, constants, ligaments.last, per_second)
     copy_into(measure_ligament_planar(poses, rates, bodies, constants)[0], ligaments.last)
-    return stored, power
+    return 0.0, stored, power
 
 
 LIGAMENTS = ElementKernels(_ligament_force, _ligament_tangent, _ligament_stored)

@@ -34,9 +34,6 @@ from fsm.stepping.vectors import copy_into
 
 __all__ = ["energies"]
 
-_SPRING_KINDS = 3
-"""Joints, panels and creases."""
-
 
 @kernel
 def energies(
@@ -48,18 +45,23 @@ def energies(
     per_second = 1.0 / step if step > 0.0 else 0.0
     poses, rates, s = floats_2d(table, POSES), floats_2d(table, RATES), springs_of(table)
     springs, by_springs = model.by_springs.stored(
-        poses, rates, s.bodies, s.constants, s.last, per_second, s.kind, _SPRING_KINDS
+        poses, rates, s.bodies, s.constants, s.last, per_second, s.category, s.in_panels.shape[0]
     )
     copy_into(model.by_springs.deformations(poses, rates, s.bodies, s.constants), s.last)
-    creases, by_creases = model.by_creases.stored(table, per_second)
-    ligaments, by_ligaments = model.by_ligaments.stored(table, per_second)
+    half_cells, creases, by_creases = model.by_creases.stored(table, per_second)
+    _, ligaments, by_ligaments = model.by_ligaments.stored(table, per_second)
+    panels = half_cells
+    creases += ligaments
+    for i in range(springs.shape[0]):
+        panels += s.in_panels[i] * springs[i]
+        creases += (1.0 - s.in_panels[i]) * springs[i]
     kinetic, height = _motion(table)
     drives, pairs = driven_of(table).directions.shape[0], floats_2d(table, PAIR_ENERGY).shape[1]
     pair_force = record[DRIVES + 2 * drives : DRIVES + 2 * drives + pairs]
     contacts, by_contacts = model.by_contacts.stored(table, model.groups, model.contact_parts, t, step, pair_force)
     power, kinetic_driven = _powers(model, t, record)
-    record[KINETIC], record[PANELS], record[CREASES] = kinetic, springs[1], springs[2] + creases + ligaments
-    stored = springs[0] + springs[1] + springs[2] + creases + ligaments + height + contacts
+    record[KINETIC], record[PANELS], record[CREASES] = kinetic, panels, creases
+    stored = panels + creases + height + contacts
     return kinetic, stored, by_springs + by_creases + by_ligaments + by_contacts, power, kinetic_driven
 
 

@@ -36,7 +36,10 @@ class SpringKernels(NamedTuple):
 
 
 class ElementKernels(NamedTuple):
-    """Kernels of `fsm.segments.array_elements`: forces; forces and tangents; energy (J) and power of dampers (W)."""
+    """Kernels of `fsm.segments.array_elements`: forces; forces and tangents; energies and power.
+
+    `stored` returns the energy in panels and in creases (J), and the power of dampers (W).
+    """
 
     force: Any
     tangent: Any
@@ -53,14 +56,14 @@ class EquationKernels(NamedTuple):
 class Springs(NamedTuple):
     """Arrays of a `BushingGroup`.
 
-    `kind` (m,) is 1 for panels, 2 for creases, else 0. `last` (m, 3 or 6) holds the deformations at the end of the last
-    step.
+    `category` and `in_panels` as in the group. `last` (m, 3 or 6) holds the deformations at the end of the last step.
     """
 
     bodies: np.ndarray
     constants: np.ndarray
     slots: np.ndarray
-    kind: np.ndarray
+    category: np.ndarray
+    in_panels: np.ndarray
     last: np.ndarray
 
 
@@ -79,6 +82,7 @@ class Creases(NamedTuple):
     knots: np.ndarray
     coefficients: np.ndarray
     energies: np.ndarray
+    flexibility: np.ndarray
     slots: np.ndarray
     last: np.ndarray
 
@@ -232,7 +236,8 @@ def springs_of(t: np.ndarray) -> Springs:
     """Springs of the table."""
     k = _SPRINGS
     return Springs(
-        integers_2d(t, k), floats_2d(t, k + 1), integers_2d(t, k + 2), integers_1d(t, k + 3), floats_2d(t, k + 4)
+        integers_2d(t, k), floats_2d(t, k + 1), integers_2d(t, k + 2), integers_1d(t, k + 3), floats_1d(t, k + 4),
+        floats_2d(t, k + 5),
     )
 
 
@@ -243,7 +248,8 @@ def creases_of(t: np.ndarray) -> Creases:
     return Creases(
         integers_2d(t, k), floats_2d(t, k + 1), floats_2d(t, k + 2), floats_1d(t, k + 3), floats_1d(t, k + 4),
         floats_1d(t, k + 5), floats_1d(t, k + 6), integers_1d(t, k + 7), integers_1d(t, k + 8), floats_1d(t, k + 9),
-        floats_2d(t, k + 10), floats_1d(t, k + 11), integers_2d(t, k + 12), floats_1d(t, k + 13),
+        floats_2d(t, k + 10), floats_1d(t, k + 11), floats_1d(t, k + 12), integers_2d(t, k + 13),
+        floats_1d(t, k + 14),
     )  # fmt: skip
 
 

@@ -52,7 +52,6 @@ if TYPE_CHECKING:
 __all__ = ["arrays_of", "has_arrays"]
 
 _KINDS = {BushingGroup, CreaseGroup, LigamentGroup, GravityGroup, LoadGroup}
-_PANELS, _CREASES = 1, 2
 _PLANAR_SPRINGS = SpringKernels(force_pose_planar, linearise_pose_planar, stored_pose_planar, deformations_pose_planar)
 _SPATIAL_SPRINGS = SpringKernels(
     force_pose_spatial, linearise_pose_spatial, stored_pose_spatial, deformations_pose_spatial
@@ -61,7 +60,7 @@ _NONE, _NO_PAIRS, _NO_NUMBERS = np.zeros(0, dtype=np.int64), np.zeros((0, 2), dt
 _NO_AXES = np.zeros((0, 4))
 _ABSENT_CREASES = Creases(
     _NO_PAIRS, _NO_AXES, _NO_AXES, _NO_NUMBERS, _NO_NUMBERS, _NO_NUMBERS, _NO_NUMBERS, _NONE, _NONE, _NO_NUMBERS,
-    np.zeros((0, 4)), np.zeros(0), np.zeros((0, 4), dtype=np.int64), _NO_NUMBERS,
+    np.zeros((0, 4)), np.zeros(0), _NO_NUMBERS, np.zeros((0, 4), dtype=np.int64), _NO_NUMBERS,
 )  # fmt: skip
 
 
@@ -126,7 +125,7 @@ def arrays_of(
         SpringKernels(
             Pointer(of_springs.force, *state, *before, force),
             Pointer(of_springs.tangent, *state, *before, springs.last[:0], springs.slots, *blocks),
-            Pointer(of_springs.stored, *state, *before, springs.kind, 1),
+            Pointer(of_springs.stored, *state, *before, springs.category, 1),
             Pointer(of_springs.deformations, *state, *own),
         ),
         _pointers(of_creases, table), _pointers(of_ligaments, table), contacts.kernels, contacts.parts,
@@ -151,9 +150,9 @@ def _pointers(kernels: ElementKernels, table: np.ndarray) -> ElementKernels:
 
 def _springs(group: BushingGroup | None, pattern: BodyPattern, size: int) -> Springs:
     if group is None:
-        return Springs(_NO_PAIRS, np.zeros((0, 1)), np.zeros((0, 4), dtype=np.int64), _NONE, np.zeros((0, size)))
-    kinds = np.array([{"panels": _PANELS, "creases": _CREASES}.get(name, 0) for name in group.categories])
-    return Springs(*group.arrays(pattern), kinds[group.category].astype(np.int64), np.zeros(group.rest.shape))
+        slots = np.zeros((0, 4), dtype=np.int64)
+        return Springs(_NO_PAIRS, np.zeros((0, 1)), slots, _NONE, _NO_NUMBERS, np.zeros((0, size)))
+    return Springs(*group.arrays(pattern), group.category, group.in_panels, np.zeros(group.rest.shape))
 
 
 def _loads(group: LoadGroup | None, pattern: BodyPattern, spatial: bool) -> Loads:

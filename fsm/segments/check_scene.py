@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from fsm.errors import Fault
 from fsm.scene.frame_bodies import frame_faults, norm_faults
 from fsm.scene.known_names import nearest_name
-from fsm.scene.scene import GROUND, Scene
+from fsm.scene.scene import GROUND, ForceElement, Scene
 from fsm.segments.check_contacts import contact_faults
 from fsm.segments.element_angles import angle_faults
 
@@ -50,6 +50,11 @@ def _bodies(scene: Scene) -> Iterator[Fault]:
             yield Fault(f"{path}.inertia", f"{body.inertia} kg m^2: one moment exceeds the sum of the others")
 
 
+def _is_linear_crease(element: ForceElement) -> bool:
+    """Whether an element is a crease by its kind, with a linear spring about its axis."""
+    return element.kind == "crease" and element.frame == "outer" and element.rotation[1] > 0.0
+
+
 def _references(scene: Scene) -> Iterator[Fault]:
     names = dict.fromkeys([GROUND, *(body.name for body in scene.bodies)])
     for i, element in enumerate(scene.elements):
@@ -59,7 +64,7 @@ def _references(scene: Scene) -> Iterator[Fault]:
                 yield Fault(f"scene.elements.{i}.{end}", f"no body is called {name!r}{nearest_name(name, list(names))}")
         for axes in ("axes_inner", "axes_outer"):
             yield from norm_faults(f"scene.elements.{i}.{axes}", getattr(element, axes))
-        if element.crease_flexibility and element.crease is None:
+        if element.crease_flexibility and element.crease is None and not _is_linear_crease(element):
             text = f"{element.crease_flexibility:g} rad/(N m) is in series with a missing `crease`; remove this key"
             yield Fault(f"scene.elements.{i}.crease_flexibility", text)
         ligament = 'not available for a ligament (frame = "chord"), which is always linear; remove this key'

@@ -34,8 +34,6 @@ from fsm.segments.system import SegmentSystem
 
 __all__ = ["SceneCompiler", "compile_scene"]
 
-_CATEGORY = {"joint": 0, "panel": 0, "drive": 0, "crease": 1}
-_CATEGORIES = ("panels", "creases")
 
 
 def compile_scene(scene: Scene, spatial: bool = False) -> SegmentSystem:
@@ -188,21 +186,23 @@ class SceneCompiler:
         rest = np.zeros((len(elements), 6))
         initial = initial_twists(elements, self.scene.bodies)
         rest[:, 4] = rest_twists(elements, initial)
-        stiffness = np.array([[*e.translation, *e.rotation] for e in elements])
+        stiffness = np.array([[*e.translation, e.rotation[0], e.twist_stiffness, e.rotation[2]] for e in elements])
         damping = np.array([[*e.translation_damping, *e.rotation_damping] for e in elements])
         # a tabulated crease has its own moment and damping about e2
         tabulated = [e.crease is not None for e in elements]
         stiffness[tabulated, 4] = 0.0
         damping[tabulated, 4] = 0.0
         keep = slice(None) if self.spatial else [0, 2, 4]
+        shares = [e.crease_flexibility * e.twist_stiffness if e.kind == "crease" else 1.0 for e in elements]
+        in_panels, category = np.unique(shares, return_inverse=True)
         return BushingGroup(
             self._ends(elements),
             self._pose_geometry(elements),
             np.ascontiguousarray(rest[:, keep]),
             np.ascontiguousarray(stiffness[:, keep]),
             np.ascontiguousarray(damping[:, keep]),
-            np.array([_CATEGORY[e.kind] for e in elements]),
-            _CATEGORIES,
+            category,
+            in_panels,
             tuple(e.name for e in elements),
             np.array([e.kind != "joint" for e in elements]),
         )
@@ -286,6 +286,7 @@ class SceneCompiler:
             np.array([e.rotation_damping[1] for e in elements]),
             np.array(which, dtype=np.int64),
             join_curves(curves),
+            np.array([e.crease_flexibility for e in elements]),
             tuple(e.name for e in elements),
         )
 
@@ -314,6 +315,8 @@ class SceneCompiler:
             np.array([known[number][1].stiffness for number in which]),
             np.array(which, dtype=np.int64),
             join_curves([curve.strength for _, curve in known]),
+            creases,
+            np.array(chosen),
             tuple(elements[i].name for i in chosen),
         )
 

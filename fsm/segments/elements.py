@@ -31,7 +31,7 @@ from fsm.interactions.hinge_planar import measure_hinge_planar
 from fsm.interactions.hinge_spatial import measure_hinge_spatial
 from fsm.interactions.pose_planar import measure_pose_planar
 from fsm.interactions.pose_spatial import measure_pose_spatial
-from fsm.laws.crease import CurveTable, crease_energy
+from fsm.laws.crease import CurveTable, crease_energy, crease_moment
 from fsm.segments.element_cache import TwoBodyGroup
 from fsm.segments.group import PreviousPoses
 from fsm.segments.pattern import BodyPattern
@@ -83,8 +83,9 @@ class BushingGroup(TwoBodyGroup):
     bodies, geometry : see `TwoBodyGroup`
     rest, stiffness, damping : (m, 3 or 6) arrays
     category : (m,) int array
-        Index into `categories` for the energy of each element.
-    categories : names
+        Index into `in_panels` for the energy of each element.
+    in_panels : (n,) array
+        Part of the energy of each category that the panels store, from 0 to 1; the creases store the rest.
     names : names of the elements
     structural : (m,) bool array
         Joints of the structure, whose ends must stay together; other elements may be springs of any length.
@@ -96,7 +97,7 @@ class BushingGroup(TwoBodyGroup):
     stiffness: np.ndarray
     damping: np.ndarray
     category: np.ndarray
-    categories: tuple[str, ...]
+    in_panels: np.ndarray
     names: tuple[str, ...]
     structural: np.ndarray
 
@@ -172,9 +173,10 @@ class BushingGroup(TwoBodyGroup):
     ) -> tuple[dict[str, float], float, float]:
         """See `Group`."""
         totals, power = self._kernels.stored(
-            poses, rates, self.bodies, self._constants, *self._before(rates, past), self.category, len(self.categories)
+            poses, rates, self.bodies, self._constants, *self._before(rates, past), self.category, len(self.in_panels)
         )
-        return dict(zip(self.categories, totals.tolist(), strict=True)), power, 0.0
+        in_creases = float((1.0 - self.in_panels) @ totals)
+        return {"panels": float(self.in_panels @ totals), "creases": in_creases}, power, 0.0
 
 
 @dataclass(frozen=True)
@@ -190,6 +192,8 @@ class CreaseGroup(TwoBodyGroup):
     curve : (m,) int array
         Curve of each crease in `table`.
     table : CurveTable
+    flexibility : (m,) array, rad/(N m)
+        Of the half segments in series with each crease, which the curves include.
     names : names of the elements
     """
 
@@ -200,6 +204,7 @@ class CreaseGroup(TwoBodyGroup):
     damping: np.ndarray
     curve: np.ndarray
     table: CurveTable
+    flexibility: np.ndarray
     names: tuple[str, ...] = ()
 
     @cached_property
@@ -227,7 +232,13 @@ class CreaseGroup(TwoBodyGroup):
         no_axes = np.zeros((len(self.bodies), 4))
         axes = self.geometry[:-1] or (no_axes, no_axes)
         slots = self._slots(pattern)
-        return self.bodies, *axes, self.geometry[-1], self.rest, self.side, self.damping, *self._curves, slots
+        own = self.rest, self.side, self.damping, *self._curves, self.flexibility
+        return self.bodies, *axes, self.geometry[-1], *own, slots
+
+    def moments(self, angle: np.ndarray) -> np.ndarray:
+        """Elastic moments (m,) at hinge angles (m,), positive against the opening, N m."""
+        effort, _ = crease_moment(angle, np.zeros(len(angle)), self.rest, self.side, self.damping, *self._curves)
+        return np.asarray(-self.side * effort[:, 0])
 
     def add_force(
         self, t: float, poses: np.ndarray, rates: np.ndarray, force: np.ndarray, past: PreviousPoses | None = None
@@ -263,4 +274,5 @@ class CreaseGroup(TwoBodyGroup):
         if per_second:
             rate = (angle - before) * per_second
         energy = crease_energy(angle, self.rest, self.side, *self._curves)
-        return {"creases": float(energy.sum())}, float(self.damping @ rate**2), 0.0
+        panels = 0.5 * float(self.flexibility @ self.moments(angle) ** 2)
+        return {"panels": panels, "creases": float(energy.sum()) - panels}, float(self.damping @ rate**2), 0.0

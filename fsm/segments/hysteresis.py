@@ -15,6 +15,7 @@ from fsm.kernels.scatter import scatter_efforts
 from fsm.laws.crease import CurveTable
 from fsm.laws.crease_hysteresis import slip_energy, slip_moment, slip_power
 from fsm.segments.element_cache import TwoBodyGroup
+from fsm.segments.elements import CreaseGroup
 from fsm.segments.group import PreviousPoses
 from fsm.segments.pattern import BodyPattern
 
@@ -55,6 +56,10 @@ class HysteresisGroup(TwoBodyGroup):
     curve : (m,) int array
         Strength of each slider in `table`.
     table : CurveTable
+    creases : CreaseGroup
+        Creases that act beside the sliders, with their half segments.
+    chosen : (m,) int array
+        Index of the crease of each slider.
     names : names of the elements
     """
 
@@ -66,6 +71,8 @@ class HysteresisGroup(TwoBodyGroup):
     stiffness: np.ndarray
     curve: np.ndarray
     table: CurveTable
+    creases: CreaseGroup
+    chosen: np.ndarray
     names: tuple[str, ...] = ()
     _accepted: _State | None = field(default=None, init=False, repr=False, compare=False)
 
@@ -155,7 +162,19 @@ class HysteresisGroup(TwoBodyGroup):
             elif past.duration < 0.0:
                 _, lost = slip_energy(state.opening, self._measured(past.poses, rates)[0], state.slider, *self._law)
             power = lost / abs(past.duration)
-        return {"creases": float(stored.sum())}, float(power.sum()), 0.0
+        panels = self._in_half_cells(opening)
+        return {"panels": panels, "creases": float(stored.sum()) - panels}, float(power.sum()), 0.0
+
+    def _in_half_cells(self, opening: np.ndarray) -> float:
+        """Energy that the moments of the sliders add to the half segments, J.
+
+        The half segments carry the sum of both moments; the `CreaseGroup` counts its own moment alone.
+        """
+        slider = -self.side * self._efforts(opening)[0][:, 0]
+        angle = np.zeros(len(self.creases.bodies))
+        angle[self.chosen] = self.side * (self.rest - opening)
+        beside = self.creases.moments(angle)[self.chosen]
+        return float(self.creases.flexibility[self.chosen] @ (beside * slider + 0.5 * slider**2))
 
     # memory -----------------------------------------------------------------------------------------------------------
 

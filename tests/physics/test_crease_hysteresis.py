@@ -100,6 +100,16 @@ def test_the_balance_closes_over_a_cycle(method: str, spatial: bool, closes: flo
     assert energy_balance.relative_error < closes
 
 
+@pytest.mark.parametrize("unloading", [tuple(UNLOADING), None])
+def test_half_segments_store_the_energy_of_their_moment(unloading: tuple[float, ...] | None) -> None:
+    """The half segments in series with a crease carry the couple of the load M: f M^2/2 is energy of the panels."""
+    flexibility, period = 60.0, 2e4  # so slow that dampers carry nothing
+    _, saved, _ = solve(flap(CYCLE, crease(unloading=unloading), flexibility, period), "static")
+    moment = np.interp([state.time for state in saved], period * np.arange(len(CYCLE)), CYCLE)
+    stored = [state.observation.energy.potential["panels"] for state in saved]
+    np.testing.assert_allclose(stored, 0.5 * flexibility * moment**2, atol=1e-5 * max(stored))
+
+
 def test_a_cycle_follows_the_measured_branches_and_dissipates_the_area() -> None:
     """Opened steadily on L, closed steadily on U; over a closed cycle the area of the loop is lost."""
     law = crease(reversal=math.radians(1.0))

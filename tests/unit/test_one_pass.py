@@ -62,7 +62,7 @@ def random_group(spatial: bool, missing: str, rng: np.random.Generator, size: fl
         damping[1] = 0.0
         damping[2, n // 2 :] = stiffness[2, n // 2 :] = 0.0  # translations only
     return BushingGroup(
-        BODIES, geometry, rest, stiffness, damping, np.zeros(m, dtype=np.int64), ("panels",),
+        BODIES, geometry, rest, stiffness, damping, np.zeros(m, dtype=np.int64), np.ones(1),
         tuple(f"element {k}" for k in range(m)), np.ones(m, dtype=bool),
     )  # fmt: skip
 
@@ -76,7 +76,7 @@ def random_creases(spatial: bool, missing: str, rng: np.random.Generator, size: 
         damping[:: 1 if missing == "dampers" else 2] = 0.0
     return CreaseGroup(
         BODIES, (*axes, rng.normal(size=m)), rng.normal(size=m), np.where(np.arange(m) % 3, 1.0, -1.0), damping,
-        np.arange(m) % 2, join_curves(curves),
+        np.arange(m) % 2, join_curves(curves), np.zeros(m),
     )  # fmt: skip
 
 

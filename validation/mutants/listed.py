@@ -24,6 +24,13 @@ STRIPS = (
         unit_test("strip_stiffness", "test_springs_of_a_panel_are_those_of_a_strip"),
     ),
     Mutant(
+        "half segments beside creases without energy",
+        "fsm/segments/compile.py",
+        'e.crease_flexibility * e.twist_stiffness if e.kind == "crease" else 1.0',
+        '0.0 if e.kind == "crease" else 1.0',
+        physics_test("stages", "test_half_segments_beside_a_crease_store_energy_of_the_panels"),
+    ),
+    Mutant(
         "bending of strips in their plane halved",
         STRIP,
         "thickness * strip.width**3 / 12",

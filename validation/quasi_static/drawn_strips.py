@@ -3,26 +3,28 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from fsm.table import run_table
-from validation.strangers.strips import draw_strip
+from validation.strangers.sheets import Sheet, crease_tables, strip_tables
+from validation.strangers.strips import draw_strip, drive_of
+from validation.strangers.typed import digits, nice
 from validation.stress.dice import Dice, Tables
 
-__all__ = ["SEED", "draw_strips", "solve"]
+__all__ = ["SEED", "draw_geometries", "draw_strips", "solve"]
 
 SEED = 21
 _SECTIONS = ("strip", "material", "crease", "contact", "friction", "gravity", "drive")
 
 
-def draw_strips(count: int, seed: int = SEED, plain: bool = False) -> list[Tables]:
+def draw_strips(count: int, seed: int = SEED) -> list[Tables]:
     """Strips of the campaign of strangers, up to 6 panels, with linear creases and a driven crease line, made quick.
 
-    They have 4 to 6 segments a panel, and travel by half a panel at most. `plain`: with creases at rest as folded and
-    without gravity.
+    They have 4 to 6 segments a panel, and travel by half a panel at most.
     """
     found: list[Tables] = []
     number = 0
@@ -36,11 +38,42 @@ def draw_strips(count: int, seed: int = SEED, plain: bool = False) -> list[Table
         drive = tables["drive"][0]
         panel = _millimetres(tables["strip"]["length"]) / tables["strip"]["panels"]
         drive["travel"] = f"{min(_millimetres(drive['travel']), 0.5 * panel):.4g} mm"
-        if plain:
-            tables.pop("gravity", None)
-            tables["crease"].pop("rest_angle", None)
         found.append(tables)
     return found
+
+
+def draw_geometries(count: int, seed: int = SEED, panels: int = 12, part: float = 1.0) -> list[Tables]:
+    """Strips without gravity and friction, with linear creases at rest as folded.
+
+    2 to `panels` panels at 60 to 88 degrees, 0.05 to 0.6 mm thick, 1 to 100 GPa, creases of 0.1 to 10 EI/panel, six of ten
+    with contact. The drive pulls a crease line or the tip, by `part` of a feasible travel.
+    """
+    return [_geometry(Dice(seed, number), panels, part) for number in range(count)]
+
+
+def _geometry(dice: Dice, panels: int, part: float) -> Tables:
+    while True:
+        thickness = nice(dice.decades(5e-5, 6e-4))
+        panel = 1e-3 * round(1e3 * min(max(thickness * dice.decades(150.0, 1500.0), 0.015), 0.25))
+        angle = math.radians(round(dice.between(60.0, 88.0)))
+        if 150.0 <= panel / thickness <= 2000.0 and panel * math.cos(angle) >= 2.5 * thickness:
+            break
+    width = 1e-3 * round(1e3 * panel * dice.decades(0.2, 2.0))
+    young = digits(dice.decades(1e9, 1e11))
+    of = Sheet(dice.count(2, panels), panel, width, thickness, angle, young, 0.3, 1000.0, dice.one_of((5, 6, 8)))
+    crease = crease_tables(dice, of, dice.decades(0.1, 10.0), ("linear",))[0]
+    touches = dice.chance(0.6)
+    held, pull = drive_of(dice, of, touches) if of.panels > 2 else ([1], _pressed_tip(dice, of))
+    drive = pull["drive"][0]
+    drive["travel"] = f"{part * _millimetres(drive['travel']):.4g} mm"
+    contact = {"contact": {"law": "hertz", "thickness_in_gap": dice.chance(0.5)}} if touches else {}
+    return strip_tables(of, held) | {"crease": crease} | contact | pull
+
+
+def _pressed_tip(dice: Dice, of: Sheet) -> Tables:
+    """Drive that shortens the second of two panels."""
+    drive = {"body": f"panel 2 segment {of.segments}", "direction": [0, 0, 1], "speed": "2 mm/s"}
+    return {"drive": [drive | {"travel": f"{1e3 * of.panel * dice.between(0.1, 0.5):.4g} mm"}]}
 
 
 def _millimetres(text: str) -> float:

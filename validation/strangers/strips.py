@@ -12,7 +12,7 @@ from validation.strangers.typed import deg, digits, mm, newton, nice
 from validation.stress.dice import Dice, Tables
 from validation.stress.reach import reach
 
-__all__ = ["draw_deployed", "draw_released", "draw_strip"]
+__all__ = ["draw_deployed", "draw_released", "draw_strip", "drive_of"]
 
 UP, DOWN, OUT = np.array([0.0, 1.0]), np.array([0.0, -1.0]), np.array([1.0, 0.0])
 OBLIQUE = np.array([1.0, 1.0]) / math.sqrt(2.0)
@@ -44,11 +44,11 @@ def draw_strip(dice: Dice) -> Drawn:
     if dice.chance(0.2) or of.panels == 2:
         held, pull = _loaded(dice, of, stiffness)
     else:
-        held, pull = _driven(dice, of, "contact" in extra)
+        held, pull = drive_of(dice, of, "contact" in extra)
     return Drawn(strip_tables(of, held, damping) | extra | pull, files)
 
 
-def _driven(dice: Dice, of: Sheet, touches: bool) -> tuple[list[int] | None, Tables]:
+def drive_of(dice: Dice, of: Sheet, touches: bool) -> tuple[list[int] | None, Tables]:
     """Held panels (None: as the program does) and [[drive]]; what `touches` is not led through a held panel."""
     while True:
         way = dice.one_of((UP, UP, UP, DOWN, OUT, OBLIQUE))

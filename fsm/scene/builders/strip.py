@@ -266,13 +266,13 @@ class _StripBuilder:
             point_inner=(inner.length / 2, 0.0, 0.0),
             point_outer=(-outer.length / 2, 0.0, 0.0),
             translation=translation,
-            rotation=(rotation[0], effective if linear else 0.0, rotation[2]),
+            rotation=(rotation[0], stiffness if linear else 0.0, rotation[2]),
             translation_damping=self._damped(translation),
             rotation_damping=self._damped((rotation[0], effective, rotation[2])),
             rest_angle=side * rest,
             initial_angle=folded,
             crease=None if linear else self.crease,
-            crease_flexibility=0.0 if linear else flexibility,
+            crease_flexibility=flexibility,
             kind="crease",
         )
 
