@@ -188,7 +188,8 @@ def bending_onset(curve: ForceCurve, bent: float | None) -> float | None:
     """Travel at which the panels begin to bend: their energy has changed by `bent` (J) since the start.
 
     The root of this energy is proportional to the angle of bending. The onset is linear in it between the last point below
-    `bent` and the first of two points above it, on a quasi-static path.
+    `bent` and the first one above it. The energy must remain above `bent` at two quasi-static points, so that vibrations do
+    not count; the onset may lie in the motion before them.
 
     Returns
     -------
@@ -197,14 +198,16 @@ def bending_onset(curve: ForceCurve, bent: float | None) -> float | None:
     """
     if bent is None:
         return None
-    quasi_static = ~curve.dynamic if curve.has_quasi_static else np.ones(len(curve), dtype=bool)
-    keep = np.flatnonzero(quasi_static)[_advancing(curve.travel[quasi_static, 0])]
+    keep = _advancing(curve.travel[:, 0])
     s, angle = curve.travel[keep, 0], np.sqrt(np.abs(curve.panels[keep] - curve.panels[0]) / bent)
     above = angle >= 1.0
-    sustained = np.flatnonzero(above & np.append(above[1:], True))
+    at_rest = np.flatnonzero(~curve.dynamic[keep]) if curve.has_quasi_static else np.arange(len(keep))
+    remains = np.append(above[at_rest][1:], True)
+    sustained = at_rest[above[at_rest] & remains]
     if len(sustained) == 0:
         return None
-    first = int(sustained[0])
+    since = at_rest[at_rest < sustained[0]].max(initial=-1) + 1
+    first = int(since + np.argmax(above[since:]))
     if first == 0:
         return float(s[0])
     return float(np.interp(1.0, angle[first - 1 : first + 1], s[first - 1 : first + 1]))

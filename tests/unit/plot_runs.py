@@ -76,7 +76,7 @@ def strip_run(n: int = 151, drives: int = 1, peak: float = 2.0, out: float = 0.0
         drive_names=tuple(f"crease {3 + k}" for k in range(drives)), dimension="spatial" if out else "planar",
     )  # fmt: skip
     run = Solution.from_records(records, layout)
-    run.summary = summarise(run.force_curve, run.layout.pair_names, bent=0.3 * run.energy["panels"].max())
+    run.summary = summarise(run.force_curve, run.layout.pair_names, bent=2e-3 * peak)
     return run
 
 

@@ -30,9 +30,7 @@ from fsm.results.solution import Layout, Record, Solution
     curvature=st.floats(0.1, 50),
     steps=st.lists(st.floats(0.05, 2), min_size=8, max_size=30),
 )
-def test_peak_of_a_parabola_is_exact_at_any_spacing(
-    top: float, height: float, curvature: float, steps: list[float]
-) -> None:
+def test_peak_of_a_parabola_is_exact_at_any_spacing(top: float, height: float, curvature: float, steps: list[float]) -> None:
     x = np.cumsum(steps)
     x += top - x[len(x) // 2] + 0.3 * steps[len(x) // 2]  # the top lies between records
     force, at = peak(x, height - curvature * (x - top) ** 2)
@@ -134,6 +132,16 @@ def test_energy_of_the_start_is_not_counted() -> None:
     curve = synthetic(601)
     curve.panels[:] += 10.0 * BENT
     assert bending_onset(curve, BENT) == pytest.approx(BENDING, abs=1e-9)
+
+
+def test_panels_that_bend_in_a_snap_bend_from_there() -> None:
+    """Vibration above the limit at 8 to 9 mm is no bending; the snap at 20 mm, after which the panels remain bent, is."""
+    s = np.linspace(0, 0.06, 61)
+    curve = curve_of(
+        s, s, path=np.where(s < 0.0075, 0, np.where(s < 0.0095, 1, np.where(s < 0.0195, 2, np.where(s < 0.04, 3, 4))))
+    )
+    curve.panels[:] = np.where(curve.path == 1, 4.0, np.where(s < 0.0195, 0.0, 4.0)) * BENT
+    assert bending_onset(curve, BENT) == pytest.approx(0.0195, abs=1e-9)
 
 
 def test_bent_panel_of_a_case() -> None:

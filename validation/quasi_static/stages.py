@@ -46,9 +46,9 @@ def bends(solution: Solution, case: dict[str, Any]) -> Floats:
     """
     line = _lines(solution)
     along = line[:, :, 1] - line[:, :, 0]
-    segment = float(np.linalg.norm(along[0], axis=1).max())
-    panel = np.asarray(solution.layout.panel)
-    real = np.linalg.norm(along[0], axis=1) > 1e-6 * segment  # a crease line has no length
+    length, panel = np.linalg.norm(along[0], axis=1), np.asarray(solution.layout.panel)
+    real = length > 1e-6 * length.max()  # a crease line has no length
+    segment = float(length[real].min())  # a held panel may be one body
     angle = np.unwrap(np.arctan2(along[:, real, 1], along[:, real, 0]), axis=0)
     turns, panel = np.diff(angle - angle[0], axis=1), panel[real]
     inside = np.diff(panel) == 0
