@@ -47,6 +47,8 @@ _STRETCHED = 0.01
 """Opening of a joint relative to the length of a segment, above which a strip is pulled beyond its reach (sheets yield
 before)."""
 
+_TORN = 1e-3
+"""Opening of a crease relative to the length of a facet, above which the facets of a sheet cannot follow a motion."""
 _DEEP = 0.2
 """Penetration of contacts over the largest thickness, above which it is too deep."""
 _COARSE = 0.05
@@ -277,6 +279,16 @@ class Deployment(Analysis):
         """Whether the last state belongs to a drive, and not to a free motion of a later step."""
         return not self.plan.written or self.plan.steps[-1].kind != "dynamic"
 
+    def _torn(self, summary: dict[str, Any]) -> list[str]:
+        """Warning if the joints of a sheet open, because its rigid facets cannot follow the drive."""
+        length = self.system.scales().length
+        if self.case.sheet is None or summary["joint_opening"] <= _TORN * length:
+            return []
+        return [
+            f"creases of the sheet open by up to {1e3 * summary['joint_opening']:.3g} mm, so its rigid facets cannot follow "
+            "this motion and the force is not physical; change drive or supports, or try facets = \"bend-lines\""
+        ]
+
     def _stretched(self, solution: Solution) -> list[str]:
         """Warning if a drive stretches the panels of a strip, with the travel at which this begins."""
         if self.case.strip is None or not solution.travel.shape[1] or not self._same_throughout:
@@ -304,7 +316,7 @@ class Deployment(Analysis):
                 "raise contact.stiffness"
             )
         found += _crossed(unwatched_crossings(solution, self.scene), driven=solution.travel.shape[1] > 0)
-        found += self._stretched(solution)
+        found += self._stretched(solution) + self._torn(summary)
         meeting = lattice_overlap(solution, self.scene)
         if meeting:
             found.append(meeting)

@@ -49,7 +49,7 @@ def sheet_lines(view: CheckContext) -> Iterator[str]:
     if sheet.facets == "bend-lines" and sheet.bend_stiffness_per_length is None:
         preset = "G (L/t)^(1/3)/L, G = E t^3/(12 (1 - nu^2))"
         yield f"the stiffness of bend lines is a preset, the fit of Liu and Paulino (2017) to plates: {preset}"
-    yield f"rigid joints are springs, {rigid_factor(sheet):.0e} times as stiff as the stiffest crease"
+    yield f"rigid joints are springs, {rigid_factor(case):.0e} times as stiff as the stiffest crease"
 
 
 def sheet_support_lines(view: CheckContext) -> Iterator[str]:

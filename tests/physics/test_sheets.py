@@ -265,3 +265,48 @@ def test_a_pattern_that_cannot_fold_is_refused() -> None:
     })  # fmt: skip
     with pytest.raises(CaseError, match=r"sheet\.fold: .*rigid facets"):
         build_scene(star)
+
+
+def test_motion_of_a_sheet(tmp_path: Path) -> None:
+    """A released sheet opens towards its rest angles, keeps its facets together, and loses energy in its dampers only."""
+    changes = ["sheet.fold=0.3", "sheet.fold_to=none", 'solve.method="auto"', "solve.end_time=0.005", "save.interval=0.0005"]
+    summary = run_case(load_case(FOLD_CASE, [*changes, 'crease.rest_angle="20 deg"']), tmp_path, progress=False)
+    table = np.genfromtxt(tmp_path / "channels.csv", delimiter=",", skip_header=1)
+    assert (np.abs(table[-1, 1:]) < np.abs(table[0, 1:])).all()
+    assert summary["method"] == "generalized-alpha" and summary["steps"] < 2000
+    assert summary["energy_error"] < 1e-3 and summary["joint_opening"] < 1e-4
+
+
+def test_rigid_facets_that_cannot_follow_a_drive(tmp_path: Path) -> None:
+    """A tube of rigid triangles cannot be compressed: the run warns that its creases open."""
+    case = tmp_path / "case.toml"
+    case.write_text(
+        """
+        [sheet]
+        kind = "kresling"
+        sides = 6
+        rows = 1
+        radius = 0.05
+        height = 0.04
+        twist = "35 deg"
+        thickness = "0.2 mm"
+        support = [{ at = "edge bottom" }]
+        [material]
+        young = 3e9
+        density = 800
+        [crease]
+        stiffness_per_length = 0.1
+        [[drive]]
+        edge = "top"
+        direction = [0, 0, -1]
+        guide = false
+        speed = "1 mm/s"
+        travel = "5 mm"
+        [solve]
+        method = "static"
+        """,
+        encoding="utf-8",
+    )
+    summary = run_case(load_case(case), tmp_path / "out", progress=False)
+    assert any("its rigid facets cannot follow this motion" in warning for warning in summary["warnings"])
+    assert summary["joint_opening"] > 1e-4

@@ -12,7 +12,7 @@ import numpy as np
 from fsm.errors import CaseError, Fault
 from fsm.scene.case import Case
 from fsm.scene.loads import Drive
-from fsm.scene.materials import UNREAD, LinearCrease, SplineCrease
+from fsm.scene.materials import DAMPING, UNREAD, LinearCrease, SplineCrease
 from fsm.scene.patterns.facets import FacetFrames, facet_frames, quaternions
 from fsm.scene.patterns.of_sheet import bend_stiffness_per_length, pattern_of
 from fsm.scene.patterns.pattern import Pattern
@@ -21,7 +21,7 @@ from fsm.scene.scene import GROUND, Body, ForceElement, Plate, Scene
 from fsm.scene.sheet import Sheet
 from fsm.scene.time_program import Ramp, TimeFunction
 
-__all__ = ["RIGID", "RIGID_OF_FOLDING", "build_sheet", "facet_name", "rigid_factor", "sheet_joints"]
+__all__ = ["RIGID", "build_sheet", "facet_name", "is_motion", "rigid_factor", "sheet_joints"]
 
 RIGID = 3e8
 """Stiffness of the joints of rigid facets, relative to the stiffest crease k: k over its length squared in translation, k
@@ -39,9 +39,22 @@ RIGID_OF_FOLDING = 1e6
 """`RIGID` of a sheet that folds itself: softer joints have less round-off, which can hide the sign of a soft pivot."""
 
 
-def rigid_factor(sheet: Sheet) -> float:
+RIGID_OF_MOTION = 1e5
+"""`RIGID` of a motion with inertia, whose steps depend on the frequencies of the joints."""
+
+
+def rigid_factor(case: Case) -> float:
     """Stiffness of rigid joints relative to the stiffest crease."""
-    return RIGID if sheet.fold_to is None else RIGID_OF_FOLDING
+    if is_motion(case):
+        return RIGID_OF_MOTION
+    return RIGID if case.sheet is None or case.sheet.fold_to is None else RIGID_OF_FOLDING
+
+
+def is_motion(case: Case) -> bool:
+    """Whether a sheet moves with inertia: a dynamic method, or no drive and no folding."""
+    folds = case.sheet is not None and case.sheet.fold_to is not None
+    chosen = case.solve.method
+    return chosen not in ("auto", "static", "arc-length") or (chosen == "auto" and not case.drive and not folds)
 
 
 def facet_name(number: int) -> str:
@@ -128,7 +141,7 @@ class _SheetBuilder:
         """Complete scene."""
         case, frames = self.case, facet_frames(self.pattern)
         joints = sheet_joints(case, self.pattern)
-        rigid = rigid_factor(self.sheet)
+        rigid = rigid_factor(self.case)
         reference = max((joint.stiffness for joint in joints), default=0.0)
         assert case.material is not None
         if not reference:  # creases without stiffness: joints are as stiff as the sheet
@@ -181,14 +194,14 @@ class _SheetBuilder:
         faces = pattern.edge_faces[edges]
         points = [frames.local(faces[:, k], middle[edges]) for k in (0, 1)]
         axes = [_hinge_axes(frames, faces[:, k], along[edges]) for k in (0, 1)]
-        driven = self._folding()
+        driven, rigid, beta = self._folding(), rigid_factor(self.case), self._damping()
+        in_joint = beta if is_motion(self.case) else 0.0  # dampers of rigid joints delay statics without a benefit
         template: ForceElement | None = None
         numbers = {"crease": 0, "bend line": 0, "rigid": 0}
-        beta = self._damping()
         for row, joint in enumerate(joints):
             numbers[joint.kind] += 1
             length, angle = float(lengths[joint.edge]), float(start[joint.edge])
-            stiff = rigid_factor(self.sheet) * reference
+            stiff = rigid * reference
             translation = (stiff / length**2,) * 3
             measured = joint.kind == "crease" and isinstance(crease, SplineCrease)
             twist = stiff if joint.kind == "rigid" else 0.0 if measured else joint.stiffness
@@ -198,7 +211,8 @@ class _SheetBuilder:
                 "point_inner": _triple(points[0][row]), "point_outer": _triple(points[1][row]),
                 "axes_inner": tuple(axes[0][row].tolist()), "axes_outer": tuple(axes[1][row].tolist()),
                 "translation": translation, "rotation": (stiff, twist, stiff),
-                "rotation_damping": (0.0, beta * joint.stiffness, 0.0),
+                "translation_damping": (in_joint * stiff / length**2,) * 3,
+                "rotation_damping": (in_joint * stiff, beta * joint.stiffness, in_joint * stiff),
                 "initial_angle": angle, "rest_angle": self._rest(joint, angle), "swing_axes": "outer",
                 "rest_turn": self._turn(joint, angle) if driven is not None else 0.0, "rest_time": driven,
                 "crease": _of_length(crease, length) if measured else None,
@@ -213,6 +227,8 @@ class _SheetBuilder:
         given = self.case.material.damping
         if given is not None:
             return given
+        if is_motion(self.case):
+            return DAMPING
         return _DAMPING_OF_FOLDING * (self.case.solve.end_time or 0.0) if self.sheet.fold_to is not None else 0.0
 
     def _rest(self, joint: SheetJoint, angle: float) -> float:
