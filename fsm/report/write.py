@@ -144,8 +144,8 @@ def result_data(name: str, solution: Solution, shapes: int, channels: int, wante
     over = "record" if by.startswith("step") else "time" if by == "time (s)" else "travel"
     creases = creases_of(solution)
     every = all_channels(solution, creases)
-    listed, rows, left_out = channel_data(every, wanted, channels, len(solution))
-    notes = []
+    listed, rows, left_out = channel_data(every, wanted, channels if shapes else 0, len(solution))
+    notes = [] if shapes else [f"The page shows the motion and the curves of {MOST_PLAYED} results; this is a further one."]
     if left_out:
         notes.append(
             f"{left_out} of {len(every)} channels are left out to keep the page small; --channel PATTERN includes them."
@@ -155,11 +155,10 @@ def result_data(name: str, solution: Solution, shapes: int, channels: int, wante
     data: dict[str, Any] = {
         "name": name, "title": str(solution.layout.case.get("title") or name), "case": solution.layout.case_text,
         "time": pack_doubles(solution.time),
-        "steps": [names[s - 1] if 0 < s <= len(names) else "" for s in solution.step.tolist()],
+        "steps": pack_integers(np.clip(solution.step, 0, len(names))), "step_names": ["", *names],
         "travel": None if travel is None else pack_floats(factor * travel), "travel_label": label, "over": over,
-        "plots": curves_of(solution), "channels": listed, "channel_records": rows.tolist(),
+        "plots": curves_of(solution) if shapes else [], "channels": listed, "channel_records": rows.tolist(),
         "sections": sections_of(solution),
-        "events": [e["time"] for e in solution.summary.get("events", ()) if isinstance(e, dict) and "time" in e][:200],
     }  # fmt: skip
     if shapes and solution.shape.size:
         squares = lattice_squares(solution, solution.shape)

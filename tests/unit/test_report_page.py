@@ -255,3 +255,15 @@ def test_a_damaged_case_is_no_traceback(tmp_path: Path, text: str) -> None:
     assert "internal error" not in done.output
     if done.exit_code:
         assert str(tmp_path / "result.h5") in done.output
+
+
+def test_many_results_fit_in_a_page() -> None:
+    runs = {f"run {k}": strip_run(9, peak=1.0 + k) for k in range(44)}
+    page = report_page(runs)
+    assert len(page) < 10_000_000
+    results = data_of(page)["results"]
+    assert ["player" in result for result in results] == [True] * 40 + [False] * 4
+    assert results[-1]["notes"][0] == (
+        "The page shows the motion and the curves of 40 results; this is a further one."
+    )
+    assert len(data_of(page)["compare"]["overlay"]) == 44

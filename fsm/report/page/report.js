@@ -59,7 +59,7 @@ class Page {
     const choices = [...(result.travel ? ["travel"] : []), "time", "record"];
     at("over").replaceChildren(...choices.map((value) => element("option", { value, textContent: value === "record" ? "records (steps equally wide)" : value })));
     at("over").value = this.curves.over = result.over;
-    this.curves.records = { time: result.time, steps: result.steps };
+    this.curves.records = { time: result.time, steps: Array.from(result.steps, (k) => result.step_names[k]) };
     at("curves").replaceChildren();
     for (const plot of result.plots) this.curves.add(plot, at("curves"));
     fillSections(result, at("texts"), (time) => this.moveTo(time));
@@ -95,7 +95,7 @@ class Page {
     const record = between(records, this.frame), time = between(this.result.time, record);
     this.time = time;
     const travel = this.result.travel ? `, ${withUnit(this.result.travel_label, between(this.result.travel, record))}` : "";
-    const step = this.result.steps[Math.round(record)];
+    const step = this.result.step_names[this.result.steps[Math.round(record)] || 0];
     const text = `${shortNumber(time)} s${travel}${step ? `, step ${step}` : ""}`;
     at("now").textContent = text;
     at("slider").setAttribute("aria-valuetext", text);
