@@ -15,9 +15,9 @@ fast.
 from __future__ import annotations
 
 from importlib import import_module as _import_module
-from typing import TYPE_CHECKING as _TYPE_CHECKING
 
-if _TYPE_CHECKING:
+TYPE_CHECKING = False  # the module typing takes longer to import than the rest of this one
+if TYPE_CHECKING:
     from fsm.api.case import Case, CaseCheck, load
     from fsm.api.model import Model
     from fsm.api.picture import Picture

@@ -168,7 +168,10 @@ def mesh_of(solution: Solution, join_films: bool = True) -> Mesh:
         cells, points = _joined(cells, points, cells[film & (corners > 2)], size)
     cells[lines, 3], cells[lines, 2] = cells[lines, 0], cells[lines, 1]
     cells[triangles, 3] = cells[triangles, 2]
-    names = _names(solution, panel)
+    try:
+        names = _names(solution, panel)
+    except (LookupError, TypeError, ValueError, AttributeError) as error:
+        raise CaseError(f"the case in this result is damaged: its parts have no names ({error!r})", "export") from error
     labels = tuple(dict.fromkeys(names))
     label = np.array([labels.index(name) for name in names], dtype=np.int64)
     return Mesh(solution.time, points, cells, corners, panel, labels, label, solution)

@@ -6,6 +6,7 @@ import csv
 import json
 import re
 import struct
+from dataclasses import replace
 from pathlib import Path
 
 import imageio_ffmpeg
@@ -19,7 +20,7 @@ from vtk.util.numpy_support import vtk_to_numpy
 
 import fsm
 from fsm.cli import cli
-from fsm.exporters import EXPORTERS
+from fsm.exporters import EXPORTERS, export
 from fsm.exporters.mesh import Mesh, mesh_of
 from fsm.results.all_channels import all_channels
 
@@ -266,6 +267,17 @@ def test_damaged_results_are_one_line(damage: str, to: str, results: dict[str, f
     assert found.exit_code == 2, found.output
     assert len(found.output.strip().splitlines()) == 1
     assert not (tmp_path / "y").exists()
+
+
+def test_a_damaged_case_in_a_result_is_one_line(results: dict[str, fsm.Result], tmp_path: Path) -> None:
+    result = results["dropped_plates"]
+    text = "[scene]\nbodies = [3]\n"
+    damaged = replace(result.solution, layout=replace(result.solution.layout, case_text=text))
+    for to in ("vtkhdf", "glb", "inp", "gif"):
+        with pytest.raises(fsm.CaseError, match="the case in this result is damaged") as caught:
+            export(damaged, to, tmp_path / "x")
+        assert len(str(caught.value).splitlines()) == 1
+    assert not list(tmp_path.iterdir())
 
 
 def test_two_stages_and_bodies_without_plates(tmp_path: Path) -> None:
