@@ -21,7 +21,6 @@ from fsm.scene.faults import MOST_UNKNOWN, faults_of, unknown_key
 from fsm.scene.materials import FamilyCrease, SplineCrease
 from fsm.scene.membrane import Vibration
 from fsm.scene.overrides import Given, apply_overrides, split_override
-from fsm.scene.patterns.file import with_pattern
 from fsm.scene.program_data import with_program
 from fsm.scene.scene import Scene
 from fsm.scene.sections import Sections
@@ -157,6 +156,8 @@ def read_case(data: Mapping[str, Any], folder: Path) -> tuple[Case | None, list[
     valid, found = _read_curves(valid, folder, system)
     faults += found
     if valid.get("sheet") is not None:
+        from fsm.scene.patterns.file import with_pattern  # imports numpy, which other cases do not need
+
         valid["sheet"], found = with_pattern(valid["sheet"], folder)
         faults += found
     valid, found = _read_programs(valid, folder, system)
