@@ -29,7 +29,7 @@ def atomic_write(path: str | Path) -> Iterator[Path]:
     target = Path(path)
     part = target.with_name(f".{target.stem}.part{target.suffix}")
     if target.is_dir():
-        raise IsADirectoryError(errno.EISDIR, "is a folder, and a file is written there; remove or rename it", str(target))
+        raise IsADirectoryError(errno.EISDIR, "is a folder, not a file; remove or rename the folder", str(target))
     try:
         yield part
         _put_in_place(part, target)

@@ -145,7 +145,7 @@ def _overlaps(scene: Scene, system: SegmentSystem, case: Case) -> list[Fault]:
             faults[frozenset((first, second))] = Fault(where, _line(first, second, depth, hint))
     else:
         for first, second in find_pierced(scene):
-            text = f"{first} and {second} pass through each other at the start; move them apart"
+            text = f"{first} and {second} pass through each other at the start; move these bodies apart"
             faults[frozenset((first, second))] = Fault(where, text)
     known = contact_sides(scene)
     depths = dict(overlaps(system))

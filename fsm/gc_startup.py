@@ -1,7 +1,7 @@
 """Garbage collection at the start and at the end of a process, and a quick import of Matplotlib.
 
-Imports create about 150 000 objects that live until the process ends. To search them for garbage took one second of
-a run of four. Objects created later are collected as usual.
+Imports create about 150 000 objects that live until the process ends. The search for garbage among these
+objects took one second of a run of four seconds. Objects created later are collected as usual.
 
 Only the command line and the workers of a table may use this module, because it changes the state of the process.
 """

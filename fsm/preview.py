@@ -132,7 +132,7 @@ class _Mechanism:
 def _mechanism(scene: Scene) -> _Mechanism:
     panels = outlines(scene)
     if not panels:
-        raise CaseError(Fault("scene.bodies", "no body has a `plate`, so the preview has nothing to draw; add one"))
+        raise CaseError(Fault("scene.bodies", "the preview draws plates, and no body has a `plate`; add a `plate`"))
     numbers = {panel.name: number for number, panel in enumerate(panels)}
     member = {body: numbers[panel] for body, panel in panel_of_body(scene).items()}
     bodies = {body.name: body for body in scene.bodies}

@@ -183,7 +183,7 @@ def _constant(value: Any, kind: str) -> float:
             raise ValueError(f'must be "loading" or "unloading"; it is {with_unit(value, None)}')
         return BRANCHES[value]
     if SI[kind] and not isinstance(value, str):
-        raise ValueError(f'{with_unit(value, None)} has no unit; write it as text, "{value} {SI[kind]}"')
+        raise ValueError(f'{with_unit(value, None)} has no unit; write the value with a unit as text, "{value} {SI[kind]}"')
     return to_si(value, SI[kind])
 
 

@@ -26,7 +26,7 @@ def value_at(case: Case, path: str) -> float:
     for key in _keys(path):
         value = _child(value, key)
         if value is None:
-            raise CaseError(Fault(path, "the case has no number there; write one in it, or check the path"))
+            raise CaseError(Fault(path, "the case has no number there; add the number, or correct the path"))
     if isinstance(value, bool) or not isinstance(value, float | int):
         raise CaseError(Fault(path, f"is {value!r}, not a number; only numbers can be varied"))
     if isinstance(value, int) and unit_of(case, path) == "":

@@ -47,7 +47,7 @@ def plot_channels(solution: Solution, patterns: Sequence[str], path: str | Path,
     """
     names, faults = select_channels(solution.channels, patterns, "--channel")
     if faults and not solution.channels:
-        raise CaseError("has no channels; name them in [save] channels of the case and run it again")
+        raise CaseError("has no channels; name channels in [save] channels of the case, and run the case again")
     if faults:
         raise CaseError(faults)
     units: dict[str, dict[str, np.ndarray]] = {}

@@ -85,7 +85,7 @@ def _of_kind(step: Step, path: str) -> Iterable[Fault]:
     if step.save is not None:
         for key in ("channels", "points"):
             if getattr(step.save, key):
-                yield Fault(f"{path}.save.{key}", "belongs to the whole case; give it in [save]")
+                yield Fault(f"{path}.save.{key}", "belongs to the whole case; move this key to [save]")
     if step.solve is not None:
         yield from _settings(step, step.solve, path)
 
@@ -94,7 +94,7 @@ def _settings(step: Step, solve: Solve, path: str) -> Iterable[Fault]:
     if solve.end_time is not None:
         yield Fault(f"{path}.solve.end_time", "is not used in a step; give `duration`")
     if solve.spatial:
-        yield Fault(f"{path}.solve.spatial", "belongs to the whole case; give it in [solve]")
+        yield Fault(f"{path}.solve.spatial", "belongs to the whole case; move this key to [solve]")
     is_path = solve.method in ("static", "arc-length")
     if (step.kind == "dynamic" and is_path) or (step.kind == "static" and solve.method not in _PATHS):
         yield Fault(f"{path}.solve.method", f'"{solve.method}" does not fit kind = "{step.kind}"; change one of them')

@@ -62,7 +62,7 @@ def _held_points(sections: Sections) -> Iterable[Fault]:
     """Supports that do not exist, and tension without a support that keeps it."""
     cables = [cable for cable in sections.cables.values() if isinstance(cable, CornerCable)]
     if len(cables) > 1:
-        yield Fault("cable", f"{len(cables)} sections of corner cables are given; give one")
+        yield Fault("cable", f"{len(cables)} sections of corner cables are given; give one section")
     at = {support.at for support in sections.supports.values()}
     for number, support in sections.supports.items():
         if support.at == "cables" and not cables and "cable" not in sections.written:

@@ -137,7 +137,7 @@ def check_curve(
             Fault(path, f"has {len(angle)} rows; {interpolation} interpolation needs at least {fewest}{hint}")
         )
     if len(angle) > MOST_ROWS:
-        what = f"has {len(angle):,} rows; at most {MOST_ROWS:,} are allowed: reduce them by `fsm calibrate crease`"
+        what = f"has {len(angle):,} rows; at most {MOST_ROWS:,} are allowed; reduce the rows by `fsm calibrate crease`"
         raise CaseError(Fault(path, what))
     faults = _order_faults(angle, places, unit) or _size_faults(angle, places, unit)
     if faults:
@@ -184,7 +184,7 @@ def _bare_columns(cells: list[str], number: int, crease: SplineCrease, path: str
         raise CaseError(
             Fault(
                 f"{path} row {number}",
-                "has no header; give one, for example `angle (deg), moment (N mm)`, or give `angle_unit` and "
+                "has no header; add a header, for example `angle (deg), moment (N mm)`, or give `angle_unit` and "
                 "`moment_unit` beside `data`",
             )
         )

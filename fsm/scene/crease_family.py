@@ -167,7 +167,7 @@ def read_family(file: Path, path: str = "crease.file") -> CreaseFamily:
     import h5py
 
     if not file.is_file():
-        raise CaseError(Fault(path, f"cannot read {file}: no such file; make it with `fsm calibrate crease`"))
+        raise CaseError(Fault(path, f"cannot read {file}: no such file; create the file by `fsm calibrate crease`"))
     try:
         if not has_checksums(file):
             raise ValueError("not HDF5, or HDF5 of an old layout")
@@ -188,9 +188,9 @@ def read_family(file: Path, path: str = "crease.file") -> CreaseFamily:
             )
     except READ_ERRORS as error:
         text = " ".join(str(error).split())[:80]
-        what = f"{file} is not a crease family of version {VERSION} ({text}); make it with `fsm calibrate crease`"
+        what = f"{file} is not a crease family of version {VERSION} ({text}); create the file by `fsm calibrate crease`"
         raise CaseError(Fault(path, what)) from None
-    remedy = "make it again with `fsm calibrate crease`"
+    remedy = "create the file again by `fsm calibrate crease`"
     if not curves or not all(_is_valid(curve) for curve in curves):
         raise CaseError(Fault(path, f"{file} has no curve, or an invalid one; {remedy}"))
     if family.relaxation is not None and not _is_possible(family.relaxation):

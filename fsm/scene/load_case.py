@@ -369,7 +369,7 @@ def _rest_angle_faults(crease: SplineCrease, path: str) -> list[Fault]:
     if low <= 180.0 and high >= 0.0:
         return []
     what = f"{math.degrees(crease.rest_angle):.4g} deg places the data at crease angles of {low:.4g} to {high:.4g} deg"
-    return [Fault(f"{path}.rest_angle", f"{what}; a crease angle is 0 (flat) to 180 deg (closed): correct it or the data")]
+    return [Fault(f"{path}.rest_angle", f"{what}; crease angles are 0 (flat) to 180 deg (closed); correct value or data")]
 
 
 def _from_family(crease: FamilyCrease, folder: Path, path: str) -> SplineCrease:
@@ -379,7 +379,7 @@ def _from_family(crease: FamilyCrease, folder: Path, path: str) -> SplineCrease:
     family = read_family(folder / crease.file, f"{path}.file")
     curve = family_curve(family, crease.press_time, crease.opening, path)
     if crease.hysteresis and curve.unloading is None:
-        what = f"is true, but {curve.name} of {crease.file} has no unloading branch; set it to false"
+        what = f"is true, but {curve.name} of {crease.file} has no unloading branch; set this key to false"
         raise CaseError(Fault(f"{path}.hysteresis", what))
     back = curve.unloading if crease.hysteresis else None
     released = crease.since_release

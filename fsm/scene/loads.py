@@ -161,7 +161,7 @@ class Drive(Model):
             raise ValueError("`rate` belongs to `turn`; give `speed` with `travel`")
         pace, key = (self.rate, "rate") if self.turn is not None else (self.speed, "speed")
         if self.time is None and pace is None:
-            raise ValueError(f"`{key}` is missing; give it, or a function of time as `time`")
+            raise ValueError(f"`{key}` is missing; give `{key}`, or give `time` as a function of time")
         if self.time is not None and (pace is not None or self.run_up is not None):
             raise ValueError(f"`time` gives the motion; remove `{key}` and `run_up`, or remove `time`")
         if isinstance(self.time, Constant):
@@ -172,7 +172,7 @@ class Drive(Model):
             self._check_begin(self.time)
         if self.run_up is not None and self.travel is not None and self.run_up > self.travel:
             raise ValueError(
-                f"run_up = {self.run_up:g} m must be at most travel = {self.travel:g} m; reduce it"
+                f"run_up = {self.run_up:g} m must be at most travel = {self.travel:g} m; reduce run_up"
             )
         return self
 

@@ -30,7 +30,7 @@ def split_override(text: str) -> tuple[str, str] | Fault:
     """Path and value of an override ``"a.b=value"``, or its fault."""
     path, sign, value = text.partition("=")
     if not sign or not path.strip() or not value.strip():
-        return Fault(f"--set {text}", "write it as path=value, for example strip.thickness=0.0003")
+        return Fault(f"--set {text}", "write the override as path=value, for example strip.thickness=0.0003")
     return path.strip(), value.strip()
 
 

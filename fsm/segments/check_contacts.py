@@ -24,7 +24,7 @@ def contact_faults(scene: Scene) -> Iterator[Fault]:
     for i, pair in enumerate(scene.pairs):
         yield from _pair(pair, known, bodies, shapes, f"scene.pairs.{i}")
     if scene.friction is not None and scene.contact is None:
-        yield Fault("friction", "friction needs a [contact] section; add one, or remove [friction]")
+        yield Fault("friction", "friction needs a [contact] section; add [contact], or remove [friction]")
 
 
 def _surfaces(scene: Scene) -> Iterator[Fault]:

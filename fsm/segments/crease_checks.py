@@ -26,7 +26,7 @@ _LEVEL = 0.01
 _SCATTER = 3
 """Number of changes between rising and falling that indicates scatter; a bistable crease has two."""
 _SLIGHT = 0.05
-"""Decrease of the data against their trend, relative to their range, that counts as scatter."""
+"""A decrease against the trend counts as scatter below this fraction of the range of the data."""
 _CALIBRATE = "smooth it by `fsm calibrate crease DATA.csv --out DIR`, write crease = {{ file = \"DIR/crease.h5\" }}{where}"
 _PCHIP = 'write interpolation = "pchip"'
 

@@ -233,7 +233,7 @@ class _Planner:
         times = np.linspace(*ends, 11)
         grows = any(len({factor(load.time, float(t)) for t in times}) > 1 for load in planned.loads if load.time is not None)
         if not (grows or self._moves(*ends)):
-            text = '"arc-length" needs a load or a drive that changes over the step; give one, or use "static"'
+            text = '"arc-length" needs a load or a drive that changes over the step; add a load or a drive, or use "static"'
             self.faults.append(Fault(f"step.{number}.solve.method", text))
 
     def _driven(self) -> set[str]:

@@ -206,5 +206,5 @@ def soft_contact(view: CheckContext) -> Iterator[str]:
         given = f"{contact.stiffness:.3g} N/m^{contact.exponent:g}"
         yield (
             f"contact.stiffness = {given} is low for this strip: the penetration is about {millimetres(depth)}, "
-            f"which lowers the peak by about {100 * part:.2g} %; remove it to use the stiffness of the material"
+            f"which lowers the peak by about {100 * part:.2g} %; remove this key to use the material"
         )

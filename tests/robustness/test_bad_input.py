@@ -323,7 +323,7 @@ CURVE_MISTAKES = {
         ['crease.data row 3: "nan" is not a finite number', 'crease.data row 5: "-" is not a finite number'],
     ),
     "hole": (CURVE.replace("10, 1", "10,"), ["crease.data row 3: has 1 values; the header has 2 columns"]),
-    "no header": (CURVE.split("\n", 1)[1], ["crease.data row 1: has no header; give one, for example"]),
+    "no header": (CURVE.split("\n", 1)[1], ["crease.data row 1: has no header; add a header, for example"]),
     "unknown column": (
         CURVE.replace("moment", "momnt"),
         ['crease.data row 1: unknown column "momnt .N mm."; did you mean `moment`'],
@@ -383,7 +383,7 @@ def test_bad_lists_of_a_crease(tmp_path):
     ("options", "words"),
     [
         (["--set", "strip.lenght=1"], "--set strip.lenght: unknown key; did you mean `strip.length`?"),
-        (["--set", "strip.length"], "--set strip.length: write it as path=value"),
+        (["--set", "strip.length"], "--set strip.length: write the override as path=value"),
         (
             ["--method", "RK45"],
             'solve.method: must be "auto", "static", "arc-length", "generalized-alpha", "mean-force", "newmark", '

@@ -197,7 +197,7 @@ def test_between_measured_curves(family: Path) -> None:
         ("crease.press_time=2 h", "crease.press_time: must be between 10 min and 1 h, as measured; it is 2 h"),
         ("crease.opening=3", "crease.opening: must be between 1 and 2, as measured; it is 3"),
         ("crease.opening=0.5", "crease.opening: must be at least 1"),
-        ("crease.file=no.h5", "crease.file: cannot read .*no.h5: no such file; make it with `fsm calibrate crease`"),
+        ("crease.file=no.h5", "crease.file: cannot read .*no.h5: no such file; create the file by `fsm calibrate crease`"),
         ("crease.file=case.toml", "crease.file: .*case.toml is not a crease family"),
         ("crease.reversal=1 deg", "`reversal` is used with `hysteresis = true` only"),
         ("crease.presstime=1 h", "did you mean `crease.press_time`"),

@@ -84,7 +84,8 @@ def test_a_plate_stuck_in_another_is_refused() -> None:
     bodies = (plate("flat"), plate("upright", position=(0.004, 0.004, 0.004), orientation=upright))
     scene = Scene(bodies=bodies, pairs=(ContactPair(first="flat", second="upright"),))
     assert find_pierced(scene) == [("flat", "upright")]
-    assert refused(case(scene)) == ["x.toml: scene: flat and upright pass through each other at the start; move them apart"]
+    text = "flat and upright pass through each other at the start; move these bodies apart"
+    assert refused(case(scene)) == [f"x.toml: scene: {text}"]
     beside = bodies[1].model_copy(update={"position": (0.011, 0.004, 0.004)})
     compile_case(case(scene.model_copy(update={"bodies": (bodies[0], beside)})))
 

@@ -117,7 +117,7 @@ def test_bad_overrides_of_a_table(tmp_path):
         "--set strip.lenght: unknown key; did you mean `strip.length`?"
     ]
     assert faults(write(tmp_path), "strip") == [
-        "--set strip: write it as path=value, for example strip.thickness=0.0003"
+        "--set strip: write the override as path=value, for example strip.thickness=0.0003"
     ]
 
 

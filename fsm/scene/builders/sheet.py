@@ -356,7 +356,7 @@ def _axes_along(direction: np.ndarray) -> np.ndarray:
 
 
 def _of_length(crease: object, length: float) -> SplineCrease:
-    """Measured curve for a crease of a length."""
+    """Measured moment curve, scaled to the length of a crease."""
     assert isinstance(crease, SplineCrease) and crease.width is not None
     return crease.model_copy(update={"scale": crease.scale * length / crease.width, "rest_angle": None})
 
