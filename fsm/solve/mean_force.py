@@ -25,6 +25,8 @@ Without a fixed step the error is controlled. The local error of x is h^3/12 tim
 the mean rates. The filter 2/h^2 S^-1 M, with the matrix S of Newton's method, removes modes that are too fast for the step.
 A step is also repeated if the quadrature loses too much energy, for example where a contact closes.
 
+The module has more than 450 lines, because fixed steps and error control share the residual, the matrix and the energies.
+
 References
 ----------
 [1] Simo, Tarnow, Z. angew. Math. Phys. 43 (1992) 757-792. [2] Quispel, McLaren, J. Phys. A 41 (2008) 045206.
