@@ -308,7 +308,7 @@ class GeneralizedAlpha:
 
     def _march(self, balance: np.ndarray, until: float, most: int, records: np.ndarray) -> int:
         assert self._arrays is not None
-        arguments = self._arrays, self.motion, self.rules, balance, until, most, records
+        arguments = self._arrays, self.motion, self.rules, balance, float(until), int(most), records
         outcome: int = self._arrays.calls.force.entry(march_arrays, *arguments)(*arguments)
         return outcome
 

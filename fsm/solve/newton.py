@@ -54,7 +54,7 @@ def equilibrium(
     arrays = cast(ArrayRestSystem, system).arrays_at_rest(LinearSolver().ready) if _has_arrays(type(system)) else None
     if arrays is not None:
         states = np.empty((len(times), len(q)))
-        numbers = np.array(times, dtype=float), np.array(q, dtype=float), size, float(tolerance), max_iterations
+        numbers = np.array(times, dtype=float), np.array(q, dtype=float), size, float(tolerance), int(max_iterations)
         begun = arrays.calls.force.entry(follow_arrays, arrays, *numbers, states)(arrays, *numbers, states)
         for t, state in zip(times[:begun], states, strict=False):
             q = state

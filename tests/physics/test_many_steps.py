@@ -240,6 +240,14 @@ def test_saved_states_and_energy_balance_of_a_run() -> None:
     assert 0.0 < statistics.smallest_step < 0.05
 
 
+def test_times_without_decimals() -> None:
+    """A run to a whole number of seconds, and then to a fraction, ends at both."""
+    system = cables(1e-3, False, False)
+    saved: list[Any] = []
+    simulate(system, Settings("generalized-alpha", 1e-2, 1.25, step=0.125), [1, 1.25], saved.append)
+    assert [state.time for state in saved] == [1.0, 1.25]
+
+
 @pytest.mark.parametrize("name", DRIVEN)
 def test_curve_of_a_run_with_a_drive(name: str) -> None:
     """Forces of the drive at the ends of all steps, and the energy balance, as in a run that steps in Python."""
