@@ -29,8 +29,8 @@ end_time = 0.1
 """
 UNUSED = {
     "scene": {
-        "material={ young = 1e9, density = 100 }": "material: a [scene] does not use [material]",
-        "crease={ law = 'linear', stiffness = 1 }": "crease: a [scene] does not use [crease]",
+        "material={ young = 1e9, density = 100 }": "material: each body and element of a [scene] has its own [material]",
+        "crease={ law = 'linear', stiffness = 1 }": "crease: each body and element of a [scene] has its own [crease]",
         "contact={ stiffness = 1 }": "contact: is given here and as scene.contact; remove one of them",
         "gravity=[0, 0, -1]": "gravity: is given here and as scene.gravity; remove one of them",
         "scene.contact.pairs=[[1, 2]]": "scene.contact.pairs: only a [strip] has panel numbers",
