@@ -40,3 +40,10 @@ def test_collections_are_rare_within_a_command_and_left_out_at_its_end():
 
 def test_a_library_leaves_the_process_of_another_alone():
     assert _printed("import gc, fsm.run, fsm.cli, fsm.table\nprint(gc.isenabled(), gc.get_freeze_count())") == ["True 0"]
+
+
+def test_a_run_imports_only_the_parts_of_scipy_that_all_runs_need():
+    """The import of the other parts takes longer than the solution of a small model."""
+    code = "import sys, fsm.run\nothers = {'scipy.interpolate', 'scipy.optimize', 'scipy.integrate'}\n"
+    code += "print(sorted(others & sys.modules.keys()))"
+    assert _printed(code) == ["[]"]
