@@ -1,8 +1,8 @@
 """Segments as a model of arrays, for compiled time steps (see `fsm.stepping.model`).
 
 It covers free, held and driven bodies with springs, dampers, creases, ligaments, loads, gravity and contacts. Hysteresis,
-laws of elements added by users, and friction that depends on the direction have no arrays yet; such systems take the same
-steps in Python.
+laws added by users, and friction that depends on the direction have no arrays yet; such systems take the same steps
+in Python.
 """
 
 from __future__ import annotations

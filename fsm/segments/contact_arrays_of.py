@@ -12,7 +12,8 @@ from fsm.interactions.contact_body_pairs import coupled_bodies
 from fsm.interactions.shapes import ContactForces
 from fsm.kernels.addresses import address_table, tables_of
 from fsm.kernels.pointers import AbsentPointer, Pointer
-from fsm.laws.friction import FrictionLaw
+from fsm.laws.friction import FRICTION_LAWS, FrictionLaw
+from fsm.laws.normal import NORMAL_LAWS
 from fsm.segments.array_contacts import CONTACTS, NO_CONTACTS
 from fsm.segments.array_shapes import PLANAR_SHAPES, SPATIAL_SHAPES, ShapeArrays
 from fsm.segments.array_surfaces import PLANAR_SURFACES, SPATIAL_SURFACES, TAPERS, SurfaceArrays
@@ -50,9 +51,14 @@ _MOST_SLOTS = 50000
 
 
 def has_contact_arrays(group: ContactGroup, spatial: bool) -> bool:
-    """Whether a contact group has arrays: friction does not depend on the direction, and the tables of shapes are small."""
+    """Whether a contact group has arrays.
+
+    Its laws are those of the package, friction does not depend on the direction, and the tables of shapes are small.
+    """
     geometry, friction = group.geometry, group.friction
-    if friction is not None and spatial and friction.across != 1.0:
+    if group.normal.law not in NORMAL_LAWS.values():  # a law of a user may have other types
+        return False
+    if friction is not None and ((spatial and friction.across != 1.0) or friction.law not in FRICTION_LAWS.values()):
         return False
     if isinstance(geometry, ShapeContacts):
         return geometry.all_slots <= _MOST_SLOTS
