@@ -7,6 +7,7 @@ import json
 import re
 import shutil
 import subprocess
+import threading
 import time
 from pathlib import Path
 from types import TracebackType
@@ -18,6 +19,10 @@ FLAGS = (
     "--disable-component-update", "--disable-sync", "--disable-extensions", "--disable-dev-shm-usage", "--mute-audio",
     "--enable-unsafe-swiftshader", "--use-angle=swiftshader", "--remote-debugging-port=0", "--remote-allow-origins=*",
 )  # fmt: skip
+
+
+class NoBrowser(RuntimeError):
+    """Chromium does not start on this machine."""
 
 
 class Browser:
@@ -55,11 +60,16 @@ class Browser:
     def _address(self) -> str:
         """Address of the browser, from its output."""
         assert self.process.stderr is not None
-        for line in self.process.stderr:
-            found = re.search(r"DevTools listening on (ws://\S+)", line)
-            if found:
-                return found[1]
-        raise RuntimeError("Chromium ended without an address for DevTools")
+        limit = threading.Timer(60.0, self.process.kill)
+        limit.start()
+        try:
+            for line in self.process.stderr:
+                found = re.search(r"DevTools listening on (ws://\S+)", line)
+                if found:
+                    return found[1]
+        finally:
+            limit.cancel()
+        raise NoBrowser("Chromium does not start on this machine")
 
     def __enter__(self) -> Self:
         return self

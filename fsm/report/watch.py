@@ -79,7 +79,7 @@ class Watch:
         self.server.server_close()
 
     def progress(self, fraction: float) -> None:
-        """Take note of the completed fraction of the run."""
+        """Store the completed fraction of the run."""
         self.fraction = fraction
 
     def answer(self, request: BaseHTTPRequestHandler) -> None:

@@ -126,7 +126,7 @@ def report_page(solutions: Mapping[str, Solution], wanted: Sequence[str] = (), t
 
 
 def live_page(title: str) -> str:
-    """HTML page of a run that is not finished; it asks its server for data, and nobody else."""
+    """HTML page of a run that is not finished; it requests data from its own server only."""
     return _page(title, _data(title, []) | {"compare": None}, live=True)
 
 

@@ -171,7 +171,9 @@ def find_stages(curve: ForceCurve, bent: float | None = None) -> list[Stage]:
 
 
 def bent_energy(case: Mapping[str, Any]) -> float | None:
-    """Energy (J) of one panel of a strip that is bent to an arc of `BEND`, E I BEND^2/(2 a); None without a strip.
+    """Energy (J) of one panel of a strip that is bent to an arc of `BEND`, E I BEND^2/(2 a).
+
+    None without a strip, and for the case of a damaged result that lacks a number of the strip.
 
     Parameters
     ----------
@@ -180,8 +182,11 @@ def bent_energy(case: Mapping[str, Any]) -> float | None:
     strip = case.get("strip")
     if strip is None:
         return None
-    stiffness = case["material"]["young"] * strip["width"] * strip["thickness"] ** 3 / 12.0
-    return float(0.5 * stiffness * BEND**2 * strip["panels"] / strip["length"])
+    try:
+        stiffness = case["material"]["young"] * strip["width"] * strip["thickness"] ** 3 / 12.0
+        return float(0.5 * stiffness * BEND**2 * strip["panels"] / strip["length"])
+    except (LookupError, TypeError):
+        return None
 
 
 def bending_onset(curve: ForceCurve, bent: float | None) -> float | None:

@@ -19,7 +19,7 @@ from tests.unit.plot_runs import strip_run, undriven
 from tests.unit.test_report_page import EVIL, strip
 
 websocket = pytest.importorskip("websocket", reason="websocket-client is not installed; it drives the browser")
-from tests.browser import CHROMIUM, Browser  # noqa: E402
+from tests.browser import CHROMIUM, Browser, NoBrowser  # noqa: E402
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed (Debian: apt-get install chromium)")
 
@@ -28,7 +28,11 @@ READY = "document.body && document.body.dataset.ready === 'true'"
 
 @pytest.fixture(scope="module")
 def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    with Browser(tmp_path_factory.mktemp("profile")) as found:
+    try:
+        found = Browser(tmp_path_factory.mktemp("profile"))
+    except NoBrowser as error:
+        pytest.skip(str(error))
+    with found:
         yield found
 
 

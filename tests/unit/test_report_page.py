@@ -267,3 +267,9 @@ def test_many_results_fit_in_a_page() -> None:
         "The page shows the motion and the curves of 40 results; this is a further one."
     )
     assert len(data_of(page)["compare"]["overlay"]) == 44
+
+
+def test_a_strip_without_summary_and_numbers_of_its_case() -> None:
+    run = strip()
+    run.summary = {}
+    assert "player" in data_of(report_page({"part": run}))["results"][0]

@@ -14,7 +14,7 @@ from click.testing import CliRunner
 from fsm.cli import cli
 from fsm.report.watch import Watch
 from fsm.results.writer import ResultWriter
-from tests.browser import CHROMIUM, Browser
+from tests.browser import CHROMIUM, Browser, NoBrowser
 from tests.unit.test_report_page import records_of, strip
 
 CASE = Path(__file__).parents[2] / "folding_cases" / "strip_trial" / "case.toml"
@@ -83,7 +83,11 @@ def test_the_page_follows_in_a_browser(tmp_path: Path) -> None:
     records = records_of(run)
     out = tmp_path / "out"
     out.mkdir()
-    with Browser(tmp_path / "profile") as browser:
+    try:
+        started = Browser(tmp_path / "profile")
+    except NoBrowser as error:
+        pytest.skip(str(error))
+    with started as browser:
         with Watch(out, "test") as watch, ResultWriter(out / "result.h5", run.layout, flush_every=0.01) as writer:
             watch.started -= 10.0
             browser.open(watch.address, "typeof fsmReport !== 'undefined' && fsmReport.state")
