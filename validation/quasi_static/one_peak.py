@@ -61,10 +61,10 @@ def peaks_of(folder: Path, row: Mapping[str, Any]) -> Peaks:
 
 
 def _drawn(folder: Path) -> Figure:
-    """The figure that becomes force.png."""
+    """The figure that becomes force.png; as SVG, because PNG files are not written by `savefig`."""
     kept: list[Figure] = []
     with mock.patch.object(Figure, "savefig", lambda fig, part: (kept.append(fig), part.touch())):
-        plot_force(read_solution(folder / "result.h5"), folder / "drawn.png")
+        plot_force(read_solution(folder / "result.h5"), folder / "drawn.svg")
     (fig,) = kept
     return fig
 
