@@ -261,6 +261,8 @@ class ContactModel:
     kernels, parts : `Pointer`s
     pair_energy : (2, n_pairs) array, J
         Energy that friction and damping of contact pairs have dissipated since the last `store`.
+    grown : bool
+        Whether the pattern is no longer that of the start.
     """
 
     def __init__(
@@ -268,11 +270,12 @@ class ContactModel:
     ) -> None:
         self.arrays = [_arrays_of(group, pattern, bodies, 7 if spatial else 3) for group in groups]
         self.groups = tables_of([arrays.table for arrays in self.arrays])
-        self.pair_energy = np.zeros((2, pairs))
+        self.pair_energy, self.grown = np.zeros((2, pairs)), False
         self.parts, self.kernels = _pointers(groups, self.groups, spatial)
 
     def index(self, pattern: BodyPattern) -> None:
         """Use another pattern."""
+        self.grown = True
         for arrays in self.arrays:
             arrays.index(pattern)
 

@@ -229,6 +229,8 @@ class SegmentSystem(SegmentForces):
         if not self.fixed_pattern:
             self._pattern, self._pattern_version, self._pattern_pairs = None, (), ()
             self._driven_pattern, self._driven_key = None, ()
+        if self._contact_model is not None and self._contact_model.grown:
+            self._array_model = self._contact_model = None
         self.contacts.clear_caches(counters)
 
     def contacts_opened(self) -> bool:
