@@ -12,6 +12,7 @@ import numpy as np
 
 from fsm.analyses.choose import analysis_of
 from fsm.compile_case import compile_case
+from fsm.interactions.probe_sides import round_tips
 from fsm.kernels import jit
 from fsm.progress import report_compilation
 from fsm.scene.builders.warm_up import (
@@ -23,6 +24,7 @@ from fsm.scene.builders.warm_up import (
     warm_up_springs,
     warm_up_strip,
 )
+from fsm.segments.surface_contacts import SurfaceContacts
 from fsm.segments.system import SegmentSystem
 from fsm.solve.equilibrium_step import EquilibriumStep
 from fsm.solve.newton import negative_pivots
@@ -46,9 +48,14 @@ def _segments(make: Callable[[], WarmUp], methods: tuple[str, ...] = _INTEGRATOR
     pushed[moved, 0], pushed[moved, 2 if system.size == 6 else 1] = warm.shift
     touching = system.retract(q, pushed.ravel())
     far_away = system.retract(q, 100.0 * pushed.ravel())
+    memory = system.memory()
     for state in (q, far_away, touching):
         system.tangent(0.0, state, u)
         system.observe(0.0, state, u)
+        system.commit(0.0, state, u)
+    system.restore(memory)
+    if any(isinstance(contacts.geometry, SurfaceContacts) for contacts in system.contacts):
+        _round_tips()
     EquilibriumStep(system, max_iterations=1).solve(0.0, touching, (0.0, q))
     end = 1e-3 * (system.end_time() or 1.0)
     if system.motions:
@@ -56,6 +63,12 @@ def _segments(make: Callable[[], WarmUp], methods: tuple[str, ...] = _INTEGRATOR
         negative_pivots(system, 0.0, q)
     for method in methods:
         simulate(system, Settings(method, 1e-3, end), [0.0, end], lambda saved: None)
+
+
+def _round_tips() -> None:
+    """The kernel of contacts that slide round the tip of a surface; few states need it, and no probe is given."""
+    none, numbers = np.zeros(0), np.zeros(0, dtype=np.int64)
+    round_tips(numbers, none, numbers, none, none, np.zeros((0, 6)), none, none, none)
 
 
 def _springs(spatial: bool) -> None:

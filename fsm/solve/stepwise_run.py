@@ -22,8 +22,9 @@ __all__ = ["GENERALIZED_ALPHA", "MEAN_FORCE", "NEWMARK", "StepwiseRun"]
 
 GENERALIZED_ALPHA, NEWMARK, MEAN_FORCE = "generalized-alpha", "newmark", "mean-force"
 
-_MARCH = 1024
-"""Steps between restart points, if one kernel takes many steps."""
+_MARCH, _MARCH_WORK = 1024, 500_000
+"""Most steps between restart points, if one kernel takes many steps, and these steps times the number of velocities: a
+kernel then returns within a second or two."""
 
 
 class StepwiseRun(Run):
@@ -131,7 +132,7 @@ class StepwiseRun(Run):
                 self.system, self.time, self.q, self.u, settings.rtol, rho_inf, settings.step, settings.max_step
             )
             if solver.marches:
-                self.every = _MARCH
+                self.every = max(self.every, min(_MARCH, _MARCH_WORK // max(self.system.nu, 1)))
         if self.state is not None:
             solver.resume(self.state)
         return solver

@@ -315,7 +315,7 @@ def test_what_is_released_can_be_held_in_the_same_step(tmp_path: Path) -> None:
         (DYNAMIC + 'hold = ["block"]\nrelease = ["block"]\n', r"step\.0\.release\.0: nothing called 'block' is held"),
         (
             '[[step]]\nkind = "static"\nsolve = { method = "arc-length", max_step = 0.1 }\n' + PUSH.format(force=1),
-            r"step\.0\.solve\.max_step: is not used",
+            r"step\.0\.solve\.max_step: does not apply",
         ),
         (
             '[[drive]]\nstep = "m"\nbody = "block"\nspeed = 1.0\ntravel = 1.0\n[[step]]\nname = "m"\nkind = "modes"\n',

@@ -156,9 +156,10 @@ def test_radau_says_when_something_passed() -> None:
     """A contact too soft to stop the plate at all."""
     for target in ("surface", "plate", "plane"):
         system = compile_scene(shot(target, 50.0, 0.0, Contact(stiffness=1.0)), False)
-        for method, remedy in (("Radau", "a stiffer contact"), ("generalized-alpha", "raise contact.stiffness")):
-            with pytest.raises(NotConverged, match=f"{remedy}.* pass through each other"):
-                fly(system, 50.0, method)
+        with pytest.raises(NotConverged, match=r"a body passed through a face; .*raise contact\.stiffness"):
+            fly(system, 50.0, "Radau")
+        with pytest.raises(NotConverged, match=r"raise contact\.stiffness.* pass through each other"):
+            fly(system, 50.0, "generalized-alpha")
 
 
 # statics ----------------------------------------------------------------------------------------------------------

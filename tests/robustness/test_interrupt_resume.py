@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 
 import fsm.recorder
+import fsm.solve.stepwise_run
 from fsm.errors import CannotWrite, CaseError, FsmError
 from fsm.folder_lock import LOCK, locked_folder
 from fsm.results.checkpoint_file import read_checkpoint, write_checkpoint
@@ -207,7 +208,7 @@ def test_killed_at_any_moment(sticking: Path, method: str, tmp_path: Path) -> No
     out = tmp_path / "cut"
     checkpoint = out / "checkpoint.h5"
     # short steps, so that no run ends before it is killed
-    overrides = [f"solve.method={method}", "solve.max_step=1 ms"]
+    overrides = [f"solve.method={method}", f"solve.max_step={'0.1 ms' if method == 'generalized-alpha' else '1 ms'}"]
     options = [word for override in overrides for word in ("--set", override)]
     kills = 0
     for _ in range(5):
@@ -366,7 +367,10 @@ def test_interrupted_with_other_methods(case: Path, tmp_path: Path, method: str)
 
 
 @pytest.mark.parametrize("spatial", [False, pytest.param(True, marks=pytest.mark.slow)], ids=["plane", "space"])
-def test_interrupted_where_friction_remembers(sticking: Path, tmp_path: Path, spatial: bool) -> None:
+def test_interrupted_where_friction_remembers(
+    sticking: Path, tmp_path: Path, spatial: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(fsm.solve.stepwise_run, "_MARCH", 64)  # the whole run has fewer steps than one kernel takes
     check_cuts(sticking, tmp_path, "solve.method=generalized-alpha", f"solve.spatial={str(spatial).lower()}")
 
 
@@ -445,8 +449,11 @@ def _spoilt(arrays: dict[str, np.ndarray], attributes: dict[str, Any], number: i
     return bool(name)
 
 
-def test_a_damaged_checkpoint_is_no_internal_error(case: Path, tmp_path: Path) -> None:
+def test_a_damaged_checkpoint_is_no_internal_error(
+    case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Whatever it lacks or has instead: the run goes on, or ends with a line."""
+    monkeypatch.setattr(fsm.solve.stepwise_run, "_MARCH", 64)
     overrides = ("solve.method=generalized-alpha", "drive.0.travel=2 mm", "solve.max_steps=400")
     interrupt(case, tmp_path / "out", 0.3, False, *overrides)
     good = {path.name: path.read_bytes() for path in (tmp_path / "out").iterdir()}

@@ -272,7 +272,7 @@ class _StripBuilder:
             rest_angle=side * rest,
             initial_angle=folded,
             crease=None if linear else self.crease,
-            crease_flexibility=flexibility,
+            crease_flexibility=flexibility if not linear or stiffness else 0.0,
             kind="crease",
         )
 
